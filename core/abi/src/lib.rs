@@ -1,0 +1,1 @@
+//! The C contract between plumb and a plugin.

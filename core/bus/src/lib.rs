@@ -1,0 +1,1 @@
+//! Streams, requests and liveness between processes, over iceoryx2.

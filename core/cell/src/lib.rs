@@ -1,0 +1,1 @@
+//! The orchestrator: workcell files, devices, procedures, safety and corrections.

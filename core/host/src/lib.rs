@@ -1,0 +1,1 @@
+//! The process around one plugin: loading, limits, watchdog.

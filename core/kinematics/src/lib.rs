@@ -1,0 +1,1 @@
+//! Frames and chains of joints: forward kinematics, derivatives, gravity moments, inverse.

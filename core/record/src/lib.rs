@@ -1,0 +1,1 @@
+//! What happened: runs, steps, answers, trigger poses, corrections and model revisions.

@@ -1,0 +1,1 @@
+//! An infrared proximity sensor whose switching line another device reads.
