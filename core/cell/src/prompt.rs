@@ -1,0 +1,158 @@
+//! Questions the engine asks and the answers it takes.
+
+use serde::{Deserialize, Serialize};
+
+use crate::event::{NamedValue, StepPath};
+
+/// Unique within the record: an answer to another prompt, or to one asked before a restart, is never mistaken for this one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct PromptId(pub i64);
+
+/// A question with all a screen needs to show it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Prompt {
+    /// Names this prompt in the answer.
+    pub id: PromptId,
+    /// The step that asks.
+    pub step: StepPath,
+    /// One line.
+    pub title: String,
+    /// The question or instruction; may hold several lines.
+    pub text: String,
+    /// More, for who wants to know.
+    pub help: Option<String>,
+    /// What is asked for.
+    pub kind: PromptKind,
+}
+
+/// What a prompt asks for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum PromptKind {
+    /// To be done and confirmed.
+    Acknowledge {
+        /// What the operator confirms: "Done".
+        label: String,
+    },
+    /// One of several.
+    Choice {
+        /// In the order to show them.
+        options: Vec<ChoiceOption>,
+        /// Key of the option to offer first.
+        default: Option<String>,
+    },
+    /// A number.
+    Number {
+        /// Unit of the number and its bounds; empty for a bare number.
+        unit: String,
+        /// Smallest allowed.
+        minimum: Option<f64>,
+        /// Greatest allowed.
+        maximum: Option<f64>,
+        /// Offered first.
+        default: Option<f64>,
+        /// Digits after the point to show.
+        decimals: Option<u32>,
+    },
+    /// Bring the arm somewhere by hand (pendant, or jog commands), then confirm.
+    JogTo {
+        /// The robot.
+        device: String,
+        /// Bounds the pose has to be within before it is accepted; joints not named are free.
+        goals: Vec<JogGoal>,
+        /// Joints a jog command may name, with where they stand now.
+        joints: Vec<NamedValue>,
+    },
+    /// A run goes on after an interruption: does the arm stand where it was left?
+    ConfirmPose {
+        /// The robot.
+        device: String,
+        /// Last pose in the record.
+        recorded: Vec<NamedValue>,
+        /// Pose the robot reports now.
+        reported: Vec<NamedValue>,
+    },
+    /// A step went wrong: what now?
+    Decision {
+        /// What went wrong and what would be right.
+        error: String,
+        /// What may be decided, in the order to show them.
+        options: Vec<Decision>,
+    },
+}
+
+/// One option of a choice.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ChoiceOption {
+    /// What the answer names: `light`.
+    pub key: String,
+    /// What people read.
+    pub label: String,
+}
+
+/// Bounds on one joint of a jog.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct JogGoal {
+    /// The joint.
+    pub joint: String,
+    /// Smallest allowed, in `unit`.
+    pub minimum: f64,
+    /// Greatest allowed, in `unit`.
+    pub maximum: f64,
+    /// Unit of both.
+    pub unit: String,
+}
+
+/// What to do about a step that went wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Decision {
+    /// Begin the step again (a lost device is started again first).
+    Retry,
+    /// Go on without it.
+    Skip,
+    /// End the run.
+    Abort,
+}
+
+impl Decision {
+    /// As files and people write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Decision::Retry => "retry",
+            Decision::Skip => "skip",
+            Decision::Abort => "abort",
+        }
+    }
+}
+
+/// An answer to a prompt; its kind has to fit the prompt's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Answer {
+    /// To an acknowledgement, and to a jog: the arm is where it should be.
+    Done,
+    /// To a choice.
+    Choice {
+        /// Key of the option.
+        key: String,
+    },
+    /// To a number, in the prompt's unit.
+    Number {
+        /// The number.
+        value: f64,
+    },
+    /// To a jog, where no hand is there to jog: the arm is moved to these joints, the others stay.
+    Pose {
+        /// Joints by name, each with its unit.
+        joints: Vec<NamedValue>,
+    },
+    /// To a pose confirmation: the arm stands there, go on.
+    Confirmed,
+    /// To a decision.
+    Decision {
+        /// What to do.
+        decision: Decision,
+    },
+}
