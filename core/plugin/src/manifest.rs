@@ -1,0 +1,239 @@
+//! What a plugin says about itself before it is loaded: the file `plugin.yaml`.
+
+use std::fmt;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{InputDescription, StreamDescription, Value};
+
+/// What a plugin says about itself before it is loaded: the file `plugin.yaml` beside its library, also built into the library.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Its name in cell files, such as `ir-proximity`: lower-case letters, digits and hyphens.
+    pub id: String,
+    /// What it drives, in a sentence.
+    pub title: String,
+    /// Its own version.
+    pub version: String,
+    /// The version of the C contract it was built for.
+    pub contract: ContractVersion,
+    /// Whether it is a robot or a sensor.
+    pub kind: DeviceKind,
+    /// The file name of its library, such as `libplumb_ir_proximity.so`, in the same directory.
+    pub library: String,
+    /// The streams it emits.
+    #[serde(default)]
+    pub streams: Vec<StreamDescription>,
+    /// The inputs a cell file wires to other devices' streams.
+    #[serde(default)]
+    pub inputs: Vec<InputDescription>,
+    /// A JSON Schema of what a cell file may give under `config:`; null when it takes none.
+    #[serde(default)]
+    pub config: Value,
+}
+
+/// What a plugin drives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DeviceKind {
+    /// Something that moves.
+    Robot,
+    /// Something that measures.
+    Sensor,
+}
+
+impl fmt::Display for DeviceKind {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Robot => "robot",
+            Self::Sensor => "sensor",
+        })
+    }
+}
+
+/// A version of the C contract, written `[1, 0]`: a plugin of major 1 is loaded by every host of major 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ContractVersion(
+    /// Changes when something is taken away or altered.
+    pub u32,
+    /// Changes when something is added.
+    pub u32,
+);
+
+impl ContractVersion {
+    /// The version this program speaks.
+    pub const CURRENT: Self = Self(plumb_abi::CONTRACT_MAJOR, plumb_abi::CONTRACT_MINOR);
+
+    /// Whether this program can load a plugin of that version.
+    pub fn is_supported(self) -> bool {
+        self.0 == Self::CURRENT.0
+    }
+}
+
+impl fmt::Display for ContractVersion {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}.{}", self.0, self.1)
+    }
+}
+
+/// Why a manifest cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ManifestError {
+    /// The file cannot be read.
+    #[error("{}: cannot be read: {cause}", path.display())]
+    Read {
+        /// The manifest file.
+        path: PathBuf,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// The text is not a manifest.
+    #[error("{origin}: {cause}")]
+    Parse {
+        /// Where the text came from.
+        origin: String,
+        /// What is wrong and where.
+        cause: String,
+    },
+    /// A value is not allowed.
+    #[error("{origin}: {field} is '{value}'; {right}")]
+    Value {
+        /// Where the text came from.
+        origin: String,
+        /// Which value.
+        field: &'static str,
+        /// What it is.
+        value: String,
+        /// What would be right.
+        right: &'static str,
+    },
+}
+
+impl Manifest {
+    /// The name of the file beside a library.
+    pub const FILE_NAME: &'static str = "plugin.yaml";
+
+    /// Reads a manifest file.
+    ///
+    /// # Errors
+    /// [`ManifestError`], naming the file and the place.
+    pub fn read(path: &Path) -> Result<Self, ManifestError> {
+        let text =
+            fs::read_to_string(path).map_err(|cause| ManifestError::Read { path: path.to_owned(), cause })?;
+        Self::parse(&text, &path.display().to_string())
+    }
+
+    /// Reads a manifest from its text; `origin` is named in errors.
+    ///
+    /// # Errors
+    /// [`ManifestError`], naming the origin and the place.
+    pub fn parse(text: &str, origin: &str) -> Result<Self, ManifestError> {
+        let manifest: Self = serde_yaml::from_str(text)
+            .map_err(|cause| ManifestError::Parse { origin: origin.to_owned(), cause: cause.to_string() })?;
+        manifest.check(origin)?;
+        Ok(manifest)
+    }
+
+    fn check(&self, origin: &str) -> Result<(), ManifestError> {
+        let wrong = |field, value: &str, right| {
+            Err(ManifestError::Value { origin: origin.to_owned(), field, value: value.to_owned(), right })
+        };
+        let plain = |name: &str| {
+            !name.is_empty()
+                && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_')
+        };
+        if !plain(&self.id) {
+            return wrong("id", &self.id, "use lower-case letters, digits and hyphens");
+        }
+        if self.library.is_empty() || self.library.contains(['/', '\\']) {
+            return wrong(
+                "library",
+                &self.library,
+                "give the file name alone; the library lies beside its manifest",
+            );
+        }
+        for stream in &self.streams {
+            if !plain(&stream.name) || stream.name == "health" {
+                return wrong(
+                    "a stream's name",
+                    &stream.name,
+                    "use lower-case letters, and not the host's own 'health'",
+                );
+            }
+            if crate::message::known_length(&stream.message).is_none() && stream.max_bytes.is_none() {
+                return wrong(
+                    "a stream's message",
+                    &stream.message,
+                    "give max_bytes for a layout without a fixed length",
+                );
+            }
+        }
+        match self.inputs.iter().find(|input| !plain(&input.name)) {
+            Some(input) => {
+                wrong("an input's name", &input.name, "use lower-case letters, digits and hyphens")
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "
+id: ir-proximity
+title: An infrared proximity sensor on a digital line
+version: 0.1.0
+contract: [1, 0]
+kind: sensor
+library: libplumb_ir_proximity.so
+streams:
+  - {name: edges, message: proximity-edge/1}
+inputs:
+  - {name: line, message: digital-inputs/1}
+config:
+  type: object
+  properties:
+    bit: {type: integer, minimum: 0, maximum: 63}
+";
+
+    #[test]
+    fn a_manifest_is_read_with_its_schema() {
+        let manifest = Manifest::parse(GOOD, "plugin.yaml").unwrap();
+        assert_eq!(manifest.id, "ir-proximity");
+        assert_eq!(manifest.contract, ContractVersion(1, 0));
+        assert_eq!(manifest.kind, DeviceKind::Sensor);
+        assert_eq!(manifest.config["properties"]["bit"]["maximum"], 63);
+    }
+
+    #[test]
+    fn an_unknown_key_is_named_with_its_place() {
+        let text = GOOD.replace("title:", "tittle:");
+        let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
+        assert!(message.starts_with("plugin.yaml: "), "{message}");
+        assert!(message.contains("tittle"), "{message}");
+        assert!(message.contains("line 3"), "{message}");
+    }
+
+    #[test]
+    fn a_library_elsewhere_is_refused() {
+        let text = GOOD.replace("libplumb", "../libplumb");
+        let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
+        assert_eq!(
+            message,
+            "plugin.yaml: library is '../libplumb_ir_proximity.so'; give the file name alone; the library lies beside its manifest"
+        );
+    }
+
+    #[test]
+    fn a_layout_without_a_length_is_refused() {
+        let text = GOOD.replace("proximity-edge/1", "frame/1");
+        let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
+        assert!(message.contains("a stream's message is 'frame/1'; give max_bytes"), "{message}");
+    }
+}

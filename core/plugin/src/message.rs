@@ -1,0 +1,44 @@
+//! The messages that travel in streams between processes.
+//!
+//! A message is a plain block of bytes (`#[repr(C)]`, no padding the compiler chooses) with a versioned name. Each begins with the moment
+//! it is about and its number in the stream. The number is written by the host when the message is emitted, whatever the plugin put there;
+//! a gap in it is how a receiver knows that messages were lost.
+
+mod digital_inputs;
+mod health;
+mod jog_state;
+mod joint_state;
+mod joint_vector;
+mod motion;
+mod proximity_edge;
+
+pub use digital_inputs::DigitalInputs;
+pub use health::Health;
+pub use jog_state::JogState;
+pub use joint_state::JointState;
+pub use joint_vector::{JointVector, MAX_JOINTS, TooManyJoints};
+pub use motion::Motion;
+pub use proximity_edge::ProximityEdge;
+
+/// A message of a stream: a plain block of bytes that begins with `time_ns` and `sequence`.
+pub trait Message: bytemuck::Pod {
+    /// The name and version of the layout, such as `joint-state/1`. A changed layout is a new name.
+    const TYPE_NAME: &'static str;
+}
+
+/// Where the host writes a message's number: after the eight bytes of its time.
+pub const SEQUENCE_OFFSET: usize = 8;
+
+/// The bytes every message begins with: `time_ns` and `sequence`.
+pub const PREFIX_LENGTH: usize = 16;
+
+/// The bytes of a message's layout, where the name is one of this crate's; `None` for a message of a plugin's own.
+pub fn known_length(type_name: &str) -> Option<usize> {
+    match type_name {
+        JointState::TYPE_NAME => Some(size_of::<JointState>()),
+        DigitalInputs::TYPE_NAME => Some(size_of::<DigitalInputs>()),
+        ProximityEdge::TYPE_NAME => Some(size_of::<ProximityEdge>()),
+        Health::TYPE_NAME => Some(size_of::<Health>()),
+        _ => None,
+    }
+}
