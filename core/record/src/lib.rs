@@ -1,1 +1,47 @@
 //! What happened: runs, steps, answers, trigger poses, corrections and model revisions.
+//!
+//! One SQLite file, `plumb.sqlite3`, in a directory of its own. Every write is durable before it returns (write-ahead log, full
+//! synchronisation), so that a program killed at any moment loses nothing it was told. Nothing is overwritten that was found by a
+//! run: a correction that is put in force, or taken back, is a new revision.
+//!
+//! ```
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let directory = tempfile::tempdir()?;
+//! use plumb_record::{NewRun, Record, RunEnd};
+//!
+//! let mut record = Record::open(directory.path())?;
+//! let run = record.start_run(&NewRun { cell: "teachmover".into(), procedure: "initialize".into(), ..NewRun::default() })?;
+//! record.end_run(run, RunEnd::Passed, "all steps passed")?;
+//! assert_eq!(record.history(10)?.len(), 1);
+//! # Ok(())
+//! # }
+//! ```
+
+mod cell_lock;
+mod correction;
+mod error;
+mod interruption;
+mod loaded;
+mod location;
+mod model_revision;
+mod prompt;
+mod reading;
+mod record;
+mod run;
+mod schema;
+mod step;
+mod trigger;
+
+pub use cell_lock::CellLock;
+pub use correction::{AppliedCorrection, CorrectionKey, NewCorrection, StoredCorrection};
+pub use error::RecordError;
+pub use interruption::{Interruption, StoredInterruption, StoredLogLine};
+pub use loaded::{LoadedFile, sha256_hex};
+pub use location::default_directory;
+pub use model_revision::StoredModelRevision;
+pub use prompt::{StoredAnswer, StoredPrompt};
+pub use reading::{Reading, StoredReading};
+pub use record::Record;
+pub use run::{NewRun, RunEnd, RunId, RunState, RunSummary, StoredPose};
+pub use step::{PlannedRow, StepEnd, StoredStep};
+pub use trigger::{StoredTrigger, Trigger};

@@ -1,0 +1,79 @@
+//! What a run was made of: every file read, by its hash.
+
+use rusqlite::params;
+use serde::Serialize;
+use sha2::{Digest as _, Sha256};
+
+use crate::error::During;
+use crate::{Record, RecordError, RunId};
+
+/// A file a run read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct LoadedFile {
+    /// What it was read as: `cell`, `procedure`, `model`, `answers`, `world`, `plugin`.
+    pub role: String,
+    /// Where it lay.
+    pub path: String,
+    /// Its SHA-256, hexadecimal.
+    pub sha256: String,
+    /// Its bytes, kept for text files.
+    #[serde(skip)]
+    pub content: Option<Vec<u8>>,
+}
+
+/// SHA-256 of `bytes`, hexadecimal.
+pub fn sha256_hex(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+impl Record {
+    /// Notes the files of a run.
+    ///
+    /// # Errors
+    /// When the record cannot be written.
+    pub fn note_loaded(&mut self, run: RunId, files: &[LoadedFile]) -> Result<(), RecordError> {
+        let transaction = self.connection.transaction().during("note the files of a run")?;
+        for file in files {
+            transaction
+                .execute(
+                    "INSERT INTO loaded (run, role, path, sha256, content) VALUES (?1, ?2, ?3, ?4, ?5)",
+                    params![run.0, file.role, file.path, file.sha256, file.content],
+                )
+                .during("note the files of a run")?;
+        }
+        transaction.commit().during("note the files of a run")
+    }
+
+    /// The files of a run, as they were.
+    ///
+    /// # Errors
+    /// When the record cannot be read.
+    pub fn loaded(&self, run: RunId) -> Result<Vec<LoadedFile>, RecordError> {
+        let mut statement = self
+            .connection
+            .prepare("SELECT role, path, sha256, content FROM loaded WHERE run = ?1 ORDER BY rowid")
+            .during("read the files of a run")?;
+        let rows = statement
+            .query_map(params![run.0], |row| {
+                Ok(LoadedFile {
+                    role: row.get(0)?,
+                    path: row.get(1)?,
+                    sha256: row.get(2)?,
+                    content: row.get(3)?,
+                })
+            })
+            .during("read the files of a run")?;
+        rows.collect::<Result<_, _>>().during("read the files of a run")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_hash_is_sha256() {
+        assert_eq!(
+            super::sha256_hex(b"abc"),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+        );
+    }
+}

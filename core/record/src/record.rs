@@ -1,0 +1,71 @@
+//! The open record.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use rusqlite::Connection;
+
+use crate::{RecordError, schema};
+
+/// An open record. Each writing method is durable when it returns.
+pub struct Record {
+    pub(crate) connection: Connection,
+    directory: PathBuf,
+}
+
+impl Record {
+    /// Opens the record in `directory`, making both where they are missing.
+    ///
+    /// # Errors
+    /// When the directory cannot be made, the database not opened, or a newer program wrote it.
+    pub fn open(directory: &Path) -> Result<Self, RecordError> {
+        std::fs::create_dir_all(directory)
+            .map_err(|cause| RecordError::MakeDirectory { path: directory.to_owned(), cause })?;
+        let path = directory.join("plumb.sqlite3");
+        let open = |cause| RecordError::Open { path: path.clone(), cause };
+        let mut connection = Connection::open(&path).map_err(open)?;
+        connection.busy_timeout(Duration::from_secs(10)).map_err(open)?;
+        connection.pragma_update(None, "journal_mode", "WAL").map_err(open)?;
+        connection.pragma_update(None, "synchronous", "FULL").map_err(open)?;
+        connection.pragma_update(None, "foreign_keys", "ON").map_err(open)?;
+        schema::migrate(&mut connection, &path)?;
+        Ok(Self { connection, directory: directory.to_owned() })
+    }
+
+    /// The directory it lies in.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+}
+
+/// Now by the wall clock, RFC 3339 with milliseconds, UTC.
+pub(crate) fn now() -> String {
+    jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%S%.3fZ").to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_of_a_newer_program_is_refused_with_both_versions() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let record = Record::open(directory.path()).expect("a new record");
+        record.connection.pragma_update(None, "user_version", 99).expect("a newer version");
+        drop(record);
+        let error = Record::open(directory.path()).err().expect("refused").to_string();
+        assert!(error.contains("schema 99") && error.contains("knows up to 1"), "{error}");
+    }
+
+    #[test]
+    fn a_file_that_is_no_database_is_refused_by_name() {
+        let directory = tempfile::tempdir().expect("a directory");
+        std::fs::write(
+            directory.path().join("plumb.sqlite3"),
+            "shopping list, quite long enough to be no database at all, \n".repeat(50),
+        )
+        .expect("a file");
+        let error = Record::open(directory.path()).err().expect("refused").to_string();
+        assert!(error.contains("plumb.sqlite3") && error.contains("not a database"), "{error}");
+    }
+}

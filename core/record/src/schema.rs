@@ -1,0 +1,30 @@
+//! The database's tables and how older ones are brought up to date.
+
+use std::path::Path;
+
+use rusqlite::Connection;
+
+use crate::RecordError;
+use crate::error::During;
+
+/// Each entry takes the schema from its index to the next version. Entries are never changed, only added.
+const MIGRATIONS: &[&str] = &[include_str!("schema.sql")];
+
+/// Brings the tables up to the version this program knows.
+pub(crate) fn migrate(connection: &mut Connection, path: &Path) -> Result<(), RecordError> {
+    let known = MIGRATIONS.len() as i64;
+    let transaction = connection
+        .transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)
+        .during("look at its schema")?;
+    let found: i64 = transaction
+        .query_row("PRAGMA user_version", [], |row| row.get(0))
+        .during("read its schema version")?;
+    if found > known {
+        return Err(RecordError::TooNew { path: path.to_owned(), found, known });
+    }
+    for statements in MIGRATIONS.iter().skip(usize::try_from(found).unwrap_or(0)) {
+        transaction.execute_batch(statements).during("bring its tables up to date")?;
+    }
+    transaction.pragma_update(None, "user_version", known).during("note its schema version")?;
+    transaction.commit().during("bring its tables up to date")
+}

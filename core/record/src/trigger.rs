@@ -1,0 +1,117 @@
+//! Trigger poses: where the arm stood at the moment a sensor fired.
+
+use rusqlite::params;
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::error::During;
+use crate::run::json_column;
+use crate::{Record, RecordError, RunId};
+
+/// An edge a search has found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trigger<'a> {
+    /// The robot.
+    pub device: &'a str,
+    /// The sensor.
+    pub sensor: &'a str,
+    /// The condition began, rather than ended.
+    pub fired: bool,
+    /// Found by the slow approach, rather than the fast one.
+    pub fine: bool,
+    /// Clock of the cell, nanoseconds.
+    pub time_ns: u64,
+    /// Joint searched along.
+    pub joint: &'a str,
+    /// The pose: names, what the drive said, what it means with the zeros in force, units.
+    pub joints: &'a Value,
+    /// The searched joint is known to within this, either way.
+    pub half_width: f64,
+    /// Unit of the half width.
+    pub unit: &'a str,
+}
+
+/// A trigger pose as the record holds it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StoredTrigger {
+    /// The search that found it.
+    pub step: String,
+    /// The robot.
+    pub device: String,
+    /// The sensor.
+    pub sensor: String,
+    /// The condition began, rather than ended.
+    pub fired: bool,
+    /// Found by the slow approach, rather than the fast one.
+    pub fine: bool,
+    /// Clock of the cell, nanoseconds.
+    pub time_ns: i64,
+    /// Joint searched along.
+    pub joint: String,
+    /// The pose, in the writer's own words.
+    pub joints: Value,
+    /// The searched joint is known to within this, either way.
+    pub half_width: f64,
+    /// Unit of the half width.
+    pub unit: String,
+}
+
+impl Record {
+    /// Notes a trigger pose.
+    ///
+    /// # Errors
+    /// When the record cannot be written.
+    pub fn note_trigger(&mut self, run: RunId, step: &str, trigger: &Trigger<'_>) -> Result<(), RecordError> {
+        self.connection
+            .execute(
+                "INSERT INTO triggers (run, step, device, sensor, fired, fine, time_ns, joint, joints, half_width, unit) \
+                 VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
+                params![
+                    run.0,
+                    step,
+                    trigger.device,
+                    trigger.sensor,
+                    trigger.fired,
+                    trigger.fine,
+                    i64::try_from(trigger.time_ns).unwrap_or(i64::MAX),
+                    trigger.joint,
+                    trigger.joints.to_string(),
+                    trigger.half_width,
+                    trigger.unit
+                ],
+            )
+            .during("note a trigger pose")?;
+        Ok(())
+    }
+
+    /// All trigger poses of a run, in the order they were found.
+    ///
+    /// # Errors
+    /// When the record cannot be read.
+    pub fn triggers(&self, run: RunId) -> Result<Vec<StoredTrigger>, RecordError> {
+        let mut statement = self
+            .connection
+            .prepare(
+                "SELECT step, device, sensor, fired, fine, time_ns, joint, joints, half_width, unit FROM triggers \
+                 WHERE run = ?1 ORDER BY id",
+            )
+            .during("read the trigger poses of a run")?;
+        let rows = statement
+            .query_map(params![run.0], |row| {
+                Ok(StoredTrigger {
+                    step: row.get(0)?,
+                    device: row.get(1)?,
+                    sensor: row.get(2)?,
+                    fired: row.get(3)?,
+                    fine: row.get(4)?,
+                    time_ns: row.get(5)?,
+                    joint: row.get(6)?,
+                    joints: json_column(row, 7)?,
+                    half_width: row.get(8)?,
+                    unit: row.get(9)?,
+                })
+            })
+            .during("read the trigger poses of a run")?;
+        rows.collect::<Result<_, _>>().during("read the trigger poses of a run")
+    }
+}

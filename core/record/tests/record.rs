@@ -1,0 +1,159 @@
+//! The record as its users meet it.
+
+#![expect(clippy::expect_used, reason = "a failed expectation is how a test fails")]
+
+use plumb_record::{
+    CorrectionKey, Interruption, NewCorrection, NewRun, PlannedRow, Record, RunEnd, RunState, StepEnd,
+    Trigger,
+};
+use serde_json::json;
+
+fn new_run(record: &mut Record) -> plumb_record::RunId {
+    let run = NewRun {
+        cell: "teachmover".into(),
+        procedure: "initialize".into(),
+        parameters: json!({"K_mm": 140.0}),
+        ..NewRun::default()
+    };
+    record.start_run(&run).expect("a run")
+}
+
+fn zero(place: &str, old: f64, new: f64) -> NewCorrection {
+    let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: place.into() };
+    NewCorrection { key, old, new, uncertainty: 0.01, unit: "deg".into() }
+}
+
+fn in_force(record: &Record) -> Vec<(String, f64)> {
+    let corrections = record.corrections_in_force("teachmover", "arm").expect("corrections");
+    let mut values: Vec<_> = corrections.into_iter().map(|c| (c.key.place, c.value)).collect();
+    values.sort_by(|a, b| a.0.cmp(&b.0));
+    values
+}
+
+#[test]
+fn what_one_program_wrote_another_reads_although_the_first_never_closed_it() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut writer = Record::open(directory.path()).expect("a record");
+    let run = new_run(&mut writer);
+    let row = PlannedRow {
+        step: "lower".into(),
+        title: "Lower".into(),
+        kind: "search".into(),
+        depth: 0,
+        estimate_s: Some(2.0),
+    };
+    writer.note_plan(run, std::slice::from_ref(&row)).expect("a plan");
+    let (first, attempt) = writer.start_step(run, "lower").expect("a step");
+    assert_eq!(attempt, 1);
+    writer
+        .end_step(first, &StepEnd { outcome: "error", message: "nothing found", result: &json!(null) })
+        .expect("its end");
+    let (_, attempt) = writer.start_step(run, "lower").expect("again");
+    assert_eq!(attempt, 2);
+    let trigger = Trigger {
+        device: "arm",
+        sensor: "eye",
+        fired: true,
+        fine: true,
+        time_ns: 5,
+        joint: "shoulder",
+        joints: &json!([{"name": "shoulder", "drive": 1.0, "value": 1.5, "unit": "deg"}]),
+        half_width: 0.02,
+        unit: "deg",
+    };
+    writer.note_trigger(run, "lower", &trigger).expect("a trigger");
+    writer.note_interruption(run, Interruption::Paused, Some("lower"), "operator").expect("a pause");
+
+    let reader = Record::open(directory.path()).expect("the same record");
+    assert_eq!(reader.run(run).expect("the run").state, RunState::Running);
+    assert_eq!(reader.plan(run).expect("the plan"), vec![row]);
+    let steps = reader.steps(run).expect("the steps");
+    assert_eq!(steps.len(), 2);
+    assert_eq!(steps[0].outcome.as_deref(), Some("error"));
+    assert_eq!(steps[1].ended, None, "the second attempt was never ended");
+    assert_eq!(reader.triggers(run).expect("the triggers")[0].joints[0]["value"], json!(1.5));
+    assert_eq!(reader.interruptions(run).expect("the interruptions")[0].kind, "paused");
+}
+
+#[test]
+fn the_first_answer_to_a_prompt_stays() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut record = Record::open(directory.path()).expect("a record");
+    let run = new_run(&mut record);
+    let prompt = record.ask_prompt(run, "ready", |id| json!({"id": id, "text": "ready?"})).expect("a prompt");
+    assert!(record.answer_prompt(prompt, &json!("done"), "ada").expect("an answer"));
+    assert!(!record.answer_prompt(prompt, &json!("no"), "bob").expect("a second answer"));
+    let stored = &record.prompts(run).expect("the prompts")[0];
+    assert_eq!(stored.description["id"], json!(prompt));
+    let answer = stored.answer.as_ref().expect("an answer");
+    assert_eq!((answer.by.as_str(), &answer.answer), ("ada", &json!("done")));
+}
+
+#[test]
+fn a_withdrawn_prompt_takes_no_answer() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut record = Record::open(directory.path()).expect("a record");
+    let run = new_run(&mut record);
+    let prompt = record.ask_prompt(run, "ready", |_| json!(null)).expect("a prompt");
+    record.withdraw_prompt(prompt).expect("withdrawn");
+    assert!(!record.answer_prompt(prompt, &json!("done"), "ada").expect("too late"));
+}
+
+#[test]
+fn a_proposal_is_not_in_force_and_a_rollback_is_a_new_revision() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut record = Record::open(directory.path()).expect("a record");
+    let run = new_run(&mut record);
+    let proposed = record
+        .propose_corrections(run, "apply", "teachmover", &[zero("waist", 0.0, 1.0), zero("elbow", 0.0, -2.0)])
+        .expect("proposals");
+    assert_eq!(in_force(&record), vec![]);
+    let first =
+        record.apply_corrections("teachmover", "arm", &proposed[..1], "accepted").expect("a revision");
+    assert_eq!(in_force(&record), vec![("waist".to_owned(), 1.0)]);
+
+    let again = record.propose_corrections(
+        run,
+        "apply",
+        "teachmover",
+        &[zero("waist", 1.0, 1.25), zero("elbow", 0.0, -2.5)],
+    );
+    let second = record
+        .apply_corrections("teachmover", "arm", &again.expect("proposals"), "accepted")
+        .expect("a revision");
+    assert!(second > first);
+    assert_eq!(in_force(&record), vec![("elbow".to_owned(), -2.5), ("waist".to_owned(), 1.25)]);
+
+    let third = record.roll_back("teachmover", "arm", first, "worse").expect("a rollback");
+    assert!(third > second);
+    assert_eq!(in_force(&record), vec![("elbow".to_owned(), 0.0), ("waist".to_owned(), 1.0)]);
+    let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: "waist".into() };
+    let values: Vec<f64> =
+        record.correction_history("teachmover", &key).expect("history").iter().map(|c| c.new).collect();
+    assert_eq!(values, vec![1.0, 1.25, 1.0], "nothing was overwritten");
+    let error = record.roll_back("teachmover", "arm", 99, "").expect_err("no such revision").to_string();
+    assert!(error.contains("no correction revision 99"), "{error}");
+}
+
+#[test]
+fn an_unfinished_run_is_found_until_it_ends() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut record = Record::open(directory.path()).expect("a record");
+    let run = new_run(&mut record);
+    assert_eq!(record.unfinished_run("teachmover").expect("a look").map(|found| found.run), Some(run));
+    record.end_run(run, RunEnd::Failed, "a check failed").expect("the end");
+    assert_eq!(record.unfinished_run("teachmover").expect("a look"), None);
+    assert_eq!(record.run(run).expect("the run").state, RunState::Ended(RunEnd::Failed));
+    let error = record.run(plumb_record::RunId(77)).expect_err("none").to_string();
+    assert!(error.contains("no run 77"), "{error}");
+}
+
+#[test]
+fn a_model_is_noted_once_until_it_changes() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut record = Record::open(directory.path()).expect("a record");
+    let first = record.note_model("teachmover", "arm", None, "arm: a", "loaded").expect("noted");
+    assert_eq!(record.note_model("teachmover", "arm", None, "arm: a", "loaded").expect("noted"), first);
+    assert_ne!(record.note_model("teachmover", "arm", None, "arm: b", "loaded").expect("noted"), first);
+    assert_eq!(record.model_revisions("teachmover", "arm").expect("models").len(), 2);
+}
