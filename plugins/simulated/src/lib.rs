@@ -1,1 +1,3 @@
 //! A simulated robot, and the world it stands in.
+
+pub mod physics;

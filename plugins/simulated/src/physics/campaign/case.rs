@@ -1,0 +1,167 @@
+//! One simulated campaign: the user's part and the truth.
+
+use serde::{Deserialize, Serialize};
+
+use crate::physics::imperfection::{Imperfection, Kind, Mechanism};
+
+use super::poses::Visit;
+use super::specification::Specification;
+
+/// The verdicts of the lab.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Nothing above the noise.
+    AtFloor,
+    /// One effect, one place.
+    Named,
+    /// The joint is known, the mechanism is not.
+    Located,
+    /// Several explanations that these data cannot tell apart.
+    Tied,
+    /// Nothing known explains it.
+    Unknown,
+    /// These poses could not show it.
+    Blind,
+    /// The machine does not repeat.
+    NotRepeatable,
+    /// The noise is not known.
+    FloorUnknown,
+}
+
+/// One hidden imperfection, in the words of the lab's files.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Hidden {
+    /// Effect of the lab, or mechanism outside its library.
+    pub effect: String,
+    /// Joint, `base`, `p1` or axis.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// Size in `unit`.
+    pub size: f64,
+    /// Unit of the size.
+    pub unit: String,
+    /// Root mean square of what it adds to the readings, over the noise.
+    pub over_noise: f64,
+    /// Second joint, turns for a turn, time constant and the like.
+    #[serde(default, skip_serializing_if = "serde_json::Map::is_empty")]
+    pub details: serde_json::Map<String, serde_json::Value>,
+}
+
+/// What was hidden, and which answers are right.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    /// Seed of the case.
+    pub seed: u64,
+    /// Everything hidden.
+    pub hidden: Vec<Hidden>,
+    /// Verdicts that are right.
+    pub accept_verdict: Vec<Verdict>,
+    /// Whether several effects are to be found one after the other.
+    pub grow: bool,
+    /// Effect and place of each thing to be named.
+    pub effects: Vec<(String, String)>,
+    /// Standard deviation of the noise of each reading, mm.
+    pub noise_mm: f64,
+    /// Rows (from 1, as in the table below its header) that are grossly wrong.
+    pub outlier_rows: Vec<usize>,
+}
+
+/// A simulated campaign.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// What was asked for.
+    pub specification: Specification,
+    /// The rows' commands and circumstances.
+    pub visits: Vec<Visit>,
+    /// What was read in each row, mm.
+    pub readings: Vec<Vec<f64>>,
+    /// Constant errors of the arm that the user's model leaves free.
+    pub nuisances: Vec<Imperfection>,
+    /// What is hidden.
+    pub imperfections: Vec<Imperfection>,
+    /// The truth in the words of the lab's files.
+    pub truth: Truth,
+}
+
+impl Case {
+    #[allow(clippy::too_many_arguments, reason = "called in one place, with the parts of the case just made")]
+    pub(super) fn new(
+        specification: &Specification,
+        seed: u64,
+        visits: Vec<Visit>,
+        readings: Vec<Vec<f64>>,
+        outliers: Vec<usize>,
+        nuisances: Vec<Imperfection>,
+        imperfections: Vec<Imperfection>,
+        over_noise: Vec<f64>,
+    ) -> Self {
+        let hidden: Vec<Hidden> = imperfections
+            .iter()
+            .zip(over_noise)
+            .map(|(one, ratio)| describe(specification, one, ratio))
+            .collect();
+        let nameable = imperfections.iter().filter(|one| one.mechanism.kind() == Kind::Library);
+        let truth = Truth {
+            seed,
+            accept_verdict: super::accepted(&imperfections),
+            grow: imperfections.len() > 1,
+            effects: nameable
+                .map(|one| (one.mechanism.name().to_owned(), one.mechanism.place(&specification.arm)))
+                .collect(),
+            hidden,
+            noise_mm: specification.noise_mm,
+            outlier_rows: outliers.into_iter().map(|row| row + 1).collect(),
+        };
+        Self { specification: specification.clone(), visits, readings, nuisances, imperfections, truth }
+    }
+}
+
+fn describe(specification: &Specification, imperfection: &Imperfection, over_noise: f64) -> Hidden {
+    let arm = &specification.arm;
+    let mut details = serde_json::Map::new();
+    let mut tell = |key: &str, value: serde_json::Value| {
+        details.insert(key.to_owned(), value);
+    };
+    match imperfection.mechanism {
+        Mechanism::JointHarmonic { per_turn, phase, .. } => {
+            tell("n", per_turn.into());
+            tell("phase_rad", phase.into());
+        }
+        Mechanism::JointCoupling { driver, .. } => tell("with", arm.joint_name(driver).into()),
+        Mechanism::JointStep { at_s, .. } => tell("at_s", at_s.into()),
+        Mechanism::JointStiffening { knee, .. } => tell("knee_nm", knee.into()),
+        Mechanism::JointSettling { forgetting_s, .. } => tell("forgetting_s", forgetting_s.into()),
+        Mechanism::WarmUp { of, time_constant_s, .. } => {
+            tell("of", of.name().into());
+            tell("time_constant_s", time_constant_s.into());
+        }
+        Mechanism::BaseTilt { direction } | Mechanism::InstrumentTilt { direction } => {
+            tell("direction_rad", direction.into())
+        }
+        Mechanism::BasePosition { direction }
+        | Mechanism::ToolOffset { direction }
+        | Mechanism::Drift { direction } => {
+            tell("direction", direction.to_vec().into());
+        }
+        Mechanism::StickSlip { spacing, .. } => tell("spacing_rad", spacing.into()),
+        Mechanism::WornGear { worn_at, spread, .. } => {
+            tell("worn_at_rad", worn_at.into());
+            tell("spread_rad", spread.into());
+        }
+        Mechanism::CableWindUp { slack, .. } => tell("slack_rad", slack.into()),
+        Mechanism::RockingBase { direction, softness } => {
+            tell("direction_rad", direction.into());
+            tell("softness_nm", softness.into());
+        }
+        _ => {}
+    }
+    Hidden {
+        effect: imperfection.mechanism.name().to_owned(),
+        place: imperfection.mechanism.place(arm),
+        size: imperfection.size,
+        unit: imperfection.mechanism.unit().to_owned(),
+        over_noise,
+        details,
+    }
+}

@@ -1,0 +1,136 @@
+//! A case as files: the table, the model as the user would hold it, and answers in the open where they are wanted.
+
+use std::fmt::Write as _;
+
+use crate::physics::description::{ArmDescription, Convention};
+
+use super::case::Case;
+use super::instrument::{DISTANCE_POINT, TABLE_HEIGHT};
+use super::specification::{Free, Reading};
+
+impl Case {
+    /// The measurement table, CSV in the lab's format.
+    pub fn table_csv(&self) -> String {
+        let joints = self.specification.arm.joints.len();
+        let mut header: Vec<String> = (1..=joints).map(|joint| format!("q{joint}_deg")).collect();
+        header.extend((1..=joints).map(|joint| format!("approach_q{joint}")));
+        header.extend(["payload_kg", "temperature_c", "time_s", "repeat"].map(str::to_owned));
+        header.extend(reading_columns(self.specification.reading).iter().map(|name| (*name).to_owned()));
+        let mut text = header.join(",");
+        text.push('\n');
+        for (visit, reading) in self.visits.iter().zip(&self.readings) {
+            let mut cells: Vec<String> =
+                visit.commanded_deg.iter().map(|angle| format!("{angle:.3}")).collect();
+            cells.extend(visit.sides.iter().map(|side| format!("{side:.0}")));
+            cells.push(format!("{}", visit.payload_kg));
+            cells.push(format!("{:.2}", visit.temperature_c));
+            cells.push(format!("{:.0}", visit.time_s));
+            cells.push(visit.repeat.map_or_else(String::new, |number| format!("r{number}")));
+            cells.extend(reading.iter().map(|value| format!("{value:.4}")));
+            match self.specification.reading {
+                Reading::Position => {}
+                Reading::Height => cells.push("table".to_owned()),
+                Reading::Distance => cells.push("post".to_owned()),
+            }
+            text.push_str(&cells.join(","));
+            text.push('\n');
+        }
+        text
+    }
+
+    /// The model file: the arm on paper, and what the user leaves free.
+    pub fn model_yaml(&self) -> String {
+        let hides = |name: &str| self.specification.hidden.iter().any(|wanted| wanted.choice.name == name);
+        let base_free =
+            !["base_tilt", "base_position", "drift", "instrument_tilt"].iter().any(|name| hides(name));
+        model_yaml(
+            &self.specification.arm,
+            self.specification.free,
+            base_free,
+            !hides("tool_offset"),
+            self.specification.reading,
+        )
+    }
+}
+
+fn reading_columns(reading: Reading) -> &'static [&'static str] {
+    match reading {
+        Reading::Position => &["p1_x_mm", "p1_y_mm", "p1_z_mm"],
+        Reading::Height => &["height_mm", "on"],
+        Reading::Distance => &["distance_mm", "distance_to"],
+    }
+}
+
+/// Writes an arm as a model file.
+fn model_yaml(
+    arm: &ArmDescription,
+    free: Free,
+    base_free: bool,
+    target_free: bool,
+    reading: Reading,
+) -> String {
+    let mut text = String::new();
+    let convention = if arm.convention == Convention::Distal { "distal" } else { "proximal" };
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "arm: {}\nconvention: {convention}\njoints:", arm.name);
+    for joint in &arm.joints {
+        let [low, high] = joint.limits.map(|limit| plain(limit.to_degrees()));
+        let _ = write!(
+            text,
+            "  - {{name: {}, a_mm: {}, alpha_deg: {}, d_mm: {}, theta_deg: {}, limits_deg: [{low}, {high}]",
+            joint.name,
+            plain(joint.length),
+            plain(joint.twist.to_degrees()),
+            plain(joint.offset),
+            plain(joint.rest_angle.to_degrees()),
+        );
+        if joint.sign < 0.0 {
+            text.push_str(", sign: -1");
+        }
+        if let Some(ratio) = joint.gear_ratio {
+            let _ = write!(text, ", gear_ratio: {ratio}");
+        }
+        text.push_str("}\n");
+    }
+    if !arm.weights.is_empty() {
+        text.push_str("links:\n");
+    }
+    for weight in &arm.weights {
+        let centre = <[f64; 3]>::from(weight.centre).map(plain).join(", ");
+        let after = arm.joint_name(weight.after);
+        let _ = writeln!(text, "  - {{after: {after}, mass_kg: {}, centre_mm: [{centre}]}}", weight.mass);
+    }
+    let xyz = <[f64; 3]>::from(arm.base_position).map(plain).join(", ");
+    let rpy = arm.base_orientation.map(|angle| plain(angle.to_degrees())).join(", ");
+    let target = <[f64; 3]>::from(arm.target).map(plain).join(", ");
+    let _ = writeln!(text, "base: {{xyz_mm: [{xyz}], rpy_deg: [{rpy}], free: {base_free}}}");
+    let _ = writeln!(text, "targets: {{p1: {{xyz_mm: [{target}], free: {target_free}}}}}");
+    let free = match free {
+        Free::None => "",
+        Free::Zeros => "joint_zero(*)",
+        Free::Geometry => "joint_zero(*), geometry(*)",
+    };
+    let _ = writeln!(text, "free: [{free}]\neffects: []");
+    match reading {
+        Reading::Position => {}
+        Reading::Height => {
+            let _ = writeln!(
+                text,
+                "surfaces:\n  table: {{plane: {{normal: [0, 0, 1], offset_mm: {}}}, free: false}}",
+                plain(TABLE_HEIGHT)
+            );
+        }
+        Reading::Distance => {
+            let point = <[f64; 3]>::from(DISTANCE_POINT).map(plain).join(", ");
+            let _ = writeln!(text, "surfaces:\n  post: {{point: {{xyz_mm: [{point}]}}, free: false}}");
+        }
+    }
+    text.push_str("measured_from: world\n");
+    text
+}
+
+/// A number without the tail that turning degrees into radians and back leaves.
+fn plain(value: f64) -> String {
+    let rounded = (value * 1e9).round() / 1e9;
+    format!("{}", if rounded == 0.0 { 0.0 } else { rounded })
+}

@@ -1,0 +1,170 @@
+//! Which poses are visited, in which order, from which side, when, and under which load.
+
+use crate::physics::description::ArmDescription;
+use crate::physics::random::Random;
+
+use super::catalogue::drawn_travel;
+use super::specification::{Approach, Specification, Spread};
+
+/// How far a joint goes too far before it comes back, rad.
+const OVERSHOOT: f64 = 3.0 * std::f64::consts::PI / 180.0;
+/// Half of a narrow window, rad.
+const NARROW: f64 = 20.0 * std::f64::consts::PI / 180.0;
+
+/// One visit of the campaign.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Visit {
+    /// Commanded joint angles, rad; whole thousandths of a degree.
+    pub commanded: Vec<f64>,
+    /// The same in degrees.
+    pub commanded_deg: Vec<f64>,
+    /// Side from which each joint arrives, +1 moving up, -1 down, 0 not moved.
+    pub sides: Vec<f64>,
+    /// Since switching on, s.
+    pub time_s: f64,
+    /// Degrees Celsius, as logged.
+    pub temperature_c: f64,
+    /// kg.
+    pub payload_kg: f64,
+    /// Number of the pose among the repeated ones, from 1.
+    pub repeat: Option<usize>,
+}
+
+impl Visit {
+    /// Where each joint goes before it comes back, rad.
+    pub fn beyond(&self) -> Vec<f64> {
+        self.commanded.iter().zip(&self.sides).map(|(angle, side)| angle - side * OVERSHOOT).collect()
+    }
+}
+
+/// Plans the visits of a campaign.
+pub fn plan(specification: &Specification, seed: u64) -> Vec<Visit> {
+    let mut random = Random::new(seed, "poses");
+    let windows = windows(specification, &mut random);
+    let mut poses: Vec<(Option<usize>, Vec<f64>)> = match specification.spread {
+        Spread::Grid => grid(&windows, specification.poses, &mut random),
+        Spread::Wide | Spread::Narrow => {
+            (0..specification.poses).map(|_| anywhere(&windows, &mut random)).collect()
+        }
+    }
+    .into_iter()
+    .map(|pose| (None, pose))
+    .collect();
+    let singles = poses.len();
+    for number in 1..=specification.repeated_poses {
+        let pose = anywhere(&windows, &mut random);
+        poses.extend(std::iter::repeat_n((Some(number), pose), specification.returns));
+    }
+    if specification.spread == Spread::Grid {
+        strew(&mut poses, singles, &mut random);
+    } else {
+        random.shuffle(&mut poses);
+    }
+    visits(specification, poses, seed)
+}
+
+fn visits(specification: &Specification, poses: Vec<(Option<usize>, Vec<f64>)>, seed: u64) -> Vec<Visit> {
+    let mut random = Random::new(seed, "conditions");
+    let pace_s = random.between(40.0, 95.0);
+    let duration = pace_s * poses.len() as f64;
+    let temperature = day(specification.heat, duration, &mut random);
+    let mut before: Vec<f64> = vec![0.0; specification.arm.joints.len()];
+    let mut visits = Vec::with_capacity(poses.len());
+    for (index, (repeat, commanded_deg)) in poses.into_iter().enumerate() {
+        let time_s = (pace_s * index as f64).round();
+        let sides = match specification.approach {
+            Approach::EitherSide => commanded_deg.iter().map(|_| random.sign()).collect(),
+            Approach::Straight => {
+                commanded_deg.iter().zip(&before).map(|(now, then)| sign_of(now - then)).collect()
+            }
+        };
+        before.clone_from(&commanded_deg);
+        visits.push(Visit {
+            commanded: commanded_deg.iter().map(|angle| angle.to_radians()).collect(),
+            commanded_deg,
+            sides,
+            time_s,
+            temperature_c: rounded(temperature(time_s), 100.0),
+            payload_kg: random.pick(&specification.payloads_kg).copied().unwrap_or(0.0),
+            repeat,
+        });
+    }
+    visits
+}
+
+fn sign_of(difference: f64) -> f64 {
+    if difference == 0.0 { 0.0 } else { difference.signum() }
+}
+
+fn rounded(value: f64, per_unit: f64) -> f64 {
+    (value * per_unit).round() / per_unit
+}
+
+/// The temperature over a campaign: steady, or a day's rise and fall with a door that opens now and then.
+fn day(heat: bool, duration_s: f64, random: &mut Random) -> impl Fn(f64) -> f64 + use<> {
+    let swing = if heat { random.between(5.0, 9.0) } else { 0.0 };
+    let phase = random.between(-1.2, 0.3);
+    let doors: Vec<(f64, f64)> = (0..3)
+        .map(|_| (random.between(0.0, duration_s), if heat { random.between(1.0, 3.0) } else { 0.0 }))
+        .collect();
+    move |time_s| {
+        let share = time_s / duration_s;
+        let drop = |(at, depth): &(f64, f64)| {
+            if time_s >= *at { depth * (-(time_s - at) / (0.08 * duration_s)).exp() } else { 0.0 }
+        };
+        20.0 + swing * ((share * 4.5 + phase).sin() - phase.sin()) - doors.iter().map(drop).sum::<f64>()
+    }
+}
+
+/// From where to where each joint goes in this campaign, degrees.
+fn windows(specification: &Specification, random: &mut Random) -> Vec<[f64; 2]> {
+    let arm: &ArmDescription = &specification.arm;
+    let window = |joint: usize| {
+        let [low, high] = drawn_travel(arm, joint);
+        let (low, high) = (low + OVERSHOOT, high - OVERSHOOT);
+        let (low, high) = if low < high { (low, high) } else { (0.5 * (low + high), 0.5 * (low + high)) };
+        if specification.spread != Spread::Narrow {
+            return [low.to_degrees(), high.to_degrees()];
+        }
+        let half = NARROW.min(0.5 * (high - low));
+        let middle = random.between(low + half, high - half);
+        [(middle - half).to_degrees(), (middle + half).to_degrees()]
+    };
+    (0..arm.joints.len()).map(window).collect()
+}
+
+fn anywhere(windows: &[[f64; 2]], random: &mut Random) -> Vec<f64> {
+    windows.iter().map(|[low, high]| rounded(random.between(*low, *high), 1000.0)).collect()
+}
+
+/// A lattice of the first three joints, walked to and fro; the others turn through a few fixed angles.
+fn grid(windows: &[[f64; 2]], count: usize, random: &mut Random) -> Vec<Vec<f64>> {
+    let levels = (count.max(1) as f64).cbrt().ceil() as usize;
+    let wrist: Vec<Vec<f64>> = (0..4).map(|_| anywhere(windows, random)).collect();
+    let at = |level: usize, [low, high]: [f64; 2]| {
+        let step = ((high - low) / levels as f64 / 5.0).floor().max(1.0) * 5.0;
+        rounded(0.5 * (low + high) + step * (level as f64 - 0.5 * (levels as f64 - 1.0)), 1000.0)
+    };
+    let to_and_fro =
+        |index: usize, round: usize| if round.is_multiple_of(2) { index } else { levels - 1 - index };
+    let pose = |number: usize| {
+        let (outer, middle, inner) = (number / (levels * levels), number / levels % levels, number % levels);
+        let lattice = [outer, to_and_fro(middle, outer), to_and_fro(inner, number / levels)];
+        let mut pose = wrist.get(number % 4).cloned().unwrap_or_default();
+        for ((angle, level), window) in pose.iter_mut().zip(lattice).zip(windows) {
+            *angle = at(level, *window);
+        }
+        pose
+    };
+    (0..count).map(pose).collect()
+}
+
+/// Spreads the returns (which stand at the end) among the single poses without disturbing their order.
+fn strew(poses: &mut Vec<(Option<usize>, Vec<f64>)>, singles: usize, random: &mut Random) {
+    let mut returns = poses.split_off(singles.min(poses.len()));
+    random.shuffle(&mut returns);
+    for visit in returns {
+        let place = random.below(poses.len() + 1);
+        poses.insert(place, visit);
+    }
+}

@@ -1,0 +1,120 @@
+//! What a campaign is to be: arm, poses, circumstances, and what is hidden.
+
+use crate::physics::description::ArmDescription;
+
+use super::catalogue::Choice;
+
+/// How far the poses reach.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spread {
+    /// Evenly over all travel.
+    Wide,
+    /// Within a window of 40 degrees of each joint, somewhere in its travel.
+    Narrow,
+    /// On a regular lattice of the first three joints, neighbours one after the other.
+    Grid,
+}
+
+/// From where each pose is reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Approach {
+    /// Every joint first goes 3 degrees too far, to a side drawn by lot, and comes back.
+    EitherSide,
+    /// Straight from the pose before; the side is that of the move.
+    Straight,
+}
+
+/// What the user's model leaves free from the start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Free {
+    /// Nothing but base and target.
+    None,
+    /// The joints' zeros besides.
+    Zeros,
+    /// Zeros, lengths, offsets, twists and skews besides.
+    Geometry,
+}
+
+/// What is read at each pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reading {
+    /// The target's position, three coordinates.
+    Position,
+    /// The target's height over a level table.
+    Height,
+    /// The target's distance to a fixed point.
+    Distance,
+}
+
+/// How much of an effect is hidden.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Size {
+    /// Such that what it adds to the readings is this many times the noise (root mean square over the campaign, per reading).
+    OverNoise(f64),
+    /// In the mechanism's own unit.
+    Exact(f64),
+}
+
+/// One thing to hide.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wanted {
+    /// What.
+    pub choice: Choice,
+    /// How much.
+    pub size: Size,
+}
+
+/// A measurement campaign to be simulated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Specification {
+    /// The arm on paper.
+    pub arm: ArmDescription,
+    /// What is hidden; empty for an arm that only has small constant errors.
+    pub hidden: Vec<Wanted>,
+    /// Poses visited once.
+    pub poses: usize,
+    /// How far they reach.
+    pub spread: Spread,
+    /// How many further poses are returned to.
+    pub repeated_poses: usize,
+    /// How often each of those is visited.
+    pub returns: usize,
+    /// From where poses are reached.
+    pub approach: Approach,
+    /// Whether the temperature moves over the campaign.
+    pub heat: bool,
+    /// Payloads in use, drawn by lot at each pose, kg; empty for none.
+    pub payloads_kg: Vec<f64>,
+    /// What is read.
+    pub reading: Reading,
+    /// Standard deviation of each reading, mm.
+    pub noise_mm: f64,
+    /// Share of readings that are grossly wrong.
+    pub outliers: f64,
+    /// What the user's model leaves free.
+    pub free: Free,
+}
+
+/// Noise of a campaign where neither the command nor the arm's file says otherwise, mm.
+pub const USUAL_NOISE_MM: f64 = 0.05;
+
+impl Specification {
+    /// The usual campaign: 60 wide poses, six more returned to five times, either side, steady conditions, positions, nothing hidden.
+    pub fn usual(arm: ArmDescription) -> Self {
+        Self {
+            noise_mm: arm.declared_noise.unwrap_or(USUAL_NOISE_MM),
+            arm,
+            hidden: Vec::new(),
+            poses: 60,
+            spread: Spread::Wide,
+            repeated_poses: 6,
+            returns: 5,
+            approach: Approach::EitherSide,
+            heat: false,
+            payloads_kg: Vec::new(),
+            reading: Reading::Position,
+            outliers: 0.0,
+            free: Free::Zeros,
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! What is known of an arm on paper: joints, links and target, read from a model file of the lab's format.
+
+use serde::Deserialize;
+
+use super::rigid::Vector;
+
+/// Standard gravity, m/s2.
+pub const GRAVITY: f64 = 9.80665;
+
+/// Where a row of the Denavit-Hartenberg table puts the turn of its joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Convention {
+    /// Standard: turn, offset, length, twist. The row's frame sits at the far end of the link.
+    Distal,
+    /// Modified (Craig): twist, length, turn, offset. The row's frame sits on the joint itself.
+    Proximal,
+}
+
+/// One joint and the link that belongs to its row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Name, unique in the arm.
+    pub name: String,
+    /// Length of the common normal, mm.
+    pub length: f64,
+    /// Twist about the common normal, rad.
+    pub twist: f64,
+    /// Offset along the joint's axis, mm.
+    pub offset: f64,
+    /// Angle of the common normal where the joint reads zero, rad.
+    pub rest_angle: f64,
+    /// +1 or -1: whether the joint's reading turns with or against the right hand about its axis.
+    pub sign: f64,
+    /// Travel, rad, lower and upper.
+    pub limits: [f64; 2],
+    /// Turns of the motor for a turn of the joint, where known.
+    pub gear_ratio: Option<f64>,
+}
+
+/// A weight carried by a link.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Weight {
+    /// Index of the joint that carries it.
+    pub after: usize,
+    /// kg.
+    pub mass: f64,
+    /// Centre of mass in the frame of that joint's row, mm.
+    pub centre: Vector,
+}
+
+/// An arm as its papers describe it: the nominal model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmDescription {
+    /// Name of the arm.
+    pub name: String,
+    /// Convention of the joints' rows.
+    pub convention: Convention,
+    /// From the base to the flange.
+    pub joints: Vec<Joint>,
+    /// What weighs.
+    pub weights: Vec<Weight>,
+    /// Place of the base in the world, mm.
+    pub base_position: Vector,
+    /// Fixed-axis roll, pitch, yaw of the base, rad.
+    pub base_orientation: [f64; 3],
+    /// Measured target in the flange's frame, mm.
+    pub target: Vector,
+    /// Standard deviation that the file declares for each axis of a measured position, mm.
+    pub declared_noise: Option<f64>,
+}
+
+/// Why a description could not be used.
+#[derive(Debug, thiserror::Error)]
+pub enum DescriptionError {
+    /// Not readable as YAML of this format; the message carries line and column.
+    #[error("the arm's description cannot be read: {0}")]
+    Read(String),
+    /// The arm has no joints.
+    #[error("the arm `{0}` has no joints: list at least one under `joints:`")]
+    NoJoints(String),
+    /// Two joints share a name.
+    #[error("the arm `{arm}` has two joints named `{joint}`: names must differ")]
+    SameName {
+        /// The arm.
+        arm: String,
+        /// The name used twice.
+        joint: String,
+    },
+    /// The travel of a joint is empty or not finite.
+    #[error("joint `{joint}`: limits_deg [{low}, {high}] leave no travel; the lower limit comes first")]
+    Limits {
+        /// The joint.
+        joint: String,
+        /// Lower limit, degrees.
+        low: f64,
+        /// Upper limit, degrees.
+        high: f64,
+    },
+    /// A number that is not finite or of no use.
+    #[error("joint `{joint}`: {what} is {value}; {right}")]
+    Number {
+        /// The joint.
+        joint: String,
+        /// Which number.
+        what: &'static str,
+        /// What stands there.
+        value: f64,
+        /// What would be right.
+        right: &'static str,
+    },
+    /// A link hangs on a joint that does not exist.
+    #[error("links: `after: {after}` names no joint; the joints are {known}")]
+    UnknownJoint {
+        /// What stands there.
+        after: String,
+        /// The joints' names.
+        known: String,
+    },
+    /// The model has no target p1.
+    #[error("targets: there is no p1; the trial's arm carries its target under this name")]
+    NoTarget,
+}
+
+#[derive(Deserialize)]
+struct RawArm {
+    arm: String,
+    convention: Convention,
+    joints: Vec<RawJoint>,
+    #[serde(default)]
+    links: Vec<RawLink>,
+    #[serde(default)]
+    base: RawBase,
+    #[serde(default)]
+    targets: RawTargets,
+    #[serde(default)]
+    noise: RawNoise,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawJoint {
+    name: String,
+    #[serde(default)]
+    a_mm: f64,
+    #[serde(default)]
+    alpha_deg: f64,
+    #[serde(default)]
+    d_mm: f64,
+    #[serde(default)]
+    theta_deg: f64,
+    #[serde(default = "one")]
+    sign: f64,
+    #[serde(default = "full_circle")]
+    limits_deg: [f64; 2],
+    gear_ratio: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawLink {
+    after: String,
+    mass_kg: f64,
+    centre_mm: [f64; 3],
+}
+
+#[derive(Deserialize, Default)]
+struct RawBase {
+    #[serde(default)]
+    xyz_mm: [f64; 3],
+    #[serde(default)]
+    rpy_deg: [f64; 3],
+}
+
+#[derive(Deserialize, Default)]
+struct RawTargets {
+    p1: Option<RawTarget>,
+}
+
+#[derive(Deserialize)]
+struct RawTarget {
+    #[serde(default)]
+    xyz_mm: [f64; 3],
+}
+
+#[derive(Deserialize, Default)]
+struct RawNoise {
+    p1_mm: Option<f64>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn full_circle() -> [f64; 2] {
+    [-360.0, 360.0]
+}
+
+impl RawJoint {
+    fn checked(self) -> Result<Joint, DescriptionError> {
+        let refuse = |what, value, right| {
+            Err(DescriptionError::Number { joint: self.name.clone(), what, value, right })
+        };
+        for (what, value) in [
+            ("a_mm", self.a_mm),
+            ("alpha_deg", self.alpha_deg),
+            ("d_mm", self.d_mm),
+            ("theta_deg", self.theta_deg),
+        ] {
+            if !value.is_finite() {
+                return refuse(what, value, "a plain number is needed");
+            }
+        }
+        if self.sign.abs() != 1.0 {
+            return refuse("sign", self.sign, "it is 1 or -1");
+        }
+        let [low, high] = self.limits_deg;
+        if !(low.is_finite() && high.is_finite() && low < high) {
+            return Err(DescriptionError::Limits { joint: self.name, low, high });
+        }
+        Ok(Joint {
+            length: self.a_mm,
+            twist: self.alpha_deg.to_radians(),
+            offset: self.d_mm,
+            rest_angle: self.theta_deg.to_radians(),
+            sign: self.sign,
+            limits: [low.to_radians(), high.to_radians()],
+            gear_ratio: self.gear_ratio,
+            name: self.name,
+        })
+    }
+}
+
+impl ArmDescription {
+    /// Reads a model file's arm; what concerns only the lab (effects, free parameters, noise) is left aside.
+    pub fn from_yaml(text: &str) -> Result<Self, DescriptionError> {
+        let raw: RawArm =
+            serde_yaml::from_str(text).map_err(|error| DescriptionError::Read(error.to_string()))?;
+        let joints = raw.joints.into_iter().map(RawJoint::checked).collect::<Result<Vec<_>, _>>()?;
+        if joints.is_empty() {
+            return Err(DescriptionError::NoJoints(raw.arm));
+        }
+        for (index, joint) in joints.iter().enumerate() {
+            if joints.iter().take(index).any(|earlier| earlier.name == joint.name) {
+                return Err(DescriptionError::SameName { arm: raw.arm, joint: joint.name.clone() });
+            }
+        }
+        let weights =
+            raw.links.into_iter().map(|link| weight(link, &joints)).collect::<Result<Vec<_>, _>>()?;
+        let target = raw.targets.p1.ok_or(DescriptionError::NoTarget)?;
+        Ok(Self {
+            name: raw.arm,
+            convention: raw.convention,
+            joints,
+            weights,
+            base_position: raw.base.xyz_mm.into(),
+            base_orientation: raw.base.rpy_deg.map(f64::to_radians),
+            target: target.xyz_mm.into(),
+            declared_noise: raw.noise.p1_mm,
+        })
+    }
+
+    /// The index of the joint with this name.
+    pub fn joint_index(&self, name: &str) -> Option<usize> {
+        self.joints.iter().position(|joint| joint.name == name)
+    }
+
+    /// The name of joint `index`; empty past the last one.
+    pub fn joint_name(&self, index: usize) -> &str {
+        self.joints.get(index).map_or("", |joint| joint.name.as_str())
+    }
+}
+
+fn weight(link: RawLink, joints: &[Joint]) -> Result<Weight, DescriptionError> {
+    let Some(after) = joints.iter().position(|joint| joint.name == link.after) else {
+        let known = joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>().join(", ");
+        return Err(DescriptionError::UnknownJoint { after: link.after, known });
+    };
+    Ok(Weight { after, mass: link.mass_kg, centre: link.centre_mm.into() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ONE_LINK: &str =
+        "arm: pendulum\nconvention: distal\njoints:\n  - {name: pivot, a_mm: 500}\ntargets: {p1: {}}\n";
+
+    #[test]
+    fn defaults_are_those_of_the_format() {
+        let arm = ArmDescription::from_yaml(ONE_LINK).unwrap();
+        assert_eq!(arm.joints[0].sign, 1.0);
+        assert_eq!(arm.joints[0].limits, [-std::f64::consts::TAU, std::f64::consts::TAU]);
+        assert_eq!(arm.joints[0].gear_ratio, None);
+    }
+
+    #[test]
+    fn bad_descriptions_say_where_and_what() {
+        let message = |from: &str, to: &str| {
+            ArmDescription::from_yaml(&ONE_LINK.replace(from, to)).unwrap_err().to_string()
+        };
+        assert_eq!(
+            message("a_mm: 500", "a_mm: 500, limits_deg: [20, -20]"),
+            "joint `pivot`: limits_deg [20, -20] leave no travel; the lower limit comes first"
+        );
+        assert_eq!(message("a_mm: 500", "a_mm: 500, sign: 2"), "joint `pivot`: sign is 2; it is 1 or -1");
+        assert_eq!(
+            message("targets:", "links: [{after: pivt, mass_kg: 1, centre_mm: [0, 0, 0]}]\ntargets:"),
+            "links: `after: pivt` names no joint; the joints are pivot"
+        );
+        assert_eq!(
+            message("targets: {p1: {}}", "targets: {}"),
+            "targets: there is no p1; the trial's arm carries its target under this name"
+        );
+        let unknown = message("a_mm: 500", "a_mm: 500, length: 3");
+        assert!(unknown.contains("length") && unknown.contains("4"), "{unknown}");
+    }
+}

@@ -1,0 +1,91 @@
+//! What yields under load: springs in the drives, beams for links, cables, feet. All act at once and on the yielded arm.
+
+mod beam;
+mod rocking_base;
+mod torsion_spring;
+mod wind_up;
+
+use super::imperfection::{Imperfection, Mechanism};
+use super::posture::{Load, Posture};
+use super::rigid::{Rigid, Vector};
+use super::shape::Arm;
+
+pub use torsion_spring::StiffeningSpring;
+
+/// An arm under load, as the elastic parts see it.
+pub struct Loaded<'arm> {
+    /// The arm at home.
+    pub arm: &'arm Arm,
+    /// How it stands, all yielding included.
+    pub posture: &'arm Posture,
+    /// The joints' angles, yielding included, rad.
+    pub angles: &'arm [f64],
+    /// What hangs beyond each joint.
+    pub loads: &'arm [Load],
+    /// Gravity's moment on each joint, N m.
+    pub moments: &'arm [f64],
+    /// At the flange, kg.
+    pub payload: f64,
+}
+
+/// How far everything has yielded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Yielding {
+    /// Turn of each joint, rad.
+    pub turns: Vec<f64>,
+    /// Motion of each link's far end, base frame at home.
+    pub bends: Vec<Rigid>,
+    /// Turn of the base, a rotation vector in the world, rad.
+    pub rocking: Vector,
+}
+
+impl Yielding {
+    /// Nothing has yielded yet.
+    pub fn none(joints: usize) -> Self {
+        Self { turns: vec![0.0; joints], bends: Vec::new(), rocking: Vector::ZERO }
+    }
+
+    /// Adds to a joint's turn.
+    pub fn turn(&mut self, joint: usize, angle: f64) {
+        if let Some(turn) = self.turns.get_mut(joint) {
+            *turn += angle;
+        }
+    }
+
+    /// Adds to a link's bending.
+    pub fn bend(&mut self, joint: usize, bend: Rigid) {
+        self.bends.resize(self.turns.len(), Rigid::IDENTITY);
+        if let Some(entry) = self.bends.get_mut(joint) {
+            *entry = *entry * bend;
+        }
+    }
+}
+
+/// One part that yields.
+pub trait ElasticPart: Send {
+    /// Adds how far this part yields to the present load.
+    fn yield_to(&self, loaded: &Loaded<'_>, yielding: &mut Yielding);
+}
+
+/// The elastic parts among these imperfections.
+pub fn parts(imperfections: &[Imperfection]) -> Vec<Box<dyn ElasticPart>> {
+    imperfections.iter().filter_map(part).collect()
+}
+
+fn part(imperfection: &Imperfection) -> Option<Box<dyn ElasticPart>> {
+    let size = imperfection.size;
+    Some(match imperfection.mechanism {
+        Mechanism::JointCompliance { joint } => {
+            Box::new(torsion_spring::TorsionSpring { joint, compliance: size })
+        }
+        Mechanism::JointStiffening { joint, knee } => {
+            Box::new(StiffeningSpring { joint, compliance: size, knee })
+        }
+        Mechanism::LinkSag { joint } => Box::new(beam::Beam { joint, flexibility: size }),
+        Mechanism::CableWindUp { joint, slack } => Box::new(wind_up::WindUp { joint, pull: size, slack }),
+        Mechanism::RockingBase { direction, softness } => {
+            Box::new(rocking_base::RockingBase { direction, softness, tilt: size })
+        }
+        _ => return None,
+    })
+}

@@ -1,0 +1,58 @@
+//! A link that bends like a beam clamped at its joint (Euler and Bernoulli).
+
+use super::{ElasticPart, Loaded, Yielding};
+use crate::physics::posture::Load;
+use crate::physics::rigid::{Rigid, Rotation, Vector};
+
+/// The link after a joint, of bending stiffness `1 / flexibility` N m2, straight from the joint's axis to the next.
+///
+/// A force F and a moment M at the free end of a cantilever of length L along u turn it by `(L M + L^2/2 u x F) / EI` and shift it by
+/// `(L^2/2 M x u + L^3/3 F) / EI`, parts along u left out; its own weight P at distance b adds `b^2/2 u x P` and `b^2 (3L - b)/6 P`.
+pub(super) struct Beam {
+    pub(super) joint: usize,
+    pub(super) flexibility: f64,
+}
+
+impl ElasticPart for Beam {
+    fn yield_to(&self, loaded: &Loaded<'_>, yielding: &mut Yielding) {
+        let (Some(axis), Some(motion), Some(end_at_home)) = (
+            loaded.posture.axes.get(self.joint),
+            loaded.posture.world_from_home.get(self.joint),
+            loaded.arm.link_ends.get(self.joint),
+        ) else {
+            return;
+        };
+        let end = motion.apply(*end_at_home);
+        let Some(along) = (end - axis.point).unit() else { return };
+        let length = (end - axis.point).norm() * 1e-3;
+        let beyond = self.beyond(loaded);
+        let force = beyond.weight().across(along);
+        let moment = beyond.moment_about(end).across(along);
+        let mut turn = moment * length + along.cross(force) * (0.5 * length * length);
+        let mut shift = moment.cross(along) * (0.5 * length * length) + force * (length.powi(3) / 3.0);
+        for weight in loaded.arm.weights.iter().filter(|weight| weight.after == self.joint) {
+            let mut own = Load::default();
+            own.hang(weight.mass, Vector::ZERO);
+            let pull = own.weight().across(along);
+            let at = (motion.apply(weight.centre) - axis.point).dot(along) * 1e-3;
+            let at = at.clamp(0.0, length);
+            turn += along.cross(pull) * (0.5 * at * at);
+            shift += pull * (at * at * (3.0 * length - at) / 6.0);
+        }
+        let home_from_world = motion.rotation.inverse();
+        let turn = home_from_world.apply(turn * self.flexibility);
+        let shift = home_from_world.apply(shift * (self.flexibility * 1e3));
+        yielding.bend(self.joint, Rigid::turned_about(*end_at_home, Rotation::by(turn), shift));
+    }
+}
+
+impl Beam {
+    /// What hangs beyond the link's end.
+    fn beyond(&self, loaded: &Loaded<'_>) -> Load {
+        loaded.loads.get(self.joint + 1).copied().unwrap_or_else(|| {
+            let mut payload = Load::default();
+            payload.hang(loaded.payload, loaded.posture.world_from_flange.translation);
+            payload
+        })
+    }
+}

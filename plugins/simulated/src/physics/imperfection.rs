@@ -1,0 +1,225 @@
+//! What can be wrong with an arm: the catalogue of mechanisms, each with where it sits and how large it is.
+//!
+//! A size is given in rad, mm, kg, N m, K and s, as the mechanism has it; `unit` names it. What each mechanism does is told where it is done: in the
+//! drive ([`super::drive`]), in what yields ([`super::elastic`]), in the shape, by time and temperature ([`super::slow_change`]) or in the instrument
+//! ([`super::campaign::instrument`]).
+
+use super::description::ArmDescription;
+
+/// The quantity of a row that warms up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Warming {
+    /// The joint's zero, rad.
+    Zero,
+    /// The link's length, mm.
+    Length,
+    /// The link's offset, mm.
+    Offset,
+}
+
+impl Warming {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Zero => "zero",
+            Self::Length => "length",
+            Self::Offset => "offset",
+        }
+    }
+}
+
+/// How an arm deviates from the one on paper. Numbers beside the place are secondary: what matters is the size beside the mechanism.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs, reason = "each mechanism's line tells what its numbers are")]
+pub enum Mechanism {
+    /// The joint reads zero elsewhere; rad.
+    JointZero { joint: usize },
+    /// The transmission ratio differs; rad per rad.
+    JointGain { joint: usize },
+    /// Length of the common normal; mm.
+    LinkLength { joint: usize },
+    /// Offset along the axis; mm.
+    LinkOffset { joint: usize },
+    /// Twist about the common normal; rad.
+    LinkTwist { joint: usize },
+    /// The joint's own axis leans about the y of the frame it turns in; rad.
+    AxisSkew { joint: usize },
+    /// The base leans about a horizontal direction (rad from x); rad.
+    BaseTilt { direction: f64 },
+    /// The base stands elsewhere along a direction; mm.
+    BasePosition { direction: [f64; 3] },
+    /// The target sits elsewhere along a direction of the flange; mm.
+    ToolOffset { direction: [f64; 3] },
+    /// The drive yields to the moment of gravity; rad/(N m).
+    JointCompliance { joint: usize },
+    /// The drive yields, less and less beyond a moment of `knee` N m; rad/(N m) at rest.
+    JointStiffening { joint: usize, knee: f64 },
+    /// A wheel turning `per_turn` times for a turn of the joint runs out of true; rad at the joint.
+    JointHarmonic { joint: usize, per_turn: f64, phase: f64 },
+    /// Play of the gears; rad, the whole width.
+    JointBacklash { joint: usize },
+    /// The drive creeps into place: it lags by a share of the last moves, forgotten with time; rad per rad.
+    JointSettling { joint: usize, forgetting_s: f64 },
+    /// Turning `driver` drags `joint`; rad per rad.
+    JointCoupling { joint: usize, driver: usize },
+    /// The motor loses steps at a time; rad.
+    JointStep { joint: usize, at_s: f64 },
+    /// The link after the joint bends as a beam; 1/(N m2), the reciprocal of its bending stiffness.
+    LinkSag { joint: usize },
+    /// The link of the row grows with temperature; 1/K.
+    ThermalGrowth { joint: usize },
+    /// Something of the row moves while the machine warms up; rad or mm in the end.
+    WarmUp { joint: usize, of: Warming, time_constant_s: f64 },
+    /// The base creeps along a direction; mm per hour.
+    Drift { direction: [f64; 3] },
+    /// The instrument's length along one axis (0, 1, 2) is wrong; mm per mm.
+    InstrumentScale { axis: usize },
+    /// The instrument stands out of level about a horizontal direction (rad from x); rad.
+    InstrumentTilt { direction: f64 },
+    /// Outside the library: the joint hangs in detents of irregular spacing near `spacing` rad; rad, the depth.
+    StickSlip { joint: usize, spacing: f64, pattern: u64 },
+    /// Outside the library: gears worn in one place have play there, around `worn_at` within `spread` rad; rad, the greatest width.
+    WornGear { joint: usize, worn_at: f64, spread: f64 },
+    /// Outside the library: a cable run over the joint and the next one is slack for `slack` rad of their sum and then pulls; rad per rad.
+    CableWindUp { joint: usize, slack: f64 },
+    /// Outside the library: the base rocks on uneven feet about a horizontal direction (rad from x), over within `softness` N m; rad each way.
+    RockingBase { direction: f64, softness: f64 },
+    /// Not repeatable: a loose coupling sits in one of two places for no recorded reason; rad.
+    LooseCoupling { joint: usize, pattern: u64 },
+}
+
+/// A mechanism at work.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Imperfection {
+    /// What.
+    pub mechanism: Mechanism,
+    /// How much, in the mechanism's unit.
+    pub size: f64,
+}
+
+/// What kind of answer a mechanism calls for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// An effect of the lab's library.
+    Library,
+    /// No effect of the library does this.
+    Outside,
+    /// The machine does not repeat.
+    NotRepeatable,
+}
+
+impl Mechanism {
+    /// Name: of the lab's effect where there is one.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::JointZero { .. } => "joint_zero",
+            Self::JointGain { .. } => "joint_gain",
+            Self::LinkLength { .. } => "link_length",
+            Self::LinkOffset { .. } => "link_offset",
+            Self::LinkTwist { .. } => "link_twist",
+            Self::AxisSkew { .. } => "axis_skew",
+            Self::BaseTilt { .. } => "base_tilt",
+            Self::BasePosition { .. } => "base_position",
+            Self::ToolOffset { .. } => "tool_offset",
+            Self::JointCompliance { .. } => "joint_compliance",
+            Self::JointStiffening { .. } => "joint_stiffening",
+            Self::JointHarmonic { .. } => "joint_harmonic",
+            Self::JointBacklash { .. } => "joint_backlash",
+            Self::JointSettling { .. } => "joint_settling",
+            Self::JointCoupling { .. } => "joint_coupling",
+            Self::JointStep { .. } => "joint_step",
+            Self::LinkSag { .. } => "link_sag",
+            Self::ThermalGrowth { .. } => "thermal_growth",
+            Self::WarmUp { .. } => "warm_up",
+            Self::Drift { .. } => "drift",
+            Self::InstrumentScale { .. } => "scale",
+            Self::InstrumentTilt { .. } => "instrument_tilt",
+            Self::StickSlip { .. } => "stick_slip",
+            Self::WornGear { .. } => "worn_gear",
+            Self::CableWindUp { .. } => "cable_wind_up",
+            Self::RockingBase { .. } => "rocking_base",
+            Self::LooseCoupling { .. } => "loose_coupling",
+        }
+    }
+
+    /// Whether the lab's library has it.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::StickSlip { .. }
+            | Self::WornGear { .. }
+            | Self::CableWindUp { .. }
+            | Self::RockingBase { .. } => Kind::Outside,
+            Self::LooseCoupling { .. } => Kind::NotRepeatable,
+            _ => Kind::Library,
+        }
+    }
+
+    /// Unit of the size.
+    pub fn unit(&self) -> &'static str {
+        match self {
+            Self::LinkLength { .. }
+            | Self::LinkOffset { .. }
+            | Self::BasePosition { .. }
+            | Self::ToolOffset { .. } => "mm",
+            Self::WarmUp { of: Warming::Length | Warming::Offset, .. } => "mm",
+            Self::JointGain { .. }
+            | Self::JointSettling { .. }
+            | Self::JointCoupling { .. }
+            | Self::CableWindUp { .. } => "rad/rad",
+            Self::JointCompliance { .. } | Self::JointStiffening { .. } => "rad/(N m)",
+            Self::LinkSag { .. } => "1/(N m2)",
+            Self::ThermalGrowth { .. } => "1/K",
+            Self::Drift { .. } => "mm/h",
+            Self::InstrumentScale { .. } => "mm/mm",
+            _ => "rad",
+        }
+    }
+
+    /// The joint whose row holds what changes, where it is a joint.
+    pub fn joint(&self) -> Option<usize> {
+        match *self {
+            Self::JointZero { joint }
+            | Self::JointGain { joint }
+            | Self::LinkLength { joint }
+            | Self::LinkOffset { joint }
+            | Self::LinkTwist { joint }
+            | Self::AxisSkew { joint }
+            | Self::JointCompliance { joint }
+            | Self::JointStiffening { joint, .. }
+            | Self::JointHarmonic { joint, .. }
+            | Self::JointBacklash { joint }
+            | Self::JointSettling { joint, .. }
+            | Self::JointCoupling { joint, .. }
+            | Self::JointStep { joint, .. }
+            | Self::LinkSag { joint }
+            | Self::ThermalGrowth { joint }
+            | Self::WarmUp { joint, .. }
+            | Self::StickSlip { joint, .. }
+            | Self::WornGear { joint, .. }
+            | Self::CableWindUp { joint, .. }
+            | Self::LooseCoupling { joint, .. } => Some(joint),
+            Self::BaseTilt { .. }
+            | Self::BasePosition { .. }
+            | Self::ToolOffset { .. }
+            | Self::Drift { .. }
+            | Self::InstrumentScale { .. }
+            | Self::InstrumentTilt { .. }
+            | Self::RockingBase { .. } => None,
+        }
+    }
+
+    /// The place as the lab's files name it: a joint's name, `base`, `p1`, an axis.
+    pub fn place(&self, arm: &ArmDescription) -> String {
+        match *self {
+            Self::ToolOffset { .. } => "p1".to_owned(),
+            Self::InstrumentScale { axis } => ["x", "y", "z"].get(axis).copied().unwrap_or("z").to_owned(),
+            Self::InstrumentTilt { .. } => "instrument".to_owned(),
+            _ => self.joint().map_or_else(|| "base".to_owned(), |joint| arm.joint_name(joint).to_owned()),
+        }
+    }
+
+    /// Whether temperature must change for it to show.
+    pub fn needs_heat(&self) -> bool {
+        matches!(self, Self::ThermalGrowth { .. })
+    }
+}

@@ -1,0 +1,103 @@
+//! An arm standing in some pose: where everything is, and how gravity pulls on it.
+
+use super::description::GRAVITY;
+use super::rigid::{Rigid, Screw, Vector};
+use super::shape::Arm;
+
+/// A standing arm, in the world frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Posture {
+    /// The joints' axes where they now are.
+    pub axes: Vec<Screw>,
+    /// Carries a point of each link from home (base frame) to where it is; the link's own bending not included.
+    pub world_from_home: Vec<Rigid>,
+    /// The flange.
+    pub world_from_flange: Rigid,
+    /// The target, mm.
+    pub target: Vector,
+}
+
+/// What hangs beyond some place of the arm: its mass, and its mass times its centre.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Load {
+    /// kg.
+    pub mass: f64,
+    /// kg mm, world frame.
+    pub first_moment: Vector,
+}
+
+impl Load {
+    /// Adds a point mass.
+    pub fn hang(&mut self, mass: f64, centre: Vector) {
+        self.mass += mass;
+        self.first_moment += centre * mass;
+    }
+
+    /// Its weight, N.
+    pub fn weight(&self) -> Vector {
+        Vector::Z * (-GRAVITY * self.mass)
+    }
+
+    /// Moment of its weight about `point`, N m.
+    pub fn moment_about(&self, point: Vector) -> Vector {
+        let lever = self.first_moment - point * self.mass;
+        lever.cross(Vector::Z) * (-GRAVITY * 1e-3)
+    }
+}
+
+impl Arm {
+    /// The arm with its joints turned by `angles` rad (as read) and each link displaced by `bends` at its far end (motions in the base frame at
+    /// home; missing ones are none), on a base moved by `rocking` in the world.
+    pub fn posture(&self, angles: &[f64], bends: &[Rigid], rocking: Rigid) -> Posture {
+        let mut motion = rocking * self.world_from_base;
+        let mut axes = Vec::with_capacity(self.screws.len());
+        let mut world_from_home = Vec::with_capacity(self.screws.len());
+        for (joint, screw) in self.screws.iter().enumerate() {
+            axes.push(Screw {
+                point: motion.apply(screw.point),
+                direction: motion.rotation.apply(screw.direction),
+            });
+            let angle =
+                self.signs.get(joint).copied().unwrap_or(1.0) * angles.get(joint).copied().unwrap_or(0.0);
+            motion = motion * screw.exponential(angle);
+            world_from_home.push(motion);
+            if let Some(bend) = bends.get(joint) {
+                motion = motion * *bend;
+            }
+        }
+        Posture {
+            world_from_flange: motion * self.base_from_flange,
+            target: motion.apply(self.target),
+            axes,
+            world_from_home,
+        }
+    }
+
+    /// What hangs beyond each joint, the link after it included, with `payload` kg at the flange.
+    pub fn loads(&self, posture: &Posture, payload: f64) -> Vec<Load> {
+        let mut loads = vec![Load::default(); self.screws.len()];
+        for weight in &self.weights {
+            if let (Some(load), Some(motion)) =
+                (loads.get_mut(weight.after), posture.world_from_home.get(weight.after))
+            {
+                load.hang(weight.mass, motion.apply(weight.centre));
+            }
+        }
+        if let Some(last) = loads.last_mut() {
+            last.hang(payload, posture.world_from_flange.translation);
+        }
+        let mut beyond = Load::default();
+        for load in loads.iter_mut().rev() {
+            beyond.mass += load.mass;
+            beyond.first_moment += load.first_moment;
+            *load = beyond;
+        }
+        loads
+    }
+
+    /// The moment with which gravity turns each joint, N m, positive towards greater readings.
+    pub fn gravity_moments(&self, posture: &Posture, loads: &[Load]) -> Vec<f64> {
+        let joints = posture.axes.iter().zip(loads).zip(&self.signs);
+        joints.map(|((axis, load), sign)| sign * axis.direction.dot(load.moment_about(axis.point))).collect()
+    }
+}
