@@ -1,5 +1,7 @@
 //! Simulated measurement campaigns: what they promise to those who diagnose them.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use plumb_simulated::physics::arms;
 use plumb_simulated::physics::campaign::catalogue::{self, Choice};
 use plumb_simulated::physics::campaign::specification::{

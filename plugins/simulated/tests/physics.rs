@@ -1,5 +1,7 @@
 //! The mechanics of the simulated arms, against cases whose answer is known otherwise.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use plumb_simulated::physics::arms;
 use plumb_simulated::physics::description::{ArmDescription, GRAVITY};
 use plumb_simulated::physics::drive::{Detents, EccentricWheel, Play, Settling};
