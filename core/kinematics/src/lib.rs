@@ -1,1 +1,15 @@
 //! Frames and chains of joints: forward kinematics, derivatives, gravity moments, inverse.
+//!
+//! Lengths are millimetres, angles radians. A chain is a row of joints; each joint's row of numbers is read in the
+//! distal (standard) or the proximal (modified) Denavit-Hartenberg convention. Every error a row can have
+//! ([`Deviation`]) moves the tip by a small twist about a known axis, so derivatives are exact and axes that are
+//! parallel are no special case.
+
+mod chain;
+mod gravity;
+mod posture;
+pub mod yang_siegel;
+
+pub use chain::{Chain, ChainError, Convention, Joint, Motion};
+pub use gravity::{GRAVITY, Mass, moments};
+pub use posture::{Deviation, JointFrame, Knob, Posture, Twist};

@@ -1,0 +1,229 @@
+//! Where every joint's axis and every link's end stand for given coordinates, and how the tip moves with each error.
+
+use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
+
+use crate::chain::{Chain, Convention, Joint, Motion};
+
+/// What one joint's row differs by from the nominal: mm and rad, added to the row's own numbers.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Deviation {
+    /// About the joint's axis, rad.
+    pub theta: f64,
+    /// Along the joint's axis, mm.
+    pub d: f64,
+    /// Along the common normal x, mm.
+    pub a: f64,
+    /// About x, rad.
+    pub alpha: f64,
+    /// About y (Hayati's skew: what makes nominally parallel axes not so), rad.
+    pub beta: f64,
+}
+
+/// One of the five numbers of a row that an error may move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Knob {
+    /// Turn about the joint's axis.
+    Theta,
+    /// Shift along the joint's axis.
+    D,
+    /// Shift along the common normal.
+    A,
+    /// Turn about the common normal.
+    Alpha,
+    /// Turn about y.
+    Beta,
+}
+
+impl Deviation {
+    /// Adds `amount` (mm or rad) to one of the five numbers.
+    pub fn add(&mut self, knob: Knob, amount: f64) {
+        match knob {
+            Knob::Theta => self.theta += amount,
+            Knob::D => self.d += amount,
+            Knob::A => self.a += amount,
+            Knob::Alpha => self.alpha += amount,
+            Knob::Beta => self.beta += amount,
+        }
+    }
+}
+
+/// How a point and a frame that travel with the tip move per unit of one error: mm and rad per unit, base frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Twist {
+    /// Of the point, mm per rad or mm per mm.
+    pub linear: Vector3<f64>,
+    /// Of the frame, rad per rad (zero for shifts).
+    pub angular: Vector3<f64>,
+}
+
+/// The axes of one joint's row, in the base frame.
+#[derive(Debug, Clone, Copy)]
+pub struct JointFrame {
+    /// The joint's axis z.
+    pub axis: Vector3<f64>,
+    /// A point on the axis.
+    pub axis_point: Vector3<f64>,
+    /// The common normal x of the row.
+    pub normal: Vector3<f64>,
+    /// A point on the line about which `alpha` turns.
+    pub normal_point: Vector3<f64>,
+    /// The axis y about which `beta` turns, through `normal_point`.
+    pub skew: Vector3<f64>,
+    /// The frame after the whole row: masses of this link are given in it.
+    pub end: IsometryMatrix3<f64>,
+}
+
+/// All frames of a chain at one pose. Reused from row to row to save allocation.
+#[derive(Debug, Clone)]
+pub struct Posture {
+    /// One per joint.
+    pub joints: Vec<JointFrame>,
+    /// The flange: the end of the last row, in the base frame.
+    pub flange: IsometryMatrix3<f64>,
+}
+
+impl Default for Posture {
+    fn default() -> Self {
+        Self { joints: Vec::new(), flange: IsometryMatrix3::identity() }
+    }
+}
+
+/// A frame under construction: its axes as columns, and its origin.
+#[derive(Clone, Copy)]
+struct Walker {
+    x: Vector3<f64>,
+    y: Vector3<f64>,
+    z: Vector3<f64>,
+    origin: Vector3<f64>,
+}
+
+impl Walker {
+    fn start() -> Self {
+        Self { x: Vector3::x(), y: Vector3::y(), z: Vector3::z(), origin: Vector3::zeros() }
+    }
+
+    fn turn_z(&mut self, angle: f64) {
+        let (sine, cosine) = angle.sin_cos();
+        let x = self.x * cosine + self.y * sine;
+        self.y = self.y * cosine - self.x * sine;
+        self.x = x;
+    }
+
+    fn turn_x(&mut self, angle: f64) {
+        let (sine, cosine) = angle.sin_cos();
+        let y = self.y * cosine + self.z * sine;
+        self.z = self.z * cosine - self.y * sine;
+        self.y = y;
+    }
+
+    fn turn_y(&mut self, angle: f64) {
+        if angle == 0.0 {
+            return;
+        }
+        let (sine, cosine) = angle.sin_cos();
+        let z = self.z * cosine + self.x * sine;
+        self.x = self.x * cosine - self.z * sine;
+        self.z = z;
+    }
+
+    fn follow(&mut self, pose: &IsometryMatrix3<f64>) {
+        let axes = Matrix3::from_columns(&[self.x, self.y, self.z]);
+        self.origin += axes * pose.translation.vector;
+        let turned = axes * pose.rotation.matrix();
+        self.x = turned.column(0).into_owned();
+        self.y = turned.column(1).into_owned();
+        self.z = turned.column(2).into_owned();
+    }
+
+    fn pose(&self) -> IsometryMatrix3<f64> {
+        let axes = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[self.x, self.y, self.z]));
+        IsometryMatrix3::from_parts(Translation3::from(self.origin), axes)
+    }
+}
+
+fn place(
+    walker: &mut Walker,
+    convention: Convention,
+    joint: &Joint,
+    coordinate: f64,
+    deviation: &Deviation,
+) -> JointFrame {
+    if let Some(before) = &joint.before {
+        walker.follow(before);
+    }
+    let driven = joint.sign * coordinate;
+    let (turned, slid) = match joint.motion {
+        Motion::Turns => (driven, 0.0),
+        Motion::Slides => (0.0, driven),
+    };
+    let theta = joint.theta + turned + deviation.theta;
+    let d = joint.d + slid + deviation.d;
+    let a = joint.a + deviation.a;
+    let alpha = joint.alpha + deviation.alpha;
+    match convention {
+        Convention::Distal => {
+            let (axis, axis_point) = (walker.z, walker.origin);
+            walker.turn_z(theta);
+            walker.origin += walker.z * d + walker.x * a;
+            let (normal, normal_point) = (walker.x, walker.origin);
+            walker.turn_x(alpha);
+            let skew = walker.y;
+            walker.turn_y(deviation.beta);
+            JointFrame { axis, axis_point, normal, normal_point, skew, end: walker.pose() }
+        }
+        Convention::Proximal => {
+            let normal = walker.x;
+            walker.turn_x(alpha);
+            walker.origin += walker.x * a;
+            let (normal_point, skew) = (walker.origin, walker.y);
+            walker.turn_y(deviation.beta);
+            let (axis, axis_point) = (walker.z, walker.origin);
+            walker.turn_z(theta);
+            walker.origin += walker.z * d;
+            JointFrame { axis, axis_point, normal, normal_point, skew, end: walker.pose() }
+        }
+    }
+}
+
+impl Posture {
+    /// Computes every frame of `chain` for coordinates `q` (rad or mm, one per joint) and the rows' deviations.
+    /// Missing coordinates or deviations count as zero.
+    pub fn update(&mut self, chain: &Chain, q: &[f64], deviations: &[Deviation]) {
+        self.joints.clear();
+        let mut walker = Walker::start();
+        let none = Deviation::default();
+        for (index, joint) in chain.joints.iter().enumerate() {
+            let coordinate = q.get(index).copied().unwrap_or(0.0);
+            let deviation = deviations.get(index).unwrap_or(&none);
+            self.joints.push(place(&mut walker, chain.convention, joint, coordinate, deviation));
+        }
+        self.flange = walker.pose();
+    }
+
+    /// The posture of `chain` at `q`.
+    pub fn of(chain: &Chain, q: &[f64], deviations: &[Deviation]) -> Self {
+        let mut posture = Self::default();
+        posture.update(chain, q, deviations);
+        posture
+    }
+
+    /// How `point` (base frame, mm, carried by the flange) moves per unit of one number of one row; zero for a joint
+    /// the chain does not have.
+    pub fn twist(&self, joint: usize, knob: Knob, point: &Vector3<f64>) -> Twist {
+        let Some(frame) = self.joints.get(joint) else {
+            return Twist { linear: Vector3::zeros(), angular: Vector3::zeros() };
+        };
+        let turn = |axis: Vector3<f64>, through: Vector3<f64>| Twist {
+            linear: axis.cross(&(point - through)),
+            angular: axis,
+        };
+        let shift = |direction: Vector3<f64>| Twist { linear: direction, angular: Vector3::zeros() };
+        match knob {
+            Knob::Theta => turn(frame.axis, frame.axis_point),
+            Knob::D => shift(frame.axis),
+            Knob::A => shift(frame.normal),
+            Knob::Alpha => turn(frame.normal, frame.normal_point),
+            Knob::Beta => turn(frame.skew, frame.normal_point),
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Frames against plain homogeneous matrices, and twists and moments against finite differences.
+
+use nalgebra::{Matrix4, Vector3, Vector4};
+use plumb_kinematics::{Chain, Convention, Deviation, Joint, Knob, Mass, Motion, Posture, moments};
+use proptest::prelude::*;
+
+fn puma() -> Chain {
+    let rows = [
+        (0.0, -90.0, 0.0),
+        (431.8, 0.0, 149.09),
+        (-20.32, 90.0, 0.0),
+        (0.0, -90.0, 433.07),
+        (0.0, 90.0, 0.0),
+        (0.0, 0.0, 56.25),
+    ];
+    chain(Convention::Distal, &rows)
+}
+
+fn panda() -> Chain {
+    let rows = [
+        (0.0, 0.0, 333.0),
+        (0.0, -90.0, 0.0),
+        (0.0, 90.0, 316.0),
+        (82.5, 90.0, 0.0),
+        (-82.5, -90.0, 384.0),
+        (0.0, 90.0, 0.0),
+        (88.0, 90.0, 0.0),
+    ];
+    chain(Convention::Proximal, &rows)
+}
+
+fn chain(convention: Convention, rows: &[(f64, f64, f64)]) -> Chain {
+    let joints = rows
+        .iter()
+        .enumerate()
+        .map(|(index, (a, alpha, d))| Joint::turning(&format!("j{index}"), *a, alpha.to_radians(), *d, 0.0))
+        .collect();
+    Chain::new(convention, joints).unwrap()
+}
+
+fn turn(axis: usize, angle: f64) -> Matrix4<f64> {
+    let (s, c) = angle.sin_cos();
+    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    let mut matrix = Matrix4::identity();
+    matrix[(u, u)] = c;
+    matrix[(v, v)] = c;
+    matrix[(v, u)] = s;
+    matrix[(u, v)] = -s;
+    matrix
+}
+
+fn shift(axis: usize, length: f64) -> Matrix4<f64> {
+    let mut matrix = Matrix4::identity();
+    matrix[(axis, 3)] = length;
+    matrix
+}
+
+fn flange_by_matrices(chain: &Chain, q: &[f64], deviations: &[Deviation]) -> Matrix4<f64> {
+    let mut flange = Matrix4::identity();
+    for ((joint, q), deviation) in chain.joints.iter().zip(q).zip(deviations) {
+        let (a, alpha, d) = (joint.a + deviation.a, joint.alpha + deviation.alpha, joint.d + deviation.d);
+        let theta = joint.theta + joint.sign * q + deviation.theta;
+        flange *= match chain.convention {
+            Convention::Distal => {
+                turn(2, theta) * shift(2, d) * shift(0, a) * turn(0, alpha) * turn(1, deviation.beta)
+            }
+            Convention::Proximal => {
+                turn(0, alpha) * shift(0, a) * turn(1, deviation.beta) * turn(2, theta) * shift(2, d)
+            }
+        };
+    }
+    flange
+}
+
+fn deviations(values: &[f64]) -> Vec<Deviation> {
+    values
+        .chunks(5)
+        .map(|v| Deviation { theta: 0.02 * v[0], d: v[1], a: v[2], alpha: 0.02 * v[3], beta: 0.02 * v[4] })
+        .collect()
+}
+
+proptest! {
+    #[test]
+    fn the_flange_is_the_product_of_the_rows(q in prop::collection::vec(-3.0..3.0f64, 7), v in prop::collection::vec(-1.0..1.0f64, 35)) {
+        for chain in [puma(), panda()] {
+            let deviations = deviations(&v);
+            let flange = Posture::of(&chain, &q, &deviations).flange.to_homogeneous();
+            prop_assert!((flange - flange_by_matrices(&chain, &q, &deviations)).norm() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn every_twist_is_the_derivative_of_the_tip(q in prop::collection::vec(-3.0..3.0f64, 7), v in prop::collection::vec(-1.0..1.0f64, 35)) {
+        let tool = Vector4::new(40.0, -10.0, 120.0, 1.0);
+        for chain in [puma(), panda()] {
+            let deviations = deviations(&v);
+            let tip_of = |d: &[Deviation]| (flange_by_matrices(&chain, &q, d) * tool).xyz();
+            let posture = Posture::of(&chain, &q, &deviations);
+            let tip: Vector3<f64> = tip_of(&deviations);
+            for joint in 0..chain.len() {
+                for knob in [Knob::Theta, Knob::D, Knob::A, Knob::Alpha, Knob::Beta] {
+                    let step = 1e-5;
+                    let (mut up, mut down) = (deviations.clone(), deviations.clone());
+                    up[joint].add(knob, step);
+                    down[joint].add(knob, -step);
+                    let numeric = (tip_of(&up) - tip_of(&down)) / (2.0 * step);
+                    let twist = posture.twist(joint, knob, &tip);
+                    prop_assert!((twist.linear - numeric).norm() < 1e-4, "joint {joint} {knob:?}: {} against {numeric}", twist.linear);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_gravity_moment_is_the_fall_of_potential_energy(q in prop::collection::vec(-3.0..3.0f64, 6)) {
+        let chain = puma();
+        let masses = [
+            Mass { after: 1, mass: 17.4, centre: Vector3::new(-363.8, 6.0, 77.4) },
+            Mass { after: 2, mass: 4.8, centre: Vector3::new(14.0, 0.0, 70.0) },
+            Mass { after: 5, mass: 1.14, centre: Vector3::new(0.0, 0.0, 60.0) },
+        ];
+        let down = Vector3::new(0.1, -0.2, -0.97).normalize();
+        let payload = 1.5;
+        let tool = Vector3::new(40.0, 0.0, 120.0);
+        let fallen = |q: &[f64]| {
+            let posture = Posture::of(&chain, q, &[]);
+            let carried: f64 = masses.iter().map(|m| m.mass * (posture.joints[m.after].end * nalgebra::Point3::from(m.centre)).coords.dot(&down)).sum();
+            (carried + payload * (posture.flange * nalgebra::Point3::from(tool)).coords.dot(&down)) * 9.80665e-3
+        };
+        let posture = Posture::of(&chain, &q, &[]);
+        let point = (posture.flange * nalgebra::Point3::from(tool)).coords;
+        let mut computed = Vec::new();
+        moments(&posture, &masses, payload, &point, &down, &mut computed);
+        for joint in 0..6 {
+            let step = 1e-5;
+            let (mut up, mut down_q) = (q.clone(), q.clone());
+            up[joint] += step;
+            down_q[joint] -= step;
+            let numeric = (fallen(&up) - fallen(&down_q)) / (2.0 * step);
+            prop_assert!((computed[joint] - numeric).abs() < 1e-5, "joint {joint}: {} against {numeric}", computed[joint]);
+        }
+    }
+}
+
+#[test]
+fn val_poses_of_the_puma_agree_as_the_paper_needs() {
+    let chain = puma();
+    let flange = |q: [f64; 6]| Posture::of(&chain, &q.map(f64::to_radians), &[]).flange;
+    let (first, second) =
+        (flange([90.0, 0.0, -180.0, 90.0, 0.0, 45.0]), flange([-51.656, -180.0, 0.0, -51.656, 0.0, 45.0]));
+    assert!(first.rotation.angle_to(&second.rotation) < 1e-9);
+    let wrist = |pose: nalgebra::IsometryMatrix3<f64>| (pose * nalgebra::Point3::new(0.0, 0.0, -56.25)).z;
+    assert!((wrist(first) + 433.07).abs() < 1e-9 && (wrist(second) + 433.07).abs() < 1e-9);
+    let ready = flange([0.0, -90.0, 90.0, 0.0, 0.0, 0.0]);
+    assert!((ready.rotation * Vector3::z() - Vector3::z()).norm() < 1e-9);
+}
+
+#[test]
+fn a_sliding_joint_moves_the_tip_along_its_axis() {
+    let mut joints =
+        vec![Joint::turning("turn", 300.0, 0.0, 0.0, 0.0), Joint::turning("slide", 0.0, 0.0, 50.0, 0.0)];
+    joints[1].motion = Motion::Slides;
+    joints[1].sign = -1.0;
+    let chain = Chain::new(Convention::Distal, joints).unwrap();
+    let tip = Posture::of(&chain, &[0.0, 20.0], &[]).flange.translation.vector;
+    assert!((tip - Vector3::new(300.0, 0.0, 30.0)).norm() < 1e-12);
+}
+
+#[test]
+fn a_chain_with_a_name_used_twice_is_refused() {
+    let joints =
+        vec![Joint::turning("waist", 0.0, 0.0, 0.0, 0.0), Joint::turning("waist", 0.0, 0.0, 0.0, 0.0)];
+    let error = Chain::new(Convention::Distal, joints).unwrap_err();
+    assert_eq!(error.to_string(), "joint `waist` is named twice; joint names must differ");
+}
