@@ -1,8 +1,17 @@
 //! The `plumb` program: reads the command line, hands it to a command, and turns the result into an exit code.
+//!
+//! Every command is a module with its own `Arguments` (clap) and `run(Arguments) -> CommandResult`. A command prints what
+//! it has to say on standard output and gives its exit code; an error comes back here, is printed once, and ends the
+//! program with 2.
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+
+mod failure;
+mod study_command;
+
+use failure::CommandResult;
 
 /// Brings lab robots true: runs workcells and their calibration procedures, and shows where the model of a machine fails.
 #[derive(Parser)]
@@ -13,8 +22,13 @@ struct Arguments {
 }
 
 #[derive(Subcommand)]
-enum Command {}
+enum Command {
+    Study(study_command::StudyArguments),
+}
 
 fn main() -> ExitCode {
-    match Arguments::parse().command {}
+    let result: CommandResult = match Arguments::parse().command {
+        Command::Study(arguments) => study_command::run(&arguments),
+    };
+    failure::exit_code(result)
 }

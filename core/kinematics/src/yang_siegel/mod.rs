@@ -7,7 +7,11 @@
 //!
 //! Equation 3-4 is misprinted (a bracket and `L1` are missing); the recursion here follows from 3-1 to 3-3.
 
+mod sensitivity;
+
 use thiserror::Error;
+
+pub use sensitivity::{hand_height_loss, start_tolerance, waist_spread};
 
 /// The arm and the target of the procedure, mm and rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,6 +111,15 @@ impl Initialization {
             forearm = elbow + self.back_rotation;
         }
         Ok(cycles)
+    }
+
+    /// The wrist's height at the end of cycle `cycle` (the first is 0), mm.
+    ///
+    /// # Errors
+    /// As [`Initialization::cycles`].
+    pub fn wrist_height(&self, start: f64, cycle: usize) -> Result<f64, InitializationError> {
+        let cycles = self.cycles(start, cycle + 1)?;
+        Ok(cycles.last().map_or(f64::NAN, |last| last.wrist_height))
     }
 
     /// The wrist's height after each of `count` cycles less the height the cycles converge to, mm.

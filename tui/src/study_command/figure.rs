@@ -1,0 +1,67 @@
+//! One figure of the study as an SVG picture and as a table.
+
+use std::fmt::Write as _;
+
+use plotters::prelude::*;
+
+use super::curves::Figure;
+
+const SIZE: (u32, u32) = (800, 480);
+const INK: [RGBColor; 3] = [RGBColor(0, 90, 160), RGBColor(190, 80, 0), RGBColor(60, 130, 60)];
+
+/// The smallest and largest of `values` with a margin of a twentieth on both sides.
+fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+    let (low, high) = values
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    if low >= high {
+        return low - 1.0..high + 1.0;
+    }
+    let margin = (high - low) / 20.0;
+    low - margin..high + margin
+}
+
+/// The figure as one SVG document.
+///
+/// # Errors
+/// What the drawing library reports, in its words.
+pub(crate) fn svg(figure: &Figure) -> Result<String, String> {
+    let mut document = String::new();
+    draw(figure, &mut document).map_err(|error| error.to_string())?;
+    Ok(document)
+}
+
+fn draw(figure: &Figure, document: &mut String) -> Result<(), Box<dyn std::error::Error>> {
+    let area = SVGBackend::with_string(document, SIZE).into_drawing_area();
+    area.fill(&WHITE)?;
+    let points = || figure.curves.iter().flat_map(|curve| &curve.points);
+    let mut chart = ChartBuilder::on(&area)
+        .caption(figure.title, ("sans-serif", 18))
+        .margin(12)
+        .x_label_area_size(44)
+        .y_label_area_size(72)
+        .build_cartesian_2d(range(points().map(|point| point.0)), range(points().map(|point| point.1)))?;
+    chart.configure_mesh().light_line_style(WHITE).x_desc(figure.across).y_desc(figure.up).draw()?;
+    for (curve, colour) in figure.curves.iter().zip(INK.into_iter().cycle()) {
+        chart
+            .draw_series(LineSeries::new(curve.points.iter().copied(), colour.stroke_width(2)))?
+            .label(&curve.name)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+    }
+    if figure.curves.len() > 1 {
+        chart.configure_series_labels().background_style(WHITE).border_style(BLACK).draw()?;
+    }
+    area.present()?;
+    Ok(())
+}
+
+/// The figure as CSV: a row a point, with the curve it belongs to.
+pub(crate) fn csv(figure: &Figure) -> String {
+    let mut text = format!("curve,\"{}\",\"{}\"\n", figure.across, figure.up);
+    for curve in &figure.curves {
+        for (x, y) in &curve.points {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{},{x},{y}", curve.name);
+        }
+    }
+    text
+}
