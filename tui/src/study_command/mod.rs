@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn the_report_holds_the_papers_digits() {
         let report = report();
-        for expected in ["-10138.6", "178.24", "-5.6352", "0.17658", "17 deg 15.2 min", "0.0909 deg"] {
+        for expected in ["-10138.6", "178.245", "-5.63521", "0.176579", "17 deg 15.2 min", "0.0909 deg"] {
             assert!(report.contains(expected), "{expected} is missing in:\n{report}");
         }
     }
