@@ -10,6 +10,7 @@ use clap::{Parser, Subcommand};
 
 mod failure;
 mod study_command;
+mod trial_command;
 
 use failure::CommandResult;
 
@@ -24,11 +25,15 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Study(study_command::StudyArguments),
+    /// Blind trials: measurements of an arm that hides something, and the answer under seal.
+    #[command(subcommand)]
+    Trial(trial_command::TrialCommand),
 }
 
 fn main() -> ExitCode {
     let result: CommandResult = match Arguments::parse().command {
         Command::Study(arguments) => study_command::run(&arguments),
+        Command::Trial(command) => trial_command::run(&command),
     };
     failure::exit_code(result)
 }

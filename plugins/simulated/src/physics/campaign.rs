@@ -1,22 +1,26 @@
 //! A measurement campaign on an imperfect arm: what a user would hold afterwards, and, apart from it, the truth.
 
+pub mod audit;
 pub mod case;
 pub mod catalogue;
 pub mod files;
+mod hide;
 pub mod instrument;
+mod nuisance;
 pub mod poses;
 pub mod seal;
 pub mod specification;
 
-use super::imperfection::{Imperfection, Kind, Mechanism};
+use super::imperfection::{Imperfection, Kind};
 use super::machine::{Conditions, Machine, NoEquilibrium};
 use super::random::Random;
 
+use audit::Audit;
 pub use case::{Case, Hidden, Truth, Verdict};
 use catalogue::ChoiceError;
 use instrument::Instrument;
 use poses::Visit;
-use specification::{Free, Size, Specification};
+use specification::Specification;
 
 /// Why a campaign could not be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -37,6 +41,38 @@ pub enum GenerateError {
         /// Where it was to sit.
         place: String,
     },
+    /// Its size would have to be beyond belief.
+    #[error(
+        "`{name}` at `{place}` would need a size of {size} {unit} to show so much: give a smaller one, or another place"
+    )]
+    Unbelievable {
+        /// The mechanism.
+        name: &'static str,
+        /// Where it was to sit.
+        place: String,
+        /// The size.
+        size: String,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// The model's free parameters would explain it away.
+    #[error(
+        "wherever `{name}` was tried (last at `{place}`) the free parameters swallow it: free less, or name the place to have it all the same"
+    )]
+    Swallowed {
+        /// The mechanism.
+        name: &'static str,
+        /// Where it was to sit.
+        place: String,
+    },
+    /// The same effect at the same place twice.
+    #[error("`{name}` at `{place}` is hidden already: twice the same is one effect")]
+    Twice {
+        /// The mechanism.
+        name: &'static str,
+        /// Where it was to sit.
+        place: String,
+    },
     /// No poses.
     #[error("a campaign needs at least one pose")]
     NoPoses,
@@ -45,35 +81,46 @@ pub enum GenerateError {
 /// Simulates the campaign. The same specification and seed give the same case everywhere.
 pub fn generate(specification: &Specification, seed: u64) -> Result<Case, GenerateError> {
     let visits = poses::plan(specification, seed);
-    let Some(duration_s) = visits.last().map(|visit| visit.time_s.max(1.0)) else {
+    if visits.is_empty() {
         return Err(GenerateError::NoPoses);
-    };
-    let nuisances = nuisances(specification, seed);
+    }
+    let nuisances = nuisance::nuisances(specification, seed);
+    let audit = Audit::new(specification, &visits, &nuisances)?;
     let mut random = Random::new(seed, "hidden");
-    let plain = run(specification, &visits, &nuisances)?;
     let mut hidden = Vec::with_capacity(specification.hidden.len());
     for wanted in &specification.hidden {
-        let mechanism = wanted.choice.draw(&specification.arm, duration_s, &mut random)?;
-        let sign = if has_either_sign(&mechanism) { random.sign() } else { 1.0 };
-        let imperfection = match wanted.size {
-            Size::Exact(size) => Imperfection { mechanism, size },
-            Size::OverNoise(ratio) => {
-                sized(specification, &visits, &nuisances, &plain, mechanism, sign, ratio)?
-            }
-        };
-        hidden.push(imperfection);
+        hidden.push(hide::hide(&audit, wanted, specification, &hidden, &mut random)?);
     }
     let all: Vec<Imperfection> = nuisances.iter().chain(&hidden).cloned().collect();
     let clean = run(specification, &visits, &all)?;
-    let over_noise = hidden
-        .iter()
-        .map(|one| {
-            let others: Vec<Imperfection> = all.iter().filter(|other| *other != one).cloned().collect();
-            Ok(distance(&clean, &run(specification, &visits, &others)?) / specification.noise_mm)
-        })
-        .collect::<Result<Vec<f64>, NoEquilibrium>>()?;
+    let mut described = Vec::with_capacity(hidden.len());
+    for one in &hidden {
+        let others: Vec<Imperfection> = all.iter().filter(|other| *other != one).cloned().collect();
+        let moved = rms_difference(&clean.concat(), &run(specification, &visits, &others)?.concat());
+        let visible = audit.visible_rms(one)?;
+        described.push(case::describe(
+            specification,
+            one,
+            moved / specification.noise_mm,
+            visible / specification.noise_mm,
+        ));
+    }
     let (readings, outliers) = observe(specification, &clean, seed);
-    Ok(Case::new(specification, seed, visits, readings, outliers, nuisances, hidden, over_noise))
+    let outlier_rows = outliers.into_iter().map(|row| row + 1).collect();
+    let truth = Truth {
+        seed,
+        accept_verdict: accepted(&hidden),
+        outlier_rows,
+        ..Truth::of(specification, &hidden, described)
+    };
+    Ok(Case {
+        specification: specification.clone(),
+        visits,
+        readings,
+        nuisances,
+        imperfections: hidden,
+        truth,
+    })
 }
 
 /// Drives an arm with these imperfections through the visits and reads the instrument, without noise: one row of readings a visit.
@@ -101,96 +148,9 @@ pub fn run(
 }
 
 /// Root mean square difference of two sets of readings, per reading.
-fn distance(left: &[Vec<f64>], right: &[Vec<f64>]) -> f64 {
-    let differences = left.iter().flatten().zip(right.iter().flatten()).map(|(a, b)| (a - b).powi(2));
-    let (sum, count) = differences.fold((0.0, 0_usize), |(sum, count), square| (sum + square, count + 1));
-    if count == 0 { 0.0 } else { (sum / count as f64).sqrt() }
-}
-
-/// The size at which a mechanism moves the readings by `ratio` times the noise.
-fn sized(
-    specification: &Specification,
-    visits: &[Visit],
-    nuisances: &[Imperfection],
-    plain: &[Vec<f64>],
-    mechanism: Mechanism,
-    sign: f64,
-    ratio: f64,
-) -> Result<Imperfection, GenerateError> {
-    let mut size = sign * first_guess(&mechanism);
-    for _ in 0..3 {
-        let tried: Vec<Imperfection> =
-            nuisances.iter().cloned().chain([Imperfection { mechanism: mechanism.clone(), size }]).collect();
-        let moved = distance(&run(specification, visits, &tried)?, plain);
-        if moved < 1e-9 {
-            let place = mechanism.place(&specification.arm);
-            return Err(GenerateError::DoesNotShow { name: mechanism.name(), place });
-        }
-        size *= ratio * specification.noise_mm / moved;
-    }
-    Ok(Imperfection { mechanism, size })
-}
-
-/// An order of magnitude that no arm minds.
-fn first_guess(mechanism: &Mechanism) -> f64 {
-    match mechanism.unit() {
-        "rad/(N m)" => 1e-6,
-        "1/(N m2)" => 1e-7,
-        "1/K" => 1e-5,
-        "mm" | "mm/h" => 0.1,
-        _ => 1e-4,
-    }
-}
-
-fn has_either_sign(mechanism: &Mechanism) -> bool {
-    !matches!(
-        mechanism,
-        Mechanism::JointCompliance { .. }
-            | Mechanism::JointStiffening { .. }
-            | Mechanism::JointHarmonic { .. }
-            | Mechanism::JointBacklash { .. }
-            | Mechanism::JointSettling { .. }
-            | Mechanism::LinkSag { .. }
-            | Mechanism::ThermalGrowth { .. }
-            | Mechanism::WornGear { .. }
-            | Mechanism::CableWindUp { .. }
-            | Mechanism::RockingBase { .. }
-            | Mechanism::StickSlip { .. }
-    )
-}
-
-/// The small constant errors every arm has and every user's model leaves free.
-fn nuisances(specification: &Specification, seed: u64) -> Vec<Imperfection> {
-    let mut random = Random::new(seed, "nuisances");
-    let mut all = Vec::new();
-    let mut add = |mechanism: Mechanism, size: f64| all.push(Imperfection { mechanism, size });
-    let fixed = |name: &str| specification.hidden.iter().any(|wanted| wanted.choice.name == name);
-    let tilt = Mechanism::BaseTilt { direction: random.between(0.0, std::f64::consts::TAU) };
-    let tilt_size = 0.2_f64.to_radians() * random.normal();
-    let shift = Mechanism::BasePosition { direction: random.direction().into() };
-    let shift_size = random.between(0.5, 4.0);
-    if !fixed("base_tilt") && !fixed("base_position") && !fixed("drift") && !fixed("instrument_tilt") {
-        add(tilt, tilt_size);
-        add(shift, shift_size);
-    }
-    let offset = Mechanism::ToolOffset { direction: random.direction().into() };
-    let offset_size = random.between(0.2, 1.5);
-    if !fixed("tool_offset") {
-        add(offset, offset_size);
-    }
-    for joint in 0..specification.arm.joints.len() {
-        let sizes = [random.normal(), random.normal(), random.normal(), random.normal(), random.normal()];
-        if specification.free != Free::None {
-            add(Mechanism::JointZero { joint }, 0.1_f64.to_radians() * sizes[0]);
-        }
-        if specification.free == Free::Geometry {
-            add(Mechanism::LinkLength { joint }, 0.3 * sizes[1]);
-            add(Mechanism::LinkOffset { joint }, 0.3 * sizes[2]);
-            add(Mechanism::LinkTwist { joint }, 0.03_f64.to_radians() * sizes[3]);
-            add(Mechanism::AxisSkew { joint }, 0.03_f64.to_radians() * sizes[4]);
-        }
-    }
-    all
+fn rms_difference(left: &[f64], right: &[f64]) -> f64 {
+    let sum: f64 = left.iter().zip(right).map(|(a, b)| (a - b).powi(2)).sum();
+    (sum / left.len().max(1) as f64).sqrt()
 }
 
 /// Adds noise, and gross errors where chance has it. Also tells which rows are grossly wrong.

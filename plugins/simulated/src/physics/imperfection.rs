@@ -44,8 +44,8 @@ pub enum Mechanism {
     LinkTwist { joint: usize },
     /// The joint's own axis leans about the y of the frame it turns in; rad.
     AxisSkew { joint: usize },
-    /// The base leans about a horizontal direction (rad from x); rad.
-    BaseTilt { direction: f64 },
+    /// The base is turned about an axis of the world; rad.
+    BaseTilt { axis: [f64; 3] },
     /// The base stands elsewhere along a direction; mm.
     BasePosition { direction: [f64; 3] },
     /// The target sits elsewhere along a direction of the flange; mm.
@@ -218,8 +218,27 @@ impl Mechanism {
         }
     }
 
-    /// Whether temperature must change for it to show.
-    pub fn needs_heat(&self) -> bool {
-        matches!(self, Self::ThermalGrowth { .. })
+    /// The greatest size anyone would believe of a working machine.
+    pub fn greatest_plausible(&self) -> f64 {
+        match self.unit() {
+            "mm" => 10.0,
+            "mm/h" => 20.0,
+            "mm/mm" => 0.01,
+            "rad/rad" => 0.05,
+            "rad/(N m)" | "rad" => 0.05,
+            "1/K" => 2e-4,
+            _ => 1e-3,
+        }
+    }
+
+    /// A size that moves an arm just so that it can be computed: small enough to be linear.
+    pub fn small_size(&self) -> f64 {
+        match self.unit() {
+            "rad/(N m)" => 1e-6,
+            "1/(N m2)" => 1e-7,
+            "1/K" => 1e-5,
+            "mm" | "mm/h" => 0.1,
+            _ => 1e-4,
+        }
     }
 }

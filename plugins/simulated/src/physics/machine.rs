@@ -143,14 +143,13 @@ fn step(before: &Yielding, after: &Yielding) -> f64 {
 /// Builds a constant error of shape into the arm.
 fn misshape(shape: &mut Shape, imperfection: &Imperfection) {
     let size = imperfection.size;
-    let horizontal = |direction: f64| Vector::new(direction.cos(), direction.sin(), 0.0);
     match imperfection.mechanism {
         Mechanism::ToolOffset { direction } => shape.target += Vector::from(direction) * size,
         Mechanism::BasePosition { direction } => {
             shape.world_from_base.translation += Vector::from(direction) * size
         }
-        Mechanism::BaseTilt { direction } => {
-            let lean = Rotation::about(horizontal(direction), size);
+        Mechanism::BaseTilt { axis } => {
+            let lean = Rotation::about(axis.into(), size);
             shape.world_from_base.rotation = lean * shape.world_from_base.rotation;
         }
         _ => {

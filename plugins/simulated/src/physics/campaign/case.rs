@@ -43,6 +43,8 @@ pub struct Hidden {
     pub unit: String,
     /// Root mean square of what it adds to the readings, over the noise.
     pub over_noise: f64,
+    /// The same of what is left once everything the model leaves free has swallowed its part.
+    pub visible_over_noise: f64,
     /// Second joint, turns for a turn, time constant and the like.
     #[serde(default, skip_serializing_if = "serde_json::Map::is_empty")]
     pub details: serde_json::Map<String, serde_json::Value>,
@@ -84,40 +86,35 @@ pub struct Case {
     pub truth: Truth,
 }
 
-impl Case {
-    #[allow(clippy::too_many_arguments, reason = "called in one place, with the parts of the case just made")]
-    pub(super) fn new(
+impl Truth {
+    /// The truth about an arm with these hidden, before verdicts and outliers are known.
+    pub(super) fn of(
         specification: &Specification,
-        seed: u64,
-        visits: Vec<Visit>,
-        readings: Vec<Vec<f64>>,
-        outliers: Vec<usize>,
-        nuisances: Vec<Imperfection>,
-        imperfections: Vec<Imperfection>,
-        over_noise: Vec<f64>,
+        imperfections: &[Imperfection],
+        hidden: Vec<Hidden>,
     ) -> Self {
-        let hidden: Vec<Hidden> = imperfections
-            .iter()
-            .zip(over_noise)
-            .map(|(one, ratio)| describe(specification, one, ratio))
-            .collect();
         let nameable = imperfections.iter().filter(|one| one.mechanism.kind() == Kind::Library);
-        let truth = Truth {
-            seed,
-            accept_verdict: super::accepted(&imperfections),
-            grow: imperfections.len() > 1,
-            effects: nameable
-                .map(|one| (one.mechanism.name().to_owned(), one.mechanism.place(&specification.arm)))
-                .collect(),
+        let effect =
+            |one: &Imperfection| (one.mechanism.name().to_owned(), one.mechanism.place(&specification.arm));
+        Self {
+            seed: 0,
             hidden,
+            accept_verdict: Vec::new(),
+            grow: imperfections.len() > 1,
+            effects: nameable.map(effect).collect(),
             noise_mm: specification.noise_mm,
-            outlier_rows: outliers.into_iter().map(|row| row + 1).collect(),
-        };
-        Self { specification: specification.clone(), visits, readings, nuisances, imperfections, truth }
+            outlier_rows: Vec::new(),
+        }
     }
 }
 
-fn describe(specification: &Specification, imperfection: &Imperfection, over_noise: f64) -> Hidden {
+/// Puts an imperfection in the words of the lab's files.
+pub(super) fn describe(
+    specification: &Specification,
+    imperfection: &Imperfection,
+    over_noise: f64,
+    visible_over_noise: f64,
+) -> Hidden {
     let arm = &specification.arm;
     let mut details = serde_json::Map::new();
     let mut tell = |key: &str, value: serde_json::Value| {
@@ -136,10 +133,9 @@ fn describe(specification: &Specification, imperfection: &Imperfection, over_noi
             tell("of", of.name().into());
             tell("time_constant_s", time_constant_s.into());
         }
-        Mechanism::BaseTilt { direction } | Mechanism::InstrumentTilt { direction } => {
-            tell("direction_rad", direction.into())
-        }
-        Mechanism::BasePosition { direction }
+        Mechanism::InstrumentTilt { direction } => tell("direction_rad", direction.into()),
+        Mechanism::BaseTilt { axis: direction }
+        | Mechanism::BasePosition { direction }
         | Mechanism::ToolOffset { direction }
         | Mechanism::Drift { direction } => {
             tell("direction", direction.to_vec().into());
@@ -162,6 +158,7 @@ fn describe(specification: &Specification, imperfection: &Imperfection, over_noi
         size: imperfection.size,
         unit: imperfection.mechanism.unit().to_owned(),
         over_noise,
+        visible_over_noise,
         details,
     }
 }

@@ -152,7 +152,7 @@ impl Choice {
                 let time_constant_s = duration_s * random.between(0.15, 0.45);
                 Mechanism::WarmUp { joint: joint(random)?, of: self.warming(random)?, time_constant_s }
             }
-            "base_tilt" => Mechanism::BaseTilt { direction: plane_angle },
+            "base_tilt" => Mechanism::BaseTilt { axis: [plane_angle.cos(), plane_angle.sin(), 0.0] },
             "base_position" => Mechanism::BasePosition { direction },
             "tool_offset" => Mechanism::ToolOffset { direction },
             "drift" => Mechanism::Drift { direction },

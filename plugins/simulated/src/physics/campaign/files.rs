@@ -6,6 +6,7 @@ use crate::physics::description::{ArmDescription, Convention};
 
 use super::case::Case;
 use super::instrument::{DISTANCE_POINT, TABLE_HEIGHT};
+use super::nuisance::{frees_base, frees_target};
 use super::specification::{Free, Reading};
 
 impl Case {
@@ -40,16 +41,9 @@ impl Case {
 
     /// The model file: the arm on paper, and what the user leaves free.
     pub fn model_yaml(&self) -> String {
-        let hides = |name: &str| self.specification.hidden.iter().any(|wanted| wanted.choice.name == name);
-        let base_free =
-            !["base_tilt", "base_position", "drift", "instrument_tilt"].iter().any(|name| hides(name));
-        model_yaml(
-            &self.specification.arm,
-            self.specification.free,
-            base_free,
-            !hides("tool_offset"),
-            self.specification.reading,
-        )
+        let specification = &self.specification;
+        let (base, target) = (frees_base(specification), frees_target(specification));
+        model_yaml(&specification.arm, specification.free, base, target, specification.reading)
     }
 }
 

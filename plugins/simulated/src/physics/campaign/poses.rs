@@ -102,10 +102,10 @@ fn rounded(value: f64, per_unit: f64) -> f64 {
 
 /// The temperature over a campaign: steady, or a day's rise and fall with a door that opens now and then.
 fn day(heat: bool, duration_s: f64, random: &mut Random) -> impl Fn(f64) -> f64 + use<> {
-    let swing = if heat { random.between(5.0, 9.0) } else { 0.0 };
+    let swing = if heat { random.between(10.0, 16.0) } else { 0.0 };
     let phase = random.between(-1.2, 0.3);
     let doors: Vec<(f64, f64)> = (0..3)
-        .map(|_| (random.between(0.0, duration_s), if heat { random.between(1.0, 3.0) } else { 0.0 }))
+        .map(|_| (random.between(0.0, duration_s), if heat { random.between(2.0, 5.0) } else { 0.0 }))
         .collect();
     move |time_s| {
         let share = time_s / duration_s;

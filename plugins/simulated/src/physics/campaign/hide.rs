@@ -1,0 +1,94 @@
+//! Hiding something in an arm: which mechanism, and how much of it.
+
+use crate::physics::imperfection::{Imperfection, Mechanism};
+use crate::physics::random::Random;
+
+use super::GenerateError;
+use super::audit::Audit;
+use super::specification::{Size, Specification, Wanted};
+
+/// How often a lot is drawn before giving up.
+const LOTS: usize = 60;
+/// Least share of what is drawn by lot that the free parameters may leave to be seen (of its root mean square).
+const LEAST_VISIBLE: f64 = 0.15;
+
+/// Draws one thing to hide beside `already`. Where a place is drawn by lot, it is drawn again until the effect has a believable size there and the free
+/// parameters do not swallow nearly all of it.
+pub(super) fn hide(
+    audit: &Audit<'_>,
+    wanted: &Wanted,
+    specification: &Specification,
+    already: &[Imperfection],
+    random: &mut Random,
+) -> Result<Imperfection, GenerateError> {
+    let mut refused = GenerateError::NoPoses;
+    for _ in 0..LOTS {
+        let mechanism = wanted.choice.draw(&specification.arm, audit.duration_s(), random)?;
+        let sign = if has_either_sign(&mechanism) { random.sign() } else { 1.0 };
+        let rms = match wanted.size {
+            Size::Exact(size) => return Ok(Imperfection { mechanism, size }),
+            Size::OverNoise(ratio) => ratio * specification.noise_mm,
+        };
+        let (name, place) = (mechanism.name(), mechanism.place(&specification.arm));
+        if already
+            .iter()
+            .any(|other| other.mechanism.name() == name && other.mechanism.place(&specification.arm) == place)
+        {
+            refused = GenerateError::Twice { name, place };
+            continue;
+        }
+        let Some(imperfection) = sized(audit, &mechanism, sign, rms)? else {
+            refused = GenerateError::DoesNotShow { name, place };
+            continue;
+        };
+        if imperfection.size.abs() > mechanism.greatest_plausible() {
+            let (size, unit) = (format!("{:.1e}", imperfection.size.abs()), mechanism.unit());
+            refused = GenerateError::Unbelievable { name, place, size, unit };
+            continue;
+        }
+        if wanted.choice.place.is_some() || audit.visible_rms(&imperfection)? > LEAST_VISIBLE * rms {
+            return Ok(imperfection);
+        }
+        refused = GenerateError::Swallowed { name, place };
+    }
+    Err(refused)
+}
+
+/// The mechanism at the size at which it moves the readings by `rms` mm; `None` when it does not move them at all.
+fn sized(
+    audit: &Audit<'_>,
+    mechanism: &Mechanism,
+    sign: f64,
+    rms: f64,
+) -> Result<Option<Imperfection>, GenerateError> {
+    let mut imperfection = Imperfection { mechanism: mechanism.clone(), size: sign * mechanism.small_size() };
+    for _ in 0..3 {
+        let moved = audit.moved_rms(&imperfection)?;
+        if moved < 1e-9 {
+            return Ok(None);
+        }
+        imperfection.size *= rms / moved;
+        if imperfection.size.abs() > mechanism.greatest_plausible() {
+            break;
+        }
+    }
+    Ok(Some(imperfection))
+}
+
+fn has_either_sign(mechanism: &Mechanism) -> bool {
+    !matches!(
+        mechanism,
+        Mechanism::JointCompliance { .. }
+            | Mechanism::JointStiffening { .. }
+            | Mechanism::JointHarmonic { .. }
+            | Mechanism::JointBacklash { .. }
+            | Mechanism::JointSettling { .. }
+            | Mechanism::LinkSag { .. }
+            | Mechanism::ThermalGrowth { .. }
+            | Mechanism::WornGear { .. }
+            | Mechanism::CableWindUp { .. }
+            | Mechanism::RockingBase { .. }
+            | Mechanism::StickSlip { .. }
+            | Mechanism::LooseCoupling { .. }
+    )
+}

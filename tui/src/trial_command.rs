@@ -1,0 +1,215 @@
+//! `plumb trial`: blind trials. An arm is simulated with something hidden; the user gets its measurements, works with the lab, and opens the seal.
+
+mod arguments;
+mod reveal;
+mod score;
+mod wish;
+
+use std::fs;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Subcommand;
+use plumb_simulated::physics::campaign::seal::{self, OpenError};
+use plumb_simulated::physics::campaign::{self, Case, GenerateError, Truth};
+use plumb_simulated::physics::description::DescriptionError;
+use thiserror::Error;
+
+use crate::failure::CommandResult;
+use arguments::CampaignArguments;
+use reveal::RevealArguments;
+
+const TABLE: &str = "table.csv";
+const MODEL: &str = "model.yaml";
+const SEALED: &str = "answer.sealed";
+const ANSWERS: &str = "answers.json";
+
+/// What to do with trials.
+#[derive(Debug, Subcommand)]
+pub(crate) enum TrialCommand {
+    /// Simulate a measurement campaign on an arm that hides something, and seal the answer.
+    New(NewArguments),
+    /// Simulate many campaigns, one directory each.
+    Batch(BatchArguments),
+    /// Open the seal, and score a diagnosis against it.
+    Reveal(RevealArguments),
+}
+
+/// Options of `plumb trial new`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct NewArguments {
+    #[command(flatten)]
+    campaign: CampaignArguments,
+    /// Seed of everything: the same seed and options give the same trial.
+    #[arg(long)]
+    seed: u64,
+    /// Directory to write table.csv, model.yaml and answer.sealed to; made if need be.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+}
+
+/// Options of `plumb trial batch`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct BatchArguments {
+    #[command(flatten)]
+    campaign: CampaignArguments,
+    /// Seed of the first trial; each further one has the next number.
+    #[arg(long)]
+    seed: u64,
+    /// How many trials.
+    #[arg(long)]
+    count: u64,
+    /// Also write answers.json, in the open.
+    #[arg(long)]
+    open: bool,
+    /// Directory in which each trial gets its own, named by its seed.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+}
+
+/// Why a trial command failed.
+#[derive(Debug, Error)]
+pub(crate) enum TrialError {
+    /// `--arm` is neither a known arm nor a readable file.
+    #[error("there is no arm `{name}`: known are {known}; or give the path of a model file")]
+    UnknownArm {
+        /// What was asked.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// The arm's file is bad.
+    #[error("{path}: {source}")]
+    Description {
+        /// The file or arm.
+        path: String,
+        /// What is wrong.
+        source: DescriptionError,
+    },
+    /// `--effect` cannot be read.
+    #[error(transparent)]
+    Wish(#[from] wish::WishError),
+    /// A number makes no sense.
+    #[error("--{option} {value}: {right}")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        value: String,
+        /// What would be right.
+        right: &'static str,
+    },
+    /// The campaign cannot be simulated.
+    #[error(transparent)]
+    Generate(#[from] GenerateError),
+    /// A trial stands there already.
+    #[error("{0} stands there already: a trial is not overwritten; give another directory")]
+    Exists(PathBuf),
+    /// A file cannot be written.
+    #[error("cannot write {path}: {source}")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A file cannot be read.
+    #[error("cannot read {path}: {source}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The seal does not open.
+    #[error("{path}: {source}")]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: OpenError,
+    },
+    /// A diagnosis that is none.
+    #[error("{path}: not a diagnosis as `plumb model diagnose --json` writes it: {source}")]
+    Diagnosis {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+}
+
+/// What a trial command says, and whether what it judged was right.
+struct Outcome {
+    said: String,
+    right: bool,
+}
+
+impl Outcome {
+    fn done(said: String) -> Self {
+        Self { said, right: true }
+    }
+}
+
+/// Exit code of a diagnosis that was wrong.
+const WRONG: u8 = 1;
+
+/// Runs a trial command. Exit code 0, or 1 when a diagnosis was scored and is wrong.
+pub(crate) fn run(command: &TrialCommand) -> CommandResult {
+    let outcome = match command {
+        TrialCommand::New(arguments) => new(arguments),
+        TrialCommand::Batch(arguments) => batch(arguments),
+        TrialCommand::Reveal(arguments) => reveal::run(arguments),
+    }?;
+    io::stdout().write_all(outcome.said.as_bytes())?;
+    Ok(if outcome.right { ExitCode::SUCCESS } else { ExitCode::from(WRONG) })
+}
+
+fn new(arguments: &NewArguments) -> Result<Outcome, TrialError> {
+    let specification = arguments.campaign.specification(arguments.seed)?;
+    let case = campaign::generate(&specification, arguments.seed)?;
+    write_case(&case, &arguments.output)?;
+    let directory = arguments.output.display();
+    Ok(Outcome::done(format!(
+        "{} readings of an arm `{}` stand in {directory}.\n  plumb model diagnose {directory}/{MODEL} --data {directory}/{TABLE}\n  \
+         plumb trial reveal {directory}\n",
+        case.readings.len(),
+        specification.arm.name
+    )))
+}
+
+fn batch(arguments: &BatchArguments) -> Result<Outcome, TrialError> {
+    let mut answers = serde_json::Map::new();
+    for number in 0..arguments.count {
+        let seed = arguments.seed.wrapping_add(number);
+        let case = campaign::generate(&arguments.campaign.specification(seed)?, seed)?;
+        let name = format!("case-{seed}");
+        write_case(&case, &arguments.output.join(&name))?;
+        answers.insert(name, answer(&case.truth));
+    }
+    if arguments.open {
+        let text = serde_json::Value::Object(answers);
+        write(&arguments.output.join(ANSWERS), &format!("{text:#}\n"))?;
+    }
+    Ok(Outcome::done(format!("{} trials stand in {}.\n", arguments.count, arguments.output.display())))
+}
+
+/// The truth as answers.json holds it.
+fn answer(truth: &Truth) -> serde_json::Value {
+    serde_json::to_value(truth).unwrap_or_default()
+}
+
+fn write_case(case: &Case, directory: &Path) -> Result<(), TrialError> {
+    fs::create_dir_all(directory)
+        .map_err(|source| TrialError::Write { path: directory.to_owned(), source })?;
+    let files = [(TABLE, case.table_csv()), (MODEL, case.model_yaml()), (SEALED, seal::seal(&case.truth))];
+    if let Some((name, _)) = files.iter().find(|(name, _)| directory.join(name).exists()) {
+        return Err(TrialError::Exists(directory.join(name)));
+    }
+    files.iter().try_for_each(|(name, text)| write(&directory.join(name), text))
+}
+
+fn write(path: &Path, text: &str) -> Result<(), TrialError> {
+    fs::write(path, text).map_err(|source| TrialError::Write { path: path.to_owned(), source })
+}

@@ -1,0 +1,212 @@
+//! How right a diagnosis is.
+
+use plumb_simulated::physics::campaign::{Hidden, Truth, Verdict};
+use serde::{Deserialize, Serialize};
+
+/// A diagnosis, as far as it is scored: the contract of `plumb model diagnose --json` and `plumb model grow --json`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub(crate) struct Diagnosis {
+    /// The one verdict.
+    pub(crate) verdict: Verdict,
+    /// Cause and size when there is one.
+    #[serde(default)]
+    pub(crate) named: Option<Candidate>,
+    /// The joint when only that is known.
+    #[serde(default)]
+    pub(crate) located: Option<Located>,
+    /// What cannot be told apart.
+    #[serde(default)]
+    pub(crate) tied: Vec<Candidate>,
+    /// All that were weighed, best first.
+    #[serde(default)]
+    pub(crate) candidates: Vec<Candidate>,
+    /// What `grow` added, in order.
+    #[serde(default)]
+    pub(crate) steps: Vec<Step>,
+}
+
+/// An effect somewhere.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub(crate) struct Candidate {
+    /// Name of the effect.
+    pub(crate) effect: String,
+    /// Where it sits.
+    #[serde(rename = "where", default)]
+    pub(crate) place: String,
+    /// Size.
+    #[serde(default)]
+    pub(crate) size: Option<f64>,
+    /// Unit of the size.
+    #[serde(default)]
+    pub(crate) unit: Option<String>,
+    /// Standard error of the size.
+    #[serde(default)]
+    pub(crate) se: Option<f64>,
+}
+
+/// A place without a mechanism.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub(crate) struct Located {
+    /// Where.
+    #[serde(rename = "where", default)]
+    pub(crate) place: String,
+    /// What it could be.
+    #[serde(default)]
+    pub(crate) family: Vec<String>,
+}
+
+/// One effect added.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub(crate) struct Step {
+    /// Which.
+    pub(crate) added: Candidate,
+}
+
+/// The score of a diagnosis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Score {
+    /// The verdict is among those that are right, and what it names or locates is hidden.
+    pub(crate) right: bool,
+    /// The verdict is among those that are right.
+    pub(crate) verdict_right: bool,
+    /// The best candidate is something hidden.
+    pub(crate) truth_first: bool,
+    /// Something hidden is named, tied, or in the family located.
+    pub(crate) truth_in_set: bool,
+    /// What is named or located sits where something hidden sits.
+    pub(crate) place_right: bool,
+    /// Something was named that is not hidden.
+    pub(crate) false_name: bool,
+    /// Size found less size hidden, over its standard error.
+    pub(crate) size_error_over_se: Option<f64>,
+}
+
+impl Score {
+    /// Holds a diagnosis against the truth.
+    pub(crate) fn of(diagnosis: &Diagnosis, truth: &Truth) -> Self {
+        let verdict_right = truth.accept_verdict.contains(&diagnosis.verdict);
+        let hides = |candidate: &Candidate| is_hidden(truth, &candidate.effect, &candidate.place);
+        let named: Vec<&Candidate> =
+            diagnosis.named.iter().chain(diagnosis.steps.iter().map(|step| &step.added)).collect();
+        let located = diagnosis.located.as_ref();
+        let in_family =
+            located.is_some_and(|one| one.family.iter().any(|effect| is_hidden(truth, effect, &one.place)));
+        let truth_in_set =
+            named.iter().any(|one| hides(one)) || diagnosis.tied.iter().any(hides) || in_family;
+        let at_hidden = |place: &str| truth.hidden.iter().any(|hidden| hidden.place == place);
+        let place_right =
+            named.iter().any(|one| at_hidden(&one.place)) || located.is_some_and(|one| at_hidden(&one.place));
+        let false_name = named.iter().any(|one| !hides(one));
+        let all_grown = truth.effects.iter().all(|(effect, place)| {
+            let step = |step: &Step| step.added.effect == *effect && step.added.place == *place;
+            diagnosis.steps.is_empty() || diagnosis.steps.iter().any(step)
+        });
+        let substance = match diagnosis.verdict {
+            Verdict::Named => !false_name && !named.is_empty(),
+            Verdict::Located => place_right,
+            Verdict::Tied => truth_in_set,
+            _ => !false_name,
+        };
+        let size = named.iter().find_map(|one| Some((*one, hidden(truth, &one.effect, &one.place)?)));
+        Self {
+            right: verdict_right && substance && (!truth.grow || all_grown),
+            verdict_right,
+            truth_first: diagnosis.candidates.first().or(diagnosis.named.as_ref()).is_some_and(hides),
+            truth_in_set,
+            place_right,
+            false_name,
+            size_error_over_se: size.and_then(|(found, hidden)| size_error(found, hidden)),
+        }
+    }
+}
+
+fn hidden<'truth>(truth: &'truth Truth, effect: &str, place: &str) -> Option<&'truth Hidden> {
+    truth.hidden.iter().find(|hidden| hidden.effect == effect && hidden.place == place)
+}
+
+fn is_hidden(truth: &Truth, effect: &str, place: &str) -> bool {
+    hidden(truth, effect, place).is_some()
+}
+
+fn size_error(found: &Candidate, hidden: &Hidden) -> Option<f64> {
+    let factor = |unit: &str| match unit {
+        "deg" | "deg/deg" => std::f64::consts::PI / 180.0,
+        "mrad" | "mrad/(N m)" => 1e-3,
+        _ => 1.0,
+    };
+    let found_unit = found.unit.as_deref().unwrap_or(&hidden.unit);
+    let (to_rad, to_hidden) = (factor(found_unit), factor(&hidden.unit));
+    // A ratio of angles is the same number in degrees and radians.
+    let scale = if hidden.unit == "rad/rad" { 1.0 } else { to_rad / to_hidden };
+    let (size, se) = (found.size? * scale, found.se? * scale);
+    (se > 0.0).then(|| (size - hidden.size) / se)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn truth() -> Truth {
+        let hidden = Hidden {
+            effect: "joint_backlash".into(),
+            place: "elbow".into(),
+            size: 1e-3,
+            unit: "rad".into(),
+            over_noise: 3.0,
+            visible_over_noise: 2.5,
+            details: serde_json::Map::new(),
+        };
+        Truth {
+            seed: 1,
+            effects: vec![("joint_backlash".into(), "elbow".into())],
+            accept_verdict: vec![Verdict::Named, Verdict::Located, Verdict::Tied],
+            grow: false,
+            hidden: vec![hidden],
+            noise_mm: 0.05,
+            outlier_rows: Vec::new(),
+        }
+    }
+
+    fn score(diagnosis: &str) -> Score {
+        Score::of(&serde_json::from_str(diagnosis).unwrap(), &truth())
+    }
+
+    #[test]
+    fn the_right_name_is_right_and_its_size_is_compared_in_its_errors() {
+        let score = score(
+            r#"{"verdict": "named", "named": {"effect": "joint_backlash", "where": "elbow", "size": 0.0582958, "unit": "deg", "se": 0.001}}"#,
+        );
+        assert!(score.right && score.place_right && !score.false_name);
+        assert!((score.size_error_over_se.unwrap() - 1.0).abs() < 1e-3, "{score:?}");
+    }
+
+    #[test]
+    fn a_wrong_name_at_the_right_joint_is_wrong_but_well_placed() {
+        let score = score(r#"{"verdict": "named", "named": {"effect": "joint_settling", "where": "elbow"}}"#);
+        assert!(score.verdict_right && !score.right && score.false_name && score.place_right);
+    }
+
+    #[test]
+    fn a_tie_is_right_when_the_truth_is_in_it() {
+        let tie = |effect: &str| {
+            score(&format!(
+                r#"{{"verdict": "tied", "tied": [{{"effect": "{effect}", "where": "elbow"}}, {{"effect": "drift", "where": "base"}}]}}"#
+            ))
+        };
+        assert!(tie("joint_backlash").right);
+        assert!(!tie("joint_gain").right);
+    }
+
+    #[test]
+    fn a_place_is_right_when_it_is_the_hidden_one() {
+        let located = |place: &str| {
+            score(&format!(r#"{{"verdict": "located", "located": {{"where": "{place}", "family": []}}}}"#))
+        };
+        assert!(located("elbow").right && !located("waist").right);
+    }
+
+    #[test]
+    fn seeing_nothing_is_wrong_when_something_can_be_seen() {
+        assert!(!score(r#"{"verdict": "at_floor"}"#).right);
+    }
+}
