@@ -1,3 +1,4 @@
 //! A simulated robot, and the world it stands in.
 
 pub mod physics;
+pub mod world;

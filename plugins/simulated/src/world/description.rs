@@ -1,0 +1,36 @@
+//! What a world is made of, checked and in the world's own units.
+
+use super::drive::{HalfSteps, Joints};
+use super::mechanism::Mechanism;
+use super::motion::Resolution;
+use super::sensor::Scene;
+
+/// A whole world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorldDescription {
+    /// What a user calls it.
+    pub title: String,
+    /// From which everything that is left to chance is drawn.
+    pub seed: u64,
+    /// The arm.
+    pub arm: ArmDescription,
+    /// What it works over, and what it sees with.
+    pub scene: Scene,
+}
+
+/// The arm and how it was left.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmDescription {
+    /// Its build.
+    pub mechanism: Mechanism,
+    /// How finely its motors are set.
+    pub resolution: Resolution,
+    /// True attitudes in which it was left, rad or mm.
+    pub start: Joints,
+    /// How far the true attitudes are beyond what the controller believes at the start, rad or mm.
+    pub zero_error: Joints,
+    /// The motors' greatest speeds, half-steps/s.
+    pub top_rates: HalfSteps,
+    /// Speeds above which motors fall out of step, half-steps/s.
+    pub pull_out_rates: Option<HalfSteps>,
+}

@@ -1,0 +1,281 @@
+//! From what was typed to what is true.
+
+use std::ops::RangeInclusive;
+
+use serde_yaml::Location;
+
+use super::super::drive::{AXES, HalfSteps, Joint, Joints};
+use super::super::geometry::ArmGeometry;
+use super::super::mechanism::{CableDrag, Droop, Mechanism};
+use super::super::motion::Resolution;
+use super::super::sensor::{Optics, ProximitySensor, Scene, Spot, Table};
+use super::super::target::TTarget;
+use super::super::{ArmDescription, WorldDescription};
+use super::error::WorldFileError;
+use super::raw::{self, Number};
+
+/// Rated speeds without load: base, shoulder, elbow, wrists, and 20 mm/s of gripper, half-steps/s.
+const RATED_HALF_STEPS_PER_S: [f64; AXES] = [472.0, 405.0, 551.0, 487.0, 487.0, 292.0];
+
+/// Checks one file.
+pub(super) struct Checker<'a> {
+    pub(super) file: &'a str,
+}
+
+impl Checker<'_> {
+    pub(super) fn world(&self, raw: raw::World) -> Result<WorldDescription, WorldFileError> {
+        let raw::Arm::TeachMover(arm) = raw.arm;
+        let raw::Target::T(target) = raw.target;
+        let start = arm.start.referenced;
+        let scene = Scene {
+            table: self.table(&raw.table)?,
+            target: self.target(&target)?,
+            sensor: self.sensor(&raw.sensor)?,
+        };
+        let arm = self.teachmover(&arm)?;
+        self.require_free(&arm, scene.table.solid, start)?;
+        Ok(WorldDescription { title: raw.world.value, seed: raw.seed, arm, scene })
+    }
+
+    fn teachmover(&self, raw: &raw::TeachMover) -> Result<ArmDescription, WorldFileError> {
+        let length = |key, value: &Option<Number>, default| self.or(key, value, default, 1.0..=2000.0, "mm");
+        let geometry = ArmGeometry {
+            shoulder_height: length("shoulder_height_mm", &raw.shoulder_height_mm, 195.0)?,
+            upper_arm: length("upper_arm_mm", &raw.upper_arm_mm, 177.8)?,
+            forearm: length("forearm_mm", &raw.forearm_mm, 177.8)?,
+            hand: length("hand_mm", &raw.hand_mm, 109.0)?,
+        };
+        Ok(ArmDescription {
+            mechanism: Mechanism {
+                geometry,
+                backlash: self.joints(&raw.backlash, 0.0..=20.0)?,
+                drag: self.cable_drag(&raw.cable_drag)?,
+                droop: self.droop(&raw.droop)?,
+            },
+            resolution: match raw.resolution {
+                raw::Resolution::Continuous => Resolution::Continuous,
+                raw::Resolution::HalfStep => Resolution::HalfStep,
+            },
+            start: self.joints(&raw.start.value, -360.0..=360.0)?,
+            zero_error: self.joints(&raw.zero_error, -90.0..=90.0)?,
+            top_rates: self.rates(&raw.top_half_steps_per_s)?,
+            pull_out_rates: raw
+                .pull_out_half_steps_per_s
+                .as_ref()
+                .map(|rates| self.rates(rates))
+                .transpose()?,
+        })
+    }
+
+    fn joints(&self, raw: &raw::JointValues, range: RangeInclusive<f64>) -> Result<Joints, WorldFileError> {
+        let degrees = |key, value| self.or(key, value, 0.0, range.clone(), "deg").map(f64::to_radians);
+        Ok(Joints([
+            degrees("waist_deg", &raw.waist_deg)?,
+            degrees("shoulder_deg", &raw.shoulder_deg)?,
+            degrees("elbow_deg", &raw.elbow_deg)?,
+            degrees("wrist_pitch_deg", &raw.wrist_pitch_deg)?,
+            degrees("wrist_roll_deg", &raw.wrist_roll_deg)?,
+            self.or("gripper_mm", &raw.gripper_mm, 0.0, -100.0..=100.0, "mm")?,
+        ]))
+    }
+
+    fn rates(&self, raw: &raw::MotorRates) -> Result<HalfSteps, WorldFileError> {
+        let motors = [
+            ("base", &raw.base),
+            ("shoulder", &raw.shoulder),
+            ("elbow", &raw.elbow),
+            ("right_wrist", &raw.right_wrist),
+            ("left_wrist", &raw.left_wrist),
+            ("gripper", &raw.gripper),
+        ];
+        let mut rates = HalfSteps(RATED_HALF_STEPS_PER_S);
+        for ((key, value), rate) in motors.into_iter().zip(&mut rates.0) {
+            *rate = self.or(key, value, *rate, 0.1..=100_000.0, "half-steps/s")?;
+        }
+        Ok(rates)
+    }
+
+    fn cable_drag(&self, raw: &raw::CableDrag) -> Result<CableDrag, WorldFileError> {
+        let share = |key, value| self.or(key, value, 0.0, -1.0..=1.0, "deg/deg");
+        let gripper =
+            self.or("gripper_mm_per_elbow_deg", &raw.gripper_mm_per_elbow_deg, 0.0, -1.0..=1.0, "mm/deg")?;
+        Ok(CableDrag {
+            elbow_by_shoulder: share("elbow_deg_per_shoulder_deg", &raw.elbow_deg_per_shoulder_deg)?,
+            wrist_pitch_by_shoulder: share(
+                "wrist_pitch_deg_per_shoulder_deg",
+                &raw.wrist_pitch_deg_per_shoulder_deg,
+            )?,
+            wrist_pitch_by_elbow: share("wrist_pitch_deg_per_elbow_deg", &raw.wrist_pitch_deg_per_elbow_deg)?,
+            gripper_by_elbow: gripper.to_degrees(),
+        })
+    }
+
+    fn droop(&self, raw: &raw::Droop) -> Result<Droop, WorldFileError> {
+        let mass = |key, value| self.or(key, value, 0.0, 0.0..=20.0, "kg");
+        let give = |key, value| self.or(key, value, 0.0, 0.0..=5.0, "deg/(N m)").map(f64::to_radians);
+        Ok(Droop {
+            upper_arm_mass: mass("upper_arm_kg", &raw.upper_arm_kg)?,
+            forearm_mass: mass("forearm_kg", &raw.forearm_kg)?,
+            hand_mass: mass("hand_kg", &raw.hand_kg)?,
+            shoulder_give: give("shoulder_deg_per_nm", &raw.shoulder_deg_per_nm)?,
+            elbow_give: give("elbow_deg_per_nm", &raw.elbow_deg_per_nm)?,
+            wrist_pitch_give: give("wrist_pitch_deg_per_nm", &raw.wrist_pitch_deg_per_nm)?,
+        })
+    }
+
+    fn table(&self, raw: &raw::Table) -> Result<Table, WorldFileError> {
+        let reflectance = self.or("reflectance", &raw.reflectance, 0.8, 0.0..=1.0, "of 1")?;
+        Ok(Table { solid: raw.solid, reflectance })
+    }
+
+    fn target(&self, raw: &raw::TTarget) -> Result<TTarget, WorldFileError> {
+        let line_b_distance = self.number("distance_mm", &raw.line_b.distance_mm, 20.0..=2000.0, "mm")?;
+        let offset = self.number("offset_deg", &raw.line_b.offset_deg, -60.0..=60.0, "deg")?;
+        if offset == 0.0 {
+            let problem = "`offset_deg` is 0, but its sign says on which side of line A white lies: give the waist's \
+                           angle from line A to where line B is looked for, such as 8 or -8";
+            return Err(self.wrong(raw.line_b.offset_deg.referenced, problem.to_owned()));
+        }
+        let black = self.or("black", &raw.reflectance.black, 0.05, 0.0..=1.0, "of 1")?;
+        let white = self.or("white", &raw.reflectance.white, 0.9, 0.0..=1.0, "of 1")?;
+        if let Some(place) = raw.reflectance.white.as_ref().or(raw.reflectance.black.as_ref())
+            && white <= black
+        {
+            let problem = format!("`white` ({white}) must reflect more than `black` ({black})");
+            return Err(self.wrong(place.referenced, problem));
+        }
+        let body_radius =
+            self.or("radius_mm", &raw.body.radius_mm, line_b_distance + 70.0, 20.0..=2000.0, "mm")?;
+        if let Some(radius) = &raw.body.radius_mm
+            && body_radius <= line_b_distance
+        {
+            let problem = format!(
+                "`radius_mm` is {body_radius}, but the body begins at line B, {line_b_distance} mm from the waist's axis: \
+                 it must end further out"
+            );
+            return Err(self.wrong(radius.referenced, problem));
+        }
+        Ok(TTarget {
+            line_a: self.number("line_a_deg", &raw.line_a_deg, -180.0..=180.0, "deg")?.to_radians(),
+            line_b_distance,
+            line_b_offset: offset.to_radians(),
+            head_depth: self.or("depth_mm", &raw.head.depth_mm, 25.0, 1.0..=line_b_distance, "mm")?,
+            head_width: self.or("width_mm", &raw.head.width_mm, 120.0, 1.0..=2000.0, "mm")?,
+            body_radius,
+            body_angle: self.or("angle_deg", &raw.body.angle_deg, 12.0, 0.5..=90.0, "deg")?.to_radians(),
+            patch_margin: self.or("patch_margin_mm", &raw.patch_margin_mm, 20.0, 0.0..=1000.0, "mm")?,
+            black,
+            white,
+            misplaced: [
+                self.or("x_mm", &raw.misplaced.x_mm, 0.0, -500.0..=500.0, "mm")?,
+                self.or("y_mm", &raw.misplaced.y_mm, 0.0, -500.0..=500.0, "mm")?,
+            ],
+            misturned: self.or("turn_deg", &raw.misplaced.turn_deg, 0.0, -180.0..=180.0, "deg")?.to_radians(),
+        })
+    }
+
+    fn sensor(&self, raw: &raw::Sensor) -> Result<ProximitySensor, WorldFileError> {
+        let input_bit = raw.input_bit.as_ref().map_or(0, |bit| bit.value);
+        if let Some(bit) = &raw.input_bit
+            && input_bit > 6
+        {
+            let problem = format!("`input_bit` is {input_bit}, but the arm has the input bits 0 to 6");
+            return Err(self.wrong(bit.referenced, problem));
+        }
+        let optics = match &raw.optics {
+            raw::Optics::Ideal(ideal) => {
+                let height = self.number("height_mm", &ideal.height_mm, 0.01..=200.0, "mm")?;
+                let release_height =
+                    self.or("release_height_mm", &ideal.release_height_mm, height, height..=400.0, "mm")?;
+                Optics::Ideal { height, release_height }
+            }
+            raw::Optics::Spot(spot) => Optics::Spot(self.spot(spot)?),
+        };
+        Ok(ProximitySensor { input_bit, optics })
+    }
+
+    fn spot(&self, raw: &raw::Spot) -> Result<Spot, WorldFileError> {
+        let peak_distance = self.number("peak_mm", &raw.peak_mm, 0.1..=200.0, "mm")?;
+        let trimmed_distance =
+            self.number("trimmed_to_fire_at_mm", &raw.trimmed_to_fire_at_mm, 0.1..=400.0, "mm")?;
+        if trimmed_distance <= peak_distance {
+            let problem = format!(
+                "`trimmed_to_fire_at_mm` is {trimmed_distance}, but a hand that comes down meets the most light at \
+                 `peak_mm`, {peak_distance}: the sensor must fire above that"
+            );
+            return Err(self.wrong(raw.trimmed_to_fire_at_mm.referenced, problem));
+        }
+        let interval_ms = self.or("noise_interval_ms", &raw.noise_interval_ms, 1.0, 0.05..=1000.0, "ms")?;
+        Ok(Spot {
+            diameter: self.number("diameter_mm", &raw.diameter_mm, 0.01..=50.0, "mm")?,
+            peak_distance,
+            hysteresis: self.or("hysteresis_percent", &raw.hysteresis_percent, 0.0, 0.0..=90.0, "%")? / 100.0,
+            noise: self.or("noise_percent", &raw.noise_percent, 0.0, 0.0..=50.0, "%")? / 100.0,
+            noise_knot_ns: (interval_ms * 1e6) as u64,
+            trimmed_distance,
+        })
+    }
+
+    /// The arm must not begin inside the table or past a joint's stop.
+    fn require_free(
+        &self,
+        arm: &ArmDescription,
+        solid_table: bool,
+        start: Location,
+    ) -> Result<(), WorldFileError> {
+        let pose = arm.mechanism.geometry.pose(&arm.start);
+        if solid_table && pose.tool.z < 0.0 {
+            let problem =
+                format!("the arm would start with its sensor {:.1} mm under the table", -pose.tool.z);
+            return Err(self.wrong(start, problem));
+        }
+        if arm.mechanism.trespass(&arm.start, &pose, solid_table) > 0.0 {
+            let [_, shoulder, elbow, ..] = arm.start.0.map(f64::to_degrees);
+            let problem = format!(
+                "the arm cannot start so, a joint would be past its stop: waist within 90 deg, shoulder -35 to 144, \
+                 elbow within 149 under the upper arm (here {:.1}), hand within 90 of the forearm (`{}` {:.1}), gripper \
+                 0 to 76.2 mm",
+                elbow - shoulder,
+                Joint::WristPitch.name(),
+                arm.start.of(Joint::WristPitch).to_degrees(),
+            );
+            return Err(self.wrong(start, problem));
+        }
+        Ok(())
+    }
+
+    /// A number that may be left out.
+    fn or(
+        &self,
+        key: &str,
+        value: &Option<Number>,
+        default: f64,
+        range: RangeInclusive<f64>,
+        unit: &str,
+    ) -> Result<f64, WorldFileError> {
+        value.as_ref().map_or(Ok(default), |value| self.number(key, value, range, unit))
+    }
+
+    fn number(
+        &self,
+        key: &str,
+        value: &Number,
+        range: RangeInclusive<f64>,
+        unit: &str,
+    ) -> Result<f64, WorldFileError> {
+        let typed = value.value;
+        if typed.is_finite() && range.contains(&typed) {
+            return Ok(typed);
+        }
+        let problem = if !typed.is_finite() {
+            format!("`{key}` is {typed}, which is no finite number")
+        } else {
+            format!("`{key}` is {typed}, but must be {} to {} {unit}", range.start(), range.end())
+        };
+        Err(self.wrong(value.referenced, problem))
+    }
+
+    fn wrong(&self, place: Location, problem: String) -> WorldFileError {
+        WorldFileError::at(self.file, place, problem)
+    }
+}

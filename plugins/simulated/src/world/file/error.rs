@@ -1,0 +1,85 @@
+//! What is wrong with a world file, where, and what would be right.
+
+use serde_yaml::Location;
+
+/// Why a world file was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum WorldFileError {
+    /// The file could not be read at all.
+    #[error("cannot read world file {file}: {source}")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Something in it is wrong.
+    #[error("{file}:{line}:{column}: {problem}")]
+    Wrong {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+        /// Column, from 1.
+        column: u64,
+        /// What is wrong there, and what would be right.
+        problem: String,
+    },
+}
+
+impl WorldFileError {
+    pub(super) fn at(file: &str, place: Location, problem: String) -> WorldFileError {
+        let (line, column) = (place.line().max(1), place.column().max(1));
+        WorldFileError::Wrong { file: file.to_owned(), line, column, problem }
+    }
+
+    pub(super) fn from_yaml(file: &str, text: &str, error: &serde_yaml::Error) -> WorldFileError {
+        use serde_yaml::Error as Yaml;
+        let place = error.location().unwrap_or(Location::UNKNOWN);
+        let problem = match error.without_snippet() {
+            Yaml::SerdeUnknownField { field, expected, .. } => unknown("key", field, expected),
+            Yaml::SerdeUnknownVariant { variant, expected, .. } => unknown("kind", variant, expected),
+            Yaml::SerdeMissingField { field, .. } => format!("the key `{field}` is missing here"),
+            Yaml::InvalidScalar { ty, .. } => format!("`{}` is not {}", text_at(text, place), described(ty)),
+            Yaml::DuplicateMappingKey { key, .. } => {
+                format!("the key `{}` stands here twice", key.as_deref().unwrap_or("?"))
+            }
+            other => other.render().lines().next().unwrap_or("not valid YAML").to_owned(),
+        };
+        WorldFileError::at(file, place, problem)
+    }
+}
+
+/// Names the unknown word, what was probably meant, and all that could stand there.
+pub(super) fn unknown(what: &str, word: &str, known: &[&str]) -> String {
+    let nearest = known
+        .iter()
+        .map(|candidate| (strsim::jaro_winkler(word, candidate), candidate))
+        .filter(|(likeness, _)| *likeness > 0.75)
+        .max_by(|left, right| left.0.total_cmp(&right.0));
+    let meant = nearest.map_or(String::new(), |(_, candidate)| format!(" did you mean `{candidate}`?"));
+    let all = known.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ");
+    format!("unknown {what} `{word}`;{meant} known here: {all}")
+}
+
+fn described(scalar: &str) -> &str {
+    match scalar {
+        kind if kind.contains("float") => "a number",
+        kind if kind.contains("integer") => "a whole number",
+        other => other,
+    }
+}
+
+/// The word that stands at a place of the text.
+fn text_at(text: &str, place: Location) -> String {
+    let line = usize::try_from(place.line()).unwrap_or_default();
+    let column = usize::try_from(place.column()).unwrap_or_default();
+    let rest: String = text
+        .lines()
+        .nth(line.saturating_sub(1))
+        .unwrap_or_default()
+        .chars()
+        .skip(column.saturating_sub(1))
+        .collect();
+    rest.split([',', '}', ']', '#']).next().unwrap_or_default().trim().to_owned()
+}

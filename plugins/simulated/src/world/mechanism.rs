@@ -1,0 +1,230 @@
+//! From the motors' rotors to the true attitudes of the arm: play in the drives, cables that do not keep attitudes quite,
+//! and parts that give way under their weight; and what the arm cannot enter.
+
+use super::drive::{HalfSteps, Joint, Joints};
+use super::geometry::{ArmGeometry, ArmPose};
+use super::play::follow;
+
+const GRAVITY: f64 = 9.806_65;
+const METRES_PER_MM: f64 = 1e-3;
+
+/// The arm's build, with what is not ideal about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mechanism {
+    /// Its lengths.
+    pub geometry: ArmGeometry,
+    /// The whole dead zone of each joint's drive, rad or mm.
+    pub backlash: Joints,
+    /// How far attitudes are dragged along by joints before them.
+    pub drag: CableDrag,
+    /// How parts give way under their weight.
+    pub droop: Droop,
+}
+
+/// What share of a joint's true attitude the cables drag a later joint along by; 0 for cables that keep attitudes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CableDrag {
+    /// Of the shoulder's attitude, in the forearm's.
+    pub elbow_by_shoulder: f64,
+    /// Of the shoulder's attitude, in the hand's.
+    pub wrist_pitch_by_shoulder: f64,
+    /// Of the forearm's attitude, in the hand's.
+    pub wrist_pitch_by_elbow: f64,
+    /// Opening of the gripper by the forearm's attitude, mm/rad.
+    pub gripper_by_elbow: f64,
+}
+
+/// Weights, and how far each joint gives way to the moment they make about it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Droop {
+    /// Mass of the upper arm, acting at its middle, kg.
+    pub upper_arm_mass: f64,
+    /// Mass of the forearm, acting at its middle, kg.
+    pub forearm_mass: f64,
+    /// Mass of the hand and what it holds, acting at its middle, kg.
+    pub hand_mass: f64,
+    /// Give of the shoulder, rad/(N m).
+    pub shoulder_give: f64,
+    /// Give of the elbow, rad/(N m).
+    pub elbow_give: f64,
+    /// Give of the wrist's pitch, rad/(N m).
+    pub wrist_pitch_give: f64,
+}
+
+impl Mechanism {
+    /// Where the links stand behind their drives' play, once the rotors have come straight to `rotors`.
+    pub fn carried(&self, before: &Joints, rotors: &HalfSteps) -> Joints {
+        let drives = rotors.to_joints();
+        Joints(std::array::from_fn(|axis| follow(before.0[axis], drives.0[axis], self.backlash.0[axis])))
+    }
+
+    /// The true attitudes when the links stand so behind their drives.
+    pub fn attitudes(&self, carried: &Joints) -> Joints {
+        self.droop.settled(&self.geometry, &self.drag.dragged(carried))
+    }
+
+    /// Where the links must stand behind their drives for the true attitudes to be these.
+    pub fn carried_for(&self, attitudes: &Joints) -> Joints {
+        self.drag.released(&self.droop.lifted(&self.geometry, attitudes))
+    }
+
+    /// How deep the arm is in something it cannot enter, mm; 0 or less when it is free. Stops of joints count as their angle
+    /// on an arm's length.
+    pub fn trespass(&self, attitudes: &Joints, pose: &ArmPose, solid_table: bool) -> f64 {
+        let under_table = -pose.tool.z.min(pose.wrist.z).min(pose.elbow.z);
+        let past_stop = past_stops(attitudes, self.geometry.forearm);
+        if solid_table { under_table.max(past_stop) } else { past_stop }
+    }
+}
+
+/// How far the furthest joint is past its mechanical stop, mm on an arm's length. The forearm's stops are relative to the
+/// upper arm and the hand's to the forearm.
+fn past_stops(attitudes: &Joints, arm_length: f64) -> f64 {
+    let degrees_outside = |value: f64, low: f64, high: f64| {
+        let value = value.to_degrees();
+        (low - value).max(value - high).to_radians() * arm_length
+    };
+    let elbow = attitudes.of(Joint::Elbow) - attitudes.of(Joint::Shoulder);
+    let wrist = attitudes.of(Joint::WristPitch) - attitudes.of(Joint::Elbow);
+    let opening = attitudes.of(Joint::Gripper);
+    degrees_outside(attitudes.of(Joint::Waist), -90.0, 90.0)
+        .max(degrees_outside(attitudes.of(Joint::Shoulder), -35.0, 144.0))
+        .max(degrees_outside(elbow, -149.0, 0.0))
+        .max(degrees_outside(wrist, -90.0, 90.0))
+        .max(degrees_outside(attitudes.of(Joint::WristRoll), -360.0, 360.0))
+        .max((-opening).max(opening - 76.2))
+}
+
+impl CableDrag {
+    fn dragged(&self, carried: &Joints) -> Joints {
+        let [waist, shoulder, mut elbow, mut wrist_pitch, wrist_roll, mut gripper] = carried.0;
+        elbow += self.elbow_by_shoulder * shoulder;
+        wrist_pitch += self.wrist_pitch_by_shoulder * shoulder + self.wrist_pitch_by_elbow * elbow;
+        gripper += self.gripper_by_elbow * elbow;
+        Joints([waist, shoulder, elbow, wrist_pitch, wrist_roll, gripper])
+    }
+
+    fn released(&self, attitudes: &Joints) -> Joints {
+        let [waist, shoulder, elbow, mut wrist_pitch, wrist_roll, mut gripper] = attitudes.0;
+        wrist_pitch -= self.wrist_pitch_by_shoulder * shoulder + self.wrist_pitch_by_elbow * elbow;
+        gripper -= self.gripper_by_elbow * elbow;
+        let elbow = elbow - self.elbow_by_shoulder * shoulder;
+        Joints([waist, shoulder, elbow, wrist_pitch, wrist_roll, gripper])
+    }
+}
+
+impl Droop {
+    /// The attitudes at which weight and give balance, found by letting the arm sink until it stays.
+    fn settled(&self, geometry: &ArmGeometry, unloaded: &Joints) -> Joints {
+        const STILL: f64 = 1e-15;
+        let mut attitudes = *unloaded;
+        for _ in 0..200 {
+            let lower = unloaded.minus(&self.sag(geometry, &attitudes));
+            let stir = lower.minus(&attitudes).largest();
+            attitudes = lower;
+            if stir < STILL {
+                break;
+            }
+        }
+        attitudes
+    }
+
+    fn lifted(&self, geometry: &ArmGeometry, loaded: &Joints) -> Joints {
+        loaded.plus(&self.sag(geometry, loaded))
+    }
+
+    /// How far each joint gives way, rad. The cables hold forearm and hand from the base, so that their moments pass the
+    /// shoulder by and only their weight rests on the upper arm's end.
+    fn sag(&self, geometry: &ArmGeometry, attitudes: &Joints) -> Joints {
+        let newton_metres = |mass: f64, lever: f64, joint: Joint| {
+            mass * GRAVITY * lever * METRES_PER_MM * attitudes.of(joint).cos()
+        };
+        let on_shoulder = newton_metres(self.upper_arm_mass, geometry.upper_arm / 2.0, Joint::Shoulder)
+            + newton_metres(self.forearm_mass + self.hand_mass, geometry.upper_arm, Joint::Shoulder);
+        let on_elbow = newton_metres(self.forearm_mass, geometry.forearm / 2.0, Joint::Elbow)
+            + newton_metres(self.hand_mass, geometry.forearm, Joint::Elbow);
+        let on_wrist = newton_metres(self.hand_mass, geometry.hand / 2.0, Joint::WristPitch);
+        Joints([
+            0.0,
+            self.shoulder_give * on_shoulder,
+            self.elbow_give * on_elbow,
+            self.wrist_pitch_give * on_wrist,
+            0.0,
+            0.0,
+        ])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn mechanism() -> Mechanism {
+        Mechanism {
+            geometry: ArmGeometry { shoulder_height: 195.0, upper_arm: 177.8, forearm: 177.8, hand: 109.0 },
+            backlash: Joints::default(),
+            drag: CableDrag {
+                elbow_by_shoulder: 0.01,
+                wrist_pitch_by_shoulder: -0.02,
+                wrist_pitch_by_elbow: 0.005,
+                gripper_by_elbow: 1.5,
+            },
+            droop: Droop {
+                upper_arm_mass: 0.8,
+                forearm_mass: 0.4,
+                hand_mass: 0.5,
+                shoulder_give: 0.01,
+                elbow_give: 0.02,
+                wrist_pitch_give: 0.03,
+            },
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn attitudes_and_the_links_behind_their_drives_belong_together(
+            carried in prop::array::uniform6(-1.5..1.5_f64).prop_map(Joints),
+        ) {
+            let mechanism = mechanism();
+            let back = mechanism.carried_for(&mechanism.attitudes(&carried));
+            prop_assert!(back.minus(&carried).largest() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_level_arm_sinks_by_its_moment_and_a_hanging_one_does_not() {
+        let mut mechanism = mechanism();
+        mechanism.drag = CableDrag::default();
+        mechanism.droop.shoulder_give = 1e-6;
+        let sunk = mechanism.attitudes(&Joints::default());
+        let moment = (0.8 * 177.8 / 2.0 + 0.9 * 177.8) * 1e-3 * GRAVITY;
+        assert!((sunk.of(Joint::Shoulder) + 1e-6 * moment).abs() < 1e-12);
+        let hanging = -std::f64::consts::FRAC_PI_2;
+        let still = mechanism.attitudes(&Joints([0.0, 0.5, hanging, hanging, 0.0, 0.0]));
+        assert!((still.of(Joint::Elbow) - hanging).abs() < 1e-12);
+    }
+
+    #[test]
+    fn cables_that_do_not_keep_attitudes_turn_the_forearm_with_the_shoulder() {
+        let mut mechanism = mechanism();
+        mechanism.droop = Droop::default();
+        let before = mechanism.attitudes(&Joints::default());
+        let after = mechanism.attitudes(&Joints([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]));
+        assert!((after.of(Joint::Elbow) - before.of(Joint::Elbow) - 0.01).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_solid_table_and_a_joints_stop_are_trespassed_on() {
+        let mechanism = mechanism();
+        let hanging = -std::f64::consts::FRAC_PI_2;
+        let low = Joints([0.0, 0.2, hanging, hanging, 0.0, 10.0]);
+        let pose = mechanism.geometry.pose(&low);
+        let depth = -(195.0 + 177.8 * 0.2_f64.sin() - 177.8 - 109.0);
+        assert!((mechanism.trespass(&low, &pose, true) - depth).abs() < 1e-9);
+        assert!(mechanism.trespass(&low, &pose, false) <= 0.0);
+        let folded = Joints([0.0, 1.5, -1.4, hanging, 0.0, 10.0]);
+        let pose = mechanism.geometry.pose(&folded);
+        assert!(mechanism.trespass(&folded, &pose, true) > 0.0);
+    }
+}

@@ -1,0 +1,298 @@
+//! The simulated world: a TeachMover over a table with a T target, a proximity sensor in its hand, and a clock of its own.
+//!
+//! Nothing here knows a wall clock, a socket or a file: [`World`] is told how far to let its time run, and everything that
+//! happens is a function of its description, its seed and what it was told to do.
+
+mod advance;
+mod chance;
+mod crossing;
+mod description;
+mod drive;
+pub mod file;
+mod geometry;
+mod mechanism;
+mod motion;
+mod play;
+mod sensor;
+mod stance;
+mod target;
+
+use std::collections::VecDeque;
+
+pub use description::{ArmDescription, WorldDescription};
+pub use drive::{AXES, GRIPPER_HALF_STEPS_PER_MM, HALF_STEPS_PER_TURN, HalfSteps, Joint, Joints};
+pub use geometry::{ArmGeometry, ArmPose, Point};
+pub use mechanism::{CableDrag, Droop, Mechanism};
+pub use motion::Resolution;
+pub use sensor::{Optics, ProximitySensor, Scene, Seen, Spot, Table};
+pub use target::TTarget;
+
+use motion::Motion;
+use stance::Stance;
+
+/// How many changes of the input lines the world remembers.
+const REMEMBERED_CHANGES: usize = 4096;
+
+/// What the controller knows of the arm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControllerReading {
+    /// The world's time, ns.
+    pub time_ns: u64,
+    /// Whether a motion is under way.
+    pub moving: bool,
+    /// Joint values reckoned from the half-steps issued, rad or mm.
+    pub joints: Joints,
+    /// Half-steps issued.
+    pub half_steps: HalfSteps,
+    /// Levels of the input lines, a bit each.
+    pub inputs: u64,
+}
+
+/// A change of the input lines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineChange {
+    /// Counts the changes from 1.
+    pub number: u64,
+    /// When it happened, world time, ns.
+    pub time_ns: u64,
+    /// Levels after the change, a bit each.
+    pub levels: u64,
+    /// The bits that changed.
+    pub changed: u64,
+    /// The joint values as the controller reckons them at that moment, rad or mm.
+    pub joints: Joints,
+    /// The joints are known to within this, rad or mm: 0 for joints at rest and in a continuous world.
+    pub half_width: Joints,
+}
+
+/// What is so, whether or not anybody knows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Truth {
+    /// The world's time, ns.
+    pub time_ns: u64,
+    /// What the controller reckons, rad or mm.
+    pub reckoned: Joints,
+    /// True attitudes, rad or mm.
+    pub attitudes: Joints,
+    /// Where the arm's parts stand, mm.
+    pub pose: ArmPose,
+    /// What the sensor sees, without its noise.
+    pub seen: Seen,
+    /// Whether the sensor fires.
+    pub fired: bool,
+    /// Whether the arm rests on something it cannot enter.
+    pub touching: bool,
+    /// Half-steps issued that the motors did not make, since the world began.
+    pub lost: HalfSteps,
+}
+
+/// A motion that somebody wants.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionOrder {
+    /// Where each joint shall go, as the controller reckons, rad or mm; None stays.
+    pub joints: [Option<f64>; AXES],
+    /// Whether the values are added to where the joints stand.
+    pub relative: bool,
+    /// Share of the arm's greatest speed, above 0 and at most 1.
+    pub speed: f64,
+}
+
+/// Why the arm does not start to move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum MotionRefused {
+    /// Another motion is under way.
+    #[error("the arm is moving already; wait for it or stop it first")]
+    Moving,
+    /// A value is not a finite number.
+    #[error("the target of joint `{}` is not a finite number", joint.name())]
+    NotFinite {
+        /// The joint.
+        joint: Joint,
+    },
+    /// The speed is out of its range.
+    #[error("the speed must be a share of the greatest, above 0 and at most 1")]
+    Speed,
+}
+
+/// The world and everything in it.
+#[derive(Debug, Clone)]
+pub struct World {
+    description: WorldDescription,
+    time_ns: u64,
+    registers: HalfSteps,
+    slip: HalfSteps,
+    lost: HalfSteps,
+    stance: Stance,
+    fired: bool,
+    outputs: u64,
+    motion: Option<Motion>,
+    slipping: advance::Slipping,
+    changes: VecDeque<LineChange>,
+    changes_seen: u64,
+}
+
+impl World {
+    /// A world at its beginning: the arm stands where it was left, and the controller believes what the file says.
+    pub fn new(description: WorldDescription) -> World {
+        let arm = &description.arm;
+        let carried = arm.mechanism.carried_for(&arm.start);
+        let rotors = HalfSteps::from_joints(&carried);
+        let believed = HalfSteps::from_joints(&arm.start.minus(&arm.zero_error));
+        let registers = match arm.resolution {
+            Resolution::Continuous => believed,
+            Resolution::HalfStep => HalfSteps(believed.0.map(f64::round)),
+        };
+        let stance = Stance::standing(&description, rotors, carried);
+        World {
+            time_ns: 0,
+            registers,
+            slip: rotors.minus(&registers),
+            lost: HalfSteps::default(),
+            fired: stance.seen.past_firing >= 0.0,
+            stance,
+            outputs: 0,
+            motion: None,
+            slipping: advance::Slipping::default(),
+            changes: VecDeque::new(),
+            changes_seen: 0,
+            description,
+        }
+    }
+
+    /// How the world was described.
+    pub fn description(&self) -> &WorldDescription {
+        &self.description
+    }
+
+    /// What the controller knows.
+    pub fn reading(&self) -> ControllerReading {
+        ControllerReading {
+            time_ns: self.time_ns,
+            moving: self.motion.is_some(),
+            joints: self.registers.to_joints(),
+            half_steps: self.registers,
+            inputs: self.inputs(),
+        }
+    }
+
+    /// What is so.
+    pub fn truth(&self) -> Truth {
+        Truth {
+            time_ns: self.time_ns,
+            reckoned: self.registers.to_joints(),
+            attitudes: self.stance.attitudes,
+            pose: self.stance.pose,
+            seen: self.stance.seen,
+            fired: self.fired,
+            touching: self.stance.trespass > -stance::TOUCH,
+            lost: self.lost,
+        }
+    }
+
+    /// The number of the latest change of the input lines, 0 before the first.
+    pub fn latest_change(&self) -> u64 {
+        self.changes_seen
+    }
+
+    /// The changes of the input lines after the one with this number, as far as the world remembers.
+    pub fn changes_after(&self, number: u64) -> Vec<LineChange> {
+        self.changes.iter().filter(|change| change.number > number).copied().collect()
+    }
+
+    /// Levels of the output lines, a bit each.
+    pub fn outputs(&self) -> u64 {
+        self.outputs
+    }
+
+    /// Sets the output lines.
+    pub fn set_outputs(&mut self, bits: u64) {
+        self.outputs = bits;
+    }
+
+    /// Has the controller believe that the arm stands so; the arm does not stir. Whole half-steps in a half-step world.
+    pub fn set_registers(&mut self, joints: &Joints) -> Result<(), MotionRefused> {
+        if self.motion.is_some() {
+            return Err(MotionRefused::Moving);
+        }
+        self.require_finite(&joints.0.map(Some))?;
+        let believed = HalfSteps::from_joints(joints);
+        let registers = match self.description.arm.resolution {
+            Resolution::Continuous => believed,
+            Resolution::HalfStep => HalfSteps(believed.0.map(f64::round)),
+        };
+        self.slip = self.slip.plus(&self.registers).minus(&registers);
+        self.registers = registers;
+        Ok(())
+    }
+
+    /// Starts a motion; time must run for the arm to go. A target it stands at already is a motion that ends at once.
+    pub fn begin(&mut self, order: &MotionOrder) -> Result<(), MotionRefused> {
+        if self.motion.is_some() {
+            return Err(MotionRefused::Moving);
+        }
+        self.require_finite(&order.joints)?;
+        if !(order.speed > 0.0 && order.speed <= 1.0) {
+            return Err(MotionRefused::Speed);
+        }
+        let here = self.registers.to_joints();
+        let target = Joints(std::array::from_fn(|axis| match order.joints[axis] {
+            None => here.0[axis],
+            Some(by) if order.relative => here.0[axis] + by,
+            Some(to) => to,
+        }));
+        self.begin_toward(HalfSteps::from_joints(&target), order.speed);
+        Ok(())
+    }
+
+    /// Starts a motion of the registers to these half-steps.
+    fn begin_toward(&mut self, wanted: HalfSteps, speed: f64) {
+        let arm = &self.description.arm;
+        let target = match arm.resolution {
+            Resolution::Continuous => wanted,
+            Resolution::HalfStep => wanted.rounded_toward(&self.registers),
+        };
+        let motion = Motion::plan(
+            self.registers,
+            target,
+            arm.resolution,
+            &arm.top_rates.times(speed),
+            self.time_ns,
+            arm.mechanism.geometry.reach(),
+            self.description.scene.watch_interval_ns(),
+        );
+        self.slipping.start_motion();
+        self.motion = Some(motion);
+    }
+
+    /// When the motion under way will end, world time, ns.
+    pub fn motion_ends_ns(&self) -> Option<u64> {
+        self.motion.as_ref().map(Motion::end_ns)
+    }
+
+    /// Stops the arm where it stands.
+    pub fn halt(&mut self) {
+        self.motion = None;
+    }
+
+    /// Where the controller must send the arm for its true attitudes to come to these, as an operator sees by looking; play
+    /// may make it come short, so that the operator looks and sends again.
+    pub fn order_toward(&self, attitudes: &[Option<f64>; AXES], speed: f64) -> MotionOrder {
+        let wanted = Joints(std::array::from_fn(|axis| {
+            attitudes[axis].unwrap_or_else(|| self.stance.attitudes.0[axis])
+        }));
+        let mechanism = &self.description.arm.mechanism;
+        let short = mechanism.carried_for(&wanted).minus(&mechanism.carried_for(&self.stance.attitudes));
+        MotionOrder { joints: short.0.map(Some), relative: true, speed }
+    }
+
+    fn inputs(&self) -> u64 {
+        u64::from(self.fired) << self.description.scene.sensor.input_bit
+    }
+
+    fn require_finite(&self, values: &[Option<f64>; AXES]) -> Result<(), MotionRefused> {
+        let wrong = Joint::ALL
+            .into_iter()
+            .find(|joint| values[joint.place()].is_some_and(|value| !value.is_finite()));
+        wrong.map_or(Ok(()), |joint| Err(MotionRefused::NotFinite { joint }))
+    }
+}
