@@ -1,5 +1,7 @@
 //! Letting time run: the arm goes on, is held up by what is solid, and the sensor's line switches on the way.
 
+use std::ops::Range;
+
 use super::chance::uniform;
 use super::crossing::{first_change, summit};
 use super::drive::{AXES, HalfSteps, Joints};
@@ -20,8 +22,7 @@ struct Part {
     after: Stance,
     registers_before: HalfSteps,
     registers_after: HalfSteps,
-    begins_ns: u64,
-    ends_ns: u64,
+    time: Range<u64>,
 }
 
 impl World {
@@ -29,8 +30,8 @@ impl World {
     pub fn advance(&mut self, until_ns: u64) {
         while let Some(mut motion) = self.motion.take() {
             match motion.next_part() {
-                Some((ends_ns, registers)) if ends_ns <= until_ns => {
-                    self.make_part(&motion, registers, ends_ns);
+                Some((time, registers)) if time.end <= until_ns => {
+                    self.make_part(&motion, registers, time);
                     motion.complete_part();
                     self.motion = Some(motion);
                 }
@@ -52,35 +53,35 @@ impl World {
         }
     }
 
-    fn make_part(&mut self, motion: &Motion, registers: HalfSteps, ends_ns: u64) {
+    fn make_part(&mut self, motion: &Motion, registers: HalfSteps, time: Range<u64>) {
         let slipped = self.slipping.of_part(self, motion, &registers.minus(&self.registers));
         self.lose(&slipped);
         let before = self.stance;
         let after = before.after(&self.description, registers.plus(&self.slip));
         if after.is_trespassing() {
-            self.make_blocked_part(&after.rotors, registers, ends_ns);
+            self.make_blocked_part(&after.rotors, registers, time);
         } else {
-            self.accept(after, registers, ends_ns);
+            self.accept(after, registers, time);
         }
     }
 
     /// A part in which the arm meets something solid: it goes as far as it can, and then the motors that would push it
     /// further in stall, while the others go on.
-    fn make_blocked_part(&mut self, goal: &HalfSteps, registers: HalfSteps, ends_ns: u64) {
+    fn make_blocked_part(&mut self, goal: &HalfSteps, registers: HalfSteps, time: Range<u64>) {
         let free = match self.description.arm.resolution {
             Resolution::HalfStep => 0.0,
             Resolution::Continuous => self.free_share(goal),
         };
+        let touched_ns = within(&time, free);
         if free > 0.0 {
             let touching = self.stance.part_way(&self.description, goal, free);
             let counted = self.registers.plus(&registers.minus(&self.registers).times(free));
-            let touched_ns = self.time_ns + (ends_ns.saturating_sub(self.time_ns) as f64 * free) as u64;
-            self.accept(touching, counted, touched_ns);
+            self.accept(touching, counted, time.start..touched_ns);
         }
         let stalled = self.stalled(&goal.minus(&self.stance.rotors));
         self.lose(&stalled);
         let after = self.stance.after(&self.description, registers.plus(&self.slip));
-        self.accept(after, registers, ends_ns);
+        self.accept(after, registers, touched_ns..time.end);
     }
 
     /// The share of the way to `goal` the arm can go before it touches.
@@ -114,14 +115,13 @@ impl World {
         self.lost = self.lost.plus(&HalfSteps(half_steps.0.map(f64::abs)));
     }
 
-    fn accept(&mut self, after: Stance, registers: HalfSteps, ends_ns: u64) {
+    fn accept(&mut self, after: Stance, registers: HalfSteps, time: Range<u64>) {
         let part = Part {
             before: self.stance,
             after,
             registers_before: self.registers,
             registers_after: registers,
-            begins_ns: self.time_ns,
-            ends_ns,
+            time: time.clone(),
         };
         match self.description.arm.resolution {
             Resolution::Continuous => self.watch_throughout(&part),
@@ -129,7 +129,7 @@ impl World {
         }
         self.registers = registers;
         self.stance = after;
-        self.time_ns = self.time_ns.max(ends_ns);
+        self.time_ns = self.time_ns.max(time.end);
     }
 
     /// Switches the line wherever on the way the signal passes the level it waits for.
@@ -138,7 +138,7 @@ impl World {
         while let Some(share) = self.next_switch(part, from) {
             let travelled = part.registers_after.minus(&part.registers_before).times(share);
             let joints = part.registers_before.plus(&travelled).to_joints();
-            self.switch(part.time_at(share), joints, Joints::default());
+            self.switch(within(&part.time, share), joints, Joints::default());
             from = share;
         }
     }
@@ -159,7 +159,7 @@ impl World {
         if self.switches(self.excess_at(part, 1.0)) {
             let (before, after) = (part.registers_before, part.registers_after);
             let middle = before.plus(&after).times(0.5).to_joints();
-            self.switch(part.ends_ns, middle, half_width(&after.minus(&before)));
+            self.switch(part.time.end, middle, half_width(&after.minus(&before)));
         }
     }
 
@@ -170,7 +170,7 @@ impl World {
         } else {
             part.before.part_way(&self.description, &part.after.rotors, share).seen
         };
-        self.excess(&seen, part.time_at(share))
+        self.excess(&seen, within(&part.time, share))
     }
 
     /// How far the sensor, as its line stands, is past switching it.
@@ -215,10 +215,9 @@ impl World {
     }
 }
 
-impl Part {
-    fn time_at(&self, share: f64) -> u64 {
-        self.begins_ns + (self.ends_ns.saturating_sub(self.begins_ns) as f64 * share) as u64
-    }
+/// The moment a share of the way through a span of time.
+fn within(time: &Range<u64>, share: f64) -> u64 {
+    time.start + (time.end.saturating_sub(time.start) as f64 * share) as u64
 }
 
 /// Half of what each joint moves in these half-steps.

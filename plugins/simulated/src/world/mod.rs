@@ -33,6 +33,9 @@ use stance::Stance;
 /// How many changes of the input lines the world remembers.
 const REMEMBERED_CHANGES: usize = 4096;
 
+/// The world's time at its beginning, ns: not 0, so that no moment of it can be taken for none.
+const BEGINS_NS: u64 = 1_000_000_000;
+
 /// What the controller knows of the arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControllerReading {
@@ -144,7 +147,7 @@ impl World {
         };
         let stance = Stance::standing(&description, rotors, carried);
         World {
-            time_ns: 0,
+            time_ns: BEGINS_NS,
             registers,
             slip: rotors.minus(&registers),
             lost: HalfSteps::default(),

@@ -1,5 +1,7 @@
 //! One motion of the arm: all motors start together, run evenly, and arrive together.
 
+use std::ops::Range;
+
 use super::drive::{AXES, HalfSteps};
 
 /// How finely the motors' positions can be set.
@@ -72,9 +74,11 @@ impl Motion {
         self.done >= self.parts
     }
 
-    /// When the next part ends and where the registers stand then, unless all are done.
-    pub(super) fn next_part(&self) -> Option<(u64, HalfSteps)> {
-        (!self.is_done()).then(|| (self.time_after(self.done + 1), self.registers_after(self.done + 1)))
+    /// When the next part begins and ends and where the registers stand then, unless all are done.
+    pub(super) fn next_part(&self) -> Option<(Range<u64>, HalfSteps)> {
+        let next = self.done + 1;
+        (!self.is_done())
+            .then(|| (self.time_after(self.done)..self.time_after(next), self.registers_after(next)))
     }
 
     /// Marks the next part as done.
@@ -127,10 +131,10 @@ mod tests {
             let mut motion = plan(from, to, Resolution::HalfStep);
             let mut registers = HalfSteps(from.map(f64::from));
             let mut time = 1_000;
-            while let Some((part_ends, next)) = motion.next_part() {
+            while let Some((part, next)) = motion.next_part() {
                 prop_assert!(next.minus(&registers).0.iter().all(|steps| steps.abs() <= 1.0 && steps.fract() == 0.0));
-                prop_assert!(part_ends >= time);
-                (time, registers) = (part_ends, next);
+                prop_assert!(part.start == time && part.end >= time);
+                (time, registers) = (part.end, next);
                 motion.complete_part();
             }
             prop_assert_eq!(registers, HalfSteps(to.map(f64::from)));

@@ -1,0 +1,149 @@
+//! A connection to the world, as drivers and operators hold it.
+
+use std::io;
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use crate::lines::{Lines, Received};
+use crate::protocol::{Answer, Call, Hello, PROTOCOL, Reading, Say, TruthReport, Verb, Welcome};
+
+/// How often a caller that waits is asked whether it still wants to.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// How long the world may be silent where nothing moves.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Why the world could not be asked, or would not.
+#[derive(Debug, thiserror::Error)]
+pub enum ClientError {
+    /// Nobody listens there.
+    #[error("no world listens at {}: {source}", socket.display())]
+    Unreachable {
+        /// Where it was looked for.
+        socket: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The connection broke.
+    #[error("the connection to the world broke: {0}")]
+    Broken(#[from] io::Error),
+    /// The world ended.
+    #[error("the world has gone")]
+    Gone,
+    /// The world answered with something else than its protocol says.
+    #[error("the world answered with what is not its protocol: {0}")]
+    Garbled(String),
+    /// The world did not answer.
+    #[error("the world did not answer within {} s", PATIENCE.as_secs())]
+    Silent,
+    /// The world would not do what was asked.
+    #[error("{0}")]
+    Refused(String),
+}
+
+/// A connection to the world.
+#[derive(Debug)]
+pub struct WorldClient {
+    lines: Lines,
+    welcome: Welcome,
+    calls: u64,
+}
+
+impl WorldClient {
+    /// Connects to the world at `socket` and says who calls.
+    pub fn connect(socket: &Path, name: &str) -> Result<WorldClient, ClientError> {
+        let stream = UnixStream::connect(socket)
+            .map_err(|source| ClientError::Unreachable { socket: socket.to_owned(), source })?;
+        let mut lines = Lines::over(stream)?;
+        lines.send(&Hello { protocol: PROTOCOL, client: name.to_owned() })?;
+        let line = patiently(&mut lines)?;
+        if let Ok(Answer { say: Say::Refused { why }, .. }) = serde_json::from_slice(&line) {
+            return Err(ClientError::Refused(why));
+        }
+        let welcome =
+            serde_json::from_slice(&line).map_err(|error| ClientError::Garbled(error.to_string()))?;
+        Ok(WorldClient { lines, welcome, calls: 0 })
+    }
+
+    /// What the world said of itself.
+    pub fn welcome(&self) -> &Welcome {
+        &self.welcome
+    }
+
+    /// Makes a call and waits for its end. `on_the_way` hears what happens meanwhile; when `should_stop` turns true, whatever
+    /// moves is stopped and the call ends with a reading that says so.
+    pub fn call(
+        &mut self,
+        verb: Verb,
+        should_stop: impl Fn() -> bool,
+        mut on_the_way: impl FnMut(&Say),
+    ) -> Result<Say, ClientError> {
+        let id = self.send(verb)?;
+        let mut stop = None;
+        let mut heard = Instant::now();
+        let mut end = None;
+        loop {
+            if end.is_none() && stop.is_none() && should_stop() {
+                stop = Some(self.send(Verb::Stop {})?);
+            }
+            let line = match self.lines.receive(LOOK)? {
+                Received::Line(line) => line,
+                Received::Closed => return Err(ClientError::Gone),
+                Received::Nothing if heard.elapsed() > PATIENCE => return Err(ClientError::Silent),
+                Received::Nothing => continue,
+            };
+            heard = Instant::now();
+            let answer: Answer =
+                serde_json::from_slice(&line).map_err(|error| ClientError::Garbled(error.to_string()))?;
+            match answer.say {
+                Say::Joints(_) | Say::Change(_) => on_the_way(&answer.say),
+                say if answer.id == id => end = Some(say),
+                _ if Some(answer.id) == stop => stop = None,
+                other => return Err(ClientError::Garbled(format!("{other:?} for no call of ours"))),
+            }
+            if let (Some(_), None) = (&end, stop) {
+                break;
+            }
+        }
+        match end {
+            Some(Say::Refused { why }) => Err(ClientError::Refused(why)),
+            Some(say) => Ok(say),
+            None => Err(ClientError::Gone),
+        }
+    }
+
+    /// Makes a call that ends with a reading.
+    pub fn read(&mut self, verb: Verb) -> Result<Reading, ClientError> {
+        match self.call(verb, || false, |_| {})? {
+            Say::Reading(reading) => Ok(reading),
+            other => Err(ClientError::Garbled(format!("{other:?} instead of a reading"))),
+        }
+    }
+
+    /// What is so.
+    pub fn look(&mut self) -> Result<TruthReport, ClientError> {
+        match self.call(Verb::Look {}, || false, |_| {})? {
+            Say::Truth(truth) => Ok(*truth),
+            other => Err(ClientError::Garbled(format!("{other:?} instead of the truth"))),
+        }
+    }
+
+    fn send(&mut self, verb: Verb) -> Result<u64, ClientError> {
+        self.calls += 1;
+        self.lines.send(&Call { id: self.calls, verb })?;
+        Ok(self.calls)
+    }
+}
+
+fn patiently(lines: &mut Lines) -> Result<Vec<u8>, ClientError> {
+    let began = Instant::now();
+    while began.elapsed() < PATIENCE {
+        match lines.receive(LOOK)? {
+            Received::Line(line) => return Ok(line),
+            Received::Closed => return Err(ClientError::Gone),
+            Received::Nothing => {}
+        }
+    }
+    Err(ClientError::Silent)
+}

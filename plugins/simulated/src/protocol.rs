@@ -1,0 +1,347 @@
+//! What is said over the world's socket: a JSON value a line, both ways.
+//!
+//! A client begins with [`Hello`] and is answered with [`Welcome`], or with a refusal that names both versions. From then on it
+//! sends [`Call`]s. Each call is answered by any number of lines that tell what happens meanwhile ([`Say::Joints`],
+//! [`Say::Change`]) and then by exactly one that ends it; every line bears the call's number. `stop` may be sent while a motion
+//! is under way, on the same connection or another. A client that goes away stops the motion it began.
+
+use serde::{Deserialize, Serialize};
+
+use crate::world::{AXES, ControllerReading, Joint, LineChange, Truth};
+
+/// The version of this protocol; both sides must speak the same.
+pub const PROTOCOL: u32 = 1;
+
+/// The longest line either side accepts, bytes.
+pub const LONGEST_LINE: usize = 64 * 1024;
+
+/// The client's first line.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hello {
+    /// [`PROTOCOL`], as the client speaks it.
+    pub protocol: u32,
+    /// Who calls, for messages.
+    pub client: String,
+}
+
+/// The world's answer to [`Hello`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Welcome {
+    /// [`PROTOCOL`], as the world speaks it.
+    pub protocol: u32,
+    /// The world's title.
+    pub world: String,
+    /// The world's process.
+    pub pid: u32,
+    /// Whether the world's time is the wall's.
+    pub pace: Pace,
+    /// Which arm stands in it.
+    pub arm: String,
+    /// Its joints, in the order of every list of joint values.
+    pub joints: Vec<JointFacts>,
+}
+
+/// What a driver of the arm may know of a joint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct JointFacts {
+    /// Its name.
+    pub name: String,
+    /// The smallest step, rad or mm; 0 for a continuous drive.
+    pub resolution: f64,
+    /// The greatest speed, rad/s or mm/s.
+    pub top_speed: f64,
+    /// Where the controller believed it to stand when the world began, rad or mm.
+    pub home: f64,
+}
+
+/// How the world's time runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pace {
+    /// As fast as the wall's.
+    Real,
+    /// Only while something moves, and then at once.
+    Fast,
+}
+
+/// One call of a client.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Call {
+    /// Chosen by the client; its answers bear it.
+    pub id: u64,
+    /// What is wanted.
+    #[serde(rename = "do")]
+    pub verb: Verb,
+}
+
+/// A value for each joint that takes part, rad or mm; null leaves a joint out.
+pub type SomeJoints = [Option<f64>; AXES];
+
+/// What a client may want.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Verb {
+    /// What the controller knows: ends with [`Say::Reading`].
+    Read {},
+    /// Moves joints; ends with [`Say::Reading`] when the arm stands.
+    Move {
+        /// Where to, or by how much.
+        joints: SomeJoints,
+        /// Whether `joints` is added to where the joints stand.
+        #[serde(default)]
+        relative: bool,
+        /// Share of the greatest speed, above 0 and at most 1.
+        #[serde(default = "full_speed")]
+        speed: f64,
+    },
+    /// Stops whatever moves; ends with [`Say::Reading`].
+    Stop {},
+    /// Sets the output lines; ends with [`Say::Reading`].
+    Outputs {
+        /// A bit for each line.
+        bits: u64,
+    },
+    /// Has the controller believe that the joints stand so; ends with [`Say::Reading`].
+    SetZero {
+        /// What the joints shall read.
+        joints: [f64; AXES],
+    },
+    /// Hands the arm to its teach pendant or takes it back; ends with [`Say::Reading`].
+    Pendant {
+        /// Whether the pendant drives.
+        on: bool,
+    },
+    /// The operator presses a key of the pendant. STOP stops the arm and gives it back; ends with [`Say::Reading`].
+    Key {
+        /// Which key.
+        key: PendantKey,
+    },
+    /// The operator drives the arm with the pendant until its true attitudes look so, going again where play left it short; ends
+    /// with [`Say::Reading`].
+    Place {
+        /// True attitudes.
+        joints: SomeJoints,
+    },
+    /// What is so, whether or not anybody knows it: ends with [`Say::Truth`].
+    Look {},
+    /// Changes how time runs; ends with [`Say::Reading`].
+    Pace {
+        /// How time shall run.
+        pace: Pace,
+    },
+    /// Lets time pass; ends with [`Say::Reading`].
+    Wait {
+        /// How much of the world's time, ms.
+        ms: u64,
+    },
+    /// Ends the world; ends with [`Say::Done`].
+    Shutdown {},
+}
+
+fn full_speed() -> f64 {
+    1.0
+}
+
+/// The keys of the teach pendant, numbered as the controller reports them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the names are those printed on the keys")]
+pub enum PendantKey {
+    Train = 1,
+    Pause = 2,
+    Grip = 3,
+    Out = 4,
+    Free = 5,
+    Move = 6,
+    Stop = 7,
+    Step = 8,
+    Point = 9,
+    Jump = 10,
+    Clear = 11,
+    Zero = 12,
+    Speed = 13,
+    Run = 14,
+}
+
+/// One line of the world's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Answer {
+    /// The call it belongs to; 0 for a line that could not be read as a call.
+    pub id: u64,
+    /// What it says.
+    pub say: Say,
+}
+
+/// What the world says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Say {
+    /// On the way: where the joints are.
+    Joints(Reading),
+    /// On the way: input lines changed.
+    Change(Change),
+    /// The end of a call that succeeded: what the controller knows.
+    Reading(Reading),
+    /// The end of `look`.
+    Truth(Box<TruthReport>),
+    /// The end of a call after which nothing remains to be said.
+    Done {},
+    /// The end of a call that failed.
+    Refused {
+        /// Why, and what would be right.
+        why: String,
+    },
+}
+
+/// What the controller knows.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// The world's time, ns.
+    pub time_ns: u64,
+    /// Whether the arm moves.
+    pub moving: bool,
+    /// Whether the motion asked for was cut short.
+    pub stopped: bool,
+    /// Joint values, rad or mm.
+    pub joints: [f64; AXES],
+    /// Half-steps issued: base, shoulder, elbow, right wrist, left wrist, gripper.
+    pub half_steps: [f64; AXES],
+    /// Levels of the input lines.
+    pub inputs: u64,
+    /// Levels of the output lines.
+    pub outputs: u64,
+    /// Whether the pendant drives.
+    pub pendant: bool,
+    /// The key pressed last, 0 for none.
+    pub key: u32,
+}
+
+impl Reading {
+    /// From the world's own; whether the pendant drives, its key, and whether a motion was cut short are not the world's to know.
+    pub fn of(reading: &ControllerReading, outputs: u64) -> Reading {
+        Reading {
+            time_ns: reading.time_ns,
+            moving: reading.moving,
+            stopped: false,
+            joints: reading.joints.0,
+            half_steps: reading.half_steps.0,
+            inputs: reading.inputs,
+            outputs,
+            pendant: false,
+            key: 0,
+        }
+    }
+}
+
+/// A change of the input lines.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Change {
+    /// Counts the changes from 1.
+    pub number: u64,
+    /// When, world time, ns.
+    pub time_ns: u64,
+    /// Levels after it.
+    pub levels: u64,
+    /// The bits that changed.
+    pub changed: u64,
+    /// The joints at that moment, rad or mm.
+    pub joints: [f64; AXES],
+    /// They are known to within this, rad or mm.
+    pub half_width: [f64; AXES],
+}
+
+impl From<LineChange> for Change {
+    fn from(change: LineChange) -> Change {
+        Change {
+            number: change.number,
+            time_ns: change.time_ns,
+            levels: change.levels,
+            changed: change.changed,
+            joints: change.joints.0,
+            half_width: change.half_width.0,
+        }
+    }
+}
+
+/// What is so.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TruthReport {
+    /// The world's time, ns.
+    pub time_ns: u64,
+    /// Joint values as the controller reckons them, rad or mm.
+    pub reckoned: [f64; AXES],
+    /// True attitudes, rad or mm.
+    pub attitudes: [f64; AXES],
+    /// Where the wrist is: x, y, z, mm.
+    pub wrist_mm: [f64; 3],
+    /// Where the sensor's face is: x, y, z, mm; z is its height over the table.
+    pub sensor_mm: [f64; 3],
+    /// The sensor's signal: mm into the region where an ideal one fires, or the light that comes back.
+    pub signal: f64,
+    /// Whether the sensor fires.
+    pub fired: bool,
+    /// Whether the arm rests on something it cannot enter.
+    pub touching: bool,
+    /// Half-steps issued that the motors did not make.
+    pub lost_half_steps: [f64; AXES],
+}
+
+impl From<Truth> for TruthReport {
+    fn from(truth: Truth) -> TruthReport {
+        let place = |point: crate::world::Point| [point.x, point.y, point.z];
+        TruthReport {
+            time_ns: truth.time_ns,
+            reckoned: truth.reckoned.0,
+            attitudes: truth.attitudes.0,
+            wrist_mm: place(truth.pose.wrist),
+            sensor_mm: place(truth.pose.tool),
+            signal: truth.seen.signal,
+            fired: truth.fired,
+            touching: truth.touching,
+            lost_half_steps: truth.lost.0,
+        }
+    }
+}
+
+/// A list of joint values in which one joint takes part.
+pub fn only(joint: Joint, value: f64) -> SomeJoints {
+    std::array::from_fn(|axis| (axis == joint.place()).then_some(value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn there_and_back<T: Serialize + for<'de> Deserialize<'de>>(value: &T) -> T {
+        serde_json::from_str(&serde_json::to_string(value).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_call_reads_as_a_person_would_write_it() {
+        let line = r#"{"id":3,"do":{"move":{"joints":[null,-0.1,null,null,null,null],"relative":true}}}"#;
+        let call: Call = serde_json::from_str(line).unwrap();
+        let wanted = Verb::Move { joints: only(Joint::Shoulder, -0.1), relative: true, speed: 1.0 };
+        assert_eq!(call, Call { id: 3, verb: wanted });
+        assert_eq!(there_and_back(&call), call);
+        assert_eq!(serde_json::from_str::<Call>(r#"{"id":4,"do":{"look":{}}}"#).unwrap().verb, Verb::Look {});
+    }
+
+    #[test]
+    fn an_unknown_verb_is_named_with_those_there_are() {
+        let error = serde_json::from_str::<Call>(r#"{"id":4,"do":{"fly":{}}}"#).unwrap_err().to_string();
+        assert!(
+            error.starts_with("unknown variant `fly`, expected one of `read`, `move`, `stop`"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_pose_comes_through_to_the_last_digit() {
+        let joints = [0.1 + 0.2, -1.0 / 3.0, 1e-13, std::f64::consts::PI, -0.0, 123_456.789_012_345_67];
+        let change =
+            Change { number: 1, time_ns: u64::MAX, levels: 1, changed: 1, joints, half_width: [0.0; 6] };
+        assert_eq!(there_and_back(&change), change);
+    }
+}

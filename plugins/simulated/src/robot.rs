@@ -1,0 +1,260 @@
+//! The `simulated` robot: a driver that knows of its arm what a real controller would tell, and asks the world for it.
+
+use std::path::PathBuf;
+
+use plumb_plugin::{
+    DigitalInputs, Host, JogState, JointDescription, JointState, JointUnit, JointVector, LineDescription,
+    Motion, PluginError, Robot, RobotCapabilities, RobotDescription, Value,
+};
+use serde::Deserialize;
+
+use crate::client::{ClientError, WorldClient};
+use crate::protocol::{Change, PendantKey, Reading, Say, Verb};
+use crate::world::{AXES, Joint};
+
+/// The stream of joint states.
+const JOINTS: &str = "joints";
+/// The stream of input levels.
+const INPUTS: &str = "inputs";
+
+/// Input and output bits of the arm's controller.
+const INPUT_BITS: u32 = 7;
+const OUTPUT_BITS: u32 = 5;
+
+/// The slowest a stop takes effect: a look at the stop, the world's slice, and a half-step.
+const STOP_TIME_MS: u32 = 50;
+
+/// What the cell file gives.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Config {
+    /// Which arm of the world.
+    arm: String,
+    /// The world's socket; the cell gives it.
+    world: PathBuf,
+}
+
+/// A simulated arm.
+#[derive(Debug)]
+pub struct SimulatedRobot {
+    host: Host,
+    config: Config,
+    world: WorldClient,
+    description: RobotDescription,
+}
+
+impl Robot for SimulatedRobot {
+    fn create(config: &Value, host: Host) -> Result<Self, PluginError> {
+        let config: Config = Config::deserialize(config).map_err(|error| {
+            PluginError::Refused(format!(
+                "{error}; a simulated robot takes {{arm: teachmover}} and, from the cell, the socket of its world"
+            ))
+        })?;
+        let world = WorldClient::connect(&config.world, "simulated").map_err(told)?;
+        let there = &world.welcome().arm;
+        if *there != config.arm {
+            return Err(PluginError::Refused(format!(
+                "no arm `{}` stands in the world `{}`; write `arm: {there}`",
+                config.arm,
+                world.welcome().world
+            )));
+        }
+        let description = description(&world);
+        Ok(Self { host, config, world, description })
+    }
+
+    fn describe(&self) -> RobotDescription {
+        self.description.clone()
+    }
+
+    fn activate(&mut self) -> Result<(), PluginError> {
+        self.ask(Verb::Read {}).map(drop)
+    }
+
+    fn deactivate(&mut self) -> Result<(), PluginError> {
+        self.ask(Verb::Stop {}).map(drop)
+    }
+
+    fn read_joints(&mut self) -> Result<JointState, PluginError> {
+        self.ask(Verb::Read {}).map(|reading| joint_state(&reading))
+    }
+
+    fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError> {
+        if motion.target.len() != AXES {
+            return Err(PluginError::Refused(format!(
+                "a target of {} joint values for an arm of {AXES} joints",
+                motion.target.len()
+            )));
+        }
+        let joints = std::array::from_fn(|axis| motion.target.get(axis).filter(|_| motion.moves(axis)));
+        let verb = Verb::Move { joints, relative: motion.relative != 0, speed: motion.speed_fraction };
+        let reading = self.ask(verb)?;
+        if reading.stopped { Err(PluginError::stopped()) } else { Ok(joint_state(&reading)) }
+    }
+
+    fn stop(&mut self) -> Result<(), PluginError> {
+        self.ask(Verb::Stop {}).map(drop)
+    }
+
+    fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
+        self.ask(Verb::Read {}).map(|reading| levels(&reading))
+    }
+
+    fn write_outputs(&mut self, levels: u64) -> Result<(), PluginError> {
+        if levels >> OUTPUT_BITS != 0 {
+            return Err(PluginError::Refused(format!(
+                "output levels {levels:#b} set a line past the last; the arm has the lines 0 to {}",
+                OUTPUT_BITS - 1
+            )));
+        }
+        self.ask(Verb::Outputs { bits: levels }).map(drop)
+    }
+
+    fn jog(&mut self, on: bool) -> Result<JogState, PluginError> {
+        let reading = self.ask(Verb::Pendant { on })?;
+        Ok(JogState {
+            state: joint_state(&reading),
+            key: reading.key,
+            finished: u32::from(reading.key == PendantKey::Stop as u32),
+        })
+    }
+
+    fn set_zero(&mut self, joints: &JointVector) -> Result<(), PluginError> {
+        let joints = <[f64; AXES]>::try_from(joints.as_slice()).map_err(|_| {
+            PluginError::Refused(format!("{} joint values for an arm of {AXES} joints", joints.len()))
+        })?;
+        self.ask(Verb::SetZero { joints }).map(drop)
+    }
+}
+
+impl SimulatedRobot {
+    /// Makes a call and emits all that happens meanwhile; at its end the joints and, last, the input levels, so that whoever has
+    /// seen these has seen everything before them.
+    fn ask(&mut self, verb: Verb) -> Result<Reading, PluginError> {
+        let Self { host, world, .. } = self;
+        let mut unsent = Ok(());
+        let on_the_way = |say: &Say| {
+            let sent = match say {
+                Say::Joints(reading) => host.emit(JOINTS, &joint_state(reading)),
+                Say::Change(change) => host.emit(INPUTS, &changed(change)),
+                _ => Ok(()),
+            };
+            if unsent.is_ok() {
+                unsent = sent;
+            }
+        };
+        let moves = matches!(verb, Verb::Move { .. });
+        let end = world.call(verb, || moves && host.should_stop(), on_the_way);
+        let reading = match end {
+            Ok(Say::Reading(reading)) => reading,
+            Ok(other) => return Err(PluginError::Failed(format!("the world answered {other:?}"))),
+            Err(error) => return Err(self.broken(error)),
+        };
+        unsent?;
+        self.host.emit(JOINTS, &joint_state(&reading))?;
+        self.host.emit(INPUTS, &levels(&reading))?;
+        Ok(reading)
+    }
+
+    /// The error of a call. A connection that broke is made anew, so that the next call may go through.
+    fn broken(&mut self, error: ClientError) -> PluginError {
+        if !matches!(error, ClientError::Refused(_))
+            && let Ok(world) = WorldClient::connect(&self.config.world, "simulated")
+        {
+            self.world = world;
+        }
+        told(error)
+    }
+}
+
+fn told(error: ClientError) -> PluginError {
+    let text = error.to_string();
+    match error {
+        ClientError::Unreachable { .. } | ClientError::Broken(_) | ClientError::Gone => {
+            PluginError::Disconnected(text)
+        }
+        ClientError::Silent => PluginError::TimedOut(text),
+        ClientError::Refused(_) => PluginError::Refused(text),
+        ClientError::Garbled(_) => PluginError::Failed(text),
+    }
+}
+
+fn joint_state(reading: &Reading) -> JointState {
+    JointState::new(reading.time_ns, vector(&reading.joints), reading.moving)
+}
+
+fn levels(reading: &Reading) -> DigitalInputs {
+    DigitalInputs {
+        time_ns: reading.time_ns,
+        levels: reading.inputs,
+        joints: vector(&reading.joints),
+        joints_half_width: JointVector::zeros(AXES),
+        ..Default::default()
+    }
+}
+
+fn changed(change: &Change) -> DigitalInputs {
+    DigitalInputs {
+        time_ns: change.time_ns,
+        sequence: 0,
+        levels: change.levels,
+        changed: change.changed,
+        joints: vector(&change.joints),
+        joints_half_width: vector(&change.half_width),
+    }
+}
+
+fn vector(values: &[f64; AXES]) -> JointVector {
+    let mut vector = JointVector::zeros(AXES);
+    vector.as_mut_slice().copy_from_slice(values);
+    vector
+}
+
+fn description(world: &WorldClient) -> RobotDescription {
+    let joints = world
+        .welcome()
+        .joints
+        .iter()
+        .map(|facts| {
+            let (unit, lower, upper) = range(Joint::named(&facts.name));
+            JointDescription {
+                name: facts.name.clone(),
+                unit,
+                lower,
+                upper,
+                resolution: facts.resolution,
+                max_speed: facts.top_speed,
+                home: facts.home,
+            }
+        })
+        .collect();
+    let lines = |what: &str, count: u32| {
+        (0..count).map(|bit| LineDescription { name: format!("{what} {}", bit + 1), bit }).collect()
+    };
+    RobotDescription {
+        model: format!("Microbot TeachMover (simulated: {})", world.welcome().world),
+        joints,
+        inputs: lines("input", INPUT_BITS),
+        outputs: lines("output", OUTPUT_BITS),
+        capabilities: RobotCapabilities {
+            interruptible: true,
+            stop_time_ms: STOP_TIME_MS,
+            jog: true,
+            set_zero: true,
+        },
+    }
+}
+
+/// How far a joint's reckoned value may go: its mechanical stops, those of forearm and hand, which are relative to the link
+/// before, taken with that link at its own.
+fn range(joint: Option<Joint>) -> (JointUnit, f64, f64) {
+    let degrees = |lower: f64, upper: f64| (JointUnit::Radian, lower.to_radians(), upper.to_radians());
+    match joint {
+        Some(Joint::Waist) => degrees(-90.0, 90.0),
+        Some(Joint::Shoulder) => degrees(-35.0, 144.0),
+        Some(Joint::Elbow) => degrees(-184.0, 144.0),
+        Some(Joint::WristPitch) => degrees(-274.0, 234.0),
+        Some(Joint::Gripper) => (JointUnit::Millimetre, 0.0, 76.2),
+        Some(Joint::WristRoll) | None => degrees(-360.0, 360.0),
+    }
+}

@@ -1,0 +1,65 @@
+//! The world's address: a socket in the file system that one world at a time may hold.
+
+use std::fs::{self, File};
+use std::io;
+use std::os::unix::fs::MetadataExt;
+use std::os::unix::net::UnixListener;
+use std::path::{Path, PathBuf};
+
+use nix::errno::Errno;
+use nix::fcntl::{Flock, FlockArg};
+
+use super::ServeError;
+
+/// A held address. Gives it up, and removes its files, when dropped.
+pub(super) struct Address {
+    socket: PathBuf,
+    lock_file: PathBuf,
+    _lock: Flock<File>,
+}
+
+impl Address {
+    /// Takes hold of the address and listens there. A socket left by a world that died is replaced.
+    pub(super) fn take(socket: &Path) -> Result<(Address, UnixListener), ServeError> {
+        let trouble = |source| ServeError::Address { socket: socket.to_owned(), source };
+        let mut lock_file = socket.as_os_str().to_owned();
+        lock_file.push(".lock");
+        let lock_file = PathBuf::from(lock_file);
+        let lock = lock(socket, &lock_file)?;
+        match fs::remove_file(socket) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(trouble(error)),
+            _ => {}
+        }
+        let listener = UnixListener::bind(socket).map_err(trouble)?;
+        listener.set_nonblocking(true).map_err(trouble)?;
+        Ok((Address { socket: socket.to_owned(), lock_file, _lock: lock }, listener))
+    }
+}
+
+impl Drop for Address {
+    fn drop(&mut self) {
+        // What cannot be removed now is replaced by the next world; there is nobody left to tell.
+        let _ = fs::remove_file(&self.socket);
+        let _ = fs::remove_file(&self.lock_file);
+    }
+}
+
+/// Locks the file beside the socket. The lock ends with the process that holds it, however it ends.
+fn lock(socket: &Path, lock_file: &Path) -> Result<Flock<File>, ServeError> {
+    let trouble = |source| ServeError::Address { socket: socket.to_owned(), source };
+    loop {
+        let file =
+            File::options().create(true).truncate(false).write(true).open(lock_file).map_err(trouble)?;
+        let lock = match Flock::lock(file, FlockArg::LockExclusiveNonblock) {
+            Ok(lock) => lock,
+            Err((_, Errno::EWOULDBLOCK)) => return Err(ServeError::Taken { socket: socket.to_owned() }),
+            Err((_, error)) => return Err(trouble(error.into())),
+        };
+        // The world before may have removed the file between our opening and our locking it.
+        let held = lock.metadata().map_err(trouble)?;
+        match fs::metadata(lock_file) {
+            Ok(present) if present.ino() == held.ino() && present.dev() == held.dev() => return Ok(lock),
+            _ => continue,
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! The world as a process: it serves its clients over a Unix-domain socket, outlives each of them, and ends when it is told to
+//! or when nobody has been there for long.
+
+mod address;
+mod session;
+mod shared;
+
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use address::Address;
+use shared::Shared;
+
+use crate::protocol::Pace;
+use crate::world::World;
+use crate::world::file::{self, WorldFileError};
+
+/// How often the world looks for new clients, and lets time pass when nobody asks for it.
+const TICK: Duration = Duration::from_millis(10);
+
+/// What to serve, and where.
+#[derive(Debug, Clone)]
+pub struct ServeOptions {
+    /// The world file.
+    pub file: PathBuf,
+    /// Where to listen.
+    pub socket: PathBuf,
+    /// How time runs at the beginning.
+    pub pace: Pace,
+    /// Ends the world when nobody has been there for so long.
+    pub idle: Duration,
+}
+
+/// Why a world does not serve, or no longer.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeError {
+    /// The world file is wrong.
+    #[error(transparent)]
+    File(#[from] WorldFileError),
+    /// Another world holds the address.
+    #[error(
+        "a world is already being served at {}: end it first, or choose another --socket",
+        socket.display()
+    )]
+    Taken {
+        /// The address.
+        socket: PathBuf,
+    },
+    /// The address cannot be used.
+    #[error(
+        "cannot listen at {}: {source} (a socket's path has at most 107 bytes, and its directory must exist and be writable)",
+        socket.display()
+    )]
+    Address {
+        /// The address.
+        socket: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The socket failed.
+    #[error("the world's socket failed: {0}")]
+    Socket(#[from] io::Error),
+}
+
+/// Serves a world until a client ends it or nobody has been there for the idle time.
+pub fn serve(options: &ServeOptions) -> Result<(), ServeError> {
+    let world = World::new(file::read(&options.file)?);
+    let (_address, listener) = Address::take(&options.socket)?;
+    let shared = Arc::new(Shared::new(world, options.pace));
+    let mut sessions = Vec::new();
+    loop {
+        match listener.accept() {
+            Ok((stream, _)) => {
+                let shared = Arc::clone(&shared);
+                stream.set_nonblocking(false)?;
+                sessions.push(std::thread::spawn(move || session::serve(shared, stream)));
+            }
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => std::thread::sleep(TICK),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error.into()),
+        }
+        if shared.is_ending() || shared.now().idle() >= options.idle {
+            break;
+        }
+        sessions.retain(|session| !session.is_finished());
+    }
+    shared.end();
+    for session in sessions {
+        // A session that panicked has said so on the error output; the world ends either way.
+        let _ = session.join();
+    }
+    Ok(())
+}

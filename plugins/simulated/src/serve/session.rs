@@ -1,0 +1,314 @@
+//! One client of the world, from its hello to its going away.
+
+use std::io;
+use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use serde::de::DeserializeOwned;
+
+use super::shared::Shared;
+use crate::lines::{Lines, Received};
+use crate::protocol::{Answer, Call, Hello, PROTOCOL, Pace, Reading, Say, Verb};
+use crate::world::{MotionOrder, Resolution};
+
+/// How often a client that says nothing is asked whether the world ends.
+const LISTEN: Duration = Duration::from_millis(100);
+
+/// How often a motion in real time is looked at.
+const SLICE: Duration = Duration::from_millis(4);
+
+/// World time between two reports of the joints on the way, ns.
+const REPORT_NS: u64 = 15_000_000;
+
+/// How often an operator goes again for an attitude that play left short.
+const MOST_CORRECTIONS: usize = 12;
+
+/// One client.
+pub(super) struct Session {
+    shared: Arc<Shared>,
+    lines: Lines,
+    /// The latest change of the input lines the client knows of.
+    told: u64,
+}
+
+/// The client has gone, or speaks so that it is left alone.
+struct Gone;
+
+impl From<io::Error> for Gone {
+    fn from(_: io::Error) -> Gone {
+        Gone
+    }
+}
+
+/// How a motion ended.
+enum Ended {
+    /// The arm arrived.
+    Arrived,
+    /// It was stopped on its way.
+    CutShort,
+}
+
+/// Serves one client until it goes or the world ends.
+pub(super) fn serve(shared: Arc<Shared>, stream: UnixStream) {
+    shared.now().client_came();
+    if let Ok(lines) = Lines::over(stream) {
+        let told = shared.now().world.latest_change();
+        let mut session = Session { shared: Arc::clone(&shared), lines, told };
+        // A client that has gone is no error of the world's.
+        let _ = session.run();
+    }
+    shared.now().client_went();
+}
+
+impl Session {
+    fn run(&mut self) -> Result<(), Gone> {
+        self.greet()?;
+        loop {
+            let line = self.listen()?;
+            match read_line::<Call>(&line) {
+                Ok(call) => self.answer(call)?,
+                Err(why) => self.say(0, Say::Refused { why })?,
+            }
+            if self.shared.is_ending() {
+                return Ok(());
+            }
+        }
+    }
+
+    fn greet(&mut self) -> Result<(), Gone> {
+        let line = self.listen()?;
+        let refusal = match read_line::<Hello>(&line) {
+            Ok(hello) if hello.protocol == PROTOCOL => {
+                let welcome = self.shared.now().welcome();
+                return Ok(self.lines.send(&welcome)?);
+            }
+            Ok(hello) => format!(
+                "`{}` speaks version {} of the world's protocol, this world version {PROTOCOL}: build both from the same \
+                 source",
+                hello.client, hello.protocol
+            ),
+            Err(why) => {
+                format!("a client begins with {{\"protocol\":{PROTOCOL},\"client\":\"NAME\"}}: {why}")
+            }
+        };
+        self.say(0, Say::Refused { why: refusal })?;
+        Err(Gone)
+    }
+
+    /// The client's next line.
+    fn listen(&mut self) -> Result<Vec<u8>, Gone> {
+        loop {
+            match self.lines.receive(LISTEN)? {
+                Received::Line(line) => return Ok(line),
+                Received::Closed => return Err(Gone),
+                Received::Nothing if self.shared.is_ending() => return Err(Gone),
+                Received::Nothing => {}
+            }
+        }
+    }
+
+    fn answer(&mut self, call: Call) -> Result<(), Gone> {
+        let id = call.id;
+        let end = match call.verb {
+            Verb::Read {} => Ok(()),
+            Verb::Stop {} => {
+                self.shared.now().halt();
+                Ok(())
+            }
+            Verb::Outputs { bits } => {
+                self.shared.now().world.set_outputs(bits);
+                Ok(())
+            }
+            Verb::SetZero { joints } => self.set_zero(joints),
+            Verb::Pendant { on } => {
+                self.shared.now().hand_over(on);
+                Ok(())
+            }
+            Verb::Key { key } => {
+                self.shared.now().press(key);
+                Ok(())
+            }
+            Verb::Pace { pace } => {
+                self.shared.now().set_pace(pace);
+                Ok(())
+            }
+            Verb::Move { joints, relative, speed } => {
+                return self.answer_motion(id, &MotionOrder { joints, relative, speed });
+            }
+            Verb::Place { joints } => return self.answer_place(id, &joints),
+            Verb::Wait { ms } => return self.answer_wait(id, Duration::from_millis(ms)),
+            Verb::Look {} => {
+                let truth = self.shared.now().world.truth();
+                return self.say(id, Say::Truth(Box::new(truth.into())));
+            }
+            Verb::Shutdown {} => {
+                self.shared.end();
+                return self.say(id, Say::Done {});
+            }
+        };
+        match end {
+            Ok(()) => self.finish(id, false),
+            Err(why) => self.say(id, Say::Refused { why }),
+        }
+    }
+
+    fn set_zero(&self, joints: [f64; 6]) -> Result<(), String> {
+        let mut state = self.shared.now();
+        state.world.set_registers(&crate::world::Joints(joints)).map_err(|refused| refused.to_string())
+    }
+
+    fn answer_motion(&mut self, id: u64, order: &MotionOrder) -> Result<(), Gone> {
+        match self.make_motion(id, order)? {
+            Ok(ended) => self.finish(id, matches!(ended, Ended::CutShort)),
+            Err(why) => self.say(id, Say::Refused { why }),
+        }
+    }
+
+    /// The operator looks, drives, and looks again.
+    fn answer_place(&mut self, id: u64, attitudes: &[Option<f64>; 6]) -> Result<(), Gone> {
+        for _ in 0..MOST_CORRECTIONS {
+            let order = self.shared.now().world.order_toward(attitudes, 1.0);
+            match self.make_motion(id, &order)? {
+                Ok(Ended::Arrived) => {}
+                Ok(Ended::CutShort) => return self.finish(id, true),
+                Err(why) => return self.say(id, Say::Refused { why }),
+            }
+            if self.stands_at(attitudes) {
+                return self.finish(id, false);
+            }
+        }
+        let truth = self.shared.now().world.truth();
+        let held = if truth.touching { "; it touches something solid" } else { "" };
+        let why = format!("the operator cannot bring the arm there{held}");
+        self.say(id, Say::Refused { why })
+    }
+
+    /// Whether the arm stands as near to these true attitudes as its motors can be set.
+    fn stands_at(&self, attitudes: &[Option<f64>; 6]) -> bool {
+        let state = self.shared.now();
+        let order = state.world.order_toward(attitudes, 1.0);
+        let near = match state.world.description().arm.resolution {
+            Resolution::Continuous => 1e-10,
+            Resolution::HalfStep => 0.51,
+        };
+        let short = crate::world::Joints(order.joints.map(Option::unwrap_or_default));
+        crate::world::HalfSteps::from_joints(&short).0.iter().all(|motor| motor.abs() <= near)
+    }
+
+    fn answer_wait(&mut self, id: u64, duration: Duration) -> Result<(), Gone> {
+        let end = Instant::now() + duration;
+        if self.shared.now().pace() == Pace::Fast {
+            self.shared.now().pass(duration);
+        } else {
+            while Instant::now() < end && !self.shared.is_ending() {
+                let left = end.saturating_duration_since(Instant::now());
+                if let Received::Line(line) = self.watch(left.min(LISTEN))? {
+                    self.interrupt(&line)?;
+                }
+            }
+        }
+        self.finish(id, false)
+    }
+
+    /// Makes one motion to its end, telling what happens on the way; a client that goes meanwhile leaves the arm standing where
+    /// it was. The inner error is a refusal.
+    fn make_motion(&mut self, id: u64, order: &MotionOrder) -> Result<Result<Ended, String>, Gone> {
+        let (cut_short_before, began_ns) = {
+            let mut state = self.shared.now();
+            let before = (state.cut_short, state.world.reading().time_ns);
+            if let Err(refused) = state.begin(order) {
+                return Ok(Err(refused.to_string()));
+            }
+            before
+        };
+        let ended = self.follow_motion(id, cut_short_before, began_ns);
+        if ended.is_err() {
+            self.shared.now().halt();
+        }
+        ended.map(Ok)
+    }
+
+    fn follow_motion(&mut self, id: u64, cut_short_before: u64, began_ns: u64) -> Result<Ended, Gone> {
+        let mut reported_ns = began_ns;
+        loop {
+            let (reading, cut_short) = {
+                let state = self.shared.now();
+                (state.reading(), state.cut_short)
+            };
+            self.tell_changes(id)?;
+            if !reading.moving {
+                let ended = if cut_short > cut_short_before { Ended::CutShort } else { Ended::Arrived };
+                return Ok(ended);
+            }
+            if reading.time_ns >= reported_ns + REPORT_NS {
+                reported_ns = reading.time_ns;
+                self.say(id, Say::Joints(reading))?;
+            }
+            match self.watch(SLICE)? {
+                Received::Line(line) => self.interrupt(&line)?,
+                _ if self.shared.is_ending() => self.shared.now().halt(),
+                _ => {}
+            }
+        }
+    }
+
+    /// A line, if one comes soon.
+    fn watch(&mut self, patience: Duration) -> Result<Received, Gone> {
+        match self.lines.receive(patience)? {
+            Received::Closed => Err(Gone),
+            received => Ok(received),
+        }
+    }
+
+    /// A line while something is under way: a stop stops it, anything else must wait.
+    fn interrupt(&mut self, line: &[u8]) -> Result<(), Gone> {
+        match read_line::<Call>(line) {
+            Ok(call) if call.verb == Verb::Stop {} => {
+                self.shared.now().halt();
+                self.finish(call.id, false)
+            }
+            Ok(call) => {
+                let why = "a call is under way; only `stop` is heard until it ends".to_owned();
+                self.say(call.id, Say::Refused { why })
+            }
+            Err(why) => self.say(0, Say::Refused { why }),
+        }
+    }
+
+    /// Ends a call with what the controller knows, after all that happened before.
+    fn finish(&mut self, id: u64, stopped: bool) -> Result<(), Gone> {
+        let reading = self.tell_changes(id)?;
+        self.say(id, Say::Reading(Reading { stopped, ..reading }))
+    }
+
+    /// Tells the changes of the input lines the client has not heard of, and returns the reading that holds after them.
+    fn tell_changes(&mut self, id: u64) -> Result<Reading, Gone> {
+        let (changes, reading) = {
+            let state = self.shared.now();
+            (state.changes_after(self.told), state.reading())
+        };
+        match changes {
+            Ok(changes) => {
+                for change in changes {
+                    self.told = change.number;
+                    self.say(id, Say::Change(change.into()))?;
+                }
+                Ok(reading)
+            }
+            Err(missing) => {
+                let why = format!("{missing} changes of the input lines are forgotten; read more often");
+                self.say(id, Say::Refused { why })?;
+                Err(Gone)
+            }
+        }
+    }
+
+    fn say(&mut self, id: u64, say: Say) -> Result<(), Gone> {
+        Ok(self.lines.send(&Answer { id, say })?)
+    }
+}
+
+fn read_line<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
+    serde_json::from_slice(line).map_err(|error| error.to_string())
+}
