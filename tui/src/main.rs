@@ -11,6 +11,7 @@ use clap::{Parser, Subcommand};
 mod failure;
 mod study_command;
 mod trial_command;
+mod world_command;
 
 use failure::CommandResult;
 
@@ -28,12 +29,15 @@ enum Command {
     /// Blind trials: measurements of an arm that hides something, and the answer under seal.
     #[command(subcommand)]
     Trial(trial_command::TrialCommand),
+    #[command(hide = true)]
+    World(world_command::Arguments),
 }
 
 fn main() -> ExitCode {
     let result: CommandResult = match Arguments::parse().command {
         Command::Study(arguments) => study_command::run(&arguments),
         Command::Trial(command) => trial_command::run(&command),
+        Command::World(arguments) => world_command::run(&arguments),
     };
     failure::exit_code(result)
 }

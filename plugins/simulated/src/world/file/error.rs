@@ -44,7 +44,11 @@ impl WorldFileError {
             Yaml::DuplicateMappingKey { key, .. } => {
                 format!("the key `{}` stands here twice", key.as_deref().unwrap_or("?"))
             }
-            other => other.render().lines().next().unwrap_or("not valid YAML").to_owned(),
+            Yaml::InvalidBooleanStrict { .. } => {
+                format!("`{}` is neither true nor false", text_at(text, place))
+            }
+            Yaml::Eof { .. } => "the file ends before the world is described".to_owned(),
+            other => without_place(&other.render()),
         };
         WorldFileError::at(file, place, problem)
     }
@@ -62,6 +66,12 @@ pub(super) fn unknown(what: &str, word: &str, known: &[&str]) -> String {
     format!("unknown {what} `{word}`;{meant} known here: {all}")
 }
 
+/// The parser's own words, less the place, which stands before them already.
+fn without_place(rendered: &str) -> String {
+    let line = rendered.lines().next().unwrap_or_default();
+    line.split(" at line ").next().unwrap_or(line).to_owned()
+}
+
 fn described(scalar: &str) -> &str {
     match scalar {
         kind if kind.contains("float") => "a number",
@@ -70,16 +80,11 @@ fn described(scalar: &str) -> &str {
     }
 }
 
-/// The word that stands at a place of the text.
+/// The words that stand at a place of the text, on one line.
 fn text_at(text: &str, place: Location) -> String {
-    let line = usize::try_from(place.line()).unwrap_or_default();
-    let column = usize::try_from(place.column()).unwrap_or_default();
-    let rest: String = text
-        .lines()
-        .nth(line.saturating_sub(1))
-        .unwrap_or_default()
-        .chars()
-        .skip(column.saturating_sub(1))
-        .collect();
-    rest.split([',', '}', ']', '#']).next().unwrap_or_default().trim().to_owned()
+    let begin =
+        place.span().byte_offset().and_then(|offset| usize::try_from(offset).ok()).unwrap_or_default();
+    let length = place.span().byte_len().and_then(|length| usize::try_from(length).ok()).unwrap_or_default();
+    let words = text.get(begin..begin.saturating_add(length)).unwrap_or_default();
+    words.split_whitespace().collect::<Vec<_>>().join(" ")
 }

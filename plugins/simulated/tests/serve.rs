@@ -1,0 +1,303 @@
+//! The world as its clients meet it over its socket.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use std::cell::Cell;
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::time::Duration;
+
+use common::{Served, only, until, world_path};
+use plumb_simulated::client::{ClientError, WorldClient};
+use plumb_simulated::protocol::{Pace, PendantKey, Reading, Say, Verb};
+use plumb_simulated::serve::{ServeOptions, serve};
+use plumb_simulated::world::Joint;
+
+fn turn(joint: Joint, by_deg: f64) -> Verb {
+    Verb::Move { joints: only(joint, by_deg.to_radians()), relative: true, speed: 1.0 }
+}
+
+fn reading(say: Say) -> Reading {
+    match say {
+        Say::Reading(reading) => reading,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_fast_world_moves_at_once_and_tells_every_edge() {
+    let served = Served::start("world-ideal.yaml", Pace::Fast);
+    let mut client = served.connect();
+    let mut changes = Vec::new();
+    let end = client.call(
+        turn(Joint::Shoulder, -10.0),
+        || false,
+        |say| {
+            if let Say::Change(change) = say {
+                changes.push(*change);
+            }
+        },
+    );
+    let end = reading(end.unwrap());
+    assert!(!end.moving && !end.stopped);
+    assert_eq!(changes.len(), 1);
+    assert_eq!(changes[0].levels, 1);
+    assert!(changes[0].time_ns < end.time_ns);
+    assert_eq!(end.inputs, 1);
+}
+
+#[test]
+fn a_stop_in_mid_move_leaves_the_arm_where_it_was() {
+    let served = Served::start("world-ideal.yaml", Pace::Real);
+    let mut client = served.connect();
+    let before = client.read(Verb::Read {}).unwrap();
+    let on_the_way = Cell::new(0);
+    let end = client.call(
+        turn(Joint::Waist, 70.0),
+        || on_the_way.get() > 3,
+        |say| {
+            if let Say::Joints(_) = say {
+                on_the_way.set(on_the_way.get() + 1);
+            }
+        },
+    );
+    let end = reading(end.unwrap());
+    assert!(end.stopped && !end.moving);
+    let turned = (end.joints[0] - before.joints[0]).to_degrees();
+    assert!(turned > 0.5 && turned < 60.0, "{turned}");
+    let later = client.read(Verb::Wait { ms: 50 }).unwrap();
+    assert_eq!(later.joints, end.joints);
+    assert!(!later.stopped);
+}
+
+#[test]
+fn a_client_that_goes_in_mid_move_leaves_the_arm_standing() {
+    let served = Served::start("world-ideal.yaml", Pace::Real);
+    let mut watcher = served.connect();
+    let mut stream = UnixStream::connect(&served.socket).unwrap();
+    stream.write_all(b"{\"protocol\":1,\"client\":\"leaver\"}\n").unwrap();
+    stream
+        .write_all(
+            b"{\"id\":1,\"do\":{\"move\":{\"joints\":[1.0,null,null,null,null,null],\"relative\":true}}}\n",
+        )
+        .unwrap();
+    until("the move", || watcher.read(Verb::Read {}).unwrap().moving);
+    drop(stream);
+    until("the arm's rest", || !watcher.read(Verb::Read {}).unwrap().moving);
+    let stands = watcher.read(Verb::Read {}).unwrap();
+    let home = watcher.welcome().joints[0].home;
+    assert!(stands.joints[0] - home < 0.9, "it stopped short of where it was sent");
+    assert_eq!(watcher.read(Verb::Wait { ms: 30 }).unwrap().joints, stands.joints);
+}
+
+#[test]
+fn another_client_can_stop_the_arm_and_none_can_move_it_meanwhile() {
+    let served = Served::start("world-ideal.yaml", Pace::Real);
+    let mut mover = served.connect();
+    let mut other = served.connect();
+    let moving = std::thread::spawn(move || mover.call(turn(Joint::Waist, 70.0), || false, |_| {}));
+    until("the move", || other.read(Verb::Read {}).unwrap().moving);
+    let refused = other.read(turn(Joint::Elbow, 5.0)).unwrap_err();
+    assert_eq!(refused.to_string(), "the arm is moving already; wait for it or stop it first");
+    other.read(Verb::Stop {}).unwrap();
+    assert!(reading(moving.join().unwrap().unwrap()).stopped);
+}
+
+#[test]
+fn the_pendants_stop_key_stops_the_arm_and_gives_it_back() {
+    let served = Served::start("world-ideal.yaml", Pace::Real);
+    let mut driver = served.connect();
+    let mut operator = served.connect();
+    assert!(driver.read(Verb::Pendant { on: true }).unwrap().pendant);
+    let jogging = std::thread::spawn(move || {
+        let end = operator.call(turn(Joint::Waist, 70.0), || false, |_| {});
+        (operator, end)
+    });
+    until("the move", || driver.read(Verb::Read {}).unwrap().moving);
+    let pressed = driver.read(Verb::Key { key: PendantKey::Stop }).unwrap();
+    assert_eq!((pressed.pendant, pressed.key, pressed.moving), (false, 7, false));
+    let (_, end) = jogging.join().unwrap();
+    assert!(reading(end.unwrap()).stopped);
+}
+
+#[test]
+fn an_operator_places_the_arm_by_what_it_looks_like_whatever_play_it_has() {
+    for file in ["world-ideal.yaml", "world-backlash.yaml"] {
+        let served = Served::start(file, Pace::Fast);
+        let mut client = served.connect();
+        let mut joints = only(Joint::Elbow, -75_f64.to_radians());
+        joints[0] = Some(0.1);
+        client.read(Verb::Place { joints }).unwrap();
+        let truth = client.look().unwrap();
+        let half_step = (360.0_f64 / 4158.0).to_radians();
+        assert!((truth.attitudes[2].to_degrees() + 75.0).to_radians().abs() < half_step, "{file}");
+        assert!((truth.attitudes[0] - 0.1).abs() < half_step, "{file}");
+    }
+}
+
+#[test]
+fn an_operator_cannot_place_the_arm_in_the_table() {
+    let served = Served::start("world-ideal.yaml", Pace::Fast);
+    let refused = served.connect().read(Verb::Place { joints: only(Joint::Shoulder, 0.2) }).unwrap_err();
+    assert_eq!(refused.to_string(), "the operator cannot bring the arm there; it touches something solid");
+}
+
+#[test]
+fn a_second_world_at_one_address_is_refused() {
+    let served = Served::start("world-ideal.yaml", Pace::Fast);
+    let error = serve(&ServeOptions {
+        file: world_path("world-ideal.yaml"),
+        socket: served.socket.clone(),
+        pace: Pace::Fast,
+        idle: Duration::from_secs(600),
+    })
+    .unwrap_err();
+    let expected = format!(
+        "a world is already being served at {}: end it first, or choose another --socket",
+        served.socket.display()
+    );
+    assert_eq!(error.to_string(), expected);
+    served.connect().read(Verb::Read {}).unwrap();
+}
+
+#[test]
+fn a_socket_left_by_a_dead_world_is_taken_over() {
+    let directory = tempfile::tempdir().unwrap();
+    let socket = directory.path().join("world");
+    drop(UnixListener::bind(&socket).unwrap());
+    assert!(socket.exists());
+    let options = ServeOptions {
+        file: world_path("world-ideal.yaml"),
+        socket: socket.clone(),
+        pace: Pace::Fast,
+        idle: Duration::from_secs(600),
+    };
+    let thread = std::thread::spawn(move || serve(&options));
+    let mut client = None;
+    until("the new world", || {
+        client = WorldClient::connect(&socket, "test").ok();
+        client.is_some()
+    });
+    client.unwrap().call(Verb::Shutdown {}, || false, |_| {}).unwrap();
+    thread.join().unwrap().unwrap();
+}
+
+#[test]
+fn a_world_told_to_end_removes_its_socket_and_leaves_nothing() {
+    let mut served = Served::start("world-ideal.yaml", Pace::Real);
+    let mut bystander = served.connect();
+    served.connect().call(Verb::Shutdown {}, || false, |_| {}).unwrap();
+    served.ended().unwrap();
+    assert_eq!(std::fs::read_dir(served.directory()).unwrap().count(), 0);
+    assert!(bystander.read(Verb::Read {}).is_err());
+}
+
+#[test]
+fn a_world_nobody_uses_ends_by_itself_but_not_while_somebody_is_there() {
+    let mut served = Served::start_with("world-ideal.yaml", Pace::Fast, Duration::from_millis(200));
+    let client = served.connect();
+    std::thread::sleep(Duration::from_millis(400));
+    assert!(served.socket.exists());
+    drop(client);
+    served.ended().unwrap();
+    assert!(!served.socket.exists());
+}
+
+#[test]
+fn an_address_that_cannot_be_is_explained() {
+    let error = serve(&ServeOptions {
+        file: world_path("world-ideal.yaml"),
+        socket: "/nowhere/at/all".into(),
+        pace: Pace::Fast,
+        idle: Duration::from_secs(1),
+    })
+    .unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "cannot listen at /nowhere/at/all: No such file or directory (os error 2) (a socket's path has at most 107 bytes, \
+         and its directory must exist and be writable)"
+    );
+}
+
+#[test]
+fn nobody_at_the_address_is_said_so() {
+    let error = WorldClient::connect("/nowhere/at/all".as_ref(), "test").unwrap_err();
+    assert!(matches!(error, ClientError::Unreachable { .. }));
+    assert_eq!(
+        error.to_string(),
+        "no world listens at /nowhere/at/all: No such file or directory (os error 2)"
+    );
+}
+
+/// Says lines to the world and returns its answers to each.
+fn converse(served: &Served, lines: &[&str]) -> Vec<String> {
+    let mut stream = UnixStream::connect(&served.socket).unwrap();
+    let mut answers = BufReader::new(stream.try_clone().unwrap());
+    lines
+        .iter()
+        .map(|line| {
+            // A world that has hung up takes no more lines and answers none.
+            let _ = stream.write_all(format!("{line}\n").as_bytes());
+            let mut answer = String::new();
+            let _ = answers.read_line(&mut answer);
+            answer.trim_end().to_owned()
+        })
+        .collect()
+}
+
+#[test]
+fn what_is_not_the_protocol_is_answered_and_does_no_harm() {
+    let served = Served::start("world-ideal.yaml", Pace::Fast);
+    let answers = converse(
+        &served,
+        &[
+            r#"{"protocol":1,"client":"a person"}"#,
+            "hello?",
+            r#"{"id":5,"do":{"fly":{}}}"#,
+            r#"{"id":6,"do":{"move":{"joints":[null,null]}}}"#,
+            r#"{"id":7,"do":{"move":{"joints":[0.1,null,null,null,null,null],"speed":2}}}"#,
+            r#"{"id":8,"do":{"read":{}}}"#,
+        ],
+    );
+    let expected = [
+        r#"{"protocol":1,"world":"TeachMover over a T target, ideal","#,
+        r#"{"id":0,"say":{"refused":{"why":"expected value at line 1 column 1"}}}"#,
+        r#"{"id":0,"say":{"refused":{"why":"unknown variant `fly`, expected one of `read`, `move`, "#,
+        r#"{"id":0,"say":{"refused":{"why":"invalid length 2, expected an array of length 6"#,
+        r#"{"id":7,"say":{"refused":{"why":"the speed must be a share of the greatest, above 0 and at most 1"}}}"#,
+        r#"{"id":8,"say":{"reading":{"time_ns":1000000000,"moving":false,"stopped":false,"#,
+    ];
+    for (answer, expected) in answers.iter().zip(expected) {
+        assert!(answer.starts_with(expected), "{answer}\nexpected {expected}");
+    }
+}
+
+#[test]
+fn a_client_of_another_version_is_told_both() {
+    let served = Served::start("world-ideal.yaml", Pace::Fast);
+    let answers =
+        converse(&served, &[r#"{"protocol":9,"client":"old driver"}"#, r#"{"id":1,"do":{"read":{}}}"#]);
+    assert_eq!(
+        answers,
+        [
+            r#"{"id":0,"say":{"refused":{"why":"`old driver` speaks version 9 of the world's protocol, this world version 1: build both from the same source"}}}"#,
+            ""
+        ]
+    );
+}
+
+#[test]
+fn the_pace_can_be_changed_while_the_arm_moves() {
+    let served = Served::start("world-ideal.yaml", Pace::Real);
+    let mut mover = served.connect();
+    let mut other = served.connect();
+    let moving = std::thread::spawn(move || mover.call(turn(Joint::Waist, 60.0), || false, |_| {}));
+    until("the move", || other.read(Verb::Read {}).unwrap().moving);
+    assert!(!other.read(Verb::Pace { pace: Pace::Fast }).unwrap().moving);
+    let end = reading(moving.join().unwrap().unwrap());
+    assert!(!end.stopped);
+    let home = other.welcome().joints[0].home;
+    assert!((end.joints[0] - home - 60_f64.to_radians()).abs() < 1e-12);
+}
