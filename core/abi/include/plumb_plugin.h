@@ -134,8 +134,8 @@ typedef struct plumb_host_functions {
      * PLUMB_STOPPED. It stays 1 until the device is activated again. */
     uint32_t (*should_stop)(void *context);
 
-    /* Emits a message on one of the manifest's streams. The message is copied. PLUMB_REFUSED for a stream that is not in the manifest or a
-     * length that is not its layout's. */
+    /* Emits a message on one of the manifest's streams. The message is copied. PLUMB_REFUSED for a stream that is not in the manifest, a
+     * length that is not its layout's, or one that is not a multiple of 8. */
     plumb_status (*emit)(void *context, plumb_bytes stream, plumb_bytes message);
 
     /* Lends length bytes of shared memory, aligned to 8, to build a large message in; written to *message. One at a time, and publish follows

@@ -110,7 +110,7 @@ impl Host {
         self.emit_bytes(stream, bytemuck::bytes_of(message))
     }
 
-    /// Emits a message given as its bytes, which begin with `time_ns` and `sequence`.
+    /// Emits a message given as its bytes, a multiple of 8 of them, which begin with `time_ns` and `sequence`.
     ///
     /// # Errors
     /// [`PluginError::Refused`] when the manifest has no such stream or the length is not that of the layout.
@@ -118,7 +118,7 @@ impl Host {
         self.interface.emit(stream, message)
     }
 
-    /// Emits a large message that is built in shared memory: `fill` gets `length` bytes, aligned to 8, and the message is sent when it
+    /// Emits a large message that is built in shared memory: `fill` gets `length` bytes (a multiple of 8), aligned to 8, and the message is sent when it
     /// returns `Ok`.
     ///
     /// # Errors

@@ -1,5 +1,7 @@
 //! The C header says what the Rust types say, to the byte.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use std::fmt::Write as _;
 use std::io::ErrorKind;
 use std::mem::offset_of;

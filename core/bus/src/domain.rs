@@ -1,0 +1,163 @@
+//! Where one cell's shared memory lies.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use iceoryx2::config::Config;
+use iceoryx2::prelude::{FileName, Path as IceoryxPath, SemanticString};
+
+use crate::{Bus, DomainError, OpenError};
+
+/// The directory of POSIX shared memory.
+const SHARED_MEMORY: &str = "/dev/shm";
+
+/// The longest directory of a domain: the sockets in it have long names, and a socket's path ends at 108 bytes.
+const LONGEST_ROOT: usize = 60;
+
+/// Where one cell's shared memory lies: a prefix of its own in `/dev/shm`, and a directory for sockets and locks. Every process of the cell is
+/// given the same.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Domain {
+    prefix: String,
+    root: PathBuf,
+}
+
+impl Domain {
+    /// A domain of a given prefix and directory. The directory is made when the domain is opened.
+    ///
+    /// # Errors
+    /// [`DomainError::Prefix`] and [`DomainError::Directory`], saying what would be right.
+    pub fn new(prefix: &str, root: &Path) -> Result<Self, DomainError> {
+        let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
+        if prefix.is_empty() || prefix.len() > 32 || !prefix.chars().all(allowed) {
+            return Err(DomainError::Prefix(prefix.to_owned()));
+        }
+        let wrong = |right| Err(DomainError::Directory { directory: root.to_owned(), right });
+        if !root.is_absolute() {
+            return wrong("give an absolute path");
+        }
+        match root.to_str() {
+            None => wrong("its name must be UTF-8"),
+            Some(text) if text.len() > LONGEST_ROOT => {
+                wrong("give a path of at most 60 bytes; sockets have long names")
+            }
+            Some(_) => Ok(Self { prefix: prefix.to_owned(), root: root.to_owned() }),
+        }
+    }
+
+    /// The domain of a cell file, the same each time: a crashed run's leftovers are found and removed by the next.
+    ///
+    /// # Errors
+    /// [`DomainError::Directory`] when the system's directory for such files has too long a name.
+    pub fn of_cell(cell_file: &Path) -> Result<Self, DomainError> {
+        let place = fs::canonicalize(cell_file).unwrap_or_else(|_| cell_file.to_owned());
+        let number = fnv1a(place.as_os_str().as_encoded_bytes());
+        Self::new(&format!("plumb_{number:016x}_"), &runtime_directory().join(format!("{number:016x}")))
+    }
+
+    /// The beginning of the names in shared memory.
+    pub fn prefix(&self) -> &str {
+        &self.prefix
+    }
+
+    /// The directory for sockets and locks.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The files of this domain in shared memory, in order of name.
+    pub fn shared_memory(&self) -> Vec<PathBuf> {
+        let Ok(entries) = fs::read_dir(SHARED_MEMORY) else { return Vec::new() };
+        let ours = |path: &PathBuf| {
+            path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(self.prefix.as_bytes()))
+        };
+        let mut files: Vec<PathBuf> =
+            entries.filter_map(|entry| Some(entry.ok()?.path())).filter(ours).collect();
+        files.sort();
+        files
+    }
+
+    /// Removes everything of this domain from shared memory and the disk.
+    ///
+    /// # Errors
+    /// [`DomainError::InUse`] while a process still uses it; then nothing is removed.
+    pub fn remove(&self) -> Result<(), DomainError> {
+        if self.root.exists() {
+            let users = Bus::users(self);
+            if !users.is_empty() {
+                return Err(DomainError::InUse(users.iter().map(ToString::to_string).collect()));
+            }
+        }
+        for file in self.shared_memory() {
+            removed(&file, fs::remove_file(&file))?;
+        }
+        removed(&self.root, fs::remove_dir_all(&self.root))
+    }
+
+    /// The settings of the layer below: nothing is read from a file, nothing is left to its defaults that matters here.
+    pub(crate) fn config(&self) -> Result<Config, OpenError> {
+        let what = || format!("the shared memory of '{}'", self.prefix);
+        let mut config = Config::default();
+        config.global.prefix = FileName::new(self.prefix.as_bytes())
+            .map_err(|error| OpenError::new(&what(), format!("{error:?}")))?;
+        let root = IceoryxPath::new(self.root.as_os_str().as_encoded_bytes())
+            .map_err(|error| OpenError::new(&what(), format!("{error:?}")))?;
+        config.global.set_root_path(&root);
+        Ok(config)
+    }
+}
+
+fn removed(path: &Path, result: std::io::Result<()>) -> Result<(), DomainError> {
+    match result {
+        Err(cause) if cause.kind() != ErrorKind::NotFound => {
+            Err(DomainError::Remove { path: path.to_owned(), cause })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A directory of the user's own that goes away with the machine's next start.
+fn runtime_directory() -> PathBuf {
+    match std::env::var_os("XDG_RUNTIME_DIR") {
+        Some(directory) if Path::new(&directory).is_dir() && directory.len() < 40 => {
+            Path::new(&directory).join("plumb")
+        }
+        _ => std::env::temp_dir().join("plumb"),
+    }
+}
+
+/// The 64-bit FNV-1a hash (Fowler, Noll, Vo): the same in every build, which the standard library's hash does not promise.
+fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes
+        .iter()
+        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_prefix_with_a_slash_is_refused() {
+        let error = Domain::new("a/b", Path::new("/tmp/x")).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "'a/b' cannot be the prefix of a cell's shared memory: use 1 to 32 lower-case letters, digits, '-' and '_'"
+        );
+    }
+
+    #[test]
+    fn a_directory_too_long_for_sockets_is_refused() {
+        let long = Path::new("/tmp").join("x".repeat(80));
+        let message = Domain::new("a", &long).unwrap_err().to_string();
+        assert!(message.ends_with("give a path of at most 60 bytes; sockets have long names"), "{message}");
+    }
+
+    #[test]
+    fn a_cell_file_has_the_same_domain_each_time_and_another_file_another() {
+        let first = Domain::of_cell(Path::new("/a/cell.yaml")).unwrap();
+        assert_eq!(first, Domain::of_cell(Path::new("/a/cell.yaml")).unwrap());
+        assert_ne!(first, Domain::of_cell(Path::new("/b/cell.yaml")).unwrap());
+    }
+}

@@ -1,0 +1,159 @@
+//! The sending end of a stream.
+
+use std::fmt;
+
+use iceoryx2::port::publisher::Publisher as IceoryxPublisher;
+use iceoryx2::prelude::AttributeVerifier;
+use iceoryx2::sample_mut::SampleMut;
+use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+use plumb_plugin::StreamDescription;
+use plumb_plugin::message::{PREFIX_LENGTH, SEQUENCE_OFFSET};
+
+use crate::bus::{Service, WORD, service_name};
+use crate::{Bus, EmitError, OpenError, Signal, StreamShape};
+
+/// The attribute of a stream's service that names the layout of its messages.
+const MESSAGE_ATTRIBUTE: &str = "message";
+
+/// How many processes may know a stream.
+const MAX_NODES: usize = 24;
+
+/// A device's own sender, and one that takes over before the dead one's place is free.
+const MAX_PUBLISHERS: usize = 2;
+
+/// The sending end of a stream. Writes each message's number and wakes whoever listens.
+pub struct Publisher {
+    stream: String,
+    shape: StreamShape,
+    sequence: u64,
+    port: IceoryxPublisher<Service, [u64], ()>,
+    signal: Signal,
+}
+
+impl Publisher {
+    pub(crate) fn open(
+        bus: &Bus,
+        device: &str,
+        stream: &StreamDescription,
+        shape: StreamShape,
+    ) -> Result<Self, OpenError> {
+        let name = stream_name(device, stream);
+        let what = format!("the sending end of stream {name}");
+        let port = stream_service(bus, &name, stream, shape)?
+            .publisher_builder()
+            .initial_max_slice_len(shape.max_bytes.div_ceil(WORD))
+            .max_loaned_samples(1)
+            .create()
+            .map_err(|error| OpenError::new(&what, error))?;
+        let signal = bus.signal(&signal_name(&name))?;
+        Ok(Self { stream: name, shape, sequence: 0, port, signal })
+    }
+
+    /// `device/stream`.
+    pub fn stream(&self) -> &str {
+        &self.stream
+    }
+
+    /// Sends a message given as its bytes.
+    ///
+    /// # Errors
+    /// [`EmitError::Length`] for a length that is not the layout's.
+    pub fn emit(&mut self, message: &[u8]) -> Result<(), EmitError> {
+        let mut loan = self.loan(message.len())?;
+        loan.bytes_mut().copy_from_slice(message);
+        self.send(loan)
+    }
+
+    /// Lends `length` zeroed bytes of shared memory, aligned to 8, to build the next message in. One at a time.
+    ///
+    /// # Errors
+    /// [`EmitError::Length`] for a length that is not the layout's, [`EmitError::Broken`] when one is lent already.
+    pub fn loan(&self, length: usize) -> Result<Loan, EmitError> {
+        self.check_length(length)?;
+        let sample = self.port.loan_slice(length / WORD).map_err(|error| self.broken(error))?;
+        Ok(Loan { sample })
+    }
+
+    /// Sends what was lent by this sender.
+    ///
+    /// # Errors
+    /// [`EmitError::Broken`].
+    pub fn send(&mut self, mut loan: Loan) -> Result<(), EmitError> {
+        if let Some(place) = loan.bytes_mut().get_mut(SEQUENCE_OFFSET..PREFIX_LENGTH) {
+            place.copy_from_slice(&self.sequence.to_ne_bytes());
+        }
+        loan.sample.send().map_err(|error| self.broken(error))?;
+        self.sequence += 1;
+        self.signal.ring().map_err(|error| self.broken(error))
+    }
+
+    fn check_length(&self, length: usize) -> Result<(), EmitError> {
+        let right = match self.shape.exact_bytes {
+            Some(exact) if exact != length => format!("its layout has {exact}"),
+            None if length > self.shape.max_bytes => format!("its longest has {}", self.shape.max_bytes),
+            _ if !length.is_multiple_of(WORD) => format!("a length is a multiple of {WORD}"),
+            _ if length < PREFIX_LENGTH => {
+                format!("every message begins with {PREFIX_LENGTH}, its time and number")
+            }
+            _ => return Ok(()),
+        };
+        Err(EmitError::Length { stream: self.stream.clone(), length, right })
+    }
+
+    fn broken(&self, cause: impl fmt::Display) -> EmitError {
+        EmitError::Broken { stream: self.stream.clone(), cause: cause.to_string() }
+    }
+}
+
+/// Bytes of shared memory in which a message is built. Given back unsent when dropped.
+pub struct Loan {
+    sample: SampleMut<Service, [u64], ()>,
+}
+
+impl Loan {
+    /// The message: zero at first, aligned to 8.
+    pub fn bytes_mut(&mut self) -> &mut [u8] {
+        bytemuck::cast_slice_mut(self.sample.payload_mut())
+    }
+}
+
+impl fmt::Debug for Publisher {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Publisher").field("stream", &self.stream).finish_non_exhaustive()
+    }
+}
+
+pub(crate) fn stream_name(device: &str, stream: &StreamDescription) -> String {
+    format!("{device}/{}", stream.name)
+}
+
+pub(crate) fn signal_name(stream: &str) -> String {
+    format!("stream/{stream}")
+}
+
+/// The service of a stream, made by whoever comes first.
+pub(crate) fn stream_service(
+    bus: &Bus,
+    name: &str,
+    stream: &StreamDescription,
+    shape: StreamShape,
+) -> Result<PortFactory<Service, [u64], ()>, OpenError> {
+    let what = format!("stream {name} of {} messages", stream.message);
+    let failed = |error: &dyn fmt::Debug| OpenError::new(&what, format!("{error:?}"));
+    let key = AttributeKey::try_from(MESSAGE_ATTRIBUTE).map_err(|error| failed(&error))?;
+    let layout = AttributeValue::try_from(stream.message.as_str()).map_err(|error| failed(&error))?;
+    let attributes = AttributeVerifier::new().require(&key, &layout).map_err(|error| failed(&error))?;
+    bus.node()
+        .service_builder(&service_name(&what, &format!("stream/{name}"))?)
+        .publish_subscribe::<[u64]>()
+        .enable_safe_overflow(true)
+        .subscriber_max_buffer_size(shape.depth)
+        .subscriber_max_borrowed_samples(1)
+        .history_size(1)
+        .max_subscribers(shape.receivers)
+        .max_publishers(MAX_PUBLISHERS)
+        .max_nodes(MAX_NODES)
+        .open_or_create_with_attributes(&attributes)
+        .map_err(|error| failed(&error))
+}

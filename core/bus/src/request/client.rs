@@ -1,0 +1,118 @@
+//! An end that asks a device.
+
+use std::fmt;
+use std::time::{Duration, Instant};
+
+use iceoryx2::port::client::Client as IceoryxClient;
+use plumb_abi::Status;
+use plumb_plugin::{Reply, Request};
+
+use super::header::{join, split, words};
+use super::{MAX_BODY, ReplyHeader, RequestHeader, reply_signal, request_service, request_signal};
+use crate::bus::Service;
+use crate::{Bus, CallError, Listener, OpenError, Signal};
+
+/// An end that asks a device, one request at a time.
+pub struct Client {
+    device: String,
+    port: IceoryxClient<Service, [u64], (), [u64], ()>,
+    signal: Signal,
+    listener: Listener,
+}
+
+/// How a request is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Call {
+    /// How long it may take.
+    pub time_limit: Duration,
+    /// The span of the orchestrator's log it belongs to; 0 for none.
+    pub span: u64,
+}
+
+impl Call {
+    /// A call of a time limit, under no span.
+    pub fn within(time_limit: Duration) -> Self {
+        Self { time_limit, span: 0 }
+    }
+}
+
+impl Client {
+    pub(crate) fn open(bus: &Bus, device: &str) -> Result<Self, OpenError> {
+        let what = format!("an asking end of {device}");
+        let signal = bus.signal(&request_signal(device))?;
+        let listener = bus.listener(&reply_signal(device))?;
+        let port = request_service(bus, device)?
+            .client_builder()
+            .initial_max_slice_len(words::<RequestHeader>(MAX_BODY))
+            .create()
+            .map_err(|error| OpenError::new(&what, error))?;
+        Ok(Self { device: device.to_owned(), port, signal, listener })
+    }
+
+    /// The device asked.
+    pub fn device(&self) -> &str {
+        &self.device
+    }
+
+    /// Asks, and waits for the answer.
+    ///
+    /// # Errors
+    /// [`CallError::Refused`] with what the device said; the others when no answer came.
+    pub fn call(&self, request: &Request, call: Call) -> Result<Reply, CallError> {
+        let name = request.name();
+        let broken = |cause: &dyn fmt::Display| CallError::Broken {
+            device: self.device.clone(),
+            request: name,
+            cause: cause.to_string(),
+        };
+        let end = Instant::now() + call.time_limit;
+        let (operation, body) = request.encode();
+        if body.len() > MAX_BODY {
+            let (device, length) = (self.device.clone(), body.len());
+            return Err(CallError::TooLong { device, request: name, length, limit: MAX_BODY });
+        }
+        let time_limit_ns = u64::try_from(call.time_limit.as_nanos()).unwrap_or(u64::MAX);
+        let header = RequestHeader { operation, body: body.len() as u32, span: call.span, time_limit_ns };
+        let length = words::<RequestHeader>(body.len());
+        let mut message = self.port.loan_slice(length).map_err(|error| broken(&error))?;
+        join(message.payload_mut(), &header, &body);
+        let pending = message.send().map_err(|error| broken(&error))?;
+        if pending.number_of_server_connections() == 0 {
+            return Err(CallError::NoHost { device: self.device.clone() });
+        }
+        self.signal.ring().map_err(|error| broken(&error))?;
+        loop {
+            if let Some(response) = pending.receive().map_err(|error| broken(&error))? {
+                return self.understood(name, response.payload());
+            }
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                let (device, limit) = (self.device.clone(), call.time_limit);
+                return Err(CallError::TimedOut { device, request: name, limit });
+            }
+            if !pending.is_connected() {
+                return Err(CallError::NoHost { device: self.device.clone() });
+            }
+            self.listener.wait(left.min(LIVENESS_CHECK)).map_err(|error| broken(&error))?;
+        }
+    }
+
+    fn understood(&self, request: &'static str, words: &[u64]) -> Result<Reply, CallError> {
+        let Some((header, body)) = split::<ReplyHeader>(words) else {
+            let cause = format!("{} words are not an answer", words.len());
+            return Err(CallError::Answer { device: self.device.clone(), request, cause });
+        };
+        Reply::decode(header.code, Status(header.status), body)
+            .map_err(|error| CallError::wire(&self.device, request, &error))?
+            .map_err(CallError::Refused)
+    }
+}
+
+/// How often a waiting client looks whether the device is still served.
+const LIVENESS_CHECK: Duration = Duration::from_millis(100);
+
+impl fmt::Debug for Client {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Client").field("device", &self.device).finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,396 @@
+//! Streams, requests and signals between real processes.
+//!
+//! The second process is this test program again: a test marked `child` does its part when the environment names it, and else nothing.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+
+use std::env;
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use plumb_bus::{Asked, AsyncListener, Bus, Call, CallError, Domain, EmitError, ReceiveError, wait_any};
+use plumb_plugin::{
+    DigitalInputs, JointState, JointVector, Message, PluginError, Reply, Request, StreamDescription,
+};
+use tempfile::TempDir;
+
+const LONG: Duration = Duration::from_secs(20);
+
+struct Place {
+    domain: Domain,
+    directory: TempDir,
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        // What a failed test leaves is not worth a second failure.
+        let _ = self.domain.remove();
+    }
+}
+
+/// A domain nobody else has.
+fn place() -> Place {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let directory = tempfile::Builder::new().prefix("pb").tempdir().unwrap();
+    let prefix = format!("plumbtest_{}_{}_", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+    Place { domain: Domain::new(&prefix, &directory.path().join("r")).unwrap(), directory }
+}
+
+fn joints() -> StreamDescription {
+    StreamDescription::of::<JointState>("joints")
+}
+
+fn state(time_ns: u64) -> JointState {
+    JointState::new(time_ns, JointVector::zeros(6), false)
+}
+
+fn bytes<M: Message>(message: &M) -> &[u8] {
+    bytemuck::bytes_of(message)
+}
+
+/// Starts this test program again to do the part of one child.
+fn spawn_child(name: &str, place: &Place) -> Child {
+    Command::new(env::current_exe().unwrap())
+        .args(["--exact", name, "--nocapture", "--include-ignored"])
+        .env("PLUMB_TEST_CHILD", name)
+        .env("PLUMB_TEST_PREFIX", place.domain.prefix())
+        .env("PLUMB_TEST_ROOT", place.domain.root())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// The bus of the parent, in a child that plays the part `name`; `None` in an ordinary run of the test program.
+fn child_bus(name: &str) -> Option<Bus> {
+    if env::var("PLUMB_TEST_CHILD").ok()? != name {
+        return None;
+    }
+    let domain =
+        Domain::new(&env::var("PLUMB_TEST_PREFIX").unwrap(), env::var("PLUMB_TEST_ROOT").unwrap().as_ref());
+    Some(Bus::open(&domain.unwrap(), name).unwrap())
+}
+
+fn wait_for_line(child: &mut Child, line: &str) {
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    assert!(lines.any(|got| got.unwrap().contains(line)), "the child ended before it said '{line}'");
+    // The rest of its output is taken in so that it never blocks on it.
+    thread::spawn(move || lines.for_each(drop));
+}
+
+fn until<T>(mut condition: impl FnMut() -> Option<T>) -> T {
+    let end = Instant::now() + LONG;
+    loop {
+        if let Some(value) = condition() {
+            return value;
+        }
+        assert!(Instant::now() < end, "the condition did not come true in {LONG:?}");
+        thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn messages_arrive_in_order_and_numbered() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let mut receiver = bus.subscriber("arm", &joints()).unwrap();
+    let mut sender = bus.publisher("arm", &joints()).unwrap();
+    for time_ns in 0..100 {
+        sender.emit(bytes(&state(time_ns))).unwrap();
+    }
+    for expected in 0..100 {
+        let message: JointState = receiver.receive().unwrap().unwrap();
+        assert_eq!((message.time_ns, message.sequence), (expected, expected));
+    }
+    assert_eq!(receiver.receive::<JointState>(), Ok(None));
+}
+
+#[test]
+fn a_receiver_that_comes_late_gets_the_last_message() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let mut sender = bus.publisher("arm", &joints()).unwrap();
+    sender.emit(bytes(&state(1))).unwrap();
+    sender.emit(bytes(&state(2))).unwrap();
+    let mut receiver = bus.subscriber("arm", &joints()).unwrap();
+    sender.emit(bytes(&state(3))).unwrap();
+    let times: Vec<u64> =
+        std::iter::from_fn(|| receiver.receive::<JointState>().unwrap()).map(|state| state.time_ns).collect();
+    assert_eq!(times, [2, 3]);
+}
+
+#[test]
+fn lost_messages_are_counted_and_told_once() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let stream = StreamDescription { depth: Some(4), ..joints() };
+    let mut receiver = bus.subscriber("arm", &stream).unwrap();
+    let mut sender = bus.publisher("arm", &stream).unwrap();
+    sender.emit(bytes(&state(0))).unwrap();
+    assert!(receiver.receive::<JointState>().unwrap().is_some());
+    for time_ns in 1..=10 {
+        sender.emit(bytes(&state(time_ns))).unwrap();
+    }
+    let error = receiver.receive::<JointState>().unwrap_err();
+    assert_eq!(error, ReceiveError::Lost { stream: "arm/joints".to_owned(), count: 6 });
+    assert_eq!(error.to_string(), "6 messages of stream arm/joints were lost: it was not read fast enough");
+    let times: Vec<u64> =
+        std::iter::from_fn(|| receiver.receive::<JointState>().unwrap()).map(|state| state.time_ns).collect();
+    assert_eq!(times, [7, 8, 9, 10]);
+}
+
+#[test]
+fn a_message_of_the_wrong_length_is_refused() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let mut sender = bus.publisher("arm", &joints()).unwrap();
+    let error = sender.emit(&[0; 24]).unwrap_err();
+    assert!(matches!(error, EmitError::Length { length: 24, .. }));
+    assert_eq!(error.to_string(), "a message of 24 bytes cannot go on stream arm/joints: its layout has 96");
+}
+
+#[test]
+fn a_stream_of_another_layout_is_refused() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let _sender = bus.publisher("arm", &joints()).unwrap();
+    let other = StreamDescription::of::<DigitalInputs>("joints");
+    let message = bus.subscriber("arm", &other).unwrap_err().to_string();
+    assert!(
+        message.starts_with("stream arm/joints of digital-inputs/1 messages cannot be opened"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_large_message_is_built_in_shared_memory() {
+    const LENGTH: usize = 1_300_000;
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let frames = StreamDescription {
+        name: "frames".to_owned(),
+        message: "frame/1".to_owned(),
+        max_bytes: Some(LENGTH),
+        depth: None,
+    };
+    let mut receiver = bus.subscriber("camera", &frames).unwrap();
+    let mut sender = bus.publisher("camera", &frames).unwrap();
+    for round in 0..3_u8 {
+        let mut frame = sender.loan(LENGTH).unwrap();
+        frame.bytes_mut()[16..].fill(round);
+        sender.send(frame).unwrap();
+        let last = receiver.receive_with(|frame| (frame.len(), frame[LENGTH - 1])).unwrap();
+        assert_eq!(last, Some((LENGTH, round)));
+    }
+}
+
+#[test]
+fn a_stream_crosses_processes_and_wakes_its_receiver() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let mut receiver = bus.subscriber("arm", &joints()).unwrap();
+    let mut child = spawn_child("child_that_sends_a_thousand_states", &place);
+    let mut next = 0;
+    while next < 1000 {
+        wait_any(&[receiver.listener()], LONG).unwrap();
+        receiver.listener().drain().unwrap();
+        while let Some(state) = receiver.receive::<JointState>().unwrap() {
+            assert_eq!(state.time_ns, next);
+            next += 1;
+        }
+    }
+    drop(child.stdin.take());
+    assert!(child.wait().unwrap().success());
+}
+
+#[test]
+#[ignore = "the second process of another test"]
+fn child_that_sends_a_thousand_states() {
+    let Some(bus) = child_bus("child_that_sends_a_thousand_states") else { return };
+    let mut sender = bus.publisher("arm", &joints()).unwrap();
+    for time_ns in 0..1000 {
+        sender.emit(bytes(&state(time_ns))).unwrap();
+    }
+    // What a sender leaves unread goes with it: stay until everything has arrived.
+    assert_eq!(std::io::stdin().read_line(&mut String::new()).unwrap(), 0);
+}
+
+#[test]
+fn a_request_crosses_processes_and_its_answer_comes_back() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let mut child = spawn_child("child_that_serves_requests", &place);
+    wait_for_line(&mut child, "serving");
+    let client = bus.client("arm").unwrap();
+    for _ in 0..100 {
+        let reply = client.call(&Request::ReadJoints, Call::within(LONG)).unwrap();
+        assert_eq!(reply, Reply::Joints(state(7)));
+    }
+    let error = client.call(&Request::ReadInputs, Call::within(LONG)).unwrap_err();
+    assert_eq!(error, CallError::Refused(PluginError::unsupported("read its input lines")));
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+#[test]
+fn a_request_nobody_answers_in_time_is_an_error_with_the_limit() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let server = bus.server("arm").unwrap();
+    let client = bus.client("arm").unwrap();
+    let error = client.call(&Request::ReadJoints, Call::within(Duration::from_millis(30))).unwrap_err();
+    assert_eq!(error.to_string(), "arm did not answer 'read joints' within 30ms");
+    // The asker has given up: the device must not do it now.
+    assert!(server.receive().unwrap().is_none());
+}
+
+#[test]
+fn a_request_to_a_device_without_a_host_fails_at_once() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let client = bus.client("arm").unwrap();
+    let error = client.call(&Request::Describe, Call::within(LONG)).unwrap_err();
+    assert_eq!(error.to_string(), "nobody serves arm: its host does not run");
+}
+
+#[test]
+#[ignore = "the second process of other tests"]
+fn child_that_serves_requests() {
+    let Some(bus) = child_bus("child_that_serves_requests") else { return };
+    let server = bus.server("arm").unwrap();
+    let mut sender = bus.publisher("arm", &joints()).unwrap();
+    sender.emit(bytes(&state(1))).unwrap();
+    println!("serving");
+    loop {
+        server.listener().wait(LONG).unwrap();
+        while let Some(Asked { request, answer, .. }) = server.receive().unwrap() {
+            let result = match request.unwrap() {
+                Request::ReadJoints => Ok(Reply::Joints(state(7))),
+                _ => Err(PluginError::unsupported("read its input lines")),
+            };
+            server.answer(answer, &result).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_killed_server_is_replaced_at_once() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let client = bus.client("arm").unwrap();
+    let mut receiver = bus.subscriber("arm", &joints()).unwrap();
+    for round in 0..3 {
+        let mut child = spawn_child("child_that_serves_requests", &place);
+        wait_for_line(&mut child, "serving");
+        let reply = client.call(&Request::ReadJoints, Call::within(LONG)).unwrap();
+        assert_eq!(reply, Reply::Joints(state(7)), "round {round}");
+        if round > 0 {
+            let error = receiver.receive::<JointState>().unwrap_err();
+            assert_eq!(error.to_string(), "stream arm/joints has begun anew: its device was started again");
+        }
+        assert_eq!(receiver.receive::<JointState>().unwrap().unwrap().time_ns, 1);
+        child.kill().unwrap();
+        child.wait().unwrap();
+        bus.clean_after_the_dead();
+        let error = client.call(&Request::ReadJoints, Call::within(LONG)).unwrap_err();
+        assert_eq!(error, CallError::NoHost { device: "arm".to_owned() }, "round {round}");
+    }
+}
+
+#[test]
+fn nothing_is_left_after_a_kill_and_a_removal() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let client = bus.client("arm").unwrap();
+    let mut child = spawn_child("child_that_serves_requests", &place);
+    wait_for_line(&mut child, "serving");
+    client.call(&Request::ReadJoints, Call::within(LONG)).unwrap();
+    assert!(!place.domain.shared_memory().is_empty());
+    child.kill().unwrap();
+    child.wait().unwrap();
+    drop(client);
+    drop(bus);
+    place.domain.remove().unwrap();
+    assert_eq!(place.domain.shared_memory(), Vec::<std::path::PathBuf>::new());
+    assert!(!place.domain.root().exists());
+    assert_eq!(std::fs::read_dir(place.directory.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn a_domain_in_use_is_not_removed() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "orchestrator").unwrap();
+    let message = place.domain.remove().unwrap_err().to_string();
+    let process = std::process::id();
+    assert_eq!(message, format!("the cell's shared memory is in use by orchestrator (process {process})"));
+    drop(bus);
+    place.domain.remove().unwrap();
+}
+
+#[test]
+fn two_domains_do_not_meet() {
+    let (one, other) = (place(), place());
+    let (one, other) = (Bus::open(&one.domain, "one").unwrap(), Bus::open(&other.domain, "other").unwrap());
+    let _server = one.server("arm").unwrap();
+    let client = other.client("arm").unwrap();
+    let error = client.call(&Request::Describe, Call::within(LONG)).unwrap_err();
+    assert_eq!(error, CallError::NoHost { device: "arm".to_owned() });
+}
+
+#[test]
+fn a_signal_rung_twice_is_heard_and_then_silent() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let listener = bus.listener("stop/arm").unwrap();
+    let signal = bus.signal("stop/arm").unwrap();
+    signal.ring().unwrap();
+    signal.ring().unwrap();
+    assert!(listener.wait(LONG).unwrap() > 0);
+    assert_eq!(listener.wait(Duration::ZERO).unwrap(), 0);
+}
+
+#[test]
+fn a_signal_wakes_a_task() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let mut receiver = bus.subscriber("arm", &joints()).unwrap();
+    let listener = bus.listener("stream/arm/joints").unwrap();
+    let mut sender = bus.publisher("arm", &joints()).unwrap();
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    runtime.block_on(async {
+        let listener = AsyncListener::new(listener).unwrap();
+        for time_ns in 0..100 {
+            sender.emit(bytes(&state(time_ns))).unwrap();
+            tokio::time::timeout(LONG, listener.heard()).await.unwrap().unwrap();
+            assert_eq!(receiver.receive::<JointState>().unwrap().unwrap().time_ns, time_ns);
+        }
+    });
+}
+
+#[test]
+fn the_bus_writes_nothing_to_the_terminal() {
+    let place = place();
+    let output = Command::new(env::current_exe().unwrap())
+        .args(["--exact", "child_that_opens_and_closes", "--nocapture", "--include-ignored"])
+        .env("PLUMB_TEST_CHILD", "child_that_opens_and_closes")
+        .env("PLUMB_TEST_PREFIX", place.domain.prefix())
+        .env("PLUMB_TEST_ROOT", place.domain.root())
+        .current_dir(place.directory.path())
+        .output()
+        .unwrap();
+    assert!(output.status.success());
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+    assert!(!String::from_utf8_lossy(&output.stdout).contains("iceoryx"));
+}
+
+#[test]
+#[ignore = "the second process of another test"]
+fn child_that_opens_and_closes() {
+    let Some(bus) = child_bus("child_that_opens_and_closes") else { return };
+    let client = bus.client("arm").unwrap();
+    assert!(client.call(&Request::Describe, Call::within(LONG)).is_err());
+    until(|| bus.listener("stop/arm").ok());
+}
