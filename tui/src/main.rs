@@ -9,8 +9,10 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 mod failure;
+mod screens;
 mod study_command;
 mod trial_command;
+mod watch_command;
 mod world_command;
 
 use failure::CommandResult;
@@ -31,6 +33,7 @@ enum Command {
     Trial(trial_command::TrialCommand),
     #[command(hide = true)]
     World(world_command::Arguments),
+    Watch(watch_command::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -38,6 +41,7 @@ fn main() -> ExitCode {
         Command::Study(arguments) => study_command::run(&arguments),
         Command::Trial(command) => trial_command::run(&command),
         Command::World(arguments) => world_command::run(&arguments),
+        Command::Watch(arguments) => watch_command::run(&arguments),
     };
     failure::exit_code(result)
 }

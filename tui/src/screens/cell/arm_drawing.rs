@@ -1,0 +1,187 @@
+//! The arm seen from the side: its links over the table, drawn from the reported joints and the arm's own lengths, with
+//! the places where searches have found what they looked for.
+
+use std::fmt;
+use std::sync::Arc;
+
+use plumb_cell::event::NamedValue;
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Color, Style};
+use ratatui::symbols::Marker;
+use ratatui::text::Line as TextLine;
+use ratatui::widgets::Paragraph;
+use ratatui::widgets::canvas::{Canvas, Circle, Context, Line, Points};
+
+use super::CellState;
+use crate::screens::theme::Theme;
+
+/// A point in the vertical plane through the arm: distance from the waist's axis and height over the table, mm.
+type PlanePoint = (f64, f64);
+
+/// Gives the points along the arm, base first, in the base's frame in mm, for the joints a robot reports.
+type Skeleton = dyn Fn(&[NamedValue]) -> Option<Vec<[f64; 3]>> + Send + Sync;
+
+/// What of an arm can be drawn.
+#[derive(Clone)]
+pub(crate) struct ArmShape {
+    skeleton: Arc<Skeleton>,
+    /// Marks on the table: a name and the distance from the waist's axis, mm.
+    marks: Vec<(String, f64)>,
+}
+
+impl ArmShape {
+    #[cfg_attr(not(test), expect(dead_code, reason = "lengths come with the cell file's reader"))]
+    /// An arm whose points `skeleton` gives, over a table with `marks` at these distances (mm) from the waist's axis.
+    pub(crate) fn new(
+        skeleton: impl Fn(&[NamedValue]) -> Option<Vec<[f64; 3]>> + Send + Sync + 'static,
+        marks: Vec<(String, f64)>,
+    ) -> Self {
+        Self { skeleton: Arc::new(skeleton), marks }
+    }
+
+    /// The points along the arm, turned into the vertical plane through its tip.
+    fn points(&self, joints: &[NamedValue]) -> Option<Vec<PlanePoint>> {
+        let points = (self.skeleton)(joints)?;
+        let tip = points
+            .iter()
+            .rev()
+            .find(|point| point[0].hypot(point[1]) > 1.0)
+            .copied()
+            .unwrap_or([1.0, 0.0, 0.0]);
+        let (sin, cos) = tip[1].atan2(tip[0]).sin_cos();
+        let flat: Vec<PlanePoint> =
+            points.iter().map(|point| (point[0] * cos + point[1] * sin, point[2])).collect();
+        flat.iter().all(|point| point.0.is_finite() && point.1.is_finite()).then_some(flat)
+    }
+}
+
+impl fmt::Debug for ArmShape {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("ArmShape").field("marks", &self.marks).finish_non_exhaustive()
+    }
+}
+
+/// Draws the first robot of the cell from the side; says what is missing where it cannot.
+pub(crate) fn side_view(cell: &CellState, theme: &Theme, frame: &mut Frame, area: Rect) {
+    let Some(shape) = &cell.shape else {
+        return say(
+            "The lengths of this arm are not known: the cell names no model file for it.",
+            theme,
+            frame,
+            area,
+        );
+    };
+    let Some(robot) = cell.robot() else {
+        return say("The arm has not yet said where it stands.", theme, frame, area);
+    };
+    let Some(points) = shape.points(&robot.joints) else {
+        return say("The reported joints do not fit the arm's model file.", theme, frame, area);
+    };
+    let triggers: Vec<PlanePoint> =
+        cell.triggers.iter().filter_map(|joints| shape.points(joints)?.last().copied()).collect();
+    let reach: f64 = points.windows(2).map(|pair| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1)).sum();
+    let scene = Scene::around(reach, area);
+    let canvas = Canvas::default()
+        .marker(Marker::Braille)
+        .x_bounds(scene.x)
+        .y_bounds(scene.y)
+        .paint(|context| paint(context, &scene, shape, &points, &triggers, theme));
+    frame.render_widget(canvas, area);
+}
+
+fn say(text: &str, theme: &Theme, frame: &mut Frame, area: Rect) {
+    let line = Paragraph::new(TextLine::styled(text.to_owned(), theme.faint));
+    frame.render_widget(line.wrap(ratatui::widgets::Wrap { trim: true }), area);
+}
+
+/// The part of the plane that is shown, at the same scale both ways.
+struct Scene {
+    x: [f64; 2],
+    y: [f64; 2],
+    /// Size of one Braille dot, mm.
+    dot: f64,
+}
+
+impl Scene {
+    /// Shows the table and all an arm of this reach can come to in front of its base; steady while the arm moves.
+    fn around(reach: f64, area: Rect) -> Self {
+        let (across, up) = (f64::from(area.width.max(1)) * 2.0, f64::from(area.height.max(1)) * 4.0);
+        let (left, below) = (-0.14 * reach, -0.07 * reach);
+        let (wide, high) = (1.0 * reach, 0.78 * reach);
+        let dot = (wide / across).max(high / up).max(1e-9);
+        Self { x: [left, left + dot * across], y: [below, below + dot * up], dot }
+    }
+}
+
+fn paint(
+    context: &mut Context,
+    scene: &Scene,
+    shape: &ArmShape,
+    points: &[PlanePoint],
+    triggers: &[PlanePoint],
+    theme: &Theme,
+) {
+    let (ground, machine, measured) = (colour(theme.ground), colour(theme.machine), colour(theme.measured));
+    context.draw(&Line { x1: scene.x[0], y1: 0.0, x2: scene.x[1], y2: 0.0, color: ground });
+    context.print(scene.x[0], scene.y[0], TextLine::styled(" table", theme.ground));
+    for (name, distance) in &shape.marks {
+        for lift in [0.0, -1.0, -2.0] {
+            let y = lift * scene.dot;
+            context.draw(&Line {
+                x1: distance - 14.0 * scene.dot,
+                y1: y,
+                x2: *distance,
+                y2: y,
+                color: measured,
+            });
+        }
+        context.print(*distance, scene.y[0], TextLine::styled(name.clone(), theme.measured));
+    }
+    context.layer();
+    if let Some(first) = points.first() {
+        thick(context, (first.0, 0.0), *first, scene.dot, ground);
+    }
+    for pair in points.windows(2) {
+        thick(context, pair[0], pair[1], scene.dot, machine);
+    }
+    for point in points {
+        context.draw(&Circle { x: point.0, y: point.1, radius: 1.6 * scene.dot, color: machine });
+    }
+    context.layer();
+    let crosses: Vec<PlanePoint> = triggers.iter().flat_map(|point| cross(*point, scene.dot)).collect();
+    context.draw(&Points { coords: &crosses, color: measured });
+    if let Some(tip) = points.last() {
+        let text = format!("{:.1} mm out, {:.1} mm up", tip.0, tip.1);
+        context.print(scene.x[0], scene.y[1], TextLine::styled(format!(" tip {text}"), theme.machine));
+    }
+}
+
+/// A line two dots wide.
+fn thick(context: &mut Context, from: PlanePoint, to: PlanePoint, dot: f64, color: Color) {
+    let (along, up) = (to.0 - from.0, to.1 - from.1);
+    let (side_x, side_y) = if along.abs() > up.abs() { (0.0, dot) } else { (dot, 0.0) };
+    context.draw(&Line { x1: from.0, y1: from.1, x2: to.0, y2: to.1, color });
+    context.draw(&Line {
+        x1: from.0 + side_x,
+        y1: from.1 + side_y,
+        x2: to.0 + side_x,
+        y2: to.1 + side_y,
+        color,
+    });
+}
+
+fn cross(at: PlanePoint, dot: f64) -> [PlanePoint; 5] {
+    let arm = 1.0 * dot;
+    [
+        at,
+        (at.0 - arm, at.1 - arm),
+        (at.0 - arm, at.1 + arm),
+        (at.0 + arm, at.1 - arm),
+        (at.0 + arm, at.1 + arm),
+    ]
+}
+
+fn colour(style: Style) -> Color {
+    style.fg.unwrap_or(Color::Reset)
+}

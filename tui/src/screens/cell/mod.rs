@@ -1,0 +1,9 @@
+//! The Cell screen: devices with their states, live joints and signals, and the arm seen from the side.
+
+mod arm_drawing;
+mod state;
+mod view;
+
+pub(crate) use arm_drawing::{ArmShape, side_view};
+pub(crate) use state::CellState;
+pub(crate) use view::{joint_line, state_word, view};

@@ -1,0 +1,156 @@
+//! What is known of the devices, gathered from the engine's events.
+
+use std::collections::VecDeque;
+
+use plumb_cell::event::{DeviceState, Event, NamedValue};
+
+use super::ArmShape;
+
+/// Changes of signals kept for the list on the screen.
+const KEPT_EDGES: usize = 200;
+/// Places where a trigger was found, kept for the drawing.
+const KEPT_TRIGGERS: usize = 40;
+
+/// All devices of the cell and what they last said.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CellState {
+    /// Name of the cell.
+    pub name: String,
+    /// In the order in which they first spoke.
+    pub devices: Vec<Device>,
+    /// Changes of signals, newest last.
+    pub edges: VecDeque<Edge>,
+    /// Joints at the moments when searches found what they looked for, newest last.
+    pub triggers: VecDeque<Vec<NamedValue>>,
+    /// The arm to draw, where its lengths are known.
+    pub shape: Option<ArmShape>,
+}
+
+/// One device.
+#[derive(Clone, Debug)]
+pub(crate) struct Device {
+    /// Its name in the cell file.
+    pub name: String,
+    /// The plugin that serves it; empty until the device has said so.
+    pub plugin: String,
+    /// Its state.
+    pub state: DeviceState,
+    /// The last thing it said.
+    pub message: String,
+    /// Where its joints are, for a robot.
+    pub joints: Vec<NamedValue>,
+    /// It moves.
+    pub moving: bool,
+    /// Clock of the cell at its last joint reading, nanoseconds.
+    pub joints_at_ns: u64,
+    /// The last level of each of its signals.
+    pub signals: Vec<Signal>,
+}
+
+/// The level of one line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Signal {
+    /// As the device calls it.
+    pub name: String,
+    /// The level.
+    pub on: bool,
+    /// Changes seen.
+    pub changes: u64,
+}
+
+/// A signal that changed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Edge {
+    /// The device.
+    pub device: String,
+    /// The line.
+    pub signal: String,
+    /// The level after it.
+    pub on: bool,
+    /// Clock of the cell at the change, nanoseconds.
+    pub time_ns: u64,
+}
+
+impl CellState {
+    /// Takes in what concerns devices; other events change nothing here.
+    pub(crate) fn take(&mut self, event: &Event) {
+        match event {
+            Event::RunStarted { cell, .. } => self.name.clone_from(cell),
+            Event::Device { device, plugin, state, message } => {
+                let known = self.device(device);
+                known.plugin.clone_from(plugin);
+                known.state = *state;
+                if let Some(message) = message {
+                    known.message.clone_from(message);
+                }
+                if *state != DeviceState::Active {
+                    known.moving = false;
+                }
+            }
+            Event::Joints { device, time_ns, moving, joints } => {
+                let known = self.device(device);
+                known.joints.clone_from(joints);
+                known.joints_at_ns = *time_ns;
+                known.moving = *moving;
+            }
+            Event::Signal { device, signal, on, time_ns } => self.take_signal(device, signal, *on, *time_ns),
+            Event::TriggerFound { joints, .. } => {
+                push_bounded(&mut self.triggers, joints.clone(), KEPT_TRIGGERS);
+            }
+            _ => {}
+        }
+    }
+
+    /// The robot to draw: the first device with joints.
+    pub(crate) fn robot(&self) -> Option<&Device> {
+        self.devices.iter().find(|device| !device.joints.is_empty())
+    }
+
+    /// Whether any robot reports that it moves.
+    pub(crate) fn is_moving(&self) -> bool {
+        self.devices.iter().any(|device| device.moving)
+    }
+
+    fn take_signal(&mut self, device: &str, name: &str, on: bool, time_ns: u64) {
+        let signals = &mut self.device(device).signals;
+        match signals.iter_mut().find(|signal| signal.name == name) {
+            Some(signal) => {
+                signal.on = on;
+                signal.changes = signal.changes.saturating_add(1);
+            }
+            None => signals.push(Signal { name: name.to_owned(), on, changes: 1 }),
+        }
+        let edge = Edge { device: device.to_owned(), signal: name.to_owned(), on, time_ns };
+        push_bounded(&mut self.edges, edge, KEPT_EDGES);
+    }
+
+    fn device(&mut self, name: &str) -> &mut Device {
+        let place = self.devices.iter().position(|device| device.name == name).unwrap_or_else(|| {
+            self.devices.push(Device::named(name));
+            self.devices.len() - 1
+        });
+        &mut self.devices[place]
+    }
+}
+
+impl Device {
+    fn named(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            plugin: String::new(),
+            state: DeviceState::Unconfigured,
+            message: String::new(),
+            joints: Vec::new(),
+            moving: false,
+            joints_at_ns: 0,
+            signals: Vec::new(),
+        }
+    }
+}
+
+fn push_bounded<T>(list: &mut VecDeque<T>, item: T, bound: usize) {
+    if list.len() >= bound {
+        list.pop_front();
+    }
+    list.push_back(item);
+}

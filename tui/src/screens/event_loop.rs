@@ -1,0 +1,254 @@
+//! Joins the screens to the world: keys, the engine's events, the model lab's answers, signals and a slow tick come in;
+//! frames, commands and stops go out. Draws when something changed, thirty times a second at most.
+//!
+//! Keys are read by a task of its own, which fires the stop itself: neither a slow terminal nor a queue full of events
+//! stands between the stop key and the robots.
+
+use std::io;
+use std::sync::mpsc::Sender;
+use std::time::Duration;
+
+use futures_util::StreamExt as _;
+use plumb_cell::RunHandle;
+use plumb_cell::command::Command as Tell;
+use plumb_cell::event::StampedEvent;
+use ratatui::crossterm::event::{Event, EventStream, KeyEventKind, MouseButton, MouseEventKind};
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
+
+use super::keys::{Command, Place, command_for};
+use super::message::{Action, Message};
+use super::model::{Lab, LabAnswer, LabRequest};
+use super::state::State;
+use super::terminal::OpenTerminal;
+use super::update::{obey, update};
+use super::view::view;
+
+/// The shortest time between two frames.
+const FRAME: Duration = Duration::from_millis(33);
+/// How often clocks on the screen advance.
+const TICK: Duration = Duration::from_millis(250);
+/// Events of the engine taken in between two looks at the keys.
+const BATCH: usize = 256;
+
+/// What the screens are joined to.
+pub(crate) struct Sources {
+    /// What the engine says; closed when the run is over.
+    pub events: Option<UnboundedReceiver<StampedEvent>>,
+    /// Where commands go, stops first; none for who only watches.
+    pub handle: Option<RunHandle>,
+    /// The model lab.
+    pub lab: Option<Lab>,
+}
+
+/// Shows the screens until the operator leaves or a signal ends the program; gives back the state they were left in.
+///
+/// # Errors
+/// The terminal cannot be used, or was lost; robots were told to stop.
+pub(crate) async fn show(mut state: State, mut sources: Sources) -> io::Result<State> {
+    let outside = Outside { handle: sources.handle.take(), lab: sources.lab.as_ref().map(Lab::requests) };
+    let shown = run(&mut state, &mut sources, &outside).await;
+    if shown.is_err() {
+        outside.stop();
+    }
+    shown.map(|()| state)
+}
+
+async fn run(state: &mut State, sources: &mut Sources, outside: &Outside) -> io::Result<()> {
+    let mut terminal = OpenTerminal::open("plumb")?;
+    state.size = terminal.size()?;
+    let (to_here, mut keys) = unbounded_channel();
+    tokio::spawn(read_keys(outside.handle.clone(), to_here));
+    let mut ends = Ends::watch()?;
+    let mut tick = interval(TICK);
+    tick.set_missed_tick_behavior(MissedTickBehavior::Skip);
+    let opened = Instant::now();
+    let mut drawn: Option<Instant> = None;
+    let mut dirty = true;
+    let mut events = Vec::new();
+    loop {
+        if dirty && drawn.is_none_or(|drawn| drawn.elapsed() >= FRAME) {
+            terminal.draw(|frame| view(state, frame))?;
+            (drawn, dirty) = (Some(Instant::now()), false);
+        }
+        let next_frame = drawn.unwrap_or_else(Instant::now) + FRAME;
+        let actions = tokio::select! {
+            biased;
+            () = ends.any() => obey(state, Command::LeaveNow),
+            message = keys.recv() => match message {
+                Some(message) => update(state, message),
+                // Nobody can press a key any more: the terminal is gone.
+                None => obey(state, Command::LeaveNow),
+            },
+            () = sleep_until(next_frame), if dirty => continue,
+            count = heard(&mut sources.events, &mut events), if sources.events.is_some() => {
+                if count == 0 {
+                    sources.events = None;
+                }
+                events.drain(..).flat_map(|event| update(state, Message::Engine(event))).collect()
+            },
+            answer = answered(&mut sources.lab), if sources.lab.is_some() => match answer {
+                Some(answer) => update(state, Message::Lab(answer)),
+                None => {
+                    sources.lab = None;
+                    Vec::new()
+                }
+            },
+            _ = tick.tick() => update(state, Message::Tick(opened.elapsed())),
+        };
+        dirty = true;
+        for action in actions {
+            match action {
+                Action::Leave => return Ok(()),
+                Action::Bell => terminal.ring()?,
+                Action::Stop => outside.stop(),
+                Action::Tell(command) => outside.tell(command),
+                Action::Lab(request) => outside.lab(request),
+            }
+        }
+    }
+}
+
+/// Where actions go.
+struct Outside {
+    handle: Option<RunHandle>,
+    lab: Option<Sender<LabRequest>>,
+}
+
+impl Outside {
+    fn stop(&self) {
+        self.tell(Tell::Stop);
+    }
+
+    /// Passes a command on. A run that is over takes none, and has said so itself.
+    fn tell(&self, command: Tell) {
+        if let Some(handle) = &self.handle {
+            let _over = handle.send(command);
+        }
+    }
+
+    /// Passes work on. A lab that has ended takes none; its last answer said why.
+    fn lab(&self, request: LabRequest) {
+        if let Some(lab) = &self.lab {
+            let _over = lab.send(request);
+        }
+    }
+}
+
+async fn heard(from: &mut Option<UnboundedReceiver<StampedEvent>>, events: &mut Vec<StampedEvent>) -> usize {
+    match from {
+        Some(from) => from.recv_many(events, BATCH).await,
+        None => 0,
+    }
+}
+
+async fn answered(lab: &mut Option<Lab>) -> Option<LabAnswer> {
+    match lab {
+        Some(lab) => lab.answer().await,
+        None => None,
+    }
+}
+
+/// Reads keys and mouse until the terminal is gone or nobody listens.
+async fn read_keys(handle: Option<RunHandle>, to: UnboundedSender<Message>) {
+    let mut events = EventStream::new();
+    while let Some(Ok(event)) = events.next().await {
+        if let Some(message) = heard_from_terminal(&event, handle.as_ref())
+            && to.send(message).is_err()
+        {
+            break;
+        }
+    }
+}
+
+/// What a terminal event means here. A stop key stops the robots before anything else is done with it.
+fn heard_from_terminal(event: &Event, handle: Option<&RunHandle>) -> Option<Message> {
+    match event {
+        Event::Key(key) if key.kind != KeyEventKind::Release => {
+            match command_for(&[Place::Everywhere], key) {
+                Some(command @ (Command::Stop | Command::StopAndLeave)) => {
+                    if let Some(handle) = handle {
+                        let _over = handle.send(Tell::Stop);
+                    }
+                    Some(Message::StopKey { leave: command == Command::StopAndLeave })
+                }
+                _ => Some(Message::Key(*key)),
+            }
+        }
+        Event::Mouse(mouse) => match mouse.kind {
+            MouseEventKind::Down(MouseButton::Left) => {
+                Some(Message::Click { column: mouse.column, row: mouse.row })
+            }
+            MouseEventKind::ScrollUp => Some(Message::Scroll(-1)),
+            MouseEventKind::ScrollDown => Some(Message::Scroll(1)),
+            _ => None,
+        },
+        Event::Resize(width, height) => Some(Message::Resized { width: *width, height: *height }),
+        _ => None,
+    }
+}
+
+/// The signals that end the program in good order.
+struct Ends {
+    terminate: Signal,
+    hang_up: Signal,
+    interrupt: Signal,
+}
+
+impl Ends {
+    fn watch() -> io::Result<Self> {
+        Ok(Self {
+            terminate: signal(SignalKind::terminate())?,
+            hang_up: signal(SignalKind::hangup())?,
+            interrupt: signal(SignalKind::interrupt())?,
+        })
+    }
+
+    async fn any(&mut self) {
+        tokio::select! {
+            _ = self.terminate.recv() => {}
+            _ = self.hang_up.recv() => {}
+            _ = self.interrupt.recv() => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    use plumb_cell::StopActions;
+    use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+    use super::*;
+
+    #[test]
+    fn the_stop_key_reaches_the_robots_although_nobody_draws_or_listens() {
+        let (commands, _never_read) = std::sync::mpsc::channel();
+        let stops = StopActions::default();
+        let fired = Arc::new(AtomicU32::new(0));
+        let counter = Arc::clone(&fired);
+        stops.set(
+            "arm",
+            Box::new(move || {
+                counter.fetch_add(1, Ordering::SeqCst);
+            }),
+        );
+        let handle = RunHandle::new(commands, stops);
+        for (times, (code, modifiers, leave)) in
+            [(KeyCode::Esc, KeyModifiers::NONE, false), (KeyCode::Char('c'), KeyModifiers::CONTROL, true)]
+                .into_iter()
+                .enumerate()
+        {
+            let event = Event::Key(KeyEvent::new(code, modifiers));
+            let message = heard_from_terminal(&event, Some(&handle));
+            assert!(
+                matches!(message, Some(Message::StopKey { leave: found }) if found == leave),
+                "{message:?}"
+            );
+            assert_eq!(fired.load(Ordering::SeqCst) as usize, times + 1);
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The help overlay: the keys that hold on this page first, then all others, read from the key table.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Rect};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Clear, Paragraph};
+
+use super::keys::{BINDINGS, Binding, Place};
+use super::pane::{self, wrapped};
+use super::state::State;
+use super::theme::Theme;
+
+/// What the help says of the stop key, before anything else.
+const STOP: &str = "Esc stops every robot at once, wherever you are in the program. It is software and no emergency \
+                    stop: stand where you reach the real one, and keep people out of the arm's reach.";
+
+/// How far the help can be scrolled; no less than its lines in a terminal forty columns wide.
+pub(crate) fn lines() -> u16 {
+    u16::try_from(4 * BINDINGS.len()).unwrap_or(u16::MAX)
+}
+
+/// Draws the help over the page.
+pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect, scrolled: u16) {
+    let area = area.centered(Constraint::Max(84), Constraint::Percentage(100));
+    frame.render_widget(Clear, area);
+    let inner = pane::open(frame, area, &state.theme, "Help \u{b7} Enter closes, Up and Down scroll", true);
+    let here = State { overlay: None, ..state.clone() }.places();
+    let (mut first, mut then): (Vec<&Binding>, Vec<&Binding>) = BINDINGS
+        .iter()
+        .partition(|binding| here.contains(&binding.place) && binding.place != Place::Everywhere);
+    first.sort_by_key(|binding| here.iter().position(|place| *place == binding.place));
+    then.sort_by_key(|binding| binding.place != Place::Everywhere);
+    let width = usize::from(inner.width);
+    let mut text: Vec<Line> =
+        wrapped(STOP, width).into_iter().map(|line| Line::styled(line, state.theme.bad)).collect();
+    rows(&mut text, "On this page", first, width, &state.theme);
+    let mut left = then;
+    while let Some(place) = left.first().map(|binding| binding.place) {
+        let (here, others): (Vec<&Binding>, Vec<&Binding>) =
+            left.into_iter().partition(|binding| binding.place == place);
+        rows(&mut text, place.name(), here, width, &state.theme);
+        left = others;
+    }
+    let scrolled = scrolled.min(u16::try_from(text.len()).unwrap_or(u16::MAX).saturating_sub(inner.height));
+    frame.render_widget(Paragraph::new(text).scroll((scrolled, 0)), inner);
+}
+
+/// Adds the rows of one place under its heading; the sentences are broken within their own column.
+fn rows(
+    text: &mut Vec<Line<'static>>,
+    heading: &'static str,
+    bindings: Vec<&Binding>,
+    width: usize,
+    theme: &Theme,
+) {
+    if bindings.is_empty() {
+        return;
+    }
+    text.extend([Line::default(), Line::styled(heading, theme.heading)]);
+    for binding in bindings {
+        for (place, sentence) in wrapped(binding.help, width.saturating_sub(12)).into_iter().enumerate() {
+            let keys = if place == 0 { binding.shown } else { "" };
+            text.push(Line::from(vec![
+                Span::styled(format!("{keys:>10}  "), theme.key),
+                Span::styled(sentence, theme.text),
+            ]));
+        }
+    }
+}

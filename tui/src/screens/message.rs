@@ -1,0 +1,58 @@
+//! What the screens hear and what they ask for.
+
+use std::time::Duration;
+
+use plumb_cell::command::Command;
+use plumb_cell::event::StampedEvent;
+use ratatui::crossterm::event::KeyEvent;
+
+use super::model::{LabAnswer, LabRequest};
+
+/// Something that happened outside the screens.
+#[derive(Clone, Debug)]
+pub(crate) enum Message {
+    /// A key was pressed. The stop keys come as [`Message::StopKey`].
+    Key(KeyEvent),
+    /// A stop key was pressed; whoever read it has told the robots already.
+    StopKey {
+        /// The key also asks to leave.
+        leave: bool,
+    },
+    /// The left mouse button was pressed in this column and row.
+    Click {
+        /// Counted from the left, from 0.
+        column: u16,
+        /// Counted from the top, from 0.
+        row: u16,
+    },
+    /// The wheel was turned; up is negative.
+    Scroll(i32),
+    /// The terminal has this size now.
+    Resized {
+        /// Columns.
+        width: u16,
+        /// Rows.
+        height: u16,
+    },
+    /// The engine says something.
+    Engine(StampedEvent),
+    /// The model lab has finished a piece of work.
+    Lab(LabAnswer),
+    /// Time since the screens opened.
+    Tick(Duration),
+}
+
+/// Something the screens want done outside.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Action {
+    /// Stop every robot by its own stop path, at once.
+    Stop,
+    /// Pass a command to the engine.
+    Tell(Command),
+    /// Give the model lab a piece of work.
+    Lab(LabRequest),
+    /// Ring the terminal's bell: somebody is needed.
+    Bell,
+    /// Close the screens.
+    Leave,
+}

@@ -1,0 +1,44 @@
+//! The terminal program. A state, a pure [`update::update`] that takes messages and gives actions, a pure [`view::view`]
+//! that draws the state, and one loop ([`event_loop`]) that joins them to keys, engine and terminal.
+//!
+//! Nothing is decided about robots here: the screens show what the engine says and pass on what the operator asks for.
+
+mod cell;
+mod event_loop;
+mod footer;
+mod help;
+pub(crate) mod keys;
+mod log;
+mod message;
+mod model;
+mod pane;
+mod run;
+mod state;
+mod terminal;
+mod theme;
+mod update;
+mod view;
+
+use std::io;
+
+use plumb_cell::event::StampedEvent;
+use tokio::runtime::Runtime;
+use tokio::sync::mpsc::UnboundedReceiver;
+
+use event_loop::Sources;
+use state::State;
+use theme::Theme;
+
+/// Shows the screens of a run that somebody else controls, until the operator leaves.
+///
+/// # Errors
+/// The terminal cannot be used, or was lost.
+pub(crate) fn watch(events: UnboundedReceiver<StampedEvent>) -> io::Result<()> {
+    let sources = Sources { events: Some(events), handle: None, lab: None };
+    Runtime::new()?
+        .block_on(event_loop::show(State::of_watcher(Theme::from_environment()), sources))
+        .map(drop)
+}
+
+#[cfg(test)]
+mod tests;

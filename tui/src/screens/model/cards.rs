@@ -1,0 +1,100 @@
+//! The candidates as ranked cards: the effect, where, its size, what it gains where it was not fitted, what would explain
+//! it as well, why it was not named.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use super::state::{Card, CardStanding, ModelState};
+use crate::screens::pane::{self, fitted, wrapped};
+use crate::screens::theme::Theme;
+
+/// Draws the cards, the chosen one in full.
+pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: Rect) {
+    let inner = pane::open(frame, area, theme, "What could explain it", true);
+    let Some(standing) = &model.standing else {
+        let text = model.busy.as_ref().map_or("", |(doing, _)| doing.as_str());
+        frame.render_widget(Line::styled(text.to_owned(), theme.faint), inner);
+        return;
+    };
+    let width = usize::from(inner.width);
+    let blocks: Vec<Vec<Line<'static>>> = standing
+        .cards
+        .iter()
+        .enumerate()
+        .map(|(place, card)| card_lines(place, card, place == model.chosen, theme, width))
+        .collect();
+    if blocks.is_empty() {
+        frame.render_widget(
+            Paragraph::new("No effect of the library explains more than chance would.")
+                .wrap(ratatui::widgets::Wrap { trim: true }),
+            inner,
+        );
+        return;
+    }
+    // The first card that is drawn, so that the chosen one stands whole in the pane.
+    let room = usize::from(inner.height);
+    let mut first = model.chosen.min(blocks.len().saturating_sub(1));
+    let mut rows = blocks.get(first).map_or(0, Vec::len);
+    while let Some(above) = first.checked_sub(1).and_then(|above| blocks.get(above)) {
+        rows += above.len();
+        if rows > room {
+            break;
+        }
+        first -= 1;
+    }
+    let lines: Vec<Line<'static>> = blocks.into_iter().skip(first).flatten().take(room).collect();
+    let [cards] = Layout::vertical([Constraint::Fill(1)]).areas(inner);
+    frame.render_widget(Paragraph::new(lines), cards);
+}
+
+fn card_lines(place: usize, card: &Card, chosen: bool, theme: &Theme, width: usize) -> Vec<Line<'static>> {
+    let (sign, word, style) = look(card.standing, theme);
+    let title = fitted(&format!("{:>2} {sign} {}", place + 1, card.effect), width);
+    let mut lines = vec![Line::styled(title, if chosen { theme.chosen } else { style })];
+    let indented = |text: String, style: Style| {
+        wrapped(&text, width.saturating_sub(5))
+            .into_iter()
+            .map(move |line| Line::styled(format!("     {line}"), style))
+    };
+    if !chosen {
+        let text = fitted(&format!("     {} {}", card.place, card.size), width);
+        lines.push(Line::styled(text, theme.faint));
+        return lines;
+    }
+    lines.extend(indented(format!("at {}", card.place), theme.heading));
+    lines.extend(indented(card.size.clone(), theme.text));
+    if let Some((gain, error)) = card.gain_mm {
+        lines.extend(indented(format!("held out: {gain:+.4} \u{b1} {error:.4} mm less"), theme.text));
+    }
+    if let Some(p) = card.holm_p {
+        lines.extend(indented(format!("chance: {}", chance(p)), theme.text));
+    }
+    if !card.ties.is_empty() {
+        lines.extend(indented(format!("as well: {}", card.ties.join(", ")), theme.warning));
+    }
+    let verdict = if card.reason.is_empty() { word.to_owned() } else { format!("{word}: {}", card.reason) };
+    lines.extend(indented(verdict, style));
+    lines.push(Line::from(Span::raw("")));
+    lines
+}
+
+fn chance(p: f64) -> String {
+    if p < 1e-12 {
+        "below 1e-12".to_owned()
+    } else if p < 0.001 {
+        format!("{p:.0e}")
+    } else {
+        format!("{p:.3}")
+    }
+}
+
+fn look(standing: CardStanding, theme: &Theme) -> (&'static str, &'static str, Style) {
+    match standing {
+        CardStanding::Named => ("\u{2713}", "named", theme.good),
+        CardStanding::Tied => ("~", "tied", theme.warning),
+        CardStanding::Rejected => ("\u{b7}", "not named", theme.text),
+    }
+}

@@ -1,0 +1,23 @@
+//! The Model screen: what could explain the error, ranked; the residuals, on a scale tied to the noise floor; the fall of
+//! the error; one plain sentence.
+
+mod cards;
+mod lab;
+mod plots;
+mod residuals;
+mod state;
+mod update;
+mod view;
+mod waterfall;
+
+pub(crate) use lab::{Lab, LabAnswer, LabRequest};
+pub(crate) use state::ModelState;
+pub(crate) use update::{choose, obey, take};
+pub(crate) use view::view;
+
+/// What tests need to make a model's standing by hand.
+#[cfg(test)]
+pub(crate) mod testing {
+    pub(crate) use super::residuals::{Abscissa, ResidualRow, Residuals};
+    pub(crate) use super::state::{Card, CardStanding, FallStep, Standing};
+}

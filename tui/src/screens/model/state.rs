@@ -1,0 +1,165 @@
+//! What the Model screen shows.
+
+use std::time::Duration;
+
+use super::residuals::Residuals;
+
+/// Multiples of the noise floor the plots can be scaled to.
+pub(crate) const SCALES: [f64; 8] = [4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0];
+
+/// A model, a table, and what the lab says of them.
+#[derive(Clone, Debug)]
+pub(crate) struct ModelState {
+    /// Name of the arm.
+    pub arm: String,
+    /// Which files are open.
+    pub files: String,
+    /// The model as it is, held against the table; none until the lab has looked.
+    pub standing: Option<Standing>,
+    /// What a candidate would leave, while it is previewed.
+    pub preview: Option<Preview>,
+    /// The candidate that is chosen.
+    pub chosen: usize,
+    /// The direction of the errors in the plots.
+    pub direction: usize,
+    /// Plots scrolled away.
+    pub plots_scrolled: usize,
+    /// Which of [`SCALES`]; chosen once from the first look, so that a falling error is seen to fall.
+    pub scale: Option<usize>,
+    /// What the lab is doing, and since when by the screens' clock.
+    pub busy: Option<(String, Duration)>,
+}
+
+/// What adding a candidate would leave.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Preview {
+    /// The candidate, as the lab names it.
+    pub candidate: String,
+    /// Root mean square of the residuals it would leave, mm.
+    pub rms_mm: f64,
+    /// The residuals it would leave.
+    pub residuals: Residuals,
+}
+
+/// A model held against its table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Standing {
+    /// The verdict, as the contract words it.
+    pub verdict: String,
+    /// One plain sentence.
+    pub sentence: String,
+    /// One standard deviation of the noise in one direction, mm, where it is known.
+    pub floor_mm: Option<f64>,
+    /// Where the floor comes from.
+    pub floor_source: String,
+    /// What could explain what is left, the likeliest first.
+    pub cards: Vec<Card>,
+    /// What is left.
+    pub residuals: Residuals,
+    /// The error from the bare model to this one, effect by effect.
+    pub fall: Vec<FallStep>,
+}
+
+/// One candidate.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Card {
+    /// As the lab names it; goes back to the lab to preview or add it.
+    pub key: String,
+    /// The effect.
+    pub effect: String,
+    /// Where it acts.
+    pub place: String,
+    /// Its size with unit and error.
+    pub size: String,
+    /// How much less error it leaves where it was not fitted, mm, and one standard error of that.
+    pub gain_mm: Option<(f64, f64)>,
+    /// Chance that noise alone looks as convincing, over all candidates (Holm).
+    pub holm_p: Option<f64>,
+    /// What would explain it as well.
+    pub ties: Vec<String>,
+    /// How the lab judges it.
+    pub standing: CardStanding,
+    /// Why it was not named, where it was not.
+    pub reason: String,
+}
+
+/// How the lab judges a candidate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[expect(dead_code, reason = "the lab's thread comes with the model library")]
+pub(crate) enum CardStanding {
+    /// It explains what is left, and nothing else does.
+    Named,
+    /// It could be this as well as another.
+    Tied,
+    /// It is not this, or cannot be told.
+    #[default]
+    Rejected,
+}
+
+/// The error after one effect.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct FallStep {
+    /// The effect added; `start` at first.
+    pub added: String,
+    /// Mean square error in the fit, mm2.
+    pub fit_mm2: f64,
+    /// Mean square error where it was not fitted, mm2, where it was measured.
+    pub held_out_mm2: Option<f64>,
+}
+
+impl ModelState {
+    #[cfg_attr(not(test), expect(dead_code, reason = "the lab's thread comes with the model library"))]
+    /// A model and a table the lab has not looked at yet.
+    pub(crate) fn new(arm: &str, files: &str) -> Self {
+        Self {
+            arm: arm.to_owned(),
+            files: files.to_owned(),
+            standing: None,
+            preview: None,
+            chosen: 0,
+            direction: 0,
+            plots_scrolled: 0,
+            scale: None,
+            busy: None,
+        }
+    }
+
+    /// The candidate that is chosen.
+    pub(crate) fn card(&self) -> Option<&Card> {
+        self.standing.as_ref()?.cards.get(self.chosen)
+    }
+
+    /// Whether an effect was added that can be taken away again.
+    pub(crate) fn can_undo(&self) -> bool {
+        self.standing.as_ref().is_some_and(|standing| standing.fall.len() > 1)
+    }
+
+    /// What one unit of the scale is, mm: the noise floor, or the typical error where the floor is unknown.
+    pub(crate) fn unit_mm(&self) -> f64 {
+        let standing = self.standing.as_ref();
+        let unit = standing.map_or(0.0, |standing| match standing.floor_mm {
+            Some(floor) => floor,
+            None => standing.residuals.typical_mm(),
+        });
+        if unit.is_finite() && unit > 0.0 { unit } else { 1.0 }
+    }
+
+    /// Half the height of the plots, mm.
+    pub(crate) fn half_height_mm(&self) -> f64 {
+        self.unit_mm() * self.scale.and_then(|scale| SCALES.get(scale)).copied().unwrap_or(4.0)
+    }
+
+    /// Takes a look of the lab in. The scale is chosen at the first one: the smallest that holds the typical errors
+    /// three times over.
+    pub(crate) fn take(&mut self, standing: Standing) {
+        let typical = standing.residuals.typical_mm();
+        self.standing = Some(standing);
+        self.preview = None;
+        self.chosen = 0;
+        if self.scale.is_none() {
+            let unit = self.unit_mm();
+            let fits = |scale: &f64| scale * unit >= 3.0 * typical;
+            self.scale = Some(SCALES.iter().position(fits).unwrap_or(SCALES.len() - 1));
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Draws the Model screen: cards at the left, plots in the middle, the fall of the error at the right, one sentence below.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use super::state::ModelState;
+use super::{cards, plots, waterfall};
+use crate::screens::pane::{self, wrapped};
+use crate::screens::state::State;
+use crate::screens::theme::Theme;
+
+/// Draws the page.
+pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
+    let Some(model) = &state.model else { return };
+    let sentence = sentence(model);
+    let inside = usize::from(area.width.saturating_sub(4));
+    let rows = wrapped(&sentence, inside).len().clamp(1, 4);
+    let foot = if area.height >= 14 { u16::try_from(rows + 2).unwrap_or(3) } else { 1 };
+    let [body, foot] = Layout::vertical([Constraint::Fill(1), Constraint::Length(foot)]).areas(area);
+    foot_pane(state, model, &sentence, frame, foot);
+    let theme = &state.theme;
+    if body.width < 60 {
+        cards::view(model, theme, frame, body);
+        return;
+    }
+    let sides = [Constraint::Max(34), Constraint::Min(30), Constraint::Max(30)];
+    let [left, middle, right] = if body.width >= 100 {
+        Layout::horizontal(sides).areas(body)
+    } else {
+        Layout::horizontal([Constraint::Length(25), Constraint::Fill(1), Constraint::Length(24)]).areas(body)
+    };
+    cards::view(model, theme, frame, left);
+    plots::view(model, theme, frame, middle);
+    waterfall::view(model, theme, frame, right);
+}
+
+/// What the sentence at the foot says.
+fn sentence(model: &ModelState) -> String {
+    if let Some((doing, _)) = &model.busy {
+        return format!("{doing} \u{2026}");
+    }
+    match (&model.preview, &model.standing) {
+        (Some(preview), _) => format!(
+            "Preview: with {} added, {:.4} mm RMS would be left. a adds it, Space goes back.",
+            preview.candidate, preview.rms_mm
+        ),
+        (None, Some(standing)) => standing.sentence.clone(),
+        (None, None) => format!("Looking at {} \u{2026}", model.files),
+    }
+}
+
+fn foot_pane(state: &State, model: &ModelState, sentence: &str, frame: &mut Frame, area: Rect) {
+    let theme = &state.theme;
+    let verdict = model.standing.as_ref().map_or("", |standing| standing.verdict.as_str());
+    let title = if verdict.is_empty() {
+        model.files.clone()
+    } else {
+        format!("{} \u{b7} {}", verdict.replace('_', " "), model.files)
+    };
+    let inner = pane::open(frame, area, theme, &title, false);
+    let style = style(model, theme);
+    let waited = model
+        .busy
+        .as_ref()
+        .map(|(_, since)| state.now.saturating_sub(*since).as_secs())
+        .filter(|waited| *waited > 0);
+    let mut lines: Vec<Line> = wrapped(sentence, usize::from(inner.width))
+        .into_iter()
+        .map(|line| Line::styled(line, style))
+        .collect();
+    if let (Some(waited), Some(last)) = (waited, lines.last_mut()) {
+        last.push_span(Span::styled(format!(" {waited} s"), theme.faint));
+    }
+    frame.render_widget(Paragraph::new(lines), inner);
+}
+
+fn style(model: &ModelState, theme: &Theme) -> Style {
+    if model.preview.is_some() { theme.preview } else { theme.heading }
+}

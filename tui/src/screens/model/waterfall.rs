@@ -1,0 +1,96 @@
+//! The fall of the error from the bare model through each effect to the floor, in variance, because root mean squares do
+//! not add. What is fitted is solid, what is left where nothing was fitted is hollow.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use super::state::{FallStep, ModelState};
+use crate::screens::pane::{self, columns, fitted};
+use crate::screens::theme::Theme;
+
+/// Draws the fall.
+pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: Rect) {
+    let inner = pane::open(frame, area, theme, "Error left, mm\u{b2}", false);
+    let Some(standing) = &model.standing else { return };
+    let width = usize::from(inner.width);
+    let greatest = standing
+        .fall
+        .iter()
+        .flat_map(|step| [step.fit_mm2, step.held_out_mm2.unwrap_or(0.0)])
+        .filter(|value| value.is_finite())
+        .fold(0.0, f64::max);
+    let legend = Line::from(vec![
+        Span::styled("\u{2588}", theme.measured),
+        Span::styled(" fit ", theme.faint),
+        Span::styled("\u{2591}", theme.measured),
+        Span::styled(" held out", theme.faint),
+    ]);
+    let numbers = Line::styled(format!("{:>width$}", "RMS mm"), theme.faint);
+    let mut lines = vec![legend, numbers];
+    for step in &standing.fall {
+        lines.extend(step_lines(step, greatest, width, theme));
+    }
+    if let Some(preview) = &model.preview {
+        let step = FallStep {
+            added: format!("? {}", preview.candidate),
+            fit_mm2: preview.rms_mm * preview.rms_mm,
+            held_out_mm2: None,
+        };
+        lines.extend(step_lines(&step, greatest, width, theme).map(|line| line.patch_style(theme.preview)));
+    }
+    let floor = match standing.floor_mm {
+        Some(floor) => format!("floor {floor:.4} mm per axis, {}", standing.floor_source),
+        None => "floor unknown: no repeats, none declared".to_owned(),
+    };
+    let floor: Vec<Line> =
+        pane::wrapped(&floor, width).into_iter().map(|line| Line::styled(line, theme.good)).collect();
+    // The newest steps and the floor stay where room is short.
+    let room = usize::from(inner.height).saturating_sub(floor.len());
+    let cut = lines.len().saturating_sub(room);
+    let mut shown: Vec<Line> = lines.into_iter().skip(cut).collect();
+    shown.extend(floor);
+    frame.render_widget(Paragraph::new(shown), inner);
+}
+
+fn step_lines(step: &FallStep, greatest: f64, width: usize, theme: &Theme) -> [Line<'static>; 2] {
+    let rms = |square: f64| format!("{:.4}", square.max(0.0).sqrt());
+    let (fit, held_out) = (rms(step.fit_mm2), step.held_out_mm2.map_or_else(String::new, rms));
+    let label = fitted(&step.added, width.saturating_sub(columns(&fit) + 1));
+    let gap = width.saturating_sub(columns(&label) + columns(&fit));
+    let room = width.saturating_sub(columns(&fit) + 1);
+    let (solid, hollow) = bar(step, greatest, room);
+    let rest = width.saturating_sub(columns(&solid) + columns(&hollow));
+    [
+        Line::from(vec![
+            Span::styled(label, theme.heading),
+            Span::styled(format!("{:gap$}{fit}", ""), theme.text),
+        ]),
+        Line::from(vec![
+            Span::styled(solid, theme.measured),
+            Span::styled(hollow, theme.measured),
+            Span::styled(format!("{held_out:>rest$}"), theme.faint),
+        ]),
+    ]
+}
+
+/// The solid and the hollow part of a bar, in eighths of a column.
+fn bar(step: &FallStep, greatest: f64, width: usize) -> (String, String) {
+    const EIGHTHS: [&str; 8] =
+        ["", "\u{258f}", "\u{258e}", "\u{258d}", "\u{258c}", "\u{258b}", "\u{258a}", "\u{2589}"];
+    let eighths = |value: f64| {
+        let share = if greatest > 0.0 { (value / greatest).clamp(0.0, 1.0) } else { 0.0 };
+        // At most eight times the width of a terminal, so the cast is exact.
+        (share * width as f64 * 8.0).round() as usize
+    };
+    let fit = eighths(step.fit_mm2);
+    let mut solid = "\u{2588}".repeat(fit / 8);
+    solid.push_str(EIGHTHS.get(fit % 8).copied().unwrap_or(""));
+    if solid.is_empty() && step.fit_mm2 > 0.0 {
+        solid.push_str(EIGHTHS[1]);
+    }
+    let held_out = step.held_out_mm2.map_or(0, eighths).div_ceil(8);
+    let hollow = "\u{2591}".repeat(held_out.saturating_sub(columns(&solid)));
+    (solid, hollow)
+}

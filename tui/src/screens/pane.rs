@@ -1,0 +1,94 @@
+//! The frame around a part of a page.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, BorderType};
+
+use super::theme::Theme;
+
+/// Draws the frame of a pane with its title and gives the room inside. A pane too small for a frame has none; `focus`
+/// marks the pane that waits for the operator.
+pub(crate) fn open(frame: &mut Frame, area: Rect, theme: &Theme, title: &str, focus: bool) -> Rect {
+    if area.height < 3 || area.width < 6 {
+        return area;
+    }
+    let (border, heading) = if focus { (theme.focus, theme.focus) } else { (theme.faint, theme.heading) };
+    let block = Block::bordered()
+        .border_type(if focus { BorderType::Thick } else { BorderType::Rounded })
+        .border_style(border)
+        .title(Line::from(Span::styled(format!(" {title} "), heading)));
+    let inner = block.inner(area);
+    frame.render_widget(block, area);
+    inner
+}
+
+/// `text` cut to `width` columns, with an ellipsis where something was cut away.
+pub(crate) fn fitted(text: &str, width: usize) -> String {
+    if Span::raw(text).width() <= width {
+        return text.to_owned();
+    }
+    let mut fitted = String::new();
+    for character in text.chars() {
+        fitted.push(character);
+        if Span::raw(fitted.as_str()).width() >= width {
+            fitted.pop();
+            break;
+        }
+    }
+    if width > 0 {
+        fitted.push('\u{2026}');
+    }
+    fitted
+}
+
+/// `text` broken into lines of at most `width` columns, between words where that can be; its own line breaks stay.
+pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let width = width.max(1);
+    let mut lines = Vec::new();
+    for paragraph in text.lines() {
+        let mut line = String::new();
+        for word in paragraph.split_whitespace() {
+            if !line.is_empty() && columns(&line) + 1 + columns(word) > width {
+                lines.push(std::mem::take(&mut line));
+            }
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
+            while columns(&line) > width {
+                let rest: String = line.chars().skip(width).collect();
+                lines.push(line.chars().take(width).collect());
+                line = rest;
+            }
+        }
+        lines.push(line);
+    }
+    lines
+}
+
+/// Columns a text takes on the screen.
+pub(crate) fn columns(text: &str) -> usize {
+    Span::raw(text).width()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_break_between_words_and_long_words_break_inside() {
+        assert_eq!(wrapped("hold the level", 8), ["hold the", "level"]);
+        assert_eq!(wrapped("abcdefghij", 4), ["abcd", "efgh", "ij"]);
+        assert_eq!(wrapped("one\n\ntwo", 10), ["one", "", "two"]);
+        assert_eq!(wrapped("anything", 0).len(), 8);
+    }
+
+    #[test]
+    fn what_does_not_fit_ends_in_an_ellipsis() {
+        assert_eq!(fitted("shoulder", 8), "shoulder");
+        assert_eq!(fitted("shoulder", 5), "shou\u{2026}");
+        assert_eq!(fitted("shoulder", 1), "\u{2026}");
+        assert_eq!(fitted("shoulder", 0), "");
+    }
+}

@@ -1,0 +1,144 @@
+//! What the run has found: trigger poses and how they settle from turn to turn, and the corrections.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use super::state::{CorrectionRow, RunState, Trigger};
+use crate::screens::pane::{self, fitted};
+use crate::screens::theme::Theme;
+
+/// Turns shown at most; the newest stay.
+const SHOWN_TURNS: usize = 7;
+
+/// The successive poses of one search and joint.
+struct Series<'a> {
+    search: &'a str,
+    joint: &'a str,
+    triggers: Vec<&'a Trigger>,
+}
+
+/// The least rows of the pane of trigger poses that show anything: frame, heads, one turn.
+const LEAST: u16 = 5;
+
+/// Rows the panes take of those there are.
+pub(crate) fn rows(run: &RunState, room: u16) -> u16 {
+    let turns = series(run).iter().map(|series| series.triggers.len()).max().unwrap_or(0).min(SHOWN_TURNS);
+    let triggers = if turns == 0 { 0 } else { u16::try_from(turns + 4).unwrap_or(u16::MAX) };
+    let corrections = correction_rows(run).min(room);
+    let left = (room - corrections).min(triggers);
+    if left < LEAST { corrections } else { corrections + left }
+}
+
+fn correction_rows(run: &RunState) -> u16 {
+    if run.corrections.is_empty() { 0 } else { u16::try_from(run.corrections.len() + 3).unwrap_or(u16::MAX) }
+}
+
+/// Draws both panes into the room there is; corrections come first where it is short.
+pub(crate) fn view(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
+    if area.is_empty() {
+        return;
+    }
+    let corrections = correction_rows(run).min(area.height);
+    let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(corrections)]).areas(area);
+    if above.height >= LEAST {
+        settling(run, theme, frame, above);
+    }
+    if below.height >= 3 {
+        corrected(run, theme, frame, below);
+    }
+}
+
+/// Groups the trigger poses by search and joint, in the order in which they were first found.
+fn series(run: &RunState) -> Vec<Series<'_>> {
+    let mut all: Vec<Series<'_>> = Vec::new();
+    for trigger in &run.triggers {
+        let search = trigger.step.0.rsplit('.').next().unwrap_or(&trigger.step.0);
+        let joint = trigger.joint.name.as_str();
+        match all.iter_mut().find(|series| series.search == search && series.joint == joint) {
+            Some(series) => series.triggers.push(trigger),
+            None => all.push(Series { search, joint, triggers: vec![trigger] }),
+        }
+    }
+    all
+}
+
+/// The searches that were done more often than once, else the newest ones; at most two side by side.
+fn settling(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
+    let inner = pane::open(frame, area, theme, "Trigger poses, and how they settle", false);
+    let mut all = series(run);
+    all.sort_by_key(|series| std::cmp::Reverse(series.triggers.len()));
+    all.truncate(if inner.width >= 44 { 2 } else { 1 });
+    let turns = all.iter().map(|series| series.triggers.len()).max().unwrap_or(0);
+    let shown = turns.min(usize::from(inner.height.saturating_sub(2)));
+    let mut names = vec![Span::raw("    ")];
+    let mut heads = vec![Span::styled("  # ", theme.faint)];
+    for series in &all {
+        let name = if series.search == series.joint {
+            series.joint.to_owned()
+        } else {
+            format!("{}: {}", series.search, series.joint)
+        };
+        names.push(Span::styled(format!("{:>22}", fitted(&name, 21)), theme.heading));
+        let unit = series.triggers.first().map_or("", |trigger| trigger.joint.unit.as_str());
+        heads.push(Span::styled(format!("{:>11}{:>11}", unit, "change"), theme.faint));
+    }
+    let mut lines = vec![Line::from(names), Line::from(heads)];
+    for turn in turns.saturating_sub(shown)..turns {
+        let mut spans = vec![Span::styled(format!("{:>3} ", turn + 1), theme.faint)];
+        for series in &all {
+            spans.extend(turn_cells(series, turn, theme));
+        }
+        lines.push(Line::from(spans));
+    }
+    frame.render_widget(Paragraph::new(lines), inner);
+}
+
+fn turn_cells(series: &Series<'_>, turn: usize, theme: &Theme) -> [Span<'static>; 2] {
+    let Some(trigger) = series.triggers.get(turn) else { return [Span::raw(" ".repeat(22)), Span::raw("")] };
+    let before = turn.checked_sub(1).and_then(|before| series.triggers.get(before));
+    let change = before.map_or_else(String::new, |before| signed(trigger.joint.value - before.joint.value));
+    let settled =
+        before.is_some_and(|before| (trigger.joint.value - before.joint.value).abs() <= trigger.half_width);
+    [
+        Span::styled(format!("{:>11.4}", trigger.joint.value), theme.text),
+        Span::styled(format!("{change:>11}"), if settled { theme.good } else { theme.measured }),
+    ]
+}
+
+/// A change with its sign: four decimals while they say something, else powers of ten.
+fn signed(change: f64) -> String {
+    if change.abs() >= 0.001 || change == 0.0 { format!("{change:+.4}") } else { format!("{change:+.1e}") }
+}
+
+fn corrected(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
+    let inner = pane::open(frame, area, theme, "Corrections", false);
+    let head = format!("  {:<14}{:>9}{:>10}{:>9}", "", "old", "new", "\u{b1} 1\u{3c3}");
+    let mut lines = vec![Line::styled(head, theme.faint)];
+    lines.extend(run.corrections.iter().map(|row| correction_line(row, theme)));
+    frame.render_widget(Paragraph::new(lines), inner);
+}
+
+fn correction_line(row: &CorrectionRow, theme: &Theme) -> Line<'static> {
+    let correction = &row.correction;
+    let (sign, word, style) = match row.revision {
+        Some(_) => ("\u{2713}", " in force", theme.good),
+        None => ("\u{b7}", " proposed", theme.warning),
+    };
+    let place = format!("{} {}", correction.place, what(&correction.quantity));
+    Line::from(vec![
+        Span::styled(format!("{sign} "), style),
+        Span::styled(format!("{:<14}", fitted(&place, 14)), theme.text),
+        Span::styled(format!("{:>9.3}", correction.old), theme.faint),
+        Span::styled(format!("{:>10.3}", correction.new), theme.heading),
+        Span::styled(format!("{:>9.4}", correction.uncertainty), theme.text),
+        Span::styled(format!(" {}", correction.unit), theme.faint),
+        Span::styled(word, style),
+    ])
+}
+
+/// The quantity in as few words as the table has room for.
+fn what(quantity: &str) -> String {
+    quantity.strip_prefix("joint_").unwrap_or(quantity).replace('_', " ")
+}

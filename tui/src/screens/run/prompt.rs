@@ -1,0 +1,228 @@
+//! The prompt that waits: what the operator has typed or chosen so far, and whether it would do as an answer.
+
+use plumb_cell::command::Command;
+use plumb_cell::event::NamedValue;
+use plumb_cell::prompt::{Answer, Decision, Prompt, PromptKind};
+
+/// Steps a jog can make, in degrees (mm for a linear joint).
+pub(crate) const JOG_STEPS: [f64; 5] = [0.1, 0.5, 1.0, 5.0, 10.0];
+
+/// A prompt on the screen.
+#[derive(Clone, Debug)]
+pub(crate) struct OpenPrompt {
+    /// As asked.
+    pub prompt: Prompt,
+    /// What stands in the field of a number.
+    pub field: String,
+    /// The field still holds what was offered: the next digit replaces it.
+    pub offered: bool,
+    /// The option or joint that is chosen.
+    pub chosen: usize,
+    /// Which of [`JOG_STEPS`].
+    pub jog_step: usize,
+    /// Why the last answer was not taken.
+    pub refused: Option<String>,
+    /// An answer was given and the engine has not replied yet.
+    pub answered: bool,
+}
+
+impl OpenPrompt {
+    /// The prompt as it opens: with what it offers standing in the field or chosen.
+    pub(crate) fn new(prompt: Prompt) -> Self {
+        let field = match &prompt.kind {
+            PromptKind::Number { default: Some(value), decimals, .. } => written(*value, *decimals),
+            _ => String::new(),
+        };
+        let chosen = match &prompt.kind {
+            PromptKind::Choice { options, default: Some(key) } => {
+                options.iter().position(|option| option.key == *key).unwrap_or(0)
+            }
+            _ => 0,
+        };
+        let offered = !field.is_empty();
+        Self { prompt, field, offered, chosen, jog_step: 2, refused: None, answered: false }
+    }
+
+    /// Whether digits go into the answer.
+    pub(crate) fn is_typed(&self) -> bool {
+        matches!(self.prompt.kind, PromptKind::Number { .. })
+    }
+
+    /// Types one character into the field of a number. Says whether it belonged there.
+    pub(crate) fn typed(&mut self, character: char) -> bool {
+        let belongs = matches!(character, '0'..='9' | '.' | ',' | '-' | '+');
+        if !self.is_typed() || !belongs {
+            return false;
+        }
+        if self.offered {
+            self.field.clear();
+        }
+        // Longer than any number one reads off an instrument.
+        if self.field.chars().count() < 18 {
+            self.field.push(character);
+        }
+        self.offered = false;
+        self.refused = None;
+        true
+    }
+
+    /// Takes the last character of the field away.
+    pub(crate) fn erase(&mut self) {
+        self.field.pop();
+        self.offered = false;
+        self.refused = None;
+    }
+
+    /// Moves the choice by `by`, staying within the list.
+    pub(crate) fn choose(&mut self, by: isize) {
+        let count = match &self.prompt.kind {
+            PromptKind::Choice { options, .. } => options.len(),
+            PromptKind::Decision { options, .. } => options.len(),
+            PromptKind::JogTo { joints, .. } => joints.len(),
+            _ => 0,
+        };
+        self.chosen = self.chosen.saturating_add_signed(by).min(count.saturating_sub(1));
+    }
+
+    /// The answer as it stands, or what is missing.
+    pub(crate) fn answer(&self) -> Result<Answer, String> {
+        match &self.prompt.kind {
+            PromptKind::Acknowledge { .. } | PromptKind::JogTo { .. } => Ok(Answer::Done),
+            PromptKind::ConfirmPose { .. } => Ok(Answer::Confirmed),
+            PromptKind::Choice { options, .. } => options
+                .get(self.chosen)
+                .map(|option| Answer::Choice { key: option.key.clone() })
+                .ok_or_else(|| "this prompt offers nothing to choose".to_owned()),
+            PromptKind::Decision { options, .. } => options
+                .get(self.chosen)
+                .map(|decision| Answer::Decision { decision: *decision })
+                .ok_or_else(|| "this prompt offers nothing to decide".to_owned()),
+            PromptKind::Number { unit, minimum, maximum, .. } => {
+                number(&self.field, unit, *minimum, *maximum).map(|value| Answer::Number { value })
+            }
+        }
+    }
+
+    /// Decides a step that went wrong, if that decision is offered.
+    pub(crate) fn decide(&mut self, wanted: Decision) -> Option<Answer> {
+        let PromptKind::Decision { options, .. } = &self.prompt.kind else { return None };
+        self.chosen = options.iter().position(|decision| *decision == wanted)?;
+        Some(Answer::Decision { decision: wanted })
+    }
+
+    /// The command that jogs the chosen joint one step in the direction of `sign`.
+    pub(crate) fn jog(&self, sign: f64) -> Option<Command> {
+        let PromptKind::JogTo { joints, .. } = &self.prompt.kind else { return None };
+        let joint = joints.get(self.chosen)?.name.clone();
+        Some(Command::Jog { prompt: self.prompt.id, joint, by: sign * self.step() })
+    }
+
+    /// Size of one jog, in the joint's unit.
+    pub(crate) fn step(&self) -> f64 {
+        JOG_STEPS.get(self.jog_step).copied().unwrap_or(1.0)
+    }
+
+    /// Makes the jog greater or smaller by one size.
+    pub(crate) fn change_step(&mut self, by: isize) {
+        self.jog_step = self.jog_step.saturating_add_signed(by).min(JOG_STEPS.len() - 1);
+    }
+
+    /// Notes why the engine did not take the answer.
+    pub(crate) fn refuse(&mut self, reason: &str) {
+        self.refused = Some(reason.to_owned());
+        self.answered = false;
+    }
+
+    /// Keeps the joints of a jog, or of a pose to be confirmed, up to date.
+    pub(crate) fn take_joints(&mut self, moved: &str, now: &[NamedValue]) {
+        let (device, shown) = match &mut self.prompt.kind {
+            PromptKind::JogTo { device, joints, .. } => (device, joints),
+            PromptKind::ConfirmPose { device, reported, .. } => (device, reported),
+            _ => return,
+        };
+        if device != moved {
+            return;
+        }
+        for joint in shown {
+            if let Some(value) = now.iter().find(|value| value.name == joint.name) {
+                joint.value = value.value;
+            }
+        }
+    }
+}
+
+/// Reads a number as people type it, with a decimal point or comma, and checks it against its bounds.
+fn number(text: &str, unit: &str, minimum: Option<f64>, maximum: Option<f64>) -> Result<f64, String> {
+    let text = text.trim();
+    if text.is_empty() {
+        return Err("type a number, then Enter".to_owned());
+    }
+    if text.matches([',', '.']).count() > 1 {
+        return Err(format!(
+            "\u{201c}{text}\u{201d} has more than one decimal mark; write it without separators, as 1250.5"
+        ));
+    }
+    let value: f64 = text
+        .replace(',', ".")
+        .parse()
+        .map_err(|_| format!("\u{201c}{text}\u{201d} is not a number; write it like 12.5 or -3"))?;
+    let (below, above) =
+        (minimum.is_some_and(|least| value < least), maximum.is_some_and(|most| value > most));
+    if below || above {
+        return Err(format!(
+            "{text} {unit} is {}: {}",
+            if below { "too small" } else { "too large" },
+            bounds(minimum, maximum, unit)
+        ));
+    }
+    Ok(value)
+}
+
+/// The bounds of a number in words; empty without bounds.
+pub(crate) fn bounds(minimum: Option<f64>, maximum: Option<f64>, unit: &str) -> String {
+    let text = match (minimum, maximum) {
+        (Some(least), Some(most)) => format!("between {least} and {most} {unit}"),
+        (Some(least), None) => format!("at least {least} {unit}"),
+        (None, Some(most)) => format!("at most {most} {unit}"),
+        (None, None) => String::new(),
+    };
+    text.trim_end().to_owned()
+}
+
+/// A number with the digits the prompt asks for.
+pub(crate) fn written(value: f64, decimals: Option<u32>) -> String {
+    match decimals {
+        Some(decimals) => format!("{value:.*}", usize::try_from(decimals.min(12)).unwrap_or(12)),
+        None => format!("{value}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_decimal_comma_is_read_like_a_point() {
+        assert_eq!(number("269,5", "deg", None, None), Ok(269.5));
+        assert_eq!(number(" -3 ", "deg", None, None), Ok(-3.0));
+    }
+
+    #[test]
+    fn a_number_out_of_bounds_says_what_would_be_right() {
+        assert_eq!(
+            number("290", "deg", Some(252.75), Some(287.25)),
+            Err("290 deg is too large: between 252.75 and 287.25 deg".to_owned())
+        );
+        assert_eq!(number("4", "mm", Some(5.0), None), Err("4 mm is too small: at least 5 mm".to_owned()));
+    }
+
+    #[test]
+    fn what_is_no_number_is_named() {
+        for text in ["-", "1-2", "+"] {
+            let message = number(text, "mm", None, None).unwrap_err();
+            assert!(message.contains(text) && message.contains("is not a number"), "{message}");
+        }
+        assert!(number("1.234,5", "mm", None, None).unwrap_err().contains("more than one decimal mark"));
+        assert_eq!(number("", "mm", None, None), Err("type a number, then Enter".to_owned()));
+    }
+}

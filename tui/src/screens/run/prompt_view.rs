@@ -1,0 +1,184 @@
+//! Draws the prompt: what is asked, the field or the choices, what would be right, why an answer was not taken.
+
+use plumb_cell::event::NamedValue;
+use plumb_cell::prompt::{ChoiceOption, Decision, JogGoal, PromptKind};
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use super::prompt::{OpenPrompt, bounds};
+use super::view::padded;
+use crate::screens::pane::{columns, fitted, wrapped};
+use crate::screens::theme::Theme;
+
+/// Draws the prompt into the room inside its pane. Where room is short the controls stay and the text is cut.
+pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, frame: &mut Frame, area: Rect) {
+    let area = padded(area);
+    let width = usize::from(area.width);
+    let controls = controls(prompt, theme, width);
+    let mut text: Vec<Line> =
+        question(prompt, width).into_iter().map(|line| Line::styled(line, theme.text)).collect();
+    if let Some(help) = &prompt.prompt.help {
+        text.push(Line::default());
+        text.extend(wrapped(help, width).into_iter().map(|line| Line::styled(line, theme.faint)));
+    }
+    let rows = |count: usize| u16::try_from(count).unwrap_or(u16::MAX);
+    let air = u16::from(usize::from(area.height) > text.len() + controls.len());
+    let [above, _, below, _] = Layout::vertical([
+        Constraint::Max(rows(text.len())),
+        Constraint::Length(air),
+        Constraint::Length(rows(controls.len()).min(area.height)),
+        Constraint::Fill(1),
+    ])
+    .areas(area);
+    frame.render_widget(Paragraph::new(text), above);
+    // Where not all of the controls fit, the chosen row stays in sight.
+    let hidden = controls.len().saturating_sub(usize::from(below.height));
+    let scrolled = rows(prompt.chosen.saturating_sub(usize::from(below.height) / 2).min(hidden));
+    frame.render_widget(Paragraph::new(controls).scroll((scrolled, 0)), below);
+}
+
+/// The question itself; for a step that went wrong, what went wrong.
+pub(crate) fn question(prompt: &OpenPrompt, width: usize) -> Vec<String> {
+    let mut lines = wrapped(&prompt.prompt.text, width);
+    if let PromptKind::Decision { error, .. } = &prompt.prompt.kind
+        && *error != prompt.prompt.text
+    {
+        lines.extend(wrapped(error, width));
+    }
+    lines
+}
+
+/// What the operator works with, below the question.
+pub(crate) fn controls(prompt: &OpenPrompt, theme: &Theme, width: usize) -> Vec<Line<'static>> {
+    let mut lines = match &prompt.prompt.kind {
+        PromptKind::Acknowledge { label } => vec![button(label, theme)],
+        PromptKind::Choice { options, .. } => choices(options, prompt.chosen, theme, width),
+        PromptKind::Number { unit, minimum, maximum, .. } => {
+            field(prompt, unit, *minimum, *maximum, theme, width)
+        }
+        PromptKind::JogTo { goals, joints, .. } => jog(prompt, goals, joints, theme),
+        PromptKind::ConfirmPose { recorded, reported, .. } => poses(recorded, reported, theme),
+        PromptKind::Decision { options, .. } => decisions(options, prompt.chosen, theme),
+    };
+    if let Some(reason) = &prompt.refused {
+        let reason = wrapped(&format!("\u{2717} {reason}"), width);
+        lines.extend(reason.into_iter().map(|line| Line::styled(line, theme.bad)));
+    } else if prompt.answered {
+        lines.push(Line::styled("Answer given.", theme.faint));
+    }
+    lines
+}
+
+fn button(label: &str, theme: &Theme) -> Line<'static> {
+    Line::from(vec![Span::styled(format!(" Enter  {label} "), theme.chosen)])
+}
+
+fn choices(options: &[ChoiceOption], chosen: usize, theme: &Theme, width: usize) -> Vec<Line<'static>> {
+    let row = |(place, option): (usize, &ChoiceOption)| {
+        choice(&fitted(&option.label, width.saturating_sub(4)), place == chosen, theme)
+    };
+    options.iter().enumerate().map(row).collect()
+}
+
+fn choice(label: &str, chosen: bool, theme: &Theme) -> Line<'static> {
+    let (sign, style) = if chosen { ("\u{25b8} ", theme.chosen) } else { ("  ", theme.text) };
+    Line::styled(format!("{sign}{label} "), style)
+}
+
+fn field(
+    prompt: &OpenPrompt,
+    unit: &str,
+    minimum: Option<f64>,
+    maximum: Option<f64>,
+    theme: &Theme,
+    width: usize,
+) -> Vec<Line<'static>> {
+    let text = &prompt.field;
+    let gap = " ".repeat(12_usize.saturating_sub(columns(text)));
+    let (text, cursor) = if prompt.offered {
+        (Span::styled(text.clone(), theme.chosen), Span::raw(" "))
+    } else {
+        (Span::styled(text.clone(), theme.heading), Span::styled("\u{2588}", theme.focus))
+    };
+    let frame = |sign: &'static str| Span::styled(sign, theme.focus);
+    let mut lines = vec![Line::from(vec![
+        frame("\u{2590} "),
+        text,
+        cursor,
+        Span::raw(gap),
+        frame("\u{258c}"),
+        Span::styled(format!(" {unit}"), theme.heading),
+    ])];
+    let bounds = bounds(minimum, maximum, unit);
+    if prompt.refused.is_none() {
+        let hint = if prompt.offered { "Enter takes it, or type another number" } else { "Enter answers" };
+        let comma = if bounds.is_empty() { "" } else { " \u{b7} " };
+        let hint = wrapped(&format!("{bounds}{comma}{hint}"), width);
+        lines.extend(hint.into_iter().map(|line| Line::styled(line, theme.faint)));
+    }
+    lines
+}
+
+fn jog(prompt: &OpenPrompt, goals: &[JogGoal], joints: &[NamedValue], theme: &Theme) -> Vec<Line<'static>> {
+    let mut lines: Vec<Line<'static>> = joints
+        .iter()
+        .enumerate()
+        .map(|(place, joint)| {
+            let chosen = place == prompt.chosen;
+            let name = format!("{}{:<12}", if chosen { "\u{25b8} " } else { "  " }, joint.name);
+            Line::from(vec![
+                Span::styled(name, if chosen { theme.focus } else { theme.text }),
+                Span::styled(format!("{:>9.2} {}", joint.value, joint.unit), theme.heading),
+            ])
+        })
+        .collect();
+    lines.extend(goals.iter().map(|goal| goal_line(goal, joints, theme)));
+    lines.push(Line::from(vec![
+        Span::styled("\u{2190} \u{2192}", theme.key),
+        Span::styled(format!(" jog by {}  ", prompt.step()), theme.text),
+        Span::styled("[ ]", theme.key),
+        Span::styled(" change it  ", theme.text),
+        Span::styled("\u{2191} \u{2193}", theme.key),
+        Span::styled(" joint", theme.text),
+    ]));
+    lines.push(button("the arm stands where it should", theme));
+    lines
+}
+
+fn goal_line(goal: &JogGoal, joints: &[NamedValue], theme: &Theme) -> Line<'static> {
+    let value = joints.iter().find(|joint| joint.name == goal.joint).map(|joint| joint.value);
+    let met = value.is_some_and(|value| (goal.minimum..=goal.maximum).contains(&value));
+    let (sign, style) = if met { ("\u{2713}", theme.good) } else { ("\u{2717}", theme.warning) };
+    let bounds = bounds(Some(goal.minimum), Some(goal.maximum), &goal.unit);
+    Line::styled(format!("{sign} {} {bounds}", goal.joint), style)
+}
+
+fn poses(recorded: &[NamedValue], reported: &[NamedValue], theme: &Theme) -> Vec<Line<'static>> {
+    let mut lines =
+        vec![Line::styled(format!("{:<12}{:>11}{:>11}", "joint", "recorded", "reported"), theme.faint)];
+    lines.extend(recorded.iter().map(|joint| {
+        let now = reported.iter().find(|value| value.name == joint.name);
+        let reported = now.map_or_else(|| "?".to_owned(), |value| format!("{:.3}", value.value));
+        Line::styled(
+            format!("{:<12}{:>11.3}{reported:>11} {}", joint.name, joint.value, joint.unit),
+            theme.text,
+        )
+    }));
+    lines.push(button("the arm stands there: go on", theme));
+    lines
+}
+
+fn decisions(options: &[Decision], chosen: usize, theme: &Theme) -> Vec<Line<'static>> {
+    let label = |decision: &Decision| match decision {
+        Decision::Retry => "t  Do the step again",
+        Decision::Skip => "k  Go on without it",
+        Decision::Abort => "a  Abort the run",
+    };
+    options
+        .iter()
+        .enumerate()
+        .map(|(place, decision)| choice(label(decision), place == chosen, theme))
+        .collect()
+}

@@ -1,0 +1,287 @@
+//! What is known of the run, gathered from the engine's events.
+
+use std::time::Duration;
+
+use plumb_cell::event::{Correction, Event, NamedValue, PlannedStep, RunOutcome, StepOutcome, StepPath};
+use plumb_cell::prompt::PromptKind;
+
+use super::OpenPrompt;
+use crate::screens::keys::Place;
+
+/// The run as the screen shows it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RunState {
+    /// Number in the record, once it has one.
+    pub number: Option<i64>,
+    /// Title of the procedure.
+    pub title: String,
+    /// Where the run is.
+    pub phase: Phase,
+    /// The whole plan, with what became of it.
+    pub steps: Vec<Step>,
+    /// Estimate of the whole, prompts left out, seconds.
+    pub estimate_s: f64,
+    /// The prompt that waits.
+    pub prompt: Option<OpenPrompt>,
+    /// The prompt is shown in large letters.
+    pub large: bool,
+    /// Trigger poses, in the order they were found.
+    pub triggers: Vec<Trigger>,
+    /// Corrections, in the order they were proposed.
+    pub corrections: Vec<CorrectionRow>,
+    /// When the run began, by the screens' clock.
+    pub began: Option<Duration>,
+    /// When it ended, by the screens' clock.
+    pub ended: Option<Duration>,
+}
+
+/// Where a run is.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Phase {
+    /// The engine starts: processes, devices, record.
+    #[default]
+    Starting,
+    /// Steps are being done.
+    Running,
+    /// Nothing moves until an explicit resume.
+    Paused {
+        /// Who or what paused it.
+        reason: String,
+    },
+    /// Over.
+    Ended {
+        /// How.
+        outcome: RunOutcome,
+        /// In one sentence.
+        message: String,
+    },
+}
+
+/// One step of the plan.
+#[derive(Clone, Debug)]
+pub(crate) struct Step {
+    /// As planned.
+    pub planned: PlannedStep,
+    /// What became of it.
+    pub status: Status,
+    /// 1 at first, more after a retry.
+    pub attempt: u32,
+    /// How far it is, where that can be known.
+    pub fraction: Option<f64>,
+    /// What it does now, or what it found.
+    pub message: String,
+    /// What it found.
+    pub values: Vec<NamedValue>,
+}
+
+/// What became of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Status {
+    /// Not begun.
+    Waiting,
+    /// Under way.
+    Running,
+    /// Over.
+    Over(StepOutcome),
+}
+
+/// A pose at which a search found what it looked for.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Trigger {
+    /// Which search.
+    pub step: StepPath,
+    /// The joint searched along, at the edge.
+    pub joint: NamedValue,
+    /// It is known to within this, either way, in the joint's unit.
+    pub half_width: f64,
+}
+
+/// A correction and whether it is in force.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct CorrectionRow {
+    /// The change.
+    pub correction: Correction,
+    /// The revision it made, once in force.
+    pub revision: Option<i64>,
+}
+
+impl RunState {
+    /// Takes in an event at `now`. Says whether somebody is needed.
+    pub(crate) fn take(&mut self, event: &Event, now: Duration) -> bool {
+        match event {
+            Event::RunStarted { run, title, .. } => {
+                self.number = Some(*run);
+                self.title.clone_from(title);
+                self.phase = Phase::Running;
+                self.began = Some(now);
+            }
+            Event::Planned { steps, estimate_s } => {
+                self.steps = steps.iter().cloned().map(Step::planned).collect();
+                self.estimate_s = *estimate_s;
+            }
+            Event::StepStarted { .. } | Event::StepProgress { .. } | Event::StepFinished { .. } => {
+                self.take_step(event)
+            }
+            Event::PromptAsked { prompt } => {
+                self.prompt = Some(OpenPrompt::new(prompt.clone()));
+                return true;
+            }
+            Event::PromptAnswered { prompt, .. } | Event::PromptWithdrawn { prompt } => {
+                self.prompt.take_if(|open| open.prompt.id == *prompt);
+            }
+            Event::AnswerRefused { prompt, reason } => {
+                if let Some(open) = self.prompt.as_mut().filter(|open| open.prompt.id == *prompt) {
+                    open.refuse(reason);
+                }
+            }
+            Event::Joints { device, joints, .. } => {
+                if let Some(open) = &mut self.prompt {
+                    open.take_joints(device, joints);
+                }
+            }
+            Event::TriggerFound { .. }
+            | Event::CorrectionProposed { .. }
+            | Event::CorrectionApplied { .. } => {
+                self.take_found(event);
+            }
+            Event::Paused { reason, .. } => {
+                self.phase = Phase::Paused { reason: reason.clone() };
+                return true;
+            }
+            Event::Resumed => self.phase = Phase::Running,
+            Event::RunEnded { outcome, message, .. } => {
+                self.phase = Phase::Ended { outcome: *outcome, message: message.clone() };
+                self.ended = Some(now);
+                self.prompt = None;
+                return true;
+            }
+            _ => {}
+        }
+        false
+    }
+
+    fn take_step(&mut self, event: &Event) {
+        match event {
+            Event::StepStarted { step, attempt } => {
+                if let Some(known) = self.step(step) {
+                    known.status = Status::Running;
+                    known.attempt = *attempt;
+                    known.fraction = None;
+                    known.message.clear();
+                }
+            }
+            Event::StepProgress { step, fraction, text } => {
+                if let Some(known) = self.step(step) {
+                    known.fraction = *fraction;
+                    known.message.clone_from(text);
+                }
+            }
+            Event::StepFinished { step, outcome, message, values, .. } => {
+                if let Some(known) = self.step(step) {
+                    known.status = Status::Over(*outcome);
+                    known.fraction = None;
+                    known.message.clone_from(message);
+                    known.values.clone_from(values);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn take_found(&mut self, event: &Event) {
+        match event {
+            Event::TriggerFound { step, joints, half_width, .. } => {
+                if let Some(joint) = joints.iter().find(|joint| joint.name == half_width.name) {
+                    self.triggers.push(Trigger {
+                        step: step.clone(),
+                        joint: joint.clone(),
+                        half_width: half_width.value,
+                    });
+                }
+            }
+            Event::CorrectionProposed { correction } => self.take_correction(correction, None),
+            Event::CorrectionApplied { correction, revision } => {
+                self.take_correction(correction, Some(*revision))
+            }
+            _ => {}
+        }
+    }
+
+    fn take_correction(&mut self, correction: &Correction, revision: Option<i64>) {
+        let same = |row: &&mut CorrectionRow| {
+            let known = &row.correction;
+            known.device == correction.device
+                && known.quantity == correction.quantity
+                && known.place == correction.place
+        };
+        match self.corrections.iter_mut().find(same) {
+            Some(row) => {
+                *row = CorrectionRow { correction: correction.clone(), revision: revision.or(row.revision) }
+            }
+            None => self.corrections.push(CorrectionRow { correction: correction.clone(), revision }),
+        }
+    }
+
+    fn step(&mut self, path: &StepPath) -> Option<&mut Step> {
+        self.steps.iter_mut().find(|step| step.planned.step == *path)
+    }
+
+    /// Whether the run has not ended.
+    pub(crate) fn is_open(&self) -> bool {
+        !matches!(self.phase, Phase::Ended { .. })
+    }
+
+    /// The innermost step under way, with its place in the plan.
+    pub(crate) fn current(&self) -> Option<(usize, &Step)> {
+        self.steps.iter().enumerate().rev().find(|(_, step)| step.status == Status::Running)
+    }
+
+    /// Steps that are over, and all steps.
+    pub(crate) fn count(&self) -> (usize, usize) {
+        let over = self.steps.iter().filter(|step| matches!(step.status, Status::Over(_))).count();
+        (over, self.steps.len())
+    }
+
+    /// Estimated seconds that are left, prompts left out.
+    pub(crate) fn left_s(&self) -> f64 {
+        let left = |step: &Step| match step.status {
+            Status::Waiting => 1.0,
+            Status::Running => 1.0 - step.fraction.unwrap_or(0.0).clamp(0.0, 1.0),
+            Status::Over(_) => 0.0,
+        };
+        self.steps.iter().map(|step| left(step) * step.planned.estimate_s.unwrap_or(0.0)).sum()
+    }
+
+    /// How long the run has been going, or went, at `now`.
+    pub(crate) fn elapsed(&self, now: Duration) -> Duration {
+        self.began.map_or(Duration::ZERO, |began| self.ended.unwrap_or(now).saturating_sub(began))
+    }
+
+    /// Where keys are looked up on the Run screen, the narrowest place first.
+    pub(crate) fn places(&self) -> Vec<Place> {
+        let mut places = Vec::new();
+        match self.prompt.as_ref().map(|open| &open.prompt.kind) {
+            Some(PromptKind::JogTo { .. }) => places.extend([Place::Jog, Place::Prompt]),
+            Some(PromptKind::Decision { .. }) => places.extend([Place::Decision, Place::Prompt]),
+            Some(_) => places.push(Place::Prompt),
+            None => {}
+        }
+        if self.is_open() {
+            places.push(Place::Run);
+        }
+        places
+    }
+}
+
+impl Step {
+    fn planned(planned: PlannedStep) -> Self {
+        Self {
+            planned,
+            status: Status::Waiting,
+            attempt: 1,
+            fraction: None,
+            message: String::new(),
+            values: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! Draws the Run screen.
+
+use plumb_cell::event::{RunOutcome, StepOutcome};
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{LineGauge, Paragraph, Wrap};
+
+use super::state::{Phase, RunState};
+use super::{found, large, prompt_view, steps};
+use crate::screens::cell::{joint_line, side_view};
+use crate::screens::pane;
+use crate::screens::state::State;
+use crate::screens::theme::Theme;
+
+/// Draws the page.
+pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
+    let Some(run) = &state.run else { return };
+    if let (true, Some(prompt)) = (run.large, &run.prompt) {
+        large::view(prompt, &state.theme, frame, area);
+        return;
+    }
+    let [title, body] =
+        Layout::vertical([Constraint::Length(u16::from(area.height > 7)), Constraint::Fill(1)]).areas(area);
+    title_line(state, run, frame, title);
+    if body.width < 64 {
+        attention(state, run, frame, body);
+        return;
+    }
+    let [left, right] = Layout::horizontal([Constraint::Percentage(38), Constraint::Fill(1)]).areas(body);
+    let live = if body.height >= 16 { joint_rows(state).min(8) } else { 0 };
+    let plan = u16::try_from(run.steps.len().max(1).saturating_add(2)).unwrap_or(u16::MAX);
+    let drawing = body.height.saturating_sub(live).saturating_sub(plan);
+    let drawing = if drawing >= 9 && state.cell.shape.is_some() { drawing } else { 0 };
+    let [plan, values, drawing] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(live), Constraint::Length(drawing)])
+            .areas(left);
+    steps::view(state, run, frame, plan);
+    live_values(state, frame, values);
+    if !drawing.is_empty() {
+        let inner = pane::open(frame, drawing, &state.theme, "Arm from the side", false);
+        side_view(&state.cell, &state.theme, frame, inner);
+    }
+    // A prompt needs its room; what was found can wait for the end.
+    let least = if run.prompt.is_some() { 12 } else { 7 };
+    let found_rows = found::rows(run, body.height.saturating_sub(least));
+    let [top, bottom] = Layout::vertical([Constraint::Fill(1), Constraint::Length(found_rows)]).areas(right);
+    attention(state, run, frame, top);
+    found::view(run, &state.theme, frame, bottom);
+}
+
+/// The title of the procedure, how far it is, what is left.
+fn title_line(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
+    let (over, all) = run.count();
+    let mut right = if all > 0 { format!("{over} of {all} steps") } else { String::new() };
+    let left = run.left_s();
+    if run.is_open() && left >= 1.0 {
+        right.push_str(&format!(" \u{b7} about {} of motion left", spoken(left)));
+    }
+    let room = usize::from(area.width).saturating_sub(Span::raw(right.as_str()).width() + 4);
+    frame.render_widget(
+        Line::styled(format!(" {}", pane::fitted(&run.title, room)), state.theme.heading),
+        area,
+    );
+    frame.render_widget(Line::styled(format!("{right} "), state.theme.faint).right_aligned(), area);
+}
+
+/// Seconds as people say them.
+pub(crate) fn spoken(seconds: f64) -> String {
+    if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
+}
+
+/// The pane that matters most: the prompt, or what is being done, or how it ended.
+fn attention(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
+    let theme = &state.theme;
+    if let Some(prompt) = &run.prompt {
+        let inner = pane::open(frame, area, theme, &prompt.prompt.title, true);
+        prompt_view::view(prompt, theme, frame, inner);
+        return;
+    }
+    match &run.phase {
+        Phase::Starting => {
+            paragraph(frame, area, theme, "Starting", "Starting the devices of the cell.", false)
+        }
+        Phase::Running => doing(run, theme, frame, area),
+        Phase::Paused { reason } => {
+            let text = format!(
+                "{reason}\n\nNothing moves until you press r to resume.\nThe step in hand begins again."
+            );
+            paragraph(frame, area, theme, "\u{2016} Paused", &text, true);
+        }
+        Phase::Ended { outcome, message } => {
+            let (sign, word, _) = outcome_look(*outcome, theme);
+            let text = format!("{message}\n\nq leaves.");
+            paragraph(frame, area, theme, &format!("{sign} {word}"), &text, true);
+        }
+    }
+}
+
+fn paragraph(frame: &mut Frame, area: Rect, theme: &Theme, title: &str, text: &str, focus: bool) {
+    let inner = pane::open(frame, area, theme, title, focus);
+    frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), padded(inner));
+}
+
+/// The step under way: what it is, how far, what it says.
+fn doing(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
+    let Some((_, step)) = run.current() else {
+        return paragraph(frame, area, theme, "Running", "Between two steps.", false);
+    };
+    let inner = padded(pane::open(frame, area, theme, &step.planned.title, false));
+    let [bar, text] = Layout::vertical([Constraint::Length(2), Constraint::Fill(1)]).areas(inner);
+    if let Some(fraction) = step.fraction.filter(|fraction| fraction.is_finite()) {
+        let gauge = LineGauge::default()
+            .filled_symbol("\u{2588}")
+            .unfilled_symbol("\u{2591}")
+            .filled_style(theme.measured)
+            .unfilled_style(theme.faint);
+        frame.render_widget(gauge.ratio(fraction.clamp(0.0, 1.0)), bar);
+    }
+    let moves = step.planned.moves.join(", ");
+    let mut lines = vec![Line::raw(step.message.clone())];
+    if !moves.is_empty() {
+        lines.push(Line::default());
+        lines.push(Line::styled(format!("Moves {moves}: keep clear. Esc stops."), theme.warning));
+    }
+    frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), text);
+}
+
+/// One column of air at the sides.
+pub(crate) fn padded(area: Rect) -> Rect {
+    let pad = u16::from(area.width > 20);
+    Rect { x: area.x.saturating_add(pad), width: area.width.saturating_sub(2 * pad), ..area }
+}
+
+fn joint_rows(state: &State) -> u16 {
+    state.cell.robot().map_or(0, |robot| u16::try_from(robot.joints.len().saturating_add(2)).unwrap_or(0))
+}
+
+fn live_values(state: &State, frame: &mut Frame, area: Rect) {
+    let Some(robot) = state.cell.robot().filter(|_| area.height >= 3) else { return };
+    let word = if robot.moving { "moving" } else { "at rest" };
+    let inner = pane::open(frame, area, &state.theme, &format!("{} {word}", robot.name), false);
+    let lines: Vec<Line> =
+        robot.joints.iter().map(|joint| joint_line(&joint.name, joint, &state.theme)).collect();
+    frame.render_widget(Paragraph::new(lines), inner);
+}
+
+/// How a step ended, in a word.
+pub(crate) fn outcome_word(outcome: StepOutcome) -> &'static str {
+    match outcome {
+        StepOutcome::Passed => "passed",
+        StepOutcome::Failed => "failed",
+        StepOutcome::Error => "ended with an error",
+        StepOutcome::Skipped => "skipped",
+        StepOutcome::NotNeeded => "not needed",
+        StepOutcome::Interrupted => "interrupted",
+    }
+}
+
+/// How a run ended: a sign, a word, a style.
+pub(crate) fn outcome_look(outcome: RunOutcome, theme: &Theme) -> (&'static str, &'static str, Style) {
+    match outcome {
+        RunOutcome::Passed => ("\u{2713}", "passed", theme.good),
+        RunOutcome::Failed => ("\u{2717}", "failed", theme.bad),
+        RunOutcome::Error => ("\u{2717}", "ended with an error", theme.bad),
+        RunOutcome::Aborted => ("\u{25a0}", "aborted", theme.warning),
+        RunOutcome::NeedsOperator => ("?", "needs an operator", theme.warning),
+    }
+}

@@ -1,0 +1,186 @@
+//! Everything the screens show, in one value. [`super::update`] changes it, [`super::view`] draws it.
+
+use std::time::Duration;
+
+use super::cell::CellState;
+use super::keys::Place;
+use super::log::LogState;
+use super::model::ModelState;
+use super::run::RunState;
+use super::theme::Theme;
+
+/// The pages of the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Screen {
+    /// Devices, joints, streams, the arm over the table.
+    Cell,
+    /// The procedure: steps, prompt, what was found.
+    Run,
+    /// The model lab: candidates, residuals, the fall of the error.
+    Model,
+    /// What happened, line by line.
+    Log,
+}
+
+impl Screen {
+    /// All pages in the order of their tabs.
+    pub(crate) const ALL: [Self; 4] = [Self::Cell, Self::Run, Self::Model, Self::Log];
+
+    /// The name on the tab.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Cell => "Cell",
+            Self::Run => "Run",
+            Self::Model => "Model",
+            Self::Log => "Log",
+        }
+    }
+}
+
+/// What is open over the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Overlay {
+    /// The keys that hold here.
+    Help {
+        /// Lines scrolled away at the top.
+        scrolled: u16,
+    },
+    /// "A run is open: leave?"
+    Leave,
+    /// "Abort the run?"
+    Abort,
+}
+
+/// One line above the footer: the last thing worth saying.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Notice {
+    /// How grave.
+    pub grave: Gravity,
+    /// One plain sentence.
+    pub text: String,
+}
+
+/// How grave a notice is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Gravity {
+    /// For information.
+    Calm,
+    /// Wants attention.
+    Attention,
+    /// A fault.
+    Fault,
+}
+
+/// All state of the screens.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    /// The page shown.
+    pub screen: Screen,
+    /// What lies over it.
+    pub overlay: Option<Overlay>,
+    /// The looks.
+    pub theme: Theme,
+    /// Who answers prompts; goes into the record. Empty for who only watches.
+    pub operator: String,
+    /// The last thing worth saying.
+    pub notice: Option<Notice>,
+    /// Time since the screens opened.
+    pub now: Duration,
+    /// Size of the terminal, columns and rows.
+    pub size: (u16, u16),
+    /// Devices and streams.
+    pub cell: CellState,
+    /// The run; none when only a model is looked at.
+    pub run: Option<RunState>,
+    /// The model lab; none when no model and table were given.
+    pub model: Option<ModelState>,
+    /// What happened.
+    pub log: LogState,
+}
+
+impl State {
+    /// The screens of a cell whose run is about to start.
+    pub(crate) fn of_cell(operator: &str, theme: Theme) -> Self {
+        Self { run: Some(RunState::default()), screen: Screen::Run, ..Self::empty(operator, theme) }
+    }
+
+    /// The screens of a run that somebody else controls.
+    pub(crate) fn of_watcher(theme: Theme) -> Self {
+        Self::of_cell("", theme)
+    }
+
+    #[cfg_attr(not(test), expect(dead_code, reason = "the lab's thread comes with the model library"))]
+    /// The screens of a model and a table of measurements.
+    pub(crate) fn of_model(model: ModelState, operator: &str, theme: Theme) -> Self {
+        Self { model: Some(model), screen: Screen::Model, ..Self::empty(operator, theme) }
+    }
+
+    fn empty(operator: &str, theme: Theme) -> Self {
+        Self {
+            screen: Screen::Log,
+            overlay: None,
+            theme,
+            operator: operator.to_owned(),
+            notice: None,
+            now: Duration::ZERO,
+            size: (80, 24),
+            cell: CellState::default(),
+            run: None,
+            model: None,
+            log: LogState::default(),
+        }
+    }
+
+    /// The pages that have something to show, in the order of their tabs.
+    pub(crate) fn screens(&self) -> Vec<Screen> {
+        let shown = |screen: &Screen| match screen {
+            Screen::Cell | Screen::Run => self.run.is_some(),
+            Screen::Model => self.model.is_some(),
+            Screen::Log => true,
+        };
+        Screen::ALL.into_iter().filter(shown).collect()
+    }
+
+    /// Where the keys of this moment are looked up, the narrowest place first.
+    pub(crate) fn places(&self) -> Vec<Place> {
+        match self.overlay {
+            Some(Overlay::Help { .. }) => return vec![Place::Overlay, Place::Everywhere],
+            Some(Overlay::Leave) => return vec![Place::Leaving, Place::Everywhere],
+            Some(Overlay::Abort) => return vec![Place::Aborting, Place::Everywhere],
+            None => {}
+        }
+        let mut places = match (self.screen, &self.run) {
+            (Screen::Cell, _) => vec![Place::Cell],
+            (Screen::Run, Some(run)) => run.places(),
+            (Screen::Run, None) => Vec::new(),
+            (Screen::Model, _) => vec![Place::Model],
+            (Screen::Log, _) => vec![Place::Log],
+        };
+        if !self.is_typing() {
+            places.push(Place::NotTyping);
+        }
+        places.push(Place::Everywhere);
+        places
+    }
+
+    /// Whether digits go into an answer.
+    pub(crate) fn is_typing(&self) -> bool {
+        let prompt = self.run.as_ref().and_then(|run| run.prompt.as_ref());
+        self.screen == Screen::Run && self.overlay.is_none() && prompt.is_some_and(|prompt| prompt.is_typed())
+    }
+
+    /// Whether a run is under way that leaving would interrupt.
+    pub(crate) fn has_open_run(&self) -> bool {
+        !self.only_watches() && self.run.as_ref().is_some_and(|run| run.is_open())
+    }
+
+    /// Whether nothing can be told to the engine from here.
+    pub(crate) fn only_watches(&self) -> bool {
+        self.operator.is_empty()
+    }
+
+    /// Says something on the line above the footer.
+    pub(crate) fn say(&mut self, grave: Gravity, text: impl Into<String>) {
+        self.notice = Some(Notice { grave, text: text.into() });
+    }
+}

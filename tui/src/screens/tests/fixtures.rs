@@ -1,0 +1,385 @@
+//! A run as the engine would tell it, a model as the lab would, and the keys an operator presses.
+
+use std::time::Duration;
+
+use plumb_cell::event::{
+    Correction, DeviceState, Event, NamedValue, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath,
+};
+use plumb_cell::prompt::{ChoiceOption, Decision, JogGoal, Prompt, PromptId, PromptKind};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+use crate::screens::cell::ArmShape;
+use crate::screens::message::{Action, Message};
+use crate::screens::model::testing::{
+    Abscissa, Card, CardStanding, FallStep, ResidualRow, Residuals, Standing,
+};
+use crate::screens::model::{LabAnswer, ModelState};
+use crate::screens::state::State;
+use crate::screens::theme::Theme;
+use crate::screens::update::update;
+use crate::screens::view::view;
+
+/// A step of the plan.
+fn planned(step: &str, title: &str, kind: &str, estimate_s: Option<f64>) -> PlannedStep {
+    PlannedStep {
+        step: StepPath(step.to_owned()),
+        title: title.to_owned(),
+        kind: kind.to_owned(),
+        depth: u32::try_from(step.matches('.').count()).unwrap_or(0),
+        moves: if kind == "move" || kind == "search" { vec!["arm".to_owned()] } else { Vec::new() },
+        asks: kind == "prompt",
+        estimate_s,
+    }
+}
+
+/// The plan of an initialization of three turns.
+pub(super) fn plan() -> Vec<PlannedStep> {
+    let mut steps = vec![
+        planned("grid", "Set the target on the bench", "prompt", None),
+        planned("upright", "Bring the forearm upright", "prompt", None),
+        planned("lower_waist", "Lower the hand to the sheet", "search", Some(9.0)),
+        planned("waist", "Find line A with the waist", "search", Some(12.0)),
+    ];
+    for turn in 1..=3 {
+        for (id, title, seconds) in [
+            ("lower", "Shoulder down to the sheet", 8.0),
+            ("reach", "Elbow in to line B", 10.0),
+            ("back", "Back off", 2.0),
+        ] {
+            let kind = if id == "back" { "move" } else { "search" };
+            steps.push(planned(&format!("cycle[{turn}].{id}"), title, kind, Some(seconds)));
+        }
+    }
+    steps.push(planned("zeros", "Work out the joint zeros", "compute", Some(0.1)));
+    steps.push(planned("apply", "Put the corrections in force", "apply", None));
+    steps
+}
+
+pub(super) fn value(name: &str, value: f64, unit: &str) -> NamedValue {
+    NamedValue { name: name.to_owned(), value, unit: unit.to_owned(), uncertainty: None }
+}
+
+/// The joints of the arm in a plausible pose.
+pub(super) fn joints(shoulder: f64, elbow: f64) -> Vec<NamedValue> {
+    vec![
+        value("waist", -4.318, "deg"),
+        value("shoulder", shoulder, "deg"),
+        value("elbow", elbow, "deg"),
+        value("wrist_pitch", -90.0, "deg"),
+        value("wrist_roll", 0.0, "deg"),
+        value("gripper", 12.7, "mm"),
+    ]
+}
+
+pub(super) fn tell(state: &mut State, event: Event) -> Vec<Action> {
+    let stamped = StampedEvent { sequence: 1, time: "2026-11-21T06:00:07.250Z".to_owned(), event };
+    update(state, Message::Engine(stamped))
+}
+
+pub(super) fn path(step: &str) -> StepPath {
+    StepPath(step.to_owned())
+}
+
+pub(super) fn started(step: &str) -> Event {
+    Event::StepStarted { step: path(step), attempt: 1 }
+}
+
+pub(super) fn finished(step: &str, outcome: StepOutcome, message: &str) -> Event {
+    Event::StepFinished {
+        step: path(step),
+        outcome,
+        message: message.to_owned(),
+        values: Vec::new(),
+        seconds: 4.2,
+    }
+}
+
+pub(super) fn asked(step: &str, title: &str, text: &str, kind: PromptKind) -> Event {
+    let prompt = Prompt {
+        id: PromptId(41),
+        step: path(step),
+        title: title.to_owned(),
+        text: text.to_owned(),
+        help: None,
+        kind,
+    };
+    Event::PromptAsked { prompt }
+}
+
+pub(super) fn number_asked() -> Event {
+    asked(
+        "upright",
+        "Bring the forearm upright",
+        "Hold the level against the forearm and read its angle. It has to stand within 17.25 deg of upright, or the \
+         fingertip reaches the table before the sensor sees it.",
+        PromptKind::Number {
+            unit: "deg".to_owned(),
+            minimum: Some(252.75),
+            maximum: Some(287.25),
+            default: Some(270.0),
+            decimals: Some(2),
+        },
+    )
+}
+
+pub(super) fn choice_asked() -> Event {
+    let option = |key: &str, label: &str| ChoiceOption { key: key.to_owned(), label: label.to_owned() };
+    asked(
+        "grid",
+        "Set the target on the bench",
+        "Which sheet lies on the bench?",
+        PromptKind::Choice {
+            options: vec![option("t", "the T target on its white patch"), option("other", "another one")],
+            default: Some("t".to_owned()),
+        },
+    )
+}
+
+pub(super) fn jog_asked() -> Event {
+    asked(
+        "upright",
+        "Bring the forearm upright",
+        "Jog until the forearm hangs straight down and the fingertip is 10 to 50 mm over the white of the sheet.",
+        PromptKind::JogTo {
+            device: "arm".to_owned(),
+            goals: vec![JogGoal {
+                joint: "elbow".to_owned(),
+                minimum: -107.25,
+                maximum: -72.75,
+                unit: "deg".to_owned(),
+            }],
+            joints: joints(35.5, -60.0),
+        },
+    )
+}
+
+pub(super) fn decision_asked() -> Event {
+    asked(
+        "cycle[2].lower",
+        "Shoulder down to the sheet: what now?",
+        "Nothing found within 40 deg of shoulder.",
+        PromptKind::Decision {
+            error: "Nothing found within 40 deg of shoulder. Is the hand over the white of the sheet, 10 to 50 mm up?".to_owned(),
+            options: vec![Decision::Retry, Decision::Skip, Decision::Abort],
+        },
+    )
+}
+
+/// The state just after the run began.
+pub(super) fn begun() -> State {
+    let mut state = State::of_cell("ada", Theme::coloured());
+    let start = Event::RunStarted {
+        run: 12,
+        cell: "teachmover-simulated".to_owned(),
+        procedure: "initialize".to_owned(),
+        title: "Initialize waist, shoulder and elbow (Yang and Siegel 1987)".to_owned(),
+        unattended: false,
+        resumed_at: None,
+    };
+    tell(&mut state, start);
+    tell(&mut state, Event::Planned { steps: plan(), estimate_s: 81.1 });
+    for (device, plugin) in [("arm", "simulated"), ("eye", "ir-proximity")] {
+        let event = Event::Device {
+            device: device.to_owned(),
+            plugin: plugin.to_owned(),
+            state: DeviceState::Active,
+            message: None,
+        };
+        tell(&mut state, event);
+    }
+    tell(&mut state, posed(35.5, -84.2, false));
+    state.cell.shape = Some(ArmShape::new(teachmover, vec![("target".to_owned(), 140.0)]));
+    state
+}
+
+/// Points along a TeachMover whose joints are attitudes.
+fn teachmover(joints: &[NamedValue]) -> Option<Vec<[f64; 3]>> {
+    let angle =
+        |name: &str| joints.iter().find(|joint| joint.name == name).map(|joint| joint.value.to_radians());
+    let (waist, mut out, mut up) = (angle("waist")?, 0.0, 195.0);
+    let mut points = vec![[0.0, 0.0, 195.0]];
+    for (name, length) in [("shoulder", 177.8), ("elbow", 177.8), ("wrist_pitch", 109.0)] {
+        let angle = angle(name)?;
+        (out, up) = (out + length * angle.cos(), up + length * angle.sin());
+        points.push([out * waist.cos(), out * waist.sin(), up]);
+    }
+    Some(points)
+}
+
+pub(super) fn posed(shoulder: f64, elbow: f64, moving: bool) -> Event {
+    Event::Joints {
+        device: "arm".to_owned(),
+        time_ns: 5_000_000_000,
+        moving,
+        joints: joints(shoulder, elbow),
+    }
+}
+
+/// The state in the third turn, while the arm moves.
+pub(super) fn searching() -> State {
+    let mut state = begun();
+    state.now = Duration::from_secs(64);
+    for step in ["grid", "upright", "lower_waist", "waist"] {
+        tell(&mut state, started(step));
+        tell(&mut state, finished(step, StepOutcome::Passed, "done"));
+    }
+    for (turn, shoulder, elbow) in [(1, 28.3142, -83.1187), (2, 28.0221, -83.4018), (3, 28.0312, -83.3931)] {
+        for (id, joint) in [("lower", "shoulder"), ("reach", "elbow"), ("back", "")] {
+            let step = format!("cycle[{turn}].{id}");
+            tell(&mut state, started(&step));
+            if turn == 3 && id == "reach" {
+                break;
+            }
+            if !joint.is_empty() {
+                let event = Event::TriggerFound {
+                    step: path(&step),
+                    device: "arm".to_owned(),
+                    joints: joints(shoulder, elbow),
+                    half_width: value(joint, 0.0127, "deg"),
+                };
+                tell(&mut state, event);
+            }
+            tell(&mut state, finished(&step, StepOutcome::Passed, "found"));
+        }
+    }
+    tell(
+        &mut state,
+        Event::Signal {
+            device: "eye".to_owned(),
+            signal: "line".to_owned(),
+            on: true,
+            time_ns: 61_204_000_000,
+        },
+    );
+    tell(
+        &mut state,
+        Event::Signal {
+            device: "eye".to_owned(),
+            signal: "line".to_owned(),
+            on: false,
+            time_ns: 63_020_500_000,
+        },
+    );
+    tell(
+        &mut state,
+        Event::StepProgress {
+            step: path("cycle[3].reach"),
+            fraction: Some(0.42),
+            text: "slow approach, elbow at -81.40 deg".to_owned(),
+        },
+    );
+    tell(&mut state, posed(28.03, -81.4, true));
+    state
+}
+
+/// The state when the run has passed.
+pub(super) fn passed() -> State {
+    let mut state = searching();
+    for step in ["cycle[3].reach", "cycle[3].back", "zeros", "apply"] {
+        tell(&mut state, started(step));
+        tell(&mut state, finished(step, StepOutcome::Passed, "done"));
+    }
+    for (joint, old, new) in [("waist", 0.0, -4.318), ("shoulder", 0.0, 1.274), ("elbow", 0.0, -0.861)] {
+        let correction = Correction {
+            device: "arm".to_owned(),
+            quantity: "joint_zero".to_owned(),
+            place: joint.to_owned(),
+            old,
+            new,
+            uncertainty: 0.0073,
+            unit: "deg".to_owned(),
+        };
+        tell(&mut state, Event::CorrectionProposed { correction: correction.clone() });
+        tell(&mut state, Event::CorrectionApplied { correction, revision: 3 });
+    }
+    let message = "Three joint zeros are in force; the hand meets lines A and B within 0.03 mm.".to_owned();
+    tell(&mut state, posed(28.03, -83.39, false));
+    tell(&mut state, Event::RunEnded { run: 12, outcome: RunOutcome::Passed, message });
+    state
+}
+
+/// A model with a compliant shoulder, looked at once.
+pub(super) fn examined() -> State {
+    let model = ModelState::new("ur5", "ur5.yaml, ur5-grid.csv (200 rows)");
+    let mut state = State::of_model(model, "ada", Theme::coloured());
+    update(&mut state, Message::Lab(LabAnswer::Examined(Box::new(standing()))));
+    state
+}
+
+fn standing() -> Standing {
+    let card = |key: &str, effect: &str, place: &str, standing: CardStanding| Card {
+        key: key.to_owned(),
+        effect: effect.to_owned(),
+        place: place.to_owned(),
+        size: "1.90e-4 rad/(N m) \u{b1} 1.0e-6".to_owned(),
+        gain_mm: Some((0.241, 0.012)),
+        holm_p: Some(3e-14),
+        ties: Vec::new(),
+        standing,
+        reason: String::new(),
+    };
+    let mut cards = vec![
+        card("joint_compliance(shoulder)", "joint_compliance", "shoulder", CardStanding::Tied),
+        card("link_sag(upper_arm)", "link_sag", "upper arm", CardStanding::Tied),
+        card("joint_backlash(elbow)", "joint_backlash", "elbow", CardStanding::Rejected),
+    ];
+    cards[0].ties = vec!["link_sag(upper_arm)".to_owned()];
+    cards[2].reason = "no gain where it was not fitted".to_owned();
+    Standing {
+        verdict: "located".to_owned(),
+        sentence: "The shoulder gives way under gravity; whether its joint or its link cannot be told from these poses."
+            .to_owned(),
+        floor_mm: Some(0.05),
+        floor_source: "repeats".to_owned(),
+        cards,
+        residuals: residuals(),
+        fall: vec![
+            FallStep { added: "start".to_owned(), fit_mm2: 0.51, held_out_mm2: Some(0.53) },
+            FallStep { added: "joint_zero(*)".to_owned(), fit_mm2: 0.33, held_out_mm2: Some(0.34) },
+            FallStep { added: "geometry(*)".to_owned(), fit_mm2: 0.0121, held_out_mm2: Some(0.0144) },
+        ],
+    }
+}
+
+/// Errors that go with the cosine of the second joint, a little noise, and one gross error.
+fn residuals() -> Residuals {
+    let names = ["pan", "lift", "elbow", "wrist1", "wrist2", "wrist3"];
+    let mut against: Vec<Abscissa> =
+        names.iter().map(|name| Abscissa { name: (*name).to_owned(), unit: "deg".to_owned() }).collect();
+    against.push(Abscissa { name: "order".to_owned(), unit: String::new() });
+    let rows = (0..200_u32)
+        .map(|row| {
+            let spread = |step: u32| f64::from(row * step % 181) * 2.0 - 180.0;
+            let noise = (f64::from(row) * 1.7).sin() * 0.05;
+            let gross = if row == 77 { 9.0 } else { 0.0 };
+            let error = 0.2 * spread(37).to_radians().cos() + noise + gross;
+            ResidualRow {
+                error_mm: vec![Some(error), Some(0.4 * noise), Some(-error)],
+                against: (0..6)
+                    .map(|joint| Some(spread(29 + 8 * joint)))
+                    .chain([Some(f64::from(row))])
+                    .collect(),
+                position_mm: Some([spread(17) * 2.0, spread(23) * 2.0, 300.0]),
+            }
+        })
+        .collect();
+    Residuals { directions: ["x", "y", "z"].map(str::to_owned).to_vec(), against, rows }
+}
+
+/// A key without modifiers.
+pub(super) fn press(state: &mut State, code: KeyCode) -> Vec<Action> {
+    update(state, Message::Key(KeyEvent::new(code, KeyModifiers::NONE)))
+}
+
+/// The page as text, one line a row.
+pub(super) fn page(state: &State, width: u16, height: u16) -> String {
+    drawn(state, width, height).to_string()
+}
+
+pub(super) fn drawn(state: &State, width: u16, height: u16) -> TestBackend {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a test terminal opens");
+    terminal.draw(|frame| view(state, frame)).expect("a test terminal draws");
+    terminal.backend().clone()
+}

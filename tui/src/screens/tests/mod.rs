@@ -1,0 +1,5 @@
+//! The screens tested from outside: events and keys go in, state, actions and drawn pages come out.
+
+mod fixtures;
+mod operating;
+mod pages;

@@ -1,0 +1,310 @@
+//! What an operator does, and what the program does about it.
+
+use plumb_cell::command::{Command as Tell, PauseWhen};
+use plumb_cell::event::{Event, RunOutcome};
+use plumb_cell::prompt::{Answer, Decision, PromptId};
+use ratatui::crossterm::event::KeyCode;
+
+use super::fixtures::{
+    begun, choice_asked, decision_asked, examined, jog_asked, number_asked, page, passed, posed, press,
+    searching, tell,
+};
+use crate::screens::keys::{BINDINGS, Place, command_for};
+use crate::screens::message::{Action, Message};
+use crate::screens::model::LabRequest;
+use crate::screens::state::{Overlay, Screen, State};
+use crate::screens::update::update;
+
+fn type_in(state: &mut State, text: &str) {
+    for key in text.chars() {
+        press(state, KeyCode::Char(key));
+    }
+}
+
+fn answers(actions: &[Action]) -> Vec<&Answer> {
+    actions
+        .iter()
+        .filter_map(|action| match action {
+            Action::Tell(Tell::Answer { answer, .. }) => Some(answer),
+            _ => None,
+        })
+        .collect()
+}
+
+#[test]
+fn a_number_is_typed_over_the_one_offered_and_answered_with_who_gave_it() {
+    let mut state = begun();
+    assert_eq!(tell(&mut state, number_asked()), [Action::Bell]);
+    type_in(&mut state, "269,5");
+    let actions = press(&mut state, KeyCode::Enter);
+    let answer =
+        Tell::Answer { prompt: PromptId(41), answer: Answer::Number { value: 269.5 }, by: "ada".to_owned() };
+    assert_eq!(actions, [Action::Tell(answer)]);
+}
+
+#[test]
+fn the_number_offered_is_taken_with_enter_alone() {
+    let mut state = begun();
+    tell(&mut state, number_asked());
+    let actions = press(&mut state, KeyCode::Enter);
+    assert_eq!(answers(&actions), [&Answer::Number { value: 270.0 }]);
+}
+
+#[test]
+fn a_number_out_of_bounds_never_reaches_the_engine() {
+    let mut state = begun();
+    tell(&mut state, number_asked());
+    type_in(&mut state, "290");
+    assert_eq!(press(&mut state, KeyCode::Enter), [Action::Bell]);
+    assert!(page(&state, 80, 24).contains("290 deg is too large"));
+}
+
+#[test]
+fn an_answer_is_given_once_until_the_engine_refuses_it() {
+    let mut state = begun();
+    tell(&mut state, number_asked());
+    assert_eq!(press(&mut state, KeyCode::Enter).len(), 1);
+    assert_eq!(press(&mut state, KeyCode::Enter), []);
+    tell(&mut state, Event::AnswerRefused { prompt: PromptId(41), reason: "read it again".to_owned() });
+    assert!(page(&state, 80, 24).contains("read it again"));
+    assert_eq!(press(&mut state, KeyCode::Enter).len(), 1);
+}
+
+#[test]
+fn digits_go_into_a_number_and_switch_pages_elsewhere() {
+    let mut state = begun();
+    tell(&mut state, number_asked());
+    type_in(&mut state, "1");
+    assert_eq!(state.screen, Screen::Run);
+    press(&mut state, KeyCode::Tab);
+    type_in(&mut state, "1");
+    assert_eq!(state.screen, Screen::Cell);
+    type_in(&mut state, "2");
+    assert_eq!(state.screen, Screen::Run);
+    press(&mut state, KeyCode::Backspace);
+    assert_eq!(
+        state.run.as_ref().and_then(|run| run.prompt.as_ref()).map(|prompt| prompt.field.as_str()),
+        Some("")
+    );
+}
+
+#[test]
+fn a_choice_is_made_with_the_arrows() {
+    let mut state = begun();
+    tell(&mut state, choice_asked());
+    press(&mut state, KeyCode::Down);
+    press(&mut state, KeyCode::Down);
+    let actions = press(&mut state, KeyCode::Enter);
+    assert_eq!(answers(&actions), [&Answer::Choice { key: "other".to_owned() }]);
+}
+
+#[test]
+fn a_jog_moves_the_chosen_joint_by_the_chosen_step_and_shows_where_it_stands() {
+    let mut state = begun();
+    tell(&mut state, jog_asked());
+    press(&mut state, KeyCode::Down);
+    press(&mut state, KeyCode::Down);
+    press(&mut state, KeyCode::Char(']'));
+    let actions = press(&mut state, KeyCode::Left);
+    assert_eq!(
+        actions,
+        [Action::Tell(Tell::Jog { prompt: PromptId(41), joint: "elbow".to_owned(), by: -5.0 })]
+    );
+    assert!(page(&state, 120, 40).contains("\u{2717} elbow between -107.25 and -72.75 deg"));
+    tell(&mut state, posed(35.5, -80.0, false));
+    assert!(page(&state, 120, 40).contains("\u{2713} elbow between -107.25 and -72.75 deg"));
+    assert_eq!(answers(&press(&mut state, KeyCode::Enter)), [&Answer::Done]);
+}
+
+#[test]
+fn a_failed_step_is_tried_again_with_one_key() {
+    let mut state = searching();
+    tell(&mut state, decision_asked());
+    let actions = press(&mut state, KeyCode::Char('t'));
+    assert_eq!(answers(&actions), [&Answer::Decision { decision: Decision::Retry }]);
+}
+
+#[test]
+fn the_stop_key_works_in_prompts_overlays_and_on_every_page() {
+    let mut prompted = begun();
+    tell(&mut prompted, number_asked());
+    let mut helped = searching();
+    helped.overlay = Some(Overlay::Help { scrolled: 0 });
+    let mut leaving = searching();
+    leaving.overlay = Some(Overlay::Leave);
+    for mut state in [prompted, helped, leaving, searching(), begun()] {
+        for screen in [Screen::Cell, Screen::Run, Screen::Log] {
+            state.screen = screen;
+            assert_eq!(press(&mut state, KeyCode::Esc), [Action::Stop]);
+        }
+    }
+}
+
+#[test]
+fn no_other_row_of_the_table_takes_a_stop_key_away() {
+    let stop = &BINDINGS[0];
+    assert_eq!((stop.shown, stop.place), ("Esc", Place::Everywhere));
+    for binding in &BINDINGS[2..] {
+        for key in [BINDINGS[0].keys, BINDINGS[1].keys].concat() {
+            assert!(!binding.keys.contains(&key), "{} takes a stop key", binding.shown);
+        }
+    }
+}
+
+#[test]
+fn a_stop_closes_what_lies_over_the_page_and_says_what_to_watch() {
+    let mut state = searching();
+    state.overlay = Some(Overlay::Help { scrolled: 0 });
+    update(&mut state, Message::StopKey { leave: false });
+    assert_eq!(state.overlay, None);
+    assert!(page(&state, 80, 24).contains("Stop sent to every robot. Watch the arm until it rests."));
+}
+
+#[test]
+fn nothing_moves_again_after_a_stop_until_resume_is_pressed() {
+    let mut state = searching();
+    tell(&mut state, Event::Stopped { reason: "operator".to_owned() });
+    tell(&mut state, Event::Paused { step: None, reason: "stopped by the operator".to_owned() });
+    for key in [KeyCode::Enter, KeyCode::Char('p'), KeyCode::Char('?'), KeyCode::Tab, KeyCode::Up] {
+        let actions = press(&mut state, key);
+        assert!(
+            !actions.iter().any(|action| matches!(action, Action::Tell(_))),
+            "{key:?} told the engine {actions:?}"
+        );
+        state.screen = Screen::Run;
+        state.overlay = None;
+    }
+    assert_eq!(press(&mut state, KeyCode::Char('r')), [Action::Tell(Tell::Resume)]);
+}
+
+#[test]
+fn pausing_waits_for_the_next_step_and_abort_asks_first() {
+    let mut state = searching();
+    assert_eq!(
+        press(&mut state, KeyCode::Char('p')),
+        [Action::Tell(Tell::Pause { when: PauseWhen::BeforeNextStep })]
+    );
+    assert_eq!(press(&mut state, KeyCode::Char('a')), []);
+    assert_eq!(press(&mut state, KeyCode::Char('n')), []);
+    assert_eq!(state.overlay, None);
+    press(&mut state, KeyCode::Char('a'));
+    assert_eq!(press(&mut state, KeyCode::Char('y')), [Action::Tell(Tell::Abort)]);
+}
+
+#[test]
+fn leaving_asks_while_a_run_is_open_and_not_afterwards() {
+    let mut state = searching();
+    assert_eq!(press(&mut state, KeyCode::Char('q')), []);
+    assert_eq!(state.overlay, Some(Overlay::Leave));
+    assert_eq!(press(&mut state, KeyCode::Char('k')), [Action::Stop, Action::Leave]);
+    assert_eq!(press(&mut passed(), KeyCode::Char('q')), [Action::Stop, Action::Leave]);
+}
+
+#[test]
+fn a_second_stop_key_asks_to_leave() {
+    let mut state = searching();
+    update(&mut state, Message::StopKey { leave: true });
+    assert_eq!(state.overlay, Some(Overlay::Leave));
+}
+
+#[test]
+fn a_click_on_a_hint_a_tab_or_the_stop_bar_does_what_its_key_does() {
+    let mut state = searching();
+    update(&mut state, Message::Resized { width: 80, height: 24 });
+    let text = page(&state, 80, 24);
+    let place = |what: &str| {
+        let (row, line) =
+            text.lines().enumerate().find(|(_, line)| line.contains(what)).expect("it is on the page");
+        let before = line.split(what).next().unwrap_or_default();
+        // The text of a test page stands in quotation marks.
+        Message::Click {
+            column: u16::try_from(before.chars().count()).unwrap_or(0),
+            row: u16::try_from(row).unwrap_or(0),
+        }
+    };
+    assert_eq!(
+        update(&mut state, place("pause")),
+        [Action::Tell(Tell::Pause { when: PauseWhen::BeforeNextStep })]
+    );
+    assert_eq!(update(&mut state, place("1 Cell")), []);
+    assert_eq!(state.screen, Screen::Cell);
+    assert_eq!(update(&mut state, place("Esc STOPS")), [Action::Stop]);
+}
+
+#[test]
+fn an_answer_to_a_prompt_that_was_withdrawn_is_not_given() {
+    let mut state = begun();
+    tell(&mut state, number_asked());
+    tell(&mut state, Event::PromptWithdrawn { prompt: PromptId(41) });
+    assert_eq!(press(&mut state, KeyCode::Enter), []);
+}
+
+#[test]
+fn a_run_that_ended_says_how_and_takes_no_more_commands() {
+    let mut state = searching();
+    let message = "Host of arm ended: signal 11.".to_owned();
+    tell(&mut state, Event::RunEnded { run: 12, outcome: RunOutcome::Error, message });
+    assert!(page(&state, 80, 24).contains("Host of arm ended: signal 11."));
+    for key in ['p', 'r', 'a'] {
+        assert_eq!(press(&mut state, KeyCode::Char(key)), []);
+        assert_eq!(state.overlay, None);
+    }
+}
+
+#[test]
+fn a_candidate_is_previewed_before_it_is_added_and_can_be_undone() {
+    let mut state = examined();
+    press(&mut state, KeyCode::Down);
+    assert_eq!(
+        press(&mut state, KeyCode::Char(' ')),
+        [Action::Lab(LabRequest::Preview("link_sag(upper_arm)".to_owned()))]
+    );
+    assert_eq!(press(&mut state, KeyCode::Char('a')), [], "one thing at a time");
+    let mut state = examined();
+    assert_eq!(
+        press(&mut state, KeyCode::Char('a')),
+        [Action::Lab(LabRequest::Add("joint_compliance(shoulder)".to_owned()))]
+    );
+    let mut state = examined();
+    assert_eq!(press(&mut state, KeyCode::Char('u')), [Action::Lab(LabRequest::Undo)]);
+}
+
+#[test]
+fn the_scale_of_the_plots_stays_when_the_error_falls() {
+    let mut state = examined();
+    let before = state.model.as_ref().map(|model| model.half_height_mm());
+    let mut better =
+        state.model.as_ref().and_then(|model| model.standing.clone()).expect("the model was examined");
+    for row in &mut better.residuals.rows {
+        for error in row.error_mm.iter_mut().flatten() {
+            *error *= 0.1;
+        }
+    }
+    update(&mut state, Message::Lab(crate::screens::model::LabAnswer::Examined(Box::new(better))));
+    assert_eq!(state.model.as_ref().map(|model| model.half_height_mm()), before);
+}
+
+#[test]
+fn one_gross_error_does_not_squash_the_plots() {
+    let state = examined();
+    let half = state.model.as_ref().map_or(0.0, |model| model.half_height_mm());
+    assert!((0.3..2.0).contains(&half), "the plots are \u{b1}{half} mm high, the gross error is 9 mm");
+    assert!(page(&state, 120, 40).contains("1 off"));
+}
+
+#[test]
+fn every_key_of_the_table_is_found_in_its_place() {
+    for binding in BINDINGS {
+        for (modifiers, code) in binding.keys {
+            let event = ratatui::crossterm::event::KeyEvent::new(*code, *modifiers);
+            assert_eq!(command_for(&[binding.place], &event), Some(binding.command), "{}", binding.shown);
+        }
+    }
+}
+
+#[test]
+fn the_manual_prints_the_key_table_as_it_is() {
+    let manual = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md"));
+    let table = crate::screens::keys::manual_table();
+    assert!(manual.contains(&table), "README.md should hold this table of keys:\n\n{table}");
+}

@@ -1,0 +1,269 @@
+//! The one place where the screens' state changes: a message comes in, the state changes, actions go out. It touches
+//! nothing outside, so that everything an operator can do is a test.
+
+use plumb_cell::command::{Command as Tell, PauseWhen};
+use plumb_cell::event::{Event, LogLevel, RunOutcome, StampedEvent};
+use plumb_cell::prompt::{Answer, Decision};
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+use super::keys::{Command, command_for};
+use super::message::{Action, Message};
+use super::model;
+use super::run::{OpenPrompt, Phase};
+use super::state::{Gravity, Overlay, Screen, State};
+use super::view::command_at;
+
+/// Lines a page key scrolls.
+const PAGE: isize = 10;
+
+/// Changes `state` as `message` asks and says what is to be done outside.
+pub(crate) fn update(state: &mut State, message: Message) -> Vec<Action> {
+    match message {
+        Message::Key(event) => key(state, &event),
+        Message::StopKey { leave } => {
+            note_stop(state, leave);
+            Vec::new()
+        }
+        Message::Click { column, row } => click(state, column, row),
+        Message::Scroll(lines) => scroll(state, if lines < 0 { -3 } else { 3 }),
+        Message::Resized { width, height } => {
+            state.size = (width, height);
+            Vec::new()
+        }
+        Message::Engine(event) => engine(state, &event),
+        Message::Lab(answer) => model::take(state, answer),
+        Message::Tick(now) => {
+            state.now = now;
+            Vec::new()
+        }
+    }
+}
+
+fn key(state: &mut State, event: &KeyEvent) -> Vec<Action> {
+    if let Some(command) = command_for(&state.places(), event) {
+        return obey(state, command);
+    }
+    if state.is_typing()
+        && !event.modifiers.intersects(KeyModifiers::CONTROL | KeyModifiers::ALT)
+        && let Some(prompt) = prompt(state)
+    {
+        match event.code {
+            KeyCode::Char(character) => {
+                prompt.typed(character);
+            }
+            KeyCode::Backspace => prompt.erase(),
+            _ => {}
+        }
+    }
+    Vec::new()
+}
+
+fn click(state: &mut State, column: u16, row: u16) -> Vec<Action> {
+    command_at(state, column, row).map_or_else(Vec::new, |command| obey(state, command))
+}
+
+/// Does what a key or a click asks for.
+pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
+    match command {
+        Command::Stop | Command::StopAndLeave => {
+            note_stop(state, command == Command::StopAndLeave);
+            return vec![Action::Stop];
+        }
+        Command::Help => {
+            state.overlay = match state.overlay {
+                Some(Overlay::Help { .. }) => None,
+                _ => Some(Overlay::Help { scrolled: 0 }),
+            };
+        }
+        Command::Close => state.overlay = None,
+        Command::Leave if state.has_open_run() => state.overlay = Some(Overlay::Leave),
+        Command::Leave | Command::LeaveNow => return vec![Action::Stop, Action::Leave],
+        Command::AbortAndLeave => return vec![Action::Stop, Action::Tell(Tell::Abort), Action::Leave],
+        Command::Show(screen) => show(state, screen),
+        Command::NextScreen => show_beside(state, 1),
+        Command::PreviousScreen => show_beside(state, -1),
+        Command::Up => return scroll(state, -1),
+        Command::Down => return scroll(state, 1),
+        Command::PageUp => return scroll(state, -PAGE),
+        Command::PageDown => return scroll(state, PAGE),
+        Command::Preview
+        | Command::Add
+        | Command::Undo
+        | Command::NextPlot
+        | Command::PreviousPlot
+        | Command::Scale => {
+            return model::obey(state, command);
+        }
+        _ => return obey_in_run(state, command),
+    }
+    Vec::new()
+}
+
+/// Does what concerns the run.
+fn obey_in_run(state: &mut State, command: Command) -> Vec<Action> {
+    if state.only_watches() && command != Command::Large {
+        state.say(Gravity::Calm, "Watching only: the run is controlled where it was started.");
+        return Vec::new();
+    }
+    let paused = state.run.as_ref().is_some_and(|run| matches!(run.phase, Phase::Paused { .. }));
+    match command {
+        Command::Answer => return answer(state, |prompt| prompt.answer()),
+        Command::Retry => return answer(state, |prompt| decided(prompt, Decision::Retry)),
+        Command::Skip => return answer(state, |prompt| decided(prompt, Decision::Skip)),
+        Command::Pause if paused => state.say(Gravity::Calm, "The run is paused already: r goes on."),
+        Command::Pause => {
+            state.say(Gravity::Calm, "Pausing before the next step; Esc stops at once.");
+            return vec![Action::Tell(Tell::Pause { when: PauseWhen::BeforeNextStep })];
+        }
+        Command::Resume if paused => return vec![Action::Tell(Tell::Resume)],
+        Command::Resume => state.say(Gravity::Calm, "The run is not paused."),
+        Command::Abort => state.overlay = Some(Overlay::Abort),
+        Command::AbortNow => {
+            state.overlay = None;
+            return vec![Action::Tell(Tell::Abort)];
+        }
+        Command::Finish => return vec![Action::Tell(Tell::Finish)],
+        Command::Large => {
+            if let Some(run) = &mut state.run {
+                run.large = !run.large;
+            }
+        }
+        Command::JogForwards => return jog(state, 1.0),
+        Command::JogBackwards => return jog(state, -1.0),
+        Command::JogMore | Command::JogLess => {
+            if let Some(prompt) = prompt(state) {
+                prompt.change_step(if command == Command::JogMore { 1 } else { -1 });
+            }
+        }
+        _ => {}
+    }
+    Vec::new()
+}
+
+fn answer(state: &mut State, make: impl Fn(&mut OpenPrompt) -> Result<Answer, String>) -> Vec<Action> {
+    let by = state.operator.clone();
+    let Some(prompt) = prompt(state) else { return Vec::new() };
+    if prompt.answered {
+        return Vec::new();
+    }
+    match make(prompt) {
+        Ok(answer) => {
+            prompt.answered = true;
+            prompt.refused = None;
+            vec![Action::Tell(Tell::Answer { prompt: prompt.prompt.id, answer, by })]
+        }
+        Err(reason) => {
+            prompt.refuse(&reason);
+            vec![Action::Bell]
+        }
+    }
+}
+
+fn decided(prompt: &mut OpenPrompt, decision: Decision) -> Result<Answer, String> {
+    prompt.decide(decision).ok_or_else(|| format!("this step cannot be answered with {}", decision.name()))
+}
+
+fn jog(state: &mut State, sign: f64) -> Vec<Action> {
+    prompt(state).and_then(|prompt| prompt.jog(sign)).map(Action::Tell).into_iter().collect()
+}
+
+fn prompt(state: &mut State) -> Option<&mut OpenPrompt> {
+    state.run.as_mut().and_then(|run| run.prompt.as_mut())
+}
+
+fn show(state: &mut State, screen: Screen) {
+    if state.screens().contains(&screen) {
+        state.screen = screen;
+        state.overlay = None;
+    } else {
+        let text = match screen {
+            Screen::Model => "No model and table are open: plumb model screen MODEL --data CSV opens them.",
+            _ => "No cell is open: plumb run CELL opens one.",
+        };
+        state.say(Gravity::Calm, text);
+    }
+}
+
+fn show_beside(state: &mut State, by: isize) {
+    let screens = state.screens();
+    let here = screens.iter().position(|screen| *screen == state.screen).unwrap_or(0);
+    let count = isize::try_from(screens.len()).unwrap_or(1).max(1);
+    let there = (isize::try_from(here).unwrap_or(0) + by).rem_euclid(count);
+    if let Some(screen) = usize::try_from(there).ok().and_then(|place| screens.get(place)) {
+        show(state, *screen);
+    }
+}
+
+fn scroll(state: &mut State, by: isize) -> Vec<Action> {
+    if let Some(Overlay::Help { scrolled }) = &mut state.overlay {
+        let by = i16::try_from(by).unwrap_or(0);
+        *scrolled = scrolled.saturating_add_signed(by).min(super::help::lines());
+        return Vec::new();
+    }
+    match state.screen {
+        Screen::Run => {
+            if let Some(prompt) = prompt(state) {
+                prompt.choose(by);
+            }
+        }
+        Screen::Model => return model::choose(state, by),
+        Screen::Log => state.log.scroll(by),
+        Screen::Cell => {}
+    }
+    Vec::new()
+}
+
+fn note_stop(state: &mut State, leave: bool) {
+    state.overlay = if !leave {
+        None
+    } else if state.has_open_run() {
+        Some(Overlay::Leave)
+    } else {
+        state.overlay
+    };
+    if state.only_watches() {
+        state.say(Gravity::Attention, "Nothing was stopped: this program only watches.");
+    } else if state.run.is_some() {
+        let text = if state.cell.is_moving() {
+            "Stop sent to every robot. Watch the arm until it rests."
+        } else {
+            "Stop sent to every robot; none reported that it was moving."
+        };
+        state.say(Gravity::Attention, text);
+    }
+}
+
+fn engine(state: &mut State, stamped: &StampedEvent) -> Vec<Action> {
+    state.cell.take(&stamped.event);
+    state.log.take(stamped);
+    let now = state.now;
+    let needed = state.run.as_mut().is_some_and(|run| run.take(&stamped.event, now));
+    tell_news(state, &stamped.event);
+    if needed { vec![Action::Bell] } else { Vec::new() }
+}
+
+/// Puts what an operator must not miss on the line above the footer, and shows the page that needs them.
+fn tell_news(state: &mut State, event: &Event) {
+    match event {
+        Event::PromptAsked { .. } if state.screen == Screen::Cell || state.screen == Screen::Log => {
+            state.say(Gravity::Attention, "The run asks something: 2 shows it.");
+        }
+        Event::Stopped { reason } => state.say(Gravity::Attention, format!("Stopped: {reason}")),
+        Event::Paused { reason, .. } => {
+            state.say(Gravity::Attention, format!("Paused: {reason}. Nothing moves until r resumes."));
+        }
+        Event::Resumed => state.notice = None,
+        Event::Log { level: LogLevel::Error, source, message, .. } => {
+            state.say(Gravity::Fault, format!("{source}: {message}"));
+        }
+        Event::RunEnded { outcome, message, .. } => {
+            let grave = match outcome {
+                RunOutcome::Passed => Gravity::Calm,
+                RunOutcome::Aborted | RunOutcome::NeedsOperator => Gravity::Attention,
+                RunOutcome::Failed | RunOutcome::Error => Gravity::Fault,
+            };
+            state.say(grave, format!("{message} q leaves."));
+        }
+        _ => {}
+    }
+}

@@ -1,0 +1,171 @@
+//! Draws the state: header, page, notice, keys, stop bar, and what lies over them. Lays out from the frame's own area.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Position, Rect};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Clear, Paragraph, Wrap};
+
+use super::keys::Command;
+use super::run::Phase;
+use super::state::{Gravity, Overlay, Screen, State};
+use super::{cell, footer, help, log, model, pane, run};
+
+/// Below this width or height there is room for the stop key and no page.
+const SMALLEST: (u16, u16) = (24, 6);
+
+/// The rows of the terminal.
+struct Rows {
+    header: Rect,
+    body: Rect,
+    notice: Rect,
+    hints: Rect,
+    stop: Rect,
+}
+
+fn rows(state: &State, area: Rect) -> Rows {
+    let [header, body, notice, hints, stop] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Fill(1),
+        Constraint::Length(u16::from(state.notice.is_some())),
+        Constraint::Length(1),
+        Constraint::Length(u16::from(state.run.is_some())),
+    ])
+    .areas(area);
+    Rows { header, body, notice, hints, stop }
+}
+
+/// Draws everything.
+pub(crate) fn view(state: &State, frame: &mut Frame) {
+    let area = frame.area();
+    if area.width < SMALLEST.0 || area.height < SMALLEST.1 {
+        too_small(state, frame, area);
+        return;
+    }
+    let rows = rows(state, area);
+    header(state, frame, rows.header);
+    match state.screen {
+        Screen::Cell => cell::view(state, frame, rows.body),
+        Screen::Run => run::view(state, frame, rows.body),
+        Screen::Model => model::view(state, frame, rows.body),
+        Screen::Log => log::view(state, frame, rows.body),
+    }
+    if let Some(notice) = &state.notice {
+        let (sign, style) = match notice.grave {
+            Gravity::Calm => (" \u{b7} ", state.theme.text),
+            Gravity::Attention => (" ! ", state.theme.warning),
+            Gravity::Fault => (" \u{2717} ", state.theme.bad),
+        };
+        let text = pane::fitted(&notice.text, usize::from(area.width).saturating_sub(3));
+        frame.render_widget(Line::styled(format!("{sign}{text}"), style), rows.notice);
+    }
+    footer::hints(state, frame, rows.hints);
+    footer::stop_bar(state, frame, rows.stop);
+    match state.overlay {
+        Some(Overlay::Help { scrolled }) => help::view(state, frame, rows.body, scrolled),
+        Some(Overlay::Leave) => question(state, frame, rows.body, "Leave?", LEAVE),
+        Some(Overlay::Abort) => question(state, frame, rows.body, "Abort the run?", ABORT),
+        None => {}
+    }
+}
+
+const LEAVE: &str = "A run is open.\n\n  k  keep it and leave: plumb run --resume takes it up again\n  \
+                     a  abort it and leave\n  s  stay";
+const ABORT: &str = "The run ends here. What was found so far stays in the record; corrections that are not in force \
+                     yet are dropped.\n\n  y  abort the run\n  n  go back; nothing moves by going back";
+
+/// What a click at a place of the terminal asks for.
+pub(crate) fn command_at(state: &State, column: u16, row: u16) -> Option<Command> {
+    let area = Rect::new(0, 0, state.size.0, state.size.1);
+    if area.width < SMALLEST.0 || area.height < SMALLEST.1 {
+        return None;
+    }
+    let (rows, place) = (rows(state, area), Position::new(column, row));
+    if rows.stop.contains(place) {
+        return Some(Command::Stop);
+    }
+    let tab = || tabs(state, rows.header).into_iter().find(|(_, area)| area.contains(place));
+    footer::command_at(state, rows.hints, place).or_else(|| tab().map(|(screen, _)| Command::Show(screen)))
+}
+
+/// The name of the cell or model, the tabs, and how the run stands.
+fn header(state: &State, frame: &mut Frame, area: Rect) {
+    frame.render_widget(Line::styled(title(state), state.theme.heading), area);
+    for (screen, area) in tabs(state, area) {
+        let style = if screen == state.screen { state.theme.chosen } else { state.theme.text };
+        let number = Screen::ALL.iter().position(|other| *other == screen).map_or(0, |place| place + 1);
+        frame.render_widget(Line::styled(format!(" {number} {} ", screen.name()), style), area);
+    }
+    let (word, style) = standing(state);
+    let width = u16::try_from(Span::raw(word.as_str()).width()).unwrap_or(0).saturating_add(1);
+    let tabs_end = tabs(state, area).last().map_or(0, |(_, tab)| tab.right());
+    if area.width > tabs_end.saturating_add(width) {
+        let place = Rect::new(area.right().saturating_sub(width), area.y, width, 1);
+        frame.render_widget(Line::styled(word, style), place);
+    }
+}
+
+fn title(state: &State) -> String {
+    let name = match (&state.run, &state.model) {
+        (Some(_), _) => state.cell.name.as_str(),
+        (None, Some(model)) => model.arm.as_str(),
+        (None, None) => "",
+    };
+    format!(" plumb \u{b7} {name}")
+}
+
+/// The tabs and where they stand; only as many as fit.
+fn tabs(state: &State, area: Rect) -> Vec<(Screen, Rect)> {
+    let title = u16::try_from(Span::raw(title(state)).width()).unwrap_or(0);
+    let mut left = area.left().saturating_add(title).saturating_add(2);
+    let widths: u16 = state.screens().iter().map(|screen| tab_width(*screen)).sum();
+    if left.saturating_add(widths) > area.right() {
+        left = area.right().saturating_sub(widths).max(area.left());
+    }
+    let mut tabs = Vec::new();
+    for screen in state.screens() {
+        let width = tab_width(screen);
+        if left.saturating_add(width) > area.right() {
+            break;
+        }
+        tabs.push((screen, Rect::new(left, area.y, width, 1)));
+        left = left.saturating_add(width);
+    }
+    tabs
+}
+
+fn tab_width(screen: Screen) -> u16 {
+    u16::try_from(screen.name().len()).unwrap_or(0).saturating_add(4)
+}
+
+/// How the run stands, in a sign, a word and the time it has taken.
+fn standing(state: &State) -> (String, ratatui::style::Style) {
+    let Some(run) = &state.run else { return (String::new(), state.theme.text) };
+    let elapsed = run.elapsed(state.now).as_secs();
+    let time = format!("{}:{:02}", elapsed / 60, elapsed % 60);
+    match &run.phase {
+        Phase::Starting => ("\u{25cc} starting".to_owned(), state.theme.warning),
+        Phase::Running if run.prompt.is_some() => (format!("? waits for you {time}"), state.theme.focus),
+        Phase::Running if state.cell.is_moving() => (format!("\u{25b8} moving {time}"), state.theme.good),
+        Phase::Running => (format!("\u{25b8} running {time}"), state.theme.good),
+        Phase::Paused { .. } => (format!("\u{2016} paused {time}"), state.theme.warning),
+        Phase::Ended { outcome, .. } => {
+            let (sign, word, style) = run::outcome_look(*outcome, &state.theme);
+            (format!("{sign} {word} {time}"), style)
+        }
+    }
+}
+
+/// A question over the page, its answers listed by their keys.
+fn question(state: &State, frame: &mut Frame, area: Rect, title: &str, text: &str) {
+    let area = area.centered(Constraint::Max(66), Constraint::Max(9));
+    frame.render_widget(Clear, area);
+    let inner = pane::open(frame, area, &state.theme, title, true);
+    frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: false }), inner);
+}
+
+/// The page when there is no room for one.
+fn too_small(state: &State, frame: &mut Frame, area: Rect) {
+    let text =
+        if state.run.is_some() { "Esc STOP\nThis window is too small." } else { "This window is too small." };
+    frame.render_widget(Paragraph::new(text).style(state.theme.stop).wrap(Wrap { trim: true }), area);
+}

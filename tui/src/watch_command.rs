@@ -1,0 +1,96 @@
+//! `plumb watch`: the screens of a run that goes on somewhere else, or went, read from its events as JSON lines.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::thread;
+
+use plumb_cell::event::{Event, LogLevel, StampedEvent};
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+
+use crate::failure::CommandResult;
+use crate::screens;
+
+/// Show the screens of a run from its events: a file written by `plumb run --json`, or a pipe from it. Only watches.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// JSON lines, one event each, as `plumb run --json` writes them; `-` reads standard input.
+    events: PathBuf,
+}
+
+/// Why a run cannot be watched.
+#[derive(Debug, thiserror::Error)]
+enum WatchError {
+    /// The file cannot be opened.
+    #[error("cannot open {}", path.display())]
+    Open {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file broke off or holds something else.
+    #[error("{}, line {line}: {reason}; expected events as `plumb run --json` writes them", path.display())]
+    Read {
+        /// Which.
+        path: PathBuf,
+        /// Counted from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+}
+
+/// Shows the screens until the operator leaves.
+pub(crate) fn run(arguments: &Arguments) -> CommandResult {
+    let source: Box<dyn Read + Send> = if arguments.events == Path::new("-") {
+        Box::new(io::stdin())
+    } else {
+        let opened = File::open(&arguments.events);
+        Box::new(opened.map_err(|source| WatchError::Open { path: arguments.events.clone(), source })?)
+    };
+    let (events, broken) = follow(source, arguments.events.clone());
+    screens::watch(events)?;
+    // The error of the reader, if it had one, is the more useful thing to say once the terminal is given back.
+    broken.try_recv().map_or(Ok(ExitCode::SUCCESS), |error| Err(error.into()))
+}
+
+/// Reads events on a thread of its own, so that a slow pipe does not hold up the keys.
+fn follow(
+    source: Box<dyn Read + Send>,
+    path: PathBuf,
+) -> (UnboundedReceiver<StampedEvent>, std::sync::mpsc::Receiver<WatchError>) {
+    let (to_screens, events) = unbounded_channel();
+    let (to_command, broken) = std::sync::mpsc::channel();
+    thread::spawn(move || {
+        for (place, line) in BufReader::new(source).lines().enumerate() {
+            let read = line.map_err(|error| error.to_string());
+            let event = read.and_then(|line| serde_json::from_str(&line).map_err(|error| error.to_string()));
+            let event: StampedEvent = match event {
+                Ok(event) => event,
+                Err(reason) => {
+                    let error = WatchError::Read { path, line: place + 1, reason };
+                    let _left = to_screens.send(said(&error));
+                    let _left = to_command.send(error);
+                    return;
+                }
+            };
+            if to_screens.send(event).is_err() {
+                return;
+            }
+        }
+    });
+    (events, broken)
+}
+
+/// The error as a line of the log, so that it is seen while the screens are open.
+fn said(error: &WatchError) -> StampedEvent {
+    let event = Event::Log {
+        level: LogLevel::Error,
+        source: "watch".to_owned(),
+        step: None,
+        message: error.to_string(),
+    };
+    StampedEvent { sequence: 0, time: String::new(), event }
+}
