@@ -1,6 +1,7 @@
 //! `plumb trial`: blind trials. An arm is simulated with something hidden; the user gets its measurements, works with the lab, and opens the seal.
 
 mod arguments;
+mod benchmark;
 mod reveal;
 mod score;
 mod wish;
@@ -18,6 +19,7 @@ use thiserror::Error;
 
 use crate::failure::CommandResult;
 use arguments::CampaignArguments;
+use benchmark::BenchmarkArguments;
 use reveal::RevealArguments;
 
 const TABLE: &str = "table.csv";
@@ -34,6 +36,8 @@ pub(crate) enum TrialCommand {
     Batch(BatchArguments),
     /// Open the seal, and score a diagnosis against it.
     Reveal(RevealArguments),
+    /// Hide, diagnose and compare many times: how often is the truth found, and by whom.
+    Benchmark(BenchmarkArguments),
 }
 
 /// Options of `plumb trial new`.
@@ -103,6 +107,14 @@ pub(crate) enum TrialError {
     /// The campaign cannot be simulated.
     #[error(transparent)]
     Generate(#[from] GenerateError),
+    /// `--cell` names none.
+    #[error("there is no cell `{name}`; known are {known}")]
+    UnknownCell {
+        /// What was asked.
+        name: String,
+        /// What there is.
+        known: String,
+    },
     /// A trial stands there already.
     #[error("{0} stands there already: a trial is not overwritten; give another directory")]
     Exists(PathBuf),
@@ -161,6 +173,7 @@ pub(crate) fn run(command: &TrialCommand) -> CommandResult {
         TrialCommand::New(arguments) => new(arguments),
         TrialCommand::Batch(arguments) => batch(arguments),
         TrialCommand::Reveal(arguments) => reveal::run(arguments),
+        TrialCommand::Benchmark(arguments) => benchmark::run(arguments),
     }?;
     io::stdout().write_all(outcome.said.as_bytes())?;
     Ok(if outcome.right { ExitCode::SUCCESS } else { ExitCode::from(WRONG) })

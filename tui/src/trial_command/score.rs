@@ -25,6 +25,20 @@ pub(crate) struct Diagnosis {
     pub(crate) steps: Vec<Step>,
 }
 
+impl Diagnosis {
+    /// A diagnosis that says nothing.
+    pub(crate) fn empty() -> Self {
+        Self {
+            verdict: Verdict::AtFloor,
+            named: None,
+            located: None,
+            tied: Vec::new(),
+            candidates: Vec::new(),
+            steps: Vec::new(),
+        }
+    }
+}
+
 /// An effect somewhere.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub(crate) struct Candidate {
@@ -42,6 +56,13 @@ pub(crate) struct Candidate {
     /// Standard error of the size.
     #[serde(default)]
     pub(crate) se: Option<f64>,
+}
+
+impl Candidate {
+    /// An effect at a place, of unknown size.
+    pub(crate) fn at(effect: &str, place: &str) -> Self {
+        Self { effect: effect.to_owned(), place: place.to_owned(), size: None, unit: None, se: None }
+    }
 }
 
 /// A place without a mechanism.

@@ -95,6 +95,7 @@ pub struct Audit<'campaign> {
     visits: &'campaign [Visit],
     nuisances: &'campaign [Imperfection],
     plain: Vec<f64>,
+    free_signatures: Vec<Vec<f64>>,
     free: Basis,
 }
 
@@ -106,12 +107,20 @@ impl<'campaign> Audit<'campaign> {
         nuisances: &'campaign [Imperfection],
     ) -> Result<Self, NoEquilibrium> {
         let plain = run(specification, visits, nuisances)?.concat();
-        let mut audit = Self { specification, visits, nuisances, plain, free: Basis::default() };
+        let mut audit = Self {
+            specification,
+            visits,
+            nuisances,
+            plain,
+            free_signatures: Vec::new(),
+            free: Basis::default(),
+        };
         let columns = free_directions(specification)
             .iter()
             .map(|one| audit.signature(one))
             .collect::<Result<Vec<_>, _>>()?;
-        audit.free = Basis::of(columns);
+        audit.free = Basis::of(columns.iter().cloned());
+        audit.free_signatures = columns;
         Ok(audit)
     }
 
@@ -132,6 +141,16 @@ impl<'campaign> Audit<'campaign> {
     pub fn visible(&self, mut signature: Vec<f64>) -> Vec<f64> {
         self.free.remove_from(&mut signature);
         signature
+    }
+
+    /// What the arm with these constant errors would show without noise, all readings in a row, mm.
+    pub fn expected(&self) -> &[f64] {
+        &self.plain
+    }
+
+    /// How the readings move with each parameter that the model leaves free; some may be the same as others.
+    pub fn free_signatures(&self) -> &[Vec<f64>] {
+        &self.free_signatures
     }
 
     /// How many parameters the readings determine of those the model leaves free.
@@ -234,7 +253,7 @@ pub fn candidates(specification: &Specification, visits: &[Visit]) -> Vec<Candid
                 }
                 "joint_harmonic" => {
                     let ratio = arm.joints.get(joint).and_then(|row| row.gear_ratio);
-                    for per_turn in [Some(1.0), Some(2.0), ratio].into_iter().flatten() {
+                    for per_turn in (1..=8).map(f64::from).chain(ratio) {
                         add([0.0, quarter]
                             .map(|phase| Mechanism::JointHarmonic { joint, per_turn, phase })
                             .to_vec());

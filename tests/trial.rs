@@ -1,0 +1,137 @@
+//! Blind trials from the command line, as a user meets them.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn plumb(arguments: &[&str], directory: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_plumb")).args(arguments).current_dir(directory).output().unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn complained(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn a_trial_gives_measurements_and_keeps_its_answer_until_it_is_revealed() {
+    let home = tempfile::tempdir().unwrap();
+    let new = plumb(
+        &[
+            "trial",
+            "new",
+            "--seed",
+            "5",
+            "--arm",
+            "puma560",
+            "--effect",
+            "joint_backlash(elbow)=0.065deg",
+            "-o",
+            "t",
+        ],
+        home.path(),
+    );
+    assert_eq!(new.status.code(), Some(0), "{}", complained(&new));
+    for file in ["t/table.csv", "t/model.yaml", "t/answer.sealed"] {
+        let text = fs::read_to_string(home.path().join(file)).unwrap();
+        assert!(!text.contains("backlash"), "{file} gives the answer away");
+    }
+    let reveal = plumb(&["trial", "reveal", "t"], home.path());
+    assert_eq!(reveal.status.code(), Some(0));
+    assert!(
+        said(&reveal).starts_with("Hidden: joint_backlash at elbow, 1.1345e-3 rad;"),
+        "{}",
+        said(&reveal)
+    );
+}
+
+#[test]
+fn a_wrong_diagnosis_ends_with_one_and_a_right_one_with_zero() {
+    let home = tempfile::tempdir().unwrap();
+    plumb(
+        &["trial", "new", "--seed", "5", "--arm", "ur5", "--effect", "joint_gain(lift)", "-o", "t"],
+        home.path(),
+    );
+    let diagnosis = |effect: &str| {
+        format!(r#"{{"verdict": "named", "named": {{"effect": "{effect}", "where": "lift"}}}}"#)
+    };
+    for (effect, code, word) in [("joint_gain", 0, "right"), ("joint_backlash", 1, "wrong")] {
+        fs::write(home.path().join("d.json"), diagnosis(effect)).unwrap();
+        let reveal = plumb(&["trial", "reveal", "t", "--diagnosis", "d.json"], home.path());
+        assert_eq!(reveal.status.code(), Some(code));
+        assert!(said(&reveal).contains(&format!("The diagnosis is {word}.")), "{}", said(&reveal));
+    }
+    fs::write(home.path().join("d.json"), "{}").unwrap();
+    let bad = plumb(&["trial", "reveal", "t", "--diagnosis", "d.json"], home.path());
+    assert_eq!(bad.status.code(), Some(2));
+    assert!(complained(&bad).contains("d.json: not a diagnosis as `plumb model diagnose --json` writes it"));
+}
+
+#[test]
+fn a_batch_is_reproducible_and_can_be_opened_at_once() {
+    let home = tempfile::tempdir().unwrap();
+    for name in ["a", "b"] {
+        let batch =
+            plumb(&["trial", "batch", "--seed", "100", "--count", "4", "--open", "-o", name], home.path());
+        assert_eq!(batch.status.code(), Some(0), "{}", complained(&batch));
+    }
+    let answers = |name: &str| fs::read_to_string(home.path().join(name).join("answers.json")).unwrap();
+    assert_eq!(answers("a"), answers("b"));
+    let all: serde_json::Value = serde_json::from_str(&answers("a")).unwrap();
+    assert_eq!(
+        all.as_object().unwrap().keys().collect::<Vec<_>>(),
+        ["case-100", "case-101", "case-102", "case-103"]
+    );
+    assert!(all["case-100"]["accept_verdict"].is_array());
+}
+
+#[test]
+fn mistakes_are_told_with_what_would_be_right() {
+    let home = tempfile::tempdir().unwrap();
+    let message = |arguments: &[&str]| {
+        let output = plumb(arguments, home.path());
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        complained(&output)
+    };
+    let new = |extra: &[&str]| message(&[&["trial", "new", "--seed", "1", "-o", "t"], extra].concat());
+    assert!(new(&["--arm", "hal"]).contains("there is no arm `hal`: known are puma560, ur5"));
+    assert!(new(&["--effect", "gremlins"]).contains("there is no effect `gremlins`; known are"));
+    assert!(new(&["--noise", "0"]).contains("a standard deviation in mm, above zero"));
+    assert!(new(&["--outliers", "0.9"]).contains("--outliers 0.9: a share from 0 to 0.5"));
+    assert!(message(&["trial", "reveal", "nowhere"]).contains("cannot read nowhere/answer.sealed"));
+    assert!(
+        message(&["trial", "benchmark", "--cell", "x"]).contains("there is no cell `x`; known are nothing")
+    );
+    plumb(&["trial", "new", "--seed", "1", "-o", "t"], home.path());
+    assert!(new(&[]).contains("t/table.csv stands there already: a trial is not overwritten"));
+}
+
+#[test]
+fn the_benchmark_runs_and_writes_its_figures() {
+    let home = tempfile::tempdir().unwrap();
+    let run = plumb(
+        &[
+            "trial",
+            "benchmark",
+            "--cell",
+            "one-3x",
+            "--analyst",
+            "forward-bic",
+            "--scale",
+            "0.01",
+            "--json",
+            "f.json",
+        ],
+        home.path(),
+    );
+    assert_eq!(run.status.code(), Some(0), "{}", complained(&run));
+    let figures: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(home.path().join("f.json")).unwrap()).unwrap();
+    assert_eq!(figures["rows"][0]["trials"], 10);
+    assert!(figures["rows"][0]["shares"]["truth_first"]["count"].as_u64().unwrap() >= 5);
+}

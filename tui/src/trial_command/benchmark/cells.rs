@@ -1,0 +1,127 @@
+//! The benchmark's cells: what is hidden, in which poses, how often.
+
+use plumb_simulated::physics::arms;
+use plumb_simulated::physics::campaign::catalogue::{Choice, NOT_REPEATABLE, OUTSIDE};
+use plumb_simulated::physics::campaign::specification::{Free, Size, Specification, Spread, Wanted};
+use plumb_simulated::physics::campaign::{self, Case};
+use plumb_simulated::physics::random::Random;
+
+/// A kind of trial.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Cell {
+    /// Name, as `--cell` takes it.
+    pub(super) name: &'static str,
+    /// What it is, for people.
+    pub(super) title: &'static str,
+    /// Trials at full scale.
+    pub(super) trials: usize,
+    /// What is hidden.
+    hides: Hides,
+    /// How far the poses reach.
+    spread: Spread,
+    /// Effect over noise.
+    ratio: f64,
+    /// Share of gross errors.
+    outliers: f64,
+    /// What the model leaves free.
+    free: Free,
+}
+
+/// What a cell hides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Hides {
+    /// Nothing.
+    Nothing,
+    /// One effect of the library.
+    One,
+    /// Two effects of the library.
+    Two,
+    /// Something the library does not know.
+    Outside,
+    /// A machine that does not repeat.
+    NotRepeatable,
+}
+
+const fn wide(name: &'static str, title: &'static str, trials: usize, hides: Hides, ratio: f64) -> Cell {
+    Cell { name, title, trials, hides, spread: Spread::Wide, ratio, outliers: 0.0, free: Free::Zeros }
+}
+
+/// All cells, in the order of the report.
+pub(super) const CELLS: [Cell; 12] = [
+    wide("nothing", "nothing hidden, wide", 2000, Hides::Nothing, 0.0),
+    Cell {
+        spread: Spread::Narrow,
+        ..wide("nothing-narrow", "nothing hidden, narrow", 500, Hides::Nothing, 0.0)
+    },
+    Cell {
+        outliers: 0.08,
+        ..wide("nothing-outliers", "nothing hidden, wide, 8 % outliers", 500, Hides::Nothing, 0.0)
+    },
+    wide("one-3x", "one effect, 3x noise, wide", 1000, Hides::One, 3.0),
+    wide("one-1x", "one effect, 1x noise, wide", 300, Hides::One, 1.0),
+    Cell {
+        spread: Spread::Narrow,
+        ..wide("one-3x-narrow", "one effect, 3x noise, narrow", 300, Hides::One, 3.0)
+    },
+    Cell {
+        spread: Spread::Narrow,
+        ..wide("one-1x-narrow", "one effect, 1x noise, narrow", 300, Hides::One, 1.0)
+    },
+    Cell {
+        outliers: 0.08,
+        ..wide("one-3x-outliers", "one effect, 3x noise, wide, 8 % outliers", 1000, Hides::One, 3.0)
+    },
+    Cell {
+        free: Free::Geometry,
+        ..wide("one-3x-geometry", "one effect, 3x noise, wide, all geometry free", 300, Hides::One, 3.0)
+    },
+    wide("two-3x", "two effects, 3x noise each, wide", 300, Hides::Two, 3.0),
+    wide("outside", "outside the library, 3x noise, wide", 400, Hides::Outside, 3.0),
+    wide("not-repeatable", "does not repeat, 3x noise, wide", 200, Hides::NotRepeatable, 3.0),
+];
+
+impl Cell {
+    /// What is hidden.
+    pub(super) fn hides(&self) -> Hides {
+        self.hides
+    }
+
+    /// Trial `number` of this cell under the benchmark's seed. Arms come by lot; a lot that cannot be hidden in its arm is drawn again.
+    pub(super) fn case(&self, seed: u64, number: usize) -> Option<Case> {
+        let mut lot = Random::new(seed.wrapping_add(number as u64), self.name);
+        (0..100).find_map(|_| {
+            let (name, _) = lot.pick(&arms::ARMS)?;
+            let specification = self.specification(arms::by_name(name)?.ok()?, number);
+            let case = campaign::generate(&specification, lot.bits()).ok()?;
+            self.shows(&case).then_some(case)
+        })
+    }
+
+    fn specification(
+        &self,
+        arm: plumb_simulated::physics::description::ArmDescription,
+        number: usize,
+    ) -> Specification {
+        let names: Vec<&str> = match self.hides {
+            Hides::Nothing => Vec::new(),
+            Hides::One => vec!["any"],
+            Hides::Two => vec!["any", "any"],
+            Hides::Outside => OUTSIDE.get(number % OUTSIDE.len()).copied().into_iter().collect(),
+            Hides::NotRepeatable => vec![NOT_REPEATABLE],
+        };
+        let wanted = |name: &str| Wanted { choice: Choice::named(name), size: Size::OverNoise(self.ratio) };
+        Specification {
+            hidden: names.into_iter().map(wanted).collect(),
+            spread: self.spread,
+            outliers: self.outliers,
+            free: self.free,
+            heat: true,
+            ..Specification::usual(arm)
+        }
+    }
+
+    /// Outside the library the aim holds for what is left over above twice the noise.
+    fn shows(&self, case: &Case) -> bool {
+        self.hides != Hides::Outside || case.truth.hidden.iter().all(|hidden| hidden.visible_over_noise > 2.0)
+    }
+}

@@ -1,0 +1,63 @@
+//! Shares with their uncertainty.
+
+use serde::Serialize;
+
+/// Standard normal quantile of a two-sided 95 % interval.
+const Z95: f64 = 1.959_963_984_540_054;
+
+/// So many out of so many, with Wilson's 95 % interval (Wilson 1927): right also near 0 and 1.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Share {
+    /// How many.
+    pub(super) count: usize,
+    /// Out of how many.
+    pub(super) trials: usize,
+    /// Lower end of the interval, 0 to 1.
+    pub(super) low: f64,
+    /// Upper end of the interval, 0 to 1.
+    pub(super) high: f64,
+}
+
+impl Share {
+    /// The share of trials for which this holds.
+    pub(super) fn of(holds: impl IntoIterator<Item = bool>) -> Self {
+        let (mut count, mut trials) = (0, 0);
+        for one in holds {
+            trials += 1;
+            count += usize::from(one);
+        }
+        let (low, high) = wilson(count as f64, trials as f64);
+        Self { count, trials, low, high }
+    }
+
+    /// The share itself, 0 to 1; not a number when there were no trials.
+    pub(super) fn value(&self) -> f64 {
+        self.count as f64 / self.trials as f64
+    }
+}
+
+fn wilson(count: f64, trials: f64) -> (f64, f64) {
+    if trials == 0.0 {
+        return (0.0, 1.0);
+    }
+    let share = count / trials;
+    let square = Z95 * Z95 / trials;
+    let middle = (share + 0.5 * square) / (1.0 + square);
+    let half = Z95 * (share * (1.0 - share) / trials + 0.25 * square / trials).sqrt() / (1.0 + square);
+    ((middle - half).max(0.0), (middle + half).min(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_interval_is_the_published_one() {
+        // Newcombe 1998, table I: 81 of 263, Wilson without continuity correction: 0.2553 to 0.3662; 0 of 20: 0 to 0.1611.
+        let of = |count: usize, trials: usize| Share::of((0..trials).map(|index| index < count));
+        let share = of(81, 263);
+        assert!((share.low - 0.2553).abs() < 5e-5 && (share.high - 0.3662).abs() < 5e-5, "{share:?}");
+        let none = of(0, 20);
+        assert!(none.low == 0.0 && (none.high - 0.1611).abs() < 5e-5, "{none:?}");
+    }
+}
