@@ -102,7 +102,7 @@ impl Scene {
                 Seen { signal: past_firing, past_firing, past_release }
             }
             Optics::Spot(spot) => {
-                let signal = spot.signal(pose, |point| self.reflectance(point, spot.grain()));
+                let signal = spot.signal(pose, |centre| self.reflectance_of_spot(spot, centre));
                 let fires = spot.response(spot.trimmed_distance) * self.target.white;
                 let releases = fires * (1.0 - spot.hysteresis);
                 Seen { signal, past_firing: signal - fires, past_release: signal - releases }
@@ -143,6 +143,19 @@ impl Scene {
         }
     }
 
+    /// Mean reflectance of the spot around a point of the table.
+    fn reflectance_of_spot(&self, spot: &Spot, centre: Point) -> f64 {
+        let grain = spot.grain();
+        let nearest_edge =
+            self.target.outside_black(centre).abs().min(self.target.outside_patch(centre).abs());
+        if nearest_edge > spot.diameter / 2.0 + grain {
+            return self.reflectance(centre, grain);
+        }
+        let place = |(x, y)| Point { x: centre.x + x, y: centre.y + y, z: 0.0 };
+        let seen: f64 = spot.samples().map(|offset| self.reflectance(place(offset), grain)).sum();
+        seen / f64::from(SPOT_SAMPLES)
+    }
+
     /// Reflectance at a point of the table, its edges softened over `grain` mm.
     fn reflectance(&self, point: Point, grain: f64) -> f64 {
         let share_outside = |distance: f64| (distance / grain + 0.5).clamp(0.0, 1.0);
@@ -177,11 +190,7 @@ impl Spot {
             y: pose.tool.y + pose.looks.y * distance,
             z: 0.0,
         };
-        let seen: f64 = self
-            .samples()
-            .map(|(x, y)| reflectance(Point { x: centre.x + x, y: centre.y + y, z: 0.0 }))
-            .sum();
-        self.response(distance) * seen / f64::from(SPOT_SAMPLES)
+        self.response(distance) * reflectance(centre)
     }
 
     /// Places spread evenly over the spot, from its centre (mm): a sunflower's seeds.
