@@ -1,29 +1,45 @@
 //! `plumb world`: the simulated world as a process of its own. Cells start it for themselves; it is not in the help.
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
 use plumb_simulated::protocol;
 use plumb_simulated::serve::{ServeOptions, serve};
+use plumb_simulated::world::file;
 
 use crate::failure::CommandResult;
 
 /// Serve a simulated world until it is told to end or nobody has been there for long.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Where the world listens.
-    #[arg(long)]
-    socket: PathBuf,
-    /// The world file.
+    /// The world file, sealed or open.
     #[arg(long)]
     file: PathBuf,
+    #[command(flatten)]
+    purpose: Purpose,
     /// How time runs: as the wall's, or as fast as it can.
     #[arg(long, value_enum, default_value = "real")]
     pace: Pace,
     /// The world ends when nobody has been there for so long.
     #[arg(long, value_name = "MINUTES", default_value_t = 15.0, value_parser = minutes)]
     idle_minutes: f64,
+}
+
+/// What is wanted of the world file.
+#[derive(clap::Args)]
+#[group(required = true, multiple = false)]
+struct Purpose {
+    /// Serve the world, listening here.
+    #[arg(long)]
+    socket: Option<PathBuf>,
+    /// Write the file under a seal, so that its faults cannot be read from it, and end.
+    #[arg(long, value_name = "SEALED")]
+    seal: Option<PathBuf>,
+    /// Print what is under the file's seal, and end.
+    #[arg(long)]
+    reveal: bool,
 }
 
 /// How the world's time runs.
@@ -35,17 +51,27 @@ enum Pace {
     Fast,
 }
 
-/// Serves the world.
+/// Serves the world, or seals or reveals its file.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
-    serve(&ServeOptions {
-        file: arguments.file.clone(),
-        socket: arguments.socket.clone(),
-        pace: match arguments.pace {
-            Pace::Real => protocol::Pace::Real,
-            Pace::Fast => protocol::Pace::Fast,
-        },
-        idle: Duration::from_secs_f64(arguments.idle_minutes * 60.0),
-    })?;
+    if let Some(sealed) = &arguments.purpose.seal {
+        file::write_sealed(&arguments.file, sealed)?;
+    }
+    if arguments.purpose.reveal {
+        let text =
+            file::read(&arguments.file)?.sealed_text.ok_or("the file is not sealed: read it as it is")?;
+        std::io::stdout().write_all(text.as_bytes())?;
+    }
+    if let Some(socket) = &arguments.purpose.socket {
+        serve(&ServeOptions {
+            file: arguments.file.clone(),
+            socket: socket.clone(),
+            pace: match arguments.pace {
+                Pace::Real => protocol::Pace::Real,
+                Pace::Fast => protocol::Pace::Fast,
+            },
+            idle: Duration::from_secs_f64(arguments.idle_minutes * 60.0),
+        })?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 

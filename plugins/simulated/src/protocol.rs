@@ -136,12 +136,46 @@ pub enum Verb {
         /// How much of the world's time, ms.
         ms: u64,
     },
+    /// Drives the motors themselves, as a controller does; ends with [`Say::Reading`] when the arm stands.
+    Step {
+        /// Half-steps of each motor: base, shoulder, elbow, right wrist, left wrist, gripper.
+        half_steps: [f64; AXES],
+        /// Speed of the motor with the most, half-steps/s.
+        rate: f64,
+    },
+    /// The operator turns the sensor's trim resistor; ends with [`Say::Reading`].
+    Trim {
+        /// By how much the level at which it fires changes, as a share of the most light there can be.
+        by: f64,
+    },
+    /// The operator puts something between the fingers, or takes it away; ends with [`Say::Reading`].
+    Hold {
+        /// Its width, mm; 0 for nothing.
+        width_mm: f64,
+    },
+    /// The operator measures; ends with [`Say::Measured`].
+    Measure {
+        /// With what.
+        with: Instrument,
+    },
+    /// Breaks the seal of a sealed world, so that `look` is answered; ends with [`Say::Revealed`].
+    Reveal {},
     /// Ends the world; ends with [`Say::Done`].
     Shutdown {},
 }
 
 fn full_speed() -> f64 {
     1.0
+}
+
+/// What the operator measures with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Instrument {
+    /// A spirit level on the hand: its tilt from hanging straight down, outward positive, deg.
+    Level,
+    /// A ruler from the table up to the sensor's face, mm.
+    Ruler,
 }
 
 /// The keys of the teach pendant, numbered as the controller reports them.
@@ -186,6 +220,18 @@ pub enum Say {
     Reading(Reading),
     /// The end of `look`.
     Truth(Box<TruthReport>),
+    /// The end of `measure`.
+    Measured {
+        /// What the instrument reads.
+        value: f64,
+        /// `deg` or `mm`.
+        unit: String,
+    },
+    /// The end of `reveal`.
+    Revealed {
+        /// The world file as it was before it was sealed; empty for a world that never was.
+        text: String,
+    },
     /// The end of a call after which nothing remains to be said.
     Done {},
     /// The end of a call that failed.
@@ -212,6 +258,8 @@ pub struct Reading {
     pub inputs: u64,
     /// Levels of the output lines.
     pub outputs: u64,
+    /// Whether the gripper's switch is closed.
+    pub grip: bool,
     /// Whether the pendant drives.
     pub pendant: bool,
     /// The key pressed last, 0 for none.
@@ -229,6 +277,7 @@ impl Reading {
             half_steps: reading.half_steps.0,
             inputs: reading.inputs,
             outputs,
+            grip: reading.grip,
             pendant: false,
             key: 0,
         }

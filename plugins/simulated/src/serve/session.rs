@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use serde::de::DeserializeOwned;
 
-use super::shared::Shared;
+use super::shared::{Order, Shared};
 use crate::lines::{Lines, Received};
-use crate::protocol::{Answer, Call, Hello, PROTOCOL, Pace, Reading, Say, Verb};
-use crate::world::{MotionOrder, Resolution};
+use crate::protocol::{Answer, Call, Hello, Instrument, PROTOCOL, Pace, Reading, Say, Verb};
+use crate::world::{HalfSteps, Joints, MotionOrder, Resolution, World};
 
 /// How often a client that says nothing is asked whether the world ends.
 const LISTEN: Duration = Duration::from_millis(100);
@@ -133,14 +133,30 @@ impl Session {
                 self.shared.now().set_pace(pace);
                 Ok(())
             }
+            Verb::Trim { by } => self.adjust(|world| world.turn_trim(by), "this sensor has no trim resistor"),
+            Verb::Hold { width_mm } => self.adjust(
+                |world| world.put_between_fingers(width_mm),
+                "the fingers do not stand so far open; open them first",
+            ),
             Verb::Move { joints, relative, speed } => {
-                return self.answer_motion(id, &MotionOrder { joints, relative, speed });
+                return self.answer_motion(id, &Order::Joints(MotionOrder { joints, relative, speed }));
+            }
+            Verb::Step { half_steps, rate } => {
+                return self.answer_motion(id, &Order::HalfSteps(HalfSteps(half_steps), rate));
             }
             Verb::Place { joints } => return self.answer_place(id, &joints),
             Verb::Wait { ms } => return self.answer_wait(id, Duration::from_millis(ms)),
+            Verb::Measure { with } => {
+                let say = self.measure(with);
+                return self.say(id, say);
+            }
             Verb::Look {} => {
-                let truth = self.shared.now().world.truth();
-                return self.say(id, Say::Truth(Box::new(truth.into())));
+                let say = self.look();
+                return self.say(id, say);
+            }
+            Verb::Reveal {} => {
+                let text = self.shared.now().reveal();
+                return self.say(id, Say::Revealed { text });
             }
             Verb::Shutdown {} => {
                 self.shared.end();
@@ -153,12 +169,36 @@ impl Session {
         }
     }
 
-    fn set_zero(&self, joints: [f64; 6]) -> Result<(), String> {
-        let mut state = self.shared.now();
-        state.world.set_registers(&crate::world::Joints(joints)).map_err(|refused| refused.to_string())
+    fn look(&self) -> Say {
+        let state = self.shared.now();
+        if state.is_revealed() {
+            Say::Truth(Box::new(state.world.truth().into()))
+        } else {
+            let why = "this world is sealed: what is true in it stays hidden until it is revealed".to_owned();
+            Say::Refused { why }
+        }
     }
 
-    fn answer_motion(&mut self, id: u64, order: &MotionOrder) -> Result<(), Gone> {
+    fn measure(&self, with: Instrument) -> Say {
+        let mut state = self.shared.now();
+        match with {
+            Instrument::Level => {
+                Say::Measured { value: state.world.read_level().to_degrees(), unit: "deg".to_owned() }
+            }
+            Instrument::Ruler => Say::Measured { value: state.world.read_ruler(), unit: "mm".to_owned() },
+        }
+    }
+
+    fn adjust(&self, adjustment: impl FnOnce(&mut World) -> bool, refusal: &str) -> Result<(), String> {
+        if adjustment(&mut self.shared.now().world) { Ok(()) } else { Err(refusal.to_owned()) }
+    }
+
+    fn set_zero(&self, joints: [f64; 6]) -> Result<(), String> {
+        let mut state = self.shared.now();
+        state.world.set_registers(&Joints(joints)).map_err(|refused| refused.to_string())
+    }
+
+    fn answer_motion(&mut self, id: u64, order: &Order) -> Result<(), Gone> {
         match self.make_motion(id, order)? {
             Ok(ended) => self.finish(id, matches!(ended, Ended::CutShort)),
             Err(why) => self.say(id, Say::Refused { why }),
@@ -169,7 +209,7 @@ impl Session {
     fn answer_place(&mut self, id: u64, attitudes: &[Option<f64>; 6]) -> Result<(), Gone> {
         for _ in 0..MOST_CORRECTIONS {
             let order = self.shared.now().world.order_toward(attitudes, 1.0);
-            match self.make_motion(id, &order)? {
+            match self.make_motion(id, &Order::Joints(order))? {
                 Ok(Ended::Arrived) => {}
                 Ok(Ended::CutShort) => return self.finish(id, true),
                 Err(why) => return self.say(id, Say::Refused { why }),
@@ -192,8 +232,8 @@ impl Session {
             Resolution::Continuous => 1e-10,
             Resolution::HalfStep => 0.51,
         };
-        let short = crate::world::Joints(order.joints.map(Option::unwrap_or_default));
-        crate::world::HalfSteps::from_joints(&short).0.iter().all(|motor| motor.abs() <= near)
+        let short = Joints(order.joints.map(Option::unwrap_or_default));
+        HalfSteps::from_joints(&short).0.iter().all(|motor| motor.abs() <= near)
     }
 
     fn answer_wait(&mut self, id: u64, duration: Duration) -> Result<(), Gone> {
@@ -213,7 +253,7 @@ impl Session {
 
     /// Makes one motion to its end, telling what happens on the way; a client that goes meanwhile leaves the arm standing where
     /// it was. The inner error is a refusal.
-    fn make_motion(&mut self, id: u64, order: &MotionOrder) -> Result<Result<Ended, String>, Gone> {
+    fn make_motion(&mut self, id: u64, order: &Order) -> Result<Result<Ended, String>, Gone> {
         let (cut_short_before, began_ns) = {
             let mut state = self.shared.now();
             let before = (state.cut_short, state.world.reading().time_ns);

@@ -26,8 +26,17 @@ pub(super) struct State {
     pub(super) cut_short: u64,
     pub(super) pendant: bool,
     key: Option<PendantKey>,
+    revealed: bool,
     clients: usize,
     last_used: Instant,
+}
+
+/// A motion that somebody wants.
+pub(super) enum Order {
+    /// Of joints.
+    Joints(MotionOrder),
+    /// Of motors, by so many half-steps, the one with the most at this rate.
+    HalfSteps(HalfSteps, f64),
 }
 
 impl Shared {
@@ -35,6 +44,7 @@ impl Shared {
         let now = Instant::now();
         let world_ns = world.reading().time_ns;
         let state = State {
+            revealed: world.description().sealed_text.is_none(),
             world,
             pace,
             wall: now,
@@ -99,10 +109,24 @@ impl State {
     }
 
     /// Starts a motion; in a fast world it is over at once.
-    pub(super) fn begin(&mut self, order: &MotionOrder) -> Result<(), MotionRefused> {
-        self.world.begin(order)?;
+    pub(super) fn begin(&mut self, order: &Order) -> Result<(), MotionRefused> {
+        match order {
+            Order::Joints(order) => self.world.begin(order)?,
+            Order::HalfSteps(travel, rate) => self.world.begin_half_steps(travel, *rate)?,
+        }
         self.catch_up();
         Ok(())
+    }
+
+    /// Whether what is true may be told.
+    pub(super) fn is_revealed(&self) -> bool {
+        self.revealed
+    }
+
+    /// Breaks the seal, and returns what was under it.
+    pub(super) fn reveal(&mut self) -> String {
+        self.revealed = true;
+        self.world.description().sealed_text.clone().unwrap_or_default()
     }
 
     /// Stops the arm where it stands.

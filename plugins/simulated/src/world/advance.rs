@@ -200,15 +200,20 @@ impl World {
         });
     }
 
+    /// Switches the line of an arm that stands still, if it must.
+    pub(super) fn watch_at_rest(&mut self) {
+        if self.switches(self.excess(&self.stance.seen, self.time_ns)) {
+            self.switch(self.time_ns, self.registers.to_joints(), Joints::default());
+        }
+    }
+
     /// The arm stands still and the sensor's noise goes on.
     fn rest(&mut self, until_ns: u64) {
         if let Some(interval) = self.description.scene.watch_interval_ns() {
             let interval = interval.max(1);
             while self.time_ns + interval <= until_ns {
                 self.time_ns += interval;
-                if self.switches(self.excess(&self.stance.seen, self.time_ns)) {
-                    self.switch(self.time_ns, self.registers.to_joints(), Joints::default());
-                }
+                self.watch_at_rest();
             }
         }
         self.time_ns = self.time_ns.max(until_ns);

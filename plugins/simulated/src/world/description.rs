@@ -1,6 +1,7 @@
 //! What a world is made of, checked and in the world's own units.
 
 use super::drive::{HalfSteps, Joints};
+use super::instrument::Instruments;
 use super::mechanism::Mechanism;
 use super::motion::Resolution;
 use super::sensor::Scene;
@@ -16,6 +17,10 @@ pub struct WorldDescription {
     pub arm: ArmDescription,
     /// What it works over, and what it sees with.
     pub scene: Scene,
+    /// What the operator measures with.
+    pub instruments: Instruments,
+    /// The text of the file, if it came under a seal: the truth is hidden until somebody breaks it.
+    pub sealed_text: Option<String>,
 }
 
 /// The arm and how it was left.

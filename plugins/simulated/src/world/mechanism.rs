@@ -19,7 +19,16 @@ pub struct Mechanism {
     pub drag: CableDrag,
     /// How parts give way under their weight.
     pub droop: Droop,
+    /// Width of what is between the fingers, mm; 0 when they meet each other.
+    pub held_width: f64,
 }
+
+/// How far (mm of its drive) the gripper's cable can be drawn past the touch of the fingers before the motor stalls: the
+/// greatest grip of 8 pounds, at 32 half-steps a pound.
+const GREATEST_GRIP: f64 = 8.0 * 32.0 / super::drive::GRIPPER_HALF_STEPS_PER_MM;
+
+/// How far the cable is drawn when the grip switch closes: a light touch, mm of the drive.
+const GRIP_SWITCH: f64 = 4.0 / super::drive::GRIPPER_HALF_STEPS_PER_MM;
 
 /// What share of a joint's true attitude the cables drag a later joint along by; 0 for cables that keep attitudes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -58,9 +67,23 @@ impl Mechanism {
         Joints(std::array::from_fn(|axis| follow(before.0[axis], drives.0[axis], self.backlash.0[axis])))
     }
 
-    /// The true attitudes when the links stand so behind their drives.
+    /// The true attitudes when the links stand so behind their drives. The fingers stop at what they hold; their cable is
+    /// drawn on.
     pub fn attitudes(&self, carried: &Joints) -> Joints {
-        self.droop.settled(&self.geometry, &self.drag.dragged(carried))
+        let mut attitudes = self.droop.settled(&self.geometry, &self.drag.dragged(carried));
+        let opening = &mut attitudes.0[Joint::Gripper.place()];
+        *opening = opening.max(self.held_width);
+        attitudes
+    }
+
+    /// How far the gripper's cable is drawn past the touch of the fingers, mm of its drive.
+    pub fn grip(&self, carried: &Joints) -> f64 {
+        (self.held_width - self.drag.dragged(carried).of(Joint::Gripper)).max(0.0)
+    }
+
+    /// Whether the gripper's switch is closed.
+    pub fn grips(&self, carried: &Joints) -> bool {
+        self.grip(carried) >= GRIP_SWITCH
     }
 
     /// Where the links must stand behind their drives for the true attitudes to be these.
@@ -70,9 +93,9 @@ impl Mechanism {
 
     /// How deep the arm is in something it cannot enter, mm; 0 or less when it is free. Stops of joints count as their angle
     /// on an arm's length.
-    pub fn trespass(&self, attitudes: &Joints, pose: &ArmPose, solid_table: bool) -> f64 {
+    pub fn trespass(&self, carried: &Joints, attitudes: &Joints, pose: &ArmPose, solid_table: bool) -> f64 {
         let under_table = -pose.tool.z.min(pose.wrist.z).min(pose.elbow.z);
-        let past_stop = past_stops(attitudes, self.geometry.forearm);
+        let past_stop = past_stops(attitudes, self.geometry.forearm).max(self.grip(carried) - GREATEST_GRIP);
         if solid_table { under_table.max(past_stop) } else { past_stop }
     }
 }
@@ -92,7 +115,7 @@ fn past_stops(attitudes: &Joints, arm_length: f64) -> f64 {
         .max(degrees_outside(elbow, -149.0, 0.0))
         .max(degrees_outside(wrist, -90.0, 90.0))
         .max(degrees_outside(attitudes.of(Joint::WristRoll), -360.0, 360.0))
-        .max((-opening).max(opening - 76.2))
+        .max(opening - 76.2)
 }
 
 impl CableDrag {
@@ -178,6 +201,7 @@ mod tests {
                 elbow_give: 0.02,
                 wrist_pitch_give: 0.03,
             },
+            held_width: 0.0,
         }
     }
 
@@ -187,6 +211,8 @@ mod tests {
             carried in prop::array::uniform6(-1.5..1.5_f64).prop_map(Joints),
         ) {
             let mechanism = mechanism();
+            let mut carried = carried;
+            carried.0[Joint::Gripper.place()] += 10.0;
             let back = mechanism.carried_for(&mechanism.attitudes(&carried));
             prop_assert!(back.minus(&carried).largest() < 1e-12);
         }
@@ -215,16 +241,30 @@ mod tests {
     }
 
     #[test]
+    fn fingers_stop_at_what_they_hold_and_their_cable_is_drawn_on() {
+        let mut mechanism = mechanism();
+        mechanism.drag = CableDrag::default();
+        mechanism.held_width = 12.0;
+        let closing = |drive: f64| Joints([0.0, 0.0, 0.0, 0.0, 0.0, drive]);
+        assert_eq!(mechanism.attitudes(&closing(15.0)).of(Joint::Gripper), 15.0);
+        assert_eq!(mechanism.attitudes(&closing(10.0)).of(Joint::Gripper), 12.0);
+        assert!(!mechanism.grips(&closing(12.0)) && mechanism.grips(&closing(11.7)));
+        // One pound of grip is 32 half-steps.
+        let pound = 32.0 / super::super::drive::GRIPPER_HALF_STEPS_PER_MM;
+        assert!((mechanism.grip(&closing(12.0 - pound)) - pound).abs() < 1e-12);
+    }
+
+    #[test]
     fn a_solid_table_and_a_joints_stop_are_trespassed_on() {
         let mechanism = mechanism();
         let hanging = -std::f64::consts::FRAC_PI_2;
         let low = Joints([0.0, 0.2, hanging, hanging, 0.0, 10.0]);
         let pose = mechanism.geometry.pose(&low);
         let depth = -(195.0 + 177.8 * 0.2_f64.sin() - 177.8 - 109.0);
-        assert!((mechanism.trespass(&low, &pose, true) - depth).abs() < 1e-9);
-        assert!(mechanism.trespass(&low, &pose, false) <= 0.0);
+        assert!((mechanism.trespass(&low, &low, &pose, true) - depth).abs() < 1e-9);
+        assert!(mechanism.trespass(&low, &low, &pose, false) <= 0.0);
         let folded = Joints([0.0, 1.5, -1.4, hanging, 0.0, 10.0]);
         let pose = mechanism.geometry.pose(&folded);
-        assert!(mechanism.trespass(&folded, &pose, true) > 0.0);
+        assert!(mechanism.trespass(&folded, &folded, &pose, true) > 0.0);
     }
 }

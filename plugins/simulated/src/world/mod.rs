@@ -10,6 +10,7 @@ mod description;
 mod drive;
 pub mod file;
 mod geometry;
+mod instrument;
 mod mechanism;
 mod motion;
 mod play;
@@ -22,6 +23,7 @@ use std::collections::VecDeque;
 pub use description::{ArmDescription, WorldDescription};
 pub use drive::{AXES, GRIPPER_HALF_STEPS_PER_MM, HALF_STEPS_PER_TURN, HalfSteps, Joint, Joints};
 pub use geometry::{ArmGeometry, ArmPose, Point};
+pub use instrument::{Instrument, Instruments};
 pub use mechanism::{CableDrag, Droop, Mechanism};
 pub use motion::Resolution;
 pub use sensor::{Optics, ProximitySensor, Scene, Seen, Spot, Table};
@@ -49,6 +51,8 @@ pub struct ControllerReading {
     pub half_steps: HalfSteps,
     /// Levels of the input lines, a bit each.
     pub inputs: u64,
+    /// Whether the gripper's switch is closed: the fingers hold something, or each other.
+    pub grip: bool,
 }
 
 /// A change of the input lines.
@@ -115,6 +119,9 @@ pub enum MotionRefused {
     /// The speed is out of its range.
     #[error("the speed must be a share of the greatest, above 0 and at most 1")]
     Speed,
+    /// The motors cannot be driven so.
+    #[error("half-steps must be finite numbers, and their rate above 0 and at most 100000 a second")]
+    HalfSteps,
 }
 
 /// The world and everything in it.
@@ -132,6 +139,7 @@ pub struct World {
     slipping: advance::Slipping,
     changes: VecDeque<LineChange>,
     changes_seen: u64,
+    readings_taken: u64,
 }
 
 impl World {
@@ -158,6 +166,7 @@ impl World {
             slipping: advance::Slipping::default(),
             changes: VecDeque::new(),
             changes_seen: 0,
+            readings_taken: 0,
             description,
         }
     }
@@ -175,6 +184,7 @@ impl World {
             joints: self.registers.to_joints(),
             half_steps: self.registers,
             inputs: self.inputs(),
+            grip: self.description.arm.mechanism.grips(&self.stance.carried),
         }
     }
 
@@ -247,8 +257,26 @@ impl World {
         Ok(())
     }
 
-    /// Starts a motion of the registers to these half-steps.
+    /// Starts a motion of each motor by these half-steps; the one with the most runs at `rate` half-steps/s, whether it can or
+    /// not.
+    pub fn begin_half_steps(&mut self, travel: &HalfSteps, rate: f64) -> Result<(), MotionRefused> {
+        if self.motion.is_some() {
+            return Err(MotionRefused::Moving);
+        }
+        let drivable = travel.0.iter().all(|steps| steps.is_finite()) && rate > 0.0 && rate <= 100_000.0;
+        if !drivable {
+            return Err(MotionRefused::HalfSteps);
+        }
+        self.begin_at_rates(self.registers.plus(travel), &HalfSteps([rate; AXES]));
+        Ok(())
+    }
+
     fn begin_toward(&mut self, wanted: HalfSteps, speed: f64) {
+        self.begin_at_rates(wanted, &self.description.arm.top_rates.times(speed));
+    }
+
+    /// Starts a motion of the registers to these half-steps.
+    fn begin_at_rates(&mut self, wanted: HalfSteps, rates: &HalfSteps) {
         let arm = &self.description.arm;
         let target = match arm.resolution {
             Resolution::Continuous => wanted,
@@ -258,7 +286,7 @@ impl World {
             self.registers,
             target,
             arm.resolution,
-            &arm.top_rates.times(speed),
+            rates,
             self.time_ns,
             arm.mechanism.geometry.reach(),
             self.description.scene.watch_interval_ns(),
@@ -286,6 +314,46 @@ impl World {
         let mechanism = &self.description.arm.mechanism;
         let short = mechanism.carried_for(&wanted).minus(&mechanism.carried_for(&self.stance.attitudes));
         MotionOrder { joints: short.0.map(Some), relative: true, speed }
+    }
+
+    /// Turns the sensor's trim resistor: the level at which it fires, a share of the most light there can be, changes by this.
+    /// False when the sensor has none.
+    pub fn turn_trim(&mut self, by: f64) -> bool {
+        by.is_finite() && self.description.scene.sensor.turn_trim(by) && {
+            self.look_again();
+            true
+        }
+    }
+
+    /// Puts something of this width (mm) between the fingers, or nothing (0). The fingers must stand open wider. False when they
+    /// do not.
+    pub fn put_between_fingers(&mut self, width: f64) -> bool {
+        let fits = width.is_finite() && width >= 0.0 && self.stance.attitudes.of(Joint::Gripper) >= width;
+        if fits {
+            self.description.arm.mechanism.held_width = width;
+            self.look_again();
+        }
+        fits
+    }
+
+    /// Sees anew what stands there, after something other than a motor changed it.
+    fn look_again(&mut self) {
+        self.stance = Stance::standing(&self.description, self.stance.rotors, self.stance.carried);
+        self.watch_at_rest();
+    }
+
+    /// What the operator's spirit level reads on the hand: its tilt from hanging straight down, outward positive, rad.
+    pub fn read_level(&mut self) -> f64 {
+        self.readings_taken += 1;
+        let tilt = self.stance.attitudes.of(Joint::WristPitch) + std::f64::consts::FRAC_PI_2;
+        self.description.instruments.level.read(tilt, self.description.seed, self.readings_taken)
+    }
+
+    /// What the operator's ruler reads from the table up to the sensor's face, mm.
+    pub fn read_ruler(&mut self) -> f64 {
+        self.readings_taken += 1;
+        let height = self.stance.pose.tool.z;
+        self.description.instruments.ruler.read(height, self.description.seed, self.readings_taken)
     }
 
     fn inputs(&self) -> u64 {

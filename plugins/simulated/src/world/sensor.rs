@@ -53,8 +53,8 @@ pub struct Spot {
     pub noise: f64,
     /// How fast the noise changes, ns from one independent value to the next.
     pub noise_knot_ns: u64,
-    /// The distance over standard background at which the sensor fires as its trim resistor stands at the start, mm.
-    pub trimmed_distance: f64,
+    /// The level of the signal at which the sensor fires, as its trim resistor stands.
+    pub firing_level: f64,
 }
 
 /// What the sensor sees, against the two levels of its trigger. In units of its signal: mm for the ideal sensor; for a spot
@@ -103,9 +103,8 @@ impl Scene {
             }
             Optics::Spot(spot) => {
                 let signal = spot.signal(pose, |centre| self.reflectance_of_spot(spot, centre));
-                let fires = spot.response(spot.trimmed_distance) * self.target.white;
-                let releases = fires * (1.0 - spot.hysteresis);
-                Seen { signal, past_firing: signal - fires, past_release: signal - releases }
+                let release_level = spot.firing_level * (1.0 - spot.hysteresis);
+                Seen { signal, past_firing: signal - spot.firing_level, past_release: signal - release_level }
             }
         }
     }
@@ -166,6 +165,20 @@ impl Scene {
     }
 }
 
+impl ProximitySensor {
+    /// Turns the trim resistor: the level at which the sensor fires changes by this, and stays between 0 and 1. False for a
+    /// sensor that has none.
+    pub fn turn_trim(&mut self, by: f64) -> bool {
+        match &mut self.optics {
+            Optics::Ideal { .. } => false,
+            Optics::Spot(spot) => {
+                spot.firing_level = (spot.firing_level + by).clamp(0.0, 1.0);
+                true
+            }
+        }
+    }
+}
+
 impl Spot {
     /// Light that comes back from a perfect white at this distance (mm), 1 at the peak: little where the lines of sight do
     /// not cross yet, and falling with the distance where they have parted.
@@ -219,14 +232,15 @@ mod tests {
     }
 
     fn spot() -> Spot {
-        Spot {
+        let untrimmed = Spot {
             diameter: 4.0,
             peak_distance: 5.0,
             hysteresis: 0.02,
             noise: 0.0,
             noise_knot_ns: 1_000_000,
-            trimmed_distance: 8.0,
-        }
+            firing_level: 0.0,
+        };
+        Spot { firing_level: untrimmed.response(8.0) * 0.9, ..untrimmed }
     }
 
     fn hanging_at(x: f64, y: f64, z: f64) -> ArmPose {

@@ -36,7 +36,7 @@ impl Stance {
             carried,
             attitudes,
             pose,
-            trespass: mechanism.trespass(&attitudes, &pose, world.scene.table.solid),
+            trespass: mechanism.trespass(&carried, &attitudes, &pose, world.scene.table.solid),
             seen: world.scene.seen(&pose),
         }
     }

@@ -103,10 +103,18 @@ impl Served {
         Served::start_with(name, pace, Duration::from_secs(600))
     }
 
+    pub(crate) fn start_file(file: &Path, pace: Pace) -> Served {
+        Served::launch(file.to_owned(), pace, Duration::from_secs(600))
+    }
+
     pub(crate) fn start_with(name: &str, pace: Pace, idle: Duration) -> Served {
+        Served::launch(world_path(name), pace, idle)
+    }
+
+    fn launch(file: PathBuf, pace: Pace, idle: Duration) -> Served {
         let directory = tempfile::tempdir().unwrap();
         let socket = directory.path().join("world");
-        let options = ServeOptions { file: world_path(name), socket: socket.clone(), pace, idle };
+        let options = ServeOptions { file, socket: socket.clone(), pace, idle };
         let thread = std::thread::spawn(move || serve(&options));
         let served = Served { socket, directory, thread: Some(thread) };
         until("the world's socket", || served.socket.exists());

@@ -6,6 +6,7 @@ use serde_yaml::Location;
 
 use super::super::drive::{AXES, HalfSteps, Joint, Joints};
 use super::super::geometry::ArmGeometry;
+use super::super::instrument::{Instrument, Instruments};
 use super::super::mechanism::{CableDrag, Droop, Mechanism};
 use super::super::motion::Resolution;
 use super::super::sensor::{Optics, ProximitySensor, Scene, Spot, Table};
@@ -27,14 +28,20 @@ impl Checker<'_> {
         let raw::Arm::TeachMover(arm) = raw.arm;
         let raw::Target::T(target) = raw.target;
         let start = arm.start.referenced;
-        let scene = Scene {
-            table: self.table(&raw.table)?,
-            target: self.target(&target)?,
-            sensor: self.sensor(&raw.sensor)?,
-        };
+        let target = self.target(&target)?;
+        let sensor = self.sensor(&raw.sensor, target.white)?;
+        let scene = Scene { table: self.table(&raw.table)?, target, sensor };
         let arm = self.teachmover(&arm)?;
         self.require_free(&arm, scene.table.solid, start)?;
-        Ok(WorldDescription { title: raw.world.value, seed: raw.seed, arm, scene })
+        let instruments = self.instruments(&raw.instruments)?;
+        Ok(WorldDescription {
+            title: raw.world.value,
+            seed: raw.seed,
+            arm,
+            scene,
+            instruments,
+            sealed_text: None,
+        })
     }
 
     fn teachmover(&self, raw: &raw::TeachMover) -> Result<ArmDescription, WorldFileError> {
@@ -51,6 +58,7 @@ impl Checker<'_> {
                 backlash: self.joints(&raw.backlash, 0.0..=20.0)?,
                 drag: self.cable_drag(&raw.cable_drag)?,
                 droop: self.droop(&raw.droop)?,
+                held_width: 0.0,
             },
             resolution: match raw.resolution {
                 raw::Resolution::Continuous => Resolution::Continuous,
@@ -174,7 +182,7 @@ impl Checker<'_> {
         })
     }
 
-    fn sensor(&self, raw: &raw::Sensor) -> Result<ProximitySensor, WorldFileError> {
+    fn sensor(&self, raw: &raw::Sensor, white: f64) -> Result<ProximitySensor, WorldFileError> {
         let input_bit = raw.input_bit.as_ref().map_or(0, |bit| bit.value);
         if let Some(bit) = &raw.input_bit
             && input_bit > 6
@@ -189,12 +197,13 @@ impl Checker<'_> {
                     self.or("release_height_mm", &ideal.release_height_mm, height, height..=400.0, "mm")?;
                 Optics::Ideal { height, release_height }
             }
-            raw::Optics::Spot(spot) => Optics::Spot(self.spot(spot)?),
+            raw::Optics::Spot(spot) => Optics::Spot(self.spot(spot, white)?),
         };
         Ok(ProximitySensor { input_bit, optics })
     }
 
-    fn spot(&self, raw: &raw::Spot) -> Result<Spot, WorldFileError> {
+    /// The sensor was trimmed over the target's own white.
+    fn spot(&self, raw: &raw::Spot, white: f64) -> Result<Spot, WorldFileError> {
         let peak_distance = self.number("peak_mm", &raw.peak_mm, 0.1..=200.0, "mm")?;
         let trimmed_distance =
             self.number("trimmed_to_fire_at_mm", &raw.trimmed_to_fire_at_mm, 0.1..=400.0, "mm")?;
@@ -206,13 +215,29 @@ impl Checker<'_> {
             return Err(self.wrong(raw.trimmed_to_fire_at_mm.referenced, problem));
         }
         let interval_ms = self.or("noise_interval_ms", &raw.noise_interval_ms, 1.0, 0.05..=1000.0, "ms")?;
-        Ok(Spot {
+        let untrimmed = Spot {
             diameter: self.number("diameter_mm", &raw.diameter_mm, 0.01..=50.0, "mm")?,
             peak_distance,
             hysteresis: self.or("hysteresis_percent", &raw.hysteresis_percent, 0.0, 0.0..=90.0, "%")? / 100.0,
             noise: self.or("noise_percent", &raw.noise_percent, 0.0, 0.0..=50.0, "%")? / 100.0,
             noise_knot_ns: (interval_ms * 1e6) as u64,
-            trimmed_distance,
+            firing_level: 0.0,
+        };
+        Ok(Spot { firing_level: untrimmed.response(trimmed_distance) * white, ..untrimmed })
+    }
+
+    fn instruments(&self, raw: &raw::Instruments) -> Result<Instruments, WorldFileError> {
+        let level = |key, value| self.or(key, value, 0.0, 0.0..=45.0, "deg").map(f64::to_radians);
+        let ruler = |key, value| self.or(key, value, 0.0, 0.0..=50.0, "mm");
+        Ok(Instruments {
+            level: Instrument {
+                error: level("error_deg", &raw.level.error_deg)?,
+                division: level("division_deg", &raw.level.division_deg)?,
+            },
+            ruler: Instrument {
+                error: ruler("error_mm", &raw.ruler.error_mm)?,
+                division: ruler("division_mm", &raw.ruler.division_mm)?,
+            },
         })
     }
 
@@ -229,7 +254,9 @@ impl Checker<'_> {
                 format!("the arm would start with its sensor {:.1} mm under the table", -pose.tool.z);
             return Err(self.wrong(start, problem));
         }
-        if arm.mechanism.trespass(&arm.start, &pose, solid_table) > 0.0 {
+        if arm.mechanism.trespass(&arm.start, &arm.start, &pose, solid_table) > 0.0
+            || arm.start.of(Joint::Gripper) < 0.0
+        {
             let [_, shoulder, elbow, ..] = arm.start.0.map(f64::to_degrees);
             let problem = format!(
                 "the arm cannot start so, a joint would be past its stop: waist within 90 deg, shoulder -35 to 144, \

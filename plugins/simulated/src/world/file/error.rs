@@ -13,6 +13,20 @@ pub enum WorldFileError {
         /// Why.
         source: std::io::Error,
     },
+    /// A sealed file could not be written.
+    #[error("cannot write {file}: {source}")]
+    Unwritable {
+        /// The file.
+        file: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// What is under the seal is no world.
+    #[error("{file}: the sealed world does not open: it was edited or cut")]
+    BrokenSeal {
+        /// The file.
+        file: String,
+    },
     /// Something in it is wrong.
     #[error("{file}:{line}:{column}: {problem}")]
     Wrong {

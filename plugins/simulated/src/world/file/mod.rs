@@ -1,4 +1,4 @@
-//! World files: YAML a person writes, read in two stages. What was typed ([`raw`]) keeps its places in the file; what is true
+//! World files: YAML a person writes, read in two stages. What was typed (`raw`) keeps its places in the file; what is true
 //! ([`super::WorldDescription`]) has been checked and is in the world's own units.
 //!
 //! Every key carries its unit. Unknown and missing keys, values out of range and things that contradict each other are
@@ -7,10 +7,12 @@
 mod check;
 mod error;
 mod raw;
+mod seal;
 
 use std::path::Path;
 
 pub use error::WorldFileError;
+pub use seal::seal;
 
 use super::WorldDescription;
 
@@ -22,8 +24,29 @@ pub fn read(path: &Path) -> Result<WorldDescription, WorldFileError> {
     parse(&file, &text)
 }
 
-/// Checks the text of a world file; `file` is the name its errors bear.
+/// Checks the text of a world file, sealed or open; `file` is the name its errors bear.
 pub fn parse(file: &str, text: &str) -> Result<WorldDescription, WorldFileError> {
+    if !seal::is_sealed(text) {
+        return parse_open(file, text);
+    }
+    let text = seal::open(file, text)?;
+    // A message about the text would give it away.
+    let world = parse_open(file, &text).map_err(|_| WorldFileError::BrokenSeal { file: file.to_owned() })?;
+    Ok(WorldDescription { sealed_text: Some(text), ..world })
+}
+
+/// Writes a world file under a seal, after checking it.
+pub fn write_sealed(path: &Path, sealed: &Path) -> Result<(), WorldFileError> {
+    let text = match read(path)?.sealed_text {
+        Some(text) => text,
+        None => std::fs::read_to_string(path)
+            .map_err(|source| WorldFileError::Unreadable { file: path.display().to_string(), source })?,
+    };
+    std::fs::write(sealed, seal(&text))
+        .map_err(|source| WorldFileError::Unwritable { file: sealed.display().to_string(), source })
+}
+
+fn parse_open(file: &str, text: &str) -> Result<WorldDescription, WorldFileError> {
     let options = serde_yaml::options! {
         strict_booleans: true,
         with_snippet: false,

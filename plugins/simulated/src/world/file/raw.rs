@@ -17,6 +17,8 @@ pub(super) struct World {
     pub(super) table: Table,
     pub(super) target: Target,
     pub(super) sensor: Sensor,
+    #[serde(default)]
+    pub(super) instruments: Instruments,
 }
 
 /// Which arm stands in the world.
@@ -210,4 +212,30 @@ pub(super) struct Spot {
     pub(super) hysteresis_percent: Option<Number>,
     pub(super) noise_percent: Option<Number>,
     pub(super) noise_interval_ms: Option<Number>,
+}
+
+/// What the operator measures with.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Instruments {
+    #[serde(default)]
+    pub(super) level: Level,
+    #[serde(default)]
+    pub(super) ruler: Ruler,
+}
+
+/// A spirit level.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Level {
+    pub(super) error_deg: Option<Number>,
+    pub(super) division_deg: Option<Number>,
+}
+
+/// A ruler.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Ruler {
+    pub(super) error_mm: Option<Number>,
+    pub(super) division_mm: Option<Number>,
 }

@@ -1,0 +1,48 @@
+//! What the operator measures with: a spirit level on the hand and a ruler under it.
+
+use super::chance::normal;
+
+/// The instruments at hand.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Instruments {
+    /// On the hand: its tilt from hanging straight down, outward positive, rad.
+    pub level: Instrument,
+    /// From the table up to the sensor's face, mm.
+    pub ruler: Instrument,
+}
+
+/// How well an instrument tells.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Instrument {
+    /// Standard deviation of one reading, in the instrument's unit.
+    pub error: f64,
+    /// The smallest division it is read to; 0 for as fine as there are numbers.
+    pub division: f64,
+}
+
+impl Instrument {
+    /// What is read where `truth` is so; `occasion` counts the readings.
+    pub fn read(&self, truth: f64, seed: u64, occasion: u64) -> f64 {
+        let felt = truth + self.error * normal(seed ^ 0x0b5e_7fe5, occasion);
+        if self.division > 0.0 { (felt / self.division).round() * self.division } else { felt }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_perfect_instrument_reads_the_truth() {
+        assert_eq!(Instrument::default().read(1.234_567, 1, 1), 1.234_567);
+    }
+
+    #[test]
+    fn readings_scatter_and_fall_on_divisions() {
+        let ruler = Instrument { error: 0.3, division: 0.5 };
+        let readings: Vec<f64> = (0..50).map(|occasion| ruler.read(8.1, 3, occasion)).collect();
+        assert!(readings.iter().all(|reading| (reading * 2.0).fract() == 0.0));
+        assert!(readings.iter().any(|reading| *reading != readings[0]));
+        assert_eq!(ruler.read(8.1, 3, 7), readings[7]);
+    }
+}

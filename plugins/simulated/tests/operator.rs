@@ -1,0 +1,149 @@
+//! What the operator's hands and instruments do in the world, and a controller that drives the motors themselves.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::{Served, only, world_path};
+use plumb_simulated::client::WorldClient;
+use plumb_simulated::protocol::{Instrument, Pace, Say, Verb};
+use plumb_simulated::world::Joint;
+use plumb_simulated::world::file::{parse, read, seal};
+
+fn measure(client: &mut WorldClient, with: Instrument) -> (f64, String) {
+    match client.call(Verb::Measure { with }, || false, |_| {}).unwrap() {
+        Say::Measured { value, unit } => (value, unit),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Brings the hand over white to a height, as an operator with a gauge block does.
+fn place_at_height(client: &mut WorldClient, height_mm: f64) {
+    for _ in 0..40 {
+        let truth = client.look().unwrap();
+        let short = height_mm - truth.sensor_mm[2];
+        let shoulder = truth.attitudes[1] + short / (177.8 * truth.attitudes[1].cos());
+        client.read(Verb::Place { joints: only(Joint::Shoulder, shoulder) }).unwrap();
+    }
+}
+
+#[test]
+fn the_trim_resistor_sets_the_height_at_which_the_sensor_fires() {
+    let served = Served::start("world-worn.yaml", Pace::Fast);
+    let mut client = served.connect();
+    place_at_height(&mut client, 9.5);
+    let mut turns = 0;
+    assert_eq!(client.read(Verb::Read {}).unwrap().inputs, 0);
+    while client.read(Verb::Trim { by: -0.005 }).unwrap().inputs == 0 {
+        turns += 1;
+        assert!(turns < 200);
+    }
+    // 9.5 mm over white 0.9: 0.9 * 1.9^2 * exp(2 * (1 - 1.9)) = 0.537, from 0.694 at 8 mm.
+    assert!((25..=38).contains(&turns), "{turns}");
+    let served = Served::start("world-ideal.yaml", Pace::Fast);
+    let refused = served.connect().read(Verb::Trim { by: 0.1 }).unwrap_err();
+    assert_eq!(refused.to_string(), "this sensor has no trim resistor");
+}
+
+#[test]
+fn level_and_ruler_read_what_stands_there() {
+    let served = Served::start("world-ideal.yaml", Pace::Fast);
+    let mut client = served.connect();
+    let mut joints = only(Joint::WristPitch, -88.5_f64.to_radians());
+    joints[1] = Some(0.7);
+    client.read(Verb::Place { joints }).unwrap();
+    let (tilt, unit) = measure(&mut client, Instrument::Level);
+    assert!((tilt - 1.5).abs() < 1e-8 && unit == "deg", "{tilt} {unit}");
+    let (height, unit) = measure(&mut client, Instrument::Ruler);
+    assert!((height - client.look().unwrap().sensor_mm[2]).abs() < 1e-12 && unit == "mm");
+}
+
+#[test]
+fn a_coarse_instrument_reads_in_divisions_with_its_error() {
+    let text = std::fs::read_to_string(world_path("world-ideal.yaml")).unwrap()
+        + "instruments:\n  ruler: {error_mm: 0.4, division_mm: 0.5}\n";
+    let mut world = plumb_simulated::world::World::new(parse("world.yaml", &text).unwrap());
+    let truth = world.truth().pose.tool.z;
+    let readings: Vec<f64> = (0..200).map(|_| world.read_ruler()).collect();
+    let mean = readings.iter().sum::<f64>() / 200.0;
+    assert!(readings.iter().all(|reading| (reading * 2.0).fract() == 0.0));
+    assert!((mean - truth).abs() < 0.12, "{mean} {truth}");
+    assert!(readings.iter().any(|reading| (reading - truth).abs() > 0.5));
+}
+
+#[test]
+fn a_controller_steps_the_motors_themselves() {
+    let served = Served::start("world-backlash.yaml", Pace::Fast);
+    let mut client = served.connect();
+    let before = client.read(Verb::Read {}).unwrap();
+    let half_steps = [0.0, 100.0, -40.0, 0.0, 0.0, -40.0];
+    let after = client.read(Verb::Step { half_steps, rate: 200.0 }).unwrap();
+    let issued: Vec<f64> = (0..6).map(|motor| after.half_steps[motor] - before.half_steps[motor]).collect();
+    assert_eq!(issued, half_steps);
+    assert_eq!(after.time_ns - before.time_ns, 500_000_000, "100 half-steps at 200 a second");
+    assert!((after.joints[5] - before.joints[5]).abs() < 1e-12, "the gripper's motor went with the elbow's");
+    let refused = client.read(Verb::Step { half_steps, rate: 0.0 }).unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "half-steps must be finite numbers, and their rate above 0 and at most 100000 a second"
+    );
+}
+
+#[test]
+fn a_closing_gripper_feels_what_it_holds() {
+    let served = Served::start("world-ideal.yaml", Pace::Fast);
+    let mut client = served.connect();
+    let refused = client.read(Verb::Hold { width_mm: 30.0 }).unwrap_err();
+    assert_eq!(refused.to_string(), "the fingers do not stand so far open; open them first");
+    client.read(Verb::Hold { width_mm: 12.7 }).unwrap();
+    let mut reading = client.read(Verb::Read {}).unwrap();
+    while !reading.grip {
+        assert!(reading.joints[5] > 5.0, "nothing was felt");
+        reading =
+            client.read(Verb::Step { half_steps: [0.0, 0.0, 0.0, 0.0, 0.0, -1.0], rate: 40.0 }).unwrap();
+    }
+    assert!((reading.joints[5] - 12.7).abs() < 0.5, "{}", reading.joints[5]);
+    let close = Verb::Move { joints: only(Joint::Gripper, 0.0), relative: false, speed: 1.0 };
+    client.read(close).unwrap();
+    let truth = client.look().unwrap();
+    assert!((truth.attitudes[5] - 12.7).abs() < 1e-9);
+    assert_eq!(truth.lost_half_steps[5], 0.0, "a grip below eight pounds stalls no motor");
+}
+
+#[test]
+fn a_sealed_world_works_and_keeps_its_faults_to_itself() {
+    let plain = std::fs::read_to_string(world_path("world-worn.yaml")).unwrap();
+    let sealed = seal(&plain);
+    assert!(!sealed.contains("backlash") && !sealed.contains("zero_error"));
+    let world = parse("sealed.world", &sealed).unwrap();
+    assert_eq!(world.sealed_text.as_deref(), Some(plain.as_str()));
+    let open = read(&world_path("world-worn.yaml")).unwrap();
+    assert_eq!((world.arm, world.scene), (open.arm, open.scene));
+
+    let cut: String = sealed.chars().take(sealed.len() - 700).collect();
+    let (heading, digits) = sealed.split_once('\n').unwrap();
+    let edited = |from: char, to: &str| format!("{heading}\n{}", digits.replace(from, to));
+    for broken in [cut, edited('a', "b"), edited('0', "x")] {
+        let error = parse("sealed.world", &broken).unwrap_err();
+        assert_eq!(error.to_string(), "sealed.world: the sealed world does not open: it was edited or cut");
+    }
+}
+
+#[test]
+fn what_is_true_in_a_sealed_world_is_told_once_it_is_revealed() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("sealed.world");
+    plumb_simulated::world::file::write_sealed(&world_path("world-backlash.yaml"), &file).unwrap();
+    let served = Served::start_file(&file, Pace::Fast);
+    let mut client = served.connect();
+    let refused = client.look().unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "this world is sealed: what is true in it stays hidden until it is revealed"
+    );
+    let Say::Revealed { text } = client.call(Verb::Reveal {}, || false, |_| {}).unwrap() else {
+        panic!("not revealed");
+    };
+    assert!(text.contains("backlash: {waist_deg: 0.4"));
+    client.look().unwrap();
+}
