@@ -91,6 +91,34 @@ fn a_batch_is_reproducible_and_can_be_opened_at_once() {
 }
 
 #[test]
+fn a_user_can_measure_more_poses_before_opening_the_seal() {
+    let home = tempfile::tempdir().unwrap();
+    plumb(&["trial", "new", "--seed", "5", "--arm", "teachmover", "-o", "t"], home.path());
+    let table = || fs::read_to_string(home.path().join("t/table.csv")).unwrap();
+    let before = table();
+    fs::write(
+        home.path().join("next.json"),
+        r#"{"next": [{"q_deg": [10, 20, -30, 40], "approach": [1, -1, 1, -1]}]}"#,
+    )
+    .unwrap();
+    for _ in 0..2 {
+        let measure = plumb(&["trial", "measure", "t", "--poses", "next.json"], home.path());
+        assert_eq!(measure.status.code(), Some(0), "{}", complained(&measure));
+    }
+    assert!(table().starts_with(&before));
+    let added: Vec<String> = table()[before.len()..].lines().map(str::to_owned).collect();
+    assert_eq!(added.len(), 2);
+    assert!(
+        added.iter().all(|line| line.starts_with("10.000,20.000,-30.000,40.000,1,-1,1,-1,0,")),
+        "{added:?}"
+    );
+    assert_ne!(added[0], added[1], "two returns differ by noise and time");
+    fs::write(home.path().join("next.json"), r#"[{"q_deg": [10, 20]}]"#).unwrap();
+    let bad = plumb(&["trial", "measure", "t", "--poses", "next.json"], home.path());
+    assert!(complained(&bad).contains("pose 1 needs 4 joint angles in `q_deg`"), "{}", complained(&bad));
+}
+
+#[test]
 fn mistakes_are_told_with_what_would_be_right() {
     let home = tempfile::tempdir().unwrap();
     let message = |arguments: &[&str]| {

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod benchmark;
+mod measure;
 mod reveal;
 mod score;
 mod wish;
@@ -12,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Subcommand;
-use plumb_simulated::physics::campaign::seal::{self, OpenError};
+use plumb_simulated::physics::campaign::seal::{self, OpenError, Sealed};
 use plumb_simulated::physics::campaign::{self, Case, GenerateError, Truth};
 use plumb_simulated::physics::description::DescriptionError;
 use thiserror::Error;
@@ -20,6 +21,7 @@ use thiserror::Error;
 use crate::failure::CommandResult;
 use arguments::CampaignArguments;
 use benchmark::BenchmarkArguments;
+use measure::MeasureArguments;
 use reveal::RevealArguments;
 
 const TABLE: &str = "table.csv";
@@ -34,6 +36,8 @@ pub(crate) enum TrialCommand {
     New(NewArguments),
     /// Simulate many campaigns, one directory each.
     Batch(BatchArguments),
+    /// Measure further poses on the arm of a trial, such as those the lab asks for.
+    Measure(MeasureArguments),
     /// Open the seal, and score a diagnosis against it.
     Reveal(RevealArguments),
     /// Hide, diagnose and compare many times: how often is the truth found, and by whom.
@@ -142,6 +146,26 @@ pub(crate) enum TrialError {
         /// Why.
         source: OpenError,
     },
+    /// Poses that cannot be read.
+    #[error("{path}: no poses as `plumb model next --json` writes them: {reason}")]
+    Poses {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// The table of the trial is not what the trial wrote.
+    #[error(
+        "{path}, line {line}: {reason}; measurements of a trial are added to the table as it was written"
+    )]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// The line.
+        line: usize,
+        /// What is wrong.
+        reason: String,
+    },
     /// A diagnosis that is none.
     #[error("{path}: not a diagnosis as `plumb model diagnose --json` writes it: {source}")]
     Diagnosis {
@@ -172,6 +196,7 @@ pub(crate) fn run(command: &TrialCommand) -> CommandResult {
     let outcome = match command {
         TrialCommand::New(arguments) => new(arguments),
         TrialCommand::Batch(arguments) => batch(arguments),
+        TrialCommand::Measure(arguments) => measure::run(arguments),
         TrialCommand::Reveal(arguments) => reveal::run(arguments),
         TrialCommand::Benchmark(arguments) => benchmark::run(arguments),
     }?;
@@ -216,11 +241,19 @@ fn answer(truth: &Truth) -> serde_json::Value {
 fn write_case(case: &Case, directory: &Path) -> Result<(), TrialError> {
     fs::create_dir_all(directory)
         .map_err(|source| TrialError::Write { path: directory.to_owned(), source })?;
-    let files = [(TABLE, case.table_csv()), (MODEL, case.model_yaml()), (SEALED, seal::seal(&case.truth))];
+    let files = [(TABLE, case.table_csv()), (MODEL, case.model_yaml()), (SEALED, seal::seal(case))];
     if let Some((name, _)) = files.iter().find(|(name, _)| directory.join(name).exists()) {
         return Err(TrialError::Exists(directory.join(name)));
     }
     files.iter().try_for_each(|(name, text)| write(&directory.join(name), text))
+}
+
+fn open(path: &Path) -> Result<Sealed, TrialError> {
+    seal::open(&read(path)?).map_err(|source| TrialError::Open { path: path.to_owned(), source })
+}
+
+fn read(path: &Path) -> Result<String, TrialError> {
+    fs::read_to_string(path).map_err(|source| TrialError::Read { path: path.to_owned(), source })
 }
 
 fn write(path: &Path, text: &str) -> Result<(), TrialError> {

@@ -4,6 +4,7 @@
 
 use plumb_simulated::physics::arms;
 use plumb_simulated::physics::campaign::catalogue::{self, Choice};
+use plumb_simulated::physics::campaign::poses::Chosen;
 use plumb_simulated::physics::campaign::specification::{
     Approach, Free, Reading, Size, Specification, Spread, Wanted,
 };
@@ -176,24 +177,45 @@ fn accepted_verdicts_follow_from_what_is_hidden() {
 
 #[test]
 fn the_seal_hides_and_opens() {
-    let truth = case(&hiding("puma560", &[("joint_backlash", 3.0)]), 12).truth;
-    let sealed = seal::seal(&truth);
+    let made = case(&hiding("puma560", &[("joint_backlash", 3.0)]), 12);
+    let sealed = seal::seal(&made);
     assert!(!sealed.contains("backlash") && sealed.contains("not a cipher"));
-    assert_eq!(seal::open(&sealed).unwrap(), truth);
+    let opened = seal::open(&sealed).unwrap();
+    assert_eq!(opened.truth, made.truth);
+    assert_eq!(case(&opened.specification, 12), made);
 }
 
 #[test]
 fn a_damaged_seal_says_what_is_wrong() {
-    let sealed = seal::seal(&case(&usual("puma560"), 12).truth);
+    let sealed = seal::seal(&case(&usual("puma560"), 12));
     let message = |text: String| seal::open(&text).unwrap_err().to_string();
     assert!(message("hello".to_owned()).starts_with("this is no sealed answer"));
-    assert!(
-        message(sealed.replace("seed: 12", "seed: twelve"))
-            .starts_with("line 2: the sealed answer must say `seed: NUMBER`")
-    );
+    let twelve = message(sealed.replace("seed: 12", "seed: twelve"));
+    assert!(twelve.starts_with("line 2: the sealed answer must say `seed: NUMBER`"), "{twelve}");
     assert!(message(format!("{sealed}xyz")).contains("`xy` is not hexadecimal"));
     let lines: Vec<&str> = sealed.lines().collect();
     assert!(message(lines[..lines.len() - 1].join("\n")).contains("does not open"));
+}
+
+#[test]
+fn further_poses_are_measured_on_the_same_arm_without_disturbing_what_was_read() {
+    let specification =
+        Specification { payloads_kg: vec![0.0, 1.0], ..hiding("ur10", &[("joint_step", 3.0)]) };
+    let first = case(&specification, 31);
+    let chosen =
+        |q: f64, payload_kg: f64| Chosen { commanded_deg: vec![q; 6], sides: vec![1.0, 0.0], payload_kg };
+    let poses = [chosen(-10.0, 2.0), chosen(-35.5, 0.0)];
+    let more = campaign::generate_further(&specification, 31, &poses).unwrap();
+    let count = first.visits.len();
+    assert_eq!(more.visits[..count], first.visits[..]);
+    assert_eq!(more.readings[..count], first.readings[..]);
+    assert_eq!(more.imperfections, first.imperfections);
+    assert_eq!((more.visits.len(), more.visits[count].payload_kg), (count + 2, 2.0));
+    assert_eq!(more.visits[count].sides[0], 1.0);
+    assert!(more.visits[count].time_s > more.visits[count - 1].time_s);
+    // One more later is the same as all at once.
+    let one = campaign::generate_further(&specification, 31, &poses[..1]).unwrap();
+    assert_eq!(one.readings[..], more.readings[..count + 1]);
 }
 
 #[test]

@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::PathBuf;
 
-use plumb_simulated::physics::campaign::{Truth, seal};
+use plumb_simulated::physics::campaign::Truth;
 
 use super::score::{Diagnosis, Score};
-use super::{Outcome, SEALED, TrialError, answer};
+use super::{Outcome, SEALED, TrialError, answer, open};
 
 /// Options of `plumb trial reveal`.
 #[derive(Debug, clap::Args)]
@@ -23,7 +23,7 @@ pub(crate) struct RevealArguments {
 
 /// Opens, scores, prints.
 pub(super) fn run(arguments: &RevealArguments) -> Result<Outcome, TrialError> {
-    let truth = open(&arguments.directory.join(SEALED))?;
+    let truth = open(&arguments.directory.join(SEALED))?.truth;
     let score = match &arguments.diagnosis {
         Some(path) => Some(Score::of(&read_diagnosis(path)?, &truth)),
         None => None,
@@ -34,11 +34,6 @@ pub(super) fn run(arguments: &RevealArguments) -> Result<Outcome, TrialError> {
         tell(&truth) + &score.as_ref().map_or_else(String::new, tell_score)
     };
     Ok(Outcome { said, right: score.is_none_or(|score| score.right) })
-}
-
-fn open(path: &PathBuf) -> Result<Truth, TrialError> {
-    let text = fs::read_to_string(path).map_err(|source| TrialError::Read { path: path.clone(), source })?;
-    seal::open(&text).map_err(|source| TrialError::Open { path: path.clone(), source })
 }
 
 fn read_diagnosis(path: &PathBuf) -> Result<Diagnosis, TrialError> {

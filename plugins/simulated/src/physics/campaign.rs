@@ -19,7 +19,7 @@ use audit::Audit;
 pub use case::{Case, Hidden, Truth, Verdict};
 use catalogue::ChoiceError;
 use instrument::Instrument;
-use poses::Visit;
+use poses::{Chosen, Visit};
 use specification::Specification;
 
 /// Why a campaign could not be simulated.
@@ -80,7 +80,16 @@ pub enum GenerateError {
 
 /// Simulates the campaign. The same specification and seed give the same case everywhere.
 pub fn generate(specification: &Specification, seed: u64) -> Result<Case, GenerateError> {
-    let visits = poses::plan(specification, seed);
+    generate_further(specification, seed, &[])
+}
+
+/// Simulates the campaign and, after it, further poses someone chose. What was read before stays as it was.
+pub fn generate_further(
+    specification: &Specification,
+    seed: u64,
+    chosen: &[Chosen],
+) -> Result<Case, GenerateError> {
+    let mut visits = poses::plan(specification, seed);
     if visits.is_empty() {
         return Err(GenerateError::NoPoses);
     }
@@ -91,6 +100,8 @@ pub fn generate(specification: &Specification, seed: u64) -> Result<Case, Genera
     for wanted in &specification.hidden {
         hidden.push(hide::hide(&audit, wanted, specification, &hidden, &mut random)?);
     }
+    visits.extend(poses::further(specification, seed, &visits, chosen));
+    let audit = Audit::new(specification, &visits, &nuisances)?;
     let all: Vec<Imperfection> = nuisances.iter().chain(&hidden).cloned().collect();
     let clean = run(specification, &visits, &all)?;
     let mut described = Vec::with_capacity(hidden.len());

@@ -1,6 +1,6 @@
 //! What is known of an arm on paper: joints, links and target, read from a model file of the lab's format.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::rigid::Vector;
 
@@ -8,7 +8,7 @@ use super::rigid::Vector;
 pub const GRAVITY: f64 = 9.80665;
 
 /// Where a row of the Denavit-Hartenberg table puts the turn of its joint.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Convention {
     /// Standard: turn, offset, length, twist. The row's frame sits at the far end of the link.
@@ -18,7 +18,7 @@ pub enum Convention {
 }
 
 /// One joint and the link that belongs to its row.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
     /// Name, unique in the arm.
     pub name: String,
@@ -39,7 +39,7 @@ pub struct Joint {
 }
 
 /// A weight carried by a link.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Weight {
     /// Index of the joint that carries it.
     pub after: usize,
@@ -50,7 +50,7 @@ pub struct Weight {
 }
 
 /// An arm as its papers describe it: the nominal model.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ArmDescription {
     /// Name of the arm.
     pub name: String,

@@ -1,9 +1,10 @@
 //! Vectors, rotations and rigid motions of this world. Written for it alone: nothing here is shared with the models that are judged by it.
 
+use serde::{Deserialize, Serialize};
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// A vector or point; lengths in mm unless the name says otherwise.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Vector {
     /// Component along x.
     pub x: f64,

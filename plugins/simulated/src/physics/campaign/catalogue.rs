@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use serde::{Deserialize, Serialize};
+
 use crate::physics::description::ArmDescription;
 use crate::physics::imperfection::{Mechanism, Warming};
 use crate::physics::posture::Load;
@@ -39,7 +41,7 @@ pub const OUTSIDE: [&str; 4] = ["stick_slip", "worn_gear", "cable_wind_up", "roc
 pub const NOT_REPEATABLE: &str = "loose_coupling";
 
 /// What to hide, as far as it is decided.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Choice {
     /// Name of the mechanism, or `any`, or `outside`.
     pub name: String,

@@ -19,24 +19,30 @@ impl Case {
         header.extend(reading_columns(self.specification.reading).iter().map(|name| (*name).to_owned()));
         let mut text = header.join(",");
         text.push('\n');
-        for (visit, reading) in self.visits.iter().zip(&self.readings) {
-            let mut cells: Vec<String> =
-                visit.commanded_deg.iter().map(|angle| format!("{angle:.3}")).collect();
-            cells.extend(visit.sides.iter().map(|side| format!("{side:.0}")));
-            cells.push(format!("{}", visit.payload_kg));
-            cells.push(format!("{:.2}", visit.temperature_c));
-            cells.push(format!("{:.0}", visit.time_s));
-            cells.push(visit.repeat.map_or_else(String::new, |number| format!("r{number}")));
-            cells.extend(reading.iter().map(|value| format!("{value:.4}")));
-            match self.specification.reading {
-                Reading::Position => {}
-                Reading::Height => cells.push("table".to_owned()),
-                Reading::Distance => cells.push("post".to_owned()),
-            }
-            text.push_str(&cells.join(","));
-            text.push('\n');
+        for row in 0..self.visits.len() {
+            text.push_str(&self.table_row(row));
         }
         text
+    }
+
+    /// One row of the table, from 0, with its line end.
+    pub fn table_row(&self, row: usize) -> String {
+        let (Some(visit), Some(reading)) = (self.visits.get(row), self.readings.get(row)) else {
+            return String::new();
+        };
+        let mut cells: Vec<String> = visit.commanded_deg.iter().map(|angle| format!("{angle:.3}")).collect();
+        cells.extend(visit.sides.iter().map(|side| format!("{side:.0}")));
+        cells.push(format!("{}", visit.payload_kg));
+        cells.push(format!("{:.2}", visit.temperature_c));
+        cells.push(format!("{:.0}", visit.time_s));
+        cells.push(visit.repeat.map_or_else(String::new, |number| format!("r{number}")));
+        cells.extend(reading.iter().map(|value| format!("{value:.4}")));
+        match self.specification.reading {
+            Reading::Position => {}
+            Reading::Height => cells.push("table".to_owned()),
+            Reading::Distance => cells.push("post".to_owned()),
+        }
+        cells.join(",") + "\n"
     }
 
     /// The model file: the arm on paper, and what the user leaves free.

@@ -31,6 +31,19 @@ pub struct Visit {
 }
 
 impl Visit {
+    /// A visit to a pose (degrees) under no particular circumstances.
+    fn to(commanded_deg: Vec<f64>) -> Self {
+        Self {
+            commanded: commanded_deg.iter().map(|angle| angle.to_radians()).collect(),
+            commanded_deg,
+            sides: Vec::new(),
+            time_s: 0.0,
+            temperature_c: 20.0,
+            payload_kg: 0.0,
+            repeat: None,
+        }
+    }
+
     /// Where each joint goes before it comes back, rad.
     pub fn beyond(&self) -> Vec<f64> {
         self.commanded.iter().zip(&self.sides).map(|(angle, side)| angle - side * OVERSHOOT).collect()
@@ -63,33 +76,88 @@ pub fn plan(specification: &Specification, seed: u64) -> Vec<Visit> {
     visits(specification, poses, seed)
 }
 
+/// A pose someone chose to measure besides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chosen {
+    /// Commanded joint angles, degrees.
+    pub commanded_deg: Vec<f64>,
+    /// Side from which each joint is to arrive; by lot where empty.
+    pub sides: Vec<f64>,
+    /// kg.
+    pub payload_kg: f64,
+}
+
+/// When each visit is and how warm it is then.
+struct Timetable {
+    pace_s: f64,
+    day: Day,
+}
+
+impl Timetable {
+    fn new(specification: &Specification, visits: usize, random: &mut Random) -> Self {
+        let pace_s = random.between(40.0, 95.0);
+        Self { pace_s, day: Day::new(specification.heat, pace_s * visits as f64, random) }
+    }
+
+    fn time_s(&self, visit: usize) -> f64 {
+        (self.pace_s * visit as f64).round()
+    }
+
+    fn temperature_c(&self, time_s: f64) -> f64 {
+        rounded(self.day.temperature_c(time_s), 100.0)
+    }
+}
+
 fn visits(specification: &Specification, poses: Vec<(Option<usize>, Vec<f64>)>, seed: u64) -> Vec<Visit> {
     let mut random = Random::new(seed, "conditions");
-    let pace_s = random.between(40.0, 95.0);
-    let duration = pace_s * poses.len() as f64;
-    let temperature = day(specification.heat, duration, &mut random);
+    let timetable = Timetable::new(specification, poses.len(), &mut random);
     let mut before: Vec<f64> = vec![0.0; specification.arm.joints.len()];
     let mut visits = Vec::with_capacity(poses.len());
     for (index, (repeat, commanded_deg)) in poses.into_iter().enumerate() {
-        let time_s = (pace_s * index as f64).round();
+        let time_s = timetable.time_s(index);
         let sides = match specification.approach {
             Approach::EitherSide => commanded_deg.iter().map(|_| random.sign()).collect(),
-            Approach::Straight => {
-                commanded_deg.iter().zip(&before).map(|(now, then)| sign_of(now - then)).collect()
+            Approach::Straight => straight_sides(&before, &commanded_deg),
+        };
+        before.clone_from(&commanded_deg);
+        let payload_kg = random.pick(&specification.payloads_kg).copied().unwrap_or(0.0);
+        let temperature_c = timetable.temperature_c(time_s);
+        visits.push(Visit { sides, time_s, temperature_c, payload_kg, repeat, ..Visit::to(commanded_deg) });
+    }
+    visits
+}
+
+/// The visits to chosen poses that follow those of the campaign `so_far`, at its pace and through its day.
+pub fn further(specification: &Specification, seed: u64, so_far: &[Visit], chosen: &[Chosen]) -> Vec<Visit> {
+    let timetable = Timetable::new(specification, so_far.len(), &mut Random::new(seed, "conditions"));
+    let mut random = Random::new(seed, "further");
+    let mut before = so_far.last().map_or_else(Vec::new, |visit| visit.commanded_deg.clone());
+    let mut visits = Vec::with_capacity(chosen.len());
+    for (index, pose) in chosen.iter().enumerate() {
+        let commanded_deg: Vec<f64> =
+            pose.commanded_deg.iter().map(|angle| rounded(*angle, 1000.0)).collect();
+        let by_lot: Vec<f64> = commanded_deg.iter().map(|_| random.sign()).collect();
+        let sides = match specification.approach {
+            Approach::Straight => straight_sides(&before, &commanded_deg),
+            Approach::EitherSide => {
+                let side = |(joint, lot): (usize, &f64)| match pose.sides.get(joint) {
+                    Some(side) if *side != 0.0 => side.signum(),
+                    _ => *lot,
+                };
+                by_lot.iter().enumerate().map(side).collect()
             }
         };
         before.clone_from(&commanded_deg);
-        visits.push(Visit {
-            commanded: commanded_deg.iter().map(|angle| angle.to_radians()).collect(),
-            commanded_deg,
-            sides,
-            time_s,
-            temperature_c: rounded(temperature(time_s), 100.0),
-            payload_kg: random.pick(&specification.payloads_kg).copied().unwrap_or(0.0),
-            repeat,
-        });
+        let time_s = timetable.time_s(so_far.len() + index);
+        let temperature_c = timetable.temperature_c(time_s);
+        let payload_kg = pose.payload_kg;
+        visits.push(Visit { sides, time_s, temperature_c, payload_kg, ..Visit::to(commanded_deg) });
     }
     visits
+}
+
+fn straight_sides(before: &[f64], now: &[f64]) -> Vec<f64> {
+    now.iter().zip(before).map(|(now, then)| sign_of(now - then)).collect()
 }
 
 fn sign_of(difference: f64) -> f64 {
@@ -101,18 +169,28 @@ fn rounded(value: f64, per_unit: f64) -> f64 {
 }
 
 /// The temperature over a campaign: steady, or a day's rise and fall with a door that opens now and then.
-fn day(heat: bool, duration_s: f64, random: &mut Random) -> impl Fn(f64) -> f64 + use<> {
-    let swing = if heat { random.between(10.0, 16.0) } else { 0.0 };
-    let phase = random.between(-1.2, 0.3);
-    let doors: Vec<(f64, f64)> = (0..3)
-        .map(|_| (random.between(0.0, duration_s), if heat { random.between(2.0, 5.0) } else { 0.0 }))
-        .collect();
-    move |time_s| {
-        let share = time_s / duration_s;
-        let drop = |(at, depth): &(f64, f64)| {
-            if time_s >= *at { depth * (-(time_s - at) / (0.08 * duration_s)).exp() } else { 0.0 }
-        };
-        20.0 + swing * ((share * 4.5 + phase).sin() - phase.sin()) - doors.iter().map(drop).sum::<f64>()
+struct Day {
+    duration_s: f64,
+    swing: f64,
+    phase: f64,
+    /// When a door opens, and how much colder that makes it.
+    doors: [(f64, f64); 3],
+}
+
+impl Day {
+    fn new(heat: bool, duration_s: f64, random: &mut Random) -> Self {
+        let warm = f64::from(u8::from(heat));
+        let (swing, phase) = (warm * random.between(10.0, 16.0), random.between(-1.2, 0.3));
+        let doors = [(); 3].map(|()| (random.between(0.0, duration_s), warm * random.between(2.0, 5.0)));
+        Self { duration_s, swing, phase, doors }
+    }
+
+    fn temperature_c(&self, time_s: f64) -> f64 {
+        let share = time_s / self.duration_s;
+        let since = |at: f64| (time_s - at) / (0.08 * self.duration_s);
+        let drop = |(at, depth): &(f64, f64)| if time_s >= *at { depth * (-since(*at)).exp() } else { 0.0 };
+        let rise = self.swing * ((share * 4.5 + self.phase).sin() - self.phase.sin());
+        20.0 + rise - self.doors.iter().map(drop).sum::<f64>()
     }
 }
 

@@ -1,9 +1,12 @@
 //! The seal on a trial's answer. It keeps a glance from giving the answer away; it is not cryptography: whoever has the file and this program can open
 //! it, as `plumb trial reveal` does.
 
+use serde::{Deserialize, Serialize};
+
 use crate::physics::random::Random;
 
-use super::case::Truth;
+use super::case::{Case, Truth};
+use super::specification::Specification;
 
 const HEADING: &str = "plumb trial, sealed answer (a seal, not a cipher: `plumb trial reveal` opens it)";
 const COLUMNS: usize = 76;
@@ -30,10 +33,20 @@ pub enum OpenError {
     Broken(String),
 }
 
-/// Seals an answer.
-pub fn seal(truth: &Truth) -> String {
-    let plain = serde_json::to_vec(truth).unwrap_or_default();
-    let hidden = veil(truth.seed, &plain);
+/// What is under the seal: the truth, and how to go on measuring.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Sealed {
+    /// What was hidden.
+    pub truth: Truth,
+    /// The campaign.
+    pub specification: Specification,
+}
+
+/// Seals a case's answer.
+pub fn seal(case: &Case) -> String {
+    let sealed = Sealed { truth: case.truth.clone(), specification: case.specification.clone() };
+    let truth = &sealed.truth;
+    let hidden = veil(truth.seed, &serde_json::to_vec(&sealed).unwrap_or_default());
     let digits: String = hidden.iter().map(|byte| format!("{byte:02x}")).collect();
     let mut text = format!("{HEADING}\nseed: {}\n", truth.seed);
     let mut rest = digits.as_str();
@@ -47,7 +60,7 @@ pub fn seal(truth: &Truth) -> String {
 }
 
 /// Opens a sealed answer.
-pub fn open(text: &str) -> Result<Truth, OpenError> {
+pub fn open(text: &str) -> Result<Sealed, OpenError> {
     let mut lines = text.lines().enumerate();
     if lines.next().map(|(_, line)| line) != Some(HEADING) {
         return Err(OpenError::NotSealed);

@@ -1,11 +1,14 @@
 //! What a campaign is to be: arm, poses, circumstances, and what is hidden.
 
+use serde::{Deserialize, Serialize};
+
 use crate::physics::description::ArmDescription;
 
 use super::catalogue::Choice;
 
 /// How far the poses reach.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Spread {
     /// Evenly over all travel.
     Wide,
@@ -16,7 +19,8 @@ pub enum Spread {
 }
 
 /// From where each pose is reached.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Approach {
     /// Every joint first goes 3 degrees too far, to a side drawn by lot, and comes back.
     EitherSide,
@@ -25,7 +29,8 @@ pub enum Approach {
 }
 
 /// What the user's model leaves free from the start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Free {
     /// Nothing but base and target.
     None,
@@ -36,7 +41,8 @@ pub enum Free {
 }
 
 /// What is read at each pose.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Reading {
     /// The target's position, three coordinates.
     Position,
@@ -47,7 +53,8 @@ pub enum Reading {
 }
 
 /// How much of an effect is hidden.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Size {
     /// Such that what it adds to the readings is this many times the noise (root mean square over the campaign, per reading).
     OverNoise(f64),
@@ -56,7 +63,7 @@ pub enum Size {
 }
 
 /// One thing to hide.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Wanted {
     /// What.
     pub choice: Choice,
@@ -65,7 +72,7 @@ pub struct Wanted {
 }
 
 /// A measurement campaign to be simulated.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Specification {
     /// The arm on paper.
     pub arm: ArmDescription,
