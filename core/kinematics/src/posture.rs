@@ -15,7 +15,7 @@ pub struct Deviation {
     pub a: f64,
     /// About x, rad.
     pub alpha: f64,
-    /// About y (Hayati's skew: what makes nominally parallel axes not so), rad.
+    /// About y, before the joint turns (Hayati's skew: what makes nominally parallel axes not so), rad.
     pub beta: f64,
 }
 
@@ -67,8 +67,10 @@ pub struct JointFrame {
     pub normal: Vector3<f64>,
     /// A point on the line about which `alpha` turns.
     pub normal_point: Vector3<f64>,
-    /// The axis y about which `beta` turns, through `normal_point`.
+    /// The axis y about which `beta` leans the joint's own axis, just before the joint turns.
     pub skew: Vector3<f64>,
+    /// A point on that axis.
+    pub skew_point: Vector3<f64>,
     /// The frame after the whole row: masses of this link are given in it.
     pub end: IsometryMatrix3<f64>,
 }
@@ -162,14 +164,14 @@ fn place(
     let alpha = joint.alpha + deviation.alpha;
     match convention {
         Convention::Distal => {
+            let skew = walker.y;
+            walker.turn_y(deviation.beta);
             let (axis, axis_point) = (walker.z, walker.origin);
             walker.turn_z(theta);
             walker.origin += walker.z * d + walker.x * a;
             let (normal, normal_point) = (walker.x, walker.origin);
             walker.turn_x(alpha);
-            let skew = walker.y;
-            walker.turn_y(deviation.beta);
-            JointFrame { axis, axis_point, normal, normal_point, skew, end: walker.pose() }
+            JointFrame { axis, axis_point, normal, normal_point, skew, skew_point: axis_point, end: walker.pose() }
         }
         Convention::Proximal => {
             let normal = walker.x;
@@ -180,7 +182,7 @@ fn place(
             let (axis, axis_point) = (walker.z, walker.origin);
             walker.turn_z(theta);
             walker.origin += walker.z * d;
-            JointFrame { axis, axis_point, normal, normal_point, skew, end: walker.pose() }
+            JointFrame { axis, axis_point, normal, normal_point, skew, skew_point: normal_point, end: walker.pose() }
         }
     }
 }
@@ -223,7 +225,7 @@ impl Posture {
             Knob::D => shift(frame.axis),
             Knob::A => shift(frame.normal),
             Knob::Alpha => turn(frame.normal, frame.normal_point),
-            Knob::Beta => turn(frame.skew, frame.normal_point),
+            Knob::Beta => turn(frame.skew, frame.skew_point),
         }
     }
 }

@@ -1,3 +1,4 @@
+#![allow(clippy::unwrap_used)]
 //! Frames against plain homogeneous matrices, and twists and moments against finite differences.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -63,7 +64,7 @@ fn flange_by_matrices(chain: &Chain, q: &[f64], deviations: &[Deviation]) -> Mat
         let theta = joint.theta + joint.sign * q + deviation.theta;
         flange *= match chain.convention {
             Convention::Distal => {
-                turn(2, theta) * shift(2, d) * shift(0, a) * turn(0, alpha) * turn(1, deviation.beta)
+                turn(1, deviation.beta) * turn(2, theta) * shift(2, d) * shift(0, a) * turn(0, alpha)
             }
             Convention::Proximal => {
                 turn(0, alpha) * shift(0, a) * turn(1, deviation.beta) * turn(2, theta) * shift(2, d)

@@ -1,1 +1,13 @@
 //! The model lab: measurement tables, effects, fitting, criticism and next poses. Knows no device.
+
+pub mod diagnosis;
+pub mod effect;
+pub mod file;
+pub mod fit;
+pub mod floor;
+pub mod laboratory;
+pub mod progress;
+pub mod split;
+pub mod statistics;
+pub mod table;
+mod validation;

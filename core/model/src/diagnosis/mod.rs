@@ -1,0 +1,69 @@
+//! Diagnosis: what, if anything, the model lacks; in the order passport, floor, audit, score, refit, ties, verdict.
+
+mod misfit;
+mod outcome;
+mod repeatable;
+mod score;
+mod search;
+mod trial;
+mod verdict;
+mod wording;
+
+pub use outcome::{Candidate, Diagnosis, EffectPlace, Located, Named, NextPose, Remaining, Verdict};
+
+use crate::floor::{Floor, Returns};
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::progress::Progress;
+
+/// Candidates a diagnosis lists.
+const LISTED: usize = 12;
+
+impl Laboratory {
+    /// Says what the model lacks, if anything.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn diagnose(&self, progress: &Progress) -> Result<Diagnosis, LaboratoryError> {
+        progress.report(0.0, "fitting")?;
+        let machine = self.machine(&[])?;
+        let fit = self.fit(&machine, progress)?;
+        progress.report(0.1, "noise floor")?;
+        let returns = Returns::gather(&machine, &fit, &self.survey());
+        let floor = Floor::among(&machine, returns.as_ref());
+        let split = returns.as_ref().and_then(|returns| repeatable::find_split(&machine, returns));
+        let comparison = self.comparison(&machine, &fit, progress)?;
+        let probes = search::probes(self);
+        let finding = self.find(&floor, &probes, progress)?;
+        let mut remaining = Remaining::default();
+        let mut verdict = finding.verdict;
+        if let Some(split) = split {
+            verdict = Verdict::NotRepeatable;
+            let joint = self.model().chain.joints.get(split.joint).map_or("?", |joint| joint.name.as_str());
+            remaining.places.push(joint.to_owned());
+            remaining.shape = format!(
+                "returns to one pose fall into two camps about {} deg apart at {joint}, for no reason the table records",
+                wording::figure(split.apart.to_degrees())
+            );
+        }
+        let settled = verdict == finding.verdict;
+        let mut diagnosis = Diagnosis {
+            verdict,
+            floor,
+            rms_mm: comparison.rms_mm,
+            check_opened: u32::from(comparison.rms_mm.check.is_some()),
+            named: finding.named().filter(|_| settled),
+            located: finding.located().filter(|_| settled),
+            tied: if settled { finding.tied() } else { Vec::new() },
+            candidates: finding.candidates(LISTED),
+            remaining,
+            besides: finding.besides.iter().map(|id| id.label(self.model())).collect(),
+            floor_ratio: finding.left_over.map(|misfit| misfit.ratio),
+            next: Vec::new(),
+            outliers: comparison.outliers,
+            warnings: comparison.warnings,
+            sentence: String::new(),
+        };
+        diagnosis.sentence = wording::sentence(&diagnosis);
+        Ok(diagnosis)
+    }
+}

@@ -1,0 +1,197 @@
+//! The search: which effects, jointly, the data ask for, and which one of them first.
+
+use nalgebra::DMatrix;
+
+use super::score::{Probe, Score, score};
+use super::trial::{Fitted, Gain, bic, gains, total_loss};
+use crate::effect::{self, EffectId, Survey};
+use crate::file::AddedEffect;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::progress::Progress;
+use crate::statistics::holm;
+
+/// Holm's level for a name.
+pub(crate) const LEVEL: f64 = 0.01;
+
+/// How close in the information criterion contenders count as equal.
+pub(crate) const CLOSE: f64 = 6.0;
+
+/// Refitted for real in one round, at most.
+const HANDFUL: usize = 8;
+
+/// Effects one diagnosis takes in at most.
+const DEEPEST: usize = 5;
+
+/// A candidate with everything known of it at one stage.
+pub(crate) struct Contender {
+    pub(crate) id: EffectId,
+    pub(crate) score: Score,
+    pub(crate) holm_p: f64,
+    /// Information criterion: of the refit if there is one, else as the score promises.
+    pub(crate) bic: f64,
+    pub(crate) search_cost: f64,
+    /// Values after the refit, or as the score expects them.
+    pub(crate) values: Vec<f64>,
+    /// Covariance of the values.
+    pub(crate) covariance: DMatrix<f64>,
+    /// Cross-validated gains; empty if it was not refitted.
+    pub(crate) gains: Vec<Gain>,
+    pub(crate) refitted: bool,
+}
+
+impl Contender {
+    /// Whether it passes everything a name needs but being alone.
+    pub(crate) fn passes(&self) -> bool {
+        self.holm_p < LEVEL
+            && self.score.plausible
+            && self.refitted
+            && !self.gains.is_empty()
+            && self.gains.iter().all(Gain::counts)
+    }
+}
+
+/// One stage: a model with some effects taken in, and what every other candidate would add.
+pub(crate) struct Stage<'a> {
+    pub(crate) taken: Vec<AddedEffect>,
+    pub(crate) fitted: Fitted<'a>,
+    /// Scatter that losses are measured by, in declared sigmas.
+    pub(crate) scale: f64,
+    /// Information criterion of the stage itself.
+    pub(crate) bic: f64,
+    /// The likeliest first.
+    pub(crate) contenders: Vec<Contender>,
+}
+
+/// All candidates a table could show, ready to be scored.
+pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
+    let survey: Survey<'_> = lab.survey();
+    let fitted = lab.fitted_effects().unwrap_or_default();
+    let mut probes = Vec::new();
+    for kind in effect::kinds() {
+        for id in (kind.candidates)(&survey) {
+            if fitted.iter().any(|known| known.id.same_as(&id)) {
+                continue;
+            }
+            if let Ok(built) = effect::build(&id, lab.model()) {
+                let rare = id.order.is_some_and(|order| order > 4.0);
+                probes.push(Probe {
+                    id,
+                    effect: built,
+                    weight: if rare { 0.1 } else { 1.0 },
+                    search_cost: if rare { 2.0 * 64.0_f64.ln() } else { 0.0 },
+                });
+            }
+        }
+    }
+    probes
+}
+
+impl Laboratory {
+    /// Fits the model with `taken` in and weighs every other candidate against the rest.
+    pub(crate) fn stage<'a>(
+        &'a self,
+        taken: Vec<AddedEffect>,
+        near: Option<&Fitted<'_>>,
+        probes: &[Probe],
+        progress: &Progress,
+    ) -> Result<Stage<'a>, LaboratoryError> {
+        let fitted = self.fit_with(&taken, near, progress)?;
+        let scores = score(&fitted.machine, &fitted.fit, probes);
+        let open = |index: &usize| {
+            !probes.get(*index).is_some_and(|probe| taken.iter().any(|known| known.id.same_as(&probe.id)))
+        };
+        let indices: Vec<usize> = (0..probes.len()).filter(open).collect();
+        let p_values: Vec<f64> = indices.iter().map(|index| scores[*index].p).collect();
+        let weights: Vec<f64> = indices.iter().map(|index| probes[*index].weight).collect();
+        let adjusted = holm(&p_values, &weights);
+        let equations = fitted.fit.normal.equations as f64;
+        let rank = fitted.fit.rank() as f64;
+        let scale = fitted.fit.scale.max(1e-300);
+        let loss = total_loss(&fitted, scale);
+        let own = bic(loss, equations, rank, 0.0);
+        let mut contenders: Vec<Contender> = indices
+            .iter()
+            .zip(adjusted)
+            .map(|(index, holm_p)| {
+                let (probe, score) = (&probes[*index], scores[*index].clone());
+                let promised = (loss - score.gain).max(loss * 1e-9);
+                Contender {
+                    id: probe.id.clone(),
+                    holm_p,
+                    bic: bic(promised, equations, rank + score.freedom as f64, probe.search_cost),
+                    search_cost: probe.search_cost,
+                    values: score.values.clone(),
+                    covariance: score.covariance.clone(),
+                    gains: Vec::new(),
+                    refitted: false,
+                    score,
+                }
+            })
+            .filter(|contender| contender.score.freedom > 0)
+            .collect();
+        contenders.sort_by(|left, right| left.bic.total_cmp(&right.bic));
+        let mut stage = Stage { taken, fitted, scale, bic: own, contenders };
+        self.refit_handful(&mut stage, progress)?;
+        Ok(stage)
+    }
+
+    /// Refits the best contenders for real. All are judged by the same scatter: that of the best of them.
+    fn refit_handful(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
+        let promising = |contender: &&Contender| contender.holm_p < 0.5;
+        let count = stage.contenders.iter().take(HANDFUL).filter(promising).count();
+        let mut refits: Vec<Fitted<'_>> = Vec::new();
+        for contender in stage.contenders.iter().take(count) {
+            progress.check()?;
+            let mut more = stage.taken.clone();
+            more.push(AddedEffect { id: contender.id.clone(), values: contender.values.clone() });
+            refits.push(self.fit_with(&more, Some(&stage.fitted), progress)?);
+        }
+        let scale = refits.iter().map(|refit| refit.fit.scale).fold(stage.scale, f64::min).max(1e-300);
+        let equations = stage.fitted.fit.normal.equations as f64;
+        stage.scale = scale;
+        let loss = total_loss(&stage.fitted, scale);
+        stage.bic = bic(loss, equations, stage.fitted.fit.rank() as f64, 0.0);
+        for (index, contender) in stage.contenders.iter_mut().enumerate() {
+            match refits.get(index) {
+                Some(refit) => {
+                    let loss = total_loss(refit, scale);
+                    contender.bic = bic(loss, equations, refit.fit.rank() as f64, contender.search_cost);
+                    contender.gains = gains(&stage.fitted, refit, &contender.id, scale);
+                    contender.refitted = true;
+                    if let Some(values) = refit.fit.state.effects.last() {
+                        contender.values.clone_from(values);
+                        let slots = refit.machine.slots().len();
+                        let own: Vec<usize> = (slots - values.len()..slots).collect();
+                        contender.covariance = refit.fit.covariance.select_rows(&own).select_columns(&own);
+                    }
+                }
+                None => {
+                    let promised = (loss - contender.score.gain).max(loss * 1e-9);
+                    let parameters = (stage.fitted.fit.rank() + contender.score.freedom) as f64;
+                    contender.bic = bic(promised, equations, parameters, contender.search_cost);
+                }
+            }
+        }
+        stage.contenders.sort_by(|left, right| left.bic.total_cmp(&right.bic));
+        Ok(())
+    }
+
+    /// Takes in one effect after another, as long as one passes; the stages, the first with none taken in.
+    pub(crate) fn forward(
+        &self,
+        probes: &[Probe],
+        progress: &Progress,
+    ) -> Result<Vec<Stage<'_>>, LaboratoryError> {
+        let mut stages = vec![self.stage(Vec::new(), None, probes, progress)?];
+        while stages.len() <= DEEPEST {
+            progress.report(0.2 + 0.1 * stages.len() as f64, "searching")?;
+            let Some(last) = stages.last() else { break };
+            let Some(best) = last.contenders.iter().find(|contender| contender.passes()) else { break };
+            let mut taken = last.taken.clone();
+            taken.push(AddedEffect { id: best.id.clone(), values: best.values.clone() });
+            let next = self.stage(taken, Some(&last.fitted), probes, progress)?;
+            stages.push(next);
+        }
+        Ok(stages)
+    }
+}

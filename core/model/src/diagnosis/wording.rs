@@ -1,0 +1,76 @@
+//! One plain sentence.
+
+use super::outcome::{Diagnosis, Verdict};
+
+/// A number with three figures, as a person would write it.
+pub(crate) fn figure(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-3..1e5).contains(&size) {
+        format!("{value:.2e}")
+    } else if size >= 100.0 {
+        format!("{value:.0}")
+    } else if size >= 1.0 {
+        format!("{value:.2}")
+    } else {
+        format!("{value:.4}")
+    }
+}
+
+/// Words joined as in speech: `a, b and c`.
+pub(crate) fn listed(words: &[String], last: &str) -> String {
+    match words {
+        [] => String::new(),
+        [one] => one.clone(),
+        [most @ .., end] => format!("{} {last} {end}", most.join(", ")),
+    }
+}
+
+pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
+    let floor = diagnosis
+        .floor
+        .sigma_mm
+        .map_or_else(|| "an unknown noise".to_owned(), |sigma| format!("the noise of {sigma:.3} mm an axis"));
+    let miss = diagnosis.rms_mm.fit;
+    match diagnosis.verdict {
+        Verdict::Named => diagnosis.named.as_ref().map_or_else(String::new, |named| {
+            let label = diagnosis
+                .candidates
+                .iter()
+                .find(|c| c.effect == named.effect)
+                .map_or(&named.effect.effect, |c| &c.label);
+            format!(
+                "The error of {miss:.3} mm is {label}: {} +- {} {}; add it.",
+                figure(named.size),
+                figure(named.se),
+                named.unit
+            )
+        }),
+        Verdict::Located => diagnosis.located.as_ref().map_or_else(String::new, |located| {
+            format!(
+                "The error of {miss:.3} mm sits in {}, but these data cannot tell {} apart.",
+                located.place,
+                listed(&located.family, "and")
+            )
+        }),
+        Verdict::Tied => {
+            let labels: Vec<String> =
+                diagnosis.tied.iter().take(4).map(|tie| format!("{}({})", tie.effect, tie.place)).collect();
+            format!(
+                "{} cannot be told apart with these data; measure the poses listed.",
+                listed(&labels, "and")
+            )
+        }
+        Verdict::AtFloor => format!("Nothing is left but {floor}."),
+        Verdict::Unknown => format!(
+            "{miss:.3} mm is left over {floor}, and nothing in the library explains it: {}.",
+            diagnosis.remaining.shape
+        ),
+        Verdict::Blind => format!("These poses could not show most effects: {}.", diagnosis.remaining.shape),
+        Verdict::NotRepeatable => {
+            format!("The arm does not come back to where it was: {}.", diagnosis.remaining.shape)
+        }
+        Verdict::FloorUnknown => format!(
+            "Nothing can be named, and nobody knows how large the noise is: {miss:.3} mm may be all noise; return to some poses."
+        ),
+    }
+}

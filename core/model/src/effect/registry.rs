@@ -1,0 +1,274 @@
+//! The one table of effects: help, files, candidates and screens are read from it.
+
+use plumb_kinematics::Motion;
+
+use super::identity::{Written, joint_names};
+use super::{Effect, EffectId, EffectNameError, Passport, Quantity, Spot};
+use crate::file::{Model, suggestion};
+
+/// What kind of thing an effect is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Family {
+    /// Constant errors of shape.
+    Geometry,
+    /// What a joint's drive does.
+    Joint,
+    /// What changes in time or with temperature, and what bends.
+    LinkAndTime,
+    /// What the arm's own sensor does.
+    Sensor,
+    /// What the instrument does.
+    Instrument,
+}
+
+/// Where effects of a kind may act, which is also how they are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Places {
+    /// One joint: `name(joint)`.
+    Joints,
+    /// One joint and a number of periods a turn: `name(joint, n)`.
+    JointsAndOrder,
+    /// Two joints: `name(joint, other)`.
+    JointPairs,
+    /// One joint and what of it changes: `name(joint, zero|length|offset)`.
+    JointsAndQuantity,
+    /// A target: `name(p1)`.
+    Targets,
+    /// An axis of the instrument: `name(x)`.
+    Axes,
+    /// The base: `name`.
+    Base,
+    /// The arm's own sensor: `name`.
+    Sensor,
+}
+
+/// A kind of effect.
+pub struct Kind {
+    /// Its name.
+    pub name: &'static str,
+    /// What kind of thing it is.
+    pub family: Family,
+    /// Where it may act.
+    pub places: Places,
+    /// Whether `geometry(*)` includes it.
+    pub geometry_group: bool,
+    /// Whether it can differ between two visits to one pose.
+    pub depends_on_conditions: bool,
+    /// What it is, in one plain sentence.
+    pub sentence: &'static str,
+    /// What to measure to see it.
+    pub how_to_see: &'static str,
+    /// Makes it at a place.
+    pub build: fn(&Setting<'_>) -> Result<Box<dyn Effect>, EffectNameError>,
+    /// Everywhere a table could show it.
+    pub candidates: fn(&Survey<'_>) -> Vec<EffectId>,
+}
+
+static KINDS: [Kind; 10] = [
+    super::joint_zero::KIND,
+    super::link_length::KIND,
+    super::link_offset::KIND,
+    super::link_twist::KIND,
+    super::axis_skew::KIND,
+    super::tool_offset::KIND,
+    super::joint_gain::KIND,
+    super::joint_compliance::KIND,
+    super::joint_backlash::KIND,
+    super::joint_harmonic::KIND,
+];
+
+/// All kinds of effect, in the order they are listed to people.
+pub fn kinds() -> &'static [Kind] {
+    &KINDS
+}
+
+/// A kind by its name.
+pub fn kind(name: &str) -> Option<&'static Kind> {
+    KINDS.iter().find(|kind| kind.name == name)
+}
+
+/// An effect about to be made: which, where, in which model.
+pub struct Setting<'a> {
+    /// Which and where.
+    pub id: &'a EffectId,
+    /// In which model.
+    pub model: &'a Model,
+}
+
+impl Setting<'_> {
+    fn unusable(&self, reason: &str) -> EffectNameError {
+        EffectNameError::Unusable { effect: self.id.label(self.model), reason: reason.to_owned() }
+    }
+
+    /// The joint it acts on.
+    pub(super) fn joint(&self) -> Result<usize, EffectNameError> {
+        let joint = self.id.joint().filter(|joint| *joint < self.model.chain.len());
+        joint.ok_or_else(|| self.unusable("needs a joint to act on"))
+    }
+
+    /// The target it acts on.
+    pub(super) fn target(&self) -> Result<usize, EffectNameError> {
+        match self.id.spot {
+            Spot::Target(target) if target < self.model.targets.len() => Ok(target),
+            _ => Err(self.unusable("needs a target to act on, such as p1")),
+        }
+    }
+
+    /// Whether a joint slides.
+    pub(super) fn slides(&self, joint: usize) -> bool {
+        self.model.chain.joints.get(joint).is_some_and(|joint| joint.motion == Motion::Slides)
+    }
+}
+
+/// A model and what its table offers: where candidates come from.
+pub struct Survey<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// What the table logs.
+    pub passport: &'a Passport,
+}
+
+impl Survey<'_> {
+    /// One candidate a joint.
+    pub(super) fn every_joint(&self, name: &str) -> Vec<EffectId> {
+        (0..self.model.chain.len()).map(|joint| EffectId::at(name, Spot::Joint(joint))).collect()
+    }
+
+    /// One candidate a joint that turns.
+    pub(super) fn every_turning_joint(&self, name: &str) -> Vec<EffectId> {
+        let mut ids = self.every_joint(name);
+        ids.retain(|id| id.joint().is_some_and(|joint| self.turns(joint)));
+        ids
+    }
+
+    /// Whether a joint turns.
+    pub(super) fn turns(&self, joint: usize) -> bool {
+        self.model.chain.joints.get(joint).is_some_and(|joint| joint.motion == Motion::Turns)
+    }
+
+    /// Whether anything with weight hangs on the arm.
+    pub(super) fn has_weight(&self) -> bool {
+        !self.model.masses.is_empty() || self.passport.payload_range.is_some_and(|range| range > 0.0)
+    }
+}
+
+/// Makes an effect at its place.
+///
+/// # Errors
+/// The name is not known, or the model lacks what the effect needs.
+pub fn build(id: &EffectId, model: &Model) -> Result<Box<dyn Effect>, EffectNameError> {
+    let kind = kind(&id.name).ok_or_else(|| unknown(&id.name))?;
+    (kind.build)(&Setting { id, model })
+}
+
+fn unknown(name: &str) -> EffectNameError {
+    let names = KINDS.iter().map(|kind| kind.name);
+    EffectNameError::UnknownEffect { name: name.to_owned(), suggestion: suggestion(name, names) }
+}
+
+/// Reads `joint_zero(shoulder)`, `joint_harmonic(waist, 1)`: exactly one effect.
+///
+/// # Errors
+/// Unknown names, a wildcard, or the wrong number of arguments.
+pub fn parse(text: &str, model: &Model) -> Result<EffectId, EffectNameError> {
+    let mut ids = expand(text, model)?;
+    match (ids.pop(), ids.is_empty()) {
+        (Some(id), true) => Ok(id),
+        _ => Err(EffectNameError::Malformed {
+            text: text.to_owned(),
+            example: "one effect at one place".to_owned(),
+        }),
+    }
+}
+
+/// Reads one effect, a wildcard (`joint_zero(*)`) or a group (`geometry(*)`), and lists what it stands for.
+///
+/// # Errors
+/// Unknown names or the wrong number of arguments.
+pub fn expand(text: &str, model: &Model) -> Result<Vec<EffectId>, EffectNameError> {
+    let written = Written::split(text)?;
+    if written.name == "geometry" {
+        let group = KINDS.iter().filter(|kind| kind.geometry_group);
+        let parts: Result<Vec<_>, _> =
+            group.map(|kind| places(kind, text, &written.arguments, model)).collect();
+        return Ok(parts?.into_iter().flatten().collect());
+    }
+    let kind = kind(written.name).ok_or_else(|| unknown(written.name))?;
+    places(kind, text, &written.arguments, model)
+}
+
+fn places(
+    kind: &Kind,
+    text: &str,
+    arguments: &[&str],
+    model: &Model,
+) -> Result<Vec<EffectId>, EffectNameError> {
+    let example = match kind.places {
+        Places::Joints => "(joint)",
+        Places::JointsAndOrder => "(joint, periods a turn)",
+        Places::JointPairs => "(joint, other joint)",
+        Places::JointsAndQuantity => "(joint, zero|length|offset)",
+        Places::Targets => "(p1)",
+        Places::Axes => "(x|y|z)",
+        Places::Base | Places::Sensor => "",
+    };
+    let malformed =
+        || EffectNameError::Malformed { text: text.to_owned(), example: format!("{}{example}", kind.name) };
+    let at = |spot| EffectId::at(kind.name, spot);
+    match (kind.places, arguments) {
+        (Places::Base, []) => Ok(vec![at(Spot::Base)]),
+        (Places::Sensor, []) => Ok(vec![at(Spot::Sensor)]),
+        (Places::Base, ["base"]) => Ok(vec![at(Spot::Base)]),
+        (Places::Sensor, ["sensor"]) => Ok(vec![at(Spot::Sensor)]),
+        (Places::Joints, [] | ["*"]) => {
+            Ok((0..model.chain.len()).map(|joint| at(Spot::Joint(joint))).collect())
+        }
+        (Places::Joints, [name]) => Ok(vec![at(joint(kind, name, model)?)]),
+        (Places::JointsAndOrder, [name, order]) => {
+            let order: f64 = order.trim_start_matches("n=").trim().parse().map_err(|_| malformed())?;
+            if !(order.is_finite() && order > 0.0) {
+                return Err(malformed());
+            }
+            let with_order = |spot| EffectId { order: Some(order), ..at(spot) };
+            match *name {
+                "*" => Ok((0..model.chain.len()).map(|index| with_order(Spot::Joint(index))).collect()),
+                name => Ok(vec![with_order(joint(kind, name, model)?)]),
+            }
+        }
+        (Places::JointPairs, [name, other]) => {
+            let Spot::Joint(with) = joint(kind, other, model)? else { return Err(malformed()) };
+            Ok(vec![EffectId { with: Some(with), ..at(joint(kind, name, model)?) }])
+        }
+        (Places::JointsAndQuantity, [name, of]) => {
+            let of = Quantity::by_name(of).ok_or_else(malformed)?;
+            Ok(vec![EffectId { of: Some(of), ..at(joint(kind, name, model)?) }])
+        }
+        (Places::Targets, [] | ["*"]) => {
+            Ok((0..model.targets.len()).map(|index| at(Spot::Target(index))).collect())
+        }
+        (Places::Targets, [name]) => match model.target_position(name) {
+            Some(index) => Ok(vec![at(Spot::Target(index))]),
+            None => Err(EffectNameError::UnknownPlace {
+                effect: kind.name.to_owned(),
+                expected: "a target",
+                place: (*name).to_owned(),
+                suggestion: suggestion(name, model.targets.iter().map(|target| target.name.as_str())),
+            }),
+        },
+        (Places::Axes, [] | ["*"]) => Ok((0..3).map(|axis| at(Spot::Axis(axis))).collect()),
+        (Places::Axes, [name]) => match ["x", "y", "z"].iter().position(|axis| axis == name) {
+            Some(axis) => Ok(vec![at(Spot::Axis(axis))]),
+            None => Err(malformed()),
+        },
+        _ => Err(malformed()),
+    }
+}
+
+fn joint(kind: &Kind, name: &str, model: &Model) -> Result<Spot, EffectNameError> {
+    model.chain.position_of(name).map(Spot::Joint).ok_or_else(|| EffectNameError::UnknownPlace {
+        effect: kind.name.to_owned(),
+        expected: "a joint",
+        place: name.to_owned(),
+        suggestion: suggestion(name, joint_names(&model.chain)),
+    })
+}

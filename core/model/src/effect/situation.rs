@@ -1,0 +1,121 @@
+//! What an effect may know of a row, and what a table has to offer at all.
+
+use nalgebra::Vector3;
+use plumb_kinematics::{Chain, Knob, Motion, Posture};
+
+use super::{Drive, Handle};
+use crate::table::Table;
+
+/// The circumstances of one row.
+#[derive(Debug, Clone, Copy)]
+pub struct Situation<'a> {
+    /// The arm.
+    pub chain: &'a Chain,
+    /// Commanded coordinates, rad or mm.
+    pub q: &'a [f64],
+    /// Commanded coordinates of the row before, in the order of time; nothing in the first.
+    pub previous: Option<&'a [f64]>,
+    /// Side each joint arrived from; empty where not logged.
+    pub approach: &'a [i8],
+    /// Seconds since the first row; not a number where not logged.
+    pub time: f64,
+    /// deg C; not a number where not logged.
+    pub temperature: f64,
+    /// kg.
+    pub payload: f64,
+    /// Moments of gravity about the joints' axes, N m.
+    pub moments: &'a [f64],
+    /// The frames of the arm in this row.
+    pub posture: &'a Posture,
+    /// The predicted point, in the measurements' frame, mm.
+    pub point: Vector3<f64>,
+}
+
+impl Situation<'_> {
+    /// The commanded coordinate of a joint.
+    pub fn coordinate(&self, joint: usize) -> f64 {
+        self.q.get(joint).copied().unwrap_or(0.0)
+    }
+
+    /// The side a joint arrived from, as a number.
+    pub fn side(&self, joint: usize) -> f64 {
+        self.approach.get(joint).copied().map_or(0.0, f64::from)
+    }
+
+    /// The moment of gravity about a joint's axis, N m.
+    pub fn moment(&self, joint: usize) -> f64 {
+        self.moments.get(joint).copied().unwrap_or(0.0)
+    }
+
+    /// A change of a joint's coordinate (rad or mm a unit of the parameter): turns it about its axis, or slides it
+    /// along, in the coordinate's sense.
+    pub fn drive_joint(&self, joint: usize, parameter: usize, rate: f64) -> Drive {
+        let row = self.chain.joints.get(joint);
+        let sign = row.map_or(1.0, |row| row.sign);
+        let slides = row.is_some_and(|row| row.motion == Motion::Slides);
+        let knob = if slides { Knob::D } else { Knob::Theta };
+        Drive { parameter, handle: Handle::Joint(joint, knob), rate: rate * sign }
+    }
+
+    /// A turn about a joint's axis in the axis's own sense.
+    pub fn turn_joint(&self, joint: usize, parameter: usize, rate: f64) -> Drive {
+        Drive { parameter, handle: Handle::Joint(joint, Knob::Theta), rate }
+    }
+}
+
+/// What a table logs, and what of it varies: the passport of the data.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Passport {
+    /// Rows.
+    pub rows: usize,
+    /// Rows in groups of returns.
+    pub returns: usize,
+    /// Joints that arrived from both sides.
+    pub both_sides: Vec<bool>,
+    /// Span of time, s; nothing if not logged.
+    pub time_span: Option<f64>,
+    /// Range of temperature, K; nothing if not logged.
+    pub temperature_range: Option<f64>,
+    /// Range of load, kg; nothing if not logged.
+    pub payload_range: Option<f64>,
+    /// Number of sessions named.
+    pub sessions: usize,
+    /// Least and greatest coordinate of each joint.
+    pub ranges: Vec<(f64, f64)>,
+}
+
+fn range(values: &[f64]) -> Option<f64> {
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    (high >= low).then_some(high - low)
+}
+
+impl Passport {
+    /// Reads it off a table.
+    pub fn of(table: &Table) -> Self {
+        let sides = |joint: usize| {
+            let has = |side: i8| (0..table.len()).any(|row| table.approach_of(row, joint) == side);
+            has(1) && has(-1)
+        };
+        let span = |joint: usize| {
+            (0..table.len())
+                .filter_map(|row| table.q_of(row).get(joint).copied())
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)))
+        };
+        Self {
+            rows: table.len(),
+            returns: table.returns().iter().map(Vec::len).sum(),
+            both_sides: (0..table.joints).map(sides).collect(),
+            time_span: table.time.as_deref().and_then(range),
+            temperature_range: table.temperature.as_deref().and_then(range),
+            payload_range: table.payload.as_deref().and_then(range),
+            sessions: table.session.names.len(),
+            ranges: (0..table.joints).map(span).collect(),
+        }
+    }
+
+    /// Whether a joint arrived from both sides.
+    pub fn has_both_sides(&self, joint: usize) -> bool {
+        self.both_sides.get(joint).copied().unwrap_or(false)
+    }
+}

@@ -1,0 +1,15 @@
+//! Model files: what the machine is believed to be, in YAML people and scripts write by hand.
+
+mod error;
+mod model;
+mod raw;
+mod validate;
+mod write;
+
+pub(crate) use error::suggestion;
+pub use error::{ModelFileError, Place};
+pub use model::{
+    AddedEffect, Base, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, SurfaceShape, Target,
+    Touch, TouchDistance,
+};
+pub use write::model_text;

@@ -1,0 +1,76 @@
+//! Levenberg-Marquardt descent on scaled normal equations.
+
+use nalgebra::{Cholesky, DVector};
+
+use super::machine::Machine;
+use super::normal::Normal;
+use super::state::State;
+use crate::progress::{Cancelled, Progress};
+
+/// Where a descent ended.
+pub(crate) struct Descent {
+    pub(crate) state: State,
+    pub(crate) normal: Normal,
+    pub(crate) steps: usize,
+    pub(crate) settled: bool,
+}
+
+/// Goes downhill from `start` until neither steps nor gains matter any more.
+pub(crate) fn descend(
+    machine: &Machine<'_>,
+    start: &State,
+    rows: &[usize],
+    weights: &[f64],
+    steps: usize,
+    progress: &Progress,
+) -> Result<Descent, Cancelled> {
+    let mut state = start.clone();
+    let mut normal = machine.normal(&state, rows, weights, &[]);
+    let mut scales: DVector<f64> = normal.matrix.diagonal();
+    let (mut damping, mut growth) = (1e-3, 2.0);
+    for step in 0..steps {
+        progress.check()?;
+        for (scale, fresh) in scales.iter_mut().zip(normal.matrix.diagonal().iter()) {
+            *scale = scale.max(*fresh);
+        }
+        let mut damped = normal.matrix.clone();
+        for index in 0..damped.nrows() {
+            damped[(index, index)] += damping * scales[index].max(1e-300);
+        }
+        let Some(factor) = Cholesky::new(damped) else {
+            damping = (damping * growth).max(1e-12);
+            growth *= 2.0;
+            if damping > 1e12 {
+                return Ok(Descent { state, normal, steps: step, settled: false });
+            }
+            continue;
+        };
+        let change = factor.solve(&normal.gradient);
+        let scaled: f64 =
+            change.iter().zip(scales.iter()).map(|(change, scale)| change * change * scale).sum();
+        let predicted = damping * scaled + change.dot(&normal.gradient);
+        // A further gain of a few thousandths of one measurement's own variance says nothing any more.
+        let settled_by = 3e-3 * normal.squares / normal.equations.max(1) as f64 + 1e-18;
+        if predicted <= settled_by {
+            return Ok(Descent { state, normal, steps: step, settled: true });
+        }
+        let next = state.stepped(machine.slots(), change.as_slice());
+        let squares = machine.squares(&next, rows, weights);
+        let gain = (normal.squares - squares) / predicted;
+        if squares.is_finite() && next.is_finite() && gain > 1e-4 {
+            state = next;
+            normal = machine.normal(&state, rows, weights, &[]);
+            damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
+            damping = damping.max(1e-14);
+            growth = 2.0;
+        } else {
+            if damping > 1e12 {
+                let settled = predicted <= 1e-8 * normal.squares;
+                return Ok(Descent { state, normal, steps: step, settled });
+            }
+            damping = (damping * growth).max(1e-12);
+            growth *= 2.0;
+        }
+    }
+    Ok(Descent { state, normal, steps, settled: false })
+}

@@ -1,0 +1,708 @@
+//! The machine as a function: from a state to what would be read in every row, and how that moves with every free
+//! number.
+
+use nalgebra::{DMatrix, Matrix3, Vector3};
+use plumb_kinematics::{Deviation, Knob, Posture, moments};
+
+use super::observations::{Equation, Observations, Reading};
+use super::state::{Slot, State, square_to, surface_freedoms};
+use crate::effect::{self, Drive, Effect, EffectId, EffectNameError, Handle, LooksAt, Situation};
+use crate::file::{AddedEffect, Frame, Model, SurfaceShape};
+use crate::table::Table;
+
+/// An effect that takes part in a fit.
+#[derive(Debug)]
+pub(crate) struct Part {
+    pub(crate) id: EffectId,
+    pub(crate) effect: Box<dyn Effect>,
+}
+
+/// A model and a table, ready to be compared.
+#[derive(Debug)]
+pub struct Machine<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) table: &'a Table,
+    pub(crate) observations: &'a Observations,
+    pub(crate) parts: Vec<Part>,
+    pub(crate) slots: Vec<Slot>,
+    start_values: Vec<Vec<f64>>,
+    previous: Vec<Option<usize>>,
+    first_time: f64,
+}
+
+/// Residuals and derivatives of a few rows. `jacobian` is slots by equations; both are divided by each equation's
+/// sigma and multiplied by the root of the row's weight.
+pub(crate) struct RowBlock {
+    pub(crate) residuals: Vec<f64>,
+    pub(crate) jacobian: DMatrix<f64>,
+}
+
+/// Room for one row's computation.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    posture: Posture,
+    deviations: Vec<Deviation>,
+    moments: Vec<f64>,
+    drives: Vec<Drive>,
+    base_shift: Vector3<f64>,
+    base_turn: Vector3<f64>,
+    target_shifts: Vec<Vector3<f64>>,
+    linear: Vec<Vector3<f64>>,
+    angular: Vec<Vector3<f64>>,
+}
+
+/// What an equation is of: a target's point, or the level's frame.
+#[derive(Clone, Copy, PartialEq)]
+enum Subject {
+    Target(usize),
+    Level,
+}
+
+/// An equation's prediction and how it changes with its subject's point and attitude.
+struct Prediction {
+    value: f64,
+    by_point: Vector3<f64>,
+    by_turn: Vector3<f64>,
+}
+
+impl<'a> Machine<'a> {
+    /// Sets up the comparison with these effects taking part, at these starting values; each is free.
+    ///
+    /// # Errors
+    /// An effect cannot act in this model.
+    pub fn new(
+        model: &'a Model,
+        table: &'a Table,
+        observations: &'a Observations,
+        effects: &[AddedEffect],
+    ) -> Result<Self, EffectNameError> {
+        let mut parts = Vec::new();
+        let mut start_values = Vec::new();
+        for added in effects {
+            let built = effect::build(&added.id, model)?;
+            let mut values = added.values.clone();
+            values.resize(built.parameters().len(), 0.0);
+            parts.push(Part { id: added.id.clone(), effect: built });
+            start_values.push(values);
+        }
+        let order = table.order();
+        let mut previous = vec![None; table.len()];
+        for pair in order.windows(2) {
+            if let [before, after] = pair
+                && let Some(slot) = previous.get_mut(*after)
+            {
+                *slot = Some(*before);
+            }
+        }
+        let times = table.time.iter().flatten().copied().filter(|time| time.is_finite());
+        let first_time = times.fold(f64::INFINITY, f64::min);
+        let mut machine = Self {
+            model,
+            table,
+            observations,
+            parts,
+            slots: Vec::new(),
+            start_values,
+            previous,
+            first_time: if first_time.is_finite() { first_time } else { 0.0 },
+        };
+        machine.slots = machine.free_slots();
+        Ok(machine)
+    }
+
+    fn free_slots(&self) -> Vec<Slot> {
+        let mut slots = Vec::new();
+        if self.model.base.free {
+            slots.extend((0..3).map(Slot::BaseShift));
+            slots.extend((0..3).map(Slot::BaseTurn));
+        }
+        for (index, target) in self.model.targets.iter().enumerate().filter(|(_, target)| target.free) {
+            let _ = target;
+            slots.extend((0..3).map(|axis| Slot::Target(index, axis)));
+        }
+        for place in 0..self.observations.places.len() {
+            slots.extend((0..3).map(|axis| Slot::Place(place, axis)));
+        }
+        for (index, surface) in self.model.surfaces.iter().enumerate().filter(|(_, surface)| surface.free) {
+            slots.extend((0..surface_freedoms(&surface.shape)).map(|which| Slot::Surface(index, which)));
+        }
+        for (index, part) in self.parts.iter().enumerate() {
+            slots.extend((0..part.effect.parameters().len()).map(|parameter| Slot::Effect(index, parameter)));
+        }
+        slots
+    }
+
+    /// The free numbers, in the order of steps and covariances.
+    pub fn slots(&self) -> &[Slot] {
+        &self.slots
+    }
+
+    /// The effects that take part.
+    pub fn effects(&self) -> impl Iterator<Item = &EffectId> {
+        self.parts.iter().map(|part| &part.id)
+    }
+
+    /// The state a fit starts from.
+    pub fn start(&self) -> State {
+        State::nominal(self.model, self.observations.places.len(), self.start_values.clone())
+    }
+
+    /// Direction of gravity in the base's frame.
+    fn down(&self, state: &State) -> Vector3<f64> {
+        self.model.down(&state.base.rotation)
+    }
+
+    /// Upwards in the measurements' frame.
+    fn up(&self, state: &State) -> Vector3<f64> {
+        -(state.base.rotation * self.down(state))
+    }
+
+    fn situation<'s>(
+        &'s self,
+        row: usize,
+        posture: &'s Posture,
+        moments: &'s [f64],
+        point: Vector3<f64>,
+    ) -> Situation<'s> {
+        let joints = self.table.joints;
+        let cell = |column: &Option<Vec<f64>>| column.as_ref().and_then(|column| column.get(row)).copied();
+        let approach =
+            self.table.approach.as_deref().and_then(|sides| sides.get(row * joints..(row + 1) * joints));
+        Situation {
+            chain: &self.model.chain,
+            q: self.table.q_of(row),
+            previous: self.previous.get(row).copied().flatten().map(|before| self.table.q_of(before)),
+            approach: approach.unwrap_or(&[]),
+            time: cell(&self.table.time).map_or(f64::NAN, |time| time - self.first_time),
+            temperature: cell(&self.table.temperature).unwrap_or(f64::NAN),
+            payload: cell(&self.table.payload).filter(|load| load.is_finite()).unwrap_or(0.0),
+            moments,
+            posture,
+            point,
+        }
+    }
+
+    /// Brings the arm into a row's pose: deviations of all effects in, gravity in balance with what it bends.
+    fn assume(&self, state: &State, row: usize, scratch: &mut Scratch) {
+        let joints = self.model.chain.len();
+        scratch.deviations.clear();
+        scratch.deviations.resize(joints, Deviation::default());
+        scratch.base_shift = Vector3::zeros();
+        scratch.base_turn = Vector3::zeros();
+        scratch.target_shifts.clear();
+        scratch.target_shifts.resize(state.targets.len(), Vector3::zeros());
+        let mut drives = std::mem::take(&mut scratch.drives);
+        let idle = Posture::default();
+        let situation = self.situation(row, &idle, &[], Vector3::zeros());
+        for (part, values) in self.parts.iter().zip(&state.effects) {
+            if part.effect.looks_at() == LooksAt::Conditions {
+                drives.clear();
+                part.effect.drive(&situation, &mut drives);
+                apply(&drives, values, scratch);
+            }
+        }
+        let payload = situation.payload;
+        let gravity = self.parts.iter().any(|part| part.effect.looks_at() == LooksAt::Gravity);
+        if gravity {
+            self.balance(state, row, payload, &mut drives, scratch);
+        }
+        scratch.drives = drives;
+        scratch.posture.update(&self.model.chain, self.table.q_of(row), &scratch.deviations);
+        self.weigh(state, payload, scratch);
+    }
+
+    /// What bends under its own weight changes the moments that bend it: a few rounds settle it.
+    fn balance(
+        &self,
+        state: &State,
+        row: usize,
+        payload: f64,
+        drives: &mut Vec<Drive>,
+        scratch: &mut Scratch,
+    ) {
+        let stiff = scratch.deviations.clone();
+        for _ in 0..3 {
+            scratch.posture.update(&self.model.chain, self.table.q_of(row), &scratch.deviations);
+            self.weigh(state, payload, scratch);
+            let mut posture = std::mem::take(&mut scratch.posture);
+            let moments = std::mem::take(&mut scratch.moments);
+            scratch.deviations.clone_from(&stiff);
+            let situation = self.situation(row, &posture, &moments, Vector3::zeros());
+            for (part, values) in self.parts.iter().zip(&state.effects) {
+                if part.effect.looks_at() == LooksAt::Gravity {
+                    drives.clear();
+                    part.effect.drive(&situation, drives);
+                    apply(drives, values, scratch);
+                }
+            }
+            std::mem::swap(&mut scratch.posture, &mut posture);
+            scratch.moments = moments;
+        }
+    }
+
+    fn weigh(&self, state: &State, payload: f64, scratch: &mut Scratch) {
+        let tool = state.targets.first().copied().unwrap_or_else(Vector3::zeros);
+        let carried = (scratch.posture.flange * nalgebra::Point3::from(tool)).coords;
+        let down = self.down(state);
+        moments(&scratch.posture, &self.model.masses, payload, &carried, &down, &mut scratch.moments);
+    }
+
+    fn subject(&self, reading: Reading) -> Subject {
+        match reading {
+            Reading::Position(target, _) => Subject::Target(usize::from(target)),
+            Reading::Touch(..) => {
+                let name = self.model.touch.as_ref().map_or("p1", |touch| touch.target.as_str());
+                Subject::Target(self.model.target_position(name).unwrap_or(0))
+            }
+            Reading::Surface(_) | Reading::Distance(_) => Subject::Target(0),
+            Reading::Tilt(_) => Subject::Level,
+        }
+    }
+
+    /// The base's pose with what effects do to it in this row.
+    fn base(&self, state: &State, scratch: &Scratch) -> (Matrix3<f64>, Vector3<f64>) {
+        let turned = nalgebra::Rotation3::new(scratch.base_turn) * state.base.rotation;
+        (turned.into_inner(), state.base.translation.vector + scratch.base_shift)
+    }
+
+    /// A target's point in the measurements' frame and in the base's frame.
+    fn point(&self, state: &State, target: usize, scratch: &Scratch) -> (Vector3<f64>, Vector3<f64>) {
+        let tool = state.targets.get(target).copied().unwrap_or_else(Vector3::zeros);
+        let shift = scratch.target_shifts.get(target).copied().unwrap_or_else(Vector3::zeros);
+        let in_base = (scratch.posture.flange * nalgebra::Point3::from(tool + shift)).coords;
+        let (rotation, origin) = self.base(state, scratch);
+        (rotation * in_base + origin, in_base)
+    }
+
+    /// What the instrument adds to a point's coordinates.
+    fn reading_shift(
+        &self,
+        state: &State,
+        row: usize,
+        point: Vector3<f64>,
+        scratch: &mut Scratch,
+    ) -> Vector3<f64> {
+        if self.parts.iter().all(|part| part.effect.looks_at() != LooksAt::Point) {
+            return Vector3::zeros();
+        }
+        let mut shift = Vector3::zeros();
+        let mut drives = std::mem::take(&mut scratch.drives);
+        let situation = self.situation(row, &scratch.posture, &scratch.moments, point);
+        for (part, values) in self.parts.iter().zip(&state.effects) {
+            if part.effect.looks_at() == LooksAt::Point {
+                drives.clear();
+                part.effect.drive(&situation, &mut drives);
+                for drive in &drives {
+                    if let Handle::Reading(axis) = drive.handle
+                        && let Some(component) = shift.get_mut(axis)
+                    {
+                        *component += drive.rate * values.get(drive.parameter).copied().unwrap_or(0.0);
+                    }
+                }
+            }
+        }
+        scratch.drives = drives;
+        shift
+    }
+
+    fn predict(
+        &self,
+        state: &State,
+        equation: &Equation,
+        point: &Vector3<f64>,
+        up: &Vector3<f64>,
+        scratch: &Scratch,
+    ) -> Prediction {
+        let of_point =
+            |value: f64, by_point: Vector3<f64>| Prediction { value, by_point, by_turn: Vector3::zeros() };
+        let unit = |axis: u8| Vector3::ith(usize::from(axis.min(2)), 1.0);
+        match equation.reading {
+            Reading::Position(_, axis) => of_point(point.dot(&unit(axis)), unit(axis)),
+            Reading::Touch(place, axis) => {
+                let place = state.places.get(place as usize).copied().unwrap_or_else(Vector3::zeros);
+                of_point((point - place).dot(&unit(axis)), unit(axis))
+            }
+            Reading::Surface(surface) => {
+                let (value, normal) = state
+                    .surfaces
+                    .get(usize::from(surface))
+                    .map_or_else(|| (0.0, Vector3::zeros()), |shape| away_from(shape, point, up));
+                of_point(value, normal)
+            }
+            Reading::Distance(surface) => {
+                let place = match state.surfaces.get(usize::from(surface)) {
+                    Some(SurfaceShape::Point { point } | SurfaceShape::Line { point, .. }) => *point,
+                    Some(SurfaceShape::Sphere { centre, .. }) => *centre,
+                    Some(SurfaceShape::Plane { normal, offset }) => normal * *offset,
+                    None => Vector3::zeros(),
+                };
+                let offset = point - place;
+                let length = offset.norm();
+                of_point(length, if length > 1e-9 { offset / length } else { Vector3::zeros() })
+            }
+            Reading::Tilt(axis) => self.tilt(state, axis, up, scratch),
+        }
+    }
+
+    fn tilt(&self, state: &State, axis: u8, up: &Vector3<f64>, scratch: &Scratch) -> Prediction {
+        let (base, _) = self.base(state, scratch);
+        let level = self.model.level.as_ref();
+        let frame = match level.map(|level| level.frame) {
+            Some(Frame::After(joint)) => scratch
+                .posture
+                .joints
+                .get(joint)
+                .map_or_else(Matrix3::identity, |frame| frame.end.rotation.into_inner()),
+            Some(Frame::Base) | None => Matrix3::identity(),
+        };
+        let attitude =
+            base * frame * level.map_or_else(Matrix3::identity, |level| level.rotation.into_inner());
+        let column = |index: usize| attitude.column(index).into_owned();
+        let (side, sense) = if axis == 0 { (1, 1.0) } else { (0, -1.0) };
+        let (across, along) = (sense * column(side).dot(up), column(2).dot(up));
+        let scale = (across * across + along * along).max(1e-30);
+        let turn = |index: usize| column(index).cross(up);
+        let by_turn = (turn(side) * (sense * along) - turn(2) * across) / scale;
+        Prediction { value: across.atan2(along), by_point: Vector3::zeros(), by_turn }
+    }
+
+    /// Residuals (measured less predicted, mm and rad) of one row's equations, appended to `out`.
+    pub(crate) fn row_residuals(&self, state: &State, row: usize, scratch: &mut Scratch, out: &mut Vec<f64>) {
+        self.assume(state, row, scratch);
+        let up = self.up(state);
+        let mut known: Option<(usize, Vector3<f64>)> = None;
+        for equation in self.observations.of_row(row) {
+            let point = match self.subject(equation.reading) {
+                Subject::Level => Vector3::zeros(),
+                Subject::Target(target) => match known {
+                    Some((same, point)) if same == target => point,
+                    _ => {
+                        let (point, _) = self.point(state, target, scratch);
+                        let point = point + self.reading_shift(state, row, point, scratch);
+                        known = Some((target, point));
+                        point
+                    }
+                },
+            };
+            out.push(equation.measured - self.predict(state, equation, &point, &up, scratch).value);
+        }
+    }
+
+    /// Where a row's first target is believed to be, mm, frame of the measurements.
+    pub(crate) fn believed_point(&self, state: &State, row: usize) -> Vector3<f64> {
+        let mut scratch = Scratch::default();
+        self.assume(state, row, &mut scratch);
+        self.point(state, 0, &scratch).0
+    }
+
+    /// Moments of gravity of a row, and how its first target moves with each joint.
+    pub(crate) fn row_details(&self, state: &State, row: usize) -> RowDetails {
+        let mut scratch = Scratch::default();
+        self.assume(state, row, &mut scratch);
+        let (_, in_base) = self.point(state, 0, &scratch);
+        let (base, _) = self.base(state, &scratch);
+        let by_joint = (0..self.model.chain.len())
+            .map(|joint| base * scratch.posture.twist(joint, Knob::Theta, &in_base).linear)
+            .collect();
+        RowDetails { moments: scratch.moments, by_joint }
+    }
+
+    /// How the subject's point and attitude move with one handle.
+    fn handle_motion(
+        &self,
+        handle: Handle,
+        subject: Subject,
+        frames: &Frames<'_>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        match handle {
+            Handle::Joint(joint, knob) => {
+                if subject == Subject::Level && joint > frames.level_limit {
+                    return (Vector3::zeros(), Vector3::zeros());
+                }
+                let twist = frames.posture.twist(joint, knob, &frames.in_base);
+                (frames.base * twist.linear, frames.base * twist.angular)
+            }
+            Handle::Target(target, axis) if subject == Subject::Target(target) => {
+                (frames.base * frames.posture.flange.rotation.matrix().column(axis.min(2)), Vector3::zeros())
+            }
+            Handle::Target(..) => (Vector3::zeros(), Vector3::zeros()),
+            Handle::BaseShift(axis) => (Vector3::ith(axis.min(2), 1.0), Vector3::zeros()),
+            Handle::BaseTurn(axis) => {
+                let axis = Vector3::ith(axis.min(2), 1.0);
+                (axis.cross(&(frames.point - frames.origin)), axis)
+            }
+            Handle::Reading(axis) => (Vector3::ith(axis.min(2), 1.0), Vector3::zeros()),
+        }
+    }
+
+    /// Residuals and derivatives of the given rows, for the free slots, followed by the parameters of `probes`
+    /// (effects that do not take part, at zero). Rows are scaled by sigma and the root of their weight.
+    pub(crate) fn block(
+        &self,
+        state: &State,
+        rows: &[usize],
+        weights: &[f64],
+        probes: &[&dyn Effect],
+    ) -> RowBlock {
+        let equations: usize = rows.iter().map(|row| self.observations.range(*row).len()).sum();
+        let probe_parameters: usize = probes.iter().map(|probe| probe.parameters().len()).sum();
+        let width = self.slots.len() + probe_parameters;
+        let mut block =
+            RowBlock { residuals: Vec::with_capacity(equations), jacobian: DMatrix::zeros(width, equations) };
+        let mut scratch = Scratch::default();
+        let mut column = 0;
+        for row in rows {
+            let weight = weights.get(*row).copied().unwrap_or(1.0).sqrt();
+            column = self.row_block(state, *row, weight, probes, &mut scratch, &mut block, column);
+        }
+        block
+    }
+
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "one inner loop of the fit; a struct for its six parts would only be unpacked here"
+    )]
+    fn row_block(
+        &self,
+        state: &State,
+        row: usize,
+        weight: f64,
+        probes: &[&dyn Effect],
+        scratch: &mut Scratch,
+        block: &mut RowBlock,
+        mut column: usize,
+    ) -> usize {
+        self.assume(state, row, scratch);
+        let up = self.up(state);
+        let mut known: Option<Subject> = None;
+        let mut point = Vector3::zeros();
+        for equation in self.observations.of_row(row) {
+            let subject = self.subject(equation.reading);
+            if known != Some(subject) {
+                point = self.motions(state, row, subject, probes, scratch);
+                known = Some(subject);
+            }
+            let prediction = self.predict(state, equation, &point, &up, scratch);
+            let scale = weight / equation.sigma;
+            block.residuals.push((equation.measured - prediction.value) * scale);
+            if let Some(mut entries) =
+                (column < block.jacobian.ncols()).then(|| block.jacobian.column_mut(column))
+            {
+                let (by_point, by_turn) = (prediction.by_point * scale, prediction.by_turn * scale);
+                let turns = subject == Subject::Level;
+                for ((entry, linear), angular) in
+                    entries.iter_mut().zip(&scratch.linear).zip(&scratch.angular)
+                {
+                    *entry = by_point.dot(linear);
+                    if turns {
+                        *entry += by_turn.dot(angular);
+                    }
+                }
+                self.own_freedoms(state, equation, &point, &up, scale, &mut entries);
+            }
+            column += 1;
+        }
+        column
+    }
+
+    /// Fills `scratch.linear` and `scratch.angular` with the subject's motion per slot and probe; returns its point.
+    fn motions(
+        &self,
+        state: &State,
+        row: usize,
+        subject: Subject,
+        probes: &[&dyn Effect],
+        scratch: &mut Scratch,
+    ) -> Vector3<f64> {
+        let target = if let Subject::Target(target) = subject { target } else { 0 };
+        let (point, in_base) = self.point(state, target, scratch);
+        let read = point + self.reading_shift(state, row, point, scratch);
+        let (base, origin) = self.base(state, scratch);
+        let level_limit = match self.model.level.as_ref().map(|level| level.frame) {
+            Some(Frame::After(joint)) => joint,
+            _ => 0,
+        };
+        let on_base = matches!(self.model.level.as_ref().map(|level| level.frame), Some(Frame::Base));
+        let mut linear = std::mem::take(&mut scratch.linear);
+        let mut angular = std::mem::take(&mut scratch.angular);
+        let mut drives = std::mem::take(&mut scratch.drives);
+        linear.clear();
+        angular.clear();
+        {
+            let frames = Frames { posture: &scratch.posture, base, origin, point, in_base, level_limit };
+            let situation = self.situation(row, &scratch.posture, &scratch.moments, point);
+            let mut motion = |handle: Option<Handle>| {
+                let still = on_base && subject == Subject::Level && matches!(handle, Some(Handle::Joint(..)));
+                let (moved, turned) = match handle {
+                    Some(handle) if !still => self.handle_motion(handle, subject, &frames),
+                    _ => (Vector3::zeros(), Vector3::zeros()),
+                };
+                linear.push(moved);
+                angular.push(turned);
+            };
+            for slot in &self.slots {
+                match *slot {
+                    Slot::BaseShift(axis) => motion(Some(Handle::BaseShift(axis))),
+                    Slot::BaseTurn(axis) => motion(Some(Handle::BaseTurn(axis))),
+                    Slot::Target(target, axis) => motion(Some(Handle::Target(target, axis))),
+                    Slot::Place(..) | Slot::Surface(..) => motion(None),
+                    Slot::Effect(..) => {}
+                }
+            }
+            let taking_part = self.parts.iter().map(|part| part.effect.as_ref());
+            for effect in taking_part.chain(probes.iter().copied()) {
+                drives.clear();
+                effect.drive(&situation, &mut drives);
+                let first = linear.len();
+                let width = first + effect.parameters().len();
+                linear.resize(width, Vector3::zeros());
+                angular.resize(width, Vector3::zeros());
+                for drive in &drives {
+                    if on_base && subject == Subject::Level && matches!(drive.handle, Handle::Joint(..)) {
+                        continue;
+                    }
+                    let (moved, turned) = self.handle_motion(drive.handle, subject, &frames);
+                    if let (Some(linear), Some(angular)) =
+                        (linear.get_mut(first + drive.parameter), angular.get_mut(first + drive.parameter))
+                    {
+                        *linear += moved * drive.rate;
+                        *angular += turned * drive.rate;
+                    }
+                }
+            }
+        }
+        scratch.linear = linear;
+        scratch.angular = angular;
+        scratch.drives = drives;
+        read
+    }
+
+    /// Derivatives by the free numbers of the place or surface an equation refers to.
+    fn own_freedoms(
+        &self,
+        state: &State,
+        equation: &Equation,
+        point: &Vector3<f64>,
+        up: &Vector3<f64>,
+        scale: f64,
+        entries: &mut nalgebra::DVectorViewMut<'_, f64>,
+    ) {
+        let mut set = |wanted: Slot, value: f64| {
+            if let Some(entry) =
+                self.slots.iter().position(|slot| *slot == wanted).and_then(|index| entries.get_mut(index))
+            {
+                *entry = value * scale;
+            }
+        };
+        match equation.reading {
+            Reading::Touch(place, axis) => set(Slot::Place(place as usize, usize::from(axis)), -1.0),
+            Reading::Surface(surface) => {
+                let index = usize::from(surface);
+                let free = self.model.surfaces.get(index).is_some_and(|surface| surface.free);
+                if let (true, Some(shape)) = (free, state.surfaces.get(index)) {
+                    for which in 0..surface_freedoms(shape) {
+                        set(Slot::Surface(index, which), surface_derivative(shape, which, point, up));
+                    }
+                }
+            }
+            Reading::Distance(surface) => {
+                let index = usize::from(surface);
+                let free = self.model.surfaces.get(index).is_some_and(|surface| surface.free);
+                if let (
+                    true,
+                    Some(SurfaceShape::Point { point: place } | SurfaceShape::Sphere { centre: place, .. }),
+                ) = (free, state.surfaces.get(index))
+                {
+                    let away = (point - place).try_normalize(1e-9).unwrap_or_else(Vector3::zeros);
+                    for which in 0..3 {
+                        set(Slot::Surface(index, which), -away.get(which).copied().unwrap_or(0.0));
+                    }
+                }
+            }
+            Reading::Position(..) | Reading::Tilt(_) => {}
+        }
+    }
+}
+
+/// What plots are drawn against.
+pub(crate) struct RowDetails {
+    /// N m.
+    pub(crate) moments: Vec<f64>,
+    /// Motion of the first target per turn of each joint, mm/rad, frame of the measurements.
+    pub(crate) by_joint: Vec<Vector3<f64>>,
+}
+
+/// The frames one row's derivatives are taken in.
+struct Frames<'a> {
+    posture: &'a Posture,
+    base: Matrix3<f64>,
+    origin: Vector3<f64>,
+    point: Vector3<f64>,
+    in_base: Vector3<f64>,
+    level_limit: usize,
+}
+
+fn apply(drives: &[Drive], values: &[f64], scratch: &mut Scratch) {
+    for drive in drives {
+        let amount = drive.rate * values.get(drive.parameter).copied().unwrap_or(0.0);
+        let part = match drive.handle {
+            Handle::Joint(joint, knob) => {
+                if let Some(deviation) = scratch.deviations.get_mut(joint) {
+                    deviation.add(knob, amount);
+                }
+                continue;
+            }
+            Handle::Target(target, axis) => {
+                scratch.target_shifts.get_mut(target).and_then(|shift| shift.get_mut(axis))
+            }
+            Handle::BaseShift(axis) => scratch.base_shift.get_mut(axis),
+            Handle::BaseTurn(axis) => scratch.base_turn.get_mut(axis),
+            Handle::Reading(_) => continue,
+        };
+        if let Some(part) = part {
+            *part += amount;
+        }
+    }
+}
+
+/// How far a point is from a surface (mm, positive outside) and in which direction that grows.
+fn away_from(shape: &SurfaceShape, point: &Vector3<f64>, up: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    match shape {
+        SurfaceShape::Plane { normal, offset } => (normal.dot(point) - offset, *normal),
+        SurfaceShape::Line { point: through, direction } => {
+            let sideways = up.cross(direction).try_normalize(1e-9).unwrap_or_else(|| square_to(direction).0);
+            (sideways.dot(&(point - through)), sideways)
+        }
+        SurfaceShape::Sphere { centre, radius } => {
+            let offset = point - centre;
+            let length = offset.norm();
+            (length - radius, if length > 1e-9 { offset / length } else { Vector3::zeros() })
+        }
+        SurfaceShape::Point { point: place } => {
+            let offset = point - place;
+            let length = offset.norm();
+            (length, if length > 1e-9 { offset / length } else { Vector3::zeros() })
+        }
+    }
+}
+
+fn surface_derivative(shape: &SurfaceShape, which: usize, point: &Vector3<f64>, up: &Vector3<f64>) -> f64 {
+    match shape {
+        SurfaceShape::Plane { normal, .. } => {
+            let (first, second) = square_to(normal);
+            match which {
+                0 => -1.0,
+                1 => first.dot(point),
+                _ => second.dot(point),
+            }
+        }
+        SurfaceShape::Line { point: through, direction } => match which {
+            0 => -1.0,
+            _ => -direction.dot(&(point - through)),
+        },
+        SurfaceShape::Sphere { .. } | SurfaceShape::Point { .. } => {
+            let (_, away) = away_from(shape, point, up);
+            -away.get(which).copied().unwrap_or(0.0)
+        }
+    }
+}

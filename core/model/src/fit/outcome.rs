@@ -1,0 +1,212 @@
+//! A fit from start to finish: first guess, descent, weights, rank, covariance, and whether it really arrived.
+
+use nalgebra::DMatrix;
+use thiserror::Error;
+
+use super::FitOptions;
+use super::align::align;
+use super::gauge::Gauge;
+use super::levenberg::{Descent, descend};
+use super::linear::Factor;
+use super::machine::Machine;
+use super::normal::Normal;
+use super::robust::Distances;
+use super::state::State;
+use crate::progress::{Cancelled, Progress};
+
+/// Whether a fit arrived at its optimum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Convergence {
+    /// Steps taken in all.
+    pub steps: usize,
+    /// RMS reached, in sigmas.
+    pub reached: f64,
+    /// RMS of the linear problem at that place: what one more full step promises.
+    pub promised: f64,
+    /// Whether the two agree.
+    pub arrived: bool,
+}
+
+/// What a fit found.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// Values of everything.
+    pub state: State,
+    /// Residuals of all equations of the table (also of rows that were held out), mm and rad.
+    pub residuals: Vec<f64>,
+    /// Weight of each row, 1 for those inside the others' scatter.
+    pub weights: Vec<f64>,
+    /// Rows that were fitted.
+    pub rows: Vec<usize>,
+    /// Scatter of the residuals in declared sigmas (in mm or rad where none was declared).
+    pub scale: f64,
+    /// Freedoms that were held.
+    pub gauges: Vec<Gauge>,
+    /// Covariance of the slots, internal units; zero for held ones.
+    pub covariance: DMatrix<f64>,
+    /// Whether it arrived.
+    pub convergence: Convergence,
+    /// Variance of one equation in the weighted metric, declared sigmas squared.
+    pub(crate) variance: f64,
+    pub(crate) normal: Normal,
+    pub(crate) factor: Factor,
+}
+
+/// Why nothing could be fitted.
+#[derive(Debug, Error, PartialEq)]
+pub enum FitError {
+    /// No rows to fit.
+    #[error("no rows are left to fit")]
+    NoRows,
+    /// Fewer numbers than unknowns.
+    #[error(
+        "{equations} measured numbers cannot settle {parameters} free ones; measure more poses, or free fewer (`--free none`)"
+    )]
+    TooFewRows {
+        /// Numbers measured.
+        equations: usize,
+        /// Independent unknowns.
+        parameters: usize,
+    },
+    /// Every row has the same pose.
+    #[error("all {rows} rows have the same pose; a fit needs different ones")]
+    OnePose {
+        /// Rows.
+        rows: usize,
+    },
+    /// Numbers left the finite.
+    #[error("the fit left the finite numbers; check units and the starting values of base and targets")]
+    Diverged,
+    /// It was told to end.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl Fit {
+    /// Independent parameters.
+    pub fn rank(&self) -> usize {
+        self.factor.rank()
+    }
+}
+
+pub(super) fn fit(
+    machine: &Machine<'_>,
+    start: &State,
+    mask: &[bool],
+    options: FitOptions,
+    progress: &Progress,
+) -> Result<Fit, FitError> {
+    let measured = |row: &usize| !machine.observations.range(*row).is_empty();
+    let rows: Vec<usize> =
+        mask.iter().enumerate().filter(|(_, used)| **used).map(|(row, _)| row).filter(measured).collect();
+    check(machine, &rows)?;
+    let start = align(machine, start, &rows);
+    let ones = vec![1.0; machine.observations.rows()];
+    refit(machine, &start, &rows, ones, options, progress)
+}
+
+pub(super) fn refit(
+    machine: &Machine<'_>,
+    start: &State,
+    rows: &[usize],
+    mut weights: Vec<f64>,
+    options: FitOptions,
+    progress: &Progress,
+) -> Result<Fit, FitError> {
+    let mut descent = descend(machine, start, rows, &weights, options.steps, progress)?;
+    let mut steps = descent.steps;
+    let parameters = Factor::new(&descent.normal.matrix).rank();
+    if parameters >= descent.normal.equations {
+        return Err(FitError::TooFewRows { equations: descent.normal.equations, parameters });
+    }
+    if options.robust {
+        for _ in 0..20 {
+            let residuals = machine.residuals(&descent.state);
+            let distances = Distances::of(machine, &residuals);
+            let fresh = distances.weights(distances.scale(rows, parameters));
+            let moved = rows.iter().map(|row| difference(&weights, &fresh, *row)).fold(0.0, f64::max);
+            weights = fresh;
+            if moved < 1e-2 {
+                break;
+            }
+            descent = descend(machine, &descent.state, rows, &weights, options.steps, progress)?;
+            steps += descent.steps;
+        }
+    }
+    finish(machine, descent, rows.to_vec(), weights, steps)
+}
+
+fn difference(left: &[f64], right: &[f64], row: usize) -> f64 {
+    let at = |values: &[f64]| values.get(row).copied().unwrap_or(1.0);
+    (at(left) - at(right)).abs()
+}
+
+fn check(machine: &Machine<'_>, rows: &[usize]) -> Result<(), FitError> {
+    let Some(first) = rows.first() else { return Err(FitError::NoRows) };
+    let same = |row: &usize| machine.table.q_of(*row) == machine.table.q_of(*first);
+    if rows.iter().all(same) {
+        return Err(FitError::OnePose { rows: rows.len() });
+    }
+    Ok(())
+}
+
+fn finish(
+    machine: &Machine<'_>,
+    descent: Descent,
+    rows: Vec<usize>,
+    weights: Vec<f64>,
+    steps: usize,
+) -> Result<Fit, FitError> {
+    let Descent { state, normal, settled, .. } = descent;
+    if !state.is_finite() || !normal.squares.is_finite() {
+        return Err(FitError::Diverged);
+    }
+    let residuals = machine.residuals(&state);
+    let factor = Factor::new(&normal.matrix);
+    let variance = huber_variance(machine, &residuals, &weights, &rows, factor.rank());
+    let covariance = factor.inverse() * variance;
+    let gauges = machine.gauges(&normal.matrix, &factor);
+    let gain = normal.gradient.dot(&factor.solve(&normal.gradient)).max(0.0);
+    let equations = normal.equations.max(1) as f64;
+    let reached = (normal.squares / equations).sqrt();
+    let promised = ((normal.squares - gain).max(0.0) / equations).sqrt();
+    let arrived = settled || gain <= 1e-3 * normal.squares;
+    let distances = Distances::of(machine, &residuals);
+    let scale = distances.scale(&rows, factor.rank());
+    Ok(Fit {
+        state,
+        residuals,
+        weights,
+        rows,
+        scale,
+        gauges,
+        covariance,
+        convergence: Convergence { steps, reached, promised, arrived },
+        variance,
+        normal,
+        factor,
+    })
+}
+
+/// Variance of one equation in the weighted metric: far poses count as if at the corner, and the weight they lost is made
+/// good (Huber 1981, section 7.6).
+fn huber_variance(
+    machine: &Machine<'_>,
+    residuals: &[f64],
+    weights: &[f64],
+    rows: &[usize],
+    rank: usize,
+) -> f64 {
+    let (mut drawn_in, mut weight_sum, mut equations) = (0.0, 0.0, 0.0);
+    for row in rows {
+        let weight = weights.get(*row).copied().unwrap_or(1.0);
+        let own = residuals.get(machine.observations.range(*row)).unwrap_or(&[]);
+        for (residual, equation) in own.iter().zip(machine.observations.of_row(*row)) {
+            drawn_in += (weight * residual / equation.sigma).powi(2);
+            weight_sum += weight;
+            equations += 1.0;
+        }
+    }
+    let freedom = f64::max(equations - rank as f64, 1.0);
+    drawn_in / freedom * equations / f64::max(weight_sum, 1e-300)
+}

@@ -1,0 +1,140 @@
+//! The noise floor: how far returns to one pose scatter once side of approach, time, temperature and load are allowed
+//! for; else what was declared; else unknown.
+
+mod returns;
+mod scatter;
+
+pub(crate) use returns::Returns;
+use scatter::Scatter;
+
+use serde::Serialize;
+
+use crate::effect::Survey;
+use crate::fit::{Fit, Machine};
+use crate::statistics::{f_tail, holm};
+
+/// Where a floor comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FloorSource {
+    /// Returns to the same poses.
+    Repeats,
+    /// The model file's `noise:` or the table's `std_*`.
+    Declared,
+    /// Nobody knows.
+    Unknown,
+}
+
+/// The noise floor.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Floor {
+    /// One sigma per axis, mm; nothing if unknown. For a table of tilts alone, in degrees.
+    pub sigma_mm: Option<f64>,
+    /// Where it comes from.
+    pub source: FloorSource,
+    /// Degrees of freedom it rests on; 0 if declared or unknown.
+    pub dof: usize,
+    /// Scatter relative to the declared sigmas (to 1 mm where none is declared): what residuals are divided by.
+    #[serde(skip)]
+    pub scale: Option<f64>,
+    /// Effects of conditions that had to be allowed for among the returns, as written.
+    #[serde(skip)]
+    pub allowed_for: Vec<String>,
+}
+
+/// Fewest degrees of freedom returns must give before they are trusted over a declaration.
+const ENOUGH: usize = 6;
+
+/// How improbable (after Holm) an effect of conditions must make the returns before it is allowed for.
+const ALLOWED_BELOW: f64 = 0.01;
+
+impl Floor {
+    /// The floor of the data a machine was fitted to.
+    pub(crate) fn of(machine: &Machine<'_>, fit: &Fit, survey: &Survey<'_>) -> Self {
+        Self::among(machine, Returns::gather(machine, fit, survey).as_ref())
+    }
+
+    /// The floor these returns show, else what was declared.
+    pub(crate) fn among(machine: &Machine<'_>, returns: Option<&Returns>) -> Self {
+        returns
+            .and_then(|returns| Self::from_returns(machine, returns))
+            .unwrap_or_else(|| Self::declared(machine))
+    }
+
+    /// From returns; nothing if they are too few.
+    fn from_returns(machine: &Machine<'_>, returns: &Returns) -> Option<Self> {
+        let (chosen, scatter) = allow(returns);
+        if scatter.freedom < ENOUGH || scatter.sigma <= 0.0 {
+            return None;
+        }
+        let label = |index: &usize| returns.candidates.get(*index).map(|(id, _)| id.label(machine.model));
+        Some(Self {
+            sigma_mm: Some(scatter.sigma * typical_sigma(machine)),
+            source: FloorSource::Repeats,
+            dof: scatter.freedom,
+            scale: Some(scatter.sigma),
+            allowed_for: chosen.iter().filter_map(label).collect(),
+        })
+    }
+
+    fn declared(machine: &Machine<'_>) -> Self {
+        let known = machine.observations.declared;
+        Self {
+            sigma_mm: known.then(|| typical_sigma(machine)),
+            source: if known { FloorSource::Declared } else { FloorSource::Unknown },
+            dof: 0,
+            scale: known.then_some(1.0),
+            allowed_for: Vec::new(),
+        }
+    }
+}
+
+/// The root mean square of the declared sigmas, mm (degrees for a table of tilts alone).
+pub(crate) fn typical_sigma(machine: &Machine<'_>) -> f64 {
+    let of = |lengths: bool| {
+        let chosen =
+            machine.observations.equations.iter().filter(|equation| equation.reading.is_length() == lengths);
+        let (sum, count) = chosen
+            .fold((0.0, 0), |(sum, count), equation| (sum + equation.sigma * equation.sigma, count + 1));
+        (count > 0).then(|| (sum / f64::from(count)).sqrt())
+    };
+    of(true).or_else(|| of(false).map(f64::to_degrees)).unwrap_or(1.0)
+}
+
+/// Chooses, one by one, the effects of conditions without which the returns cannot be understood. Returns their places
+/// in the list of candidates and what scatter is left.
+pub(crate) fn allow(returns: &Returns) -> (Vec<usize>, Scatter) {
+    let mut chosen: Vec<usize> = Vec::new();
+    let mut wanted: Vec<usize> = Vec::new();
+    let mut scatter = returns.scatter(&wanted);
+    while chosen.len() < 8 {
+        let trials: Vec<(usize, f64, Scatter)> = (0..returns.candidates.len())
+            .filter(|index| !chosen.contains(index))
+            .filter_map(|index| {
+                let (_, range) = returns.candidates.get(index)?;
+                let columns: Vec<usize> = wanted.iter().copied().chain(range.clone()).collect();
+                let trial = returns.scatter(&columns);
+                let used = scatter.freedom.checked_sub(trial.freedom).filter(|used| *used > 0)?;
+                if trial.freedom == 0 || trial.squares <= 0.0 {
+                    return None;
+                }
+                let gain = (scatter.squares - trial.squares) / used as f64;
+                let p =
+                    f_tail(gain / (trial.squares / trial.freedom as f64), used as f64, trial.freedom as f64);
+                Some((index, p, trial))
+            })
+            .collect();
+        let p_values: Vec<f64> = trials.iter().map(|(_, p, _)| *p).collect();
+        let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
+        let best = trials.into_iter().zip(adjusted).min_by(|left, right| left.0.1.total_cmp(&right.0.1));
+        match best {
+            Some(((index, _, trial), p)) if p < ALLOWED_BELOW => {
+                chosen.push(index);
+                wanted.extend(returns.candidates.get(index).map_or(0..0, |(_, range)| range.clone()));
+                scatter = trial;
+            }
+            _ => break,
+        }
+    }
+    (chosen, scatter)
+}

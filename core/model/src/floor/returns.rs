@@ -1,0 +1,122 @@
+//! What returns to one pose say.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::effect::{self, Effect, EffectId, Spot, Survey};
+use crate::fit::{Fit, Machine};
+
+/// What returns to one pose say: deviations from their own mean, and the columns of effects that depend on conditions.
+pub(crate) struct Returns {
+    /// Row of the table and group of each member.
+    pub(crate) members: Vec<(usize, usize)>,
+    /// Whitened residuals of each member's equations.
+    pub(crate) residuals: Vec<DVector<f64>>,
+    /// Whitened columns of each member, parameters of all candidates side by side.
+    pub(crate) columns: Vec<DMatrix<f64>>,
+    /// Per member and joint: how its equations move with the joint, whitened.
+    pub(crate) motions: Vec<Vec<DVector<f64>>>,
+    /// Candidates with the range of their columns.
+    pub(crate) candidates: Vec<(EffectId, Range<usize>)>,
+    /// Number of groups.
+    pub(crate) groups: usize,
+}
+
+impl Returns {
+    /// Gathers them; nothing if no pose was returned to.
+    pub(crate) fn gather(machine: &Machine<'_>, fit: &Fit, survey: &Survey<'_>) -> Option<Self> {
+        let groups = machine.table.returns();
+        if groups.is_empty() {
+            return None;
+        }
+        let ids: Vec<EffectId> = effect::kinds()
+            .iter()
+            .filter(|kind| kind.depends_on_conditions)
+            .flat_map(|kind| (kind.candidates)(survey))
+            .collect();
+        let built: Vec<(EffectId, Box<dyn Effect>)> = ids
+            .into_iter()
+            .filter_map(|id| effect::build(&id, machine.model).ok().map(|effect| (id, effect)))
+            .collect();
+        let zeros: Vec<Box<dyn Effect>> = (0..machine.model.chain.len())
+            .filter_map(|joint| {
+                effect::build(&EffectId::at("joint_zero", Spot::Joint(joint)), machine.model).ok()
+            })
+            .collect();
+        let probes: Vec<&dyn Effect> =
+            built.iter().map(|(_, effect)| effect.as_ref()).chain(zeros.iter().map(Box::as_ref)).collect();
+        let own = machine.slots().len();
+        let mut first = 0;
+        let candidates: Vec<(EffectId, Range<usize>)> = built
+            .iter()
+            .map(|(id, effect)| {
+                let range = first..first + effect.parameters().len();
+                first = range.end;
+                (id.clone(), range)
+            })
+            .collect();
+        let ones = vec![1.0; machine.table.len()];
+        let (mut members, mut residuals, mut columns, mut motions) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (group, rows) in groups.iter().enumerate() {
+            // Only equations every return has can be compared.
+            let shape =
+                |row: usize| machine.observations.of_row(row).iter().map(|e| e.reading).collect::<Vec<_>>();
+            let first_shape = rows.first().map(|row| shape(*row)).unwrap_or_default();
+            for row in rows.iter().filter(|row| !first_shape.is_empty() && shape(**row) == first_shape) {
+                let block = machine.block(&fit.state, &[*row], &ones, &probes);
+                members.push((*row, group));
+                residuals.push(DVector::from_vec(block.residuals));
+                columns.push(block.jacobian.rows(own, first).transpose());
+                let motion = |joint| block.jacobian.row(own + first + joint).transpose();
+                motions.push((0..zeros.len()).map(motion).collect());
+            }
+        }
+        Some(Self { members, residuals, columns, motions, candidates, groups: groups.len() })
+    }
+
+    /// Deviations of residuals and of the given columns from their group's weighted mean.
+    pub(super) fn centred(
+        &self,
+        weights: &[f64],
+        wanted: &[usize],
+    ) -> (Vec<DVector<f64>>, Vec<DMatrix<f64>>) {
+        let mut residuals = self.residuals.clone();
+        let mut columns: Vec<DMatrix<f64>> =
+            self.columns.iter().map(|columns| columns.select_columns(wanted)).collect();
+        for group in 0..self.groups {
+            let own: Vec<usize> =
+                (0..self.members.len()).filter(|member| self.members[*member].1 == group).collect();
+            let total: f64 = own.iter().map(|member| weights[*member]).sum();
+            let Some(first) = own.first() else { continue };
+            if total <= 0.0 {
+                continue;
+            }
+            let mut mean = DVector::zeros(residuals[*first].len());
+            let mut mean_columns = DMatrix::zeros(columns[*first].nrows(), columns[*first].ncols());
+            for member in &own {
+                mean += &residuals[*member] * (weights[*member] / total);
+                mean_columns += &columns[*member] * (weights[*member] / total);
+            }
+            for member in &own {
+                residuals[*member] -= &mean;
+                columns[*member] -= &mean_columns;
+            }
+        }
+        (residuals, columns)
+    }
+
+    /// Degrees of freedom within groups, before any allowance.
+    pub(super) fn freedom(&self) -> usize {
+        let mut seen = vec![false; self.groups];
+        let mut freedom = 0;
+        for ((_, group), residuals) in self.members.iter().zip(&self.residuals) {
+            if let Some(seen) = seen.get_mut(*group) {
+                freedom += if *seen { residuals.len() } else { 0 };
+                *seen = true;
+            }
+        }
+        freedom
+    }
+}

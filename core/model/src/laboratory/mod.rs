@@ -1,0 +1,167 @@
+//! The laboratory: one model, one table, and everything that can be asked of the pair.
+
+mod comparison;
+mod preview;
+mod rows;
+
+pub use comparison::{Comparison, EffectValue, Rms};
+pub use preview::Preview;
+pub(crate) use rows::row_square;
+pub use rows::{RowResidual, Series};
+
+use std::path::Path;
+
+use thiserror::Error;
+
+use crate::effect::{self, EffectNameError, Passport, Survey};
+use crate::file::{AddedEffect, Model, ModelFileError};
+use crate::fit::{Fit, FitError, FitOptions, Machine, Observations, ObservationsError};
+use crate::progress::{Cancelled, Progress};
+use crate::split::{Holdout, HoldoutError, Split};
+use crate::table::{Table, TableError};
+
+/// How a laboratory works.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Options {
+    /// Overrides the model file's `free:` where given; an empty list frees nothing but base and targets.
+    pub free: Option<Vec<String>>,
+    /// How the locked set is chosen.
+    pub holdout: Holdout,
+    /// How to fit.
+    pub fit: FitOptions,
+}
+
+/// Why a question cannot be answered.
+#[derive(Debug, Error)]
+pub enum LaboratoryError {
+    /// The model file.
+    #[error(transparent)]
+    Model(#[from] ModelFileError),
+    /// The table.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// They do not go together.
+    #[error(transparent)]
+    Observations(#[from] ObservationsError),
+    /// An effect's name or place.
+    #[error(transparent)]
+    Effect(#[from] EffectNameError),
+    /// The held-out set.
+    #[error(transparent)]
+    Holdout(#[from] HoldoutError),
+    /// The fit.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// It was told to end.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// A file cannot be written.
+    #[error("{path}: {source}")]
+    Write {
+        /// The file.
+        path: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A request that makes no sense for this model.
+    #[error("{0}")]
+    Refused(String),
+}
+
+/// A model and a table.
+#[derive(Debug, Clone)]
+pub struct Laboratory {
+    model: Model,
+    table: Table,
+    observations: Observations,
+    passport: Passport,
+    split: Split,
+    options: Options,
+}
+
+impl Laboratory {
+    /// Reads both files.
+    ///
+    /// # Errors
+    /// A file that cannot be read or understood, or two that do not go together.
+    pub fn open(model: &Path, data: &Path, options: Options) -> Result<Self, LaboratoryError> {
+        Self::new(Model::read(model)?, Table::read(data)?, options)
+    }
+
+    /// Brings a model and a table together.
+    ///
+    /// # Errors
+    /// They do not go together, or the held-out set cannot be chosen.
+    pub fn new(mut model: Model, table: Table, options: Options) -> Result<Self, LaboratoryError> {
+        if let Some(free) = &options.free {
+            for pattern in free {
+                effect::expand(pattern, &model)?;
+            }
+            model.free.clone_from(free);
+        }
+        let observations = Observations::new(&model, &table)?;
+        let split = Split::new(&table, options.holdout)?;
+        let passport = Passport::of(&table);
+        Ok(Self { model, table, observations, passport, split, options })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The table.
+    pub fn table(&self) -> &Table {
+        &self.table
+    }
+
+    /// What the table logs.
+    pub fn passport(&self) -> &Passport {
+        &self.passport
+    }
+
+    /// Which rows are fitted and which are locked away.
+    pub fn split(&self) -> &Split {
+        &self.split
+    }
+
+    /// How the laboratory works.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    pub(crate) fn survey(&self) -> Survey<'_> {
+        Survey { model: &self.model, passport: &self.passport }
+    }
+
+    /// Everything the model says is to be fitted: the free effects at their last values, then the added ones.
+    pub(crate) fn fitted_effects(&self) -> Result<Vec<AddedEffect>, EffectNameError> {
+        let mut effects: Vec<AddedEffect> = Vec::new();
+        for pattern in &self.model.free {
+            for id in effect::expand(pattern, &self.model)? {
+                let taken = |other: &AddedEffect| other.id.same_as(&id);
+                if effects.iter().any(taken) || self.model.effects.iter().any(taken) {
+                    continue;
+                }
+                let known = self.model.fitted.iter().find(|other| other.id.same_as(&id));
+                let parameters = effect::build(&id, &self.model)?.parameters().len();
+                let values = known.map_or_else(|| vec![0.0; parameters], |known| known.values.clone());
+                effects.push(AddedEffect { id, values });
+            }
+        }
+        effects.extend(self.model.effects.iter().cloned());
+        Ok(effects)
+    }
+
+    /// The machine with all fitted effects and `more` of them.
+    pub(crate) fn machine(&self, more: &[AddedEffect]) -> Result<Machine<'_>, EffectNameError> {
+        let mut effects = self.fitted_effects()?;
+        effects.extend(more.iter().cloned());
+        Machine::new(&self.model, &self.table, &self.observations, &effects)
+    }
+
+    /// Fits a machine to the rows that are not locked away.
+    pub(crate) fn fit(&self, machine: &Machine<'_>, progress: &Progress) -> Result<Fit, FitError> {
+        machine.fit(&machine.start(), &self.split.fit, self.options.fit, progress)
+    }
+}

@@ -1,0 +1,73 @@
+//! What a candidate would do, before it is added.
+
+use serde::Serialize;
+
+use super::comparison::{EffectValue, Rms};
+use super::rows::{RowResidual, row_residuals};
+use super::{Laboratory, LaboratoryError};
+use crate::effect;
+use crate::file::AddedEffect;
+use crate::progress::Progress;
+
+/// The residuals as they would be with a candidate in.
+#[derive(Debug, Clone, Serialize)]
+pub struct Preview {
+    /// The candidate (several if a wildcard or group was asked for).
+    pub effects: Vec<EffectValue>,
+    /// RMS without it.
+    pub before: Rms,
+    /// RMS with it.
+    pub after: Rms,
+    /// Residuals with it.
+    #[serde(skip)]
+    pub rows: Vec<RowResidual>,
+    /// Parameters fitted before that it would move by more than two standard errors, in words.
+    pub moved: Vec<String>,
+}
+
+/// Standard errors by which a parameter must move to be worth a word.
+const MOVED: f64 = 2.0;
+
+impl Laboratory {
+    /// Fits the model with a candidate (or a wildcard or group of them) in, without adding it.
+    ///
+    /// # Errors
+    /// The effect is not known or is in the model already, nothing can be fitted, or cancellation.
+    pub fn preview(&self, text: &str, progress: &Progress) -> Result<Preview, LaboratoryError> {
+        let more = self.wanted(text)?;
+        progress.report(0.0, "fitting without it")?;
+        let before = self.fit_with(&[], None, progress)?;
+        progress.report(0.5, "fitting with it")?;
+        let after = self.fit_with(&more, Some(&before), progress)?;
+        let known = self.effect_values(&before.machine, &before.fit);
+        let mut values = self.effect_values(&after.machine, &after.fit);
+        let effects = values.split_off(known.len());
+        let moved = known.iter().zip(&values).filter(|(old, new)| !old.held && !new.held);
+        let moved = moved.filter(|(old, new)| (old.size - new.size).abs() > MOVED * old.se.max(new.se));
+        Ok(Preview {
+            before: self.rms(&before.machine, &before.fit),
+            after: self.rms(&after.machine, &after.fit),
+            rows: row_residuals(&after.machine, &after.fit, &self.split().check),
+            moved: moved
+                .map(|(old, new)| format!("{}: {:.5} -> {:.5} {}", old.label, old.size, new.size, new.unit))
+                .collect(),
+            effects,
+        })
+    }
+
+    /// The effects a text stands for, at zero, without those that are fitted already.
+    pub(crate) fn wanted(&self, text: &str) -> Result<Vec<AddedEffect>, LaboratoryError> {
+        let fitted = self.fitted_effects()?;
+        let mut more = Vec::new();
+        for id in effect::expand(text, self.model())? {
+            if !fitted.iter().any(|known| known.id.same_as(&id)) {
+                let parameters = effect::build(&id, self.model())?.parameters().len();
+                more.push(AddedEffect { id, values: vec![0.0; parameters] });
+            }
+        }
+        if more.is_empty() {
+            return Err(LaboratoryError::Refused(format!("{text} is in the model already")));
+        }
+        Ok(more)
+    }
+}

@@ -1,0 +1,67 @@
+//! Progress and cancellation of long computations.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+/// A handle shared between a computation and whoever watches it. Cloning shares it.
+#[derive(Debug, Clone, Default)]
+pub struct Progress {
+    shared: Arc<Shared>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    cancelled: AtomicBool,
+    permille: AtomicU32,
+    doing: Mutex<String>,
+}
+
+/// The computation was told to end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("cancelled")]
+pub struct Cancelled;
+
+impl Progress {
+    /// A handle nobody watches.
+    pub fn unwatched() -> Self {
+        Self::default()
+    }
+
+    /// Tells the computation to end at its next step.
+    pub fn cancel(&self) {
+        self.shared.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether it was told to end.
+    pub fn is_cancelled(&self) -> bool {
+        self.shared.cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Notes how far the computation is (0 to 1) and what it does.
+    ///
+    /// # Errors
+    /// It was told to end.
+    pub fn report(&self, fraction: f64, doing: &str) -> Result<(), Cancelled> {
+        self.shared.permille.store((fraction.clamp(0.0, 1.0) * 1000.0) as u32, Ordering::Relaxed);
+        let mut text = self.shared.doing.lock().unwrap_or_else(PoisonError::into_inner);
+        if *text != doing {
+            doing.clone_into(&mut text);
+        }
+        self.check()
+    }
+
+    /// Goes on unless told to end.
+    ///
+    /// # Errors
+    /// It was told to end.
+    pub fn check(&self) -> Result<(), Cancelled> {
+        if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
+    }
+
+    /// How far it is, 0 to 1, and what it does.
+    pub fn state(&self) -> (f64, String) {
+        let text = self.shared.doing.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        (f64::from(self.shared.permille.load(Ordering::Relaxed)) / 1000.0, text)
+    }
+}

@@ -1,0 +1,224 @@
+//! What a column's header says it holds, and in which unit.
+
+use strsim::damerau_levenshtein;
+
+/// What one column holds.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Meaning {
+    Coordinate { joint: usize, scale: f64 },
+    Position { target: usize, axis: usize, scale: f64 },
+    Std { axis: usize, scale: f64 },
+    Height { scale: f64 },
+    On,
+    Tilt { axis: usize, scale: f64 },
+    Distance { scale: f64 },
+    DistanceTo,
+    Touch,
+    Time,
+    Temperature,
+    Payload,
+    Session,
+    Approach { joint: usize },
+    Repeat,
+    Covariate,
+}
+
+impl Meaning {
+    /// Two columns with the same slot say the same thing twice, whatever their units.
+    pub(super) fn slot(&self) -> Option<(u8, usize, usize)> {
+        Some(match self {
+            Self::Coordinate { joint, .. } => (0, *joint, 0),
+            Self::Position { target, axis, .. } => (1, *target, *axis),
+            Self::Std { axis, .. } => (2, *axis, 0),
+            Self::Height { .. } => (3, 0, 0),
+            Self::On => (4, 0, 0),
+            Self::Tilt { axis, .. } => (5, *axis, 0),
+            Self::Distance { .. } => (6, 0, 0),
+            Self::DistanceTo => (7, 0, 0),
+            Self::Touch => (8, 0, 0),
+            Self::Time => (9, 0, 0),
+            Self::Temperature => (10, 0, 0),
+            Self::Payload => (11, 0, 0),
+            Self::Session => (12, 0, 0),
+            Self::Approach { joint } => (13, *joint, 0),
+            Self::Repeat => (14, 0, 0),
+            Self::Covariate => return None,
+        })
+    }
+}
+
+const LENGTHS: [(&str, f64); 3] = [("mm", 1.0), ("m", 1000.0), ("in", 25.4)];
+const ANGLES: [(&str, f64); 2] = [("deg", std::f64::consts::PI / 180.0), ("rad", 1.0)];
+
+fn unit(text: &str, units: &[(&str, f64)]) -> Option<f64> {
+    units.iter().find(|(name, _)| *name == text).map(|(_, scale)| *scale)
+}
+
+fn length(text: &str) -> Option<f64> {
+    unit(text, &LENGTHS)
+}
+
+fn axis(text: &str) -> Option<usize> {
+    ["x", "y", "z"].iter().position(|name| *name == text)
+}
+
+/// A number from 1 counted from 0, after a letter: `q3` -> 2.
+fn numbered(text: &str, letter: char) -> Option<usize> {
+    let digits = text.strip_prefix(letter)?;
+    if digits.is_empty() || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    digits.parse::<usize>().ok()?.checked_sub(1).filter(|index| *index < 1000)
+}
+
+fn needs_unit(name: &str, units: &[(&str, f64)]) -> String {
+    let choices: Vec<String> = units.iter().map(|(unit, _)| format!("{name}_{unit}")).collect();
+    format!("the unit is missing: write {}", choices.join(", "))
+}
+
+/// Reads a header.
+///
+/// # Errors
+/// What is wrong with it, in words: a known quantity without its unit, or with one it cannot have.
+pub(super) fn parse(name: &str) -> Result<Meaning, String> {
+    let simple = match name {
+        "on" => Some(Meaning::On),
+        "distance_to" => Some(Meaning::DistanceTo),
+        "touch" => Some(Meaning::Touch),
+        "time_s" => Some(Meaning::Time),
+        "temperature_c" => Some(Meaning::Temperature),
+        "payload_kg" => Some(Meaning::Payload),
+        "session" => Some(Meaning::Session),
+        "repeat" => Some(Meaning::Repeat),
+        _ => None,
+    };
+    if let Some(meaning) = simple {
+        return Ok(meaning);
+    }
+    let parts: Vec<&str> = name.split('_').collect();
+    match parts.as_slice() {
+        [joint, rest @ ..] if numbered(joint, 'q').is_some() => {
+            coordinate(name, numbered(joint, 'q').unwrap_or(0), rest)
+        }
+        [target, rest @ ..] if numbered(target, 'p').is_some() => {
+            position(name, numbered(target, 'p').unwrap_or(0), rest)
+        }
+        ["std", name_of_axis, unit] if axis(name_of_axis).is_some() => {
+            scaled(name, length(unit), &LENGTHS, |scale| Meaning::Std {
+                axis: axis(name_of_axis).unwrap_or(0),
+                scale,
+            })
+        }
+        ["std", name_of_axis] if axis(name_of_axis).is_some() => Err(needs_unit(name, &LENGTHS)),
+        ["approach", joint] if numbered(joint, 'q').is_some() => {
+            Ok(Meaning::Approach { joint: numbered(joint, 'q').unwrap_or(0) })
+        }
+        ["height", unit] => scaled(name, length(unit), &LENGTHS, |scale| Meaning::Height { scale }),
+        ["height"] | ["distance"] => Err(needs_unit(name, &LENGTHS)),
+        ["distance", unit] => scaled(name, length(unit), &LENGTHS, |scale| Meaning::Distance { scale }),
+        ["tilt", name_of_axis @ ("x" | "y"), angle] => scaled(name, unit(angle, &ANGLES), &ANGLES, |scale| {
+            Meaning::Tilt { axis: axis(name_of_axis).unwrap_or(0), scale }
+        }),
+        ["tilt", "x" | "y"] => Err(needs_unit(name, &ANGLES)),
+        ["time"] => Err("the unit is missing: write time_s".to_owned()),
+        ["temperature"] => Err("the unit is missing: write temperature_c".to_owned()),
+        ["payload"] => Err("the unit is missing: write payload_kg".to_owned()),
+        _ => Ok(Meaning::Covariate),
+    }
+}
+
+fn scaled(
+    name: &str,
+    scale: Option<f64>,
+    units: &[(&str, f64)],
+    meaning: impl FnOnce(f64) -> Meaning,
+) -> Result<Meaning, String> {
+    scale.map(meaning).ok_or_else(|| {
+        let choices: Vec<&str> = units.iter().map(|(unit, _)| *unit).collect();
+        format!("`{name}` has no unit this quantity can have; units are {}", choices.join(", "))
+    })
+}
+
+fn coordinate(name: &str, joint: usize, rest: &[&str]) -> Result<Meaning, String> {
+    match rest {
+        [angle] => unit(angle, &ANGLES)
+            .or_else(|| length(angle))
+            .map(|scale| Meaning::Coordinate { joint, scale })
+            .ok_or_else(|| {
+                format!("`{name}` has no unit a joint can have; units are deg, rad (mm, m, in if it slides)")
+            }),
+        [] => Err(needs_unit(name, &ANGLES)),
+        _ => Ok(Meaning::Covariate),
+    }
+}
+
+fn position(name: &str, target: usize, rest: &[&str]) -> Result<Meaning, String> {
+    match rest {
+        [name_of_axis, unit] if axis(name_of_axis).is_some() => {
+            scaled(name, length(unit), &LENGTHS, |scale| Meaning::Position {
+                target,
+                axis: axis(name_of_axis).unwrap_or(0),
+                scale,
+            })
+        }
+        [name_of_axis] if axis(name_of_axis).is_some() => Err(needs_unit(name, &LENGTHS)),
+        _ => Ok(Meaning::Covariate),
+    }
+}
+
+/// A known header close to one that is not known: a slip of the pen worth a word.
+pub(super) fn near_miss(name: &str, joints: usize) -> Option<String> {
+    let mut known: Vec<String> = [
+        "on",
+        "distance_to",
+        "touch",
+        "time_s",
+        "temperature_c",
+        "payload_kg",
+        "session",
+        "repeat",
+        "height_mm",
+        "distance_mm",
+        "tilt_x_deg",
+        "tilt_y_deg",
+        "p1_x_mm",
+        "p1_y_mm",
+        "p1_z_mm",
+        "std_x_mm",
+        "std_y_mm",
+        "std_z_mm",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    known.extend((1..=joints).map(|joint| format!("approach_q{joint}")));
+    let lower = name.to_lowercase();
+    let near = known.into_iter().map(|known| (damerau_levenshtein(&known, &lower), known));
+    near.filter(|(distance, _)| name.len() > 3 && *distance <= 2).min().map(|(_, known)| known)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_in_headers_become_mm_and_rad() {
+        assert_eq!(parse("p2_y_in"), Ok(Meaning::Position { target: 1, axis: 1, scale: 25.4 }));
+        assert_eq!(parse("q3_rad"), Ok(Meaning::Coordinate { joint: 2, scale: 1.0 }));
+        assert_eq!(parse("tilt_y_rad"), Ok(Meaning::Tilt { axis: 1, scale: 1.0 }));
+        assert_eq!(parse("std_z_m"), Ok(Meaning::Std { axis: 2, scale: 1000.0 }));
+    }
+
+    #[test]
+    fn a_known_quantity_without_its_unit_is_refused() {
+        assert_eq!(parse("p1_x"), Err("the unit is missing: write p1_x_mm, p1_x_m, p1_x_in".to_owned()));
+        assert_eq!(parse("q1"), Err("the unit is missing: write q1_deg, q1_rad".to_owned()));
+        assert!(parse("height_deg").unwrap_err().contains("units are mm, m, in"));
+    }
+
+    #[test]
+    fn unknown_columns_are_covariates_and_slips_are_pointed_out() {
+        assert_eq!(parse("humidity"), Ok(Meaning::Covariate));
+        assert_eq!(near_miss("aproach_q2", 6), Some("approach_q2".to_owned()));
+        assert_eq!(near_miss("humidity", 6), None);
+    }
+}

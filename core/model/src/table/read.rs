@@ -1,0 +1,370 @@
+//! Reading a table from CSV: any of the usual separators, marks and line ends; errors name line, column and reason.
+
+use std::path::Path;
+
+use csv::StringRecord;
+use thiserror::Error;
+
+use super::columns::{Covariate, PositionColumns, Table};
+use super::header::{self, Meaning};
+use super::number::{self, DecimalMark};
+
+/// Why a table cannot be read. The message names the place and what would be right.
+#[derive(Debug, Error)]
+pub enum TableError {
+    /// The file cannot be opened or read.
+    #[error("{path}: {source}")]
+    Open {
+        /// The file.
+        path: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Nothing in it, or no rows.
+    #[error("{path}: {reason}")]
+    Empty {
+        /// The file.
+        path: String,
+        /// What is missing.
+        reason: String,
+    },
+    /// The header cannot be understood.
+    #[error("{path}: line 1, column {column} (`{name}`): {reason}")]
+    Header {
+        /// The file.
+        path: String,
+        /// Counted from 1.
+        column: usize,
+        /// The header's text.
+        name: String,
+        /// What is wrong and what would be right.
+        reason: String,
+    },
+    /// A cell cannot be understood.
+    #[error("{path}: line {line}, column {column} (`{name}`): {reason}")]
+    Cell {
+        /// The file.
+        path: String,
+        /// Line of the file.
+        line: u64,
+        /// Counted from 1.
+        column: usize,
+        /// The column's header.
+        name: String,
+        /// What is wrong and what would be right.
+        reason: String,
+    },
+    /// A row has more or fewer cells than the header.
+    #[error("{path}: line {line}: {found} cells where the header has {expected}")]
+    RowLength {
+        /// The file.
+        path: String,
+        /// Line of the file.
+        line: u64,
+        /// Cells in the row.
+        found: usize,
+        /// Cells in the header.
+        expected: usize,
+    },
+    /// Not text that can be split into cells.
+    #[error("{path}: {reason}")]
+    Malformed {
+        /// The file.
+        path: String,
+        /// What the reader said.
+        reason: String,
+    },
+}
+
+struct Column {
+    name: String,
+    meaning: Meaning,
+}
+
+impl Table {
+    /// Reads a table from a file.
+    ///
+    /// # Errors
+    /// See [`TableError`].
+    pub fn read(path: &Path) -> Result<Self, TableError> {
+        let shown = path.display().to_string();
+        let bytes = std::fs::read(path).map_err(|source| TableError::Open { path: shown.clone(), source })?;
+        Self::parse(&shown, &String::from_utf8_lossy(&bytes))
+    }
+
+    /// Reads a table from text; `source` is the name used in messages.
+    ///
+    /// # Errors
+    /// See [`TableError`].
+    pub fn parse(source: &str, text: &str) -> Result<Self, TableError> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let header = text.lines().next().unwrap_or("");
+        let count = |mark: char| header.matches(mark).count();
+        let separator =
+            [',', ';', '\t'].into_iter().max_by_key(|mark| (count(*mark), *mark == ',')).unwrap_or(',');
+        let mark = if separator == ',' { DecimalMark::Point } else { DecimalMark::Comma };
+        let mut reader = csv::ReaderBuilder::new()
+            .delimiter(separator as u8)
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .from_reader(text.as_bytes());
+        let malformed =
+            |error: csv::Error| TableError::Malformed { path: source.to_owned(), reason: error.to_string() };
+        let columns = columns(source, &reader.headers().map_err(malformed)?.clone())?;
+        let mut table = empty_table(source, &columns)?;
+        let mut record = StringRecord::new();
+        while reader.read_record(&mut record).map_err(malformed)? {
+            if record.iter().all(str::is_empty) {
+                continue;
+            }
+            push_row(&mut table, &columns, &record, mark)?;
+        }
+        if table.is_empty() {
+            return Err(TableError::Empty {
+                path: source.to_owned(),
+                reason: "no rows below the header".to_owned(),
+            });
+        }
+        Ok(table)
+    }
+}
+
+fn columns(path: &str, headers: &StringRecord) -> Result<Vec<Column>, TableError> {
+    if headers.iter().all(str::is_empty) {
+        let reason = "the file is empty; the first line must name the columns".to_owned();
+        return Err(TableError::Empty { path: path.to_owned(), reason });
+    }
+    let mut columns: Vec<Column> = Vec::with_capacity(headers.len());
+    for (index, name) in headers.iter().enumerate() {
+        let fail = |reason: String| TableError::Header {
+            path: path.to_owned(),
+            column: index + 1,
+            name: name.to_owned(),
+            reason,
+        };
+        let meaning = header::parse(name).map_err(fail)?;
+        if let Some(other) = columns.iter().find(|other| other.name == name && !name.is_empty()) {
+            return Err(fail(format!("the column `{}` stands twice", other.name)));
+        }
+        let slot = meaning.slot();
+        if let Some(other) = columns.iter().find(|other| slot.is_some() && other.meaning.slot() == slot) {
+            return Err(fail(format!("it says the same as `{}`, in another unit; keep one", other.name)));
+        }
+        columns.push(Column { name: name.to_owned(), meaning });
+    }
+    Ok(columns)
+}
+
+fn joint_count(path: &str, columns: &[Column]) -> Result<usize, TableError> {
+    let joints: Vec<usize> = columns
+        .iter()
+        .filter_map(
+            |column| if let Meaning::Coordinate { joint, .. } = column.meaning { Some(joint) } else { None },
+        )
+        .collect();
+    let count = joints.iter().max().map_or(0, |highest| highest + 1);
+    if count == 0 {
+        let reason = "no joint columns; the header needs q1_deg ... qn_deg".to_owned();
+        return Err(TableError::Empty { path: path.to_owned(), reason });
+    }
+    if let Some(missing) = (0..count).find(|joint| !joints.contains(joint)) {
+        let reason = format!("joint columns go up to q{count} but q{} is missing", missing + 1);
+        return Err(TableError::Empty { path: path.to_owned(), reason });
+    }
+    Ok(count)
+}
+
+fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
+    let joints = joint_count(path, columns)?;
+    let mut table = Table { source: path.to_owned(), joints, ..Table::default() };
+    for (index, column) in columns.iter().enumerate() {
+        match &column.meaning {
+            Meaning::Position { target, .. }
+                if table.positions.iter().any(|known| known.number == *target) => {}
+            Meaning::Position { target, .. } => {
+                let name = format!("p{}", target + 1);
+                table.positions.push(PositionColumns { number: *target, target: name, xyz: Vec::new() });
+            }
+            Meaning::Std { .. } => table.std = Some(Vec::new()),
+            Meaning::Height { .. } => table.height = Some(Vec::new()),
+            Meaning::Tilt { .. } => table.tilt = Some(Vec::new()),
+            Meaning::Distance { .. } => table.distance = Some(Vec::new()),
+            Meaning::Time => table.time = Some(Vec::new()),
+            Meaning::Temperature => table.temperature = Some(Vec::new()),
+            Meaning::Payload => table.payload = Some(Vec::new()),
+            Meaning::Approach { joint } if *joint >= joints => {
+                let reason = format!("there is no q{}; the table has {joints} joints", joint + 1);
+                return Err(TableError::Header {
+                    path: path.to_owned(),
+                    column: index + 1,
+                    name: column.name.clone(),
+                    reason,
+                });
+            }
+            Meaning::Approach { .. } => table.approach = Some(Vec::new()),
+            Meaning::Covariate if !column.name.is_empty() => {
+                table.covariates.push(Covariate { name: column.name.clone(), values: Vec::new() });
+                if let Some(known) = header::near_miss(&column.name, joints) {
+                    table.warnings.push(format!(
+                        "column `{}` is kept as a covariate; was `{known}` meant?",
+                        column.name
+                    ));
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(table)
+}
+
+fn push_row(
+    table: &mut Table,
+    columns: &[Column],
+    record: &StringRecord,
+    mark: DecimalMark,
+) -> Result<(), TableError> {
+    let line = record.position().map_or(0, csv::Position::line);
+    if record.len() != columns.len() {
+        return Err(TableError::RowLength {
+            path: table.source.clone(),
+            line,
+            found: record.len(),
+            expected: columns.len(),
+        });
+    }
+    let row = table.len();
+    start_row(table);
+    let (mut on, mut to, mut touch, mut session, mut repeat) = ("", "", "", "", "");
+    let mut covariate = 0;
+    for (index, (column, cell)) in columns.iter().zip(record.iter()).enumerate() {
+        let fail = |reason: String| TableError::Cell {
+            path: table.source.clone(),
+            line,
+            column: index + 1,
+            name: column.name.clone(),
+            reason,
+        };
+        match &column.meaning {
+            Meaning::On => on = cell,
+            Meaning::DistanceTo => to = cell,
+            Meaning::Touch => touch = cell,
+            Meaning::Session => session = cell,
+            Meaning::Repeat => repeat = cell,
+            Meaning::Covariate if column.name.is_empty() => {}
+            Meaning::Covariate => {
+                let value = number::parse(cell, mark).unwrap_or_else(|_| code(cell));
+                set(table.covariates.get_mut(covariate).map(|known| &mut known.values), row, value);
+                covariate += 1;
+            }
+            Meaning::Coordinate { .. } if cell.is_empty() => {
+                return Err(fail("empty; every joint needs its commanded value".to_owned()));
+            }
+            _ if cell.is_empty() => {}
+            meaning => {
+                let value = number::parse(cell, mark).map_err(fail)?;
+                check(meaning, value).map_err(fail)?;
+                store(table, row, meaning, value);
+            }
+        }
+    }
+    table.lines.push(u32::try_from(line).unwrap_or(u32::MAX));
+    table.on.push(on);
+    table.distance_to.push(to);
+    table.touch.push(touch);
+    table.session.push(session);
+    table.repeat.push(repeat);
+    Ok(())
+}
+
+/// A number for a word, the same for the same word, so that text covariates can be told apart.
+fn code(cell: &str) -> f64 {
+    if cell.is_empty() {
+        return f64::NAN;
+    }
+    let hash = cell.bytes().fold(5381_u32, |hash, byte| hash.wrapping_mul(33) ^ u32::from(byte));
+    f64::from(hash % 10_007)
+}
+
+fn start_row(table: &mut Table) {
+    let joints = table.joints;
+    table.q.extend(std::iter::repeat_n(f64::NAN, joints));
+    for columns in &mut table.positions {
+        columns.xyz.push([f64::NAN; 3]);
+    }
+    if let Some(std) = &mut table.std {
+        std.push([f64::NAN; 3]);
+    }
+    if let Some(tilt) = &mut table.tilt {
+        tilt.push([f64::NAN; 2]);
+    }
+    let plain =
+        [&mut table.height, &mut table.distance, &mut table.time, &mut table.temperature, &mut table.payload];
+    for column in plain.into_iter().flatten() {
+        column.push(f64::NAN);
+    }
+    if let Some(approach) = &mut table.approach {
+        approach.extend(std::iter::repeat_n(0, joints));
+    }
+    for covariate in &mut table.covariates {
+        covariate.values.push(f64::NAN);
+    }
+}
+
+fn check(meaning: &Meaning, value: f64) -> Result<(), String> {
+    match meaning {
+        Meaning::Approach { .. } if ![-1.0, 0.0, 1.0].contains(&value) => {
+            Err(format!("{value} is no side of approach; -1, 0 or 1 are"))
+        }
+        Meaning::Std { .. } if value <= 0.0 => {
+            Err(format!("a sigma of {value} cannot be; it must be above zero"))
+        }
+        Meaning::Payload if value < 0.0 => Err(format!("a load of {value} kg cannot be")),
+        Meaning::Distance { .. } if value < 0.0 => Err(format!("a distance of {value} cannot be")),
+        Meaning::Coordinate { .. } | Meaning::Position { .. } if value.abs() > 1e9 => {
+            Err(format!("{value} is too large to be meant"))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn set(column: Option<&mut Vec<f64>>, row: usize, value: f64) {
+    if let Some(cell) = column.and_then(|column| column.get_mut(row)) {
+        *cell = value;
+    }
+}
+
+fn set_part<const N: usize>(column: Option<&mut Vec<[f64; N]>>, row: usize, part: usize, value: f64) {
+    if let Some(cell) = column.and_then(|column| column.get_mut(row)).and_then(|cells| cells.get_mut(part)) {
+        *cell = value;
+    }
+}
+
+fn store(table: &mut Table, row: usize, meaning: &Meaning, value: f64) {
+    let joints = table.joints;
+    match meaning {
+        Meaning::Coordinate { joint, scale } => set(Some(&mut table.q), row * joints + joint, value * scale),
+        Meaning::Position { target, axis, scale } => {
+            let columns = table.positions.iter_mut().find(|known| known.number == *target);
+            set_part(columns.map(|known| &mut known.xyz), row, *axis, value * scale);
+        }
+        Meaning::Std { axis, scale } => set_part(table.std.as_mut(), row, *axis, value * scale),
+        Meaning::Height { scale } => set(table.height.as_mut(), row, value * scale),
+        Meaning::Tilt { axis, scale } => set_part(table.tilt.as_mut(), row, *axis, value * scale),
+        Meaning::Distance { scale } => set(table.distance.as_mut(), row, value * scale),
+        Meaning::Time => set(table.time.as_mut(), row, value),
+        Meaning::Temperature => set(table.temperature.as_mut(), row, value),
+        Meaning::Payload => set(table.payload.as_mut(), row, value),
+        Meaning::Approach { joint } => {
+            if let Some(side) = table.approach.as_mut().and_then(|sides| sides.get_mut(row * joints + joint))
+            {
+                *side = value as i8;
+            }
+        }
+        Meaning::On
+        | Meaning::DistanceTo
+        | Meaning::Touch
+        | Meaning::Session
+        | Meaning::Repeat
+        | Meaning::Covariate => {}
+    }
+}

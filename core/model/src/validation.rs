@@ -1,0 +1,128 @@
+//! Blocked cross-validation: whole regions are left out in turn, and predicted by what is fitted to the rest.
+
+use crate::fit::{Distances, Factor, Fit, Machine, Normal};
+use crate::laboratory::row_square;
+use crate::split::Poses;
+
+/// Regions pose space is cut into.
+pub(crate) const BLOCKS: usize = 5;
+
+/// Damping of the step to a fit without some rows, relative to the diagonal.
+const DAMPING: f64 = 1e-6;
+
+/// RMS over all fitted rows, each predicted without its own region, mm; nothing if there are too few poses.
+pub(crate) fn blocked_rms(machine: &Machine<'_>, fit: &Fit) -> Option<f64> {
+    let blocks = region_blocks(machine, fit);
+    let rows: Vec<LeftOut> = left_out(machine, fit, &blocks)?.into_iter().flatten().collect();
+    (!rows.is_empty()).then(|| (rows.iter().map(|row| row.square).sum::<f64>() / rows.len() as f64).sqrt())
+}
+
+/// Poses that were fitted, and the fitted rows of each.
+fn fitted_poses(machine: &Machine<'_>, fit: &Fit) -> (Poses, Vec<usize>, Vec<bool>) {
+    let mut fitted = vec![false; machine.table.len()];
+    for row in &fit.rows {
+        if let Some(flag) = fitted.get_mut(*row) {
+            *flag = true;
+        }
+    }
+    let poses = Poses::of(machine.table);
+    let used = |row: &usize| fitted.get(*row).copied().unwrap_or(false);
+    let chosen =
+        (0..poses.rows.len()).filter(|pose| poses.rows.get(*pose).is_some_and(|rows| rows.iter().any(used)));
+    let chosen: Vec<usize> = chosen.collect();
+    (poses, chosen, fitted)
+}
+
+fn rows_of(poses: &Poses, list: &[usize], fitted: &[bool]) -> Vec<usize> {
+    poses.rows_of(list).into_iter().filter(|row| fitted.get(*row).copied().unwrap_or(false)).collect()
+}
+
+/// The fitted rows, cut into regions of pose space.
+pub(crate) fn region_blocks(machine: &Machine<'_>, fit: &Fit) -> Vec<Vec<usize>> {
+    let (poses, chosen, fitted) = fitted_poses(machine, fit);
+    poses.regions(&chosen, BLOCKS).iter().map(|region| rows_of(&poses, region, &fitted)).collect()
+}
+
+/// The fitted rows, cut into ranges of one joint.
+pub(crate) fn joint_blocks(machine: &Machine<'_>, fit: &Fit, joint: usize) -> Vec<Vec<usize>> {
+    let (poses, mut chosen, fitted) = fitted_poses(machine, fit);
+    let place =
+        |pose: &usize| poses.places.get(*pose).and_then(|place| place.get(joint)).copied().unwrap_or(0.0);
+    chosen.sort_by(|left, right| place(left).total_cmp(&place(right)));
+    let share = chosen.len().div_ceil(BLOCKS).max(1);
+    chosen.chunks(share).map(|part| rows_of(&poses, part, &fitted)).collect()
+}
+
+/// The fitted rows by session; nothing if there is but one.
+pub(crate) fn session_blocks(machine: &Machine<'_>, fit: &Fit) -> Option<Vec<Vec<usize>>> {
+    let sessions = machine.table.session.names.len();
+    if sessions < 2 {
+        return None;
+    }
+    let mut blocks = vec![Vec::new(); sessions];
+    for row in &fit.rows {
+        let session = machine.table.session.of_row.get(*row).copied().flatten();
+        if let Some(block) = session.and_then(|session| blocks.get_mut(session as usize)) {
+            block.push(*row);
+        }
+    }
+    blocks.retain(|block| !block.is_empty());
+    (blocks.len() > 1).then_some(blocks)
+}
+
+/// Fitted rows in groups that share a pose.
+pub(crate) fn pose_groups(machine: &Machine<'_>, fit: &Fit) -> Vec<Vec<usize>> {
+    let (poses, chosen, fitted) = fitted_poses(machine, fit);
+    chosen.iter().map(|pose| rows_of(&poses, &[*pose], &fitted)).collect()
+}
+
+/// How a row is predicted by a fit without its own block.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LeftOut {
+    /// Squared residual, mm2 (deg2 for tilts alone).
+    pub(crate) square: f64,
+    /// Norm of the residuals in declared sigmas, and the number of equations.
+    pub(crate) distance: (f64, usize),
+}
+
+/// Per row of the table: how it is predicted by a fit without its own block; nothing for rows in no block. Nothing at
+/// all if a block's absence leaves too little to fit.
+pub(crate) fn left_out(
+    machine: &Machine<'_>,
+    fit: &Fit,
+    blocks: &[Vec<usize>],
+) -> Option<Vec<Option<LeftOut>>> {
+    if blocks.len() < 2 {
+        return None;
+    }
+    let mut all = vec![None; machine.table.len()];
+    for block in blocks {
+        let without = fit_without(machine, fit, block)?;
+        let state = fit.state.stepped(machine.slots(), &without);
+        let residuals = machine.residuals_apart(&state, block, &[]);
+        let distances = Distances::of(machine, &residuals);
+        for row in block {
+            if let (Some(slot), Some(square), Some(distance)) =
+                (all.get_mut(*row), row_square(machine, &residuals, *row), distances.rows.get(*row))
+            {
+                *slot = Some(LeftOut { square, distance: *distance });
+            }
+        }
+    }
+    Some(all)
+}
+
+/// The step from the full fit to the fit without some rows, by one step of Newton's method.
+fn fit_without(machine: &Machine<'_>, fit: &Fit, block: &[usize]) -> Option<Vec<f64>> {
+    let own = machine.normal_of_rows(&fit.state, block, &fit.weights);
+    let mut rest: Normal = fit.normal.clone();
+    rest.subtract(&own);
+    if rest.equations <= fit.rank() {
+        return None;
+    }
+    // A little damping holds back what the rest of the rows hardly sees: along a valley the linear step runs too far.
+    for index in 0..rest.matrix.nrows() {
+        rest.matrix[(index, index)] *= 1.0 + DAMPING;
+    }
+    Some(Factor::new(&rest.matrix).solve(&rest.gradient).as_slice().to_vec())
+}
