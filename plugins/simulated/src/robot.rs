@@ -88,6 +88,9 @@ impl Robot for SimulatedRobot {
         }
         let joints = std::array::from_fn(|axis| motion.target.get(axis).filter(|_| motion.moves(axis)));
         let verb = Verb::Move { joints, relative: motion.relative != 0, speed: motion.speed_fraction };
+        if self.host.should_stop() {
+            return Err(PluginError::stopped());
+        }
         let reading = self.ask(verb)?;
         if reading.stopped { Err(PluginError::stopped()) } else { Ok(joint_state(&reading)) }
     }

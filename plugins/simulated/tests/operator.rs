@@ -85,7 +85,7 @@ fn a_controller_steps_the_motors_themselves() {
     let refused = client.read(Verb::Step { half_steps, rate: 0.0 }).unwrap_err();
     assert_eq!(
         refused.to_string(),
-        "half-steps must be finite numbers, and their rate above 0 and at most 100000 a second"
+        "a motor makes at most 100000 half-steps in one motion, and 1 to 100000 in a second"
     );
 }
 

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Served;
+use common::{Served, until};
 use plumb_plugin::recording::RecordingHost;
 use plumb_plugin::{
     ContractVersion, DeviceKind, DigitalInputs, JointState, JointUnit, JointVector, Manifest, Motion,
@@ -96,17 +96,34 @@ fn a_move_in_real_time_is_reported_on_its_way() {
 fn a_stop_ends_a_move_with_the_arm_at_rest() {
     let served = Served::start("world-ideal.yaml", Pace::Real);
     let (recording, mut robot) = robot(&served);
-    recording.set_stop(true);
     let before = robot.read_joints().unwrap();
+    let (stopper, mut watcher) = (recording.clone(), served.connect());
+    let stopping = std::thread::spawn(move || {
+        until("the move", || watcher.read(Verb::Read {}).unwrap().moving);
+        stopper.set_stop(true);
+    });
     let error = robot.move_joints(&turn(0, 60.0)).unwrap_err();
+    stopping.join().unwrap();
     assert!(matches!(error, PluginError::Stopped(_)));
     robot.stop().unwrap();
     let after = robot.read_joints().unwrap();
     assert!(!after.is_moving());
     let went = (after.joints.as_slice()[0] - before.joints.as_slice()[0]).to_degrees();
-    assert!(went < 30.0, "{went}");
+    assert!(went > 0.0 && went < 45.0, "{went}");
     let last = *recording.emitted::<JointState>("joints").last().unwrap();
     assert_eq!(last.joints, after.joints);
+}
+
+#[test]
+fn a_stop_asked_for_before_a_move_keeps_the_arm_still() {
+    for pace in [Pace::Real, Pace::Fast] {
+        let served = Served::start("world-ideal.yaml", pace);
+        let (recording, mut robot) = robot(&served);
+        let before = robot.read_joints().unwrap();
+        recording.set_stop(true);
+        assert!(matches!(robot.move_joints(&turn(0, 60.0)), Err(PluginError::Stopped(_))));
+        assert_eq!(robot.read_joints().unwrap().joints, before.joints);
+    }
 }
 
 #[test]

@@ -266,12 +266,25 @@ fn what_is_not_the_protocol_is_answered_and_does_no_harm() {
         r#"{"id":0,"say":{"refused":{"why":"expected value at line 1 column 1"}}}"#,
         r#"{"id":0,"say":{"refused":{"why":"unknown variant `fly`, expected one of `read`, `move`, "#,
         r#"{"id":0,"say":{"refused":{"why":"invalid length 2, expected an array of length 6"#,
-        r#"{"id":7,"say":{"refused":{"why":"the speed must be a share of the greatest, above 0 and at most 1"}}}"#,
+        r#"{"id":7,"say":{"refused":{"why":"the speed must be a share of the greatest, 0.001 to 1"}}}"#,
         r#"{"id":8,"say":{"reading":{"time_ns":1000000000,"moving":false,"stopped":false,"#,
     ];
     for (answer, expected) in answers.iter().zip(expected) {
         assert!(answer.starts_with(expected), "{answer}\nexpected {expected}");
     }
+}
+
+#[test]
+fn no_call_can_keep_the_world_busy_for_ever() {
+    let served = Served::start("world-worn.yaml", Pace::Fast);
+    let mut client = served.connect();
+    let far = Verb::Move { joints: only(Joint::Waist, 1e9), relative: false, speed: 1.0 };
+    assert!(client.read(far).unwrap_err().to_string().contains("further than any joint goes"));
+    let long = client.read(Verb::Wait { ms: u64::MAX }).unwrap_err();
+    assert_eq!(long.to_string(), "a wait lasts at most 3600000 ms; wait again after it");
+    client.read(Verb::Wait { ms: 600_000 }).unwrap();
+    let slow = Verb::Move { joints: only(Joint::Waist, 0.2), relative: true, speed: 0.001 };
+    client.read(slow).unwrap();
 }
 
 #[test]

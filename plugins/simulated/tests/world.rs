@@ -141,7 +141,7 @@ fn a_motion_stopped_on_its_way_leaves_the_arm_where_it_was() {
 }
 
 #[test]
-fn a_second_motion_waits_for_the_first() {
+fn a_motion_that_cannot_be_made_is_refused() {
     let mut world = world("world-ideal.yaml");
     let order = MotionOrder { joints: only(Joint::Waist, 0.5), relative: true, speed: 1.0 };
     world.begin(&order).unwrap();
@@ -149,6 +149,8 @@ fn a_second_motion_waits_for_the_first() {
     let nowhere = MotionOrder { joints: only(Joint::Elbow, f64::NAN), ..order };
     world.finish_motion();
     assert_eq!(world.begin(&nowhere), Err(MotionRefused::NotFinite { joint: Joint::Elbow }));
+    let away = MotionOrder { joints: only(Joint::Elbow, 1e300), ..order };
+    assert_eq!(world.begin(&away), Err(MotionRefused::TooFar { joint: Joint::Elbow }));
     assert_eq!(world.begin(&MotionOrder { speed: 0.0, ..order }), Err(MotionRefused::Speed));
     assert_eq!(world.begin(&MotionOrder { speed: f64::NAN, ..order }), Err(MotionRefused::Speed));
 }

@@ -21,6 +21,9 @@ const SLICE: Duration = Duration::from_millis(4);
 /// World time between two reports of the joints on the way, ns.
 const REPORT_NS: u64 = 15_000_000;
 
+/// The longest a client may let time pass in one call, ms.
+const LONGEST_WAIT_MS: u64 = 3_600_000;
+
 /// How often an operator goes again for an attitude that play left short.
 const MOST_CORRECTIONS: usize = 12;
 
@@ -145,6 +148,9 @@ impl Session {
                 return self.answer_motion(id, &Order::HalfSteps(HalfSteps(half_steps), rate));
             }
             Verb::Place { joints } => return self.answer_place(id, &joints),
+            Verb::Wait { ms } if ms > LONGEST_WAIT_MS => {
+                Err(format!("a wait lasts at most {LONGEST_WAIT_MS} ms; wait again after it"))
+            }
             Verb::Wait { ms } => return self.answer_wait(id, Duration::from_millis(ms)),
             Verb::Measure { with } => {
                 let say = self.measure(with);
@@ -243,8 +249,12 @@ impl Session {
         } else {
             while Instant::now() < end && !self.shared.is_ending() {
                 let left = end.saturating_duration_since(Instant::now());
-                if let Received::Line(line) = self.watch(left.min(LISTEN))? {
-                    self.interrupt(&line)?;
+                match self.watch(left.min(LISTEN))? {
+                    Received::Line(line) => self.interrupt(&line)?,
+                    _ => {
+                        let reading = self.tell_changes(id)?;
+                        self.say(id, Say::Joints(reading))?;
+                    }
                 }
             }
         }

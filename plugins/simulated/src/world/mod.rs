@@ -35,6 +35,15 @@ use stance::Stance;
 /// How many changes of the input lines the world remembers.
 const REMEMBERED_CHANGES: usize = 4096;
 
+/// No joint goes further than this, rad or mm.
+const FURTHEST: f64 = 200.0;
+
+/// The smallest share of the greatest speed.
+const SLOWEST: f64 = 0.001;
+
+/// No motor makes more half-steps in a motion, or in a second.
+const MOST_HALF_STEPS: f64 = 100_000.0;
+
 /// The world's time at its beginning, ns: not 0, so that no moment of it can be taken for none.
 const BEGINS_NS: u64 = 1_000_000_000;
 
@@ -116,11 +125,19 @@ pub enum MotionRefused {
         /// The joint.
         joint: Joint,
     },
+    /// A joint would have to go further than any joint can.
+    #[error("the target of joint `{}` is further than any joint goes: at most {FURTHEST} rad or mm", joint.name())]
+    TooFar {
+        /// The joint.
+        joint: Joint,
+    },
     /// The speed is out of its range.
-    #[error("the speed must be a share of the greatest, above 0 and at most 1")]
+    #[error("the speed must be a share of the greatest, {SLOWEST} to 1")]
     Speed,
     /// The motors cannot be driven so.
-    #[error("half-steps must be finite numbers, and their rate above 0 and at most 100000 a second")]
+    #[error(
+        "a motor makes at most {MOST_HALF_STEPS} half-steps in one motion, and 1 to {MOST_HALF_STEPS} in a second"
+    )]
     HalfSteps,
 }
 
@@ -244,7 +261,7 @@ impl World {
             return Err(MotionRefused::Moving);
         }
         self.require_finite(&order.joints)?;
-        if !(order.speed > 0.0 && order.speed <= 1.0) {
+        if !(SLOWEST..=1.0).contains(&order.speed) {
             return Err(MotionRefused::Speed);
         }
         let here = self.registers.to_joints();
@@ -253,6 +270,9 @@ impl World {
             Some(by) if order.relative => here.0[axis] + by,
             Some(to) => to,
         }));
+        if let Some(joint) = Joint::ALL.into_iter().find(|joint| target.of(*joint).abs() > FURTHEST) {
+            return Err(MotionRefused::TooFar { joint });
+        }
         self.begin_toward(HalfSteps::from_joints(&target), order.speed);
         Ok(())
     }
@@ -263,8 +283,8 @@ impl World {
         if self.motion.is_some() {
             return Err(MotionRefused::Moving);
         }
-        let drivable = travel.0.iter().all(|steps| steps.is_finite()) && rate > 0.0 && rate <= 100_000.0;
-        if !drivable {
+        let few = travel.0.iter().all(|steps| steps.abs() <= MOST_HALF_STEPS);
+        if !few || !(1.0..=MOST_HALF_STEPS).contains(&rate) {
             return Err(MotionRefused::HalfSteps);
         }
         self.begin_at_rates(self.registers.plus(travel), &HalfSteps([rate; AXES]));

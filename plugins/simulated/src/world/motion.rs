@@ -19,6 +19,9 @@ const PART_TRAVEL: f64 = 0.25;
 /// No part of a continuous motion lasts longer, so that a stop takes effect soon, ns.
 const PART_TIME_NS: u64 = 2_000_000;
 
+/// A motion so slow that this many such parts would not last it has longer ones.
+const MOST_TIMED_PARTS: u64 = 100_000;
+
 /// A motion under way, divided into parts small enough to watch what happens in each.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Motion {
@@ -57,8 +60,9 @@ impl Motion {
                 let turned = travel.to_joints();
                 let angle: f64 = turned.0.iter().take(AXES - 1).map(|joint| joint.abs()).sum();
                 let by_travel = (angle * reach / PART_TRAVEL).ceil() as u64;
-                let longest = watch_ns.map_or(PART_TIME_NS, |watch| watch.clamp(1, PART_TIME_NS));
-                by_travel.max(duration_ns.div_ceil(longest)).max(1)
+                let by_time = duration_ns.div_ceil(PART_TIME_NS).min(MOST_TIMED_PARTS);
+                let by_watch = watch_ns.map_or(1, |watch| duration_ns.div_ceil(watch.max(1)));
+                by_travel.max(by_time).max(by_watch).max(1)
             }
         };
         Motion { from, to, resolution, started_ns, duration_ns, parts, done: 0 }

@@ -98,7 +98,7 @@ impl Checker<'_> {
         ];
         let mut rates = HalfSteps(RATED_HALF_STEPS_PER_S);
         for ((key, value), rate) in motors.into_iter().zip(&mut rates.0) {
-            *rate = self.or(key, value, *rate, 0.1..=100_000.0, "half-steps/s")?;
+            *rate = self.or(key, value, *rate, 1.0..=100_000.0, "half-steps/s")?;
         }
         Ok(rates)
     }
