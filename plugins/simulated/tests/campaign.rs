@@ -158,6 +158,9 @@ fn heights_and_distances_are_one_reading_a_row() {
         assert!(made.table_csv().lines().next().unwrap().ends_with(columns));
         assert!(made.readings.iter().all(|row| row.len() == 1));
     }
+    let tilted = case(&Specification { reading: Reading::Tilt, ..usual("puma560") }, 2);
+    assert!(tilted.table_csv().lines().next().unwrap().ends_with("tilt_x_deg,tilt_y_deg"));
+    assert!(tilted.model_yaml().contains("level: {after: flange}"));
 }
 
 #[test]
@@ -246,7 +249,10 @@ fn wishes_that_make_no_sense_are_refused_with_what_would_be_right() {
         "`thermal_growth` at `shoulder` does not move the readings in these poses: give its size itself, or another place"
     );
     let none = Specification { poses: 0, repeated_poses: 0, ..usual("puma560") };
-    assert_eq!(campaign::generate(&none, 1).unwrap_err().to_string(), "a campaign needs at least one pose");
+    assert_eq!(
+        campaign::generate(&none, 1).unwrap_err().to_string(),
+        "a campaign needs at least one pose (to read tilts: one with the flange's z pointing up)"
+    );
 }
 
 #[test]

@@ -38,7 +38,7 @@ pub(crate) struct CampaignArguments {
     /// Visits to each of those.
     #[arg(long, default_value_t = 5)]
     returns: usize,
-    /// Standard deviation of each reading, mm; that of the arm's file, else 0.05.
+    /// Standard deviation of each reading, mm (tilts: degrees); that of the arm's file, else 0.05.
     #[arg(long, value_name = "MM")]
     noise: Option<f64>,
     /// Share of readings that are grossly wrong, such as 0.08.
@@ -73,6 +73,7 @@ enum ReadingArgument {
     Position,
     Height,
     Distance,
+    Tilt,
 }
 
 impl CampaignArguments {
@@ -95,7 +96,7 @@ impl CampaignArguments {
         };
         specification.repeated_poses = self.repeated_poses;
         specification.returns = self.returns;
-        specification.noise_mm = self.noise.unwrap_or(specification.noise_mm);
+        specification.noise = self.noise.unwrap_or(specification.noise);
         specification.outliers = self.outliers;
         specification.approach = if self.straight { Approach::Straight } else { Approach::EitherSide };
         let hot = specification.hidden.iter().any(|wanted| wanted.choice.name == "thermal_growth");
@@ -111,6 +112,7 @@ impl CampaignArguments {
             ReadingArgument::Position => Reading::Position,
             ReadingArgument::Height => Reading::Height,
             ReadingArgument::Distance => Reading::Distance,
+            ReadingArgument::Tilt => Reading::Tilt,
         };
         Ok(specification)
     }
@@ -120,7 +122,7 @@ impl CampaignArguments {
             |option, value: f64, right| Err(TrialError::Option { option, value: value.to_string(), right });
         match self.noise {
             Some(noise) if !(noise.is_finite() && noise > 0.0) => {
-                return refuse("noise", noise, "a standard deviation in mm, above zero");
+                return refuse("noise", noise, "a standard deviation above zero");
             }
             _ => {}
         }

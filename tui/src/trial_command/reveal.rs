@@ -53,8 +53,8 @@ fn tell(truth: &Truth) -> String {
             hidden.details.iter().map(|(key, value)| format!("{key} {value}")).collect();
         let details = if details.is_empty() { String::new() } else { format!(" ({})", details.join(", ")) };
         text.push_str(&format!(
-            "Hidden: {} at {}, {:.4e} {}{details}; it moves the readings by {:.1} times the noise of {} mm.\n",
-            hidden.effect, hidden.place, hidden.size, hidden.unit, hidden.over_noise, truth.noise_mm
+            "Hidden: {} at {}, {:.4e} {}{details}; it moves the readings by {:.1} times the noise of {}.\n",
+            hidden.effect, hidden.place, hidden.size, hidden.unit, hidden.over_noise, truth.noise
         ));
     }
     if !truth.outlier_rows.is_empty() {

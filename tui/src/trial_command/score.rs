@@ -183,7 +183,7 @@ mod tests {
             accept_verdict: vec![Verdict::Named, Verdict::Located, Verdict::Tied],
             grow: false,
             hidden: vec![hidden],
-            noise_mm: 0.05,
+            noise: 0.05,
             outlier_rows: Vec::new(),
         }
     }

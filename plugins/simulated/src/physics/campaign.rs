@@ -74,7 +74,7 @@ pub enum GenerateError {
         place: String,
     },
     /// No poses.
-    #[error("a campaign needs at least one pose")]
+    #[error("a campaign needs at least one pose (to read tilts: one with the flange's z pointing up)")]
     NoPoses,
 }
 
@@ -112,8 +112,8 @@ pub fn generate_further(
         described.push(case::describe(
             specification,
             one,
-            moved / specification.noise_mm,
-            visible / specification.noise_mm,
+            moved / specification.noise,
+            visible / specification.noise,
         ));
     }
     let (readings, outliers) = observe(specification, &clean, seed);
@@ -153,7 +153,7 @@ pub fn run(
             temperature_c: visit.temperature_c,
             payload_kg: visit.payload_kg,
         };
-        Ok(instrument.read(machine.stand(&conditions)?.posture.target))
+        Ok(instrument.read(&machine.stand(&conditions)?.posture))
     };
     visits.iter().map(read).collect()
 }
@@ -171,13 +171,13 @@ fn observe(specification: &Specification, clean: &[Vec<f64>], seed: u64) -> (Vec
     let mut outliers = Vec::new();
     let observed = clean.iter().enumerate().map(|(row, reading)| {
         let mut seen: Vec<f64> =
-            reading.iter().map(|value| value + specification.noise_mm * noise.normal()).collect();
+            reading.iter().map(|value| value + specification.noise * noise.normal()).collect();
         let (wrong, size, direction) =
             (gross.chance(specification.outliers), gross.magnitude(10.0, 100.0), gross.direction());
         if wrong {
             outliers.push(row);
             for (value, share) in seen.iter_mut().zip(<[f64; 3]>::from(direction)) {
-                *value += specification.noise_mm * size * 3.0_f64.sqrt() * share;
+                *value += specification.noise * size * 3.0_f64.sqrt() * share;
             }
         }
         seen

@@ -63,8 +63,8 @@ pub struct Truth {
     pub grow: bool,
     /// Effect and place of each thing to be named.
     pub effects: Vec<(String, String)>,
-    /// Standard deviation of the noise of each reading, mm.
-    pub noise_mm: f64,
+    /// Standard deviation of the noise of each reading, in its unit.
+    pub noise: f64,
     /// Rows (from 1, as in the table below its header) that are grossly wrong.
     pub outlier_rows: Vec<usize>,
 }
@@ -102,7 +102,7 @@ impl Truth {
             accept_verdict: Vec::new(),
             grow: imperfections.len() > 1,
             effects: nameable.map(effect).collect(),
-            noise_mm: specification.noise_mm,
+            noise: specification.noise,
             outlier_rows: Vec::new(),
         }
     }

@@ -16,7 +16,7 @@ impl Case {
         let mut header: Vec<String> = (1..=joints).map(|joint| format!("q{joint}_deg")).collect();
         header.extend((1..=joints).map(|joint| format!("approach_q{joint}")));
         header.extend(["payload_kg", "temperature_c", "time_s", "repeat"].map(str::to_owned));
-        header.extend(reading_columns(self.specification.reading).iter().map(|name| (*name).to_owned()));
+        header.extend(self.specification.reading.columns().iter().map(|name| (*name).to_owned()));
         let mut text = header.join(",");
         text.push('\n');
         for row in 0..self.visits.len() {
@@ -37,11 +37,7 @@ impl Case {
         cells.push(format!("{:.0}", visit.time_s));
         cells.push(visit.repeat.map_or_else(String::new, |number| format!("r{number}")));
         cells.extend(reading.iter().map(|value| format!("{value:.4}")));
-        match self.specification.reading {
-            Reading::Position => {}
-            Reading::Height => cells.push("table".to_owned()),
-            Reading::Distance => cells.push("post".to_owned()),
-        }
+        cells.extend(self.specification.reading.against().map(str::to_owned));
         cells.join(",") + "\n"
     }
 
@@ -50,14 +46,6 @@ impl Case {
         let specification = &self.specification;
         let (base, target) = (frees_base(specification), frees_target(specification));
         model_yaml(&specification.arm, specification.free, base, target, specification.reading)
-    }
-}
-
-fn reading_columns(reading: Reading) -> &'static [&'static str] {
-    match reading {
-        Reading::Position => &["p1_x_mm", "p1_y_mm", "p1_z_mm"],
-        Reading::Height => &["height_mm", "on"],
-        Reading::Distance => &["distance_mm", "distance_to"],
     }
 }
 
@@ -122,7 +110,11 @@ fn model_yaml(
         }
         Reading::Distance => {
             let point = <[f64; 3]>::from(DISTANCE_POINT).map(plain).join(", ");
-            let _ = writeln!(text, "surfaces:\n  post: {{point: {{xyz_mm: [{point}]}}, free: false}}");
+            let _ = writeln!(text, "surfaces:\n  post: {{point_mm: [{point}], free: false}}");
+        }
+        Reading::Tilt => {
+            let last = arm.joint_name(arm.joints.len().saturating_sub(1));
+            let _ = writeln!(text, "level: {{after: {last}}}");
         }
     }
     text.push_str("measured_from: world\n");

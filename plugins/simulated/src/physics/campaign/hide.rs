@@ -27,7 +27,7 @@ pub(super) fn hide(
         let sign = if has_either_sign(&mechanism) { random.sign() } else { 1.0 };
         let rms = match wanted.size {
             Size::Exact(size) => return Ok(Imperfection { mechanism, size }),
-            Size::OverNoise(ratio) => ratio * specification.noise_mm,
+            Size::OverNoise(ratio) => ratio * specification.noise,
         };
         let (name, place) = (mechanism.name(), mechanism.place(&specification.arm));
         if already

@@ -1,6 +1,7 @@
 //! The instrument that measures the target: what it makes of the true position.
 
 use crate::physics::imperfection::{Imperfection, Mechanism};
+use crate::physics::posture::Posture;
 use crate::physics::rigid::{Rotation, Vector};
 
 use super::specification::Reading;
@@ -37,18 +38,21 @@ impl Instrument {
         instrument
     }
 
-    /// What it shows for a target at `target` (world, mm), before noise.
-    pub fn read(&self, target: Vector) -> Vec<f64> {
-        let seen = self.lean.inverse().apply(target);
-        let seen = Vector::new(
-            seen.x * (1.0 + self.scale.x),
-            seen.y * (1.0 + self.scale.y),
-            seen.z * (1.0 + self.scale.z),
-        );
+    /// What it shows of a standing arm, before noise.
+    pub fn read(&self, posture: &Posture) -> Vec<f64> {
+        let seen = self.lean.inverse().apply(posture.target);
+        let scale = self.scale;
+        let seen = Vector::new(seen.x * (1.0 + scale.x), seen.y * (1.0 + scale.y), seen.z * (1.0 + scale.z));
         match self.reading {
             Reading::Position => vec![seen.x, seen.y, seen.z],
             Reading::Height => vec![seen.z - TABLE_HEIGHT],
             Reading::Distance => vec![(seen - DISTANCE_POINT).norm()],
+            Reading::Tilt => {
+                // An inclinometer on the flange reads against gravity: how far its y and its -x rise against its z.
+                let axes = self.lean.inverse() * posture.world_from_flange.rotation;
+                let lean = |across: f64| across.atan2(axes.z.z).to_degrees();
+                vec![lean(axes.y.z), lean(-axes.x.z)]
+            }
         }
     }
 }

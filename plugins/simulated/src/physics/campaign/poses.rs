@@ -2,14 +2,19 @@
 
 use crate::physics::description::ArmDescription;
 use crate::physics::random::Random;
+use crate::physics::rigid::Rigid;
+use crate::physics::shape::Shape;
 
 use super::catalogue::drawn_travel;
-use super::specification::{Approach, Specification, Spread};
+use super::specification::{Approach, Reading, Specification, Spread};
 
 /// How far a joint goes too far before it comes back, rad.
 const OVERSHOOT: f64 = 3.0 * std::f64::consts::PI / 180.0;
 /// Half of a narrow window, rad.
 const NARROW: f64 = 20.0 * std::f64::consts::PI / 180.0;
+
+/// An inclinometer reads while its z rises at least so much: within 60 degrees of upright.
+const LEAST_UPRIGHT: f64 = 0.5;
 
 /// One visit of the campaign.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,7 +62,7 @@ pub fn plan(specification: &Specification, seed: u64) -> Vec<Visit> {
     let mut poses: Vec<(Option<usize>, Vec<f64>)> = match specification.spread {
         Spread::Grid => grid(&windows, specification.poses, &mut random),
         Spread::Wide | Spread::Narrow => {
-            (0..specification.poses).map(|_| anywhere(&windows, &mut random)).collect()
+            (0..specification.poses).filter_map(|_| readable(specification, &windows, &mut random)).collect()
         }
     }
     .into_iter()
@@ -65,8 +70,9 @@ pub fn plan(specification: &Specification, seed: u64) -> Vec<Visit> {
     .collect();
     let singles = poses.len();
     for number in 1..=specification.repeated_poses {
-        let pose = anywhere(&windows, &mut random);
-        poses.extend(std::iter::repeat_n((Some(number), pose), specification.returns));
+        if let Some(pose) = readable(specification, &windows, &mut random) {
+            poses.extend(std::iter::repeat_n((Some(number), pose), specification.returns));
+        }
     }
     if specification.spread == Spread::Grid {
         strew(&mut poses, singles, &mut random);
@@ -213,6 +219,19 @@ fn windows(specification: &Specification, random: &mut Random) -> Vec<[f64; 2]> 
 
 fn anywhere(windows: &[[f64; 2]], random: &mut Random) -> Vec<f64> {
     windows.iter().map(|[low, high]| rounded(random.between(*low, *high), 1000.0)).collect()
+}
+
+/// A pose anywhere at which the instrument can read; `None` when there is hardly one.
+fn readable(specification: &Specification, windows: &[[f64; 2]], random: &mut Random) -> Option<Vec<f64>> {
+    if specification.reading != Reading::Tilt {
+        return Some(anywhere(windows, random));
+    }
+    let arm = Shape::nominal(&specification.arm).arm();
+    let upright = |pose: &Vec<f64>| {
+        let angles: Vec<f64> = pose.iter().map(|angle| angle.to_radians()).collect();
+        arm.posture(&angles, &[], Rigid::IDENTITY).world_from_flange.rotation.z.z > LEAST_UPRIGHT
+    };
+    (0..200).map(|_| anywhere(windows, random)).find(upright)
 }
 
 /// A lattice of the first three joints, walked to and fro; the others turn through a few fixed angles.

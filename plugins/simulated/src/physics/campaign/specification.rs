@@ -50,6 +50,34 @@ pub enum Reading {
     Height,
     /// The target's distance to a fixed point.
     Distance,
+    /// How far the flange leans about its own x and y.
+    Tilt,
+}
+
+impl Reading {
+    /// Unit of the readings.
+    pub fn unit(self) -> &'static str {
+        if self == Self::Tilt { "deg" } else { "mm" }
+    }
+
+    /// The table's columns for one row of readings, with what names the surface or point.
+    pub fn columns(self) -> &'static [&'static str] {
+        match self {
+            Self::Position => &["p1_x_mm", "p1_y_mm", "p1_z_mm"],
+            Self::Height => &["height_mm", "on"],
+            Self::Distance => &["distance_mm", "distance_to"],
+            Self::Tilt => &["tilt_x_deg", "tilt_y_deg"],
+        }
+    }
+
+    /// What stands in the column that names the surface or point.
+    pub fn against(self) -> Option<&'static str> {
+        match self {
+            Self::Height => Some("table"),
+            Self::Distance => Some("post"),
+            Self::Position | Self::Tilt => None,
+        }
+    }
 }
 
 /// How much of an effect is hidden.
@@ -94,8 +122,8 @@ pub struct Specification {
     pub payloads_kg: Vec<f64>,
     /// What is read.
     pub reading: Reading,
-    /// Standard deviation of each reading, mm.
-    pub noise_mm: f64,
+    /// Standard deviation of each reading, in its unit.
+    pub noise: f64,
     /// Share of readings that are grossly wrong.
     pub outliers: f64,
     /// What the user's model leaves free.
@@ -109,7 +137,7 @@ impl Specification {
     /// The usual campaign: 60 wide poses, six more returned to five times, either side, steady conditions, positions, nothing hidden.
     pub fn usual(arm: ArmDescription) -> Self {
         Self {
-            noise_mm: arm.declared_noise.unwrap_or(USUAL_NOISE_MM),
+            noise: arm.declared_noise.unwrap_or(USUAL_NOISE_MM),
             arm,
             hidden: Vec::new(),
             poses: 60,
