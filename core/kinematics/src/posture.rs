@@ -171,7 +171,15 @@ fn place(
             walker.origin += walker.z * d + walker.x * a;
             let (normal, normal_point) = (walker.x, walker.origin);
             walker.turn_x(alpha);
-            JointFrame { axis, axis_point, normal, normal_point, skew, skew_point: axis_point, end: walker.pose() }
+            JointFrame {
+                axis,
+                axis_point,
+                normal,
+                normal_point,
+                skew,
+                skew_point: axis_point,
+                end: walker.pose(),
+            }
         }
         Convention::Proximal => {
             let normal = walker.x;
@@ -182,7 +190,15 @@ fn place(
             let (axis, axis_point) = (walker.z, walker.origin);
             walker.turn_z(theta);
             walker.origin += walker.z * d;
-            JointFrame { axis, axis_point, normal, normal_point, skew, skew_point: normal_point, end: walker.pose() }
+            JointFrame {
+                axis,
+                axis_point,
+                normal,
+                normal_point,
+                skew,
+                skew_point: normal_point,
+                end: walker.pose(),
+            }
         }
     }
 }

@@ -216,7 +216,7 @@ fn an_address_that_cannot_be_is_explained() {
     .unwrap_err();
     assert_eq!(
         error.to_string(),
-        "cannot listen at /nowhere/at/all: No such file or directory (os error 2) (a socket's path has at most 107 bytes, \
+        "cannot listen at /nowhere/at/all: No such file or directory (os error 2) (a socket's path has at most 103 bytes, \
          and its directory must exist and be writable)"
     );
 }

@@ -19,21 +19,30 @@ pub(super) struct Address {
 }
 
 impl Address {
-    /// Takes hold of the address and listens there. A socket left by a world that died is replaced.
+    /// Takes hold of the address and listens there. A socket left by a world that died is replaced; the new one appears at its
+    /// place only once it listens, so that whoever sees it can connect.
     pub(super) fn take(socket: &Path) -> Result<(Address, UnixListener), ServeError> {
         let trouble = |source| ServeError::Address { socket: socket.to_owned(), source };
-        let mut lock_file = socket.as_os_str().to_owned();
-        lock_file.push(".lock");
-        let lock_file = PathBuf::from(lock_file);
+        let lock_file = beside(socket, ".lock");
         let lock = lock(socket, &lock_file)?;
-        match fs::remove_file(socket) {
+        let address = Address { socket: socket.to_owned(), lock_file, _lock: lock };
+        let unfinished = beside(socket, ".new");
+        match fs::remove_file(&unfinished) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(trouble(error)),
             _ => {}
         }
-        let listener = UnixListener::bind(socket).map_err(trouble)?;
+        let listener = UnixListener::bind(&unfinished).map_err(trouble)?;
         listener.set_nonblocking(true).map_err(trouble)?;
-        Ok((Address { socket: socket.to_owned(), lock_file, _lock: lock }, listener))
+        fs::rename(&unfinished, socket).map_err(trouble)?;
+        Ok((address, listener))
     }
+}
+
+/// The path with something after its last name.
+fn beside(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(ending);
+    PathBuf::from(name)
 }
 
 impl Drop for Address {

@@ -50,7 +50,7 @@ pub enum ServeError {
     },
     /// The address cannot be used.
     #[error(
-        "cannot listen at {}: {source} (a socket's path has at most 107 bytes, and its directory must exist and be writable)",
+        "cannot listen at {}: {source} (a socket's path has at most 103 bytes, and its directory must exist and be writable)",
         socket.display()
     )]
     Address {
