@@ -1,0 +1,304 @@
+//! Conversations with the controller: one command, one reply, and the way back when they fall out of step.
+
+use std::time::{Duration, Instant};
+
+use plumb_plugin::PluginError;
+
+use crate::drive::HalfSteps;
+use crate::protocol::{
+    Command, ControllerState, PrintableBytes, ProgramLine, Status, parse_program, parse_state, parse_status,
+};
+use crate::serial_line::{ReplyFailure, SerialError, SerialLine};
+use crate::speed_code::SpeedCode;
+
+/// How often a reading is asked for before it is given up: reading moves nothing, so asking again is safe.
+const READ_ATTEMPTS: usize = 3;
+
+/// How long the controller may take to answer a command that moves nothing, beside the time on the line.
+pub const REPLY_LIMIT: Duration = Duration::from_millis(1000);
+
+/// How long a program dump may pause between two lines before it is taken as ended.
+const DUMP_PAUSE: Duration = Duration::from_millis(500);
+
+/// Why the controller did not do what it was told.
+#[derive(Debug, thiserror::Error)]
+pub enum ControllerError {
+    /// The line failed.
+    #[error(transparent)]
+    Line(#[from] SerialError),
+    /// The controller answered 0.
+    #[error("the controller refused {command} (it answered 0){hint}")]
+    Refused {
+        /// The command in full.
+        command: String,
+        /// What may be wrong with it.
+        hint: &'static str,
+    },
+    /// The controller answered 2.
+    #[error("the STOP key on the pendant ended {command}")]
+    StopKey {
+        /// The command as the manual writes it.
+        command: String,
+    },
+    /// A taught program cannot be read or written.
+    #[error("{0}")]
+    Program(String),
+}
+
+impl From<ControllerError> for PluginError {
+    fn from(error: ControllerError) -> Self {
+        match error {
+            ControllerError::Line(line) => line.into(),
+            ControllerError::StopKey { .. } => Self::Stopped(error.to_string()),
+            ControllerError::Refused { .. } | ControllerError::Program(_) => Self::Failed(error.to_string()),
+        }
+    }
+}
+
+/// The word of an operator who stands at the pendant: once the command is given, nothing this program sends can stop the arm. Only the STOP
+/// key on the pendant, or its power switch, does.
+#[derive(Clone, Copy, Debug)]
+pub struct OnlyThePendantStopsIt(());
+
+impl OnlyThePendantStopsIt {
+    /// Given by an operator who has read what it says.
+    pub fn confirmed_by_the_operator() -> Self {
+        Self(())
+    }
+}
+
+/// The controller at the far end of the line.
+#[derive(Debug)]
+pub struct Controller {
+    line: SerialLine,
+    recognition: u8,
+}
+
+impl Controller {
+    /// The controller that answers to `recognition`, usually `@`.
+    pub fn new(line: SerialLine, recognition: u8) -> Self {
+        Self { line, recognition }
+    }
+
+    /// The line it is on.
+    pub fn line(&self) -> &SerialLine {
+        &self.line
+    }
+
+    /// The bytes of a command as they go out.
+    pub fn bytes(&self, command: &Command) -> Vec<u8> {
+        command.bytes(self.recognition)
+    }
+
+    /// Reads registers, inputs and the last pendant key. Asks again after silence or garbage, once the line is quiet.
+    ///
+    /// # Errors
+    /// [`ControllerError`], of the last attempt.
+    pub fn read(&mut self) -> Result<ControllerState, ControllerError> {
+        let mut attempt = 1;
+        loop {
+            match self.read_once() {
+                Err(ControllerError::Line(SerialError::ReadReply { failure, .. }))
+                    if failure.may_pass() && attempt < READ_ATTEMPTS =>
+                {
+                    attempt += 1;
+                    self.line.drain()?;
+                }
+                result => return result,
+            }
+        }
+    }
+
+    fn read_once(&mut self) -> Result<ControllerState, ControllerError> {
+        let command = Command::Read;
+        self.expect_done(&command, REPLY_LIMIT)?;
+        let line = self.reply_line(&command, REPLY_LIMIT)?;
+        parse_state(&line)
+            .map_err(|fault| self.error(&command, ReplyFailure::Garbled { received: line, fault }).into())
+    }
+
+    /// Moves all motors together; returns when the arm stands again. A move that the pendant ended is told apart by its status.
+    ///
+    /// # Errors
+    /// [`ControllerError`]; then the arm may have moved by any part of `counts`, and stands or will stand within the time they take.
+    pub fn step(
+        &mut self,
+        speed: SpeedCode,
+        counts: HalfSteps,
+        outputs: Option<u8>,
+    ) -> Result<MoveEnd, ControllerError> {
+        let command = Command::Step { speed, counts, outputs };
+        // The rate of the speed code rests on one figure, so twice the time is no fault.
+        let status = self.exchange(&command, REPLY_LIMIT + 2 * speed.duration(counts.largest()))?;
+        match status {
+            Status::Done => Ok(MoveEnd::Done),
+            Status::StopKey => Ok(MoveEnd::StopKey),
+            Status::Refused => Err(refused(&command)),
+        }
+    }
+
+    /// Closes the gripper until its switch trips: slow, and nothing but the pendant stops it.
+    ///
+    /// # Errors
+    /// [`ControllerError`].
+    pub fn close_gripper(&mut self, _: OnlyThePendantStopsIt) -> Result<(), ControllerError> {
+        // From 3 in open at 40 half-steps a second, the slowest there is.
+        self.expect_done(&Command::Close, Duration::from_secs(60))
+    }
+
+    /// Sets the registers to zero and switches the motor current off: an arm that is not supported may sag.
+    ///
+    /// # Errors
+    /// [`ControllerError`].
+    pub fn reset(&mut self) -> Result<(), ControllerError> {
+        self.expect_done(&Command::Reset, REPLY_LIMIT)
+    }
+
+    /// Hands the arm to its pendant. The reply comes when the operator ends it: see [`Controller::reply_at_hand`].
+    ///
+    /// # Errors
+    /// [`ControllerError`].
+    pub fn begin_hand_control(&mut self, _: OnlyThePendantStopsIt) -> Result<(), ControllerError> {
+        self.send(&Command::HandControl)
+    }
+
+    /// Starts the taught program. The reply comes when it ends: see [`Controller::reply_at_hand`].
+    ///
+    /// # Errors
+    /// [`ControllerError`].
+    pub fn begin_program(&mut self, _: OnlyThePendantStopsIt) -> Result<(), ControllerError> {
+        self.send(&Command::RunProgram)
+    }
+
+    /// The reply to a command begun earlier, if it has come.
+    ///
+    /// # Errors
+    /// [`ControllerError::Line`] for a reply that is none, or a line that failed.
+    pub fn reply_at_hand(&mut self, command: &Command) -> Result<Option<Status>, ControllerError> {
+        match self.line.line_at_hand().map_err(|failure| self.error(command, failure))? {
+            Some(line) => Ok(Some(self.status(command, line)?)),
+            None => Ok(None),
+        }
+    }
+
+    /// The taught program in the controller's memory.
+    ///
+    /// # Errors
+    /// [`ControllerError`].
+    pub fn dump_program(&mut self) -> Result<Vec<ProgramLine>, ControllerError> {
+        let command = Command::DumpProgram;
+        self.expect_done(&command, REPLY_LIMIT)?;
+        let mut text = Vec::new();
+        loop {
+            match self.line.read_line(Instant::now() + DUMP_PAUSE) {
+                Ok(line) => text.extend(line.into_iter().chain([b'\r'])),
+                // Nothing announces the end of a dump but that no more comes.
+                Err(ReplyFailure::Silent { .. }) => break,
+                Err(failure) => return Err(self.error(&command, failure).into()),
+            }
+        }
+        parse_program(&text)
+            .map_err(|fault| self.error(&command, ReplyFailure::Garbled { received: text, fault }).into())
+    }
+
+    /// Writes a program to the controller's memory, line by line.
+    ///
+    /// # Errors
+    /// [`ControllerError`]; lines before the one that failed have been written.
+    pub fn write_program(&mut self, program: &[ProgramLine]) -> Result<(), ControllerError> {
+        for line in program {
+            self.expect_done(&Command::WriteProgram(*line), REPLY_LIMIT)?;
+        }
+        Ok(())
+    }
+
+    /// Makes the controller answer to another character from now on.
+    ///
+    /// # Errors
+    /// [`ControllerError`]; [`ControllerError::Program`] for a character that is not printable.
+    pub fn change_recognition(&mut self, character: u8) -> Result<(), ControllerError> {
+        if !character.is_ascii_graphic() {
+            let text = format!("'{}' cannot be typed on every terminal", PrintableBytes(&[character]));
+            return Err(ControllerError::Program(format!(
+                "{text}; choose a printable recognition character"
+            )));
+        }
+        self.expect_done(&Command::Recognition(character), REPLY_LIMIT)?;
+        self.recognition = character;
+        Ok(())
+    }
+
+    /// Makes the controller wait between the characters of its replies.
+    ///
+    /// # Errors
+    /// [`ControllerError`].
+    pub fn delay_replies(&mut self, amount: u8) -> Result<(), ControllerError> {
+        self.expect_done(&Command::Delay(amount), REPLY_LIMIT)
+    }
+
+    /// Throws away what is on the line until it is quiet.
+    ///
+    /// # Errors
+    /// [`ControllerError::Line`] when it does not become quiet.
+    pub fn resynchronise(&mut self) -> Result<(), ControllerError> {
+        self.line.drain()?;
+        Ok(())
+    }
+
+    fn expect_done(&mut self, command: &Command, limit: Duration) -> Result<(), ControllerError> {
+        match self.exchange(command, limit)? {
+            Status::Done => Ok(()),
+            Status::Refused => Err(refused(command)),
+            Status::StopKey => Err(ControllerError::StopKey { command: command.name() }),
+        }
+    }
+
+    /// Sends a command and waits for its status: for the time on the line, and `limit` beyond.
+    fn exchange(&mut self, command: &Command, limit: Duration) -> Result<Status, ControllerError> {
+        self.send(command)?;
+        let on_the_line = self.line.duration(self.bytes(command).len());
+        let line = self.reply_line(command, limit + on_the_line)?;
+        self.status(command, line)
+    }
+
+    fn send(&mut self, command: &Command) -> Result<(), ControllerError> {
+        let stray = self.line.take_stray().map_err(|failure| self.error(command, failure))?;
+        if !stray.is_empty() {
+            return Err(self.error(command, ReplyFailure::Stray { received: stray }).into());
+        }
+        let bytes = self.bytes(command);
+        let limit = REPLY_LIMIT + 2 * self.line.duration(bytes.len());
+        Ok(self.line.write(&command.name(), &bytes, limit)?)
+    }
+
+    fn reply_line(&mut self, command: &Command, limit: Duration) -> Result<Vec<u8>, ControllerError> {
+        self.line.read_line(Instant::now() + limit).map_err(|failure| self.error(command, failure).into())
+    }
+
+    fn status(&self, command: &Command, line: Vec<u8>) -> Result<Status, ControllerError> {
+        parse_status(&line)
+            .map_err(|fault| self.error(command, ReplyFailure::Garbled { received: line, fault }).into())
+    }
+
+    fn error(&self, command: &Command, failure: ReplyFailure) -> SerialError {
+        SerialError::ReadReply { port: self.line.name().to_owned(), command: command.name(), failure }
+    }
+}
+
+/// How a move ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MoveEnd {
+    /// As commanded.
+    Done,
+    /// Somewhere on its way, by the STOP key of the pendant.
+    StopKey,
+}
+
+fn refused(command: &Command) -> ControllerError {
+    let hint = if command.is_seen_on_an_arm() {
+        ""
+    } else {
+        "; no source shows this form of the command, so this arm may want another"
+    };
+    ControllerError::Refused { command: command.to_string(), hint }
+}

@@ -1,0 +1,283 @@
+//! The six motors of the arm, and how their half-steps stand for joints.
+//!
+//! The cables keep attitudes: the shoulder's motor turns the upper arm alone, so the forearm and the hand keep their angle from the horizontal
+//! when it runs. The two wrist motors drive the hand through a differential. The gripper's cable runs along the forearm, so the gripper's
+//! motor has to follow the elbow's, half-step for half-step, to hold the opening.
+
+use std::f64::consts::TAU;
+
+/// The number of motors, and of joints.
+pub const MOTORS: usize = 6;
+
+/// The motors, in the order of every command and register line: base, shoulder, elbow, right wrist, left wrist, gripper.
+pub const MOTOR_NAMES: [&str; MOTORS] = ["base", "shoulder", "elbow", "right wrist", "left wrist", "gripper"];
+
+/// Half-steps for one turn of the joint, of the base, shoulder, elbow and either wrist motor.
+///
+/// The manual's columns for a turn, a radian and a degree differ by 1.5 %; the turn is the one that agrees with the gearing.
+const HALF_STEPS_PER_TURN: [f64; 4] = [7072.0, 7072.0, 4158.0, 1536.0];
+
+/// Half-steps of the gripper's motor for one millimetre of opening: 371 for an inch.
+const GRIPPER_HALF_STEPS_PER_MM: f64 = 371.0 / 25.4;
+
+/// A joint of the arm, in the order of the joint vectors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Joint {
+    /// The base, positive to the left seen from behind the arm: rad.
+    Waist,
+    /// The upper arm's angle from the horizontal, positive upward: rad.
+    Shoulder,
+    /// The forearm's angle from the horizontal, positive upward: rad.
+    Elbow,
+    /// The hand's angle from the horizontal, positive upward: rad.
+    WristPitch,
+    /// The hand's turn about its own axis: rad.
+    WristRoll,
+    /// The opening between the fingers: mm.
+    Gripper,
+}
+
+impl Joint {
+    /// Every joint, in order.
+    pub const ALL: [Self; MOTORS] =
+        [Self::Waist, Self::Shoulder, Self::Elbow, Self::WristPitch, Self::WristRoll, Self::Gripper];
+
+    /// Its place in a joint vector.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Its name in cell files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Waist => "waist",
+            Self::Shoulder => "shoulder",
+            Self::Elbow => "elbow",
+            Self::WristPitch => "wrist_pitch",
+            Self::WristRoll => "wrist_roll",
+            Self::Gripper => "gripper",
+        }
+    }
+
+    /// Half-steps for one rad, or one mm of opening, of the motor or motors that drive it alone.
+    pub fn half_steps_per_unit(self) -> f64 {
+        let [base, shoulder, elbow, wrist] = HALF_STEPS_PER_TURN;
+        match self {
+            Self::Waist => base / TAU,
+            Self::Shoulder => shoulder / TAU,
+            Self::Elbow => elbow / TAU,
+            Self::WristPitch | Self::WristRoll => wrist / TAU,
+            Self::Gripper => GRIPPER_HALF_STEPS_PER_MM,
+        }
+    }
+}
+
+/// Whole half-steps of the six motors: a register line, or the counts of a move.
+///
+/// Positive: base to the left, shoulder, elbow and wrists down, gripper open.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HalfSteps(pub [i32; MOTORS]);
+
+impl HalfSteps {
+    /// The counts that lead from `start` to `self`.
+    pub fn since(self, start: Self) -> Self {
+        self.zip(start, |end, start| end.wrapping_sub(start))
+    }
+
+    /// Where the counts `self` lead from `start`.
+    pub fn after(self, start: Self) -> Self {
+        self.zip(start, |count, start| start.wrapping_add(count))
+    }
+
+    /// The count of the motor that makes the most half-steps.
+    pub fn largest(self) -> u32 {
+        self.0.iter().map(|count| count.unsigned_abs()).fold(0, u32::max)
+    }
+
+    /// The count of the gripper's motor that changes the opening: what it makes beyond following the elbow.
+    pub fn opening(self) -> i32 {
+        let [.., elbow, _, _, gripper] = self.0;
+        gripper.wrapping_sub(elbow)
+    }
+
+    /// The same counts with the gripper's motor following the elbow's, so that the opening stays as it is.
+    pub fn holding_the_opening(self) -> Self {
+        let [base, shoulder, elbow, right, left, _] = self.0;
+        Self([base, shoulder, elbow, right, left, elbow])
+    }
+
+    fn zip(self, other: Self, combine: impl Fn(i32, i32) -> i32) -> Self {
+        let mut result = self;
+        for (value, other) in result.0.iter_mut().zip(other.0) {
+            *value = combine(*value, other);
+        }
+        result
+    }
+}
+
+/// Joint values in the order of [`Joint::ALL`]: rad, and mm for the gripper.
+pub type Joints = [f64; MOTORS];
+
+/// Where the arm stands when every register reads zero. The arm has no sensors on its joints: this is what an operator has declared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegisterZero {
+    joints: Joints,
+}
+
+impl RegisterZero {
+    /// The registers read zero when the arm stands at `joints`.
+    pub fn at(joints: Joints) -> Self {
+        Self { joints }
+    }
+
+    /// The zero with which `registers` stand for `joints`.
+    pub fn declared(joints: Joints, registers: HalfSteps) -> Self {
+        let travelled = travel(registers);
+        let mut zero = joints;
+        for (zero, travelled) in zero.iter_mut().zip(travelled) {
+            *zero -= travelled;
+        }
+        Self { joints: zero }
+    }
+
+    /// The joints that stand for registers.
+    pub fn joints(&self, registers: HalfSteps) -> Joints {
+        let mut joints = travel(registers);
+        for (joint, zero) in joints.iter_mut().zip(self.joints) {
+            *joint += zero;
+        }
+        joints
+    }
+
+    /// The registers nearest to `target` for the joints that `moves` names; motors of the other joints keep their register, but the gripper's
+    /// motor follows the elbow's. Joints of `target` that do not move are not looked at.
+    pub fn registers(&self, start: HalfSteps, target: &Joints, moves: impl Fn(Joint) -> bool) -> HalfSteps {
+        let here = self.joints(start);
+        let change = |joint: Joint| match (target.get(joint.index()), here.get(joint.index())) {
+            (Some(target), Some(here)) if moves(joint) => (target - here) * joint.half_steps_per_unit(),
+            _ => 0.0,
+        };
+        let pitch = -change(Joint::WristPitch);
+        let roll = change(Joint::WristRoll);
+        let elbow = whole(-change(Joint::Elbow));
+        HalfSteps([
+            whole(change(Joint::Waist)),
+            whole(-change(Joint::Shoulder)),
+            elbow,
+            whole(pitch - roll),
+            whole(pitch + roll),
+            elbow.saturating_add(whole(change(Joint::Gripper))),
+        ])
+        .after(start)
+    }
+}
+
+/// The joints' travel from where the registers read zero: rad, and mm for the gripper.
+fn travel(registers: HalfSteps) -> Joints {
+    let [base, shoulder, elbow, right, left, gripper] = registers.0.map(f64::from);
+    let of = |count: f64, joint: Joint| count / joint.half_steps_per_unit();
+    [
+        of(base, Joint::Waist),
+        of(-shoulder, Joint::Shoulder),
+        of(-elbow, Joint::Elbow),
+        of(-(right + left) / 2.0, Joint::WristPitch),
+        of((left - right) / 2.0, Joint::WristRoll),
+        of(gripper - elbow, Joint::Gripper),
+    ]
+}
+
+/// The nearest whole number; one that no register can hold becomes the largest that can.
+fn whole(count: f64) -> i32 {
+    count.round() as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn straight_out() -> RegisterZero {
+        RegisterZero::at([0.0; MOTORS])
+    }
+
+    fn registers() -> impl Strategy<Value = HalfSteps> {
+        prop::array::uniform6(-4000..4000_i32).prop_map(HalfSteps)
+    }
+
+    proptest! {
+        #[test]
+        fn the_joints_of_registers_lead_back_to_them(registers in registers(), zero in prop::array::uniform6(-3.0..3.0_f64)) {
+            let zero = RegisterZero::at(zero);
+            prop_assert_eq!(zero.registers(HalfSteps::default(), &zero.joints(registers), |_| true), registers);
+        }
+
+        #[test]
+        fn no_joint_ends_further_than_half_a_half_step_from_its_target(
+            start in registers(), target in prop::array::uniform6(-2.0..2.0_f64),
+        ) {
+            let zero = straight_out();
+            let reached = zero.joints(zero.registers(start, &target, |_| true));
+            for joint in Joint::ALL {
+                // Pitch and roll share two motors, each rounded by itself.
+                let miss = (reached[joint.index()] - target[joint.index()]).abs() * joint.half_steps_per_unit();
+                prop_assert!(miss <= 0.5 + 1e-9, "{} misses by {miss} half-steps", joint.name());
+            }
+        }
+
+        #[test]
+        fn a_declared_pose_is_what_the_registers_then_say(registers in registers(), pose in prop::array::uniform6(-3.0..3.0_f64)) {
+            let joints = RegisterZero::declared(pose, registers).joints(registers);
+            for (joint, pose) in joints.iter().zip(pose) {
+                prop_assert!((joint - pose).abs() < 1e-12);
+            }
+        }
+
+        #[test]
+        fn joints_that_do_not_move_keep_their_values(start in registers(), target in prop::array::uniform6(-2.0..2.0_f64), mask in 0..64_u32) {
+            let zero = straight_out();
+            let end = zero.registers(start, &target, |joint| mask & (1 << joint.index()) != 0);
+            let (before, after) = (zero.joints(start), zero.joints(end));
+            for joint in Joint::ALL {
+                let shares_motors = matches!(joint, Joint::WristPitch | Joint::WristRoll) && mask & 0b11000 == 0b11000;
+                if mask & (1 << joint.index()) == 0 && !shares_motors {
+                    prop_assert!((before[joint.index()] - after[joint.index()]).abs() < 1e-12);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_gripper_follows_the_elbow_so_that_the_opening_stays() {
+        let end = straight_out()
+            .registers(HalfSteps::default(), &[0.0, 0.0, -1.0, 0.0, 0.0, 0.0], |joint| joint == Joint::Elbow);
+        assert_eq!(end, HalfSteps([0, 0, 662, 0, 0, 662]));
+        assert_eq!(end.opening(), 0);
+    }
+
+    #[test]
+    fn the_manuals_start_position_has_its_register_values() {
+        // Fingertips 5 in out on the table, hand hanging, with the manual's shoulder height of 7.625 in and links of 7 and 3.8 in:
+        // its programs load 0, -508 and 1162 (the formula gives 1163), and 384 for either wrist motor.
+        let (radius, height) = (5.0_f64, 3.8 - 7.625);
+        let reach = radius.hypot(height);
+        let half_angle = (reach / 14.0).acos();
+        let shoulder = height.atan2(radius) + half_angle;
+        let elbow = height.atan2(radius) - half_angle;
+        let hanging = -TAU / 4.0;
+        let registers = straight_out().registers(
+            HalfSteps::default(),
+            &[0.0, shoulder, elbow, hanging, 0.0, 0.0],
+            |_| true,
+        );
+        assert_eq!(registers.0[..5], [0, -508, 1163, 384, 384]);
+    }
+
+    #[test]
+    fn rolling_turns_the_wrist_motors_against_each_other() {
+        let end =
+            straight_out().registers(HalfSteps::default(), &[0.0, 0.0, 0.0, 0.0, TAU / 4.0, 0.0], |joint| {
+                joint == Joint::WristRoll
+            });
+        assert_eq!(end, HalfSteps([0, 0, 0, -384, 384, 0]));
+    }
+}

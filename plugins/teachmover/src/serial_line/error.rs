@@ -1,0 +1,215 @@
+//! What can go wrong on the line, by the operation it went wrong in.
+
+use std::io::ErrorKind;
+use std::time::Duration;
+
+use plumb_plugin::PluginError;
+
+use crate::protocol::{Fault, PrintableBytes};
+
+/// What went wrong on the serial line, and in which operation.
+#[derive(Debug, thiserror::Error)]
+pub enum SerialError {
+    /// The port cannot be opened.
+    #[error("cannot open the serial port {port}: {failure}")]
+    Open {
+        /// Such as `/dev/ttyUSB0`.
+        port: String,
+        /// Why, and what to check.
+        failure: OpenFailure,
+    },
+    /// The line does not take the bytes of a command.
+    #[error("{port} took {sent} of the {length} bytes of {command}: {failure}")]
+    WriteCommand {
+        /// The port.
+        port: String,
+        /// The command as the manual writes it.
+        command: String,
+        /// How many bytes it took.
+        sent: usize,
+        /// How many there were.
+        length: usize,
+        /// Why.
+        failure: WriteFailure,
+    },
+    /// The reply to a command does not come, or is none.
+    #[error("the reply to {command} on {port}: {failure}")]
+    ReadReply {
+        /// The port.
+        port: String,
+        /// The command as the manual writes it.
+        command: String,
+        /// Why, and what to check.
+        failure: ReplyFailure,
+    },
+    /// The line does not become quiet, so that no reply can be told from what went before.
+    #[error("{port} does not become quiet: {failure}")]
+    Resynchronise {
+        /// The port.
+        port: String,
+        /// Why, and what to check.
+        failure: ReplyFailure,
+    },
+}
+
+/// Why a port cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenFailure {
+    /// There is no such file.
+    #[error(
+        "there is no such port; check that the adapter is plugged in, and its name (ls /dev/serial/by-id)"
+    )]
+    Missing,
+    /// Another program has it.
+    #[error("another program has it open; end that program (fuser {0} names it)")]
+    Busy(String),
+    /// The user may not.
+    #[error("permission denied; add this user to the group that owns it (often dialout) and log in again")]
+    Forbidden,
+    /// It is no serial port.
+    #[error("that is no serial port; check the name (ls /dev/serial/by-id)")]
+    NotAPort,
+    /// Anything else.
+    #[error("{0}")]
+    Other(String),
+}
+
+impl OpenFailure {
+    /// What an error of opening the port of that name means.
+    pub(super) fn of(port: &str, error: serialport::Error) -> Self {
+        match error.kind {
+            serialport::ErrorKind::Io(ErrorKind::NotFound) => Self::Missing,
+            serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => Self::Forbidden,
+            // The crate's word for a port that another process has locked.
+            serialport::ErrorKind::NoDevice => Self::Busy(port.to_owned()),
+            _ if matches!(error.description.as_str(), "Not a typewriter" | "Is a directory") => {
+                Self::NotAPort
+            }
+            _ => Self::Other(error.description),
+        }
+    }
+}
+
+/// Why the line does not take bytes.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum WriteFailure {
+    /// It took no more for too long.
+    #[error("it took no more within {} ms; check the adapter, and that nothing holds the line back", waited.as_millis())]
+    Full {
+        /// For how long.
+        waited: Duration,
+    },
+    /// The port is gone.
+    #[error("the port is gone ({cause}); check that the adapter is plugged in")]
+    Unplugged {
+        /// What the system said.
+        cause: String,
+    },
+}
+
+impl WriteFailure {
+    /// What an error of a write that may take `limit` means.
+    pub(super) fn of(error: &std::io::Error, limit: Duration) -> Self {
+        match error.kind() {
+            ErrorKind::TimedOut => Self::Full { waited: limit },
+            _ => Self::Unplugged { cause: error.to_string() },
+        }
+    }
+}
+
+/// Why a reply does not come, or is none.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ReplyFailure {
+    /// Not one byte.
+    #[error(
+        "nothing came within {} ms; check that the arm is switched on, the cable and the port it is plugged into, and the rate (the switches SW1 to SW3 all off for 9600 baud)",
+        waited.as_millis()
+    )]
+    Silent {
+        /// For how long.
+        waited: Duration,
+    },
+    /// Bytes came, but no carriage return.
+    #[error("only '{}' came within {} ms, without its end; check the cable and the rate", PrintableBytes(received), waited.as_millis())]
+    CutShort {
+        /// What came.
+        received: Vec<u8>,
+        /// For how long.
+        waited: Duration,
+    },
+    /// A line came that is no reply.
+    #[error(
+        "'{}' is not a reply: {fault}; check the cable and the rate, and that nothing else talks on the line",
+        PrintableBytes(received)
+    )]
+    Garbled {
+        /// What came.
+        received: Vec<u8>,
+        /// What is wrong with it.
+        fault: Fault,
+    },
+    /// Bytes came on and on.
+    #[error(
+        "{count} bytes came without being a reply, such as '{}'; check that the device is a TeachMover, and the rate",
+        PrintableBytes(beginning)
+    )]
+    Babbling {
+        /// How many bytes.
+        count: usize,
+        /// The first of them.
+        beginning: Vec<u8>,
+    },
+    /// Bytes came although nothing had been asked.
+    #[error(
+        "'{}' had come before anything was asked; the replies are out of step with the commands; read the joints, look at the arm and activate it again",
+        PrintableBytes(received)
+    )]
+    Stray {
+        /// What came.
+        received: Vec<u8>,
+    },
+    /// The port is gone.
+    #[error("the port is gone ({cause}); check that the adapter is plugged in")]
+    Unplugged {
+        /// What the system said.
+        cause: String,
+    },
+}
+
+impl ReplyFailure {
+    /// Of bytes that came on and on.
+    pub(super) fn babbling(mut received: Vec<u8>) -> Self {
+        let count = received.len();
+        received.truncate(20);
+        Self::Babbling { count, beginning: received }
+    }
+
+    /// Whether asking again may help: the line is there, but what came was damaged.
+    pub fn may_pass(&self) -> bool {
+        match self {
+            Self::CutShort { .. } | Self::Garbled { .. } | Self::Silent { .. } | Self::Stray { .. } => true,
+            Self::Babbling { .. } | Self::Unplugged { .. } => false,
+        }
+    }
+}
+
+impl From<SerialError> for PluginError {
+    fn from(error: SerialError) -> Self {
+        let text = error.to_string();
+        match error {
+            SerialError::Open { failure: OpenFailure::NotAPort | OpenFailure::Other(_), .. } => {
+                Self::Refused(text)
+            }
+            SerialError::Open { .. } | SerialError::WriteCommand { .. } => Self::Disconnected(text),
+            SerialError::ReadReply { failure, .. } | SerialError::Resynchronise { failure, .. } => {
+                match failure {
+                    ReplyFailure::Silent { .. } | ReplyFailure::Unplugged { .. } => Self::Disconnected(text),
+                    ReplyFailure::CutShort { .. }
+                    | ReplyFailure::Garbled { .. }
+                    | ReplyFailure::Babbling { .. }
+                    | ReplyFailure::Stray { .. } => Self::Failed(text),
+                }
+            }
+        }
+    }
+}

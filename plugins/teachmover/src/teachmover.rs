@@ -1,0 +1,183 @@
+//! The arm as a robot of plumb.
+
+mod description;
+mod hand_control;
+mod observation;
+mod travel;
+
+use plumb_plugin::{
+    DigitalInputs, Host, JogState, JointState, JointVector, LogLevel, Motion, PluginError, Robot,
+    RobotDescription, Value,
+};
+
+use crate::configuration::Configuration;
+use crate::controller::Controller;
+use crate::cutting::Slowness;
+use crate::drive::{HalfSteps, Joint, Joints, RegisterZero};
+use crate::protocol::ControllerState;
+use crate::serial_line::SerialLine;
+use crate::speed_code::SpeedCode;
+
+/// A TeachMover on its serial line.
+#[derive(Debug)]
+pub struct TeachMover {
+    configuration: Configuration,
+    host: Host,
+    controller: Controller,
+    /// What the registers stand for.
+    zero: RegisterZero,
+    /// How much longer than expected the motors take.
+    slowness: Slowness,
+    /// What the controller reported last.
+    last: ControllerState,
+    /// Whether the STOP key has been pressed and no move has been refused for it yet.
+    stop_key: bool,
+    mode: Mode,
+}
+
+/// Whether the arm may be moved.
+#[derive(Debug)]
+enum Mode {
+    /// It may.
+    Ready,
+    /// A conversation failed, so what the arm did is not known: the operator looks at it and activates it again. Why.
+    Doubtful(String),
+    /// The operator has it, at the pendant.
+    HandControl,
+}
+
+impl Robot for TeachMover {
+    fn create(config: &Value, host: Host) -> Result<Self, PluginError> {
+        let configuration = Configuration::read(config)?;
+        let line = SerialLine::open(&configuration.port, configuration.baud)?;
+        let controller = Controller::new(line, configuration.recognition);
+        let mut arm = Self {
+            zero: configuration.zero,
+            configuration,
+            host,
+            controller,
+            slowness: Slowness::default(),
+            last: ControllerState::default(),
+            stop_key: false,
+            mode: Mode::Ready,
+        };
+        arm.controller.resynchronise()?;
+        arm.last = arm.read_twice_alike(None)?;
+        let baud = arm.configuration.baud;
+        let text =
+            format!("TeachMover on {} at {baud} baud: {}", arm.configuration.port, arm.pose_in_words());
+        arm.host.log(LogLevel::Info, &text);
+        Ok(arm)
+    }
+
+    fn describe(&self) -> RobotDescription {
+        self.description()
+    }
+
+    fn activate(&mut self) -> Result<(), PluginError> {
+        self.refuse_under_hand_control()?;
+        self.controller.resynchronise()?;
+        self.last = self.read_twice_alike(None)?;
+        self.slowness = Slowness::default();
+        self.stop_key = false;
+        self.mode = Mode::Ready;
+        Ok(())
+    }
+
+    fn read_joints(&mut self) -> Result<JointState, PluginError> {
+        self.refuse_under_hand_control()?;
+        self.observe(None)?;
+        Ok(self.joint_state(false))
+    }
+
+    fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError> {
+        self.refuse_under_hand_control()?;
+        if let Mode::Doubtful(reason) = &self.mode {
+            return Err(PluginError::NotReady(format!(
+                "the arm is not moved after a failed conversation ({reason}): look where it stands, then activate it again"
+            )));
+        }
+        let moved = self.travel(motion);
+        if let Err(error) = &moved {
+            self.doubt_after(error);
+        }
+        moved
+    }
+
+    fn stop(&mut self) -> Result<(), PluginError> {
+        // A piece of a move ends by itself within the stop time, and no other is begun: there is nothing to send.
+        self.refuse_under_hand_control()
+    }
+
+    fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
+        self.refuse_under_hand_control()?;
+        self.observe(None)?;
+        Ok(self.inputs_at_rest())
+    }
+
+    fn write_outputs(&mut self, levels: u64) -> Result<(), PluginError> {
+        self.refuse_under_hand_control()?;
+        let outputs = u8::try_from(levels).ok().filter(|levels| *levels < 32).ok_or_else(|| {
+            PluginError::Refused(format!(
+                "output levels {levels:#b}: the controller has five output lines, bits 0 to 4"
+            ))
+        })?;
+        let written = self.controller.step(SpeedCode::SLOWEST, HalfSteps::default(), Some(outputs));
+        match written {
+            Ok(_) => Ok(()),
+            Err(error) => {
+                let error = error.into();
+                self.doubt_after(&error);
+                Err(error)
+            }
+        }
+    }
+
+    fn jog(&mut self, on: bool) -> Result<JogState, PluginError> {
+        if on { self.drive_by_hand() } else { self.end_driving_by_hand() }
+    }
+
+    fn set_zero(&mut self, joints: &JointVector) -> Result<(), PluginError> {
+        self.refuse_under_hand_control()?;
+        let joints = six(joints)?;
+        for (joint, value) in Joint::ALL.into_iter().zip(joints) {
+            finite(joint, value)?;
+        }
+        self.observe(None)?;
+        // Not @RESET: it would switch the motor current off, and an arm that nothing holds sags.
+        self.zero = RegisterZero::declared(joints, self.last.registers);
+        self.host.log(LogLevel::Info, &format!("declared: {}", self.pose_in_words()));
+        Ok(())
+    }
+}
+
+impl TeachMover {
+    /// Keeps the arm from being moved after an error that leaves open what it did.
+    fn doubt_after(&mut self, error: &PluginError) {
+        match error {
+            PluginError::Refused(_)
+            | PluginError::OutOfRange(_)
+            | PluginError::Unsupported(_)
+            | PluginError::Stopped(_)
+            | PluginError::NotReady(_) => {}
+            _ => self.mode = Mode::Doubtful(error.text().to_owned()),
+        }
+    }
+}
+
+/// The six values of a joint vector that is meant for this arm.
+fn six(joints: &JointVector) -> Result<Joints, PluginError> {
+    let wrong = |_| {
+        let names = Joint::ALL.map(Joint::name).join(", ");
+        PluginError::Refused(format!("{} joint values given; this arm has 6: {names}", joints.len()))
+    };
+    joints.as_slice().try_into().map_err(wrong)
+}
+
+/// Refuses a value that is no number.
+fn finite(joint: Joint, value: f64) -> Result<f64, PluginError> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(PluginError::Refused(format!("the value for {} is {value}; give a number", joint.name())))
+}
