@@ -24,6 +24,8 @@ pub struct Configuration {
     pub full_speed: SpeedCode,
     /// How long a stop may take: ms.
     pub stop_within_ms: u32,
+    /// How long the controller may take to answer, beside the time on the line and that of the motion: ms.
+    pub reply_within_ms: u32,
     /// Where the grip switch is found among the inputs; `None` where nobody has found out.
     pub grip_switch: Option<GripSwitch>,
     /// Whether the operator has confirmed, in the cell file, that hand control is ended by the pendant alone.
@@ -74,6 +76,8 @@ struct RawConfiguration {
     full_speed_code: u8,
     #[serde(default = "usual_stop")]
     stop_within_ms: u32,
+    #[serde(default = "usual_reply")]
+    reply_within_ms: u32,
     grip_switch: Option<GripSwitch>,
     #[serde(default)]
     only_the_pendant_stops: Vec<PendantMode>,
@@ -112,6 +116,10 @@ fn usual_speed() -> u8 {
 
 fn usual_stop() -> u32 {
     100
+}
+
+fn usual_reply() -> u32 {
+    1000
 }
 
 impl RawPose {
@@ -174,6 +182,9 @@ impl RawConfiguration {
         if !(50..=2000).contains(&self.stop_within_ms) {
             return wrong("stop_within_ms", self.stop_within_ms.to_string(), "give 50 to 2000");
         }
+        if !(100..=10_000).contains(&self.reply_within_ms) {
+            return wrong("reply_within_ms", self.reply_within_ms.to_string(), "give 100 to 10000");
+        }
         if let Some(switch) = self.grip_switch.filter(|switch| switch.bit > 7) {
             return wrong("grip_switch: bit", switch.bit.to_string(), "the controller reports inputs 0 to 7");
         }
@@ -184,6 +195,7 @@ impl RawConfiguration {
             recognition: self.recognition as u8,
             full_speed,
             stop_within_ms: self.stop_within_ms,
+            reply_within_ms: self.reply_within_ms,
             grip_switch: self.grip_switch,
             hand_control: self.only_the_pendant_stops.contains(&PendantMode::HandControl),
         })
@@ -233,6 +245,10 @@ mod tests {
                 "config: full_speed_code is 250; the controller takes 0 to 245",
             ),
             (json!({"port": port, "stop_within_ms": 10}), "config: stop_within_ms is 10; give 50 to 2000"),
+            (
+                json!({"port": port, "reply_within_ms": 10}),
+                "config: reply_within_ms is 10; give 100 to 10000",
+            ),
             (
                 json!({"port": port, "grip_switch": {"bit": 8}}),
                 "config: grip_switch: bit is 8; the controller reports inputs 0 to 7",

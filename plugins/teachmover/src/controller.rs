@@ -1,6 +1,6 @@
 //! Conversations with the controller: one command, one reply, and the way back when they fall out of step.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use plumb_plugin::PluginError;
 
@@ -14,8 +14,8 @@ use crate::speed_code::SpeedCode;
 /// How often a reading is asked for before it is given up: reading moves nothing, so asking again is safe.
 const READ_ATTEMPTS: usize = 3;
 
-/// How long the controller may take to answer a command that moves nothing, beside the time on the line.
-pub const REPLY_LIMIT: Duration = Duration::from_millis(1000);
+/// The characters of the longest reply line: seven numbers with sign.
+const LONGEST_REPLY: usize = 50;
 
 /// How long a program dump may pause between two lines before it is taken as ended.
 const DUMP_PAUSE: Duration = Duration::from_millis(500);
@@ -72,12 +72,14 @@ impl OnlyThePendantStopsIt {
 pub struct Controller {
     line: SerialLine,
     recognition: u8,
+    reply_limit: Duration,
 }
 
 impl Controller {
-    /// The controller that answers to `recognition`, usually `@`.
-    pub fn new(line: SerialLine, recognition: u8) -> Self {
-        Self { line, recognition }
+    /// The controller that answers to `recognition`, usually `@`. `reply_limit` is how long it may take to answer, beside the time on the line
+    /// and that of the motion.
+    pub fn new(line: SerialLine, recognition: u8, reply_limit: Duration) -> Self {
+        Self { line, recognition, reply_limit }
     }
 
     /// The line it is on.
@@ -111,8 +113,8 @@ impl Controller {
 
     fn read_once(&mut self) -> Result<ControllerState, ControllerError> {
         let command = Command::Read;
-        self.expect_done(&command, REPLY_LIMIT)?;
-        let line = self.reply_line(&command, REPLY_LIMIT)?;
+        self.expect_done(&command, self.reply_limit)?;
+        let line = self.reply_line(&command, self.reply_limit)?;
         parse_state(&line)
             .map_err(|fault| self.error(&command, ReplyFailure::Garbled { received: line, fault }).into())
     }
@@ -129,7 +131,7 @@ impl Controller {
     ) -> Result<MoveEnd, ControllerError> {
         let command = Command::Step { speed, counts, outputs };
         // The rate of the speed code rests on one figure, so twice the time is no fault.
-        let status = self.exchange(&command, REPLY_LIMIT + 2 * speed.duration(counts.largest()))?;
+        let status = self.exchange(&command, self.reply_limit + 2 * speed.duration(counts.largest()))?;
         match status {
             Status::Done => Ok(MoveEnd::Done),
             Status::StopKey => Ok(MoveEnd::StopKey),
@@ -151,7 +153,7 @@ impl Controller {
     /// # Errors
     /// [`ControllerError`].
     pub fn reset(&mut self) -> Result<(), ControllerError> {
-        self.expect_done(&Command::Reset, REPLY_LIMIT)
+        self.expect_done(&Command::Reset, self.reply_limit)
     }
 
     /// Hands the arm to its pendant. The reply comes when the operator ends it: see [`Controller::reply_at_hand`].
@@ -187,10 +189,10 @@ impl Controller {
     /// [`ControllerError`].
     pub fn dump_program(&mut self) -> Result<Vec<ProgramLine>, ControllerError> {
         let command = Command::DumpProgram;
-        self.expect_done(&command, REPLY_LIMIT)?;
+        self.expect_done(&command, self.reply_limit)?;
         let mut text = Vec::new();
         loop {
-            match self.line.read_line(Instant::now() + DUMP_PAUSE) {
+            match self.line.read_line(DUMP_PAUSE + self.line.duration(LONGEST_REPLY)) {
                 Ok(line) => text.extend(line.into_iter().chain([b'\r'])),
                 // Nothing announces the end of a dump but that no more comes.
                 Err(ReplyFailure::Silent { .. }) => break,
@@ -207,7 +209,7 @@ impl Controller {
     /// [`ControllerError`]; lines before the one that failed have been written.
     pub fn write_program(&mut self, program: &[ProgramLine]) -> Result<(), ControllerError> {
         for line in program {
-            self.expect_done(&Command::WriteProgram(*line), REPLY_LIMIT)?;
+            self.expect_done(&Command::WriteProgram(*line), self.reply_limit)?;
         }
         Ok(())
     }
@@ -223,7 +225,7 @@ impl Controller {
                 "{text}; choose a printable recognition character"
             )));
         }
-        self.expect_done(&Command::Recognition(character), REPLY_LIMIT)?;
+        self.expect_done(&Command::Recognition(character), self.reply_limit)?;
         self.recognition = character;
         Ok(())
     }
@@ -233,7 +235,7 @@ impl Controller {
     /// # Errors
     /// [`ControllerError`].
     pub fn delay_replies(&mut self, amount: u8) -> Result<(), ControllerError> {
-        self.expect_done(&Command::Delay(amount), REPLY_LIMIT)
+        self.expect_done(&Command::Delay(amount), self.reply_limit)
     }
 
     /// Throws away what is on the line until it is quiet.
@@ -267,12 +269,13 @@ impl Controller {
             return Err(self.error(command, ReplyFailure::Stray { received: stray }).into());
         }
         let bytes = self.bytes(command);
-        let limit = REPLY_LIMIT + 2 * self.line.duration(bytes.len());
+        let limit = self.reply_limit + 2 * self.line.duration(bytes.len());
         Ok(self.line.write(&command.name(), &bytes, limit)?)
     }
 
     fn reply_line(&mut self, command: &Command, limit: Duration) -> Result<Vec<u8>, ControllerError> {
-        self.line.read_line(Instant::now() + limit).map_err(|failure| self.error(command, failure).into())
+        let limit = limit + self.line.duration(LONGEST_REPLY);
+        self.line.read_line(limit).map_err(|failure| self.error(command, failure).into())
     }
 
     fn status(&self, command: &Command, line: Vec<u8>) -> Result<Status, ControllerError> {

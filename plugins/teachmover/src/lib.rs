@@ -17,3 +17,5 @@ mod teachmover;
 
 pub use configuration::{Configuration, GripSwitch, Level};
 pub use teachmover::TeachMover;
+
+plumb_plugin::export_robot!(TeachMover, include_str!("../plugin.yaml"));

@@ -105,25 +105,24 @@ impl SerialLine {
     /// The next line up to its carriage return, which is left out; line feeds and NULs are passed over.
     ///
     /// # Errors
-    /// [`ReplyFailure::Silent`] or [`ReplyFailure::CutShort`] when it has not come by `deadline`, [`ReplyFailure::Babbling`] when it is too
+    /// [`ReplyFailure::Silent`] or [`ReplyFailure::CutShort`] when it has not come within `limit`, [`ReplyFailure::Babbling`] when it is too
     /// long for any reply, [`ReplyFailure::Unplugged`] when the port is gone.
-    pub fn read_line(&mut self, deadline: Instant) -> Result<Vec<u8>, ReplyFailure> {
-        let began = Instant::now();
+    pub fn read_line(&mut self, limit: Duration) -> Result<Vec<u8>, ReplyFailure> {
+        let deadline = Instant::now() + limit;
         loop {
             if let Some(line) = self.take_line() {
                 return Ok(line);
             }
             if self.pending.len() > LONGEST_LINE {
-                return Err(ReplyFailure::babbling(std::mem::take(&mut self.pending)));
+                return Err(ReplyFailure::babbling(LONGEST_LINE, std::mem::take(&mut self.pending)));
             }
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                let waited = began.elapsed();
                 let received = std::mem::take(&mut self.pending);
                 return Err(if received.is_empty() {
-                    ReplyFailure::Silent { waited }
+                    ReplyFailure::Silent { waited: limit }
                 } else {
-                    ReplyFailure::CutShort { received, waited }
+                    ReplyFailure::CutShort { received, waited: limit }
                 });
             }
             self.receive(left)?;
@@ -153,7 +152,7 @@ impl SerialLine {
             }
             thrown_away.append(&mut self.pending);
             if thrown_away.len() > BABBLE {
-                return Err(error(ReplyFailure::babbling(thrown_away), self));
+                return Err(error(ReplyFailure::babbling(BABBLE, thrown_away), self));
             }
         }
     }

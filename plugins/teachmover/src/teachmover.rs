@@ -5,6 +5,8 @@ mod hand_control;
 mod observation;
 mod travel;
 
+use std::time::Duration;
+
 use plumb_plugin::{
     DigitalInputs, Host, JogState, JointState, JointVector, LogLevel, Motion, PluginError, Robot,
     RobotDescription, Value,
@@ -50,7 +52,11 @@ impl Robot for TeachMover {
     fn create(config: &Value, host: Host) -> Result<Self, PluginError> {
         let configuration = Configuration::read(config)?;
         let line = SerialLine::open(&configuration.port, configuration.baud)?;
-        let controller = Controller::new(line, configuration.recognition);
+        let controller = Controller::new(
+            line,
+            configuration.recognition,
+            Duration::from_millis(u64::from(configuration.reply_within_ms)),
+        );
         let mut arm = Self {
             zero: configuration.zero,
             configuration,
@@ -160,7 +166,10 @@ impl TeachMover {
             | PluginError::Unsupported(_)
             | PluginError::Stopped(_)
             | PluginError::NotReady(_) => {}
-            _ => self.mode = Mode::Doubtful(error.text().to_owned()),
+            _ => {
+                let reason = error.text().split(';').next().unwrap_or_default();
+                self.mode = Mode::Doubtful(reason.to_owned());
+            }
         }
     }
 }

@@ -150,12 +150,12 @@ pub enum ReplyFailure {
     },
     /// Bytes came on and on.
     #[error(
-        "{count} bytes came without being a reply, such as '{}'; check that the device is a TeachMover, and the rate",
+        "more than {limit} bytes came without being a reply, such as '{}'; check that the device is a TeachMover, and the rate",
         PrintableBytes(beginning)
     )]
     Babbling {
-        /// How many bytes.
-        count: usize,
+        /// More bytes than this.
+        limit: usize,
         /// The first of them.
         beginning: Vec<u8>,
     },
@@ -178,10 +178,9 @@ pub enum ReplyFailure {
 
 impl ReplyFailure {
     /// Of bytes that came on and on.
-    pub(super) fn babbling(mut received: Vec<u8>) -> Self {
-        let count = received.len();
+    pub(super) fn babbling(limit: usize, mut received: Vec<u8>) -> Self {
         received.truncate(20);
-        Self::Babbling { count, beginning: received }
+        Self::Babbling { limit, beginning: received }
     }
 
     /// Whether asking again may help: the line is there, but what came was damaged.

@@ -18,7 +18,8 @@ impl TeachMover {
             Ok(Some(_)) => self.ended(),
             Err(error) => {
                 let error = PluginError::from(error);
-                self.mode = Mode::Doubtful(error.text().to_owned());
+                self.mode = Mode::Ready;
+                self.doubt_after(&error);
                 Err(error)
             }
         }
