@@ -1,0 +1,3 @@
+//! Controllers of arms as a driver meets them: programs on a pseudo-terminal.
+
+pub mod teachmover;

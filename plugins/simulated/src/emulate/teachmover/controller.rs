@@ -1,0 +1,334 @@
+//! What the controller does with what it hears, second by second: it knows no line and no clock, but is told the time.
+
+use std::collections::VecDeque;
+
+use super::event::Key;
+use super::motors::{Motors, MotorsError, Progress};
+use super::order::{self, Order};
+use super::program::{Program, Target};
+
+/// Half-steps the motors were sent since the last reset: base, shoulder, elbow, right wrist, left wrist, gripper.
+pub type Registers = [i32; 6];
+
+/// The longest line the controller keeps.
+const LONGEST_LINE: usize = 120;
+
+/// What the arm is driven with by hand, and what it closes its hand with: the speed of number 140, and the slowest.
+const HAND_SPEED: u8 = 140;
+const GRASP_SPEED: u8 = 0;
+
+/// Half-steps after which a hand that closes on nothing is given up: more than its whole opening.
+const LONGEST_GRASP: u32 = 1500;
+
+/// ns in one unit of the pause between the characters of a reply; that it is a millisecond is assumed.
+const DRAWL_UNIT: u64 = 1_000_000;
+
+/// The digits replies begin with.
+const UNSUCCESSFUL: u8 = b'0';
+const SUCCESSFUL: u8 = b'1';
+const STOP_PRESSED: u8 = b'2';
+
+/// Half-steps a second for a speed number: 141 for 183, and a period in proportion to 255 less the number.
+fn rate(speed: u8) -> f64 {
+    141.0 * 72.0 / f64::from(255 - speed)
+}
+
+/// What the controller is busy with. It listens only when it is busy with nothing: what arrives meanwhile is lost (assumed: nothing known shows that
+/// it queues commands).
+#[derive(Debug)]
+enum Activity {
+    Idle,
+    /// A move from the line.
+    Turning,
+    /// Closing the hand, so many half-steps yet at most.
+    Grasping(u32),
+    /// A taught program, with what is left of it.
+    Performing(VecDeque<Target>),
+    /// The operator has the arm.
+    Teaching,
+}
+
+/// The controller.
+pub(super) struct Controller {
+    motors: Box<dyn Motors>,
+    recognition: u8,
+    /// What was heard since the recognition character; nothing while none was heard.
+    line: Option<Vec<u8>>,
+    registers: Registers,
+    key: u8,
+    program: Program,
+    drawl: u8,
+    activity: Activity,
+    /// Whether the motors turn.
+    turning: bool,
+    /// STOP will be pressed after so many half-steps of the next motion.
+    stop_after: Option<u32>,
+    /// STOP will be pressed at the end of the motion under way, which was cut for it.
+    stop_at_end: bool,
+    reply: Vec<u8>,
+    last_half_step: Option<u64>,
+    turned_ns: u64,
+    began: u64,
+}
+
+impl Controller {
+    /// A controller just switched on.
+    pub(super) fn new(motors: Box<dyn Motors>) -> Controller {
+        Controller {
+            motors,
+            recognition: b'@',
+            line: None,
+            registers: [0; 6],
+            key: 0,
+            program: Program::default(),
+            drawl: 0,
+            activity: Activity::Idle,
+            turning: false,
+            stop_after: None,
+            stop_at_end: false,
+            reply: Vec::new(),
+            last_half_step: None,
+            turned_ns: 0,
+            began: 0,
+        }
+    }
+
+    /// Takes a byte from the line.
+    pub(super) fn hear(&mut self, byte: u8, now: u64) -> Result<(), MotorsError> {
+        if !matches!(self.activity, Activity::Idle) {
+            return Ok(());
+        }
+        // That the recognition character begins a line anew, wherever it stands, is assumed; so is that nothing is answered before it.
+        if byte == self.recognition {
+            self.line = Some(Vec::new());
+        } else if let Some(line) = &mut self.line {
+            if byte == b'\r' {
+                let line = self.line.take().unwrap_or_default();
+                return self.obey(&line, now);
+            }
+            line.push(byte);
+            line.truncate(LONGEST_LINE);
+        }
+        Ok(())
+    }
+
+    /// The operator presses a key.
+    pub(super) fn press(&mut self, key: Key, now: u64) -> Result<(), MotorsError> {
+        self.key = key.0;
+        if key != Key::STOP {
+            return Ok(());
+        }
+        if self.turning {
+            let progress = self.motors.halt(now)?;
+            self.settle(progress, now);
+        }
+        match std::mem::replace(&mut self.activity, Activity::Idle) {
+            Activity::Idle => {}
+            // That leaving hand control by STOP is answered with success is assumed.
+            Activity::Teaching => self.answer(SUCCESSFUL),
+            Activity::Turning | Activity::Grasping(_) | Activity::Performing(_) => self.answer(STOP_PRESSED),
+        }
+        Ok(())
+    }
+
+    /// Has STOP pressed when the next motion has come so far.
+    pub(super) fn stop_after(&mut self, half_steps: u32) {
+        self.stop_after = Some(half_steps);
+    }
+
+    /// The operator drives a motor by hand; nothing happens unless they have the arm and it stands.
+    pub(super) fn drive(&mut self, motor: usize, half_steps: i32, now: u64) -> Result<(), MotorsError> {
+        if !matches!(self.activity, Activity::Teaching) || self.turning {
+            return Ok(());
+        }
+        let mut all = [0; 6];
+        if let Some(place) = all.get_mut(motor) {
+            *place = half_steps;
+        }
+        self.turn(all, HAND_SPEED, now)
+    }
+
+    /// The motors, for what happens to their lines.
+    pub(super) fn motors(&mut self) -> &mut dyn Motors {
+        self.motors.as_mut()
+    }
+
+    /// Lets everything happen that is due by `now`.
+    pub(super) fn run(&mut self, now: u64) -> Result<(), MotorsError> {
+        while self.turning {
+            let progress = self.motors.progress(now)?;
+            let Some(ended) = progress.ended else { return Ok(()) };
+            self.settle(progress, ended);
+            self.go_on(ended)?;
+        }
+        Ok(())
+    }
+
+    /// When something is due next.
+    pub(super) fn next(&self, now: u64) -> Option<u64> {
+        self.turning.then(|| self.motors.look_again(now))
+    }
+
+    /// What the controller has to say, with the pause before each byte, ns.
+    pub(super) fn take_reply(&mut self) -> (Vec<u8>, u64) {
+        (std::mem::take(&mut self.reply), u64::from(self.drawl) * DRAWL_UNIT)
+    }
+
+    /// The registers, with what a motion under way has come to.
+    pub(super) fn registers(&mut self, now: u64) -> Result<Registers, MotorsError> {
+        if self.turning {
+            self.run(now)?;
+        }
+        Ok(self.registers)
+    }
+
+    /// Whether it is busy.
+    pub(super) fn is_busy(&self) -> bool {
+        !matches!(self.activity, Activity::Idle)
+    }
+
+    /// When the last half-step was made, and how long the motors have turned in all.
+    pub(super) fn turned(&self) -> (Option<u64>, u64) {
+        (self.last_half_step, self.turned_ns)
+    }
+
+    fn obey(&mut self, line: &[u8], now: u64) -> Result<(), MotorsError> {
+        match order::read(line) {
+            None => self.answer(UNSUCCESSFUL),
+            Some(Order::Turn { speed, half_steps, outputs }) => {
+                if let Some(levels) = outputs {
+                    self.motors.set_outputs(levels)?;
+                }
+                self.activity = Activity::Turning;
+                self.turn(half_steps, speed, now)?;
+                self.run(now)?;
+            }
+            Some(Order::Tell) => self.tell()?,
+            Some(Order::Grasp) => {
+                self.activity = Activity::Grasping(LONGEST_GRASP);
+                self.go_on(now)?;
+            }
+            Some(Order::Teach) => self.activity = Activity::Teaching,
+            Some(Order::Forget) => {
+                self.registers = [0; 6];
+                self.answer(SUCCESSFUL);
+            }
+            Some(Order::Perform) => self.perform(now)?,
+            Some(Order::List) => self.list(),
+            Some(Order::Keep(words)) => {
+                self.program.keep(words);
+                self.answer(SUCCESSFUL);
+            }
+            Some(Order::Rename(character)) => {
+                self.recognition = character;
+                self.answer(SUCCESSFUL);
+            }
+            Some(Order::Drawl(units)) => {
+                self.drawl = units;
+                self.answer(SUCCESSFUL);
+            }
+        }
+        Ok(())
+    }
+
+    fn answer(&mut self, digit: u8) {
+        self.reply.extend([digit, b'\r']);
+    }
+
+    fn tell(&mut self) -> Result<(), MotorsError> {
+        let last = i32::from(self.key) * 256 + i32::from(self.motors.inputs()?);
+        self.answer(SUCCESSFUL);
+        let numbers: Vec<String> = self.registers.iter().chain([&last]).map(i32::to_string).collect();
+        self.reply.extend(numbers.join(",").bytes().chain([b'\r']));
+        Ok(())
+    }
+
+    fn list(&mut self) {
+        self.answer(SUCCESSFUL);
+        for words in self.program.lines() {
+            let words: Vec<String> = words.iter().map(u16::to_string).collect();
+            self.reply.extend(words.join(",").bytes().chain([b'\r']));
+        }
+    }
+
+    fn perform(&mut self, now: u64) -> Result<(), MotorsError> {
+        let targets = self.program.targets();
+        if targets.is_empty() {
+            self.answer(UNSUCCESSFUL);
+            return Ok(());
+        }
+        self.activity = Activity::Performing(targets.into());
+        self.go_on(now)
+    }
+
+    /// Sets the motors going.
+    fn turn(&mut self, mut half_steps: [i32; 6], speed: u8, now: u64) -> Result<(), MotorsError> {
+        let most = half_steps.iter().map(|count| count.unsigned_abs()).fold(0, u32::max);
+        if most > 0
+            && let Some(stop) = self.stop_after.take()
+        {
+            self.stop_at_end = true;
+            let part = f64::from(stop.min(most)) / f64::from(most);
+            half_steps = half_steps.map(|count| (f64::from(count) * part).round() as i32);
+        }
+        self.motors.start(half_steps, rate(speed), now)?;
+        self.turning = true;
+        self.began = now;
+        Ok(())
+    }
+
+    /// The motors stand: their half-steps are counted.
+    fn settle(&mut self, progress: Progress, ended: u64) {
+        self.turning = false;
+        let ended = progress.ended.unwrap_or(ended);
+        if progress.made != [0; 6] {
+            self.last_half_step = Some(ended);
+            self.turned_ns += ended.saturating_sub(self.began);
+        }
+        for (register, made) in self.registers.iter_mut().zip(progress.made) {
+            *register += made;
+        }
+    }
+
+    /// What follows once the motors stand.
+    fn go_on(&mut self, now: u64) -> Result<(), MotorsError> {
+        if std::mem::take(&mut self.stop_at_end) {
+            return self.press(Key::STOP, now);
+        }
+        match &mut self.activity {
+            Activity::Idle | Activity::Teaching => Ok(()),
+            Activity::Turning => {
+                self.finish(SUCCESSFUL);
+                Ok(())
+            }
+            Activity::Grasping(left) => {
+                if *left == 0 {
+                    self.finish(UNSUCCESSFUL);
+                    return Ok(());
+                }
+                *left -= 1;
+                if self.motors.inputs()? & 0x80 != 0 {
+                    self.finish(SUCCESSFUL);
+                    return Ok(());
+                }
+                self.turn([0, 0, 0, 0, 0, -1], GRASP_SPEED, now)
+            }
+            Activity::Performing(targets) => {
+                let Some(target) = targets.pop_front() else {
+                    self.finish(SUCCESSFUL);
+                    return Ok(());
+                };
+                let mut half_steps = target.registers;
+                for (there, here) in half_steps.iter_mut().zip(self.registers) {
+                    *there -= here;
+                }
+                self.turn(half_steps, target.speed, now)
+            }
+        }
+    }
+
+    fn finish(&mut self, digit: u8) {
+        self.activity = Activity::Idle;
+        self.answer(digit);
+    }
+}
