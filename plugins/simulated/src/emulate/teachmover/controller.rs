@@ -98,8 +98,10 @@ impl Controller {
         if !matches!(self.activity, Activity::Idle) {
             return Ok(());
         }
-        // That the recognition character begins a line anew, wherever it stands, is assumed; so is that nothing is answered before it.
-        if byte == self.recognition {
+        // That the recognition character begins a line anew, wherever it stands but as a new name, is assumed; so is that nothing is answered
+        // before it.
+        let names_the_arm = self.line.as_ref().is_some_and(|line| line.trim_ascii_end() == b"ARM");
+        if byte == self.recognition && !names_the_arm {
             self.line = Some(Vec::new());
         } else if let Some(line) = &mut self.line {
             if byte == b'\r' {
