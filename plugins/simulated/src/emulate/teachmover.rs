@@ -16,6 +16,6 @@ mod wire;
 pub use controller::Registers;
 pub use event::{Event, EventError, Key};
 pub use fault::{Fault, FaultError, FaultKind, Way};
-pub use motors::{BareMotors, Motors, MotorsError};
+pub use motors::{BareMotors, End, Ending, Motors, MotorsError, MotorsInWorld, Pendant};
 pub use service::{Emulator, EmulatorError, EmulatorOptions, Standing};
 pub use terminal::TerminalError;

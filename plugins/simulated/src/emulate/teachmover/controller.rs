@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::event::Key;
-use super::motors::{Motors, MotorsError, Progress};
+use super::motors::{End, Ending, Motors, MotorsError};
 use super::order::{self, Order};
 use super::program::{Program, Target};
 
@@ -16,6 +16,9 @@ const LONGEST_LINE: usize = 120;
 /// What the arm is driven with by hand, and what it closes its hand with: the speed of number 140, and the slowest.
 const HAND_SPEED: u8 = 140;
 const GRASP_SPEED: u8 = 0;
+
+/// How often the controller looks whether the operator still has the arm, ns.
+const PENDANT_LOOK: u64 = 20_000_000;
 
 /// Half-steps after which a hand that closes on nothing is given up: more than its whole opening.
 const LONGEST_GRASP: u32 = 1500;
@@ -54,7 +57,8 @@ pub(super) struct Controller {
     recognition: u8,
     /// What was heard since the recognition character; nothing while none was heard.
     line: Option<Vec<u8>>,
-    registers: Registers,
+    /// The motors' positions at the last reset.
+    zero: [i32; 6],
     key: u8,
     program: Program,
     drawl: u8,
@@ -68,7 +72,10 @@ pub(super) struct Controller {
     reply: Vec<u8>,
     last_half_step: Option<u64>,
     turned_ns: u64,
-    began: u64,
+    /// When the motion under way began, and where.
+    began: (u64, [i32; 6]),
+    /// When to look at the world's pendant next, while the operator has the arm; never where the world has none.
+    pendant_look: Option<u64>,
 }
 
 impl Controller {
@@ -78,7 +85,7 @@ impl Controller {
             motors,
             recognition: b'@',
             line: None,
-            registers: [0; 6],
+            zero: [0; 6],
             key: 0,
             program: Program::default(),
             drawl: 0,
@@ -89,7 +96,8 @@ impl Controller {
             reply: Vec::new(),
             last_half_step: None,
             turned_ns: 0,
-            began: 0,
+            began: (0, [0; 6]),
+            pendant_look: None,
         }
     }
 
@@ -117,18 +125,25 @@ impl Controller {
     /// The operator presses a key.
     pub(super) fn press(&mut self, key: Key, now: u64) -> Result<(), MotorsError> {
         self.key = key.0;
-        if key != Key::STOP {
-            return Ok(());
+        self.motors.press(key)?;
+        if key == Key::STOP {
+            self.break_off(now)?;
         }
+        Ok(())
+    }
+
+    /// STOP was pressed.
+    fn break_off(&mut self, now: u64) -> Result<(), MotorsError> {
+        self.key = Key::STOP.0;
         if self.turning {
-            let progress = self.motors.halt(now)?;
-            self.settle(progress, now);
+            let at = self.motors.halt(now)?;
+            self.settle(at);
         }
-        match std::mem::replace(&mut self.activity, Activity::Idle) {
+        match self.activity {
             Activity::Idle => {}
             // That leaving hand control by STOP is answered with success is assumed.
-            Activity::Teaching => self.answer(SUCCESSFUL),
-            Activity::Turning | Activity::Grasping(_) | Activity::Performing(_) => self.answer(STOP_PRESSED),
+            Activity::Teaching => self.finish(SUCCESSFUL),
+            Activity::Turning | Activity::Grasping(_) | Activity::Performing(_) => self.finish(STOP_PRESSED),
         }
         Ok(())
     }
@@ -158,17 +173,36 @@ impl Controller {
     /// Lets everything happen that is due by `now`.
     pub(super) fn run(&mut self, now: u64) -> Result<(), MotorsError> {
         while self.turning {
-            let progress = self.motors.progress(now)?;
-            let Some(ended) = progress.ended else { return Ok(()) };
-            self.settle(progress, ended);
-            self.go_on(ended)?;
+            let Some(End { at, ending }) = self.motors.end(now)? else { return Ok(()) };
+            self.settle(at);
+            match ending {
+                Ending::Made => self.go_on(at)?,
+                Ending::CutShort => self.break_off(at)?,
+                Ending::Refused => self.finish(UNSUCCESSFUL),
+            }
+        }
+        if self.pendant_look.is_some_and(|due| due <= now) {
+            self.look_at_the_pendant(now)?;
         }
         Ok(())
     }
 
     /// When something is due next.
     pub(super) fn next(&self, now: u64) -> Option<u64> {
-        self.turning.then(|| self.motors.look_again(now))
+        let end = self.turning.then(|| self.motors.look_again(now));
+        end.into_iter().chain(self.pendant_look).min()
+    }
+
+    /// Ends hand control once the operator has ended it at the world's pendant.
+    fn look_at_the_pendant(&mut self, now: u64) -> Result<(), MotorsError> {
+        self.pendant_look = Some(now + PENDANT_LOOK);
+        if let Some(pendant) = self.motors.pendant()?
+            && !pendant.drives
+        {
+            self.key = pendant.key;
+            self.finish(SUCCESSFUL);
+        }
+        Ok(())
     }
 
     /// What the controller has to say, with the pause before each byte, ns.
@@ -176,12 +210,13 @@ impl Controller {
         (std::mem::take(&mut self.reply), u64::from(self.drawl) * DRAWL_UNIT)
     }
 
-    /// The registers, with what a motion under way has come to.
-    pub(super) fn registers(&mut self, now: u64) -> Result<Registers, MotorsError> {
-        if self.turning {
-            self.run(now)?;
+    /// The registers, with what a motion under way has come to as far as it is known.
+    pub(super) fn registers(&self, now: u64) -> Registers {
+        let mut registers = self.motors.position(now);
+        for (register, zero) in registers.iter_mut().zip(self.zero) {
+            *register -= zero;
         }
-        Ok(self.registers)
+        registers
     }
 
     /// Whether it is busy.
@@ -205,14 +240,18 @@ impl Controller {
                 self.turn(half_steps, speed, now)?;
                 self.run(now)?;
             }
-            Some(Order::Tell) => self.tell()?,
+            Some(Order::Tell) => self.tell(now)?,
             Some(Order::Grasp) => {
                 self.activity = Activity::Grasping(LONGEST_GRASP);
                 self.go_on(now)?;
             }
-            Some(Order::Teach) => self.activity = Activity::Teaching,
+            Some(Order::Teach) => {
+                self.activity = Activity::Teaching;
+                self.motors.hand_over()?;
+                self.pendant_look = self.motors.pendant()?.map(|_| now + PENDANT_LOOK);
+            }
             Some(Order::Forget) => {
-                self.registers = [0; 6];
+                self.zero = self.motors.position(now);
                 self.answer(SUCCESSFUL);
             }
             Some(Order::Perform) => self.perform(now)?,
@@ -237,10 +276,13 @@ impl Controller {
         self.reply.extend([digit, b'\r']);
     }
 
-    fn tell(&mut self) -> Result<(), MotorsError> {
+    fn tell(&mut self, now: u64) -> Result<(), MotorsError> {
+        if let Some(pendant) = self.motors.pendant()? {
+            self.key = pendant.key;
+        }
         let last = i32::from(self.key) * 256 + i32::from(self.motors.inputs()?);
         self.answer(SUCCESSFUL);
-        let numbers: Vec<String> = self.registers.iter().chain([&last]).map(i32::to_string).collect();
+        let numbers: Vec<String> = self.registers(now).iter().chain([&last]).map(i32::to_string).collect();
         self.reply.extend(numbers.join(",").bytes().chain([b'\r']));
         Ok(())
     }
@@ -273,29 +315,27 @@ impl Controller {
             let part = f64::from(stop.min(most)) / f64::from(most);
             half_steps = half_steps.map(|count| (f64::from(count) * part).round() as i32);
         }
+        self.began = (now, self.motors.position(now));
         self.motors.start(half_steps, rate(speed), now)?;
         self.turning = true;
-        self.began = now;
         Ok(())
     }
 
     /// The motors stand: their half-steps are counted.
-    fn settle(&mut self, progress: Progress, ended: u64) {
+    fn settle(&mut self, at: u64) {
         self.turning = false;
-        let ended = progress.ended.unwrap_or(ended);
-        if progress.made != [0; 6] {
-            self.last_half_step = Some(ended);
-            self.turned_ns += ended.saturating_sub(self.began);
-        }
-        for (register, made) in self.registers.iter_mut().zip(progress.made) {
-            *register += made;
+        let (began, from) = self.began;
+        if self.motors.position(at) != from {
+            self.last_half_step = Some(at);
+            self.turned_ns += at.saturating_sub(began);
         }
     }
 
     /// What follows once the motors stand.
     fn go_on(&mut self, now: u64) -> Result<(), MotorsError> {
         if std::mem::take(&mut self.stop_at_end) {
-            return self.press(Key::STOP, now);
+            self.motors.press(Key::STOP)?;
+            return self.break_off(now);
         }
         match &mut self.activity {
             Activity::Idle | Activity::Teaching => Ok(()),
@@ -321,7 +361,8 @@ impl Controller {
                     return Ok(());
                 };
                 let mut half_steps = target.registers;
-                for (there, here) in half_steps.iter_mut().zip(self.registers) {
+                let here = self.registers(now);
+                for (there, here) in half_steps.iter_mut().zip(here) {
                     *there -= here;
                 }
                 self.turn(half_steps, target.speed, now)
@@ -331,6 +372,7 @@ impl Controller {
 
     fn finish(&mut self, digit: u8) {
         self.activity = Activity::Idle;
+        self.pendant_look = None;
         self.answer(digit);
     }
 }

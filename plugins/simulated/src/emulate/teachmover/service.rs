@@ -191,7 +191,7 @@ impl Service {
                 }
             }
             self.work()?;
-            self.tell_standing()?;
+            self.tell_standing();
         }
     }
 
@@ -226,7 +226,7 @@ impl Service {
                 self.controller.motors().set_input(bit, level);
             }
             Event::Between(width_mm) => {
-                self.controller.motors().put_between_fingers(width_mm);
+                self.controller.motors().put_between_fingers(width_mm)?;
             }
             Event::Damage(fault) => self.damage(fault),
             Event::DamageAtRandom(probability) => {
@@ -285,8 +285,8 @@ impl Service {
         }
     }
 
-    fn tell_standing(&mut self) -> Result<(), EmulatorError> {
-        let registers = self.controller.registers(self.now())?;
+    fn tell_standing(&mut self) {
+        let registers = self.controller.registers(self.now());
         let (last, turned) = self.controller.turned();
         let mut standing = lock(&self.standing);
         *standing = Standing {
@@ -296,7 +296,6 @@ impl Service {
             last_half_step: last.map(|last| self.began + Duration::from_nanos(last)),
             turned: Duration::from_nanos(turned),
         };
-        Ok(())
     }
 
     fn now(&self) -> u64 {

@@ -1,0 +1,181 @@
+//! Motors of the arm that stands in a world.
+
+use std::path::Path;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
+use std::time::Duration;
+
+use super::{End, Ending, Motors, MotorsError, Pendant};
+use crate::client::{ClientError, WorldClient};
+use crate::emulate::teachmover::event::Key;
+use crate::protocol::{PendantKey, Reading, Say, Verb};
+
+/// How often a motion under way is looked at, ns.
+const LOOK_NS: u64 = 1_000_000;
+
+/// How long a motion that was stopped may take to say so.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Motors of the arm that stands in a world.
+///
+/// Two connections: a motion keeps one of them busy until it has ended, so that a stop never queues behind it.
+#[derive(Debug)]
+pub struct MotorsInWorld {
+    client: WorldClient,
+    motions: Sender<Verb>,
+    ends: Receiver<Result<Reading, ClientError>>,
+    moves: bool,
+    /// The world's count of half-steps when the controller was switched on.
+    at_switching_on: [f64; 6],
+    last: Reading,
+}
+
+impl MotorsInWorld {
+    /// Connects to the world at `socket`. The controller counts from where the arm stands.
+    ///
+    /// # Errors
+    /// [`MotorsError`] when no world listens there.
+    pub fn connect(socket: &Path) -> Result<Self, MotorsError> {
+        let mut client = WorldClient::connect(socket, "teachmover controller").map_err(gone)?;
+        let mover = WorldClient::connect(socket, "teachmover motors").map_err(gone)?;
+        let last = client.read(Verb::Read {}).map_err(gone)?;
+        let (motions, orders) = channel();
+        let (tell_end, ends) = channel();
+        std::thread::spawn(move || make_motions(mover, &orders, &tell_end));
+        Ok(Self { client, motions, ends, moves: false, at_switching_on: last.half_steps, last })
+    }
+
+    fn ask(&mut self, verb: Verb) -> Result<Reading, MotorsError> {
+        self.last = self.client.read(verb).map_err(gone)?;
+        Ok(self.last)
+    }
+
+    fn ended(&mut self, end: Result<Reading, ClientError>, now: u64) -> Result<End, MotorsError> {
+        self.moves = false;
+        let ending = match end {
+            Err(ClientError::Refused(_)) => Ending::Refused,
+            Err(error) => return Err(gone(error)),
+            Ok(reading) => {
+                self.last = reading;
+                if reading.stopped { Ending::CutShort } else { Ending::Made }
+            }
+        };
+        Ok(End { at: now, ending })
+    }
+}
+
+/// Makes one motion after the other until nobody wants any.
+fn make_motions(
+    mut mover: WorldClient,
+    orders: &Receiver<Verb>,
+    ends: &Sender<Result<Reading, ClientError>>,
+) {
+    for verb in orders {
+        if ends.send(mover.read(verb)).is_err() {
+            return;
+        }
+    }
+}
+
+fn gone(error: ClientError) -> MotorsError {
+    MotorsError(error.to_string())
+}
+
+impl Motors for MotorsInWorld {
+    fn start(&mut self, half_steps: [i32; 6], rate: f64, _now: u64) -> Result<(), MotorsError> {
+        let verb = Verb::Step { half_steps: half_steps.map(f64::from), rate };
+        self.motions.send(verb).map_err(|_| MotorsError("its motions have ended".to_owned()))?;
+        self.moves = true;
+        Ok(())
+    }
+
+    fn end(&mut self, now: u64) -> Result<Option<End>, MotorsError> {
+        if !self.moves {
+            return Ok(Some(End { at: now, ending: Ending::Made }));
+        }
+        match self.ends.try_recv() {
+            Ok(end) => self.ended(end, now).map(Some),
+            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Disconnected) => Err(MotorsError("its motions have ended".to_owned())),
+        }
+    }
+
+    fn look_again(&self, now: u64) -> u64 {
+        now + LOOK_NS
+    }
+
+    fn halt(&mut self, now: u64) -> Result<u64, MotorsError> {
+        self.ask(Verb::Stop {})?;
+        if self.moves {
+            let end = self.ends.recv_timeout(PATIENCE).map_err(|error| match error {
+                RecvTimeoutError::Timeout => MotorsError("it does not stop".to_owned()),
+                RecvTimeoutError::Disconnected => MotorsError("its motions have ended".to_owned()),
+            })?;
+            self.ended(end, now)?;
+        }
+        Ok(now)
+    }
+
+    fn position(&self, _now: u64) -> [i32; 6] {
+        let mut position = [0; 6];
+        for ((position, here), start) in
+            position.iter_mut().zip(self.last.half_steps).zip(self.at_switching_on)
+        {
+            *position = (here - start).round() as i32;
+        }
+        position
+    }
+
+    fn inputs(&mut self) -> Result<u8, MotorsError> {
+        let reading = self.ask(Verb::Read {})?;
+        Ok((reading.inputs & 0x7f) as u8 | u8::from(reading.grip) << 7)
+    }
+
+    fn set_outputs(&mut self, levels: u8) -> Result<(), MotorsError> {
+        self.ask(Verb::Outputs { bits: u64::from(levels) }).map(drop)
+    }
+
+    fn press(&mut self, key: Key) -> Result<(), MotorsError> {
+        let Some(key) = pendant_key(key) else { return Ok(()) };
+        self.ask(Verb::Key { key }).map(drop)
+    }
+
+    fn hand_over(&mut self) -> Result<(), MotorsError> {
+        self.ask(Verb::Pendant { on: true }).map(drop)
+    }
+
+    fn pendant(&mut self) -> Result<Option<Pendant>, MotorsError> {
+        let reading = self.ask(Verb::Read {})?;
+        Ok(Some(Pendant { key: u8::try_from(reading.key).unwrap_or(0), drives: reading.pendant }))
+    }
+
+    fn put_between_fingers(&mut self, width_mm: f64) -> Result<bool, MotorsError> {
+        match self.client.call(Verb::Hold { width_mm }, || false, |_| {}) {
+            Ok(Say::Reading(reading)) => {
+                self.last = reading;
+                Ok(true)
+            }
+            Ok(_) | Err(ClientError::Refused(_)) => Ok(false),
+            Err(error) => Err(gone(error)),
+        }
+    }
+}
+
+fn pendant_key(key: Key) -> Option<PendantKey> {
+    Some(match key.0 {
+        1 => PendantKey::Train,
+        2 => PendantKey::Pause,
+        3 => PendantKey::Grip,
+        4 => PendantKey::Out,
+        5 => PendantKey::Free,
+        6 => PendantKey::Move,
+        7 => PendantKey::Stop,
+        8 => PendantKey::Step,
+        9 => PendantKey::Point,
+        10 => PendantKey::Jump,
+        11 => PendantKey::Clear,
+        12 => PendantKey::Zero,
+        13 => PendantKey::Speed,
+        14 => PendantKey::Run,
+        _ => return None,
+    })
+}
