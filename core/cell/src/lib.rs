@@ -1,8 +1,19 @@
 //! The orchestrator: workcell files, devices, procedures, safety and corrections.
 
+pub mod answers;
+mod check_file;
 pub mod command;
 pub mod event;
+pub mod expression;
+mod file;
+pub mod procedure;
 pub mod prompt;
+mod read_context;
 mod run_handle;
+pub mod step;
+pub mod workcell;
+pub mod yaml;
 
+pub use check_file::{CheckedFile, FileKind, check_file, kind_of_file};
+pub use read_context::DegOrMm;
 pub use run_handle::{RunHandle, StopAction, StopActions};

@@ -1,0 +1,72 @@
+//! Procedures: declared steps, so that the whole plan is known before anything moves.
+
+mod check;
+mod load;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+pub(crate) use check::{CellNames, check_procedure};
+pub(crate) use load::load;
+pub use load::load_procedure;
+
+use crate::step::Step;
+use crate::yaml::Place;
+
+/// A procedure that was read: its own file is in order; whether it fits a cell is checked with the cell.
+#[derive(Debug, Clone)]
+pub struct Procedure {
+    /// Its file.
+    pub file: PathBuf,
+    /// The file's text.
+    pub text: String,
+    /// Its name, unique in a cell.
+    pub name: String,
+    /// For people.
+    pub title: String,
+    /// What it is for, in some sentences.
+    pub about: Option<String>,
+    /// What can be set when it is run.
+    pub parameters: Vec<Parameter>,
+    /// What it does.
+    pub steps: Vec<Step>,
+    /// The procedures its steps call, by the file name used in the call.
+    pub called: Vec<(String, Arc<Procedure>)>,
+}
+
+/// Something that can be set when a procedure is run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// Its name; the end is its unit: `K_mm`.
+    pub name: String,
+    /// Where the name stands.
+    pub place: Place,
+    /// Value when nobody sets another.
+    pub default: f64,
+    /// Smallest allowed.
+    pub minimum: f64,
+    /// Greatest allowed.
+    pub maximum: f64,
+    /// What it is.
+    pub about: Option<String>,
+}
+
+impl Procedure {
+    /// The procedure a call of this one names.
+    pub fn called(&self, file: &str) -> Option<&Arc<Procedure>> {
+        self.called.iter().find(|(name, _)| name == file).map(|(_, procedure)| procedure)
+    }
+
+    /// This procedure and all it calls, each file once.
+    pub fn all_files(&self) -> Vec<(&PathBuf, &str)> {
+        let mut files = vec![(&self.file, self.text.as_str())];
+        for (_, called) in &self.called {
+            for file in called.all_files() {
+                if !files.contains(&file) {
+                    files.push(file);
+                }
+            }
+        }
+        files
+    }
+}

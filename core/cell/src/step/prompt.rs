@@ -1,0 +1,224 @@
+//! `prompt`: something a person does or knows.
+
+use crate::expression::{Expression, Shape, Template};
+use crate::prompt::ChoiceOption;
+use crate::read_context::{CheckContext, DegOrMm, ReadContext};
+use crate::yaml::{MapReader, Node, NodeValue, Place, did_you_mean};
+
+/// A declared prompt.
+#[derive(Debug, Clone)]
+pub struct PromptStep {
+    /// What is asked, or to be done.
+    pub text: Template,
+    /// More, for who wants to know.
+    pub help: Option<Template>,
+    /// What counts as an answer.
+    pub question: Question,
+}
+
+/// What counts as an answer.
+#[derive(Debug, Clone)]
+pub enum Question {
+    /// Done.
+    Acknowledge {
+        /// What is confirmed.
+        label: String,
+    },
+    /// One of several.
+    Choice {
+        /// In the order shown.
+        options: Vec<ChoiceOption>,
+        /// Offered first.
+        default: Option<String>,
+    },
+    /// A number.
+    Number {
+        /// Its unit; empty for a bare number.
+        unit: String,
+        /// Smallest allowed.
+        minimum: Option<Expression>,
+        /// Greatest allowed.
+        maximum: Option<Expression>,
+        /// Offered first.
+        default: Option<Expression>,
+    },
+    /// The arm brought somewhere by hand.
+    JogTo {
+        /// Which robot.
+        robot: String,
+        /// Where its name stands.
+        place: Place,
+        /// Bounds that have to be kept.
+        goals: Vec<Goal>,
+    },
+}
+
+/// Bounds on one joint of a jog.
+#[derive(Debug, Clone)]
+pub struct Goal {
+    /// The joint.
+    pub joint: String,
+    /// Where it stands.
+    pub place: Place,
+    /// How its numbers are written.
+    pub unit: DegOrMm,
+    /// Smallest allowed.
+    pub minimum: Expression,
+    /// Greatest allowed.
+    pub maximum: Expression,
+}
+
+pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<PromptStep> {
+    let mut map = MapReader::new(node, "a prompt", context.problems)?;
+    let text = map.required("text").and_then(|node| context.template(node, "`text`"));
+    let help = map.optional("help").and_then(|node| context.template(node, "`help`"));
+    let acknowledge = map.optional("acknowledge");
+    let choice = map.optional("choice");
+    let default = map.optional("default");
+    let number = map.optional("number");
+    let jog_to = map.optional("jog_to");
+    let place = map.place();
+    map.finish();
+    let given = [acknowledge, choice, number, jog_to].iter().flatten().count();
+    if given > 1 {
+        context.problems.add(
+            place,
+            "a prompt asks for one thing",
+            "keep one of `acknowledge`, `choice`, `number`, `jog_to`",
+        );
+    }
+    let question = match (choice, number, jog_to) {
+        (Some(node), _, _) => read_choice(node, default, context),
+        (_, Some(node), _) => read_number(node, context),
+        (_, _, Some(node)) => read_jog(node, context),
+        _ => {
+            let label =
+                acknowledge.and_then(|node| node.text("`acknowledge`", context.problems)).unwrap_or("Done");
+            Some(Question::Acknowledge { label: label.to_owned() })
+        }
+    };
+    Some(PromptStep { text: text?, help, question: question? })
+}
+
+fn read_choice(node: &Node, default: Option<&Node>, context: &ReadContext<'_>) -> Option<Question> {
+    let entries = node.entries("`choice`", context.problems)?;
+    if entries.len() < 2 {
+        context.problems.add(
+            node.place,
+            "a choice has at least two options",
+            "write `choice: {light: Light paper, dark: Dark paper}`",
+        );
+    }
+    let options: Vec<ChoiceOption> = entries
+        .iter()
+        .filter_map(|(key, node)| {
+            let label = node.text("the label of an option", context.problems)?;
+            Some(ChoiceOption { key: key.name.clone(), label: label.to_owned() })
+        })
+        .collect();
+    let default = default.and_then(|node| {
+        let key = node.text("`default`", context.problems)?;
+        if !options.iter().any(|option| option.key == key) {
+            let help = did_you_mean(key, options.iter().map(|option| option.key.as_str()));
+            context.problems.add(node.place, format!("`{key}` is no option of this choice"), help);
+        }
+        Some(key.to_owned())
+    });
+    Some(Question::Choice { options, default })
+}
+
+fn read_number(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
+    let mut map = MapReader::new(node, "a number prompt", context.problems)?;
+    let unit = context.required_text(&mut map, "unit");
+    let minimum = map.optional("minimum").and_then(|node| context.expression(node, "`minimum`"));
+    let maximum = map.optional("maximum").and_then(|node| context.expression(node, "`maximum`"));
+    let default = map.optional("default").and_then(|node| context.expression(node, "`default`"));
+    map.finish();
+    let unit = match unit?.0.as_str() {
+        "none" => String::new(),
+        unit => unit.to_owned(),
+    };
+    Some(Question::Number { unit, minimum, maximum, default })
+}
+
+fn read_jog(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
+    let mut map = MapReader::new(node, "`jog_to`", context.problems)?;
+    let robot = context.required_text(&mut map, "robot");
+    let mut goals = Vec::new();
+    for (key, unit) in [("within_deg", DegOrMm::Deg), ("within_mm", DegOrMm::Mm)] {
+        let Some(entries) =
+            map.optional(key).and_then(|node| node.entries(&format!("`{key}`"), context.problems))
+        else {
+            continue;
+        };
+        for (joint, node) in entries {
+            let bounds = match &node.value {
+                NodeValue::List(items) => items.as_slice(),
+                _ => &[],
+            };
+            let [minimum, maximum] = bounds else {
+                context.problems.add(
+                    node.place,
+                    format!("the bounds of `{}` are two numbers", joint.name),
+                    "write `[least, most]`",
+                );
+                continue;
+            };
+            let what = "a bound";
+            if let (Some(minimum), Some(maximum)) =
+                (context.expression(minimum, what), context.expression(maximum, what))
+            {
+                goals.push(Goal { joint: joint.name.clone(), place: joint.place, unit, minimum, maximum });
+            }
+        }
+    }
+    map.finish();
+    let (robot, place) = robot?;
+    Some(Question::JogTo { robot, place, goals })
+}
+
+impl PromptStep {
+    pub(super) fn check(&self, context: &CheckContext<'_>) {
+        context.check_template(&self.text);
+        if let Some(help) = &self.help {
+            context.check_template(help);
+        }
+        match &self.question {
+            Question::Number { minimum, maximum, default, .. } => {
+                for expression in [minimum, maximum, default].into_iter().flatten() {
+                    context.check_expression(expression);
+                }
+            }
+            Question::JogTo { robot, place, goals } => {
+                let robot = context.robot(robot, *place);
+                for goal in goals {
+                    goal.check(robot, context);
+                }
+            }
+            Question::Acknowledge { .. } | Question::Choice { .. } => {}
+        }
+    }
+
+    pub(super) fn result_shape(&self, joints_of: impl Fn(&str) -> Shape) -> Shape {
+        match &self.question {
+            Question::Acknowledge { .. } => Shape::Map(Vec::new()),
+            Question::Choice { .. } => Shape::Map(vec![("choice".to_owned(), Shape::Single)]),
+            Question::Number { .. } => Shape::Map(vec![("value".to_owned(), Shape::Single)]),
+            Question::JogTo { robot, .. } => Shape::Map(vec![("joints".to_owned(), joints_of(robot))]),
+        }
+    }
+}
+
+impl Goal {
+    fn check(&self, robot: Option<&crate::read_context::RobotNames>, context: &CheckContext<'_>) {
+        context.check_expression(&self.minimum);
+        context.check_expression(&self.maximum);
+        if let Some(robot) = robot
+            && let Some(unit) = context.joint(robot, &self.joint, self.place)
+            && unit != self.unit
+        {
+            let message = format!("joint `{}` goes by {}", self.joint, unit.symbol());
+            context.problems.add(self.place, message, format!("write it under `within_{}`", unit.symbol()));
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! From a workcell file to a workcell that is in order.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::model_file::{ModelRows, read_from_drive, read_rows};
+use super::raw::{RawDevice, RawKeepOut, RawRobot, RawWorkcell};
+use super::{DeviceSetting, KeepOutPlane, ModelFile, RobotSetting, Wire, Workcell, WorldSetting, raw};
+use crate::expression::Calculator;
+use crate::file::read_text;
+use crate::procedure::{CellNames, Procedure, check_procedure, load};
+use crate::read_context::ReadContext;
+use crate::yaml::{FileProblems, Place, Problems, did_you_mean, parse};
+
+/// Reads a workcell with everything it names: models, procedures and those they call. What only the devices themselves can tell is checked
+/// when they are connected, before anything moves.
+///
+/// # Errors
+/// Every mistake of every file, a [`FileProblems`] a file.
+pub fn load_workcell(file: &Path, calculator: &Calculator) -> Result<Workcell, Vec<FileProblems>> {
+    let text = read_text(file).map_err(|problem| vec![problem])?;
+    let problems = Problems::default();
+    let root = parse(file, &text, &problems).map_err(|problem| vec![problem])?;
+    let context = ReadContext { calculator, file: &text, problems: &problems };
+    let raw = raw::read(&root, &context);
+    let mut loader = Loader { folder: file.parent().unwrap_or(Path::new(".")), context, wrong: Vec::new() };
+    let workcell = raw.map(|raw| loader.workcell(file, &text, raw));
+    let mut wrong = std::mem::take(&mut loader.wrong);
+    if let Err(own) = problems.into_result(file, &text) {
+        wrong.insert(0, own);
+    }
+    match workcell {
+        Some(workcell) if wrong.is_empty() => Ok(workcell),
+        _ => Err(wrong),
+    }
+}
+
+struct Loader<'a> {
+    folder: &'a Path,
+    context: ReadContext<'a>,
+    /// Mistakes in files that this one names.
+    wrong: Vec<FileProblems>,
+}
+
+impl Loader<'_> {
+    fn workcell(&mut self, file: &Path, text: &str, raw: RawWorkcell) -> Workcell {
+        let problems = self.context.problems;
+        if raw.devices.is_empty() {
+            problems.push(crate::yaml::Problem {
+                place: None,
+                message: "the cell has no devices".into(),
+                help: None,
+            });
+        }
+        let world = raw
+            .world
+            .and_then(|world| Some(WorldSetting { file: self.existing(&world.file)?, pace: world.pace }));
+        let devices: Vec<DeviceSetting> =
+            raw.devices.iter().map(|device| self.device(device, &raw.devices)).collect();
+        let robots: Vec<RobotSetting> =
+            raw.robots.into_iter().map(|robot| self.robot(robot, &devices)).collect();
+        let keep_out = raw.keep_out.into_iter().filter_map(|plane| self.keep_out(plane, &robots)).collect();
+        let names = CellNames {
+            robots: robots.iter().map(RobotSetting::names).collect(),
+            sensors: devices
+                .iter()
+                .map(|device| device.name.clone())
+                .filter(|name| robots.iter().all(|robot| robot.device != *name))
+                .collect(),
+            models: robots
+                .iter()
+                .filter_map(|r| Some((r.device.clone(), r.model.as_ref()?.shape())))
+                .collect(),
+        };
+        let procedures = self.procedures(&raw.procedures, &names);
+        let answers = raw.answers.and_then(|answers| self.existing(&answers));
+        let title = raw.title.unwrap_or_else(|| raw.name.clone());
+        Workcell {
+            file: file.to_owned(),
+            text: text.to_owned(),
+            name: raw.name,
+            title,
+            world,
+            devices,
+            robots,
+            keep_out,
+            procedures,
+            answers,
+        }
+    }
+
+    /// The path of a file named here; its absence is reported.
+    fn existing(&self, (name, place): &(String, Place)) -> Option<PathBuf> {
+        let path = self.folder.join(name);
+        if path.is_file() {
+            return Some(path);
+        }
+        let message = format!("there is no file {}", path.display());
+        self.context.problems.add(*place, message, "the name is relative to this file");
+        None
+    }
+
+    fn device(&self, raw: &RawDevice, all: &[RawDevice]) -> DeviceSetting {
+        let problems = self.context.problems;
+        let inputs = raw.inputs.iter().filter_map(|(input, stream, place)| {
+            let Some((device, stream)) = stream.split_once('/') else {
+                problems.add(
+                    *place,
+                    format!("`{stream}` is no stream"),
+                    "write the device and its stream, as in `arm/inputs`",
+                );
+                return None;
+            };
+            if !all.iter().any(|other| other.name.name == device) {
+                let help = did_you_mean(device, all.iter().map(|other| other.name.name.as_str()));
+                problems.add(*place, format!("there is no device `{device}` in the cell"), help);
+            } else if device == raw.name.name {
+                problems.add(*place, "a device cannot take in its own stream", "");
+            }
+            Some(Wire {
+                input: input.clone(),
+                device: device.to_owned(),
+                stream: stream.to_owned(),
+                place: *place,
+            })
+        });
+        DeviceSetting {
+            name: raw.name.name.clone(),
+            place: raw.name.place,
+            inputs: inputs.collect(),
+            plugin: raw.plugin.0.clone(),
+            config: raw.config.clone(),
+        }
+    }
+
+    fn robot(&mut self, raw: RawRobot, devices: &[DeviceSetting]) -> RobotSetting {
+        let problems = self.context.problems;
+        if !devices.iter().any(|device| device.name == raw.device.name) {
+            let help = did_you_mean(&raw.device.name, devices.iter().map(|device| device.name.as_str()));
+            problems.add(
+                raw.device.place,
+                format!("there is no device `{}` in the cell", raw.device.name),
+                help,
+            );
+        }
+        let joints: Vec<String> = raw.joints.iter().map(|(joint, _)| joint.name.clone()).collect();
+        let known = |joint: &str, place: Place| {
+            let found = joints.iter().any(|known| known == joint);
+            if !found {
+                let help = did_you_mean(joint, joints.iter().map(String::as_str));
+                problems.add(place, format!("`joints` names no `{joint}`"), help);
+            }
+            found
+        };
+        let limits = raw.limits.iter().filter(|(joint, unit, _)| {
+            let written = raw.joints.iter().find(|(name, _)| name.name == joint.name).map(|(_, unit)| *unit);
+            if let Some(written) = written.filter(|written| written != unit) {
+                let message = format!("joint `{}` goes by {}", joint.name, written.symbol());
+                problems.add(joint.place, message, format!("write it under `limits_{}`", written.symbol()));
+            }
+            known(&joint.name, joint.place)
+        });
+        let limits = limits.map(|(joint, unit, [least, most])| {
+            (joint.name.clone(), unit.to_internal(*least), unit.to_internal(*most))
+        });
+        let limits = limits.collect();
+        let initialize = raw
+            .initialize
+            .iter()
+            .filter(|(joint, place)| known(joint, *place))
+            .map(|(joint, _)| joint.clone());
+        let initialize = initialize.collect();
+        let model = raw.model.as_ref().and_then(|model| self.model(model, &raw, &joints));
+        RobotSetting {
+            device: raw.device.name,
+            joints: raw.joints.into_iter().map(|(joint, unit)| (joint.name, unit)).collect(),
+            model,
+            limits,
+            initialize,
+        }
+    }
+
+    fn model(&mut self, model: &(String, Place), raw: &RawRobot, joints: &[String]) -> Option<ModelFile> {
+        let file = self.existing(model)?;
+        match read_rows(&file) {
+            Ok(ModelRows { text, joints: model_joints, quantities }) => {
+                for joint in &model_joints {
+                    let given = raw.model_from_drive.iter().any(|(name, _)| name.name == *joint);
+                    if !given && !joints.contains(joint) {
+                        let message = format!("nothing drives the model's joint `{joint}`");
+                        let help =
+                            "name the drive's joint the same in `joints`, or give it in `model_from_drive`";
+                        self.context.problems.add(model.1, message, help);
+                    }
+                }
+                let from_drive = read_from_drive(&model_joints, joints, &raw.model_from_drive, &self.context);
+                Some(ModelFile { file, text, joints: model_joints, quantities, from_drive })
+            }
+            Err(problems) => {
+                self.wrong.push(problems);
+                None
+            }
+        }
+    }
+
+    fn keep_out(&self, raw: RawKeepOut, robots: &[RobotSetting]) -> Option<KeepOutPlane> {
+        let problems = self.context.problems;
+        let (robot, place) = &raw.robot;
+        match robots.iter().find(|known| known.device == *robot) {
+            None => {
+                let help = did_you_mean(robot, robots.iter().map(|robot| robot.device.as_str()));
+                problems.add(*place, format!("there is no robot `{robot}` in the cell"), help);
+            }
+            Some(known) if known.model.is_none() => {
+                problems.add(
+                    *place,
+                    format!("robot `{robot}` has no model"),
+                    "give it one: where its parts are cannot be known without",
+                );
+            }
+            Some(_) => {}
+        }
+        let length = raw.normal.iter().map(|n| n * n).sum::<f64>().sqrt();
+        if length < 1e-9 {
+            problems.add(raw.normal_place, "the normal of a plane has a length", "for a table: `[0, 0, 1]`");
+            return None;
+        }
+        let normal = raw.normal.map(|n| n / length);
+        Some(KeepOutPlane { name: raw.name, robot: raw.robot.0, normal, offset_mm: raw.offset_mm })
+    }
+
+    fn procedures(&mut self, named: &[(String, Place)], names: &CellNames) -> Vec<Arc<Procedure>> {
+        // A mistake here may be why a name in a procedure leads nowhere: first things first.
+        let names_are_right = self.context.problems.is_empty() && self.wrong.is_empty();
+        let mut procedures: Vec<Arc<Procedure>> = Vec::new();
+        for (name, place) in named {
+            let Some(path) = self.existing(&(name.clone(), *place)) else { continue };
+            let loaded = load(&path, self.context.calculator, &mut Vec::new());
+            self.add_wrong(loaded.wrong);
+            let Some(procedure) = loaded.procedure else { continue };
+            if names_are_right {
+                self.add_wrong(check_procedure(&procedure, names).err().unwrap_or_default());
+            }
+            if procedures.iter().any(|known| known.name == procedure.name) {
+                let message = format!("two procedures are called `{}`", procedure.name);
+                self.context.problems.add(*place, message, "give each a name of its own");
+            }
+            procedures.push(Arc::new(procedure));
+        }
+        procedures
+    }
+
+    /// Adds mistakes in other files, those of one file together and none twice.
+    fn add_wrong(&mut self, more: Vec<FileProblems>) {
+        for problems in more {
+            match self.wrong.iter_mut().find(|known| known.file == problems.file) {
+                Some(known) => known.add(problems),
+                None => self.wrong.push(problems),
+            }
+        }
+    }
+}

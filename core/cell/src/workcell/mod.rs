@@ -1,0 +1,116 @@
+//! Workcell files: which devices there are, how they are wired, what they may do, and which procedures they run.
+//!
+//! A file is read in two stages: [`raw`](self) holds what was typed, with its places; [`Workcell`] holds what is true: every name in it leads
+//! somewhere, every file it names was read and fits.
+
+mod keep_out;
+mod load;
+mod model_file;
+mod raw;
+mod robot;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use serde_json::Value;
+
+pub use keep_out::KeepOutPlane;
+pub use load::load_workcell;
+pub use model_file::ModelFile;
+pub use robot::RobotSetting;
+
+use crate::procedure::Procedure;
+use crate::yaml::Place;
+
+/// A workcell that was read and is in order.
+#[derive(Debug, Clone)]
+pub struct Workcell {
+    /// Its file.
+    pub file: PathBuf,
+    /// The file's text.
+    pub text: String,
+    /// Its name; the record keeps corrections under it.
+    pub name: String,
+    /// For people.
+    pub title: String,
+    /// The simulated world it stands in, for a simulated cell.
+    pub world: Option<WorldSetting>,
+    /// Its devices.
+    pub devices: Vec<DeviceSetting>,
+    /// What is said about those of them that move.
+    pub robots: Vec<RobotSetting>,
+    /// Where no part of a robot may go.
+    pub keep_out: Vec<KeepOutPlane>,
+    /// What it can run; the first is what it runs unless told otherwise.
+    pub procedures: Vec<Arc<Procedure>>,
+    /// Answers for unattended runs.
+    pub answers: Option<PathBuf>,
+}
+
+/// The simulated world of a cell.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct WorldSetting {
+    /// The world file.
+    pub file: PathBuf,
+    /// How its time goes.
+    pub pace: Pace,
+}
+
+/// How the time of a simulated world goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pace {
+    /// As on the wall.
+    Real,
+    /// As fast as can be, when nobody watches.
+    Fast,
+}
+
+impl Pace {
+    /// `real` or `fast`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Pace::Real => "real",
+            Pace::Fast => "fast",
+        }
+    }
+}
+
+/// One device.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeviceSetting {
+    /// Its name in the cell.
+    pub name: String,
+    /// Where the name stands in the file.
+    pub place: Place,
+    /// The plugin that serves it.
+    pub plugin: String,
+    /// What the plugin is told.
+    pub config: Value,
+    /// Which streams of other devices it takes in.
+    pub inputs: Vec<Wire>,
+}
+
+/// A stream of one device led to an input of another.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wire {
+    /// The input.
+    pub input: String,
+    /// The device the stream comes from.
+    pub device: String,
+    /// The stream.
+    pub stream: String,
+    /// Where it stands in the file.
+    pub place: Place,
+}
+
+impl Workcell {
+    /// What is said about a robot.
+    pub fn robot(&self, name: &str) -> Option<&RobotSetting> {
+        self.robots.iter().find(|robot| robot.device == name)
+    }
+
+    /// The procedure of this name, or in this file.
+    pub fn procedure(&self, wanted: &str) -> Option<&Arc<Procedure>> {
+        self.procedures.iter().find(|procedure| procedure.name == wanted || procedure.file.ends_with(wanted))
+    }
+}

@@ -1,0 +1,170 @@
+//! The model file of a robot, as far as a cell needs it: the numbers of its rows for expressions, and how the drive's angles become the model's.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value};
+
+use crate::expression::{Calculator, Expression, Names, Shape};
+use crate::file::read_text;
+use crate::read_context::ReadContext;
+use crate::yaml::{FileProblems, Key, Node, NodeValue, Problems, did_you_mean, parse};
+
+/// The geometry of a robot.
+#[derive(Debug, Clone)]
+pub struct ModelFile {
+    /// Its file.
+    pub file: PathBuf,
+    /// The file's text.
+    pub text: String,
+    /// Names of the model's joints, in order.
+    pub joints: Vec<String>,
+    /// The numbers of each joint's row: `{"shoulder": {"a_mm": 177.8, ...}, ...}`.
+    pub quantities: Map<String, Value>,
+    /// The model's joints from the drive's: coefficients, one row a model joint, one column a joint of the cell's list, then the constant
+    /// (rad). Turning joints only.
+    pub from_drive: Vec<Vec<f64>>,
+}
+
+impl ModelFile {
+    /// The model's joint angles (rad) for the drive's (rad), in the order of the cell's list of joints.
+    pub fn model_joints(&self, drive: &[f64]) -> Vec<f64> {
+        self.from_drive
+            .iter()
+            .map(|row| {
+                let (constant, coefficients) = match row.split_last() {
+                    Some((constant, coefficients)) => (*constant, coefficients),
+                    None => (0.0, row.as_slice()),
+                };
+                constant + coefficients.iter().zip(drive).map(|(c, q)| c * q).sum::<f64>()
+            })
+            .collect()
+    }
+
+    /// What expressions may name of it.
+    pub(crate) fn shape(&self) -> Shape {
+        let rows = self.quantities.iter().map(|(joint, row)| {
+            let entries =
+                row.as_object().into_iter().flatten().map(|(name, _)| (name.clone(), Shape::Single));
+            (joint.clone(), Shape::Map(entries.collect()))
+        });
+        Shape::Map(rows.collect())
+    }
+}
+
+/// What is read of a model file.
+pub(super) struct ModelRows {
+    pub(super) text: String,
+    pub(super) joints: Vec<String>,
+    pub(super) quantities: Map<String, Value>,
+}
+
+/// Reads the rows of a model file.
+pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
+    let text = read_text(file)?;
+    let problems = Problems::default();
+    let root = parse(file, &text, &problems)?;
+    let entries = root.entries("a model", &problems).unwrap_or_default();
+    let rows = entries.iter().find(|(key, _)| key.name == "joints").map(|(_, node)| node);
+    let rows = match rows {
+        Some(node) => node.list("`joints`", &problems).unwrap_or_default(),
+        None => {
+            problems.add(root.place, "a model has the key `joints`", "");
+            &[]
+        }
+    };
+    let mut joints = Vec::new();
+    let mut quantities = Map::new();
+    for row in rows {
+        let Some(columns) = row.entries("a joint", &problems) else { continue };
+        let Some((_, name)) = columns.iter().find(|(key, _)| key.name == "name") else {
+            problems.add(row.place, "a joint has the key `name`", "");
+            continue;
+        };
+        let Some(name) = name.text("`name`", &problems) else { continue };
+        let numbers = columns.iter().filter_map(|(key, node)| match node.value {
+            NodeValue::Number(number) => Some((key.name.clone(), Value::from(number))),
+            _ => None,
+        });
+        joints.push(name.to_owned());
+        quantities.insert(name.to_owned(), Value::Object(numbers.collect()));
+    }
+    problems.into_result(file, &text)?;
+    Ok(ModelRows { text, joints, quantities })
+}
+
+/// Reads `model_from_drive`: for each model joint an expression that is linear in the drive's joints. A model joint that is not named is
+/// the drive joint of the same name.
+pub(super) fn read_from_drive(
+    model_joints: &[String],
+    drive_joints: &[String],
+    entries: &[(Key, Node)],
+    context: &ReadContext<'_>,
+) -> Vec<Vec<f64>> {
+    for (name, _) in entries {
+        if !model_joints.contains(&name.name) {
+            let help = did_you_mean(&name.name, model_joints.iter().map(String::as_str));
+            context.problems.add(name.place, format!("the model has no joint `{}`", name.name), help);
+        }
+    }
+    model_joints
+        .iter()
+        .map(|joint| match entries.iter().find(|(name, _)| name.name == *joint) {
+            Some((_, node)) => {
+                read_row(node, drive_joints, context).unwrap_or_else(|| vec![0.0; drive_joints.len() + 1])
+            }
+            None => {
+                drive_joints.iter().map(|drive| f64::from(u8::from(drive == joint))).chain([0.0]).collect()
+            }
+        })
+        .collect()
+}
+
+fn read_row(node: &Node, drive_joints: &[String], context: &ReadContext<'_>) -> Option<Vec<f64>> {
+    let expression = context.expression(node, "an angle of the model")?;
+    let mut names = Names::default();
+    drive_joints.iter().for_each(|joint| names.set(joint, Shape::Single));
+    let before = context.problems.len();
+    expression.check_names(&names, context.file, context.problems);
+    if context.problems.len() > before {
+        return None;
+    }
+    match linear_coefficients(&expression, drive_joints, context.calculator) {
+        Ok(row) => Some(row),
+        Err(reason) => {
+            context.problems.add(
+                node.place,
+                reason,
+                "write sums and multiples of the drive's joints, in degrees, as in `elbow - shoulder`",
+            );
+            None
+        }
+    }
+}
+
+/// Coefficients and constant (rad) of an expression in degrees, found by trying; refused when another try does not agree.
+fn linear_coefficients(
+    expression: &Expression,
+    joints: &[String],
+    calculator: &Calculator,
+) -> Result<Vec<f64>, String> {
+    let at = |values: &dyn Fn(usize) -> f64| {
+        let values = joints
+            .iter()
+            .enumerate()
+            .map(|(index, joint)| (joint.clone(), Value::from(values(index))))
+            .collect();
+        expression.number(calculator, &values).map_err(|error| error.to_string())
+    };
+    let constant = at(&|_| 0.0)?;
+    let mut row = Vec::new();
+    for joint in 0..joints.len() {
+        row.push(at(&|index| if index == joint { 1.0 } else { 0.0 })? - constant);
+    }
+    let trial = |index: usize| 17.0 + 3.5 * index as f64;
+    let expected: f64 = constant + row.iter().enumerate().map(|(index, c)| c * trial(index)).sum::<f64>();
+    if (at(&trial)? - expected).abs() > 1e-9 * expected.abs().max(1.0) {
+        return Err("this is not linear in the drive's joints".to_owned());
+    }
+    row.push(constant.to_radians());
+    Ok(row)
+}

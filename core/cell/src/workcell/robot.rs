@@ -1,0 +1,30 @@
+//! What a cell says about one of its robots.
+
+use super::ModelFile;
+use crate::read_context::{DegOrMm, RobotNames};
+
+/// What a cell says about one of its robots.
+#[derive(Debug, Clone)]
+pub struct RobotSetting {
+    /// The device.
+    pub device: String,
+    /// The joints procedures may name, and how people write their numbers.
+    pub joints: Vec<(String, DegOrMm)>,
+    /// Its geometry.
+    pub model: Option<ModelFile>,
+    /// Limits narrower than the drive's own: joint, least, most; rad or mm.
+    pub limits: Vec<(String, f64, f64)>,
+    /// Joints whose numbers mean nothing until a run has found their zeros; keep-out planes are watched from then on.
+    pub initialize: Vec<String>,
+}
+
+impl RobotSetting {
+    pub(crate) fn names(&self) -> RobotNames {
+        RobotNames { name: self.device.clone(), joints: self.joints.clone() }
+    }
+
+    /// How people write a joint's numbers.
+    pub fn unit(&self, joint: &str) -> Option<DegOrMm> {
+        self.joints.iter().find(|(name, _)| name == joint).map(|(_, unit)| *unit)
+    }
+}

@@ -1,0 +1,173 @@
+//! Mistakes in a file, and how they are shown.
+
+use std::cell::RefCell;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// A place in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    /// From 1.
+    pub line: usize,
+    /// From 1, in characters.
+    pub column: usize,
+    /// How many characters are meant; at least 1 is shown.
+    pub length: usize,
+}
+
+/// One mistake: what is wrong, and what would be right.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// Where; none when the file as a whole is meant.
+    pub place: Option<Place>,
+    /// What is wrong.
+    pub message: String,
+    /// What would be right.
+    pub help: Option<String>,
+}
+
+/// Collects the mistakes of one file while it is read.
+#[derive(Debug, Default)]
+pub struct Problems(RefCell<Vec<Problem>>);
+
+impl Problems {
+    /// Adds a mistake at a place.
+    pub fn add(&self, place: Place, message: impl Into<String>, help: impl Into<String>) {
+        let help = help.into();
+        let help = if help.is_empty() { None } else { Some(help) };
+        self.0.borrow_mut().push(Problem { place: Some(place), message: message.into(), help });
+    }
+
+    /// Adds a mistake that was found elsewhere.
+    pub fn push(&self, problem: Problem) {
+        self.0.borrow_mut().push(problem);
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.0.borrow().len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Ends the collection: the mistakes in the order of the file, with the file's text to show them in.
+    ///
+    /// # Errors
+    /// [`FileProblems`] when there are any.
+    pub fn into_result(self, file: &Path, text: &str) -> Result<(), FileProblems> {
+        let mut problems = self.0.into_inner();
+        if problems.is_empty() {
+            return Ok(());
+        }
+        problems.sort_by_key(|problem| problem.place);
+        problems.dedup();
+        Err(FileProblems { file: file.to_owned(), text: text.to_owned(), problems })
+    }
+}
+
+/// All mistakes of one file. Shown as text, each has the file, line and column, what is wrong, the line with a mark under it, and what
+/// would be right.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileProblems {
+    /// The file, as it was named.
+    pub file: PathBuf,
+    /// Its text.
+    pub text: String,
+    /// At least one, in the order of the file.
+    pub problems: Vec<Problem>,
+}
+
+impl FileProblems {
+    /// A file with one mistake that has no place: it cannot be read at all.
+    pub fn whole_file(file: &Path, message: impl Into<String>, help: impl Into<String>) -> Self {
+        let problem = Problem { place: None, message: message.into(), help: Some(help.into()) };
+        Self { file: file.to_owned(), text: String::new(), problems: vec![problem] }
+    }
+}
+
+impl FileProblems {
+    /// Adds what was found in another look at the same file.
+    pub(crate) fn add(&mut self, more: FileProblems) {
+        self.problems.extend(more.problems);
+        self.problems.sort_by_key(|problem| problem.place);
+        self.problems.dedup();
+    }
+}
+
+impl std::error::Error for FileProblems {}
+
+impl fmt::Display for FileProblems {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, problem) in self.problems.iter().enumerate() {
+            if index > 0 {
+                writeln!(formatter)?;
+            }
+            self.show(problem, formatter)?;
+        }
+        Ok(())
+    }
+}
+
+/// Longer lines are cut around the mistake.
+const SHOWN_COLUMNS: usize = 100;
+
+impl FileProblems {
+    fn show(&self, problem: &Problem, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = self.file.display();
+        match problem.place {
+            None => writeln!(formatter, "{file}: {}", problem.message)?,
+            Some(place) => {
+                writeln!(formatter, "{file}:{}:{}: {}", place.line, place.column, problem.message)?;
+                if let Some(line) = self.text.lines().nth(place.line.saturating_sub(1)) {
+                    show_line(line, place, formatter)?;
+                }
+            }
+        }
+        match &problem.help {
+            Some(help) if !help.is_empty() => writeln!(formatter, "  = {help}"),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn show_line(line: &str, place: Place, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let first = place.column.saturating_sub(1);
+    let start = if first < SHOWN_COLUMNS { 0 } else { first - SHOWN_COLUMNS / 2 };
+    let shown: String =
+        line.chars().skip(start).take(SHOWN_COLUMNS).map(|c| if c == '\t' { ' ' } else { c }).collect();
+    let room = shown.chars().count().saturating_sub(first - start).max(1);
+    let mark = "^".repeat(place.length.clamp(1, room));
+    writeln!(formatter, "{:>5} | {}", place.line, shown.trim_end())?;
+    writeln!(formatter, "      | {}{mark}", " ".repeat(first - start))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mistake_is_shown_with_its_line_and_a_mark_under_it() {
+        let text = "cell: a\nworld: {fiel: w.yaml}\n";
+        let problems = Problems::default();
+        problems.add(Place { line: 2, column: 9, length: 4 }, "unknown key `fiel`", "did you mean `file`?");
+        let shown = problems.into_result(Path::new("c.yaml"), text).expect_err("a mistake").to_string();
+        assert_eq!(
+            shown,
+            "c.yaml:2:9: unknown key `fiel`\n    2 | world: {fiel: w.yaml}\n      |         ^^^^\n  = did you mean `file`?\n"
+        );
+    }
+
+    #[test]
+    fn a_very_long_line_is_cut_around_the_mistake() {
+        let text = format!("{}wrong{}", "x".repeat(5000), "y".repeat(5000));
+        let problems = Problems::default();
+        problems.add(Place { line: 1, column: 5001, length: 5 }, "no", "");
+        let shown = problems.into_result(Path::new("c.yaml"), &text).expect_err("a mistake").to_string();
+        assert!(shown.lines().all(|line| line.chars().count() < 120), "{shown}");
+        let marked: usize = shown.lines().nth(2).and_then(|line| line.find('^')).expect("a mark");
+        assert_eq!(shown.lines().nth(1).map(|line| &line[marked..marked + 5]), Some("wrong"));
+    }
+}

@@ -1,0 +1,47 @@
+//! "Did you mean".
+
+/// A sentence that names the one of `known` nearest to `typed`, or, when none is near, all of them.
+pub fn did_you_mean<'a>(typed: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    match nearest(typed, &known) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => one_of(known),
+    }
+}
+
+/// A sentence that names what is known.
+pub fn one_of<'a>(known: impl IntoIterator<Item = &'a str>) -> String {
+    let quoted: Vec<String> = known.into_iter().map(|name| format!("`{name}`")).collect();
+    match quoted.as_slice() {
+        [] => "there are none here".to_owned(),
+        [only] => format!("there is only {only}"),
+        many => format!("there are {}", many.join(", ")),
+    }
+}
+
+/// The one of `known` that a slip of the hand could have turned into `typed`.
+pub(crate) fn nearest<'a>(typed: &str, known: &[&'a str]) -> Option<&'a str> {
+    if let Some(longer) =
+        known.iter().find(|name| name.strip_prefix(typed).is_some_and(|rest| rest.starts_with('_')))
+    {
+        return Some(longer);
+    }
+    known
+        .iter()
+        .map(|name| (strsim::damerau_levenshtein(&typed.to_lowercase(), &name.to_lowercase()), *name))
+        .filter(|(distance, name)| *distance <= (name.chars().count().max(typed.chars().count()) / 3).max(1))
+        .min()
+        .map(|(_, name)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slip_is_put_right_and_a_stranger_gets_the_whole_list() {
+        assert_eq!(did_you_mean("shuolder", ["waist", "shoulder"]), "did you mean `shoulder`?");
+        assert_eq!(did_you_mean("zebra", ["waist", "shoulder"]), "there are `waist`, `shoulder`");
+        assert_eq!(did_you_mean("zebra", []), "there are none here");
+    }
+}
