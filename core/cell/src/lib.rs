@@ -3,6 +3,8 @@
 pub mod answers;
 mod check_file;
 pub mod command;
+pub mod device;
+pub mod engine;
 pub mod event;
 pub mod expression;
 mod file;

@@ -20,6 +20,11 @@ impl StopActions {
         actions.push((device.to_owned(), action));
     }
 
+    /// Forgets all robots: they were shut down.
+    pub fn clear(&self) {
+        self.lock().clear();
+    }
+
     /// Stops every robot.
     pub fn fire(&self) {
         for (_, action) in self.lock().iter() {

@@ -4,7 +4,7 @@ use rusqlite::{Row, params};
 use serde::{Deserialize, Serialize};
 
 use crate::error::During;
-use crate::record::now;
+use crate::record::timestamp;
 use crate::{Record, RecordError, RunId};
 
 /// What a correction is about.
@@ -280,7 +280,7 @@ fn new_revision(
 ) -> rusqlite::Result<i64> {
     transaction.execute(
         "INSERT INTO revisions (cell, device, made, reason) VALUES (?1, ?2, ?3, ?4)",
-        params![cell, device, now(), reason],
+        params![cell, device, timestamp(), reason],
     )?;
     Ok(transaction.last_insert_rowid())
 }
@@ -307,7 +307,7 @@ fn insert(
             correction.new,
             correction.uncertainty,
             correction.unit,
-            now(),
+            timestamp(),
             revision
         ],
     )

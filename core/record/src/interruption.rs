@@ -4,7 +4,7 @@ use rusqlite::params;
 use serde::Serialize;
 
 use crate::error::During;
-use crate::record::now;
+use crate::record::timestamp;
 use crate::{Record, RecordError, RunId};
 
 /// What interrupted a run, or let it go on.
@@ -84,7 +84,7 @@ impl Record {
         self.connection
             .execute(
                 "INSERT INTO interruptions (run, time, kind, step, reason) VALUES (?1, ?2, ?3, ?4, ?5)",
-                params![run.0, now(), kind.name(), step, reason],
+                params![run.0, timestamp(), kind.name(), step, reason],
             )
             .during("note an interruption")?;
         Ok(())
@@ -127,7 +127,7 @@ impl Record {
         self.connection
             .execute(
                 "INSERT INTO log (run, time, level, source, step, message) VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
-                params![run.0, now(), level, source, step, message],
+                params![run.0, timestamp(), level, source, step, message],
             )
             .during("note a log line")?;
         Ok(())

@@ -41,7 +41,7 @@ pub use location::default_directory;
 pub use model_revision::StoredModelRevision;
 pub use prompt::{StoredAnswer, StoredPrompt};
 pub use reading::{Reading, StoredReading};
-pub use record::Record;
+pub use record::{Record, timestamp};
 pub use run::{NewRun, RunEnd, RunId, RunState, RunSummary, StoredPose};
 pub use step::{PlannedRow, StepEnd, StoredStep};
 pub use trigger::{StoredTrigger, Trigger};

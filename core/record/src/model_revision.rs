@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::error::During;
 use crate::loaded::sha256_hex;
-use crate::record::now;
+use crate::record::timestamp;
 use crate::{Record, RecordError, RunId};
 
 /// A model file at one time.
@@ -47,7 +47,7 @@ impl Record {
         self.connection
             .execute(
                 "INSERT INTO model_revisions (cell, device, run, made, note, sha256, content) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
-                params![cell, device, run.map(|run| run.0), now(), note, sha256, content],
+                params![cell, device, run.map(|run| run.0), timestamp(), note, sha256, content],
             )
             .during("note a model")?;
         Ok(self.connection.last_insert_rowid())

@@ -5,7 +5,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::During;
-use crate::record::now;
+use crate::record::timestamp;
 use crate::run::json_column;
 use crate::{Record, RecordError, RunId};
 
@@ -52,7 +52,7 @@ impl Record {
         transaction
             .execute(
                 "INSERT INTO prompts (run, step, asked, description) VALUES (?1, ?2, ?3, 'null')",
-                params![run.0, step, now()],
+                params![run.0, step, timestamp()],
             )
             .during("note a prompt")?;
         let id = transaction.last_insert_rowid();
@@ -76,7 +76,7 @@ impl Record {
             .execute(
                 "UPDATE prompts SET answered = ?2, answer = ?3, answered_by = ?4 \
                  WHERE id = ?1 AND answered IS NULL AND withdrawn IS NULL",
-                params![prompt, now(), answer.to_string(), by],
+                params![prompt, timestamp(), answer.to_string(), by],
             )
             .during("note an answer")?;
         Ok(changed == 1)
@@ -90,7 +90,7 @@ impl Record {
         self.connection
             .execute(
                 "UPDATE prompts SET withdrawn = ?2 WHERE id = ?1 AND answered IS NULL",
-                params![prompt, now()],
+                params![prompt, timestamp()],
             )
             .during("withdraw a prompt")?;
         Ok(())

@@ -39,7 +39,7 @@ impl Record {
 }
 
 /// Now by the wall clock, RFC 3339 with milliseconds, UTC.
-pub(crate) fn now() -> String {
+pub fn timestamp() -> String {
     jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%S%.3fZ").to_string()
 }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::error::During;
-use crate::record::now;
+use crate::record::timestamp;
 use crate::{Record, RecordError};
 
 /// Number of a run in its record.
@@ -169,7 +169,7 @@ impl Record {
                     run.parameters.to_string(),
                     run.settings.to_string(),
                     run.program,
-                    now()
+                    timestamp()
                 ],
             )
             .during("start a run")?;
@@ -195,7 +195,7 @@ impl Record {
         self.connection
             .execute(
                 "UPDATE runs SET ended = ?2, state = ?3, message = ?4 WHERE id = ?1",
-                params![run.0, now(), end.name(), message],
+                params![run.0, timestamp(), end.name(), message],
             )
             .during("end a run")?;
         Ok(())
@@ -264,7 +264,7 @@ impl Record {
             .execute(
                 "INSERT INTO poses (run, device, time, joints) VALUES (?1, ?2, ?3, ?4) \
                  ON CONFLICT (run, device) DO UPDATE SET time = excluded.time, joints = excluded.joints",
-                params![run.0, device, now(), joints.to_string()],
+                params![run.0, device, timestamp(), joints.to_string()],
             )
             .during("note a pose")?;
         Ok(())

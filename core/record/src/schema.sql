@@ -42,6 +42,7 @@ CREATE TABLE steps (
     step TEXT NOT NULL,
     attempt INTEGER NOT NULL,
     started TEXT NOT NULL,
+    intent TEXT,                       -- JSON: what it set out to do, so that doing it again ends in the same place
     ended TEXT,
     outcome TEXT,                      -- passed | failed | error | skipped | not_needed | interrupted
     message TEXT,

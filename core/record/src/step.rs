@@ -1,11 +1,11 @@
 //! The plan of a run and what became of each step.
 
-use rusqlite::params;
+use rusqlite::{OptionalExtension as _, params};
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::During;
-use crate::record::now;
+use crate::record::timestamp;
 use crate::run::json_column;
 use crate::{Record, RecordError, RunId};
 
@@ -111,10 +111,38 @@ impl Record {
         self.connection
             .execute(
                 "INSERT INTO steps (run, step, attempt, started) VALUES (?1, ?2, ?3, ?4)",
-                params![run.0, step, attempt, now()],
+                params![run.0, step, attempt, timestamp()],
             )
             .during("start a step")?;
         Ok((self.connection.last_insert_rowid(), attempt))
+    }
+
+    /// Notes what the attempt begun as `row` sets out to do, before it does it: where a relative move will end, where a search begins.
+    ///
+    /// # Errors
+    /// When the record cannot be written.
+    pub fn note_intent(&mut self, row: i64, intent: &Value) -> Result<(), RecordError> {
+        self.connection
+            .execute("UPDATE steps SET intent = ?2 WHERE id = ?1", params![row, intent.to_string()])
+            .during("note the intent of a step")?;
+        Ok(())
+    }
+
+    /// What the latest attempt at a step that noted an intent set out to do.
+    ///
+    /// # Errors
+    /// When the record cannot be read.
+    pub fn intent(&self, run: RunId, step: &str) -> Result<Option<Value>, RecordError> {
+        let found = self
+            .connection
+            .query_row(
+                "SELECT intent FROM steps WHERE run = ?1 AND step = ?2 AND intent IS NOT NULL ORDER BY id DESC LIMIT 1",
+                params![run.0, step],
+                |row| json_column(row, 0),
+            )
+            .optional()
+            .during("read the intent of a step")?;
+        Ok(found)
     }
 
     /// Ends the attempt begun as `row`.
@@ -125,7 +153,7 @@ impl Record {
         self.connection
             .execute(
                 "UPDATE steps SET ended = ?2, outcome = ?3, message = ?4, result = ?5 WHERE id = ?1",
-                params![row, now(), end.outcome, end.message, end.result.to_string()],
+                params![row, timestamp(), end.outcome, end.message, end.result.to_string()],
             )
             .during("end a step")?;
         Ok(())

@@ -45,6 +45,7 @@ fn what_one_program_wrote_another_reads_although_the_first_never_closed_it() {
     writer.note_plan(run, std::slice::from_ref(&row)).expect("a plan");
     let (first, attempt) = writer.start_step(run, "lower").expect("a step");
     assert_eq!(attempt, 1);
+    writer.note_intent(first, &json!({"start": [0.1, 1.0 / 3.0]})).expect("an intent");
     writer
         .end_step(first, &StepEnd { outcome: "error", message: "nothing found", result: &json!(null) })
         .expect("its end");
@@ -69,6 +70,8 @@ fn what_one_program_wrote_another_reads_although_the_first_never_closed_it() {
     assert_eq!(reader.plan(run).expect("the plan"), vec![row]);
     let steps = reader.steps(run).expect("the steps");
     assert_eq!(steps.len(), 2);
+    let intent = reader.intent(run, "lower").expect("a look").expect("an intent");
+    assert_eq!(intent["start"][1].as_f64(), Some(1.0 / 3.0), "numbers come back to the last bit");
     assert_eq!(steps[0].outcome.as_deref(), Some("error"));
     assert_eq!(steps[1].ended, None, "the second attempt was never ended");
     assert_eq!(reader.triggers(run).expect("the triggers")[0].joints[0]["value"], json!(1.5));

@@ -65,6 +65,14 @@ impl Template {
         }
     }
 
+    /// The expressions in it.
+    pub fn expressions(&self) -> impl Iterator<Item = &str> {
+        self.0.iter().filter_map(|piece| match piece {
+            Piece::Value { expression, .. } => Some(expression.text()),
+            Piece::Text(_) => None,
+        })
+    }
+
     /// The text with the values put in.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use plumb_kinematics::{Chain, Convention, Joint};
 use serde_json::{Map, Value};
 
 use crate::expression::{Calculator, Expression, Names, Shape};
@@ -16,6 +17,8 @@ pub struct ModelFile {
     pub file: PathBuf,
     /// The file's text.
     pub text: String,
+    /// How the rows are read: `distal` or `proximal`.
+    pub convention: String,
     /// Names of the model's joints, in order.
     pub joints: Vec<String>,
     /// The numbers of each joint's row: `{"shoulder": {"a_mm": 177.8, ...}, ...}`.
@@ -40,6 +43,34 @@ impl ModelFile {
             .collect()
     }
 
+    /// Its chain of joints.
+    ///
+    /// # Errors
+    /// A sentence that says what is missing in the file.
+    pub fn chain(&self) -> Result<Chain, String> {
+        let convention = match self.convention.as_str() {
+            "distal" => Convention::Distal,
+            "proximal" => Convention::Proximal,
+            other => {
+                return Err(format!(
+                    "the convention `{other}` of {} cannot be used in a cell",
+                    self.file.display()
+                ));
+            }
+        };
+        let row = |joint: &String| {
+            let number = |key: &str| {
+                self.quantities.get(joint).and_then(|row| row.get(key)).and_then(Value::as_f64).unwrap_or(0.0)
+            };
+            let angle = |key: &str| number(key).to_radians();
+            let turning =
+                Joint::turning(joint, number("a_mm"), angle("alpha_deg"), number("d_mm"), angle("theta_deg"));
+            Joint { sign: if number("sign") < 0.0 { -1.0 } else { 1.0 }, ..turning }
+        };
+        Chain::new(convention, self.joints.iter().map(row).collect())
+            .map_err(|error| format!("{}: {error}", self.file.display()))
+    }
+
     /// What expressions may name of it.
     pub(crate) fn shape(&self) -> Shape {
         let rows = self.quantities.iter().map(|(joint, row)| {
@@ -54,6 +85,7 @@ impl ModelFile {
 /// What is read of a model file.
 pub(super) struct ModelRows {
     pub(super) text: String,
+    pub(super) convention: String,
     pub(super) joints: Vec<String>,
     pub(super) quantities: Map<String, Value>,
 }
@@ -72,6 +104,8 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
             &[]
         }
     };
+    let convention = entries.iter().find(|(key, _)| key.name == "convention").map(|(_, node)| node);
+    let convention = convention.and_then(|node| node.text("`convention`", &problems)).unwrap_or("distal");
     let mut joints = Vec::new();
     let mut quantities = Map::new();
     for row in rows {
@@ -89,7 +123,7 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
         quantities.insert(name.to_owned(), Value::Object(numbers.collect()));
     }
     problems.into_result(file, &text)?;
-    Ok(ModelRows { text, joints, quantities })
+    Ok(ModelRows { text, convention: convention.to_owned(), joints, quantities })
 }
 
 /// Reads `model_from_drive`: for each model joint an expression that is linear in the drive's joints. A model joint that is not named is

@@ -1,0 +1,129 @@
+//! Devices as the engine uses them. Behind these traits stand host processes; in tests, an arm in memory.
+
+use std::time::Duration;
+
+use plumb_plugin::{JogState, JointState, Motion, PluginError, Reading, RobotDescription, SensorDescription};
+
+use crate::run_handle::StopAction;
+use crate::workcell::DeviceSetting;
+
+/// Why a device did not do what it was asked.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum DeviceError {
+    /// It answered that it could not.
+    #[error("{device}: {error}")]
+    Refused {
+        /// The device.
+        device: String,
+        /// Its answer.
+        error: PluginError,
+    },
+    /// Its process ended, or answers no more.
+    #[error("{device} is lost: {cause}")]
+    Lost {
+        /// The device.
+        device: String,
+        /// What is known about it.
+        cause: String,
+    },
+    /// It cannot be started.
+    #[error("{device} cannot be started: {cause}")]
+    Start {
+        /// The device.
+        device: String,
+        /// Why, and what would be right.
+        cause: String,
+    },
+}
+
+impl DeviceError {
+    /// It was stopped: by a stop from here, or by a hand on its pendant.
+    pub fn is_stop(&self) -> bool {
+        matches!(self, Self::Refused { error: PluginError::Stopped(_), .. })
+    }
+
+    /// The device has to be started again before it can be used.
+    pub fn is_loss(&self) -> bool {
+        matches!(
+            self,
+            Self::Lost { .. } | Self::Start { .. } | Self::Refused { error: PluginError::Panicked(_), .. }
+        )
+    }
+}
+
+/// A robot that can be reached. Calls block; a stop comes by [`RobotLink::stop_action`] from another thread.
+pub trait RobotLink: Send {
+    /// What it says about itself.
+    fn description(&self) -> &RobotDescription;
+    /// Lets it move; clears an earlier stop.
+    ///
+    /// # Errors
+    /// [`DeviceError`]
+    fn activate(&mut self) -> Result<(), DeviceError>;
+    /// Brings it to rest so that it may be left alone.
+    ///
+    /// # Errors
+    /// [`DeviceError`]
+    fn deactivate(&mut self) -> Result<(), DeviceError>;
+    /// Where its drive says it is.
+    ///
+    /// # Errors
+    /// [`DeviceError`]
+    fn read_joints(&mut self) -> Result<JointState, DeviceError>;
+    /// Moves; returns when it is at rest. `limit` bounds the wait.
+    ///
+    /// # Errors
+    /// [`DeviceError`]; one for which [`DeviceError::is_stop`] holds when a stop ended the move, with the robot at rest.
+    fn move_joints(&mut self, motion: &Motion, limit: Duration) -> Result<JointState, DeviceError>;
+    /// Hands it to its pendant or takes it back, and tells where it is.
+    ///
+    /// # Errors
+    /// [`DeviceError`]
+    fn jog(&mut self, on: bool) -> Result<JogState, DeviceError>;
+    /// Stops it at once, from any thread, although a call is in progress.
+    fn stop_action(&self) -> StopAction;
+}
+
+/// A sensor that can be reached.
+pub trait SensorLink: Send {
+    /// What it says about itself.
+    fn description(&self) -> &SensorDescription;
+    /// Lets it work.
+    ///
+    /// # Errors
+    /// [`DeviceError`]
+    fn activate(&mut self) -> Result<(), DeviceError>;
+    /// Forgets what was seen and watches from now on.
+    ///
+    /// # Errors
+    /// [`DeviceError`]
+    fn arm(&mut self) -> Result<(), DeviceError>;
+    /// What has been seen since the last reading, up to `after_ns` of the cell's clock at least.
+    ///
+    /// # Errors
+    /// [`DeviceError`]
+    fn read(&mut self, after_ns: u64) -> Result<Reading, DeviceError>;
+}
+
+/// A device that was connected.
+pub enum Link {
+    /// It moves.
+    Robot(Box<dyn RobotLink>),
+    /// It measures.
+    Sensor(Box<dyn SensorLink>),
+}
+
+/// Starts the devices of a cell, and starts them again.
+pub trait DeviceLinks: Send {
+    /// Starts a device, or starts it again, in place of what was there under its name. It does not move.
+    ///
+    /// # Errors
+    /// [`DeviceError::Start`]
+    fn connect(&mut self, device: &DeviceSetting) -> Result<Link, DeviceError>;
+
+    /// Where the simulated world of the cell can be reached, for the record.
+    fn world_socket(&self) -> Option<String>;
+
+    /// Shuts everything down in good order. With `keep_world` the simulated world lives on, so that the run can be resumed in it.
+    fn shut_down(&mut self, keep_world: bool);
+}

@@ -1,0 +1,278 @@
+//! A robot as the engine sees it: its drive, the zeros in force, and where it may go.
+
+use std::time::Duration;
+
+use plumb_kinematics::{Chain, Posture};
+use plumb_plugin::{JointState, JointUnit, JointVector, Motion, RobotDescription};
+use plumb_record::AppliedCorrection;
+use serde_json::{Value, json};
+
+use crate::device::{DeviceError, RobotLink};
+use crate::event::NamedValue;
+use crate::read_context::DegOrMm;
+use crate::workcell::{KeepOutPlane, RobotSetting};
+
+/// Name of the correction that shifts a joint's zero.
+pub(crate) const JOINT_ZERO: &str = "joint_zero";
+
+/// A connected robot. Inside, joints are in the drive's order, rad or mm. What the drive says plus the zero in force is where a joint is
+/// taken to stand.
+pub(crate) struct Arm {
+    pub(crate) name: String,
+    pub(crate) plugin: String,
+    pub(crate) link: Box<dyn RobotLink>,
+    pub(crate) description: RobotDescription,
+    setting: RobotSetting,
+    /// For each joint of the setting its place in the drive's order.
+    columns: Vec<usize>,
+    chain: Option<Chain>,
+    planes: Vec<KeepOutPlane>,
+    zeros: Vec<f64>,
+    initialized: bool,
+}
+
+/// Why a robot may not go somewhere. Nothing has moved.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub(crate) enum NotAllowed {
+    #[error("{joint} would go to {target:.3} {unit}; it goes from {lower:.3} to {upper:.3} {unit}")]
+    Limit { joint: String, target: f64, lower: f64, upper: f64, unit: &'static str },
+    #[error("on the way {part} would come {depth:.1} mm past {plane}; raise the arm, or take another way")]
+    KeepOut { part: String, plane: String, depth: f64 },
+}
+
+impl Arm {
+    /// Fits a connected robot to what the cell says about it.
+    pub(crate) fn new(
+        link: Box<dyn RobotLink>,
+        plugin: &str,
+        setting: &RobotSetting,
+        planes: &[KeepOutPlane],
+    ) -> Result<Self, DeviceError> {
+        let description = link.description().clone();
+        let fail = |cause: String| DeviceError::Start { device: setting.device.clone(), cause };
+        let mut columns = Vec::new();
+        for (joint, unit) in &setting.joints {
+            let column =
+                description.joints.iter().position(|known| known.name == *joint).ok_or_else(|| {
+                    let names = description.joints.iter().map(|known| known.name.as_str());
+                    fail(format!(
+                        "the cell file names a joint `{joint}`, but of the robot's joints {}",
+                        crate::yaml::one_of(names)
+                    ))
+                })?;
+            let fits = description.joints.get(column).is_some_and(|known| unit_of(known.unit) == *unit);
+            if !fits {
+                return Err(fail(format!(
+                    "the cell file gives joint `{joint}` in {}; the robot does not",
+                    unit.symbol()
+                )));
+            }
+            columns.push(column);
+        }
+        let chain = match &setting.model {
+            Some(model) => Some(model.chain().map_err(fail)?),
+            None => None,
+        };
+        Ok(Self {
+            name: setting.device.clone(),
+            plugin: plugin.to_owned(),
+            zeros: vec![0.0; description.joints.len()],
+            link,
+            description,
+            setting: setting.clone(),
+            columns,
+            chain,
+            planes: planes.iter().filter(|plane| plane.robot == setting.device).cloned().collect(),
+            initialized: false,
+        })
+    }
+
+    /// Takes over the zeros in force.
+    pub(crate) fn set_zeros(&mut self, corrections: &[AppliedCorrection]) {
+        self.zeros.fill(0.0);
+        let zero_of = |joint: &str| {
+            corrections
+                .iter()
+                .find(|known| known.key.quantity == JOINT_ZERO && known.key.place == joint)
+                .map(|known| known.value)
+        };
+        for (joint, unit) in &self.setting.joints {
+            if let (Some(value), Some(column)) = (zero_of(joint), self.column(joint))
+                && let Some(zero) = self.zeros.get_mut(column)
+            {
+                *zero = unit.to_internal(value);
+            }
+        }
+        self.initialized = self.setting.initialize.iter().all(|joint| zero_of(joint).is_some());
+    }
+
+    /// A joint's place in the drive's order.
+    pub(crate) fn column(&self, joint: &str) -> Option<usize> {
+        self.description.joints.iter().position(|known| known.name == joint)
+    }
+
+    pub(crate) fn unit(&self, column: usize) -> DegOrMm {
+        self.description.joints.get(column).map_or(DegOrMm::Deg, |joint| unit_of(joint.unit))
+    }
+
+    pub(crate) fn joint_name(&self, column: usize) -> &str {
+        self.description.joints.get(column).map_or("", |joint| joint.name.as_str())
+    }
+
+    pub(crate) fn zero(&self, column: usize) -> f64 {
+        self.zeros.get(column).copied().unwrap_or(0.0)
+    }
+
+    /// Where the joints are taken to stand, for what the drive says.
+    pub(crate) fn corrected(&self, drive: &JointVector) -> Vec<f64> {
+        drive.as_slice().iter().enumerate().map(|(column, value)| value + self.zero(column)).collect()
+    }
+
+    /// As people read it, with the zeros in force.
+    pub(crate) fn named(&self, drive: &JointVector) -> Vec<NamedValue> {
+        let corrected = self.corrected(drive);
+        let joint = |column: usize| corrected.get(column).map(|value| self.named_value(column, *value));
+        (0..self.description.joints.len()).filter_map(joint).collect()
+    }
+
+    pub(crate) fn named_value(&self, column: usize, value: f64) -> NamedValue {
+        let unit = self.unit(column);
+        let name = self.joint_name(column).to_owned();
+        NamedValue {
+            name,
+            value: unit.from_internal(value),
+            unit: unit.symbol().to_owned(),
+            uncertainty: None,
+        }
+    }
+
+    /// For the record: what the drive said and what it means.
+    pub(crate) fn recorded(&self, drive: &JointVector) -> Value {
+        let rows = self.named(drive).into_iter().zip(drive.as_slice()).enumerate().map(|(column, (value, said))| {
+            json!({"name": value.name, "drive": self.unit(column).from_internal(*said), "value": value.value, "unit": value.unit})
+        });
+        Value::Array(rows.collect())
+    }
+
+    /// Whether a move to `target` (drive's numbers) keeps the limits and stays clear of the keep-out planes all the way.
+    pub(crate) fn check_move(&self, from: &JointVector, target: &JointVector) -> Result<(), NotAllowed> {
+        for column in 0..self.description.joints.len() {
+            self.check_limits(column, from, target)?;
+        }
+        self.check_planes(from, target)
+    }
+
+    fn check_limits(
+        &self,
+        column: usize,
+        from: &JointVector,
+        target: &JointVector,
+    ) -> Result<(), NotAllowed> {
+        let (Some(from), Some(target)) = (from.get(column), target.get(column)) else { return Ok(()) };
+        let (lower, upper) = self.limits(column);
+        let beyond = |value: f64| (lower - value).max(value - upper).max(0.0);
+        if from == target || beyond(target) <= beyond(from).max(1e-9) {
+            return Ok(());
+        }
+        let unit = self.unit(column);
+        let shown = |value: f64| unit.from_internal(value + self.zero(column));
+        Err(NotAllowed::Limit {
+            joint: self.joint_name(column).to_owned(),
+            target: shown(target),
+            lower: shown(lower),
+            upper: shown(upper),
+            unit: unit.symbol(),
+        })
+    }
+
+    /// The drive's limits of a joint, narrowed by the cell's, in the drive's numbers.
+    pub(crate) fn limits(&self, column: usize) -> (f64, f64) {
+        let Some(joint) = self.description.joints.get(column) else {
+            return (f64::NEG_INFINITY, f64::INFINITY);
+        };
+        match self.setting.limits.iter().find(|(name, ..)| *name == joint.name) {
+            Some((_, least, most)) => {
+                let zero = self.zero(column);
+                (joint.lower.max(least - zero), joint.upper.min(most - zero))
+            }
+            None => (joint.lower, joint.upper),
+        }
+    }
+
+    fn check_planes(&self, from: &JointVector, target: &JointVector) -> Result<(), NotAllowed> {
+        let Some(chain) = self.chain.as_ref().filter(|_| self.initialized && !self.planes.is_empty()) else {
+            return Ok(());
+        };
+        let (from, target) = (self.corrected(from), self.corrected(target));
+        let furthest = from.iter().zip(&target).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let pieces = (furthest / 2.0_f64.to_radians()).ceil().clamp(1.0, 200.0) as usize;
+        let parts_at = |fraction: f64| self.parts(chain, &from, &target, fraction);
+        let start = parts_at(0.0);
+        for piece in 1..=pieces {
+            for ((part, point), (_, before)) in parts_at(piece as f64 / pieces as f64).into_iter().zip(&start)
+            {
+                for plane in &self.planes {
+                    let clearance = plane.clearance(point);
+                    // A robot that stands beyond a plane may leave it.
+                    if clearance < -1e-6 && clearance < plane.clearance(*before) - 1e-6 {
+                        return Err(NotAllowed::KeepOut {
+                            part,
+                            plane: plane.name.clone(),
+                            depth: -clearance,
+                        });
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Where the ends of the links are on the way from one pose to another.
+    fn parts(&self, chain: &Chain, from: &[f64], to: &[f64], fraction: f64) -> Vec<(String, [f64; 3])> {
+        let at = |column: usize| {
+            let a = from.get(column).copied().unwrap_or(0.0);
+            let b = to.get(column).copied().unwrap_or(0.0);
+            a + fraction * (b - a)
+        };
+        let drive: Vec<f64> = self.columns.iter().map(|column| at(*column)).collect();
+        let Some(model) = &self.setting.model else { return Vec::new() };
+        let posture = Posture::of(chain, &model.model_joints(&drive), &[]);
+        let ends = posture.joints.iter().zip(&model.joints).map(|(frame, joint)| {
+            let end = frame.end.translation.vector;
+            (format!("the end of link `{joint}`"), [end.x, end.y, end.z])
+        });
+        ends.collect()
+    }
+
+    /// How long a move may take before something must be wrong, and how long it should take.
+    pub(crate) fn expected_time(&self, from: &JointVector, target: &JointVector, speed: f64) -> Duration {
+        let slowest = self.description.joints.iter().enumerate().map(|(column, joint)| {
+            let way = (from.get(column).unwrap_or(0.0) - target.get(column).unwrap_or(0.0)).abs();
+            way / (joint.max_speed.max(1e-6) * speed.max(1e-3))
+        });
+        Duration::from_secs_f64(slowest.fold(0.0, f64::max).clamp(0.0, 3600.0))
+    }
+
+    /// Moves the joints in which `target` differs from where the drive stands.
+    pub(crate) fn move_to(
+        &mut self,
+        from: &JointVector,
+        target: &JointVector,
+        speed: f64,
+        limit: Duration,
+    ) -> Result<JointState, DeviceError> {
+        let mask = (0..self.description.joints.len())
+            .filter(|column| from.get(*column) != target.get(*column))
+            .fold(0_u32, |mask, column| mask | (1 << column));
+        let motion = Motion::absolute(*target, speed).only(mask);
+        let patience = self.expected_time(from, target, speed) * 3 + Duration::from_secs(10);
+        self.link.move_joints(&motion, patience.min(limit))
+    }
+}
+
+fn unit_of(unit: JointUnit) -> DegOrMm {
+    match unit {
+        JointUnit::Radian => DegOrMm::Deg,
+        JointUnit::Millimetre => DegOrMm::Mm,
+    }
+}

@@ -1,0 +1,53 @@
+//! What to do about a step that went wrong.
+
+use super::Engine;
+use super::journal::Question;
+use super::step_context::StepContext;
+use super::step_error::StepError;
+use crate::prompt::{Answer, Decision, PromptKind};
+use crate::step::{OnError, Step};
+
+impl Engine {
+    /// Decides by what the step says, what the answers say, or by asking.
+    pub(super) fn decide(
+        &mut self,
+        step: &Step,
+        at: &StepContext,
+        error: &str,
+    ) -> Result<Decision, StepError> {
+        let decided = match step.on_error {
+            Some(OnError::Decide(decision)) => Some(decision),
+            Some(OnError::Ask) | None if self.unattended => {
+                let from_file = self.answers.as_ref().and_then(|answers| answers.decision(&at.answer_name));
+                Some(from_file.unwrap_or(Decision::Abort))
+            }
+            Some(OnError::Ask) | None => None,
+        };
+        match decided {
+            Some(Decision::Retry) if at.attempt.number > step.retries => Ok(Decision::Abort),
+            Some(decision) => Ok(decision),
+            None => {
+                let question = Question {
+                    step: &at.path,
+                    title: &at.title,
+                    text: error.to_owned(),
+                    help: None,
+                    kind: PromptKind::Decision {
+                        error: error.to_owned(),
+                        options: vec![Decision::Retry, Decision::Skip, Decision::Abort],
+                    },
+                };
+                let prompt = self.journal.ask(question)?;
+                let patient = StepContext { deadline: None, ..at.clone() };
+                loop {
+                    if let super::prompting::Heard::Answer(answer, by) = self.hear(&prompt, &patient)? {
+                        self.journal.answered(&prompt, &answer, &by)?;
+                        if let Answer::Decision { decision } = answer {
+                            return Ok(decision);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! How each kind of step is carried out, one a file.
+
+mod apply;
+mod check;
+mod compute;
+mod move_joints;
+mod prompt;
+mod search;
+
+use super::Engine;
+use super::step_context::{Done, StepContext};
+use super::step_error::StepError;
+use crate::step::{Action, Step};
+
+impl Engine {
+    /// Carries out a step that has no steps inside.
+    pub(super) fn execute(&mut self, step: &Step, at: &StepContext) -> Result<Done, StepError> {
+        match &step.action {
+            Action::Prompt(prompt) => self.execute_prompt(prompt, at),
+            Action::Move(motion) => self.execute_move(motion, at),
+            Action::Search(search) => self.execute_search(search, at),
+            Action::Compute(compute) => self.execute_compute(compute, at),
+            Action::Check(check) => self.execute_check(check, at),
+            Action::Apply(apply) => self.execute_apply(apply, at),
+            Action::Repeat(_) | Action::Call(_) => Ok(Done::default()),
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! `move`
+
+use plumb_plugin::JointVector;
+use serde_json::json;
+
+use crate::engine::Engine;
+use crate::engine::scope::joints_value;
+use crate::engine::step_context::{Done, StepContext};
+use crate::engine::step_error::StepError;
+use crate::event::NamedValue;
+use crate::step::MoveStep;
+
+impl Engine {
+    pub(super) fn execute_move(&mut self, step: &MoveStep, at: &StepContext) -> Result<Done, StepError> {
+        let start = self.read_pose(&step.robot)?.joints;
+        // Begun again after an interruption, a relative move still ends where it was to end at first.
+        let earlier = at.intent.as_ref().and_then(|intent| joint_vector(intent.get("target")?));
+        let target = match earlier {
+            Some(target) => target,
+            None => self.move_target(step, at, &start)?,
+        };
+        self.arm(&step.robot)?
+            .check_move(&start, &target)
+            .map_err(|reason| StepError::error(reason.to_string()))?;
+        self.journal.record.note_intent(at.attempt.row, &json!({"target": target.as_slice()}))?;
+        let end = self.move_arm(&step.robot, &start, &target, step.speed, at)?;
+        let joints = self.arm(&step.robot)?.named(&end);
+        let moved = |joint: &NamedValue| step.targets.iter().any(|target| target.joint == joint.name);
+        let values: Vec<NamedValue> = joints.iter().filter(|joint| moved(joint)).cloned().collect();
+        let places =
+            values.iter().map(|value| format!("{} at {:.3} {}", value.name, value.value, value.unit));
+        let message = places.collect::<Vec<_>>().join(", ");
+        Ok(Done { result: json!({"joints": joints_value(&joints)}), values, message })
+    }
+
+    fn move_target(
+        &mut self,
+        step: &MoveStep,
+        at: &StepContext,
+        start: &JointVector,
+    ) -> Result<JointVector, StepError> {
+        let mut target = *start;
+        for joint in &step.targets {
+            let value = joint.unit.to_internal(self.number(at.scope, &joint.value)?);
+            let arm = self.arm(&step.robot)?;
+            let Some(column) = arm.column(&joint.joint) else { continue };
+            let place = if step.relative {
+                start.get(column).unwrap_or(0.0) + value
+            } else {
+                value - arm.zero(column)
+            };
+            target.set(column, place);
+        }
+        Ok(target)
+    }
+
+    /// Moves a robot; where it comes to rest is written down with the end of the step.
+    pub(super) fn move_arm(
+        &mut self,
+        robot: &str,
+        from: &JointVector,
+        target: &JointVector,
+        speed: f64,
+        at: &StepContext,
+    ) -> Result<JointVector, StepError> {
+        self.look_for_interrupt()?;
+        let limit = at.time_left()?;
+        let moved = self.arm(robot)?.move_to(from, target, speed, limit);
+        match moved {
+            Ok(state) => {
+                self.show_pose(robot, &state)?;
+                self.moved.insert(robot.to_owned(), state.joints);
+                Ok(state.joints)
+            }
+            Err(error) => Err(self.device_error(error)),
+        }
+    }
+}
+
+/// Joints out of a stored intent.
+pub(super) fn joint_vector(value: &serde_json::Value) -> Option<JointVector> {
+    let numbers: Option<Vec<f64>> = value.as_array()?.iter().map(serde_json::Value::as_f64).collect();
+    JointVector::from_slice(&numbers?).ok()
+}

@@ -1,0 +1,217 @@
+//! `prompt`
+
+use plumb_plugin::JointVector;
+use serde_json::{Value, json};
+
+use crate::engine::Engine;
+use crate::engine::journal::Question as Asked;
+use crate::engine::prompting::Heard;
+use crate::engine::scope::joints_value;
+use crate::engine::step_context::{Done, StepContext};
+use crate::engine::step_error::StepError;
+use crate::event::NamedValue;
+use crate::expression::{Expression, Template};
+use crate::prompt::{Answer, JogGoal, Prompt, PromptKind};
+use crate::step::{PromptStep, Question};
+
+impl Engine {
+    pub(super) fn execute_prompt(&mut self, step: &PromptStep, at: &StepContext) -> Result<Done, StepError> {
+        let expressions: Vec<&str> = [Some(&step.text), step.help.as_ref()]
+            .into_iter()
+            .flatten()
+            .flat_map(Template::expressions)
+            .collect();
+        let values = self.values(at.scope, &expressions)?;
+        let text = step.text.fill(&self.calculator, &values)?;
+        let help = step.help.as_ref().map(|help| help.fill(&self.calculator, &values)).transpose()?;
+        let kind = self.prompt_kind(&step.question, at)?;
+        let question = Asked { step: &at.path, title: &at.title, text, help, kind };
+        if let Question::JogTo { robot, .. } = &step.question {
+            return self.jog_to(robot, question, at);
+        }
+        let answer = self.ask(question, at)?;
+        Ok(match answer {
+            Answer::Choice { key } => {
+                Done { result: json!({"choice": key}), message: format!("chosen: {key}"), ..Done::default() }
+            }
+            Answer::Number { value } => {
+                let unit = match &step.question {
+                    Question::Number { unit, .. } => unit.clone(),
+                    _ => String::new(),
+                };
+                let message = format!("answered: {value} {unit}").trim_end().to_owned();
+                let shown = NamedValue { name: "value".to_owned(), value, unit, uncertainty: None };
+                Done { result: json!({"value": value}), values: vec![shown], message }
+            }
+            _ => Done { result: json!({}), message: "done".to_owned(), ..Done::default() },
+        })
+    }
+
+    fn prompt_kind(&mut self, question: &Question, at: &StepContext) -> Result<PromptKind, StepError> {
+        Ok(match question {
+            Question::Acknowledge { label } => PromptKind::Acknowledge { label: label.clone() },
+            Question::Choice { options, default } => {
+                PromptKind::Choice { options: options.clone(), default: default.clone() }
+            }
+            Question::Number { unit, minimum, maximum, default } => PromptKind::Number {
+                unit: unit.clone(),
+                minimum: self.optional_number(at, minimum.as_ref())?,
+                maximum: self.optional_number(at, maximum.as_ref())?,
+                default: self.optional_number(at, default.as_ref())?,
+                decimals: None,
+            },
+            Question::JogTo { robot, goals, .. } => {
+                let mut bounds = Vec::new();
+                for goal in goals {
+                    bounds.push(JogGoal {
+                        joint: goal.joint.clone(),
+                        minimum: self.number(at.scope, &goal.minimum)?,
+                        maximum: self.number(at.scope, &goal.maximum)?,
+                        unit: goal.unit.symbol().to_owned(),
+                    });
+                }
+                let state = self.read_pose(robot)?;
+                let joints = self.arm(robot)?.named(&state.joints);
+                PromptKind::JogTo { device: robot.clone(), goals: bounds, joints }
+            }
+        })
+    }
+
+    fn optional_number(
+        &mut self,
+        at: &StepContext,
+        expression: Option<&Expression>,
+    ) -> Result<Option<f64>, StepError> {
+        expression.map(|expression| self.number(at.scope, expression)).transpose()
+    }
+
+    /// The operator brings the arm somewhere: with its pendant, or joint by joint from here.
+    fn jog_to(&mut self, robot: &str, question: Asked<'_>, at: &StepContext) -> Result<Done, StepError> {
+        let goals = match &question.kind {
+            PromptKind::JogTo { goals, .. } => goals.clone(),
+            _ => Vec::new(),
+        };
+        let prompt = self.journal.ask(question)?;
+        if self.unattended {
+            let (answer, by) = self.answer_from_file(&prompt, at)?;
+            let here = self.bring_to(robot, &answer, at)?;
+            self.goals_met(robot, &here, &goals).map_err(StepError::Error)?;
+            self.journal.answered(&prompt, &answer, &by)?;
+            return self.jog_done(robot, &here);
+        }
+        let has_pendant = self.arm(robot)?.description.capabilities.jog;
+        loop {
+            match self.hear(&prompt, at) {
+                Ok(Heard::Answer(answer, by)) => {
+                    self.pendant(robot, has_pendant, false)?;
+                    let here = match self.bring_to(robot, &answer, at) {
+                        Ok(here) => here,
+                        Err(StepError::Error(reason)) => {
+                            self.refuse(&prompt, &reason);
+                            continue;
+                        }
+                        Err(other) => return Err(other),
+                    };
+                    match self.goals_met(robot, &here, &goals) {
+                        Ok(()) => {
+                            self.journal.answered(&prompt, &answer, &by)?;
+                            return self.jog_done(robot, &here);
+                        }
+                        Err(reason) => self.refuse(&prompt, &reason),
+                    }
+                }
+                Ok(Heard::Jog { joint, by }) => {
+                    self.pendant(robot, has_pendant, false)?;
+                    self.jog_joint(robot, &joint, by, &prompt, at)?;
+                }
+                Ok(Heard::Silence) => self.pendant(robot, has_pendant, true)?,
+                Err(error) => {
+                    let _ = self.pendant(robot, has_pendant, false);
+                    return Err(error);
+                }
+            }
+        }
+    }
+
+    /// Hands the robot to its pendant or takes it back, and shows where it stands.
+    fn pendant(&mut self, robot: &str, has_pendant: bool, on: bool) -> Result<(), StepError> {
+        if !has_pendant {
+            self.read_pose(robot)?;
+            return Ok(());
+        }
+        let state = self.arm(robot)?.link.jog(on);
+        let state = state.map_err(|error| self.device_error(error))?.state;
+        self.show_pose(robot, &state)
+    }
+
+    fn jog_joint(
+        &mut self,
+        robot: &str,
+        joint: &str,
+        by: f64,
+        prompt: &Prompt,
+        at: &StepContext,
+    ) -> Result<(), StepError> {
+        let here = self.read_pose(robot)?.joints;
+        let arm = self.arm(robot)?;
+        let Some(column) = arm.column(joint) else {
+            let help = crate::yaml::did_you_mean(
+                joint,
+                arm.description.joints.iter().map(|joint| joint.name.as_str()),
+            );
+            self.refuse(prompt, &format!("{robot} has no joint {joint}: {help}"));
+            return Ok(());
+        };
+        let mut target = here;
+        target.set(column, here.get(column).unwrap_or(0.0) + arm.unit(column).to_internal(by));
+        match arm.check_move(&here, &target) {
+            Ok(()) => self.move_arm(robot, &here, &target, 0.5, at).map(|_| ()),
+            Err(reason) => {
+                self.refuse(prompt, &reason.to_string());
+                Ok(())
+            }
+        }
+    }
+
+    /// For an answer that names a pose, the arm goes there; else it is where it is.
+    fn bring_to(&mut self, robot: &str, answer: &Answer, at: &StepContext) -> Result<JointVector, StepError> {
+        let here = self.read_pose(robot)?.joints;
+        self.moved.insert(robot.to_owned(), here);
+        let Answer::Pose { joints } = answer else { return Ok(here) };
+        let arm = self.arm(robot)?;
+        let mut target = here;
+        for joint in joints {
+            if let Some(column) = arm.column(&joint.name) {
+                target.set(column, arm.unit(column).to_internal(joint.value) - arm.zero(column));
+            }
+        }
+        arm.check_move(&here, &target).map_err(|reason| StepError::error(reason.to_string()))?;
+        self.move_arm(robot, &here, &target, 0.5, at)
+    }
+
+    fn goals_met(&mut self, robot: &str, here: &JointVector, goals: &[JogGoal]) -> Result<(), String> {
+        let joints = self.arm(robot).map(|arm| arm.named(here)).unwrap_or_default();
+        for goal in goals {
+            let stands =
+                joints.iter().find(|joint| joint.name == goal.joint).map_or(f64::NAN, |joint| joint.value);
+            if !(goal.minimum..=goal.maximum).contains(&stands) {
+                return Err(format!(
+                    "{} stands at {stands:.2} {unit}; it has to be between {:.2} and {:.2} {unit}",
+                    goal.joint,
+                    goal.minimum,
+                    goal.maximum,
+                    unit = goal.unit
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn jog_done(&mut self, robot: &str, here: &JointVector) -> Result<Done, StepError> {
+        let joints = self.arm(robot)?.named(here);
+        let places = joints.iter().map(|joint| format!("{} {:.2} {}", joint.name, joint.value, joint.unit));
+        let message = format!("stands at {}", places.collect::<Vec<_>>().join(", "));
+        let result: Value = json!({"joints": joints_value(&joints)});
+        Ok(Done { result, values: joints, message })
+    }
+}

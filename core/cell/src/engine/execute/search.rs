@@ -1,0 +1,339 @@
+//! `search`: a joint moves in pieces, after each of which the sensor is asked what it has seen up to that moment. When it has changed as
+//! wanted, the arm has overshot by one piece at most; it backs off and approaches again, slowly, from the same side, and ends at the very
+//! pose at which the sensor changed.
+
+use plumb_plugin::{JointVector, ProximityEdge, Reading};
+use plumb_record::Trigger;
+use serde_json::json;
+
+use crate::engine::Engine;
+use crate::engine::execute::move_joints::joint_vector;
+use crate::engine::scope::joints_value;
+use crate::engine::step_context::{Done, StepContext};
+use crate::engine::step_error::StepError;
+use crate::event::{Event, NamedValue};
+use crate::step::{Approach, SearchStep};
+
+/// A search with its numbers, in the drive's units.
+struct Search<'a> {
+    step: &'a SearchStep,
+    column: usize,
+    /// +1 or -1.
+    direction: f64,
+    /// Where the searched joint may go at most.
+    end: f64,
+    /// It ends there because the joint goes no further.
+    ends_at_limit: bool,
+    back_off: f64,
+}
+
+impl Engine {
+    pub(super) fn execute_search(&mut self, step: &SearchStep, at: &StepContext) -> Result<Done, StepError> {
+        let start = self.begin_search(step, at)?;
+        let search = self.plan_search(step, at, &start)?;
+        self.sensor(&step.sensor)?.link.arm().map_err(|error| self.device_error(error))?;
+        let start = self.clear_start(&search, at, start)?;
+        let fast = self.approach(&search, at, start, search.end, &step.fast, false)?;
+        let behind = self.back_off(&search, at, &fast)?;
+        let beyond = fast.joints.get(search.column).unwrap_or(0.0)
+            + search.direction * (search.back_off + self.chunk(&search, &step.fast));
+        let fine = self.approach(&search, at, behind, beyond, &step.slow, true)?;
+        self.return_to_trigger(&search, at, &fine)?;
+        self.search_done(&search, &fine, &fast)
+    }
+
+    /// Where the search begins: where the arm stands, or where an interrupted attempt began.
+    fn begin_search(&mut self, step: &SearchStep, at: &StepContext) -> Result<JointVector, StepError> {
+        let here = self.read_pose(&step.robot)?.joints;
+        let earlier = at.intent.as_ref().and_then(|intent| joint_vector(intent.get("start")?));
+        let start = match earlier {
+            Some(start) if start != here => {
+                self.allowed(&step.robot, &here, &start)?;
+                self.journal.progress(&at.path, None, "back to where the search began".to_owned());
+                self.move_arm(&step.robot, &here, &start, step.slow.speed.max(0.2), at)?
+            }
+            _ => here,
+        };
+        self.journal.record.note_intent(at.attempt.row, &json!({"start": start.as_slice()}))?;
+        Ok(start)
+    }
+
+    fn plan_search<'s>(
+        &mut self,
+        step: &'s SearchStep,
+        at: &StepContext,
+        start: &JointVector,
+    ) -> Result<Search<'s>, StepError> {
+        let travel = step.unit.to_internal(self.number(at.scope, &step.travel)?);
+        let arm = self.arm(&step.robot)?;
+        let column = arm.column(&step.joint).unwrap_or(0);
+        let (lower, upper) = arm.limits(column);
+        let from = start.get(column).unwrap_or(0.0);
+        if travel == 0.0 {
+            return Err(StepError::error(
+                "the travel of the search is 0: give how far it may go, with the sign of the direction",
+            ));
+        }
+        let wanted = from + travel;
+        let end = if travel > 0.0 { wanted.min(upper.max(from)) } else { wanted.max(lower.min(from)) };
+        Ok(Search {
+            step,
+            column,
+            direction: travel.signum(),
+            end,
+            ends_at_limit: end != wanted,
+            back_off: step.unit.to_internal(step.back_off),
+        })
+    }
+
+    fn chunk(&self, search: &Search<'_>, approach: &Approach) -> f64 {
+        search.step.unit.to_internal(approach.chunk)
+    }
+
+    fn allowed(&mut self, robot: &str, from: &JointVector, to: &JointVector) -> Result<(), StepError> {
+        self.arm(robot)?.check_move(from, to).map_err(|reason| StepError::error(reason.to_string()))
+    }
+
+    /// What the sensor has seen up to the moment at which the arm came to rest.
+    fn look(&mut self, search: &Search<'_>) -> Result<Reading, StepError> {
+        let state = self.read_pose(&search.step.robot)?;
+        let reading = self.sensor(&search.step.sensor)?.link.read(state.time_ns);
+        let reading = reading.map_err(|error| self.device_error(error))?;
+        if let Some(on) = reading.fired {
+            let device = search.step.sensor.clone();
+            self.journal.show(Event::Signal {
+                device,
+                signal: "fired".to_owned(),
+                on,
+                time_ns: reading.time_ns,
+            });
+        }
+        Ok(reading)
+    }
+
+    fn shifted(search: &Search<'_>, from: &JointVector, place: f64) -> JointVector {
+        let mut target = *from;
+        target.set(search.column, place);
+        target
+    }
+
+    /// Makes sure the sensor is not yet as wanted. Exactly at a threshold it may say so without meaning it: a small piece of the way tells.
+    fn clear_start(
+        &mut self,
+        search: &Search<'_>,
+        at: &StepContext,
+        start: JointVector,
+    ) -> Result<JointVector, StepError> {
+        let step = search.step;
+        let mut here = start;
+        if !self.is_there(search)? {
+            return Ok(here);
+        }
+        if !step.back_off_first {
+            let place =
+                here.get(search.column).unwrap_or(0.0) + search.direction * self.chunk(search, &step.slow);
+            here = self.step_to(search, at, &here, place, step.slow.speed)?;
+            if !self.is_there(search)? {
+                return Ok(here);
+            }
+            let state = if step.until_on { "on" } else { "off" };
+            let message = format!(
+                "{} is {state} already where the search begins, so there is nothing to find: move {} {} away first",
+                step.sensor, step.robot, step.joint
+            );
+            return Err(StepError::error(message));
+        }
+        for _ in 0..50 {
+            self.journal.progress(&at.path, None, format!("{} is there already: backing off", step.sensor));
+            let place = here.get(search.column).unwrap_or(0.0) - search.direction * search.back_off;
+            here = self.step_to(search, at, &here, place, step.fast.speed)?;
+            if !self.is_there(search)? {
+                return Ok(here);
+            }
+        }
+        Err(StepError::error(format!("{} does not change however far {} backs off", step.sensor, step.joint)))
+    }
+
+    /// Whether the sensor is as the search wants it, now.
+    fn is_there(&mut self, search: &Search<'_>) -> Result<bool, StepError> {
+        let step = search.step;
+        match self.look(search)?.fired {
+            Some(fired) => Ok(fired == step.until_on),
+            None => Err(StepError::error(format!(
+                "{} does not say whether it has fired: it cannot be searched with",
+                step.sensor
+            ))),
+        }
+    }
+
+    fn step_to(
+        &mut self,
+        search: &Search<'_>,
+        at: &StepContext,
+        here: &JointVector,
+        place: f64,
+        speed: f64,
+    ) -> Result<JointVector, StepError> {
+        let target = Self::shifted(search, here, place);
+        self.allowed(&search.step.robot, here, &target)?;
+        self.move_arm(&search.step.robot, here, &target, speed, at)
+    }
+
+    /// Moves in pieces until the sensor changes as wanted; gives the edge.
+    fn approach(
+        &mut self,
+        search: &Search<'_>,
+        at: &StepContext,
+        start: JointVector,
+        end: f64,
+        approach: &Approach,
+        fine: bool,
+    ) -> Result<ProximityEdge, StepError> {
+        let chunk = self.chunk(search, approach);
+        let from = start.get(search.column).unwrap_or(0.0);
+        let mut here = start;
+        loop {
+            let now = here.get(search.column).unwrap_or(0.0);
+            let left = (end - now) * search.direction;
+            if left <= 1e-9 {
+                return Err(self.nothing_found(search, from, now));
+            }
+            let place = if left <= chunk { end } else { now + search.direction * chunk };
+            here = self.step_to(search, at, &here, place, approach.speed)?;
+            let reading = self.look(search)?;
+            let pace = if fine { "slowly" } else { "fast" };
+            let fraction = ((place - from) / (end - from)).clamp(0.0, 1.0);
+            if let Some(shown) = self.arm(&search.step.robot)?.named(&here).get(search.column) {
+                let text = format!("{pace}: {} at {:.2} {}", shown.name, shown.value, shown.unit);
+                self.journal.progress(&at.path, Some(fraction), text);
+            }
+            if let Some(edge) = reading.edges.iter().find(|edge| edge.has_fired() == search.step.until_on) {
+                self.note_trigger(search, at, edge, fine)?;
+                return Ok(*edge);
+            }
+        }
+    }
+
+    fn nothing_found(&mut self, search: &Search<'_>, from: f64, now: f64) -> StepError {
+        let step = search.step;
+        let unit = step.unit;
+        let way = unit.from_internal((now - from).abs());
+        let state = if step.until_on { "came on" } else { "went off" };
+        let why = match search.ends_at_limit {
+            true => format!(", and {} goes no further", step.joint),
+            false => String::new(),
+        };
+        StepError::error(format!(
+            "{} never {state} within {way:.2} {} of {}{why}: bring the arm nearer, or allow a longer travel",
+            step.sensor,
+            unit.symbol(),
+            step.joint
+        ))
+    }
+
+    /// Goes back to where the sensor is as it was before, on the side the search came from.
+    fn back_off(
+        &mut self,
+        search: &Search<'_>,
+        at: &StepContext,
+        edge: &ProximityEdge,
+    ) -> Result<JointVector, StepError> {
+        let step = search.step;
+        let mut here = self.read_pose(&step.robot)?.joints;
+        let trigger = edge.joints.get(search.column).unwrap_or(0.0);
+        for times in 1..=5 {
+            let place = trigger - search.direction * search.back_off * f64::from(times);
+            here = self.step_to(search, at, &here, place, step.fast.speed)?;
+            if !self.is_there(search)? {
+                return Ok(here);
+            }
+        }
+        let message = format!(
+            "{} stays as it is although {} backed off by {:.2} {}: give a larger back_off",
+            step.sensor,
+            step.joint,
+            5.0 * step.back_off,
+            step.unit.symbol()
+        );
+        Err(StepError::error(message))
+    }
+
+    /// Ends at the pose of the edge, coming from the same side as the search.
+    fn return_to_trigger(
+        &mut self,
+        search: &Search<'_>,
+        at: &StepContext,
+        edge: &ProximityEdge,
+    ) -> Result<(), StepError> {
+        let step = search.step;
+        let trigger = edge.joints.get(search.column).unwrap_or(0.0);
+        let here = self.read_pose(&step.robot)?.joints;
+        let overshoot = (here.get(search.column).unwrap_or(0.0) - trigger) * search.direction;
+        let mut here = here;
+        if overshoot > 0.0 {
+            here = self.step_to(
+                search,
+                at,
+                &here,
+                trigger - search.direction * search.back_off,
+                step.fast.speed,
+            )?;
+        }
+        self.step_to(search, at, &here, trigger, step.slow.speed)?;
+        Ok(())
+    }
+
+    fn note_trigger(
+        &mut self,
+        search: &Search<'_>,
+        at: &StepContext,
+        edge: &ProximityEdge,
+        fine: bool,
+    ) -> Result<(), StepError> {
+        let step = search.step;
+        let arm = self.arm(&step.robot)?;
+        let recorded = arm.recorded(&edge.joints);
+        let named = arm.named(&edge.joints);
+        let half_width =
+            arm.named_value(search.column, edge.joints_half_width.get(search.column).unwrap_or(0.0));
+        let trigger = Trigger {
+            device: &step.robot,
+            sensor: &step.sensor,
+            fired: edge.has_fired(),
+            fine,
+            time_ns: edge.time_ns,
+            joint: &step.joint,
+            joints: &recorded,
+            half_width: half_width.value,
+            unit: step.unit.symbol(),
+        };
+        Ok(self.journal.trigger(&at.path, &trigger, named, half_width.clone())?)
+    }
+
+    fn search_done(
+        &mut self,
+        search: &Search<'_>,
+        fine: &ProximityEdge,
+        fast: &ProximityEdge,
+    ) -> Result<Done, StepError> {
+        let step = search.step;
+        let arm = self.arm(&step.robot)?;
+        let joints = arm.named(&fine.joints);
+        let half_width =
+            arm.named_value(search.column, fine.joints_half_width.get(search.column).unwrap_or(0.0)).value;
+        let unit = step.unit.symbol();
+        let mut result =
+            json!({"joints": joints_value(&joints), "fast_joints": joints_value(&arm.named(&fast.joints))});
+        if let Some(entries) = result.as_object_mut() {
+            entries.insert(format!("half_width_{unit}"), half_width.into());
+        }
+        let found: Vec<NamedValue> = joints.into_iter().filter(|joint| joint.name == step.joint).collect();
+        let place = found.first().map_or(0.0, |joint| joint.value);
+        let state = if step.until_on { "came on" } else { "went off" };
+        let message = format!(
+            "{} {state} with {} at {place:.4} {unit} (known to {half_width:.2e})",
+            step.sensor, step.joint
+        );
+        Ok(Done { result, values: found, message })
+    }
+}

@@ -1,0 +1,40 @@
+//! The end of a sitting.
+
+use plumb_record::RecordError;
+
+use super::Engine;
+use super::run_loop::RunEnd;
+use crate::event::{DeviceState, LogLevel, RunOutcome};
+
+impl Engine {
+    /// Brings the robots to rest, writes the end down and shuts the devices down. A run that needs something before it can go on leaves its
+    /// simulated world alive, so that it can be resumed there.
+    pub(super) fn finish(mut self, end: RunEnd) -> Result<RunOutcome, RecordError> {
+        self.stops.clear();
+        for arm in &mut self.arms {
+            if self.lost.contains(&arm.name) {
+                continue;
+            }
+            if let Err(error) = arm.link.deactivate() {
+                self.journal.log(LogLevel::Warning, &arm.name, None, &error.to_string())?;
+            }
+            self.journal.device(&arm.name, &arm.plugin, DeviceState::Finalized, None);
+        }
+        for sensor in self.sensors.iter().filter(|sensor| !self.lost.contains(&sensor.name)) {
+            self.journal.device(&sensor.name, &sensor.plugin, DeviceState::Finalized, None);
+        }
+        let resumable = matches!(end.outcome, RunOutcome::Error | RunOutcome::NeedsOperator);
+        self.arms.clear();
+        self.sensors.clear();
+        self.links.shut_down(resumable);
+        if !resumable {
+            self.journal.record.set_world(self.journal.run, None)?;
+        }
+        let message = match resumable {
+            true => format!("{} (go on with: plumb run --resume {})", end.message, self.journal.run),
+            false => end.message,
+        };
+        self.journal.run_ended(end.outcome, &message)?;
+        Ok(end.outcome)
+    }
+}

@@ -1,0 +1,259 @@
+//! Everything that happens is written down first and shown after.
+
+use plumb_record::{
+    Interruption, NewCorrection, PlannedRow, Reading, Record, RecordError, RunEnd, RunId, StepEnd, Trigger,
+};
+use serde_json::Value;
+
+use super::event_sender::EventSender;
+use crate::event::{
+    Correction, DeviceState, Event, LogLevel, NamedValue, PlannedStep, RunOutcome, StepOutcome, StepPath,
+};
+use crate::prompt::{Answer, Prompt, PromptId, PromptKind};
+
+/// The record of a run together with its watchers.
+pub(crate) struct Journal {
+    pub(crate) record: Record,
+    pub(crate) run: RunId,
+    events: EventSender,
+}
+
+/// An attempt at a step that was written down.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Attempt {
+    pub(crate) row: i64,
+    pub(crate) number: u32,
+    pub(crate) started: std::time::Instant,
+}
+
+/// How an attempt ended.
+pub(crate) struct AttemptEnd<'a> {
+    pub(crate) outcome: StepOutcome,
+    pub(crate) message: &'a str,
+    pub(crate) result: &'a Value,
+    pub(crate) values: Vec<NamedValue>,
+}
+
+/// What a prompt is about.
+pub(crate) struct Question<'a> {
+    pub(crate) step: &'a StepPath,
+    pub(crate) title: &'a str,
+    pub(crate) text: String,
+    pub(crate) help: Option<String>,
+    pub(crate) kind: PromptKind,
+}
+
+type Written = Result<(), RecordError>;
+
+impl Journal {
+    pub(crate) fn new(record: Record, run: RunId, events: EventSender) -> Self {
+        Self { record, run, events }
+    }
+
+    /// Shows something that needs no writing down: it can be read again from the device.
+    pub(crate) fn show(&self, event: Event) {
+        self.events.send(event);
+    }
+
+    pub(crate) fn planned(&mut self, steps: Vec<PlannedStep>, estimate_s: f64, first_time: bool) -> Written {
+        if first_time {
+            let rows: Vec<PlannedRow> = steps
+                .iter()
+                .map(|step| PlannedRow {
+                    step: step.step.0.clone(),
+                    title: step.title.clone(),
+                    kind: step.kind.clone(),
+                    depth: step.depth,
+                    estimate_s: step.estimate_s,
+                })
+                .collect();
+            self.record.note_plan(self.run, &rows)?;
+        }
+        self.show(Event::Planned { steps, estimate_s });
+        Ok(())
+    }
+
+    pub(crate) fn begin(&mut self, step: &StepPath) -> Result<Attempt, RecordError> {
+        let (row, number) = self.record.start_step(self.run, &step.0)?;
+        self.show(Event::StepStarted { step: step.clone(), attempt: number });
+        Ok(Attempt { row, number, started: std::time::Instant::now() })
+    }
+
+    pub(crate) fn end(&mut self, step: &StepPath, attempt: Attempt, end: AttemptEnd<'_>) -> Written {
+        let outcome = outcome_name(end.outcome);
+        self.record.end_step(attempt.row, &StepEnd { outcome, message: end.message, result: end.result })?;
+        self.show(Event::StepFinished {
+            step: step.clone(),
+            outcome: end.outcome,
+            message: end.message.to_owned(),
+            values: end.values,
+            seconds: attempt.started.elapsed().as_secs_f64(),
+        });
+        Ok(())
+    }
+
+    pub(crate) fn progress(&self, step: &StepPath, fraction: Option<f64>, text: String) {
+        self.show(Event::StepProgress { step: step.clone(), fraction, text });
+    }
+
+    pub(crate) fn ask(&mut self, question: Question<'_>) -> Result<Prompt, RecordError> {
+        let mut prompt = Prompt {
+            id: PromptId(0),
+            step: question.step.clone(),
+            title: question.title.to_owned(),
+            text: question.text,
+            help: question.help,
+            kind: question.kind,
+        };
+        let id = self.record.ask_prompt(self.run, &question.step.0, |id| {
+            prompt.id = PromptId(id);
+            serde_json::to_value(&prompt).unwrap_or(Value::Null)
+        })?;
+        prompt.id = PromptId(id);
+        self.show(Event::PromptAsked { prompt: prompt.clone() });
+        Ok(prompt)
+    }
+
+    pub(crate) fn answered(&mut self, prompt: &Prompt, answer: &Answer, by: &str) -> Written {
+        let value = serde_json::to_value(answer).unwrap_or(Value::Null);
+        self.record.answer_prompt(prompt.id.0, &value, by)?;
+        let (step, answer) = (prompt.step.clone(), answer.clone());
+        self.show(Event::PromptAnswered { prompt: prompt.id, step, answer, by: by.to_owned() });
+        Ok(())
+    }
+
+    pub(crate) fn withdrawn(&mut self, prompt: &Prompt) -> Written {
+        self.record.withdraw_prompt(prompt.id.0)?;
+        self.show(Event::PromptWithdrawn { prompt: prompt.id });
+        Ok(())
+    }
+
+    pub(crate) fn interruption(
+        &mut self,
+        kind: Interruption,
+        step: Option<&StepPath>,
+        reason: &str,
+    ) -> Written {
+        self.record.note_interruption(self.run, kind, step.map(|step| step.0.as_str()), reason)
+    }
+
+    pub(crate) fn trigger(
+        &mut self,
+        step: &StepPath,
+        trigger: &Trigger<'_>,
+        joints: Vec<NamedValue>,
+        half_width: NamedValue,
+    ) -> Written {
+        self.record.note_trigger(self.run, &step.0, trigger)?;
+        if trigger.fine {
+            let device = trigger.device.to_owned();
+            self.show(Event::TriggerFound { step: step.clone(), device, joints, half_width });
+        }
+        Ok(())
+    }
+
+    pub(crate) fn computed(&mut self, step: &StepPath, values: &[NamedValue]) -> Written {
+        let readings: Vec<Reading<'_>> = values
+            .iter()
+            .map(|value| Reading {
+                source: "computed",
+                name: &value.name,
+                value: value.value,
+                unit: &value.unit,
+                uncertainty: value.uncertainty,
+            })
+            .collect();
+        self.record.note_readings(self.run, &step.0, &readings)
+    }
+
+    pub(crate) fn proposed(
+        &mut self,
+        step: &StepPath,
+        cell: &str,
+        corrections: &[NewCorrection],
+    ) -> Result<Vec<i64>, RecordError> {
+        let numbers = self.record.propose_corrections(self.run, &step.0, cell, corrections)?;
+        for correction in corrections {
+            self.show(Event::CorrectionProposed { correction: shown_correction(correction) });
+        }
+        Ok(numbers)
+    }
+
+    pub(crate) fn applied(
+        &mut self,
+        cell: &str,
+        device: &str,
+        numbers: &[i64],
+        corrections: &[NewCorrection],
+        reason: &str,
+    ) -> Result<i64, RecordError> {
+        let revision = self.record.apply_corrections(cell, device, numbers, reason)?;
+        for correction in corrections {
+            self.show(Event::CorrectionApplied { correction: shown_correction(correction), revision });
+        }
+        Ok(revision)
+    }
+
+    pub(crate) fn pose(&mut self, device: &str, joints: &Value) -> Written {
+        self.record.note_pose(self.run, device, joints)
+    }
+
+    pub(crate) fn device(&self, device: &str, plugin: &str, state: DeviceState, message: Option<String>) {
+        self.show(Event::Device { device: device.to_owned(), plugin: plugin.to_owned(), state, message });
+    }
+
+    pub(crate) fn log(
+        &mut self,
+        level: LogLevel,
+        source: &str,
+        step: Option<&StepPath>,
+        message: &str,
+    ) -> Written {
+        let name = match level {
+            LogLevel::Debug => "debug",
+            LogLevel::Info => "info",
+            LogLevel::Warning => "warning",
+            LogLevel::Error => "error",
+        };
+        self.record.note_log(self.run, name, source, step.map(|step| step.0.as_str()), message)?;
+        let (source, step, message) = (source.to_owned(), step.cloned(), message.to_owned());
+        self.show(Event::Log { level, source, step, message });
+        Ok(())
+    }
+
+    pub(crate) fn run_ended(&mut self, outcome: RunOutcome, message: &str) -> Written {
+        let end = match outcome {
+            RunOutcome::Passed => RunEnd::Passed,
+            RunOutcome::Failed => RunEnd::Failed,
+            RunOutcome::Error => RunEnd::Error,
+            RunOutcome::Aborted => RunEnd::Aborted,
+            RunOutcome::NeedsOperator => RunEnd::NeedsOperator,
+        };
+        self.record.end_run(self.run, end, message)?;
+        self.show(Event::RunEnded { run: self.run.0, outcome, message: message.to_owned() });
+        Ok(())
+    }
+}
+
+fn outcome_name(outcome: StepOutcome) -> &'static str {
+    match outcome {
+        StepOutcome::Passed => "passed",
+        StepOutcome::Failed => "failed",
+        StepOutcome::Error => "error",
+        StepOutcome::Skipped => "skipped",
+        StepOutcome::NotNeeded => "not_needed",
+        StepOutcome::Interrupted => "interrupted",
+    }
+}
+
+fn shown_correction(correction: &NewCorrection) -> Correction {
+    Correction {
+        device: correction.key.device.clone(),
+        quantity: correction.key.quantity.clone(),
+        place: correction.key.place.clone(),
+        old: correction.old,
+        new: correction.new,
+        uncertainty: correction.uncertainty,
+        unit: correction.unit.clone(),
+    }
+}

@@ -1,0 +1,193 @@
+//! The engine: carries a procedure out in a cell, step by step, every transition written down before it is shown.
+
+mod arm;
+mod connect;
+mod decide;
+mod estimate;
+mod event_sender;
+mod execute;
+mod finish;
+mod inbox;
+mod journal;
+mod pause;
+mod plan;
+mod prompting;
+mod resume;
+mod run_loop;
+mod scope;
+mod start;
+mod step_context;
+mod step_error;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use plumb_plugin::{JointState, JointVector};
+use serde_json::{Map, Value};
+
+pub use event_sender::EventSender;
+pub use plan::PlanError;
+pub use start::{RunRequest, RunningRun, StartError, start_run};
+
+use arm::Arm;
+use inbox::{Inbox, Interrupt};
+use journal::Journal;
+use plan::Plan;
+use scope::joints_value;
+use step_error::StepError;
+
+use crate::answers::Answers;
+use crate::device::{DeviceError, DeviceLinks, SensorLink};
+use crate::event::Event;
+use crate::expression::{Calculator, Expression};
+use crate::run_handle::StopActions;
+use crate::workcell::Workcell;
+
+/// One sitting of one run.
+pub(crate) struct Engine {
+    cell: Arc<Workcell>,
+    calculator: Arc<Calculator>,
+    journal: Journal,
+    inbox: Inbox,
+    links: Box<dyn DeviceLinks>,
+    stops: StopActions,
+    arms: Vec<Arm>,
+    sensors: Vec<Sensor>,
+    /// Devices whose process was lost.
+    lost: Vec<String>,
+    /// Robots that moved since their place was last written down, and where they came to rest.
+    moved: BTreeMap<String, JointVector>,
+    answers: Option<Answers>,
+    unattended: bool,
+    plan: Plan,
+    /// A check did not hold and the run went on all the same.
+    failed_check: Option<String>,
+}
+
+/// A connected sensor.
+pub(crate) struct Sensor {
+    name: String,
+    plugin: String,
+    link: Box<dyn SensorLink>,
+}
+
+impl Engine {
+    fn arm(&mut self, name: &str) -> Result<&mut Arm, StepError> {
+        let lost = self.lost.iter().any(|lost| lost == name);
+        let arm = self.arms.iter_mut().find(|arm| arm.name == name).filter(|_| !lost);
+        arm.ok_or_else(|| StepError::Lost {
+            device: name.to_owned(),
+            message: format!("{name} is not connected"),
+        })
+    }
+
+    fn sensor(&mut self, name: &str) -> Result<&mut Sensor, StepError> {
+        let lost = self.lost.iter().any(|lost| lost == name);
+        let sensor = self.sensors.iter_mut().find(|sensor| sensor.name == name).filter(|_| !lost);
+        sensor.ok_or_else(|| StepError::Lost {
+            device: name.to_owned(),
+            message: format!("{name} is not connected"),
+        })
+    }
+
+    /// Takes in commands; gives up where one interrupts.
+    fn look_for_interrupt(&mut self) -> Result<(), StepError> {
+        match self.inbox.interrupt() {
+            Some(interrupt) => Err(interrupted(interrupt)),
+            None => Ok(()),
+        }
+    }
+
+    /// What a device's error means: a stop that was asked for is an interruption, and so is one at the pendant.
+    fn device_error(&mut self, error: DeviceError) -> StepError {
+        if let Some(interrupt) = self.inbox.interrupt() {
+            return interrupted(interrupt);
+        }
+        if error.is_stop() {
+            return StepError::Interrupted { interrupt: Interrupt::Stop, reason: error.to_string() };
+        }
+        StepError::from(error)
+    }
+
+    /// The values expressions see in a scope. Where the robots stand is read only when an expression asks for it.
+    fn values(&mut self, scope: usize, expressions: &[&str]) -> Result<Map<String, Value>, StepError> {
+        let mut robots = Map::new();
+        for index in 0..self.arms.len() {
+            let Some(name) = self.arms.get(index).map(|arm| arm.name.clone()) else { continue };
+            let asked = format!("{name}.joints");
+            let mut entries = Map::new();
+            if let Some(Value::Object(model)) = self.model_values().remove(&name) {
+                entries = model;
+            }
+            if expressions.iter().any(|text| text.contains(&asked)) {
+                let state = self.read_pose(&name)?;
+                let named = self.arm(&name)?.named(&state.joints);
+                entries.insert("joints".to_owned(), joints_value(&named));
+            }
+            robots.insert(name, Value::Object(entries));
+        }
+        Ok(self.plan.scopes.get(scope).map(|scope| scope.values(robots)).unwrap_or_default())
+    }
+
+    /// What the robots' model files give to expressions.
+    fn model_values(&self) -> Map<String, Value> {
+        start::model_values(&self.cell)
+    }
+
+    fn number(&mut self, scope: usize, expression: &Expression) -> Result<f64, StepError> {
+        let values = self.values(scope, &[expression.text()])?;
+        Ok(expression.number(&self.calculator, &values)?)
+    }
+
+    /// Where a robot stands, read now and shown.
+    fn read_pose(&mut self, name: &str) -> Result<JointState, StepError> {
+        let read = self.arm(name)?.link.read_joints();
+        let state = read.map_err(|error| self.device_error(error))?;
+        self.show_pose(name, &state)?;
+        Ok(state)
+    }
+
+    fn show_pose(&mut self, name: &str, state: &JointState) -> Result<(), StepError> {
+        let arm = self.arm(name)?;
+        let joints = arm.named(&state.joints);
+        let event = Event::Joints {
+            device: name.to_owned(),
+            time_ns: state.time_ns,
+            moving: state.is_moving(),
+            joints,
+        };
+        self.journal.show(event);
+        Ok(())
+    }
+
+    /// Writes down where the robots that moved came to rest, for a resume.
+    fn note_poses(&mut self) -> Result<(), plumb_record::RecordError> {
+        for (name, joints) in std::mem::take(&mut self.moved) {
+            if let Some(arm) = self.arms.iter().find(|arm| arm.name == name) {
+                let recorded = arm.recorded(&joints);
+                self.journal.pose(&name, &recorded)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads where every robot stands and writes it down.
+    fn read_and_note_poses(&mut self) -> Result<(), StepError> {
+        for index in 0..self.arms.len() {
+            let Some(name) = self.arms.get(index).map(|arm| arm.name.clone()) else { continue };
+            let state = self.read_pose(&name)?;
+            self.moved.insert(name, state.joints);
+        }
+        Ok(self.note_poses()?)
+    }
+}
+
+fn interrupted(interrupt: Interrupt) -> StepError {
+    let reason = match interrupt {
+        Interrupt::Pause => "paused by the operator",
+        Interrupt::Stop => "stopped by the operator",
+        Interrupt::Abort => "aborted by the operator",
+        Interrupt::Finish => "finished early by the operator",
+    };
+    StepError::Interrupted { interrupt, reason: reason.to_owned() }
+}

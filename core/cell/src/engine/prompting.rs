@@ -1,0 +1,227 @@
+//! Asking: the first valid answer wins, whoever gives it; in an unattended run the answers file gives it or the run ends.
+
+use std::time::Duration;
+
+use super::Engine;
+use super::inbox::Interrupt;
+use super::interrupted;
+use super::journal::Question;
+use super::step_context::StepContext;
+use super::step_error::StepError;
+use crate::command::Command;
+use crate::event::Event;
+use crate::prompt::{Answer, Prompt, PromptKind};
+
+/// How often a waiting prompt looks at the robot it is about.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// What came while a prompt waited.
+pub(super) enum Heard {
+    /// An answer that fits the prompt's kind, and who gave it.
+    Answer(Answer, String),
+    /// One joint is to be moved a little.
+    Jog { joint: String, by: f64 },
+    /// Nothing for a while.
+    Silence,
+}
+
+impl Engine {
+    /// Asks and waits for the answer. An answer given before the run was interrupted is taken without asking again.
+    pub(super) fn ask(&mut self, question: Question<'_>, at: &StepContext) -> Result<Answer, StepError> {
+        if let Some(answer) = self.answer_given_before(&question)? {
+            return Ok(answer);
+        }
+        let prompt = self.journal.ask(question)?;
+        if self.unattended {
+            let (answer, by) = self.answer_from_file(&prompt, at)?;
+            self.journal.answered(&prompt, &answer, &by)?;
+            return Ok(answer);
+        }
+        loop {
+            match self.hear(&prompt, at)? {
+                Heard::Answer(answer, by) => {
+                    self.journal.answered(&prompt, &answer, &by)?;
+                    return Ok(answer);
+                }
+                Heard::Jog { .. } => self.refuse(&prompt, "nothing is jogged in this prompt"),
+                Heard::Silence => {}
+            }
+        }
+    }
+
+    /// An answer in the record to the same prompt of this run, given before it was killed.
+    pub(super) fn answer_given_before(
+        &mut self,
+        question: &Question<'_>,
+    ) -> Result<Option<Answer>, StepError> {
+        let last_end = self.journal.record.steps(self.journal.run)?;
+        let attempts = last_end.iter().filter(|attempt| attempt.step == question.step.0);
+        // Only an attempt that a killed program left open has an answer that was never used.
+        let left_open = attempts.rev().nth(1).is_some_and(|attempt| attempt.ended.is_none());
+        if !left_open {
+            return Ok(None);
+        }
+        let prompts = self.journal.record.prompts(self.journal.run)?;
+        let answer = prompts
+            .into_iter()
+            .rev()
+            .find(|prompt| prompt.step == question.step.0)
+            .filter(|prompt| same_kind(&prompt.description, &question.kind))
+            .and_then(|prompt| prompt.answer);
+        Ok(answer.and_then(|answer| serde_json::from_value(answer.answer).ok()))
+    }
+
+    /// Waits a little for something that concerns the prompt.
+    pub(super) fn hear(&mut self, prompt: &Prompt, at: &StepContext) -> Result<Heard, StepError> {
+        if at.time_left().is_err() {
+            self.journal.withdrawn(prompt)?;
+            return Err(StepError::error("nobody answered within its time limit"));
+        }
+        match self.inbox.next(LOOK) {
+            Some(Command::Answer { prompt: id, answer, by }) if id == prompt.id => {
+                match check_answer(&answer, &prompt.kind) {
+                    Ok(()) => return Ok(Heard::Answer(answer, by)),
+                    Err(reason) => self.refuse(prompt, &reason),
+                }
+            }
+            Some(Command::Jog { prompt: id, joint, by }) if id == prompt.id => {
+                return Ok(Heard::Jog { joint, by });
+            }
+            Some(other) => {
+                if let Some(interrupt) = self.inbox.as_interrupt(&other) {
+                    self.journal.withdrawn(prompt)?;
+                    return Err(interrupted(interrupt));
+                }
+            }
+            None => {}
+        }
+        Ok(Heard::Silence)
+    }
+
+    pub(super) fn refuse(&mut self, prompt: &Prompt, reason: &str) {
+        self.journal.show(Event::AnswerRefused { prompt: prompt.id, reason: reason.to_owned() });
+    }
+
+    /// The answer of the answers file, and who is said to have given it.
+    pub(super) fn answer_from_file(
+        &mut self,
+        prompt: &Prompt,
+        at: &StepContext,
+    ) -> Result<(Answer, String), StepError> {
+        if let Some(interrupt) = self.inbox.interrupt() {
+            self.journal.withdrawn(prompt)?;
+            return Err(interrupted(interrupt));
+        }
+        let times = self.times_answered(&at.answer_name)?;
+        let name = &at.answer_name;
+        let found = self
+            .answers
+            .as_ref()
+            .and_then(|answers| Some((answers.find(name, times)?.clone(), answers.by.clone())));
+        let Some((written, by)) = found else {
+            self.journal.withdrawn(prompt)?;
+            let message =
+                format!("step `{name}` asks \"{}\" and the answers hold no answer to it", prompt.title);
+            return Err(StepError::NeedsOperator(message));
+        };
+        let answer = written.for_prompt(&prompt.kind).and_then(|answer| {
+            check_answer(&answer, &prompt.kind)?;
+            Ok(answer)
+        });
+        match answer {
+            Ok(answer) => Ok((answer, by)),
+            Err(reason) => {
+                self.journal.withdrawn(prompt)?;
+                Err(StepError::error(format!("the answer to step `{name}` cannot be taken: {reason}")))
+            }
+        }
+    }
+
+    /// How often prompts of a step were answered in this run, turns of repetitions taken together.
+    fn times_answered(&mut self, answer_name: &str) -> Result<usize, StepError> {
+        let prompts = self.journal.record.prompts(self.journal.run)?;
+        let mine = |path: &str| without_turns(path) == answer_name || path == answer_name;
+        let in_plan = |path: &str| {
+            let entry = self.plan.entries.iter().find(|entry| entry.path.0 == path);
+            entry.map_or_else(|| mine(path), |entry| entry.answer_name == answer_name)
+        };
+        Ok(prompts.iter().filter(|prompt| prompt.answer.is_some() && in_plan(&prompt.step)).count())
+    }
+}
+
+fn without_turns(path: &str) -> String {
+    let mut name = String::new();
+    let mut inside = false;
+    for character in path.chars() {
+        match character {
+            '[' => inside = true,
+            ']' => inside = false,
+            other if !inside => name.push(other),
+            _ => {}
+        }
+    }
+    name
+}
+
+fn same_kind(description: &serde_json::Value, kind: &PromptKind) -> bool {
+    let name = serde_json::to_value(kind).ok().and_then(|kind| kind.get("kind").cloned());
+    description.get("kind").and_then(|stored| stored.get("kind").cloned()) == name
+}
+
+/// Whether an answer can be taken; if not, what would be right.
+pub(super) fn check_answer(answer: &Answer, kind: &PromptKind) -> Result<(), String> {
+    match (kind, answer) {
+        (PromptKind::Acknowledge { .. } | PromptKind::JogTo { .. }, Answer::Done) => Ok(()),
+        (PromptKind::JogTo { joints, .. }, Answer::Pose { joints: wanted }) => {
+            let known =
+                |name: &str, unit: &str| joints.iter().any(|joint| joint.name == name && joint.unit == unit);
+            match wanted.iter().find(|joint| !known(&joint.name, &joint.unit)) {
+                None => Ok(()),
+                Some(joint) => {
+                    let names: Vec<String> =
+                        joints.iter().map(|joint| format!("{} ({})", joint.name, joint.unit)).collect();
+                    Err(format!(
+                        "there is no joint {} in {}; there are {}",
+                        joint.name,
+                        joint.unit,
+                        names.join(", ")
+                    ))
+                }
+            }
+        }
+        (PromptKind::Choice { options, .. }, Answer::Choice { key }) => match options
+            .iter()
+            .any(|option| option.key == *key)
+        {
+            true => Ok(()),
+            false => Err(crate::yaml::did_you_mean(key, options.iter().map(|option| option.key.as_str()))),
+        },
+        (PromptKind::Number { unit, minimum, maximum, .. }, Answer::Number { value }) => {
+            let least = minimum.unwrap_or(f64::NEG_INFINITY);
+            let most = maximum.unwrap_or(f64::INFINITY);
+            if value.is_finite() && (least..=most).contains(value) {
+                return Ok(());
+            }
+            let range = match (minimum, maximum) {
+                (Some(least), Some(most)) => format!("lies between {least} and {most}"),
+                (Some(least), None) => format!("is at least {least}"),
+                (None, Some(most)) => format!("is at most {most}"),
+                (None, None) => "is a finite number".to_owned(),
+            };
+            Err(format!("{value} {unit} is out of range: it {range} {unit}").trim_end().to_owned())
+        }
+        (PromptKind::ConfirmPose { .. }, Answer::Confirmed) => Ok(()),
+        (PromptKind::Decision { options, .. }, Answer::Decision { decision }) => {
+            match options.contains(decision) {
+                true => Ok(()),
+                false => Err(format!("`{}` is not to be chosen here", decision.name())),
+            }
+        }
+        _ => Err("this is another kind of answer than the prompt asks for".to_owned()),
+    }
+}
+
+/// An interruption that means: go on asking afterwards.
+pub(super) fn is_pause(interrupt: Interrupt) -> bool {
+    matches!(interrupt, Interrupt::Pause | Interrupt::Stop)
+}

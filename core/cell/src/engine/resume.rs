@@ -1,0 +1,238 @@
+//! Going on with a run that was interrupted: what was done stays done, the step in hand begins again.
+
+use plumb_record::StoredStep;
+use serde_json::Value;
+
+use super::Engine;
+use super::journal::{Attempt, Question};
+use super::plan::Work;
+use super::prompting::Heard;
+use super::step_context::StepContext;
+use super::step_error::StepError;
+use crate::event::{Event, NamedValue, StepOutcome, StepPath};
+use crate::prompt::PromptKind;
+use crate::step::Action;
+
+/// Joints that differ by less stand where they stood: rad or mm.
+const SAME: f64 = 1e-6;
+
+/// Where a resumed run goes on.
+pub(super) struct ResumePoint {
+    /// Entry of the plan.
+    pub(super) position: usize,
+    /// Repetitions and calls that are open there.
+    pub(super) open: Vec<usize>,
+}
+
+impl Engine {
+    /// Takes over what the record holds of the steps that are done, and finds the first that is not.
+    pub(super) fn replay(&mut self, stored: &[StoredStep]) -> Result<ResumePoint, StepError> {
+        let mut point = ResumePoint { position: 0, open: Vec::new() };
+        while let Some(entry) = self.plan.entries.get(point.position).cloned() {
+            let last = stored.iter().rev().find(|attempt| attempt.step == entry.path.0);
+            let outcome = last.and_then(|attempt| attempt.outcome.as_deref());
+            match &entry.work {
+                Work::Leaf => match (last, outcome) {
+                    (Some(attempt), Some("passed")) => {
+                        self.set_result(&entry, attempt.result.clone());
+                        self.show_done(&entry.path, StepOutcome::Passed, attempt);
+                    }
+                    (Some(attempt), Some("skipped")) => {
+                        let failed = stored
+                            .iter()
+                            .find(|a| a.step == entry.path.0 && a.outcome.as_deref() == Some("failed"));
+                        if let Some(failed) = failed {
+                            let message = failed.message.clone().unwrap_or_default();
+                            self.failed_check.get_or_insert(message);
+                        }
+                        self.show_done(&entry.path, StepOutcome::Skipped, attempt);
+                    }
+                    (Some(attempt), Some("not_needed")) => {
+                        self.show_done(&entry.path, StepOutcome::NotNeeded, attempt)
+                    }
+                    _ => return Ok(point),
+                },
+                Work::Begin { end } => match outcome {
+                    Some("not_needed") => {
+                        point.position = end + 1;
+                        continue;
+                    }
+                    _ if last.is_none() => return Ok(point),
+                    _ => point.open.push(point.position),
+                },
+                Work::Turn { turn, turns } => {
+                    self.set_state(&entry, serde_json::json!({"turn": turn, "turns": turns}))
+                }
+                Work::TurnEnd { end } => match self.next_turn_outcome(point.position, stored) {
+                    Some("not_needed") => {
+                        point.position = *end;
+                        continue;
+                    }
+                    Some(_) => {}
+                    // The end of the last turn, or a turn not begun: whether the repetition is over is worked out again.
+                    None => return Ok(point),
+                },
+                Work::End { called, turns } => {
+                    if outcome != Some("passed") {
+                        return Ok(point);
+                    }
+                    let result = match called.and_then(|scope| self.plan.scopes.get(scope)) {
+                        Some(scope) => Value::Object(scope.results().clone()),
+                        None => serde_json::json!({"turns": turns}),
+                    };
+                    self.set_result(&entry, result);
+                    point.open.pop();
+                }
+            }
+            point.position += 1;
+        }
+        Ok(point)
+    }
+
+    /// What became of the first step of the turn after the one that ends at `position`; none when there is none, or it was not begun.
+    fn next_turn_outcome<'s>(&self, position: usize, stored: &'s [StoredStep]) -> Option<&'s str> {
+        let turn = self.plan.entries.get(position + 1)?;
+        let first = self.plan.entries.get(position + 2)?;
+        if !matches!(turn.work, Work::Turn { .. }) {
+            // The last turn: the end follows, and is known by its own outcome.
+            let done = stored.iter().any(|a| a.step == turn.path.0 && a.outcome.as_deref() == Some("passed"));
+            return done.then_some("passed");
+        }
+        let attempt = stored.iter().rev().find(|attempt| attempt.step == first.path.0)?;
+        Some(attempt.outcome.as_deref().unwrap_or("begun"))
+    }
+
+    fn show_done(&self, step: &StepPath, outcome: StepOutcome, attempt: &StoredStep) {
+        self.journal.show(Event::StepFinished {
+            step: step.clone(),
+            outcome,
+            message: attempt.message.clone().unwrap_or_default(),
+            values: Vec::new(),
+            seconds: 0.0,
+        });
+    }
+
+    /// Begins the open repetitions and calls anew.
+    pub(super) fn reopen(&mut self, open: &[usize]) -> Result<Vec<(usize, Attempt)>, StepError> {
+        let mut attempts = Vec::new();
+        for index in open {
+            let Some(path) = self.plan.entries.get(*index).map(|entry| entry.path.clone()) else { continue };
+            attempts.push((*index, self.journal.begin(&path)?));
+        }
+        Ok(attempts)
+    }
+
+    /// Makes sure that every robot stands where the run left it: a person looks, or the record and the robot agree.
+    pub(super) fn confirm_poses(&mut self, position: usize) -> Result<(), StepError> {
+        let poses = self.journal.record.poses(self.journal.run)?;
+        for index in 0..self.arms.len() {
+            let Some(name) = self.arms.get(index).map(|arm| arm.name.clone()) else { continue };
+            let Some(pose) = poses.iter().find(|pose| pose.device == name) else { continue };
+            let state = self.read_pose(&name)?;
+            let reported = self.arm(&name)?.recorded(&state.joints);
+            if self.unattended {
+                self.confirm_unattended(&name, &pose.joints, &reported, position)?;
+            } else {
+                self.confirm_by_asking(&name, &pose.joints, &reported)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn confirm_by_asking(
+        &mut self,
+        robot: &str,
+        recorded: &Value,
+        reported: &Value,
+    ) -> Result<(), StepError> {
+        let path = StepPath("resume".to_owned());
+        let question = Question {
+            step: &path,
+            title: "Does the arm stand where the run left it?",
+            text: format!(
+                "The run was interrupted. Look at {robot}: nothing may have moved it since, and its way on has to be free.\n\
+                 Confirm only when it stands as it was left; otherwise abort and begin a new run."
+            ),
+            help: None,
+            kind: PromptKind::ConfirmPose {
+                device: robot.to_owned(),
+                recorded: named(recorded),
+                reported: named(reported),
+            },
+        };
+        let prompt = self.journal.ask(question)?;
+        let at = StepContext {
+            path: path.clone(),
+            title: String::new(),
+            answer_name: "resume".to_owned(),
+            scope: 0,
+            attempt: Attempt { row: 0, number: 1, started: std::time::Instant::now() },
+            intent: None,
+            deadline: None,
+        };
+        loop {
+            if let Heard::Answer(answer, by) = self.hear(&prompt, &at)? {
+                self.journal.answered(&prompt, &answer, &by)?;
+                return Ok(());
+            }
+        }
+    }
+
+    /// Without a person, the robot has to say it stands where the record left it; only the joints that the interrupted step was moving may
+    /// stand elsewhere.
+    fn confirm_unattended(
+        &mut self,
+        robot: &str,
+        recorded: &Value,
+        reported: &Value,
+        position: usize,
+    ) -> Result<(), StepError> {
+        if self.answers.as_ref().is_some_and(|answers| answers.confirm_pose) {
+            return Ok(());
+        }
+        let moved_by_step: Vec<String> = match self.plan.entries.get(position).map(|entry| &entry.step.action)
+        {
+            Some(Action::Move(step)) if step.robot == robot => {
+                step.targets.iter().map(|target| target.joint.clone()).collect()
+            }
+            Some(Action::Search(step)) if step.robot == robot => vec![step.joint.clone()],
+            _ => Vec::new(),
+        };
+        for (before, now) in drive_numbers(recorded).into_iter().zip(drive_numbers(reported)) {
+            if (before.1 - now.1).abs() > SAME && !moved_by_step.contains(&before.0) {
+                return Err(StepError::NeedsOperator(format!(
+                    "{robot} says its {} stands at {:.3}; the run left it at {:.3}. Somebody has to look: resume without --headless, or say \
+                     `confirm_pose: true` in the answers",
+                    before.0, now.1, before.1
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn rows(joints: &Value) -> impl Iterator<Item = &Value> {
+    joints.as_array().into_iter().flatten()
+}
+
+fn text(row: &Value, key: &str) -> String {
+    row.get(key).and_then(Value::as_str).unwrap_or_default().to_owned()
+}
+
+fn named(joints: &Value) -> Vec<NamedValue> {
+    let value = |row: &Value| row.get("value").and_then(Value::as_f64).unwrap_or(f64::NAN);
+    rows(joints)
+        .map(|row| NamedValue {
+            name: text(row, "name"),
+            value: value(row),
+            unit: text(row, "unit"),
+            uncertainty: None,
+        })
+        .collect()
+}
+
+fn drive_numbers(joints: &Value) -> Vec<(String, f64)> {
+    rows(joints)
+        .map(|row| (text(row, "name"), row.get("drive").and_then(Value::as_f64).unwrap_or(f64::NAN)))
+        .collect()
+}

@@ -1,0 +1,279 @@
+//! A cell in memory for tests of the engine: an arm of the TeachMover's kind over a T target, and its sensor. Exact, instant, and it breaks
+//! when told to.
+
+#![allow(dead_code, unreachable_pub, reason = "each test file uses its part")]
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
+
+use plumb_cell::StopAction;
+use plumb_cell::device::{DeviceError, DeviceLinks, Link, RobotLink, SensorLink};
+use plumb_cell::workcell::DeviceSetting;
+use plumb_plugin::{
+    JogState, JointDescription, JointState, JointUnit, JointVector, Motion, PluginError, ProximityEdge,
+    Reading, RobotCapabilities, RobotDescription, SensorDescription,
+};
+
+const JOINTS: [&str; 6] = ["waist", "shoulder", "elbow", "wrist_pitch", "wrist_roll", "gripper"];
+const LINK_MM: f64 = 177.8;
+const SHOULDER_MM: f64 = 195.0;
+const HAND_MM: f64 = 109.0;
+
+/// Told of each move at its beginning.
+pub type OnMove = Box<dyn Fn(usize) + Send>;
+
+/// What outlives hosts: where the arm stands, and what breaks next.
+pub struct World {
+    joints: Mutex<[f64; 6]>,
+    edges: Mutex<Vec<ProximityEdge>>,
+    fired: AtomicBool,
+    time_ns: AtomicUsize,
+    /// Where the truth is beyond what the drive says, rad.
+    pub zero_error: [f64; 3],
+    /// Moves made so far.
+    pub moves: AtomicUsize,
+    /// The arm's process dies in the middle of this move.
+    pub lose_arm_at_move: AtomicUsize,
+    /// The operator stops everything in the middle of this move.
+    pub stop_at_move: AtomicUsize,
+    stopped: AtomicBool,
+    pub connections: AtomicUsize,
+    /// Called at the beginning of each move with its number.
+    pub on_move: Mutex<Option<OnMove>>,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+impl World {
+    /// An arm over the white quadrant, 4 cm up, whose drive is wrong by `zero_error_deg` (waist, shoulder, elbow).
+    pub fn new(zero_error_deg: [f64; 3]) -> Arc<Self> {
+        let zero_error = zero_error_deg.map(f64::to_radians);
+        let truth = [11.0_f64, 41.0, -78.0, -90.0, 0.0];
+        let mut joints = [0.0; 6];
+        for (index, place) in joints.iter_mut().enumerate().take(5) {
+            *place = truth[index].to_radians() - zero_error.get(index).copied().unwrap_or(0.0);
+        }
+        let world = Self {
+            joints: Mutex::new(joints),
+            edges: Mutex::new(Vec::new()),
+            fired: AtomicBool::new(false),
+            time_ns: AtomicUsize::new(1),
+            zero_error,
+            moves: AtomicUsize::new(0),
+            lose_arm_at_move: AtomicUsize::new(usize::MAX),
+            stop_at_move: AtomicUsize::new(usize::MAX),
+            stopped: AtomicBool::new(false),
+            connections: AtomicUsize::new(0),
+            on_move: Mutex::new(None),
+        };
+        Arc::new(world)
+    }
+
+    /// Height of the sensor over the table less its working height, where the paper is white; else far away. mm.
+    fn light(&self, drive: &[f64; 6]) -> (f64, bool) {
+        let truth: Vec<f64> =
+            (0..6).map(|index| drive[index] + self.zero_error.get(index).copied().unwrap_or(0.0)).collect();
+        let radius = LINK_MM * truth[1].cos() + LINK_MM * truth[2].cos() + HAND_MM * truth[3].cos();
+        let height =
+            SHOULDER_MM + LINK_MM * truth[1].sin() + LINK_MM * truth[2].sin() + HAND_MM * truth[3].sin();
+        let along_b = radius * (truth[0] - 8.0_f64.to_radians()).cos();
+        let white = truth[0] > 0.0 && along_b > 140.0;
+        (height, white)
+    }
+
+    fn is_on(&self, drive: &[f64; 6], was: bool) -> bool {
+        let (height, white) = self.light(drive);
+        white && height <= if was { 10.0 } else { 8.0 }
+    }
+
+    /// Moves along a straight line in joint space up to `share` of the way, noting every edge at its exact place.
+    fn go(&self, target: &[f64; 6], share: f64) {
+        let start = *lock(&self.joints);
+        let at = |fraction: f64| {
+            let mut pose = start;
+            for (index, value) in pose.iter_mut().enumerate() {
+                *value += fraction * (target[index] - start[index]);
+            }
+            pose
+        };
+        let pieces = 200;
+        for piece in 1..=pieces {
+            let (mut before, mut after) =
+                ((piece - 1) as f64 / pieces as f64 * share, piece as f64 / pieces as f64 * share);
+            let was = self.fired.load(Ordering::SeqCst);
+            let now = self.is_on(&at(after), was);
+            if now == was {
+                continue;
+            }
+            for _ in 0..80 {
+                let middle = 0.5 * (before + after);
+                if self.is_on(&at(middle), was) == was { before = middle } else { after = middle }
+            }
+            self.fired.store(now, Ordering::SeqCst);
+            let time_ns = self.tick();
+            let joints = vector(&at(after));
+            lock(&self.edges).push(ProximityEdge {
+                time_ns,
+                fired: u32::from(now),
+                joints,
+                ..ProximityEdge::default()
+            });
+        }
+        let end = if share == 1.0 { *target } else { at(share) };
+        *lock(&self.joints) = end;
+    }
+
+    fn tick(&self) -> u64 {
+        self.time_ns.fetch_add(1, Ordering::SeqCst) as u64
+    }
+
+    pub fn state(&self) -> JointState {
+        JointState::new(self.tick(), vector(&lock(&self.joints)), false)
+    }
+
+    /// True joint angles, degrees.
+    pub fn truth_deg(&self) -> Vec<f64> {
+        let joints = *lock(&self.joints);
+        (0..3).map(|index| (joints[index] + self.zero_error[index]).to_degrees()).collect()
+    }
+}
+
+fn vector(joints: &[f64; 6]) -> JointVector {
+    JointVector::from_slice(joints).unwrap_or_default()
+}
+
+struct Arm {
+    world: Arc<World>,
+    description: RobotDescription,
+}
+
+impl RobotLink for Arm {
+    fn description(&self) -> &RobotDescription {
+        &self.description
+    }
+
+    fn activate(&mut self) -> Result<(), DeviceError> {
+        self.world.stopped.store(false, Ordering::SeqCst);
+        Ok(())
+    }
+
+    fn deactivate(&mut self) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    fn read_joints(&mut self) -> Result<JointState, DeviceError> {
+        Ok(self.world.state())
+    }
+
+    fn move_joints(&mut self, motion: &Motion, _limit: Duration) -> Result<JointState, DeviceError> {
+        let number = self.world.moves.fetch_add(1, Ordering::SeqCst) + 1;
+        if let Some(on_move) = lock(&self.world.on_move).as_ref() {
+            on_move(number);
+        }
+        let target = motion.end_from(&self.world.state().joints);
+        let mut joints = [0.0; 6];
+        joints.copy_from_slice(target.as_slice());
+        if number == self.world.lose_arm_at_move.load(Ordering::SeqCst) {
+            self.world.go(&joints, 0.4);
+            let cause = "its process was killed by signal 9".to_owned();
+            return Err(DeviceError::Lost { device: "arm".to_owned(), cause });
+        }
+        if self.world.stopped.load(Ordering::SeqCst) {
+            self.world.go(&joints, 0.4);
+            let error = PluginError::stopped();
+            return Err(DeviceError::Refused { device: "arm".to_owned(), error });
+        }
+        self.world.go(&joints, 1.0);
+        Ok(self.world.state())
+    }
+
+    fn jog(&mut self, _on: bool) -> Result<JogState, DeviceError> {
+        Ok(JogState { state: self.world.state(), ..JogState::default() })
+    }
+
+    fn stop_action(&self) -> StopAction {
+        let world = Arc::clone(&self.world);
+        Box::new(move || world.stopped.store(true, Ordering::SeqCst))
+    }
+}
+
+struct Eye {
+    world: Arc<World>,
+    description: SensorDescription,
+}
+
+impl SensorLink for Eye {
+    fn description(&self) -> &SensorDescription {
+        &self.description
+    }
+
+    fn activate(&mut self) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    fn arm(&mut self) -> Result<(), DeviceError> {
+        lock(&self.world.edges).clear();
+        Ok(())
+    }
+
+    fn read(&mut self, after_ns: u64) -> Result<Reading, DeviceError> {
+        let edges = std::mem::take(&mut *lock(&self.world.edges));
+        let fired = Some(self.world.fired.load(Ordering::SeqCst));
+        Ok(Reading { time_ns: after_ns, fired, edges, quantities: Vec::new() })
+    }
+}
+
+/// The cell's devices, in memory.
+pub struct Devices(pub Arc<World>);
+
+impl DeviceLinks for Devices {
+    fn connect(&mut self, device: &DeviceSetting) -> Result<Link, DeviceError> {
+        let world = Arc::clone(&self.0);
+        world.connections.fetch_add(1, Ordering::SeqCst);
+        Ok(match device.name.as_str() {
+            "arm" => Link::Robot(Box::new(Arm { world, description: arm_description() })),
+            _ => Link::Sensor(Box::new(Eye {
+                world,
+                description: SensorDescription {
+                    model: "eye".into(),
+                    switches: true,
+                    quantities: Vec::new(),
+                },
+            })),
+        })
+    }
+
+    fn world_socket(&self) -> Option<String> {
+        Some("in memory".to_owned())
+    }
+
+    fn shut_down(&mut self, _keep_world: bool) {}
+}
+
+fn arm_description() -> RobotDescription {
+    let joint = |name: &str| {
+        let (unit, lower, upper) = match name {
+            "gripper" => (JointUnit::Millimetre, 0.0, 76.0),
+            _ => (JointUnit::Radian, -3.2, 3.2),
+        };
+        JointDescription {
+            name: name.to_owned(),
+            unit,
+            lower,
+            upper,
+            resolution: 0.0,
+            max_speed: 0.4,
+            home: 0.0,
+        }
+    };
+    RobotDescription {
+        model: "an arm in memory".to_owned(),
+        joints: JOINTS.map(joint).to_vec(),
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+        capabilities: RobotCapabilities { interruptible: true, stop_time_ms: 0, jog: true, set_zero: false },
+    }
+}
