@@ -19,6 +19,9 @@ pub(crate) struct Arguments {
     file: PathBuf,
     #[command(flatten)]
     purpose: Purpose,
+    /// Draw what is left to chance from this seed instead of the file's.
+    #[arg(long)]
+    seed: Option<u64>,
     /// How time runs: as the wall's, or as fast as it can.
     #[arg(long, value_enum, default_value = "real")]
     pace: Pace,
@@ -62,9 +65,13 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         std::io::stdout().write_all(text.as_bytes())?;
     }
     if let Some(socket) = &arguments.purpose.socket {
+        // The world outlives whoever started it: what a terminal sends to a cell's processes must not end it. Started from a shell
+        // by hand it leads a group already, is refused this, and obeys the keyboard.
+        let _leads_already = nix::unistd::setsid();
         serve(&ServeOptions {
             file: arguments.file.clone(),
             socket: socket.clone(),
+            seed: arguments.seed,
             pace: match arguments.pace {
                 Pace::Real => protocol::Pace::Real,
                 Pace::Fast => protocol::Pace::Fast,

@@ -31,6 +31,7 @@ pub(crate) enum Received {
 
 impl Lines {
     pub(crate) fn over(stream: UnixStream) -> io::Result<Lines> {
+        stream.set_nonblocking(false)?;
         stream.set_write_timeout(Some(WRITE_PATIENCE))?;
         Ok(Lines { stream, received: Vec::new() })
     }

@@ -150,6 +150,7 @@ fn a_second_world_at_one_address_is_refused() {
     let error = serve(&ServeOptions {
         file: world_path("world-ideal.yaml"),
         socket: served.socket.clone(),
+        seed: None,
         pace: Pace::Fast,
         idle: Duration::from_secs(600),
     })
@@ -171,6 +172,7 @@ fn a_socket_left_by_a_dead_world_is_taken_over() {
     let options = ServeOptions {
         file: world_path("world-ideal.yaml"),
         socket: socket.clone(),
+        seed: None,
         pace: Pace::Fast,
         idle: Duration::from_secs(600),
     };
@@ -210,6 +212,7 @@ fn an_address_that_cannot_be_is_explained() {
     let error = serve(&ServeOptions {
         file: world_path("world-ideal.yaml"),
         socket: "/nowhere/at/all".into(),
+        seed: None,
         pace: Pace::Fast,
         idle: Duration::from_secs(1),
     })

@@ -184,3 +184,18 @@ fn the_controller_can_be_told_where_it_stands_without_moving() {
     let went = world.truth().attitudes.minus(&before.attitudes).of(Joint::Shoulder).to_degrees();
     assert!(went > 2.5 && went < 3.1, "{went}");
 }
+
+#[test]
+fn an_arm_is_left_within_the_operators_tolerance_and_its_controller_believes_otherwise() {
+    let within = "resolution: continuous\n    start_within: {elbow_deg: 4, waist_deg: 1}";
+    let left = |seed: u64| {
+        let seeded = format!("\nseed: {seed}\narm:");
+        world_with("world-ideal.yaml", &[("resolution: continuous", within), ("\narm:", &seeded)]).truth()
+    };
+    let elbows: Vec<f64> = (0..200).map(|seed| left(seed).attitudes.of(Joint::Elbow).to_degrees()).collect();
+    assert!(elbows.iter().all(|elbow| (elbow + 78.0).abs() <= 4.0));
+    assert!(elbows.iter().any(|elbow| *elbow > -75.0) && elbows.iter().any(|elbow| *elbow < -81.0));
+    assert_eq!(left(3), left(3));
+    assert!((left(3).reckoned.of(Joint::Elbow).to_degrees() + 79.3).abs() < 1e-9);
+    assert!((left(4).attitudes.of(Joint::Shoulder).to_degrees() - 41.0).abs() < 1e-9);
+}

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use serde::de::DeserializeOwned;
 
-use super::shared::{Order, Shared};
+use super::shared::{Order, Shared, State};
 use crate::lines::{Lines, Received};
 use crate::protocol::{Answer, Call, Hello, Instrument, PROTOCOL, Pace, Reading, Say, Verb};
-use crate::world::{HalfSteps, Joints, MotionOrder, Resolution, World};
+use crate::world::{HalfSteps, Joints, MotionOrder, Resolution};
 
 /// How often a client that says nothing is asked whether the world ends.
 const LISTEN: Duration = Duration::from_millis(100);
@@ -111,97 +111,56 @@ impl Session {
         }
     }
 
-    fn answer(&mut self, call: Call) -> Result<(), Gone> {
-        let id = call.id;
-        let end = match call.verb {
-            Verb::Read {} => Ok(()),
-            Verb::Stop {} => {
-                self.shared.now().halt();
-                Ok(())
-            }
-            Verb::Outputs { bits } => {
-                self.shared.now().world.set_outputs(bits);
-                Ok(())
-            }
-            Verb::SetZero { joints } => self.set_zero(joints),
-            Verb::Pendant { on } => {
-                self.shared.now().hand_over(on);
-                Ok(())
-            }
-            Verb::Key { key } => {
-                self.shared.now().press(key);
-                Ok(())
-            }
-            Verb::Pace { pace } => {
-                self.shared.now().set_pace(pace);
-                Ok(())
-            }
-            Verb::Trim { by } => self.adjust(|world| world.turn_trim(by), "this sensor has no trim resistor"),
-            Verb::Hold { width_mm } => self.adjust(
-                |world| world.put_between_fingers(width_mm),
-                "the fingers do not stand so far open; open them first",
-            ),
+    fn answer(&mut self, Call { id, verb }: Call) -> Result<(), Gone> {
+        match verb {
             Verb::Move { joints, relative, speed } => {
-                return self.answer_motion(id, &Order::Joints(MotionOrder { joints, relative, speed }));
+                self.answer_motion(id, &Order::Joints(MotionOrder { joints, relative, speed }))
             }
             Verb::Step { half_steps, rate } => {
-                return self.answer_motion(id, &Order::HalfSteps(HalfSteps(half_steps), rate));
+                self.answer_motion(id, &Order::HalfSteps(HalfSteps(half_steps), rate))
             }
-            Verb::Place { joints } => return self.answer_place(id, &joints),
-            Verb::Wait { ms } if ms > LONGEST_WAIT_MS => {
-                Err(format!("a wait lasts at most {LONGEST_WAIT_MS} ms; wait again after it"))
-            }
-            Verb::Wait { ms } => return self.answer_wait(id, Duration::from_millis(ms)),
-            Verb::Measure { with } => {
-                let say = self.measure(with);
-                return self.say(id, say);
-            }
-            Verb::Look {} => {
-                let say = self.look();
-                return self.say(id, say);
-            }
-            Verb::Reveal {} => {
-                let text = self.shared.now().reveal();
-                return self.say(id, Say::Revealed { text });
-            }
+            Verb::Place { joints } => self.answer_place(id, &joints),
+            Verb::Wait { ms } => self.answer_wait(id, ms),
+            Verb::Read {} => self.finish(id, false),
+            Verb::Stop {} => self.act(id, |state| state.halt()),
+            Verb::Outputs { bits } => self.act(id, |state| state.world.set_outputs(bits)),
+            Verb::SetZero { joints } => self.change(id, |state| {
+                state.world.set_registers(&Joints(joints)).map_err(|refused| refused.to_string())
+            }),
+            Verb::Pendant { on } => self.act(id, |state| state.hand_over(on)),
+            Verb::Key { key } => self.act(id, |state| state.press(key)),
+            Verb::Pace { pace } => self.act(id, |state| state.set_pace(pace)),
+            Verb::Trim { by } => self.change(id, |state| turn_trim(state, by)),
+            Verb::Hold { width_mm } => self.change(id, |state| put_between_fingers(state, width_mm)),
+            Verb::Measure { with } => self.tell(id, |state| measure(state, with)),
+            Verb::Look {} => self.tell(id, |state| look(state)),
+            Verb::Reveal {} => self.tell(id, |state| Say::Revealed { text: state.reveal() }),
             Verb::Shutdown {} => {
                 self.shared.end();
-                return self.say(id, Say::Done {});
+                self.say(id, Say::Done {})
             }
-        };
-        match end {
+        }
+    }
+
+    /// Does something that cannot be refused, and ends the call with what the controller knows then.
+    fn act(&mut self, id: u64, act: impl FnOnce(&mut State)) -> Result<(), Gone> {
+        act(&mut self.shared.now());
+        self.finish(id, false)
+    }
+
+    /// Changes something, and ends the call with what the controller knows then.
+    fn change(&mut self, id: u64, change: impl FnOnce(&mut State) -> Result<(), String>) -> Result<(), Gone> {
+        let changed = change(&mut self.shared.now());
+        match changed {
             Ok(()) => self.finish(id, false),
             Err(why) => self.say(id, Say::Refused { why }),
         }
     }
 
-    fn look(&self) -> Say {
-        let state = self.shared.now();
-        if state.is_revealed() {
-            Say::Truth(Box::new(state.world.truth().into()))
-        } else {
-            let why = "this world is sealed: what is true in it stays hidden until it is revealed".to_owned();
-            Say::Refused { why }
-        }
-    }
-
-    fn measure(&self, with: Instrument) -> Say {
-        let mut state = self.shared.now();
-        match with {
-            Instrument::Level => {
-                Say::Measured { value: state.world.read_level().to_degrees(), unit: "deg".to_owned() }
-            }
-            Instrument::Ruler => Say::Measured { value: state.world.read_ruler(), unit: "mm".to_owned() },
-        }
-    }
-
-    fn adjust(&self, adjustment: impl FnOnce(&mut World) -> bool, refusal: &str) -> Result<(), String> {
-        if adjustment(&mut self.shared.now().world) { Ok(()) } else { Err(refusal.to_owned()) }
-    }
-
-    fn set_zero(&self, joints: [f64; 6]) -> Result<(), String> {
-        let mut state = self.shared.now();
-        state.world.set_registers(&Joints(joints)).map_err(|refused| refused.to_string())
+    /// Ends the call with what is found out.
+    fn tell(&mut self, id: u64, find_out: impl FnOnce(&mut State) -> Say) -> Result<(), Gone> {
+        let found = find_out(&mut self.shared.now());
+        self.say(id, found)
     }
 
     fn answer_motion(&mut self, id: u64, order: &Order) -> Result<(), Gone> {
@@ -242,7 +201,12 @@ impl Session {
         HalfSteps::from_joints(&short).0.iter().all(|motor| motor.abs() <= near)
     }
 
-    fn answer_wait(&mut self, id: u64, duration: Duration) -> Result<(), Gone> {
+    fn answer_wait(&mut self, id: u64, ms: u64) -> Result<(), Gone> {
+        if ms > LONGEST_WAIT_MS {
+            let why = format!("a wait lasts at most {LONGEST_WAIT_MS} ms; wait again after it");
+            return self.say(id, Say::Refused { why });
+        }
+        let duration = Duration::from_millis(ms);
         let end = Instant::now() + duration;
         if self.shared.now().pace() == Pace::Fast {
             self.shared.now().pass(duration);
@@ -356,6 +320,34 @@ impl Session {
 
     fn say(&mut self, id: u64, say: Say) -> Result<(), Gone> {
         Ok(self.lines.send(&Answer { id, say })?)
+    }
+}
+
+fn turn_trim(state: &mut State, by: f64) -> Result<(), String> {
+    let turned = state.world.turn_trim(by);
+    turned.then_some(()).ok_or_else(|| "this sensor has no trim resistor".to_owned())
+}
+
+fn put_between_fingers(state: &mut State, width_mm: f64) -> Result<(), String> {
+    let fits = state.world.put_between_fingers(width_mm);
+    fits.then_some(()).ok_or_else(|| "the fingers do not stand so far open; open them first".to_owned())
+}
+
+fn look(state: &State) -> Say {
+    if state.is_revealed() {
+        Say::Truth(Box::new(state.world.truth().into()))
+    } else {
+        let why = "this world is sealed: what is true in it stays hidden until it is revealed".to_owned();
+        Say::Refused { why }
+    }
+}
+
+fn measure(state: &mut State, with: Instrument) -> Say {
+    match with {
+        Instrument::Level => {
+            Say::Measured { value: state.world.read_level().to_degrees(), unit: "deg".to_owned() }
+        }
+        Instrument::Ruler => Say::Measured { value: state.world.read_ruler(), unit: "mm".to_owned() },
     }
 }
 

@@ -1,5 +1,6 @@
 //! What a world is made of, checked and in the world's own units.
 
+use super::chance::uniform;
 use super::drive::{HalfSteps, Joints};
 use super::instrument::Instruments;
 use super::mechanism::Mechanism;
@@ -32,10 +33,22 @@ pub struct ArmDescription {
     pub resolution: Resolution,
     /// True attitudes in which it was left, rad or mm.
     pub start: Joints,
+    /// How far from that, either way, the operator may have left each joint instead: drawn from the world's seed. The controller
+    /// knows nothing of it, so that it adds to the zero error.
+    pub start_within: Joints,
     /// How far the true attitudes are beyond what the controller believes at the start, rad or mm.
     pub zero_error: Joints,
     /// The motors' greatest speeds, half-steps/s.
     pub top_rates: HalfSteps,
     /// Speeds above which motors fall out of step, half-steps/s.
     pub pull_out_rates: Option<HalfSteps>,
+}
+
+impl WorldDescription {
+    /// True attitudes in which the operator left the arm, by the world's seed.
+    pub fn drawn_start(&self) -> Joints {
+        let arm = &self.arm;
+        let lot = |axis: usize| 2.0 * uniform(self.seed ^ 0x57a2_7000, axis as u64) - 1.0;
+        arm.start.plus(&Joints(std::array::from_fn(|axis| arm.start_within.0[axis] * lot(axis))))
+    }
 }

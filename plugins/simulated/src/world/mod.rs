@@ -163,7 +163,7 @@ impl World {
     /// A world at its beginning: the arm stands where it was left, and the controller believes what the file says.
     pub fn new(description: WorldDescription) -> World {
         let arm = &description.arm;
-        let carried = arm.mechanism.carried_for(&arm.start);
+        let carried = arm.mechanism.carried_for(&description.drawn_start());
         let rotors = HalfSteps::from_joints(&carried);
         let believed = HalfSteps::from_joints(&arm.start.minus(&arm.zero_error));
         let registers = match arm.resolution {

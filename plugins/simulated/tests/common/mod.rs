@@ -114,7 +114,7 @@ impl Served {
     fn launch(file: PathBuf, pace: Pace, idle: Duration) -> Served {
         let directory = tempfile::tempdir().unwrap();
         let socket = directory.path().join("world");
-        let options = ServeOptions { file, socket: socket.clone(), pace, idle };
+        let options = ServeOptions { file, socket: socket.clone(), seed: None, pace, idle };
         let thread = std::thread::spawn(move || serve(&options));
         let served = Served { socket, directory, thread: Some(thread) };
         until("the world's socket", || served.socket.exists());

@@ -65,6 +65,7 @@ impl Checker<'_> {
                 raw::Resolution::HalfStep => Resolution::HalfStep,
             },
             start: self.joints(&raw.start.value, -360.0..=360.0)?,
+            start_within: self.joints(&raw.start_within, 0.0..=90.0)?,
             zero_error: self.joints(&raw.zero_error, -90.0..=90.0)?,
             top_rates: self.rates(&raw.top_half_steps_per_s)?,
             pull_out_rates: raw
@@ -241,32 +242,48 @@ impl Checker<'_> {
         })
     }
 
-    /// The arm must not begin inside the table or past a joint's stop.
+    /// The arm must not begin inside the table or past a joint's stop, wherever within its tolerance it was left.
     fn require_free(
         &self,
         arm: &ArmDescription,
         solid_table: bool,
-        start: Location,
+        place: Location,
     ) -> Result<(), WorldFileError> {
-        let pose = arm.mechanism.geometry.pose(&arm.start);
+        let within = arm.start_within;
+        for corner in 0..1_u32 << AXES {
+            let start = Joints(std::array::from_fn(|axis| {
+                let side = if corner & (1 << axis) == 0 { 1.0 } else { -1.0 };
+                arm.start.0[axis] + side * within.0[axis]
+            }));
+            self.require_free_start(arm, &start, solid_table, place)?;
+        }
+        Ok(())
+    }
+
+    fn require_free_start(
+        &self,
+        arm: &ArmDescription,
+        start: &Joints,
+        solid_table: bool,
+        place: Location,
+    ) -> Result<(), WorldFileError> {
+        let pose = arm.mechanism.geometry.pose(start);
         if solid_table && pose.tool.z < 0.0 {
             let problem =
                 format!("the arm would start with its sensor {:.1} mm under the table", -pose.tool.z);
-            return Err(self.wrong(start, problem));
+            return Err(self.wrong(place, problem));
         }
-        if arm.mechanism.trespass(&arm.start, &arm.start, &pose, solid_table) > 0.0
-            || arm.start.of(Joint::Gripper) < 0.0
-        {
-            let [_, shoulder, elbow, ..] = arm.start.0.map(f64::to_degrees);
+        let past_stop = arm.mechanism.trespass(start, start, &pose, solid_table) > 0.0;
+        if past_stop || start.of(Joint::Gripper) < 0.0 {
+            let [_, shoulder, elbow, wrist_pitch, ..] = start.0.map(f64::to_degrees);
             let problem = format!(
                 "the arm cannot start so, a joint would be past its stop: waist within 90 deg, shoulder -35 to 144, \
-                 elbow within 149 under the upper arm (here {:.1}), hand within 90 of the forearm (`{}` {:.1}), gripper \
-                 0 to 76.2 mm",
-                elbow - shoulder,
-                Joint::WristPitch.name(),
-                arm.start.of(Joint::WristPitch).to_degrees(),
+                 elbow up to 149 below the upper arm (here {:.1}), hand within 90 of the forearm (here {:.1}), gripper 0 \
+                 to 76.2 mm",
+                shoulder - elbow,
+                wrist_pitch - elbow,
             );
-            return Err(self.wrong(start, problem));
+            return Err(self.wrong(place, problem));
         }
         Ok(())
     }

@@ -35,6 +35,8 @@ pub(super) struct TeachMover {
     pub(super) resolution: Resolution,
     pub(super) start: Spanned<JointValues>,
     #[serde(default)]
+    pub(super) start_within: JointValues,
+    #[serde(default)]
     pub(super) zero_error: JointValues,
     #[serde(default)]
     pub(super) backlash: JointValues,
