@@ -31,7 +31,7 @@ pub(super) fn run(arguments: &RevealArguments) -> Result<Outcome, TrialError> {
     let said = if arguments.json {
         format!("{:#}\n", serde_json::json!({"truth": answer(&truth), "score": score}))
     } else {
-        tell(&truth) + &score.as_ref().map_or_else(String::new, tell_score)
+        format!("{}{}", tell(&truth), score.as_ref().map_or_else(String::new, tell_score))
     };
     Ok(Outcome { said, right: score.is_none_or(|score| score.right) })
 }
