@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{find_in_chunks, go, only, search, turn, world};
+use common::{find, find_in_chunks, go, only, search, turn, world};
 use plumb_simulated::world::{Joint, World};
 
 /// The back-rotations of the paper, deg.
@@ -73,6 +73,23 @@ fn a_sensor_that_lets_go_where_it_fires_takes_the_rising_hand_for_line_b() {
     search(&mut world, Joint::Elbow, -40.0, false);
     let wrist = world.truth().pose.wrist;
     assert!(wrist.x.hypot(wrist.y) > 140.5, "dark at {wrist:?}");
+}
+
+/// A search that backs off and comes again finds the edge again, however the hand rose meanwhile.
+#[test]
+fn an_edge_can_be_approached_again_while_the_hand_stays_low() {
+    let mut world = world("world-no-table.yaml");
+    for _ in 0..3 {
+        search(&mut world, Joint::Shoulder, -40.0, true);
+        let fast = find(&mut world, Joint::Elbow, -40.0, false);
+        go(&mut world, fast.joints.0.map(Some), false);
+        turn(&mut world, Joint::Elbow, 2.0);
+        assert!(world.truth().fired, "over white again: {:?}", world.truth().pose.tool);
+        let slow = find_in_chunks(&mut world, Joint::Elbow, -4.0, 0.25, false);
+        assert!(slow.joints.minus(&fast.joints).largest() < 1e-12);
+        go(&mut world, slow.joints.0.map(Some), false);
+        back_rotate(&mut world);
+    }
 }
 
 /// In the ordinary cell: waist first, then shoulder and elbow; what the registers read at the end, less what they should read,

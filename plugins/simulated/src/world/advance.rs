@@ -129,6 +129,7 @@ impl World {
         }
         self.registers = registers;
         self.stance = after;
+        self.near = self.description.scene.is_near(self.near || self.fired, &after.pose);
         self.time_ns = self.time_ns.max(time.end);
     }
 
@@ -176,7 +177,8 @@ impl World {
     /// How far the sensor, as its line stands, is past switching it.
     fn excess(&self, seen: &Seen, time_ns: u64) -> f64 {
         let noise = self.description.scene.noise(self.description.seed, time_ns);
-        if self.fired { -(seen.past_release + noise) } else { seen.past_firing + noise }
+        let past_firing = if self.near { seen.past_firing_near } else { seen.past_firing };
+        if self.fired { -(seen.past_release + noise) } else { past_firing + noise }
     }
 
     /// Whether the line switches: it comes on at its level, and goes off below its level.
@@ -186,6 +188,7 @@ impl World {
 
     fn switch(&mut self, time_ns: u64, joints: Joints, half_width: Joints) {
         self.fired = !self.fired;
+        self.near |= self.fired;
         self.changes_seen += 1;
         if self.changes.len() == REMEMBERED_CHANGES {
             self.changes.pop_front();

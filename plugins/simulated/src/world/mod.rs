@@ -151,6 +151,8 @@ pub struct World {
     lost: HalfSteps,
     stance: Stance,
     fired: bool,
+    /// Whether the sensor is near the surface since it last came down.
+    near: bool,
     outputs: u64,
     motion: Option<Motion>,
     slipping: advance::Slipping,
@@ -177,6 +179,7 @@ impl World {
             slip: rotors.minus(&registers),
             lost: HalfSteps::default(),
             fired: stance.seen.past_firing >= 0.0,
+            near: description.scene.is_near(false, &stance.pose),
             stance,
             outputs: 0,
             motion: None,

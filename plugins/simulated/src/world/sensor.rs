@@ -27,12 +27,13 @@ pub struct ProximitySensor {
 /// How light becomes a signal.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Optics {
-    /// A point that looks straight down, comes on over white at one height, and then goes off at an edge or at another height.
+    /// A point that looks straight down, as the paper assumes it: it fires when it comes down over white, and is then near enough
+    /// to tell white from black until it is raised.
     Ideal {
-        /// Height over white at or below which it fires, mm: h in the paper.
+        /// Height at or below which it is near enough, mm: h in the paper.
         height: f64,
-        /// Height over white above which a sensor that fired lets go, mm. On the way from where it fired to line B the hand
-        /// rises: by 0.18 mm in the second cycle of the paper's Table 2-1. A sensor that let go at the height at which it fires
+        /// Height above which a sensor that was near enough no longer is, mm. On the way from where it fired to line B the hand rises:
+        /// by 0.18 mm in the second cycle of the paper's Table 2-1. A sensor that was blind above the height at which it fires
         /// would take that for the line.
         release_height: f64,
     },
@@ -65,6 +66,8 @@ pub struct Seen {
     pub signal: f64,
     /// How far the signal is past the level at which the sensor fires; it fires at 0 or more.
     pub past_firing: f64,
+    /// As `past_firing`, for a sensor that is near the surface since it last came down.
+    pub past_firing_near: f64,
     /// How far the signal is past the level at which a sensor that fired lets go; it lets go below 0.
     pub past_release: f64,
 }
@@ -98,14 +101,28 @@ impl Scene {
                 let tilt = (-pose.looks.z).clamp(-1.0, 1.0).acos();
                 let looks_at_white = self.inside_white(pose.tool).min((STEEPEST_LOOK - tilt) * 100.0);
                 let past_firing = looks_at_white.min(height - pose.tool.z);
-                let past_release = looks_at_white.min(release_height - pose.tool.z) - IDEAL_RELEASE;
-                Seen { signal: past_firing, past_firing, past_release }
+                let past_firing_near = looks_at_white.min(release_height - pose.tool.z);
+                let past_release = past_firing_near - IDEAL_RELEASE;
+                Seen { signal: past_firing, past_firing, past_firing_near, past_release }
             }
             Optics::Spot(spot) => {
                 let signal = spot.signal(pose, |centre| self.reflectance_of_spot(spot, centre));
                 let release_level = spot.firing_level * (1.0 - spot.hysteresis);
-                Seen { signal, past_firing: signal - spot.firing_level, past_release: signal - release_level }
+                let past_firing = signal - spot.firing_level;
+                let past_release = signal - release_level;
+                Seen { signal, past_firing, past_firing_near: past_firing, past_release }
             }
+        }
+    }
+
+    /// Whether the sensor is near the surface, having been so before or not: an ideal one comes near at the height at which it fires and
+    /// is no longer near above the height at which it lets go.
+    pub fn is_near(&self, was_near: bool, pose: &ArmPose) -> bool {
+        match &self.sensor.optics {
+            Optics::Ideal { height, release_height } => {
+                pose.tool.z <= if was_near { *release_height } else { *height }
+            }
+            Optics::Spot(_) => false,
         }
     }
 
