@@ -25,8 +25,12 @@
 extern "C" {
 #endif
 
+#ifndef PLUMB_MAGIC /* a test may want a library that is not quite a plugin */
 #define PLUMB_MAGIC { 'P', 'L', 'U', 'M', 'B', 'P', 'L', 'G' }
+#endif
+#ifndef PLUMB_CONTRACT_MAJOR
 #define PLUMB_CONTRACT_MAJOR 1u
+#endif
 #define PLUMB_CONTRACT_MINOR 0u
 
 /* ---- How a call ended ------------------------------------------------------------------------------------------------------------- */

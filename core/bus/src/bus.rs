@@ -9,6 +9,8 @@ use iceoryx2::node::{Node, NodeBuilder, NodeState, NodeView};
 use iceoryx2::prelude::{CallbackProgression, NodeName, ServiceName, SignalHandlingMode, ipc_threadsafe};
 use plumb_plugin::StreamDescription;
 
+use crate::publisher::{signal_name, stream_name};
+use crate::request::{reply_signal, request_signal};
 use crate::{Client, Domain, Listener, OpenError, Publisher, Server, Signal, StreamShape, Subscriber};
 
 /// The kind of services used throughout: shared memory, and ports that may be handed to another thread.
@@ -109,6 +111,14 @@ impl Bus {
         Subscriber::open(self, device, stream, StreamShape::of(stream))
     }
 
+    /// The bell rung with every message of a device's stream, for who waits for messages; drained before they are received.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    pub fn stream_listener(&self, device: &str, stream: &StreamDescription) -> Result<Listener, OpenError> {
+        Listener::open(self, &signal_name(&stream_name(device, stream)))
+    }
+
     /// The end of a device that answers requests.
     ///
     /// # Errors
@@ -123,6 +133,22 @@ impl Bus {
     /// [`OpenError`].
     pub fn client(&self, device: &str) -> Result<Client, OpenError> {
         Client::open(self, device)
+    }
+
+    /// The bell a device's host waits on: rung, it looks for something to do.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    pub fn request_signal(&self, device: &str) -> Result<Signal, OpenError> {
+        Signal::open(self, &request_signal(device))
+    }
+
+    /// The bell a device's askers wait on: rung, they look for an answer.
+    ///
+    /// # Errors
+    /// [`OpenError`].
+    pub fn reply_signal(&self, device: &str) -> Result<Signal, OpenError> {
+        Signal::open(self, &reply_signal(device))
     }
 
     /// The ringing end of a bell; names are shared by the whole domain, such as `stop/arm`.

@@ -44,10 +44,10 @@ fn request_service(bus: &Bus, device: &str) -> Result<RequestService, OpenError>
         .map_err(|error| OpenError::new(&what, format!("{error:?}")))
 }
 
-fn request_signal(device: &str) -> String {
+pub(crate) fn request_signal(device: &str) -> String {
     format!("request/{device}")
 }
 
-fn reply_signal(device: &str) -> String {
+pub(crate) fn reply_signal(device: &str) -> String {
     format!("reply/{device}")
 }

@@ -9,8 +9,8 @@ use plumb_plugin::message::{PREFIX_LENGTH, SEQUENCE_OFFSET};
 use plumb_plugin::{Message, StreamDescription};
 
 use crate::bus::Service;
-use crate::publisher::{signal_name, stream_name, stream_service};
-use crate::{Bus, Listener, OpenError, ReceiveError, StreamShape};
+use crate::publisher::{stream_name, stream_service};
+use crate::{Bus, OpenError, ReceiveError, StreamShape};
 
 /// A receiving end of a stream. Messages come in order; a hole in their numbers is an error, told once.
 ///
@@ -18,7 +18,6 @@ use crate::{Bus, Listener, OpenError, ReceiveError, StreamShape};
 pub struct Subscriber {
     stream: String,
     port: IceoryxSubscriber<Service, [u64], ()>,
-    listener: Listener,
     last: Option<Last>,
     /// A message that came behind a hole: handed out by the call after the one that told of the hole.
     held: Option<Sample<Service, [u64], ()>>,
@@ -38,24 +37,18 @@ impl Subscriber {
     ) -> Result<Self, OpenError> {
         let name = stream_name(device, stream);
         let what = format!("a receiving end of stream {name}");
-        let listener = bus.listener(&signal_name(&name))?;
         let port = stream_service(bus, &name, stream, shape)?
             .subscriber_builder()
             .buffer_size(shape.depth)
             .history_request(1)
             .create()
             .map_err(|error| OpenError::new(&what, error))?;
-        Ok(Self { stream: name, port, listener, last: None, held: None })
+        Ok(Self { stream: name, port, last: None, held: None })
     }
 
     /// `device/stream`.
     pub fn stream(&self) -> &str {
         &self.stream
-    }
-
-    /// The bell rung with every message, to wait on; drain it before reading the messages.
-    pub fn listener(&self) -> &Listener {
-        &self.listener
     }
 
     /// Hands the next message's bytes to `read`; `None` when none waits.

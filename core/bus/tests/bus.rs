@@ -192,11 +192,12 @@ fn a_stream_crosses_processes_and_wakes_its_receiver() {
     let place = place();
     let bus = Bus::open(&place.domain, "test").unwrap();
     let mut receiver = bus.subscriber("arm", &joints()).unwrap();
+    let listener = bus.stream_listener("arm", &joints()).unwrap();
     let mut child = spawn_child("child_that_sends_a_thousand_states", &place);
     let mut next = 0;
     while next < 1000 {
-        wait_any(&[receiver.listener()], LONG).unwrap();
-        receiver.listener().drain().unwrap();
+        wait_any(&[&listener], LONG).unwrap();
+        listener.drain().unwrap();
         while let Some(state) = receiver.receive::<JointState>().unwrap() {
             assert_eq!(state.time_ns, next);
             next += 1;
@@ -357,7 +358,7 @@ fn a_signal_wakes_a_task() {
     let place = place();
     let bus = Bus::open(&place.domain, "test").unwrap();
     let mut receiver = bus.subscriber("arm", &joints()).unwrap();
-    let listener = bus.listener("stream/arm/joints").unwrap();
+    let listener = bus.stream_listener("arm", &joints()).unwrap();
     let mut sender = bus.publisher("arm", &joints()).unwrap();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     runtime.block_on(async {

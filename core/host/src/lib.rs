@@ -1,1 +1,30 @@
-//! The process around one plugin: loading, limits, watchdog.
+//! The process around one plugin.
+//!
+//! The orchestrator starts one host process for each device ([`HostProcess::spawn`]) and talks to it over the cell's bus. The host loads
+//! exactly one plugin and calls it from one thread ([`serve`]). A plugin that crashes, hangs or leaks takes nothing with it but its host.
+//!
+//! ```text
+//!  orchestrator                              host process
+//!  RobotClient, SensorClient  -- requests -> main thread: limits, plugin calls, inputs
+//!  StopHandle                 -- stop -----> stop thread: sets what should_stop() reads
+//!  HostProcess                -- socket ---> lifeline thread: finish, or the orchestrator is gone
+//!      log, progress, exit   <-- socket ---  watchdog thread: a call past its time ends the host
+//! ```
+
+mod arguments;
+mod catalogue;
+mod channel;
+mod child;
+mod guard;
+mod load;
+mod parent;
+
+pub use arguments::{HostArguments, JointRange, WiredInput};
+pub use catalogue::{Catalogue, CatalogueError, CatalogueRow, Plugin};
+pub use child::serve;
+pub use guard::{MoveGuard, NoGuard};
+pub use load::{LoadError, verify};
+pub use parent::{
+    DeviceError, ExitReason, HostCommand, HostEvent, HostProcess, RobotClient, SensorClient, SpawnError,
+    StopHandle, StopOutcome,
+};

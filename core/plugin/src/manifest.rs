@@ -36,6 +36,13 @@ pub struct Manifest {
     pub config: Value,
 }
 
+/// What every manifest of every contract begins with.
+#[derive(Deserialize)]
+struct Head {
+    id: String,
+    contract: ContractVersion,
+}
+
 /// What a plugin drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -99,6 +106,16 @@ pub enum ManifestError {
         /// What is wrong and where.
         cause: String,
     },
+    /// The plugin was built for another contract.
+    #[error("{origin}: plugin '{id}' was built for contract {built_for}; this program speaks {}: rebuild the plugin against contract {}.x", ContractVersion::CURRENT, ContractVersion::CURRENT.0)]
+    Contract {
+        /// Where the text came from.
+        origin: String,
+        /// The plugin.
+        id: String,
+        /// The version it was built for.
+        built_for: ContractVersion,
+    },
     /// A value is not allowed.
     #[error("{origin}: {field} is '{value}'; {right}")]
     Value {
@@ -132,6 +149,12 @@ impl Manifest {
     /// # Errors
     /// [`ManifestError`], naming the origin and the place.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ManifestError> {
+        // The version first: a manifest of another contract may hold what this one does not know.
+        if let Ok(Head { id, contract }) = serde_yaml::from_str(text)
+            && !contract.is_supported()
+        {
+            return Err(ManifestError::Contract { origin: origin.to_owned(), id, built_for: contract });
+        }
         let manifest: Self = serde_yaml::from_str(text)
             .map_err(|cause| ManifestError::Parse { origin: origin.to_owned(), cause: cause.to_string() })?;
         manifest.check(origin)?;
@@ -218,6 +241,17 @@ config:
         assert!(message.starts_with("plugin.yaml: "), "{message}");
         assert!(message.contains("tittle"), "{message}");
         assert!(message.contains("line 3"), "{message}");
+    }
+
+    #[test]
+    fn a_manifest_of_another_contract_names_both_versions_whatever_else_it_holds() {
+        let text = GOOD.replace("[1, 0]", "[2, 3]").replace("title:", "headline:");
+        let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
+        assert_eq!(
+            message,
+            "plugin.yaml: plugin 'ir-proximity' was built for contract 2.3; this program speaks 1.0: \
+             rebuild the plugin against contract 1.x"
+        );
     }
 
     #[test]

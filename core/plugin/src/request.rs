@@ -164,6 +164,19 @@ impl Request {
 const ERROR: u32 = 100;
 
 impl Reply {
+    /// Its name in errors.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::Described(_) => "a description",
+            Self::State(_) => "a state",
+            Self::Joints(_) => "a joint state",
+            Self::Inputs(_) => "input levels",
+            Self::Jog(_) => "a jog state",
+            Self::Reading(_) => "a reading",
+        }
+    }
+
     /// The reply's code, its status, and the body.
     pub fn encode(result: &Result<Self, PluginError>) -> (u32, Status, Vec<u8>) {
         let (code, body) = match result {

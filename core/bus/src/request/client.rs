@@ -59,6 +59,19 @@ impl Client {
     /// # Errors
     /// [`CallError::Refused`] with what the device said; the others when no answer came.
     pub fn call(&self, request: &Request, call: Call) -> Result<Reply, CallError> {
+        self.call_while(request, call, || true)
+    }
+
+    /// As [`Self::call`], and gives up with [`CallError::NoHost`] when `is_served` says that the device's host is gone.
+    ///
+    /// # Errors
+    /// As [`Self::call`].
+    pub fn call_while(
+        &self,
+        request: &Request,
+        call: Call,
+        is_served: impl Fn() -> bool,
+    ) -> Result<Reply, CallError> {
         let name = request.name();
         let broken = |cause: &dyn fmt::Display| CallError::Broken {
             device: self.device.clone(),
@@ -90,7 +103,7 @@ impl Client {
                 let (device, limit) = (self.device.clone(), call.time_limit);
                 return Err(CallError::TimedOut { device, request: name, limit });
             }
-            if !pending.is_connected() {
+            if !pending.is_connected() || !is_served() {
                 return Err(CallError::NoHost { device: self.device.clone() });
             }
             self.listener.wait(left.min(LIVENESS_CHECK)).map_err(|error| broken(&error))?;

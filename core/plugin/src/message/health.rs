@@ -15,8 +15,9 @@ pub struct Health {
     pub sequence: u64,
     /// The device's state, as [`DeviceState::code`](crate::DeviceState::code).
     pub state: u32,
-    /// 1 while the plugin is in a call.
-    pub busy: u32,
+    /// Always zero.
+    #[serde(skip)]
+    pub reserved: u32,
     /// How many requests have been served.
     pub requests: u64,
     /// How many requests ended in an error.

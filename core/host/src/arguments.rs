@@ -1,0 +1,87 @@
+//! What a host is told when it is started.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use plumb_bus::{Domain, DomainError};
+use plumb_plugin::{StreamDescription, Value};
+use serde::{Deserialize, Serialize};
+
+/// What a host is told when it is started: one line of JSON on its first descriptor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HostArguments {
+    /// The device's name in the cell file.
+    pub device: String,
+    /// The prefix of the cell's shared memory.
+    pub domain_prefix: String,
+    /// The directory of the cell's sockets and locks.
+    pub domain_root: PathBuf,
+    /// The plugin's manifest.
+    pub manifest: PathBuf,
+    /// The plugin's library.
+    pub library: PathBuf,
+    /// The device's `config:` in the cell file.
+    pub config: Value,
+    /// The device's inputs, each wired to another device's stream.
+    pub inputs: Vec<WiredInput>,
+    /// Ranges narrower than the robot's own, for some joints.
+    pub joint_ranges: Vec<JointRange>,
+    /// What the program makes its [`MoveGuard`](crate::MoveGuard) from; null for none.
+    pub guard: Value,
+    /// How long after its time limit a call may still run before the host ends itself: ms.
+    pub watchdog_grace_ms: u64,
+}
+
+/// An input wired to another device's stream.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WiredInput {
+    /// The input's name in the manifest.
+    pub input: String,
+    /// The device that emits the stream.
+    pub device: String,
+    /// The stream, as that device's manifest declares it.
+    pub stream: StreamDescription,
+}
+
+/// A range for a joint, within the robot's own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointRange {
+    /// The joint's name.
+    pub joint: String,
+    /// The lowest it may go: rad, or mm where the description says so.
+    pub lower: f64,
+    /// The highest it may go.
+    pub upper: f64,
+}
+
+/// How long after its time limit a call may still run, unless said otherwise.
+const WATCHDOG_GRACE: Duration = Duration::from_secs(1);
+
+impl HostArguments {
+    /// A device of a plugin in a domain, with nothing wired and no further limits.
+    pub fn new(device: &str, domain: &Domain, plugin: &crate::Plugin) -> Self {
+        Self {
+            device: device.to_owned(),
+            domain_prefix: domain.prefix().to_owned(),
+            domain_root: domain.root().to_owned(),
+            manifest: plugin.manifest_path.clone(),
+            library: plugin.library_path.clone(),
+            config: Value::Null,
+            inputs: Vec::new(),
+            joint_ranges: Vec::new(),
+            guard: Value::Null,
+            watchdog_grace_ms: WATCHDOG_GRACE.as_millis() as u64,
+        }
+    }
+
+    /// The cell's domain.
+    ///
+    /// # Errors
+    /// As [`Domain::new`].
+    pub fn domain(&self) -> Result<Domain, DomainError> {
+        Domain::new(&self.domain_prefix, &self.domain_root)
+    }
+}

@@ -1,0 +1,191 @@
+//! The plugins that can be found, read from their manifests without loading anything.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use plumb_plugin::{Manifest, ManifestError};
+
+/// The plugins that can be found.
+#[derive(Debug, Default)]
+pub struct Catalogue {
+    rows: Vec<CatalogueRow>,
+    directories: Vec<PathBuf>,
+}
+
+/// A manifest that was found, with the plugin it describes or what is wrong with it.
+#[derive(Debug)]
+pub struct CatalogueRow {
+    /// The manifest file.
+    pub manifest_path: PathBuf,
+    /// The plugin, or why it cannot be used.
+    pub plugin: Result<Plugin, CatalogueError>,
+}
+
+/// A plugin whose manifest is good and whose library lies where it should.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plugin {
+    /// What its manifest says.
+    pub manifest: Manifest,
+    /// The manifest file.
+    pub manifest_path: PathBuf,
+    /// The library.
+    pub library_path: PathBuf,
+}
+
+/// Why a plugin cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum CatalogueError {
+    /// The manifest cannot be used.
+    #[error(transparent)]
+    Manifest(#[from] ManifestError),
+    /// The library is not there.
+    #[error("{}: library {library} of plugin '{id}' is not there; looked in {}", manifest.display(), list(looked_in))]
+    NoLibrary {
+        /// The manifest file.
+        manifest: PathBuf,
+        /// The plugin.
+        id: String,
+        /// The library's file name.
+        library: String,
+        /// Where it was looked for.
+        looked_in: Vec<PathBuf>,
+    },
+    /// No plugin of that name.
+    #[error("there is no plugin '{id}'{}; looked in {}", suggestion(known), list(looked_in))]
+    Unknown {
+        /// The name asked for.
+        id: String,
+        /// The plugins there are.
+        known: Vec<String>,
+        /// The directories searched.
+        looked_in: Vec<PathBuf>,
+    },
+}
+
+fn list(paths: &[PathBuf]) -> String {
+    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
+fn suggestion(known: &[String]) -> String {
+    if known.is_empty() { String::new() } else { format!("; there are {}", known.join(", ")) }
+}
+
+/// How many directories above the program a `plugins` directory is looked for: a program built from source lies in `target/debug/deps`.
+const LEVELS_ABOVE: usize = 4;
+
+impl Catalogue {
+    /// The plugins in `extra` directories, beside the program, and in a directory `plugins` beside or above it. The first of a name counts.
+    pub fn search(extra: &[PathBuf]) -> Self {
+        let mut directories = extra.to_vec();
+        let program_directory =
+            env::current_exe().ok().and_then(|program| Some(program.parent()?.to_owned()));
+        if let Some(directory) = &program_directory {
+            directories.push(directory.clone());
+            directories.extend(directory.ancestors().take(LEVELS_ABOVE).map(|above| above.join("plugins")));
+        }
+        directories.retain(|directory| directory.is_dir());
+        Self::of(directories, program_directory.as_deref())
+    }
+
+    /// The plugins in some directories alone, whose libraries lie beside their manifests or beside the program.
+    fn of(directories: Vec<PathBuf>, program_directory: Option<&Path>) -> Self {
+        let mut catalogue = Self { rows: Vec::new(), directories };
+        for directory in catalogue.directories.clone() {
+            for manifest_path in manifests_in(&directory) {
+                let plugin = read(&manifest_path, program_directory);
+                let id = |plugin: &Result<Plugin, CatalogueError>| {
+                    plugin.as_ref().ok().map(|p| p.manifest.id.clone())
+                };
+                let seen = |row: &CatalogueRow| {
+                    row.manifest_path == manifest_path
+                        || id(&row.plugin).is_some() && id(&row.plugin) == id(&plugin)
+                };
+                if !catalogue.rows.iter().any(seen) {
+                    catalogue.rows.push(CatalogueRow { manifest_path, plugin });
+                }
+            }
+        }
+        catalogue
+    }
+
+    /// Everything that was found, good or bad.
+    pub fn rows(&self) -> &[CatalogueRow] {
+        &self.rows
+    }
+
+    /// The plugins that can be used.
+    pub fn plugins(&self) -> impl Iterator<Item = &Plugin> {
+        self.rows.iter().filter_map(|row| row.plugin.as_ref().ok())
+    }
+
+    /// The directories that were searched.
+    pub fn directories(&self) -> &[PathBuf] {
+        &self.directories
+    }
+
+    /// The plugin of a name.
+    ///
+    /// # Errors
+    /// [`CatalogueError::Unknown`] with the names there are.
+    pub fn find(&self, id: &str) -> Result<&Plugin, CatalogueError> {
+        self.plugins().find(|plugin| plugin.manifest.id == id).ok_or_else(|| CatalogueError::Unknown {
+            id: id.to_owned(),
+            known: self.plugins().map(|plugin| plugin.manifest.id.clone()).collect(),
+            looked_in: self.directories.clone(),
+        })
+    }
+}
+
+impl Plugin {
+    /// The plugin of a manifest file, whose library lies beside it or beside the program.
+    ///
+    /// # Errors
+    /// [`CatalogueError`].
+    pub fn at(manifest_path: &Path) -> Result<Self, CatalogueError> {
+        let program_directory =
+            env::current_exe().ok().and_then(|program| Some(program.parent()?.to_owned()));
+        read(manifest_path, program_directory.as_deref())
+    }
+}
+
+impl Plugin {
+    /// The plugin of a manifest file and a library, wherever they lie.
+    ///
+    /// # Errors
+    /// [`ManifestError`].
+    pub fn at_library(manifest_path: &Path, library_path: &Path) -> Result<Self, ManifestError> {
+        let manifest = Manifest::read(manifest_path)?;
+        Ok(Self { manifest, manifest_path: manifest_path.to_owned(), library_path: library_path.to_owned() })
+    }
+}
+
+/// The manifests in a directory and in those directly below it, in order of name.
+fn manifests_in(directory: &Path) -> Vec<PathBuf> {
+    let mut places = vec![directory.to_owned()];
+    if let Ok(entries) = fs::read_dir(directory) {
+        let mut below: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+        below.sort();
+        places.extend(below);
+    }
+    places.into_iter().map(|place| place.join(Manifest::FILE_NAME)).filter(|path| path.is_file()).collect()
+}
+
+fn read(manifest_path: &Path, program_directory: Option<&Path>) -> Result<Plugin, CatalogueError> {
+    let manifest = Manifest::read(manifest_path)?;
+    let mut places: Vec<PathBuf> = manifest_path.parent().map(Path::to_owned).into_iter().collect();
+    if let Some(program) = program_directory {
+        // Cargo's tests bring only the libraries in `deps` up to date, so these come before those beside the program.
+        places.extend([program.join("deps"), program.to_owned()]);
+    }
+    let library = places.iter().map(|place| place.join(&manifest.library)).find(|path| path.is_file());
+    match library {
+        Some(library_path) => Ok(Plugin { manifest, manifest_path: manifest_path.to_owned(), library_path }),
+        None => Err(CatalogueError::NoLibrary {
+            manifest: manifest_path.to_owned(),
+            id: manifest.id,
+            library: manifest.library,
+            looked_in: places,
+        }),
+    }
+}

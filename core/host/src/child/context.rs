@@ -1,0 +1,199 @@
+//! What the plugin's calls to its host act on. One for the process, shared by its threads.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use plumb_abi::Status;
+use plumb_bus::{EmitError, Loan, Publisher, ReceiveError, Subscriber};
+use plumb_plugin::LogLevel;
+
+use super::log_line::Lines;
+use super::stop::StopFlag;
+use crate::channel::FromHost;
+
+/// What the plugin's calls to its host act on.
+pub(crate) struct Context {
+    /// Whether a stop has been asked for.
+    pub(crate) stop: StopFlag,
+    lines: Lines,
+    /// The call being served, for log lines; 0 for none.
+    span: AtomicU64,
+    /// Why the call that is about to end failed.
+    failure: Mutex<Option<String>>,
+    publishers: Mutex<BTreeMap<String, Publisher>>,
+    inputs: Mutex<BTreeMap<String, Subscriber>>,
+    lent: Mutex<Option<Lent>>,
+}
+
+/// Shared memory the plugin builds a message in.
+struct Lent {
+    stream: String,
+    loan: Loan,
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Context {
+    /// A context without streams and inputs.
+    pub(super) fn new(lines: Lines) -> Self {
+        Self {
+            stop: StopFlag::default(),
+            lines,
+            span: AtomicU64::new(0),
+            failure: Mutex::new(None),
+            publishers: Mutex::new(BTreeMap::new()),
+            inputs: Mutex::new(BTreeMap::new()),
+            lent: Mutex::new(None),
+        }
+    }
+
+    /// Adds a stream the plugin may emit on.
+    pub(super) fn add_stream(&self, name: &str, publisher: Publisher) {
+        locked(&self.publishers).insert(name.to_owned(), publisher);
+    }
+
+    /// Adds an input the plugin may receive from.
+    pub(super) fn add_input(&self, name: &str, subscriber: Subscriber) {
+        locked(&self.inputs).insert(name.to_owned(), subscriber);
+    }
+
+    /// Names the call being served; 0 for none.
+    pub(super) fn serve_under(&self, span: u64) {
+        self.span.store(span, Ordering::Relaxed);
+    }
+
+    /// A log line of the plugin's.
+    pub(crate) fn log(&self, level: LogLevel, text: &str) {
+        self.report(level, text);
+    }
+
+    /// A log line under the call being served.
+    pub(super) fn report(&self, level: LogLevel, text: &str) {
+        let span = self.span.load(Ordering::Relaxed);
+        self.lines.send(FromHost::Log { level, text: text.to_owned(), span });
+    }
+
+    /// A line to the orchestrator.
+    pub(super) fn send(&self, line: FromHost) {
+        self.lines.send(line);
+    }
+
+    /// Waits until the orchestrator has got every line, within reason.
+    pub(super) fn flush(&self) {
+        self.lines.flush();
+    }
+
+    pub(crate) fn progress(&self, fraction: f64, text: &str) {
+        let span = self.span.load(Ordering::Relaxed);
+        let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
+        self.lines.send(FromHost::Progress { fraction, text: text.to_owned(), span });
+    }
+
+    /// Keeps why the call that is about to end failed.
+    pub(crate) fn fail(&self, text: &str) {
+        *locked(&self.failure) = Some(text.to_owned());
+    }
+
+    /// Why the call that has ended failed.
+    pub(crate) fn take_failure(&self) -> Option<String> {
+        locked(&self.failure).take()
+    }
+
+    pub(crate) fn emit(&self, stream: &str, message: &[u8]) -> Status {
+        let mut publishers = locked(&self.publishers);
+        match publishers.get_mut(stream) {
+            Some(publisher) => self.emitted(publisher.emit(message)),
+            None => self.no_such("stream", stream, &publishers),
+        }
+    }
+
+    /// Lends memory for a message; its first byte.
+    pub(crate) fn loan(&self, stream: &str, length: usize) -> Result<*mut u8, Status> {
+        let publishers = locked(&self.publishers);
+        let Some(publisher) = publishers.get(stream) else {
+            return Err(self.no_such("stream", stream, &publishers));
+        };
+        let mut lent = locked(&self.lent);
+        if lent.is_some() {
+            self.report(
+                LogLevel::Error,
+                "the plugin asks for a second message to build before it published the first",
+            );
+            return Err(Status::REFUSED);
+        }
+        let mut loan = publisher.loan(length).map_err(|error| self.emitted(Err(error)))?;
+        let place = loan.bytes_mut().as_mut_ptr();
+        *lent = Some(Lent { stream: stream.to_owned(), loan });
+        Ok(place)
+    }
+
+    /// Sends what was lent, or takes it back.
+    pub(crate) fn publish(&self, message: *mut u8, send: bool) -> Status {
+        let Some(mut lent) = locked(&self.lent).take() else {
+            self.report(LogLevel::Error, "the plugin publishes a message it was not lent");
+            return Status::REFUSED;
+        };
+        if lent.loan.bytes_mut().as_mut_ptr() != message {
+            self.report(LogLevel::Error, "the plugin publishes another message than the one it was lent");
+            return Status::REFUSED;
+        }
+        if !send {
+            return Status::OK;
+        }
+        let mut publishers = locked(&self.publishers);
+        match publishers.get_mut(&lent.stream) {
+            Some(publisher) => self.emitted(publisher.send(lent.loan)),
+            None => self.no_such("stream", &lent.stream, &publishers),
+        }
+    }
+
+    /// Copies the next message of an input to `place`; how long it is.
+    pub(crate) fn receive(&self, input: &str, place: &mut [u8]) -> Result<usize, Status> {
+        let mut inputs = locked(&self.inputs);
+        let Some(subscriber) = inputs.get_mut(input) else {
+            return Err(self.no_such("input", input, &inputs));
+        };
+        let received = subscriber.receive_with(|message| {
+            place
+                .get_mut(..message.len())
+                .map(|place| place.copy_from_slice(message))
+                .ok_or(message.len())?;
+            Ok::<usize, usize>(message.len())
+        });
+        match received {
+            Ok(None) => Err(Status::EMPTY),
+            Ok(Some(Ok(length))) => Ok(length),
+            Ok(Some(Err(length))) => {
+                let capacity = place.len();
+                let text =
+                    format!("a message of input '{input}' has {length} bytes; the plugin takes {capacity}");
+                self.report(LogLevel::Error, &text);
+                Err(Status::REFUSED)
+            }
+            Err(error) => {
+                self.report(LogLevel::Warn, &format!("input '{input}': {error}"));
+                let lost = matches!(error, ReceiveError::Lost { .. } | ReceiveError::Restarted { .. });
+                Err(if lost { Status::INPUT_LOST } else { Status::FAILED })
+            }
+        }
+    }
+
+    fn emitted(&self, result: Result<(), EmitError>) -> Status {
+        match result {
+            Ok(()) => Status::OK,
+            Err(error) => {
+                self.report(LogLevel::Error, &error.to_string());
+                if matches!(error, EmitError::Length { .. }) { Status::REFUSED } else { Status::FAILED }
+            }
+        }
+    }
+
+    fn no_such<T>(&self, what: &str, name: &str, known: &BTreeMap<String, T>) -> Status {
+        let known = known.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+        self.report(LogLevel::Error, &format!("the plugin uses {what} '{name}'; it has {known}"));
+        Status::REFUSED
+    }
+}

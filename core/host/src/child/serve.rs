@@ -1,0 +1,275 @@
+//! The life of a host: told what to load, ready, serving, ended.
+
+#![allow(
+    unsafe_code,
+    reason = "ending a process whose plugin hangs in a destructor needs the bare system call"
+)]
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader};
+use std::os::fd::AsFd;
+use std::os::unix::net::UnixStream;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use nix::sys::prctl;
+use nix::sys::signal::Signal as SystemSignal;
+use nix::unistd::{dup, dup2_stdin};
+use plumb_bus::{Asked, Bus, Listener, Server, Signal, wait_any};
+use plumb_plugin::{
+    Description, DeviceKind, Health, PluginError, RobotDescription, StreamDescription, Value,
+};
+
+use super::lifeline::{Ending, EndingFlag};
+use super::log_line::Lines;
+use super::service::{HEALTH_PERIOD, Service};
+use super::watchdog::Watchdog;
+use super::{Context, lifeline, stop};
+use crate::channel::{FromHost, exit_code};
+use crate::guard::Limits;
+use crate::load::{Device, load};
+use crate::{HostArguments, MoveGuard, Plugin};
+
+/// The stream on which a host tells how it is.
+pub(super) const HEALTH_STREAM: &str = "health";
+
+/// Ends the process without running anything of the plugin's, when one of its calls may hang for ever.
+pub(super) fn end_at_once(context: &Context, code: u8) -> ! {
+    context.flush();
+    // SAFETY: ends the process; nothing runs afterwards.
+    unsafe { nix::libc::_exit(i32::from(code)) }
+}
+
+/// Serves one device: the whole life of a host process. `make_guard` makes the check of moves from [`HostArguments::guard`].
+///
+/// Called first thing in a process that [`HostProcess::spawn`](crate::HostProcess::spawn) has started, before any thread.
+pub fn serve(
+    make_guard: impl FnOnce(&Value, &RobotDescription) -> Result<Box<dyn MoveGuard>, String>,
+) -> ExitCode {
+    let (arguments, connection) = match introduced() {
+        Ok(introduced) => introduced,
+        Err(error) => {
+            eprintln!("plumb host is started by plumb itself: {error}");
+            return ExitCode::from(exit_code::FAILED);
+        }
+    };
+    let lines = match connection.get_ref().try_clone() {
+        Ok(stream) => Lines::start(stream),
+        Err(error) => {
+            eprintln!("the connection to the orchestrator cannot be used: {error}");
+            return ExitCode::from(exit_code::FAILED);
+        }
+    };
+    let context: &'static Context = Box::leak(Box::new(Context::new(lines)));
+    let code = match Host::start(&arguments, context, connection, make_guard) {
+        Ok(host) => host.run(),
+        Err(text) => {
+            context.send(FromHost::Failed { text });
+            exit_code::FAILED
+        }
+    };
+    // A plugin's threads and destructors may hang: the process ends without them.
+    end_at_once(context, code)
+}
+
+/// Takes the connection from descriptor 0, leaves nothing there for a plugin to read, and reads the arguments.
+fn introduced() -> io::Result<(HostArguments, BufReader<UnixStream>)> {
+    lifeline::block_termination()?;
+    prctl::set_pdeathsig(SystemSignal::SIGTERM)?;
+    let mut connection = BufReader::new(UnixStream::from(dup(io::stdin().as_fd())?));
+    dup2_stdin(File::open("/dev/null")?)?;
+    let mut line = String::new();
+    connection.read_line(&mut line)?;
+    let arguments =
+        serde_json::from_str(&line).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))?;
+    Ok((arguments, connection))
+}
+
+/// A host in service.
+struct Host {
+    service: Service,
+    server: Server,
+    inputs: Vec<Listener>,
+    stopped: Signal,
+    context: &'static Context,
+    ending: &'static EndingFlag,
+}
+
+impl Host {
+    fn start(
+        arguments: &HostArguments,
+        context: &'static Context,
+        connection: BufReader<UnixStream>,
+        make_guard: impl FnOnce(&Value, &RobotDescription) -> Result<Box<dyn MoveGuard>, String>,
+    ) -> Result<Self, String> {
+        let text = |error: &dyn std::fmt::Display| error.to_string();
+        let name = arguments.device.as_str();
+        let plugin =
+            Plugin::at_library(&arguments.manifest, &arguments.library).map_err(|error| text(&error))?;
+        let domain = arguments.domain().map_err(|error| text(&error))?;
+        let bus = Bus::open(&domain, &format!("host of {name}")).map_err(|error| text(&error))?;
+
+        // Stops are heard from here on, whatever the plugin does.
+        let wake = || bus.request_signal(name).map_err(|error| text(&error));
+        let listener = bus.listener(&crate::parent::stop_signal(name)).map_err(|error| text(&error))?;
+        stop::listen(context, listener, wake()?);
+        let ending: &'static EndingFlag = Box::leak(Box::default());
+        lifeline::hold(context, ending, connection, wake()?);
+        let watchdog = Watchdog::start(context, Duration::from_millis(arguments.watchdog_grace_ms));
+
+        let inputs = open_streams(&bus, arguments, &plugin, context)?;
+        let loaded = load(&plugin).map_err(|error| text(&error))?;
+        let device = loaded.create(&arguments.config, context).map_err(|error| text(&error))?;
+        let description = described(&device, &plugin).map_err(|error| text(&error))?;
+        let (limits, guard) = match &description {
+            Description::Robot(robot) => (
+                Some(Limits::new(robot, &arguments.joint_ranges).map_err(|error| text(&error))?),
+                make_guard(&arguments.guard, robot)?,
+            ),
+            Description::Sensor(_) => (None, Box::new(crate::NoGuard) as Box<dyn MoveGuard>),
+        };
+        let server = bus.server(name).map_err(|error| text(&error))?;
+        let stopped = bus.signal(&crate::parent::stopped_signal(name)).map_err(|error| text(&error))?;
+        context.send(FromHost::Ready {
+            manifest: Box::new(plugin.manifest),
+            description: Box::new(description.clone()),
+        });
+        let mut service = Service::new(name, device, description, limits, guard, context, watchdog);
+        service.report_health();
+        Ok(Self { service, server, inputs, stopped, context, ending })
+    }
+
+    /// Serves until told to end; the exit code.
+    fn run(mut self) -> u8 {
+        loop {
+            if let Err(error) = self.turn() {
+                self.context.report(plumb_plugin::LogLevel::Error, &error);
+                self.service.stop();
+                return exit_code::BUS;
+            }
+            match self.ending.get() {
+                None => {}
+                Some(Ending::Finish) => {
+                    self.service.finish();
+                    return 0;
+                }
+                Some(Ending::Orphaned) => {
+                    // A stop was asked for before this was set; nobody is left to hear whether it was confirmed.
+                    let _ = self.stop_if_asked();
+                    self.service.finish();
+                    return exit_code::ORPHANED;
+                }
+            }
+        }
+    }
+
+    /// Waits for something to do, and does it.
+    fn turn(&mut self) -> Result<(), String> {
+        let text = |error: &dyn std::fmt::Display| error.to_string();
+        let mut bells: Vec<&Listener> = self.inputs.iter().collect();
+        bells.push(self.server.listener());
+        wait_any(&bells, HEALTH_PERIOD).map_err(|error| text(&error))?;
+        self.server.listener().drain().map_err(|error| text(&error))?;
+        self.stop_if_asked()?;
+        if drain(&self.inputs).map_err(|error| text(&error))? > 0 {
+            self.service.poll();
+        }
+        while self.ending.get().is_none() {
+            let Some(Asked { request, call, answer }) =
+                self.server.receive().map_err(|error| text(&error))?
+            else {
+                break;
+            };
+            let inputs = &self.inputs;
+            let mut wait_for_input = |limit: Duration| {
+                // Whatever goes wrong here goes wrong again in the next turn, which ends the host.
+                let bells: Vec<&Listener> = inputs.iter().collect();
+                if bells.is_empty() {
+                    std::thread::sleep(limit);
+                }
+                let _ = wait_any(&bells, if bells.is_empty() { Duration::ZERO } else { limit });
+                let _ = drain(inputs);
+            };
+            let result = self.service.serve(request, call, &mut wait_for_input);
+            // An answer that cannot be sent is the asker's loss: it sees its time run out.
+            if let Err(error) = self.server.answer(answer, &result) {
+                self.context.report(plumb_plugin::LogLevel::Warn, &text(&error));
+            }
+            self.stop_if_asked()?;
+        }
+        self.service.report_health_in_time();
+        Ok(())
+    }
+
+    fn stop_if_asked(&mut self) -> Result<(), String> {
+        while let Some(round) = self.context.stop.pending() {
+            let stands = self.service.stop();
+            self.context.stop.done(round);
+            if stands {
+                self.stopped.ring().map_err(|error| error.to_string())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Opens the plugin's streams, the host's own, and the wired inputs; the bells of the inputs.
+fn open_streams(
+    bus: &Bus,
+    arguments: &HostArguments,
+    plugin: &Plugin,
+    context: &Context,
+) -> Result<Vec<Listener>, String> {
+    let text = |error: &dyn std::fmt::Display| error.to_string();
+    for stream in plugin.manifest.streams.iter().chain([&StreamDescription::of::<Health>(HEALTH_STREAM)]) {
+        let publisher = bus.publisher(&arguments.device, stream).map_err(|error| text(&error))?;
+        context.add_stream(&stream.name, publisher);
+    }
+    for input in &plugin.manifest.inputs {
+        if !input.optional && !arguments.inputs.iter().any(|wired| wired.input == input.name) {
+            return Err(format!("input '{}' of {} is not wired to any stream", input.name, arguments.device));
+        }
+    }
+    let mut bells = Vec::new();
+    for wired in &arguments.inputs {
+        let device = &arguments.device;
+        let Some(input) = plugin.manifest.inputs.iter().find(|input| input.name == wired.input) else {
+            return Err(format!(
+                "plugin '{}' of {device} has no input '{}'",
+                plugin.manifest.id, wired.input
+            ));
+        };
+        if input.message != wired.stream.message {
+            return Err(format!(
+                "input '{}' of {device} takes {} messages; {}/{} carries {}",
+                input.name, input.message, wired.device, wired.stream.name, wired.stream.message
+            ));
+        }
+        bells.push(bus.stream_listener(&wired.device, &wired.stream).map_err(|error| text(&error))?);
+        let subscriber = bus.subscriber(&wired.device, &wired.stream).map_err(|error| text(&error))?;
+        context.add_input(&wired.input, subscriber);
+    }
+    Ok(bells)
+}
+
+/// What the device says about itself, which must fit what its manifest says.
+fn described(device: &Device, plugin: &Plugin) -> Result<Description, PluginError> {
+    let description = device.describe()?;
+    match (&description, plugin.manifest.kind) {
+        (Description::Robot(robot), DeviceKind::Robot) => {
+            let joints = robot.joints.len();
+            if joints == 0 || joints > plumb_plugin::MAX_JOINTS {
+                let most = plumb_plugin::MAX_JOINTS;
+                return Err(PluginError::Refused(format!(
+                    "the robot has {joints} joints; 1 to {most} are possible"
+                )));
+            }
+            Ok(description)
+        }
+        _ => Ok(description),
+    }
+}
+
+fn drain(listeners: &[Listener]) -> Result<u64, plumb_bus::SignalError> {
+    listeners.iter().map(Listener::drain).sum()
+}

@@ -1,0 +1,60 @@
+//! How a host process ended.
+
+use std::fmt;
+use std::os::unix::process::ExitStatusExt;
+use std::process::ExitStatus;
+
+use nix::sys::signal::Signal;
+
+use crate::channel::exit_code;
+
+/// How a host process ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExitReason {
+    /// Its exit code, when it ended by itself.
+    pub code: Option<i32>,
+    /// The name of the signal that ended it, such as `SIGSEGV`.
+    pub signal: Option<String>,
+    /// Why the orchestrator killed it, when it did.
+    pub killed_because: Option<String>,
+    /// The last lines it wrote to its output, oldest first.
+    pub last_output: Vec<String>,
+}
+
+impl ExitReason {
+    pub(super) fn new(status: ExitStatus, killed_because: Option<String>, last_output: Vec<String>) -> Self {
+        let signal = status.signal().map(|number| {
+            Signal::try_from(number)
+                .map_or_else(|_| format!("signal {number}"), |signal| signal.as_str().to_owned())
+        });
+        Self { code: status.code(), signal, killed_because, last_output }
+    }
+
+    /// Whether it ended in good order.
+    pub fn is_orderly(&self) -> bool {
+        self.code == Some(0)
+    }
+}
+
+impl fmt::Display for ExitReason {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (&self.killed_because, &self.signal, self.code) {
+            (Some(why), _, _) => write!(formatter, "was killed: {why}")?,
+            (None, Some(signal), _) => write!(formatter, "was ended by {signal}")?,
+            (None, None, Some(0)) => write!(formatter, "ended in good order")?,
+            (None, None, Some(code)) => match u8::try_from(code) {
+                Ok(exit_code::WATCHDOG) => write!(formatter, "ended itself: its plugin hung in a call")?,
+                Ok(exit_code::ORPHANED) => {
+                    write!(formatter, "ended itself: it was told to end, or was left alone")?
+                }
+                Ok(exit_code::BUS) => write!(formatter, "ended itself: its shared memory failed")?,
+                _ => write!(formatter, "ended with code {code}")?,
+            },
+            (None, None, None) => write!(formatter, "ended")?,
+        }
+        match self.last_output.last() {
+            Some(line) if !self.is_orderly() => write!(formatter, "; the last it wrote: {line}"),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Plugins written in C, compiled here against the header.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use plumb_host::{HostArguments, Plugin, StopOutcome, verify};
+use plumb_plugin::{DigitalInputs, JointVector, Motion, PluginError};
+
+use crate::place::{LONG, Place};
+
+/// The repository's `core/abi`.
+fn abi() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../abi")
+}
+
+/// The worked example compiled into a directory, with further definitions; `None`, said in words, without a C compiler.
+fn compiled(directory: &Path, definitions: &[&str]) -> Option<Plugin> {
+    let library = directory.join("libcounting_arm.so");
+    let output = Command::new("cc")
+        .args(["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-shared", "-fPIC"])
+        .args(definitions)
+        .arg("-I")
+        .arg(abi().join("include"))
+        .arg("-o")
+        .arg(&library)
+        .arg(abi().join("examples/counting_arm/counting_arm.c"))
+        .arg("-lm")
+        .output();
+    match output {
+        Ok(output) => assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr)),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            println!("skipped: there is no C compiler 'cc' here");
+            return None;
+        }
+        Err(error) => panic!("cc cannot be run: {error}"),
+    }
+    let manifest = directory.join("plugin.yaml");
+    fs::copy(abi().join("examples/counting_arm/plugin.yaml"), &manifest).unwrap();
+    Some(Plugin::at_library(&manifest, &library).unwrap())
+}
+
+#[test]
+fn a_plugin_written_in_c_moves_reports_and_stops() {
+    let place = Place::new();
+    let Some(plugin) = compiled(place.directory.path(), &[]) else { return };
+    let inputs = plugin.manifest.streams.iter().find(|stream| stream.name == "inputs").unwrap();
+    let mut lines = place.bus().subscriber("arm", inputs).unwrap();
+    let host = place.spawn(&HostArguments::new("arm", &place.domain, &plugin)).unwrap();
+    let (robot, stop) = (host.robot().unwrap(), host.stop_handle().unwrap());
+    assert_eq!(robot.describe().unwrap().model, "counting arm");
+    robot.activate().unwrap();
+
+    let target = JointVector::from_slice(&[0.6, -0.2]).unwrap();
+    let end = robot.move_joints(&Motion::absolute(target, 1.0), LONG).unwrap();
+    assert_eq!(end.joints, target);
+    let changes: Vec<DigitalInputs> = std::iter::from_fn(|| lines.receive().unwrap()).collect();
+    assert!(changes[0].has_changed(0) && changes[0].level(0));
+    assert!(changes[1].changed == 0 && changes[1].time_ns >= end.time_ns);
+
+    let error =
+        robot.move_joints(&Motion::absolute(JointVector::from_slice(&[1.6, 0.0]).unwrap(), 1.0), LONG);
+    assert!(matches!(error.unwrap_err().plugin_error(), Some(PluginError::OutOfRange(_))));
+
+    std::thread::scope(|scope| {
+        let back = Motion::absolute(JointVector::from_slice(&[-1.4, 0.0]).unwrap(), 0.5);
+        let robot = &robot;
+        let moving = scope.spawn(move || robot.move_joints(&back, LONG));
+        std::thread::sleep(std::time::Duration::from_millis(50));
+        assert!(matches!(stop.stop(LONG), StopOutcome::Stopped { .. }));
+        let error = moving.join().unwrap().unwrap_err();
+        assert_eq!(error.to_string(), "arm: the counting arm was stopped on its way");
+    });
+    assert!(host.finish(LONG).is_orderly());
+}
+
+#[test]
+fn a_library_of_another_contract_is_refused_with_both_versions() {
+    let place = Place::new();
+    let Some(plugin) = compiled(place.directory.path(), &["-DPLUMB_CONTRACT_MAJOR=7u"]) else { return };
+    let message = verify(&plugin).unwrap_err().to_string();
+    let path = plugin.library_path.display();
+    assert_eq!(
+        message,
+        format!(
+            "{path}: was built for plugin contract 7.0; this program speaks 1.0: rebuild the plugin against contract 1.x"
+        )
+    );
+}
+
+#[test]
+fn a_library_with_something_else_under_the_entrys_name_is_refused() {
+    let place = Place::new();
+    let magic = "-DPLUMB_MAGIC={'N','O','T','P','L','U','M','B'}";
+    let Some(plugin) = compiled(place.directory.path(), &[magic]) else { return };
+    let message = verify(&plugin).unwrap_err().to_string();
+    assert!(
+        message.ends_with("is not a usable plugin: it begins with \"NOTPLUMB\" instead of 'PLUMBPLG'"),
+        "{message}"
+    );
+}

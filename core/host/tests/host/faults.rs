@@ -1,0 +1,149 @@
+//! What a plugin that goes wrong takes with it: its host and nothing else.
+
+use std::time::Duration;
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use plumb_host::DeviceError;
+use plumb_plugin::{JointState, PluginError, Value};
+
+use crate::place::{LONG, Place, stream, until, waist_to};
+
+#[test]
+fn a_panic_is_an_error_that_says_where() {
+    let place = Place::new();
+    let host = place.robot_with("panic", "move");
+    let robot = host.robot().unwrap();
+    robot.activate().unwrap();
+    let error = robot.move_joints(&waist_to(0.1), LONG).unwrap_err();
+    assert!(matches!(error.plugin_error(), Some(PluginError::Panicked(_))), "{error:?}");
+    let message = error.to_string();
+    assert!(message.starts_with("arm: the plugin panicked at "), "{message}");
+    assert!(message.contains("misbehaving_robot/lib.rs:"), "{message}");
+    assert!(message.ends_with("the robot lost its head"), "{message}");
+    // Its device may be half changed: nothing more is asked of it.
+    let message = robot.read_joints().unwrap_err().to_string();
+    assert!(message.ends_with("the device must be started anew"), "{message}");
+    assert!(host.end().is_none());
+}
+
+#[test]
+fn an_abort_ends_the_host_and_is_named() {
+    assert_died_by("abort", "SIGABRT");
+}
+
+#[test]
+fn a_crash_ends_the_host_and_is_named() {
+    assert_died_by("segfault", "SIGSEGV");
+}
+
+fn assert_died_by(fault: &str, signal: &str) {
+    let place = Place::new();
+    let host = place.robot_with(fault, "move");
+    let robot = host.robot().unwrap();
+    robot.activate().unwrap();
+    let error = robot.move_joints(&waist_to(0.1), LONG).unwrap_err();
+    let DeviceError::HostDied { device, reason } = &error else { panic!("{error:?}") };
+    assert_eq!(device, "arm");
+    assert_eq!(reason.signal.as_deref(), Some(signal));
+    assert!(error.to_string().starts_with(&format!("the host of arm was ended by {signal}")), "{error}");
+    // And so says every later call, at once.
+    assert_eq!(robot.read_joints(), Err(error));
+}
+
+#[test]
+fn a_plugin_that_exits_is_named_with_its_code() {
+    let place = Place::new();
+    let host = place.robot_with("exit", "move");
+    let robot = host.robot().unwrap();
+    robot.activate().unwrap();
+    let error = robot.move_joints(&waist_to(0.1), LONG).unwrap_err();
+    assert_eq!(error.to_string(), "the host of arm ended with code 3");
+}
+
+#[test]
+fn a_call_past_its_time_is_an_error_and_then_the_hosts_end() {
+    let place = Place::new();
+    let mut arguments =
+        place.arguments("arm", "misbehaving_robot", serde_json::json!({"fault": "hang", "in": "move"}));
+    arguments.watchdog_grace_ms = 50;
+    let host = place.spawn(&arguments).unwrap();
+    let robot = host.robot().unwrap();
+    robot.activate().unwrap();
+    let error = robot.move_joints(&waist_to(0.1), Duration::from_millis(50)).unwrap_err();
+    assert_eq!(error.to_string(), "arm did not answer 'move joints' within 50ms");
+    let reason = host.wait_for_end(LONG).expect("the watchdog ends the host");
+    assert_eq!(reason.to_string(), "ended itself: its plugin hung in a call");
+}
+
+#[test]
+fn a_killed_host_is_replaced_at_once_and_the_old_client_says_why() {
+    let place = Place::new();
+    let mut receiver = place.bus().subscriber("arm", &stream("misbehaving_robot", "joints")).unwrap();
+    for round in 0..3 {
+        let host = place.robot(Value::Null);
+        let robot = host.robot().unwrap();
+        robot.activate().unwrap();
+        std::thread::scope(|scope| {
+            let moving = scope.spawn(|| robot.move_joints(&waist_to(90.0), LONG));
+            if round > 0 {
+                let begun_anew =
+                    until("the new stream", || receiver.receive::<JointState>().map(drop).err()).to_string();
+                assert_eq!(begun_anew, "stream arm/joints has begun anew: its device was started again");
+            }
+            until("a moving state", || {
+                std::iter::from_fn(|| receiver.receive::<JointState>().unwrap()).find(JointState::is_moving)
+            });
+            kill(Pid::from_raw(host.process().cast_signed()), Signal::SIGKILL).unwrap();
+            let error = moving.join().unwrap().unwrap_err();
+            assert_eq!(error.to_string(), "the host of arm was ended by SIGKILL", "round {round}");
+        });
+        // What had been sent before is taken in, so that the next round begins with the new sender.
+        while receiver.receive::<JointState>().unwrap().is_some() {}
+    }
+}
+
+#[test]
+fn messages_an_orchestrator_was_too_slow_for_are_reported() {
+    let place = Place::new();
+    let mut receiver = place.bus().subscriber("arm", &stream("misbehaving_robot", "joints")).unwrap();
+    let host = place.robot_with("flood", "read");
+    host.robot().unwrap().read_joints().unwrap();
+    assert!(receiver.receive::<JointState>().unwrap().is_some());
+    host.robot().unwrap().read_joints().unwrap();
+    let message = receiver.receive::<JointState>().unwrap_err().to_string();
+    assert!(
+        message.ends_with("messages of stream arm/joints were lost: it was not read fast enough"),
+        "{message}"
+    );
+}
+
+#[test]
+fn messages_a_sensor_was_too_slow_for_are_an_error_of_its_next_reading() {
+    let place = Place::new();
+    let arm = place.robot_with("flood", "read");
+    let eye = place.watcher();
+    let (robot, sensor) = (arm.robot().unwrap(), eye.sensor().unwrap());
+    until("a loss", || {
+        robot.read_joints().unwrap();
+        match sensor.read(0, LONG) {
+            Ok(_) => None,
+            Err(error) => {
+                let lost = matches!(error.plugin_error(), Some(PluginError::InputLost(_)));
+                assert!(lost, "{error:?}");
+                Some(())
+            }
+        }
+    });
+    // Told once; what comes after is seen.
+    robot.read_joints().unwrap();
+    until("a reading", || sensor.read(0, LONG).ok());
+}
+
+#[test]
+fn a_refusal_is_told_in_the_plugins_words() {
+    let place = Place::new();
+    let host = place.robot_with("refuse", "activate");
+    let error = host.robot().unwrap().activate().unwrap_err();
+    assert_eq!(error.to_string(), "arm: the robot does not want to");
+}

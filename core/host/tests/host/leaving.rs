@@ -1,0 +1,71 @@
+//! What is left when hosts and orchestrators end.
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+
+use nix::sys::signal::kill;
+use nix::unistd::Pid;
+use plumb_plugin::Value;
+
+use crate::place::{LONG, Place, example_file, until, waist_to};
+
+#[test]
+fn nothing_is_left_in_shared_memory() {
+    let mut place = Place::new();
+    let arm = place.robot(Value::Null);
+    let eye = place.watcher();
+    let robot = arm.robot().unwrap();
+    robot.activate().unwrap();
+    robot.move_joints(&waist_to(0.01), LONG).unwrap();
+    assert!(!place.domain.shared_memory().is_empty());
+    drop(robot);
+    assert!(arm.finish(LONG).is_orderly());
+    assert!(eye.finish(LONG).is_orderly());
+    place.bus = None;
+    place.domain.remove().unwrap();
+    assert!(place.domain.shared_memory().is_empty());
+    assert_eq!(fs::read_dir(place.directory.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn nothing_is_left_in_shared_memory_after_kills() {
+    let mut place = Place::new();
+    let host = place.robot_with("segfault", "move");
+    let robot = host.robot().unwrap();
+    robot.activate().unwrap();
+    assert!(robot.move_joints(&waist_to(0.1), LONG).is_err());
+    drop((robot, host));
+    place.bus = None;
+    place.domain.remove().unwrap();
+    assert!(place.domain.shared_memory().is_empty());
+}
+
+#[test]
+fn a_device_is_put_away_in_good_order() {
+    let place = Place::new();
+    let diary = place.directory.path().join("diary");
+    let host = place.robot(serde_json::json!({ "diary": diary }));
+    host.robot().unwrap().activate().unwrap();
+    assert!(host.finish(LONG).is_orderly());
+    assert_eq!(fs::read_to_string(&diary).unwrap(), "ended\n");
+}
+
+#[test]
+fn a_robot_is_stopped_when_its_orchestrator_is_killed() {
+    let place = Place::new();
+    let diary = place.directory.path().join("diary");
+    let arguments = place.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
+    let mut orchestrator = Command::new(example_file("host_process"))
+        .args(["orchestrate", &serde_json::to_string(&arguments).unwrap()])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(orchestrator.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    let host: i32 = line.trim().parse().expect("the orchestrator prints its host's process number");
+    orchestrator.kill().unwrap();
+    orchestrator.wait().unwrap();
+    until("the host's end", || kill(Pid::from_raw(host), None).is_err().then_some(()));
+    assert_eq!(fs::read_to_string(&diary).unwrap(), "stopped\nended\n");
+}

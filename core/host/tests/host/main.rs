@@ -1,0 +1,11 @@
+//! Hosts as real processes, plugins as real libraries, shared memory as it is.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+
+mod c_plugin;
+mod faults;
+mod leaving;
+mod loading;
+mod place;
+mod serving;
+mod stopping;

@@ -1,0 +1,178 @@
+//! What a device does when all is well.
+
+use plumb_host::{HostEvent, JointRange};
+use plumb_plugin::{
+    Description, DeviceState, JointState, JointVector, LogLevel, Motion, PluginError, StreamDescription,
+    Value,
+};
+
+use crate::place::{LONG, Place, stream, until, waist_to};
+
+#[test]
+fn a_robot_is_described_activated_moved_and_read() {
+    let place = Place::new();
+    let host = place.robot(Value::Null);
+    let Description::Robot(robot) = host.description() else { panic!("a robot was loaded") };
+    assert_eq!(robot.joints[0].name, "waist");
+    assert_eq!(host.manifest().id, "misbehaving-robot");
+
+    let robot = host.robot().unwrap();
+    assert_eq!(robot.state(), Ok(DeviceState::Inactive));
+    assert_eq!(robot.activate(), Ok(DeviceState::Active));
+    let state = robot.move_joints(&waist_to(0.02), LONG).unwrap();
+    assert_eq!(state.joints.as_slice(), [0.02, 0.0]);
+    assert_eq!(robot.read_joints().unwrap().joints, state.joints);
+    assert_eq!(
+        robot.describe().unwrap(),
+        *match host.description() {
+            Description::Robot(robot) => robot,
+            Description::Sensor(_) => panic!("a robot was loaded"),
+        }
+    );
+    assert!(host.finish(LONG).is_orderly());
+}
+
+#[test]
+fn a_robot_does_not_move_before_it_is_active() {
+    let place = Place::new();
+    let host = place.robot(Value::Null);
+    let error = host.robot().unwrap().move_joints(&waist_to(0.1), LONG).unwrap_err();
+    assert_eq!(error.to_string(), "arm: arm is inactive; activate it before it may move");
+}
+
+#[test]
+fn a_move_out_of_range_is_refused_by_the_host() {
+    let place = Place::new();
+    let mut arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
+    arguments.joint_ranges = vec![JointRange { joint: "waist".to_owned(), lower: -1.0, upper: 1.0 }];
+    let host = place.spawn(&arguments).unwrap();
+    let robot = host.robot().unwrap();
+    robot.activate().unwrap();
+    let error = robot.move_joints(&waist_to(1.1), LONG).unwrap_err();
+    assert_eq!(error.to_string(), "arm: waist would go to 63.03 deg; it may go from -57.30 deg to 57.30 deg");
+    assert!(matches!(error.plugin_error(), Some(PluginError::OutOfRange(_))));
+    assert_eq!(robot.read_joints().unwrap().joints.as_slice(), [0.0, 0.0]);
+}
+
+#[test]
+fn a_move_into_a_kept_out_place_is_refused_by_the_host() {
+    let place = Place::new();
+    let mut arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
+    arguments.guard = serde_json::json!({"keep_below": 10.0});
+    let host = place.spawn(&arguments).unwrap();
+    let robot = host.robot().unwrap();
+    robot.activate().unwrap();
+    let target = JointVector::from_slice(&[0.0, 11.0]).unwrap();
+    let error = robot.move_joints(&Motion::absolute(target, 1.0), LONG).unwrap_err();
+    assert_eq!(error.to_string(), "arm: the hand would reach into the table (11 mm)");
+}
+
+#[test]
+fn what_a_robot_cannot_do_is_said_and_does_no_harm() {
+    let place = Place::new();
+    let host = place.robot(Value::Null);
+    let robot = host.robot().unwrap();
+    let error = robot.write_outputs(1).unwrap_err();
+    assert_eq!(error.to_string(), "arm: this device cannot set output lines");
+    robot.activate().unwrap();
+    robot.set_zero(&JointVector::from_slice(&[0.25, 3.0]).unwrap()).unwrap();
+    assert_eq!(robot.read_joints().unwrap().joints.as_slice(), [0.25, 3.0]);
+}
+
+#[test]
+fn a_sensor_has_seen_the_whole_move_once_it_has_seen_its_end() {
+    let place = Place::new();
+    let arm = place.robot(Value::Null);
+    let eye = place.watcher();
+    let (robot, sensor) = (arm.robot().unwrap(), eye.sensor().unwrap());
+    robot.activate().unwrap();
+    sensor.activate().unwrap();
+    sensor.arm().unwrap();
+    for target in [0.51, 0.49, 0.51] {
+        let end = robot.move_joints(&waist_to(target), LONG).unwrap();
+        let reading = sensor.read(end.time_ns, LONG).unwrap();
+        assert!(reading.time_ns >= end.time_ns);
+        assert_eq!(reading.fired, Some(target > 0.5));
+        assert_eq!(reading.edges.len(), 1);
+        assert_eq!(reading.edges[0].has_fired(), target > 0.5);
+        let waist = reading.edges[0].joints.get(0).unwrap();
+        assert!((waist - 0.5).abs() < 0.003, "the edge was at {waist}");
+    }
+}
+
+#[test]
+fn a_sensor_whose_inputs_stay_away_says_so_in_time() {
+    let place = Place::new();
+    let _arm = place.robot(Value::Null);
+    let eye = place.watcher();
+    let error = eye.sensor().unwrap().read(u64::MAX, std::time::Duration::from_millis(50)).unwrap_err();
+    let message = error.to_string();
+    let expected = [
+        "eye did not answer 'read' within 50ms",
+        "eye: eye has not seen its inputs up to 18446744073.710 s of the cell's clock",
+    ];
+    assert!(expected.contains(&message.as_str()), "{message}");
+}
+
+#[test]
+fn a_state_stream_reaches_the_orchestrator_without_loss() {
+    let place = Place::new();
+    let joints = stream("misbehaving_robot", "joints");
+    let mut receiver = place.bus().subscriber("arm", &StreamDescription { ..joints }).unwrap();
+    let host = place.robot(Value::Null);
+    let robot = host.robot().unwrap();
+    robot.activate().unwrap();
+    let end = robot.move_joints(&waist_to(0.1), LONG).unwrap();
+    let mut last: Option<JointState> = None;
+    while let Some(state) = receiver.receive::<JointState>().unwrap() {
+        assert!(last.is_none_or(|last| last.sequence + 1 == state.sequence));
+        last = Some(state);
+    }
+    let last = last.unwrap();
+    assert_eq!((last.joints, last.is_moving()), (end.joints, false));
+    assert!(last.sequence >= 49);
+}
+
+#[test]
+fn a_large_message_is_built_in_place() {
+    let place = Place::new();
+    let frames = stream("misbehaving_robot", "frames");
+    let mut receiver = place.bus().subscriber("arm", &frames).unwrap();
+    let host = place.robot(Value::Null);
+    host.robot().unwrap().read_inputs().unwrap();
+    let frame = receiver.receive_with(|frame| (frame.len(), frame[16], frame[1_299_999])).unwrap();
+    assert_eq!(frame, Some((1_300_000, 7, 7)));
+}
+
+#[test]
+fn what_a_plugin_logs_and_prints_is_carried() {
+    let place = Place::new();
+    let config = serde_json::json!({"fault": "chatter", "in": "read"});
+    let (host, events) = place.spawn_listening(&place.arguments("arm", "misbehaving_robot", config));
+    host.robot().unwrap().read_joints().unwrap();
+    host.finish(LONG);
+    let events: Vec<HostEvent> = events.iter().collect();
+    let output = |text: &str| HostEvent::Output { text: text.to_owned() };
+    assert!(events.contains(&output("printed by the plugin")), "{events:?}");
+    assert!(events.contains(&output("complained by the plugin")), "{events:?}");
+    assert!(
+        events.contains(&HostEvent::Log { level: LogLevel::Info, text: "logged by the plugin".to_owned() })
+    );
+    assert!(events.contains(&HostEvent::Progress { fraction: 0.5, text: "half of it".to_owned() }));
+}
+
+#[test]
+fn two_terminals_may_ask_the_same_robot() {
+    let place = Place::new();
+    let host = place.robot(Value::Null);
+    let (one, other) = (host.robot().unwrap(), host.robot().unwrap());
+    one.activate().unwrap();
+    std::thread::scope(|scope| {
+        let moving = scope.spawn(|| one.move_joints(&waist_to(0.1), LONG));
+        for _ in 0..20 {
+            other.read_joints().unwrap();
+        }
+        assert!(moving.join().unwrap().is_ok());
+    });
+    until("the move's end", || (other.read_joints().unwrap().joints.get(0) == Some(0.1)).then_some(()));
+}
