@@ -9,6 +9,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 mod failure;
+mod host_command;
+mod plugins_command;
 mod screens;
 mod study_command;
 mod trial_command;
@@ -31,6 +33,11 @@ enum Command {
     /// Blind trials: measurements of an arm that hides something, and the answer under seal.
     #[command(subcommand)]
     Trial(trial_command::TrialCommand),
+    /// The plugins that can be found, and whether they can be used.
+    #[command(subcommand)]
+    Plugins(plugins_command::PluginsCommand),
+    #[command(hide = true)]
+    Host,
     #[command(hide = true)]
     World(world_command::Arguments),
     Watch(watch_command::Arguments),
@@ -40,6 +47,8 @@ fn main() -> ExitCode {
     let result: CommandResult = match Arguments::parse().command {
         Command::Study(arguments) => study_command::run(&arguments),
         Command::Trial(command) => trial_command::run(&command),
+        Command::Plugins(command) => plugins_command::run(&command),
+        Command::Host => host_command::run(),
         Command::World(arguments) => world_command::run(&arguments),
         Command::Watch(arguments) => watch_command::run(&arguments),
     };

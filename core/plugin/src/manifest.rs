@@ -55,7 +55,7 @@ pub enum DeviceKind {
 
 impl fmt::Display for DeviceKind {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
+        formatter.pad(match self {
             Self::Robot => "robot",
             Self::Sensor => "sensor",
         })
@@ -83,7 +83,7 @@ impl ContractVersion {
 
 impl fmt::Display for ContractVersion {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{}.{}", self.0, self.1)
+        formatter.pad(&format!("{}.{}", self.0, self.1))
     }
 }
 

@@ -1,0 +1,107 @@
+//! `plumb plugins`: the plugins that can be found, and whether they can be used.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Subcommand};
+use plumb_host::{Catalogue, CatalogueRow, Plugin, verify};
+
+use crate::failure::CommandResult;
+
+/// What to do with plugins.
+#[derive(Subcommand)]
+pub(crate) enum PluginsCommand {
+    /// Lists the plugins that can be found, from their manifests alone; nothing is loaded.
+    List(Places),
+    /// Loads each plugin's library and checks it against its manifest; no device is touched.
+    Verify(VerifyArguments),
+}
+
+/// Where plugins are looked for.
+#[derive(Args)]
+pub(crate) struct Places {
+    /// A further directory to look for plugins in; may be given several times.
+    #[arg(long = "plugins", value_name = "DIR")]
+    directories: Vec<PathBuf>,
+}
+
+/// Which plugins to verify.
+#[derive(Args)]
+pub(crate) struct VerifyArguments {
+    #[command(flatten)]
+    places: Places,
+    /// Names of plugins, or manifest files; all that can be found when none is given.
+    plugins: Vec<String>,
+}
+
+/// Exit code when a plugin cannot be used.
+const UNUSABLE: u8 = 1;
+
+/// Does it.
+pub(crate) fn run(command: &PluginsCommand) -> CommandResult {
+    let mut output = io::stdout().lock();
+    let all_good = match command {
+        PluginsCommand::List(places) => list(&mut output, &Catalogue::search(&places.directories))?,
+        PluginsCommand::Verify(arguments) => verify_all(&mut output, arguments)?,
+    };
+    Ok(if all_good { ExitCode::SUCCESS } else { ExitCode::from(UNUSABLE) })
+}
+
+/// One line for each plugin; whether all are good.
+fn list(output: &mut impl Write, catalogue: &Catalogue) -> io::Result<bool> {
+    for row in catalogue.rows() {
+        match &row.plugin {
+            Ok(plugin) => {
+                let manifest = &plugin.manifest;
+                let (id, version, kind) = (&manifest.id, &manifest.version, manifest.kind);
+                let (contract, title) = (manifest.contract, &manifest.title);
+                writeln!(output, "{id:<20} {version:<8} {kind:<7} contract {contract:<5} {title}")?;
+            }
+            Err(error) => writeln!(output, "unusable: {error}")?,
+        }
+    }
+    if catalogue.rows().is_empty() {
+        let places: Vec<String> =
+            catalogue.directories().iter().map(|path| path.display().to_string()).collect();
+        writeln!(output, "no plugins; looked in {}", places.join(", "))?;
+    }
+    Ok(catalogue.rows().iter().all(|row| row.plugin.is_ok()))
+}
+
+fn verify_all(
+    output: &mut impl Write,
+    arguments: &VerifyArguments,
+) -> Result<bool, Box<dyn std::error::Error>> {
+    let catalogue = Catalogue::search(&arguments.places.directories);
+    let mut all_good = true;
+    let mut tell = |name: &str, result: Result<(), String>| {
+        all_good &= result.is_ok();
+        match result {
+            Ok(()) => writeln!(output, "{name}: good"),
+            Err(text) => writeln!(output, "{name}: {text}"),
+        }
+    };
+    if arguments.plugins.is_empty() {
+        for row in catalogue.rows() {
+            let (name, result) = verified(row);
+            tell(&name, result)?;
+        }
+    }
+    for name in &arguments.plugins {
+        let plugin = if name.ends_with(".yaml") {
+            Plugin::at(name.as_ref()).map_err(|error| error.to_string())
+        } else {
+            catalogue.find(name).cloned().map_err(|error| error.to_string())
+        };
+        tell(name, plugin.and_then(|plugin| verify(&plugin).map_err(|error| error.to_string())))?;
+    }
+    Ok(all_good)
+}
+
+fn verified(row: &CatalogueRow) -> (String, Result<(), String>) {
+    match &row.plugin {
+        Ok(plugin) => (plugin.manifest.id.clone(), verify(plugin).map_err(|error| error.to_string())),
+        Err(error) => (row.manifest_path.display().to_string(), Err(error.to_string())),
+    }
+}
