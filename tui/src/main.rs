@@ -11,6 +11,7 @@ use clap::{Parser, Subcommand};
 mod failure;
 mod host_command;
 mod plugins_command;
+mod model_command;
 mod screens;
 mod study_command;
 mod trial_command;
@@ -29,6 +30,9 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Compare a model with measurements, see what it lacks, add it, watch the error fall.
+    #[command(subcommand)]
+    Model(model_command::ModelCommand),
     Study(study_command::StudyArguments),
     /// Blind trials: measurements of an arm that hides something, and the answer under seal.
     #[command(subcommand)]
@@ -45,6 +49,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let result: CommandResult = match Arguments::parse().command {
+        Command::Model(command) => model_command::run(&command),
         Command::Study(arguments) => study_command::run(&arguments),
         Command::Trial(command) => trial_command::run(&command),
         Command::Plugins(command) => plugins_command::run(&command),

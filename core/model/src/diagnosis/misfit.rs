@@ -1,7 +1,7 @@
 //! Lack of fit: does more remain than noise?
 
 use super::score::Noise;
-use crate::fit::corner;
+use crate::fit::{Fit, Machine, corner};
 use crate::floor::{Floor, FloorSource};
 use crate::statistics::{chi_squared_tail, f_tail};
 
@@ -22,9 +22,14 @@ pub(crate) const MISFIT_LEVEL: f64 = 0.002;
 impl Misfit {
     /// Nothing if the floor is not known.
     pub(crate) fn of(fitted: &Fitted<'_>, floor: &Floor) -> Option<Self> {
+        Self::of_fit(&fitted.machine, &fitted.fit, floor)
+    }
+
+    /// The same of a machine and its fit.
+    pub(crate) fn of_fit(machine: &Machine<'_>, fit: &Fit, floor: &Floor) -> Option<Self> {
         let scale = floor.scale?;
-        let noise = Noise::of(&fitted.machine, &fitted.fit);
-        let ratio = variance(fitted, noise) / (scale * scale);
+        let noise = Noise::of(machine, fit);
+        let ratio = variance(machine, fit, noise) / (scale * scale);
         let p = match floor.source {
             FloorSource::Repeats => f_tail(ratio, noise.freedom, floor.dof as f64),
             FloorSource::Declared | FloorSource::Unknown => {
@@ -42,8 +47,7 @@ impl Misfit {
 
 /// Variance of one equation with far poses drawn in to Huber's corner, made right for what that takes away from a normal
 /// scatter.
-fn variance(fitted: &Fitted<'_>, noise: Noise) -> f64 {
-    let (machine, fit) = (&fitted.machine, &fitted.fit);
+fn variance(machine: &Machine<'_>, fit: &Fit, noise: Noise) -> f64 {
     let (mut drawn_in, mut expected) = (0.0, 0.0);
     for row in &fit.rows {
         let weight = fit.weights.get(*row).copied().unwrap_or(1.0);

@@ -1,5 +1,6 @@
 //! Diagnosis: what, if anything, the model lacks; in the order passport, floor, audit, score, refit, ties, verdict.
 
+mod growth;
 mod misfit;
 mod outcome;
 mod repeatable;
@@ -9,6 +10,9 @@ mod trial;
 mod verdict;
 mod wording;
 
+pub(crate) use trial::Fitted;
+
+pub use growth::{Growth, Step, StepRms};
 pub use outcome::{Candidate, Diagnosis, EffectPlace, Located, Named, NextPose, Remaining, Verdict};
 
 use crate::floor::{Floor, Returns};
@@ -24,6 +28,11 @@ impl Laboratory {
     /// # Errors
     /// Nothing can be fitted, or cancellation.
     pub fn diagnose(&self, progress: &Progress) -> Result<Diagnosis, LaboratoryError> {
+        self.diagnose_for(progress).map(|(diagnosis, _)| diagnosis)
+    }
+
+    /// The diagnosis, and the named effect with its values.
+    fn diagnose_for(&self, progress: &Progress) -> Result<(Diagnosis, growth::Found), LaboratoryError> {
         progress.report(0.0, "fitting")?;
         let machine = self.machine(&[])?;
         let fit = self.fit(&machine, progress)?;
@@ -46,6 +55,11 @@ impl Laboratory {
             );
         }
         let settled = verdict == finding.verdict;
+        let found = finding
+            .best()
+            .filter(|_| verdict == Verdict::Named)
+            .map(|best| (best.id.clone(), best.values.clone()));
+        let left = misfit::Misfit::of_fit(&machine, &fit, &floor);
         let mut diagnosis = Diagnosis {
             verdict,
             floor,
@@ -58,12 +72,13 @@ impl Laboratory {
             remaining,
             besides: finding.besides.iter().map(|id| id.label(self.model())).collect(),
             floor_ratio: finding.left_over.map(|misfit| misfit.ratio),
+            left_ratio: left.map(|misfit| misfit.ratio),
             next: Vec::new(),
             outliers: comparison.outliers,
             warnings: comparison.warnings,
             sentence: String::new(),
         };
         diagnosis.sentence = wording::sentence(&diagnosis);
-        Ok(diagnosis)
+        Ok((diagnosis, found))
     }
 }

@@ -150,6 +150,8 @@ pub struct Diagnosis {
     pub candidates: Vec<Candidate>,
     /// What is left.
     pub remaining: Remaining,
+    /// What is left now, over the floor; nothing if the floor is unknown.
+    pub left_ratio: Option<f64>,
     /// Effects that were found besides the one in question, as written.
     pub besides: Vec<String>,
     /// What is left when everything found is in, over the floor; nothing if the floor is unknown.

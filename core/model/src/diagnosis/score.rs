@@ -136,6 +136,9 @@ pub(crate) fn score(machine: &Machine<'_>, fit: &Fit, probes: &[Probe]) -> Vec<S
         .collect()
 }
 
+/// Squares (in variances) the greatest plausible size must have beyond the fitted parameters.
+const SEEN: f64 = 4.0;
+
 /// Share of a candidate's squares below which nothing of it counts as left.
 const SWALLOWED: f64 = 1e-6;
 
@@ -165,6 +168,18 @@ fn one(
         for column in 0..count {
             inverse[(row, column)] *= unit(row) * unit(column);
         }
+    }
+    // An effect that could not be seen at any plausible size is no candidate.
+    let widest = probe
+        .effect
+        .parameters()
+        .iter()
+        .map(|parameter| parameter.range.0.abs().max(parameter.range.1.abs()));
+    let visible: f64 =
+        widest.zip(beyond.diagonal().iter()).map(|(range, square)| range * range * square.max(0.0)).sum();
+    if visible < SEEN * noise.variance {
+        freedom = 0;
+        inverse.fill(0.0);
     }
     let estimate = &inverse * score;
     let gain = score.dot(&estimate).max(0.0);

@@ -15,12 +15,13 @@ pub(crate) struct Descent {
     pub(crate) settled: bool,
 }
 
-/// Goes downhill from `start` until neither steps nor gains matter any more.
+/// Goes downhill from `start` until neither steps nor gains matter any more. The slots in `held` stay where they are.
 pub(crate) fn descend(
     machine: &Machine<'_>,
     start: &State,
     rows: &[usize],
     weights: &[f64],
+    held: &[usize],
     steps: usize,
     progress: &Progress,
 ) -> Result<Descent, Cancelled> {
@@ -37,6 +38,13 @@ pub(crate) fn descend(
         for index in 0..damped.nrows() {
             damped[(index, index)] += damping * scales[index].max(1e-300);
         }
+        let mut gradient = normal.gradient.clone();
+        for slot in held {
+            damped.row_mut(*slot).fill(0.0);
+            damped.column_mut(*slot).fill(0.0);
+            damped[(*slot, *slot)] = 1.0;
+            gradient[*slot] = 0.0;
+        }
         let Some(factor) = Cholesky::new(damped) else {
             damping = (damping * growth).max(1e-12);
             growth *= 2.0;
@@ -45,10 +53,10 @@ pub(crate) fn descend(
             }
             continue;
         };
-        let change = factor.solve(&normal.gradient);
+        let change = factor.solve(&gradient);
         let scaled: f64 =
             change.iter().zip(scales.iter()).map(|(change, scale)| change * change * scale).sum();
-        let predicted = damping * scaled + change.dot(&normal.gradient);
+        let predicted = damping * scaled + change.dot(&gradient);
         // A further gain of a few thousandths of one measurement's own variance says nothing any more.
         let settled_by = 3e-3 * normal.squares / normal.equations.max(1) as f64 + 1e-18;
         if predicted <= settled_by {

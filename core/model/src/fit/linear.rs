@@ -108,15 +108,21 @@ impl Factor {
         inverse
     }
 
-    /// How a dependent column is made of the independent ones, in units where every column has length 1.
-    pub(crate) fn combination(&self, matrix: &DMatrix<f64>, column: usize) -> Vec<(usize, f64)> {
+    /// How a dependent column is made of the independent ones: how far each must move to do what one unit of it does.
+    pub(crate) fn weights_of(&self, matrix: &DMatrix<f64>, column: usize) -> Vec<(usize, f64)> {
         if self.scales[column] == 0.0 {
             return Vec::new();
         }
         let right = DVector::from_iterator(self.size, matrix.column(column).iter().copied());
         let solution = self.solve(&right);
-        let share = |other: &usize| solution[*other] * self.scales[*other] / self.scales[column];
-        self.independent.iter().map(|other| (*other, share(other))).collect()
+        self.independent.iter().map(|other| (*other, solution[*other])).collect()
+    }
+
+    /// The same in units where every column has length one.
+    pub(crate) fn combination(&self, matrix: &DMatrix<f64>, column: usize) -> Vec<(usize, f64)> {
+        let scale = self.scales[column];
+        let share = |(other, weight): (usize, f64)| (other, weight * self.scales[other] / scale);
+        self.weights_of(matrix, column).into_iter().map(share).collect()
     }
 }
 

@@ -113,11 +113,18 @@ pub(super) fn refit(
     options: FitOptions,
     progress: &Progress,
 ) -> Result<Fit, FitError> {
-    let mut descent = descend(machine, start, rows, &weights, options.steps, progress)?;
+    let mut descent = descend(machine, start, rows, &weights, &[], options.steps, progress)?;
     let mut steps = descent.steps;
-    let parameters = Factor::new(&descent.normal.matrix).rank();
+    let factor = Factor::new(&descent.normal.matrix);
+    let parameters = factor.rank();
     if parameters >= descent.normal.equations {
         return Err(FitError::TooFewRows { equations: descent.normal.equations, parameters });
+    }
+    let held = factor.dependent.clone();
+    if !held.is_empty() {
+        let back = bring_back(machine, start, &descent, &factor);
+        descent = descend(machine, &back, rows, &weights, &held, options.steps, progress)?;
+        steps += descent.steps;
     }
     if options.robust {
         for _ in 0..20 {
@@ -129,11 +136,33 @@ pub(super) fn refit(
             if moved < 1e-2 {
                 break;
             }
-            descent = descend(machine, &descent.state, rows, &weights, options.steps, progress)?;
+            descent = descend(machine, &descent.state, rows, &weights, &held, options.steps, progress)?;
             steps += descent.steps;
         }
     }
     finish(machine, descent, rows.to_vec(), weights, steps)
+}
+
+/// The state a descent ended in, with what cannot be told from the rest back where it started and the rest moved to
+/// make up for it.
+fn bring_back(machine: &Machine<'_>, start: &State, descent: &Descent, factor: &Factor) -> State {
+    let mut step = vec![0.0; machine.slots().len()];
+    for column in &factor.dependent {
+        let Some(slot) = machine.slots().get(*column) else { continue };
+        let moved = descent.state.value(*slot) - start.value(*slot);
+        if moved == 0.0 {
+            continue;
+        }
+        if let Some(own) = step.get_mut(*column) {
+            *own -= moved;
+        }
+        for (other, share) in factor.weights_of(&descent.normal.matrix, *column) {
+            if let Some(amount) = step.get_mut(other) {
+                *amount += share * moved;
+            }
+        }
+    }
+    descent.state.stepped(machine.slots(), &step)
 }
 
 fn difference(left: &[f64], right: &[f64], row: usize) -> f64 {

@@ -1,9 +1,11 @@
 //! The laboratory: one model, one table, and everything that can be asked of the pair.
 
+mod addition;
 mod comparison;
 mod preview;
 mod rows;
 
+pub use addition::{Addition, without};
 pub use comparison::{Comparison, EffectValue, Rms};
 pub use preview::Preview;
 pub(crate) use rows::row_square;
@@ -134,8 +136,8 @@ impl Laboratory {
         Survey { model: &self.model, passport: &self.passport }
     }
 
-    /// Everything the model says is to be fitted: the free effects at their last values, then the added ones.
-    pub(crate) fn fitted_effects(&self) -> Result<Vec<AddedEffect>, EffectNameError> {
+    /// The effects that are always fitted, at their last values; those the user has added are not among them.
+    pub(crate) fn free_effects(&self) -> Result<Vec<AddedEffect>, EffectNameError> {
         let mut effects: Vec<AddedEffect> = Vec::new();
         for pattern in &self.model.free {
             for id in effect::expand(pattern, &self.model)? {
@@ -149,6 +151,12 @@ impl Laboratory {
                 effects.push(AddedEffect { id, values });
             }
         }
+        Ok(effects)
+    }
+
+    /// Everything the model says is to be fitted: the free effects, then the added ones.
+    pub(crate) fn fitted_effects(&self) -> Result<Vec<AddedEffect>, EffectNameError> {
+        let mut effects = self.free_effects()?;
         effects.extend(self.model.effects.iter().cloned());
         Ok(effects)
     }

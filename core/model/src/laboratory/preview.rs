@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::addition::moved;
 use super::comparison::{EffectValue, Rms};
 use super::rows::{RowResidual, row_residuals};
 use super::{Laboratory, LaboratoryError};
@@ -25,9 +26,6 @@ pub struct Preview {
     pub moved: Vec<String>,
 }
 
-/// Standard errors by which a parameter must move to be worth a word.
-const MOVED: f64 = 2.0;
-
 impl Laboratory {
     /// Fits the model with a candidate (or a wildcard or group of them) in, without adding it.
     ///
@@ -42,15 +40,11 @@ impl Laboratory {
         let known = self.effect_values(&before.machine, &before.fit);
         let mut values = self.effect_values(&after.machine, &after.fit);
         let effects = values.split_off(known.len());
-        let moved = known.iter().zip(&values).filter(|(old, new)| !old.held && !new.held);
-        let moved = moved.filter(|(old, new)| (old.size - new.size).abs() > MOVED * old.se.max(new.se));
         Ok(Preview {
             before: self.rms(&before.machine, &before.fit),
             after: self.rms(&after.machine, &after.fit),
             rows: row_residuals(&after.machine, &after.fit, &self.split().check),
-            moved: moved
-                .map(|(old, new)| format!("{}: {:.5} -> {:.5} {}", old.label, old.size, new.size, new.unit))
-                .collect(),
+            moved: moved(&known, &values),
             effects,
         })
     }

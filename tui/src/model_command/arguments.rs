@@ -1,0 +1,168 @@
+//! The options of `plumb model`.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use plumb_model::laboratory::{Laboratory, LaboratoryError, Options};
+use plumb_model::revision::{Entry, Family, RevisionError};
+use plumb_model::split::Holdout;
+use plumb_model::table::Table;
+
+/// A model, a table, and how to bring them together.
+#[derive(Debug, Args)]
+pub(crate) struct PairArguments {
+    /// The model file. The original stands for its newest revision; name a revision's own file to use that.
+    pub(crate) model: PathBuf,
+    /// The measurement table.
+    #[arg(short, long, value_name = "CSV")]
+    pub(crate) data: PathBuf,
+    /// Effects that are always fitted, instead of the file's `free:`: `none`, or a list such as `joint_zero(*),link_length(elbow)`.
+    #[arg(long, value_name = "LIST")]
+    free: Option<String>,
+    /// Rows locked away to check with: regions, random:0.3:SEED, time:0.3, session, none.
+    #[arg(long, default_value = "regions", value_name = "HOW")]
+    holdout: Holdout,
+    /// Plain least squares: let far poses pull as hard as they like.
+    #[arg(long)]
+    least_squares: bool,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A list of effects, split at the commas outside brackets.
+fn free_list(text: &str) -> Vec<String> {
+    if text.trim() == "none" {
+        return Vec::new();
+    }
+    let mut list = vec![String::new()];
+    let mut depth = 0;
+    for letter in text.chars() {
+        match letter {
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            _ => {}
+        }
+        match (letter, depth, list.last_mut()) {
+            (',' | ';', 0, _) => list.push(String::new()),
+            (letter, _, Some(last)) => last.push(letter),
+            (_, _, None) => {}
+        }
+    }
+    list.iter().map(|part| part.trim().to_owned()).filter(|part| !part.is_empty()).collect()
+}
+
+/// A laboratory, and the revision of the model it works on.
+pub(crate) struct Opened {
+    pub(crate) laboratory: Laboratory,
+    pub(crate) family: Family,
+    pub(crate) entry: Entry,
+}
+
+/// Why a pair of files cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum OpenError {
+    #[error(transparent)]
+    Revision(#[from] RevisionError),
+    #[error(transparent)]
+    Laboratory(#[from] LaboratoryError),
+}
+
+impl PairArguments {
+    /// Reads both files.
+    pub(crate) fn open(&self) -> Result<Opened, OpenError> {
+        let entry = Family::resolve(&self.model)?;
+        let table = Table::read(&self.data).map_err(LaboratoryError::from)?;
+        let mut options = Options {
+            free: self.free.as_deref().map(free_list),
+            holdout: self.holdout,
+            ..Options::default()
+        };
+        options.fit.robust = !self.least_squares;
+        let laboratory = Laboratory::new(entry.model.clone(), table, options)?;
+        Ok(Opened { laboratory, family: Family::of(&self.model)?, entry })
+    }
+
+    /// The table's file name, as revisions note it.
+    pub(crate) fn data_name(&self) -> String {
+        self.data.file_name().unwrap_or(self.data.as_os_str()).to_string_lossy().into_owned()
+    }
+}
+
+/// How residuals are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PlotFormat {
+    /// A file of vector graphics.
+    Svg,
+    /// In the terminal.
+    Term,
+}
+
+/// Options of `compare`.
+#[derive(Debug, Args)]
+pub(crate) struct CompareArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+    /// Draw the residuals.
+    #[arg(long, value_enum)]
+    pub(crate) plot: Option<PlotFormat>,
+    /// File to draw to; `residuals.svg` when not given.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+impl CompareArguments {
+    pub(crate) fn output(&self) -> &Path {
+        self.output.as_deref().unwrap_or(Path::new("residuals.svg"))
+    }
+}
+
+/// Options of `diagnose`.
+#[derive(Debug, Args)]
+pub(crate) struct DiagnoseArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+}
+
+/// Options of `add` and `remove`.
+#[derive(Debug, Args)]
+pub(crate) struct ChangeArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+    /// The effect: `joint_compliance(shoulder)`, a wildcard `joint_zero(*)`, or the group `geometry(*)`.
+    pub(crate) effect: String,
+}
+
+/// Options of `grow`.
+#[derive(Debug, Args)]
+pub(crate) struct GrowArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+    /// Show what would be added, but write no revisions.
+    #[arg(long)]
+    pub(crate) dry: bool,
+}
+
+/// A model file and its revisions.
+#[derive(Debug, Args)]
+pub(crate) struct FamilyArguments {
+    /// The model file.
+    pub(crate) model: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::free_list;
+
+    #[test]
+    fn lists_are_split_outside_brackets_only() {
+        assert_eq!(
+            free_list("joint_zero(*), joint_harmonic(lift, 20)"),
+            ["joint_zero(*)", "joint_harmonic(lift, 20)"]
+        );
+        assert!(free_list("none").is_empty());
+    }
+}

@@ -1,0 +1,59 @@
+//! `plumb model`: compare a model with measurements, see what it lacks, add it, watch the error fall.
+
+mod arguments;
+mod compare;
+mod diagnose;
+mod history;
+mod progress;
+mod revise;
+mod text;
+
+use std::io::{self, Write as _};
+use std::process::ExitCode;
+
+use clap::Subcommand;
+use serde::Serialize;
+
+use crate::failure::CommandResult;
+use arguments::{ChangeArguments, CompareArguments, DiagnoseArguments, FamilyArguments, GrowArguments};
+
+/// What to do with a model.
+#[derive(Debug, Subcommand)]
+pub(crate) enum ModelCommand {
+    /// Fit the model and show how far it misses, where, and how far above the noise.
+    Compare(CompareArguments),
+    /// Say which effect the model lacks, if any.
+    Diagnose(DiagnoseArguments),
+    /// Add an effect (`joint_compliance(shoulder)`, `joint_zero(*)`, `geometry(*)`): writes the next revision of the model file.
+    Add(ChangeArguments),
+    /// Take an effect out: writes the next revision.
+    Remove(ChangeArguments),
+    /// Diagnose and add until nothing more can be named; shows the error fall.
+    Grow(GrowArguments),
+    /// List the revisions of a model file.
+    History(FamilyArguments),
+    /// Take the last change back: what was before it becomes the next revision.
+    Undo(FamilyArguments),
+}
+
+/// Runs one of the commands.
+pub(crate) fn run(command: &ModelCommand) -> CommandResult {
+    let said = match command {
+        ModelCommand::Compare(arguments) => compare::run(arguments)?,
+        ModelCommand::Diagnose(arguments) => diagnose::run(arguments)?,
+        ModelCommand::Add(arguments) => revise::add(arguments)?,
+        ModelCommand::Remove(arguments) => revise::remove(arguments)?,
+        ModelCommand::Grow(arguments) => revise::grow(arguments)?,
+        ModelCommand::History(arguments) => history::list(arguments)?,
+        ModelCommand::Undo(arguments) => history::undo(arguments)?,
+    };
+    let mut out = io::stdout().lock();
+    out.write_all(said.as_bytes())?;
+    out.flush()?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A value as indented JSON with a line end.
+fn json(value: &impl Serialize) -> Result<String, serde_json::Error> {
+    serde_json::to_string_pretty(value).map(|text| text + "\n")
+}

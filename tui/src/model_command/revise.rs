@@ -1,0 +1,118 @@
+//! `plumb model add`, `remove` and `grow`: what changes a model writes its next revision.
+
+use std::error::Error;
+
+use plumb_model::laboratory::{Addition, EffectValue};
+use plumb_model::progress::Progress;
+use plumb_model::revision::Entry;
+use serde::Serialize;
+
+use super::arguments::{ChangeArguments, GrowArguments, Opened};
+use super::diagnose;
+use super::progress::watched;
+use super::text::{effects_table, floor_line, rms_line};
+
+/// What a change says in JSON.
+#[derive(Serialize)]
+struct Changed<'a> {
+    revision: u32,
+    file: String,
+    did: &'a str,
+    added: &'a [EffectValue],
+    before: plumb_model::laboratory::Rms,
+    rms_mm: plumb_model::laboratory::Rms,
+    floor: &'a plumb_model::floor::Floor,
+    moved: &'a [String],
+    sentence: String,
+}
+
+/// Adds an effect.
+pub(super) fn add(arguments: &ChangeArguments) -> Result<String, Box<dyn Error>> {
+    change(arguments, "add", |opened, progress| opened.laboratory.add(&arguments.effect, progress))
+}
+
+/// Takes an effect out.
+pub(super) fn remove(arguments: &ChangeArguments) -> Result<String, Box<dyn Error>> {
+    change(arguments, "remove", |opened, progress| opened.laboratory.remove(&arguments.effect, progress))
+}
+
+fn change(
+    arguments: &ChangeArguments,
+    verb: &str,
+    work: impl FnOnce(&Opened, &Progress) -> Result<Addition, plumb_model::laboratory::LaboratoryError>,
+) -> Result<String, Box<dyn Error>> {
+    let opened = arguments.pair.open()?;
+    let addition = watched(|progress| work(&opened, progress))?;
+    let did = format!("{verb} {}", arguments.effect);
+    let data = arguments.pair.data_name();
+    let rms = Some(addition.rms_mm.fit);
+    let parent = Some(opened.entry.number);
+    let entry = opened.family.write(addition.model.clone(), parent, &did, Some(&data), rms)?;
+    let sentence = format!(
+        "{did}: the error {} from {:.4} to {:.4} mm; revision {} is {}.",
+        if addition.rms_mm.fit <= addition.before.fit { "falls" } else { "rises" },
+        addition.before.fit,
+        addition.rms_mm.fit,
+        entry.number,
+        entry.path.display()
+    );
+    if arguments.pair.json {
+        return Ok(super::json(&Changed {
+            revision: entry.number,
+            file: entry.path.display().to_string(),
+            did: &did,
+            added: &addition.added,
+            before: addition.before,
+            rms_mm: addition.rms_mm,
+            floor: &addition.comparison.floor,
+            moved: &addition.moved,
+            sentence,
+        })?);
+    }
+    let mut text = effects_table(&addition.added);
+    text.push_str(&format!("before  {}", rms_line(&addition.before)));
+    text.push_str(&format!("now     {}", rms_line(&addition.rms_mm)));
+    text.push_str(&floor_line(&addition.comparison.floor));
+    for moved in &addition.moved {
+        text.push_str(&format!("moved by more than two standard errors: {moved}\n"));
+    }
+    Ok(format!("{text}\n{sentence}\n"))
+}
+
+/// Diagnoses and adds until nothing more can be named.
+pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> {
+    let opened = arguments.pair.open()?;
+    let mut growth = watched(|progress| opened.laboratory.grow(progress))?;
+    if !arguments.dry {
+        let data = arguments.pair.data_name();
+        let mut parent = opened.entry.number;
+        for step in &growth.steps {
+            let did = format!("add {}", step.label);
+            let written: Result<Entry, _> = opened.family.write(
+                step.model.clone(),
+                Some(parent),
+                &did,
+                Some(&data),
+                Some(step.rms_mm.fit),
+            );
+            match written {
+                Ok(entry) => parent = entry.number,
+                // The findings are worth more than the files.
+                Err(error) => {
+                    growth.diagnosis.warnings.push(format!("no revision was written: {error}"));
+                    break;
+                }
+            }
+        }
+    }
+    if arguments.pair.json {
+        return Ok(super::json(&growth)?);
+    }
+    let mut text = format!("{:<34} fit {:.4} mm\n", "start", growth.start.fit);
+    for step in &growth.steps {
+        let ratio =
+            step.floor_ratio.map_or_else(String::new, |ratio| format!(", {ratio:.2} times the floor"));
+        text.push_str(&format!("+ {:<32} fit {:.4} mm{ratio}\n", step.label, step.rms_mm.fit));
+    }
+    Ok(format!("{text}\n{}", diagnose::tell(&growth.diagnosis)))
+}
