@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Subcommand;
+use plumb_model::laboratory::LaboratoryError;
 use plumb_simulated::physics::campaign::seal::{self, OpenError, Sealed};
 use plumb_simulated::physics::campaign::{self, Case, GenerateError, Truth};
 use plumb_simulated::physics::description::DescriptionError;
@@ -111,6 +112,14 @@ pub(crate) enum TrialError {
     /// The campaign cannot be simulated.
     #[error(transparent)]
     Generate(#[from] GenerateError),
+    /// The lab refuses a case that it should take.
+    #[error("the lab refuses the case of seed {seed}: {source}")]
+    Lab {
+        /// The case.
+        seed: u64,
+        /// Why.
+        source: Box<LaboratoryError>,
+    },
     /// `--cell` names none.
     #[error("there is no cell `{name}`; known are {known}")]
     UnknownCell {

@@ -5,6 +5,7 @@ mod correlation;
 mod evidence;
 mod forward_bic;
 mod interval;
+mod lab;
 mod lasso;
 
 use std::collections::BTreeMap;
@@ -13,10 +14,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Instant;
 
-use plumb_simulated::physics::campaign::{Case, Verdict};
+use plumb_model::laboratory::LaboratoryError;
+use plumb_simulated::physics::campaign::{Case, Hidden, Verdict};
 use serde::Serialize;
 
-use super::score::{Diagnosis, Score};
+use super::score::{Candidate, Diagnosis, Score};
 use super::{Outcome, TrialError, write};
 use cells::{CELLS, Cell, Hides};
 use evidence::Evidence;
@@ -46,6 +48,8 @@ pub(crate) struct BenchmarkArguments {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 enum Analyst {
+    /// This program's lab.
+    Lab,
     /// Plain correlation of residuals with signatures.
     Correlation,
     /// The lasso, cross-validated.
@@ -55,30 +59,33 @@ enum Analyst {
 }
 
 impl Analyst {
-    const ALL: [Self; 3] = [Self::Correlation, Self::Lasso, Self::ForwardBic];
+    const ALL: [Self; 4] = [Self::Lab, Self::Correlation, Self::Lasso, Self::ForwardBic];
 
     fn name(self) -> &'static str {
         match self {
+            Self::Lab => "lab",
             Self::Correlation => "correlation",
             Self::Lasso => "lasso",
             Self::ForwardBic => "forward BIC",
         }
     }
 
-    fn diagnose(self, evidence: &Evidence) -> Diagnosis {
-        match self {
+    fn diagnose(self, case: &Case, evidence: &Evidence) -> Result<Diagnosis, LaboratoryError> {
+        Ok(match self {
+            Self::Lab => lab::diagnose(case)?,
             Self::Correlation => correlation::diagnose(evidence),
             Self::Lasso => lasso::diagnose(evidence),
             Self::ForwardBic => forward_bic::diagnose(evidence),
-        }
+        })
     }
 }
 
 /// One analyst on one trial.
+#[derive(Debug, Clone)]
 struct Trial {
     seed: u64,
     arm: String,
-    hidden: Vec<String>,
+    hidden: Vec<Hidden>,
     verdict: Verdict,
     said: Vec<String>,
     score: Score,
@@ -92,6 +99,8 @@ struct Row {
     analyst: Analyst,
     trials: usize,
     shares: BTreeMap<&'static str, Share>,
+    /// Share of right diagnoses by what was hidden.
+    right_by_effect: BTreeMap<String, Share>,
     seconds_a_trial: f64,
     wrong: Vec<Wrong>,
 }
@@ -115,7 +124,7 @@ pub(super) fn run(arguments: &BenchmarkArguments) -> Result<Outcome, TrialError>
     let mut said = String::new();
     for cell in cells {
         let count = ((cell.trials as f64 * arguments.scale).round() as usize).max(1);
-        let trials = all_trials(&cell, &analysts, arguments.seed, count);
+        let trials = all_trials(&cell, &analysts, arguments.seed, count)?;
         said.push_str(&format!("{} ({count} trials)\n", cell.title));
         for (analyst, trials) in analysts.iter().zip(trials) {
             let row = summary(&cell, *analyst, trials);
@@ -143,51 +152,71 @@ fn chosen(names: &[String]) -> Result<Vec<Cell>, TrialError> {
     names.iter().map(find).collect()
 }
 
+/// Trials by their number in the cell, one for each analyst.
+type Numbered = Vec<(usize, Vec<Trial>)>;
+
 /// Every analyst on every trial of a cell, on all processors.
-fn all_trials(cell: &Cell, analysts: &[Analyst], seed: u64, count: usize) -> Vec<Vec<Trial>> {
+fn all_trials(
+    cell: &Cell,
+    analysts: &[Analyst],
+    seed: u64,
+    count: usize,
+) -> Result<Vec<Vec<Trial>>, TrialError> {
     let next = AtomicUsize::new(0);
     let workers = thread::available_parallelism().map_or(1, usize::from).min(count);
-    let work = || {
-        let mut done: Vec<(usize, Vec<Trial>)> = Vec::new();
+    let work = || -> Result<Numbered, TrialError> {
+        let mut done = Vec::new();
         loop {
             let number = next.fetch_add(1, Ordering::Relaxed);
             if number >= count {
-                return done;
+                return Ok(done);
             }
             if let Some(case) = cell.case(seed, number) {
-                done.push((number, judge(&case, analysts)));
+                done.push((number, judge(&case, analysts)?));
             }
         }
     };
-    let mut all: Vec<(usize, Vec<Trial>)> = thread::scope(|scope| {
+    let parts: Vec<Result<Numbered, TrialError>> = thread::scope(|scope| {
         let handles: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
-        handles.into_iter().filter_map(|handle| handle.join().ok()).flatten().collect()
+        handles.into_iter().filter_map(|handle| handle.join().ok()).collect()
     });
+    let mut all: Numbered = parts.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
     all.sort_by_key(|(number, _)| *number);
     let mut by_analyst: Vec<Vec<Trial>> = analysts.iter().map(|_| Vec::new()).collect();
     for (_, trials) in all {
         by_analyst.iter_mut().zip(trials).for_each(|(list, trial)| list.push(trial));
     }
-    by_analyst
+    Ok(by_analyst)
 }
 
-fn judge(case: &Case, analysts: &[Analyst]) -> Vec<Trial> {
-    let Ok(evidence) = Evidence::of(case) else { return Vec::new() };
+fn judge(case: &Case, analysts: &[Analyst]) -> Result<Vec<Trial>, TrialError> {
+    let evidence = Evidence::of(case)?;
     let truth = &case.truth;
+    let label = |one: &Candidate| format!("{}({})", one.effect, one.place);
     let judged = analysts.iter().map(|analyst| {
         let start = Instant::now();
-        let diagnosis = analyst.diagnose(&evidence);
+        let diagnosis = analyst
+            .diagnose(case, &evidence)
+            .map_err(|source| TrialError::Lab { seed: truth.seed, source: Box::new(source) })?;
         let seconds = start.elapsed().as_secs_f64();
-        let named = diagnosis.named.iter().chain(&diagnosis.tied).take(3);
-        Trial {
+        let said = match &diagnosis.located {
+            Some(located) if diagnosis.named.is_none() => {
+                vec![format!("{}: {}", located.place, located.family.join(", "))]
+            }
+            _ => diagnosis.named.iter().chain(&diagnosis.tied).take(3).map(label).collect(),
+        };
+        Ok(Trial {
             seed: truth.seed,
             arm: case.specification.arm.name.clone(),
-            hidden: truth.hidden.iter().map(|one| format!("{}({})", one.effect, one.place)).collect(),
+            hidden: truth.hidden.clone(),
             verdict: diagnosis.verdict,
-            said: named.map(|one| format!("{}({})", one.effect, one.place)).collect(),
+            said: said
+                .into_iter()
+                .chain(diagnosis.besides.iter().map(|one| format!("besides {one}")))
+                .collect(),
             score: Score::of(&diagnosis, truth),
             seconds,
-        }
+        })
     });
     judged.collect()
 }
@@ -211,16 +240,41 @@ fn summary(cell: &Cell, analyst: Analyst, trials: Vec<Trial>) -> Row {
     if !sized.is_empty() {
         shares.insert("size_within_3_errors", Share::of(sized.iter().map(|error| error.abs() <= 3.0)));
     }
+    let mut right_by_effect: BTreeMap<String, Vec<bool>> = BTreeMap::new();
+    for trial in &trials {
+        for hidden in &trial.hidden {
+            right_by_effect.entry(hidden.effect.clone()).or_default().push(trial.score.right);
+        }
+    }
     let seconds = trials.iter().map(|trial| trial.seconds).sum::<f64>() / trials.len().max(1) as f64;
     let count = trials.len();
     let wrong = trials.into_iter().filter(|trial| !trial.score.right).map(|trial| Wrong {
         seed: trial.seed,
         arm: trial.arm,
-        hidden: trial.hidden,
+        hidden: trial.hidden.iter().map(told).collect(),
         verdict: trial.verdict,
         said: trial.said,
     });
-    Row { cell: cell.name, analyst, trials: count, wrong: wrong.collect(), shares, seconds_a_trial: seconds }
+    Row {
+        cell: cell.name,
+        analyst,
+        trials: count,
+        shares,
+        wrong: wrong.collect(),
+        right_by_effect: right_by_effect
+            .into_iter()
+            .map(|(effect, right)| (effect, Share::of(right)))
+            .collect(),
+        seconds_a_trial: seconds,
+    }
+}
+
+fn told(hidden: &Hidden) -> String {
+    let details: String = hidden.details.iter().map(|(key, value)| format!(", {key} {value}")).collect();
+    format!(
+        "{}({}{details}) {:.2e} {}, {:.1}x noise, {:.1}x visible",
+        hidden.effect, hidden.place, hidden.size, hidden.unit, hidden.over_noise, hidden.visible_over_noise
+    )
 }
 
 fn line(row: &Row) -> String {

@@ -20,6 +20,9 @@ pub(crate) struct Diagnosis {
     /// All that were weighed, best first.
     #[serde(default)]
     pub(crate) candidates: Vec<Candidate>,
+    /// What was found besides, as `effect(place)`.
+    #[serde(default)]
+    pub(crate) besides: Vec<String>,
     /// What `grow` added, in order.
     #[serde(default)]
     pub(crate) steps: Vec<Step>,
@@ -34,6 +37,7 @@ impl Diagnosis {
             located: None,
             tied: Vec::new(),
             candidates: Vec::new(),
+            besides: Vec::new(),
             steps: Vec::new(),
         }
     }
@@ -94,6 +98,8 @@ pub(crate) struct Score {
     pub(crate) truth_first: bool,
     /// Something hidden is named, tied, or in the family located.
     pub(crate) truth_in_set: bool,
+    /// Everything hidden that has a name is named, tied or found besides.
+    pub(crate) all_found: bool,
     /// What is named or located sits where something hidden sits.
     pub(crate) place_right: bool,
     /// Something was named that is not hidden.
@@ -118,9 +124,14 @@ impl Score {
         let place_right =
             named.iter().any(|one| at_hidden(&one.place)) || located.is_some_and(|one| at_hidden(&one.place));
         let false_name = named.iter().any(|one| !hides(one));
-        let all_grown = truth.effects.iter().all(|(effect, place)| {
-            let step = |step: &Step| step.added.effect == *effect && step.added.place == *place;
-            diagnosis.steps.is_empty() || diagnosis.steps.iter().any(step)
+        let all_found = truth.effects.iter().all(|(effect, place)| {
+            let is = |one: &Candidate| one.effect == *effect && one.place == *place;
+            let besides = |text: &String| {
+                text.split(['(', ',', ')']).map(str::trim).take(2).eq([effect.as_str(), place.as_str()])
+            };
+            named.iter().any(|one| is(one))
+                || diagnosis.tied.iter().any(is)
+                || diagnosis.besides.iter().any(besides)
         });
         let substance = match diagnosis.verdict {
             Verdict::Named => !false_name && !named.is_empty(),
@@ -130,7 +141,8 @@ impl Score {
         };
         let size = named.iter().find_map(|one| Some((*one, hidden(truth, &one.effect, &one.place)?)));
         Self {
-            right: verdict_right && substance && (!truth.grow || all_grown),
+            right: verdict_right && substance && (diagnosis.steps.is_empty() || all_found),
+            all_found,
             verdict_right,
             truth_first: diagnosis.candidates.first().or(diagnosis.named.as_ref()).is_some_and(hides),
             truth_in_set,

@@ -1,9 +1,10 @@
 //! The benchmark's cells: what is hidden, in which poses, how often.
 
 use plumb_simulated::physics::arms;
-use plumb_simulated::physics::campaign::catalogue::{Choice, NOT_REPEATABLE, OUTSIDE};
+use plumb_simulated::physics::campaign::catalogue::{Choice, LIBRARY, NOT_REPEATABLE, OUTSIDE};
 use plumb_simulated::physics::campaign::specification::{Free, Size, Specification, Spread, Wanted};
 use plumb_simulated::physics::campaign::{self, Case};
+use plumb_simulated::physics::description::ArmDescription;
 use plumb_simulated::physics::random::Random;
 
 /// A kind of trial.
@@ -91,21 +92,17 @@ impl Cell {
         let mut lot = Random::new(seed.wrapping_add(number as u64), self.name);
         (0..100).find_map(|_| {
             let (name, _) = lot.pick(&arms::ARMS)?;
-            let specification = self.specification(arms::by_name(name)?.ok()?, number);
+            let specification = self.specification(arms::by_name(name)?.ok()?, number, &mut lot);
             let case = campaign::generate(&specification, lot.bits()).ok()?;
             self.shows(&case).then_some(case)
         })
     }
 
-    fn specification(
-        &self,
-        arm: plumb_simulated::physics::description::ArmDescription,
-        number: usize,
-    ) -> Specification {
+    fn specification(&self, arm: ArmDescription, number: usize, lot: &mut Random) -> Specification {
         let names: Vec<&str> = match self.hides {
             Hides::Nothing => Vec::new(),
-            Hides::One => vec!["any"],
-            Hides::Two => vec!["any", "any"],
+            Hides::One => vec![known(lot)],
+            Hides::Two => vec![known(lot), known(lot)],
             Hides::Outside => OUTSIDE.get(number % OUTSIDE.len()).copied().into_iter().collect(),
             Hides::NotRepeatable => vec![NOT_REPEATABLE],
         };
@@ -124,4 +121,11 @@ impl Cell {
     fn shows(&self, case: &Case) -> bool {
         self.hides != Hides::Outside || case.truth.hidden.iter().all(|hidden| hidden.visible_over_noise > 2.0)
     }
+}
+
+/// An effect by lot from those that both this world and the lab's library have.
+fn known(lot: &mut Random) -> &'static str {
+    let both: Vec<&str> =
+        LIBRARY.into_iter().filter(|name| plumb_model::effect::kind(name).is_some()).collect();
+    lot.pick(&both).copied().unwrap_or("joint_backlash")
 }
