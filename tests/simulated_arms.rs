@@ -77,6 +77,7 @@ fn a_row_that_is_off_moves_both_arms_alike() {
                 (Mechanism::LinkLength { joint }, small, Deviation { a: small, ..Deviation::default() }),
                 (Mechanism::LinkOffset { joint }, small, Deviation { d: small, ..Deviation::default() }),
                 (Mechanism::LinkTwist { joint }, turn, Deviation { alpha: turn, ..Deviation::default() }),
+                (Mechanism::AxisSkew { joint }, turn, Deviation { beta: turn, ..Deviation::default() }),
             ] {
                 let mut deviations = vec![Deviation::default(); arm.joints.len()];
                 deviations[joint] = deviation;

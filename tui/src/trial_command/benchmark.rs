@@ -190,7 +190,8 @@ fn all_trials(
 }
 
 fn judge(case: &Case, analysts: &[Analyst]) -> Result<Vec<Trial>, TrialError> {
-    let evidence = Evidence::of(case)?;
+    let peers = analysts.iter().any(|analyst| *analyst != Analyst::Lab);
+    let evidence = if peers { Evidence::of(case)? } else { Evidence::default() };
     let truth = &case.truth;
     let label = |one: &Candidate| format!("{}({})", one.effect, one.place);
     let judged = analysts.iter().map(|analyst| {
@@ -272,8 +273,8 @@ fn summary(cell: &Cell, analyst: Analyst, trials: Vec<Trial>) -> Row {
 fn told(hidden: &Hidden) -> String {
     let details: String = hidden.details.iter().map(|(key, value)| format!(", {key} {value}")).collect();
     format!(
-        "{}({}{details}) {:.2e} {}, {:.1}x noise, {:.1}x visible",
-        hidden.effect, hidden.place, hidden.size, hidden.unit, hidden.over_noise, hidden.visible_over_noise
+        "{}({}{details}) {:.2e} {}, {:.1}x noise, {:.1} standard errors",
+        hidden.effect, hidden.place, hidden.size, hidden.unit, hidden.over_noise, hidden.standard_errors
     )
 }
 

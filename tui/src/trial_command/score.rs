@@ -187,6 +187,7 @@ mod tests {
             unit: "rad".into(),
             over_noise: 3.0,
             visible_over_noise: 2.5,
+            standard_errors: 40.0,
             details: serde_json::Map::new(),
         };
         Truth {

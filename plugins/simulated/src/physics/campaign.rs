@@ -16,6 +16,7 @@ use super::machine::{Conditions, Machine, NoEquilibrium};
 use super::random::Random;
 
 use audit::Audit;
+use case::Strength;
 pub use case::{Case, Hidden, Truth, Verdict};
 use catalogue::ChoiceError;
 use instrument::Instrument;
@@ -109,18 +110,18 @@ pub fn generate_further(
         let others: Vec<Imperfection> = all.iter().filter(|other| *other != one).cloned().collect();
         let moved = rms_difference(&clean.concat(), &run(specification, &visits, &others)?.concat());
         let visible = audit.visible_rms(one)?;
-        described.push(case::describe(
-            specification,
-            one,
-            moved / specification.noise,
-            visible / specification.noise,
-        ));
+        let strength = Strength {
+            over_noise: moved / specification.noise,
+            visible_over_noise: visible / specification.noise,
+            standard_errors: visible / specification.noise * (clean.concat().len() as f64).sqrt(),
+        };
+        described.push(case::describe(specification, one, strength));
     }
     let (readings, outliers) = observe(specification, &clean, seed);
     let outlier_rows = outliers.into_iter().map(|row| row + 1).collect();
     let truth = Truth {
         seed,
-        accept_verdict: accepted(&hidden),
+        accept_verdict: accepted(&hidden, &described),
         outlier_rows,
         ..Truth::of(specification, &hidden, described)
     };
@@ -185,16 +186,25 @@ fn observe(specification: &Specification, clean: &[Vec<f64>], seed: u64) -> (Vec
     (observed.collect(), outliers)
 }
 
+/// An effect below so many standard errors may be missed by an honest analyst who has hundreds of candidates to weigh: a chance of one in a hundred over
+/// all of them needs four, and one and a half more to be met nineteen times in twenty.
+const SURE_TO_SHOW: f64 = 5.5;
+
 /// What is right to say about an arm that hides these.
-fn accepted(hidden: &[Imperfection]) -> Vec<Verdict> {
-    let kind = |kind: Kind| hidden.iter().any(|one| one.mechanism.kind() == kind);
-    if kind(Kind::NotRepeatable) {
+fn accepted(imperfections: &[Imperfection], hidden: &[Hidden]) -> Vec<Verdict> {
+    let kind = |kind: Kind| imperfections.iter().any(|one| one.mechanism.kind() == kind);
+    let faint = hidden.iter().all(|one| one.standard_errors < SURE_TO_SHOW);
+    let mut right = if kind(Kind::NotRepeatable) {
         vec![Verdict::NotRepeatable]
     } else if kind(Kind::Outside) {
         vec![Verdict::Unknown, Verdict::Located]
     } else if hidden.is_empty() {
-        vec![Verdict::AtFloor]
+        return vec![Verdict::AtFloor];
     } else {
         vec![Verdict::Named, Verdict::Located, Verdict::Tied]
+    };
+    if faint {
+        right.extend([Verdict::AtFloor, Verdict::Blind]);
     }
+    right
 }

@@ -214,7 +214,10 @@ impl Step {
             (Err(error), Some(expected)) => {
                 let expected = expected.replace("PORT", port);
                 let said = error.to_string();
-                assert!(alike(&said, &expected), "{place}:\n  it said:     {said}\n  it should:   {expected}");
+                assert!(
+                    alike(&said, &expected),
+                    "{place}:\n  it said:     {said}\n  it should:   {expected}"
+                );
                 if let Some(kind) = &self.kind {
                     assert!(
                         format!("{error:?}").starts_with(kind.as_str()),
@@ -250,9 +253,9 @@ impl Step {
 fn alike(said: &str, expected: &str) -> bool {
     match expected.split_once("...") {
         None => said == expected,
-        Some((beginning, rest)) => said.strip_prefix(beginning).is_some_and(|said| {
-            said.char_indices().any(|(place, _)| alike(&said[place..], rest))
-        }),
+        Some((beginning, rest)) => said
+            .strip_prefix(beginning)
+            .is_some_and(|said| said.char_indices().any(|(place, _)| alike(&said[place..], rest))),
     }
 }
 

@@ -18,7 +18,7 @@ pub(super) struct Regressor {
 }
 
 /// A regression problem.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Evidence {
     /// Readings of one row of the table.
     pub(super) readings_a_row: usize,

@@ -45,6 +45,8 @@ pub struct Hidden {
     pub over_noise: f64,
     /// The same of what is left once everything the model leaves free has swallowed its part.
     pub visible_over_noise: f64,
+    /// The same against the noise of the whole campaign: how many standard errors its size is from nothing.
+    pub standard_errors: f64,
     /// Second joint, turns for a turn, time constant and the like.
     #[serde(default, skip_serializing_if = "serde_json::Map::is_empty")]
     pub details: serde_json::Map<String, serde_json::Value>,
@@ -108,12 +110,19 @@ impl Truth {
     }
 }
 
+/// How much of an imperfection there is in the readings, over the noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Strength {
+    pub(super) over_noise: f64,
+    pub(super) visible_over_noise: f64,
+    pub(super) standard_errors: f64,
+}
+
 /// Puts an imperfection in the words of the lab's files.
 pub(super) fn describe(
     specification: &Specification,
     imperfection: &Imperfection,
-    over_noise: f64,
-    visible_over_noise: f64,
+    strength: Strength,
 ) -> Hidden {
     let arm = &specification.arm;
     let mut details = serde_json::Map::new();
@@ -157,8 +166,9 @@ pub(super) fn describe(
         place: imperfection.mechanism.place(arm),
         size: imperfection.size,
         unit: imperfection.mechanism.unit().to_owned(),
-        over_noise,
-        visible_over_noise,
+        over_noise: strength.over_noise,
+        visible_over_noise: strength.visible_over_noise,
+        standard_errors: strength.standard_errors,
         details,
     }
 }
