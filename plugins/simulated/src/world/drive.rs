@@ -139,12 +139,13 @@ impl HalfSteps {
         HalfSteps(self.0.map(|position| position * factor))
     }
 
-    /// Every motor's position at the nearest whole half-step. A position within a millionth of the middle between two goes
-    /// to the one nearer `from`: a motor is not sent on its last half-step for half of one.
-    pub fn rounded_toward(&self, from: &HalfSteps) -> HalfSteps {
+    /// Every motor's position at the nearest whole half-step. A position within a millionth of the middle between two goes to
+    /// the one further from `from`: an edge found on a half-step is reported in its middle, and whoever returns there from the
+    /// same side shall have it behind him.
+    pub fn rounded_from(&self, from: &HalfSteps) -> HalfSteps {
         HalfSteps(std::array::from_fn(|axis| {
             let travel = self.0[axis] - from.0[axis];
-            let whole = (travel.abs() - 0.5 - 1e-6).ceil().max(0.0);
+            let whole = (travel.abs() + 0.5 + 1e-6).floor();
             from.0[axis] + whole.copysign(travel)
         }))
     }
@@ -172,7 +173,7 @@ mod tests {
             from in prop::array::uniform6(-3000..3000_i32),
         ) {
             let from = HalfSteps(from.map(f64::from));
-            let rounded = HalfSteps(wanted).rounded_toward(&from);
+            let rounded = HalfSteps(wanted).rounded_from(&from);
             for (rounded, wanted) in rounded.0.iter().zip(wanted) {
                 prop_assert_eq!(rounded.fract(), 0.0);
                 prop_assert!((rounded - wanted).abs() <= 0.5 + 2e-6);
@@ -194,9 +195,9 @@ mod tests {
     }
 
     #[test]
-    fn the_middle_between_two_half_steps_goes_to_the_nearer_one() {
+    fn the_middle_between_two_half_steps_goes_to_the_further_one() {
         let from = HalfSteps([10.0; AXES]);
-        assert_eq!(HalfSteps([7.5; AXES]).rounded_toward(&from), HalfSteps([8.0; AXES]));
-        assert_eq!(HalfSteps([12.5; AXES]).rounded_toward(&from), HalfSteps([12.0; AXES]));
+        assert_eq!(HalfSteps([7.5; AXES]).rounded_from(&from), HalfSteps([7.0; AXES]));
+        assert_eq!(HalfSteps([12.5; AXES]).rounded_from(&from), HalfSteps([13.0; AXES]));
     }
 }

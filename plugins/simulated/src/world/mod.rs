@@ -303,7 +303,7 @@ impl World {
         let arm = &self.description.arm;
         let target = match arm.resolution {
             Resolution::Continuous => wanted,
-            Resolution::HalfStep => wanted.rounded_toward(&self.registers),
+            Resolution::HalfStep => wanted.rounded_from(&self.registers),
         };
         let motion = Motion::plan(
             self.registers,
