@@ -150,8 +150,8 @@ typedef struct plumb_host_functions {
     plumb_status (*publish)(void *context, uint8_t *message, uint32_t send);
 
     /* Copies the next message of an input that the cell file wires to message, and its length to *length. PLUMB_EMPTY when none waits;
-     * PLUMB_INPUT_LOST once when messages were lost or the sender began anew, then goes on with what is there; PLUMB_REFUSED for an input
-     * that is not wired or a message longer than capacity. */
+     * PLUMB_INPUT_LOST once when messages were lost, then goes on with what is there; PLUMB_REFUSED for an input that is not wired or a
+     * message longer than capacity. */
     plumb_status (*receive)(void *context, plumb_bytes input, uint8_t *message, size_t capacity, size_t *length);
 
     /* Tells how far a long call has come: fraction from 0 to 1, and what it does now. */

@@ -88,12 +88,6 @@ pub enum ReceiveError {
         /// How many.
         count: u64,
     },
-    /// Another sender has taken over the stream; what the first sent last may be missing. The next call goes on with the new one.
-    #[error("stream {stream} has begun anew: its device was started again")]
-    Restarted {
-        /// `device/stream`.
-        stream: String,
-    },
     /// The message has another length than expected. It is skipped.
     #[error("a message of stream {stream} has {length} bytes instead of {expected}")]
     Length {

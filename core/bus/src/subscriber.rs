@@ -1,5 +1,6 @@
 //! A receiving end of a stream.
 
+use std::collections::VecDeque;
 use std::fmt;
 
 use iceoryx2::identifiers::UniquePublisherId;
@@ -12,21 +13,26 @@ use crate::bus::Service;
 use crate::publisher::{stream_name, stream_service};
 use crate::{Bus, OpenError, ReceiveError, StreamShape};
 
-/// A receiving end of a stream. Messages come in order; a hole in their numbers is an error, told once.
+/// A receiving end of a stream. Messages come in order; a hole in their numbers is an error, told once. A device that is started again goes on
+/// on the same stream.
 ///
 /// A receiver that opens after the sender gets the last message sent before, so that it knows how things stand.
 pub struct Subscriber {
     stream: String,
     port: IceoryxSubscriber<Service, [u64], ()>,
-    last: Option<Last>,
+    /// The senders heard so far with the number of the last message of each, the newest last: more than one when a device was started again.
+    heard: VecDeque<Heard>,
     /// A message that came behind a hole: handed out by the call after the one that told of the hole.
     held: Option<Sample<Service, [u64], ()>>,
 }
 
-struct Last {
+struct Heard {
     sender: UniquePublisherId,
-    sequence: u64,
+    last: u64,
 }
+
+/// How many senders are remembered: a device's own, and those it has replaced whose last messages may still come.
+const REMEMBERED: usize = 4;
 
 impl Subscriber {
     pub(crate) fn open(
@@ -43,7 +49,7 @@ impl Subscriber {
             .history_request(1)
             .create()
             .map_err(|error| OpenError::new(&what, error))?;
-        Ok(Self { stream: name, port, last: None, held: None })
+        Ok(Self { stream: name, port, heard: VecDeque::new(), held: None })
     }
 
     /// `device/stream`.
@@ -54,7 +60,7 @@ impl Subscriber {
     /// Hands the next message's bytes to `read`; `None` when none waits.
     ///
     /// # Errors
-    /// [`ReceiveError::Lost`] and [`ReceiveError::Restarted`], each once; then the next call goes on with what is there.
+    /// [`ReceiveError::Lost`] once; then the next call goes on with what is there.
     pub fn receive_with<R>(&mut self, read: impl FnOnce(&[u8]) -> R) -> Result<Option<R>, ReceiveError> {
         if let Some(sample) = self.held.take() {
             return Ok(Some(read(bytemuck::cast_slice(sample.payload()))));
@@ -68,12 +74,11 @@ impl Subscriber {
         let sequence = sequence_of(bytes)
             .ok_or_else(|| broken(&format!("a message of {} bytes has no number", bytes.len())))?;
         let sender = sample.header().publisher_id();
-        let before = self.last.replace(Last { sender, sequence });
-        match self.hole(before, sender, sequence) {
-            None => Ok(Some(read(bytes))),
-            Some(error) => {
+        match self.missing_before(sender, sequence) {
+            0 => Ok(Some(read(bytes))),
+            count => {
                 self.held = Some(sample);
-                Err(error)
+                Err(ReceiveError::Lost { stream: self.stream.clone(), count })
             }
         }
     }
@@ -94,14 +99,19 @@ impl Subscriber {
         .transpose()
     }
 
-    fn hole(&self, before: Option<Last>, sender: UniquePublisherId, sequence: u64) -> Option<ReceiveError> {
-        let stream = || self.stream.clone();
-        let before = before?;
-        if before.sender != sender {
-            return Some(ReceiveError::Restarted { stream: stream() });
+    /// How many messages of a sender are missing before one of a number. The first sender ever heard may have begun earlier; one that takes
+    /// over begins at 0.
+    fn missing_before(&mut self, sender: UniquePublisherId, sequence: u64) -> u64 {
+        if let Some(heard) = self.heard.iter_mut().find(|heard| heard.sender == sender) {
+            let before = std::mem::replace(&mut heard.last, sequence);
+            return sequence.wrapping_sub(before).wrapping_sub(1);
         }
-        let count = sequence.wrapping_sub(before.sequence).wrapping_sub(1);
-        (count > 0).then(|| ReceiveError::Lost { stream: stream(), count })
+        let takes_over = !self.heard.is_empty();
+        if self.heard.len() == REMEMBERED {
+            self.heard.pop_front();
+        }
+        self.heard.push_back(Heard { sender, last: sequence });
+        if takes_over { sequence } else { 0 }
     }
 }
 

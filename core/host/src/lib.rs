@@ -15,6 +15,7 @@ mod arguments;
 mod catalogue;
 mod channel;
 mod child;
+mod conformance;
 mod guard;
 mod load;
 mod parent;
@@ -22,6 +23,7 @@ mod parent;
 pub use arguments::{HostArguments, JointRange, WiredInput};
 pub use catalogue::{Catalogue, CatalogueError, CatalogueRow, Plugin};
 pub use child::serve;
+pub use conformance::{check_robot, check_sensor};
 pub use guard::{MoveGuard, NoGuard};
 pub use load::{LoadError, verify};
 pub use parent::{

@@ -135,7 +135,7 @@ impl Host {
     /// The next message of a wired input, or `None` when none waits.
     ///
     /// # Errors
-    /// [`PluginError::InputLost`] once, when messages were lost or the sender has begun anew; the next call goes on with what is there.
+    /// [`PluginError::InputLost`] once, when messages were lost; the next call goes on with what is there.
     /// [`PluginError::Refused`] for an input that the cell file does not wire, or a message of another length.
     pub fn receive<M: Message>(&self, input: &str) -> Result<Option<M>, PluginError> {
         let mut message = M::zeroed();

@@ -175,8 +175,11 @@ impl Context {
             }
             Err(error) => {
                 self.report(LogLevel::Warn, &format!("input '{input}': {error}"));
-                let lost = matches!(error, ReceiveError::Lost { .. } | ReceiveError::Restarted { .. });
-                Err(if lost { Status::INPUT_LOST } else { Status::FAILED })
+                Err(if matches!(error, ReceiveError::Lost { .. }) {
+                    Status::INPUT_LOST
+                } else {
+                    Status::FAILED
+                })
             }
         }
     }

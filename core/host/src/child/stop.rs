@@ -67,7 +67,8 @@ impl StopFlag {
 
 /// Starts the thread that hears stops, whatever the plugin is doing. `wake` rings the bell the main thread waits on.
 pub(super) fn listen(context: &'static Context, listener: Listener, wake: Signal) {
-    const UNTIL_RUNG: Duration = Duration::from_secs(3600);
+    // A ring wakes at once; looking now and then as well costs nothing and leaves no way to miss one.
+    const UNTIL_RUNG: Duration = Duration::from_millis(250);
     thread::spawn(move || {
         loop {
             let heard = listener.wait(UNTIL_RUNG).and_then(|count| {

@@ -16,7 +16,7 @@ fn abi() -> PathBuf {
 }
 
 /// The worked example compiled into a directory, with further definitions; `None`, said in words, without a C compiler.
-fn compiled(directory: &Path, definitions: &[&str]) -> Option<Plugin> {
+pub(crate) fn compiled(directory: &Path, definitions: &[&str]) -> Option<Plugin> {
     let library = directory.join("libcounting_arm.so");
     let output = Command::new("cc")
         .args(["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-shared", "-fPIC"])

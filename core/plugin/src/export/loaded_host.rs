@@ -107,7 +107,7 @@ impl HostInterface for LoadedHost {
         match status {
             Status::EMPTY => Ok(None),
             Status::INPUT_LOST => Err(PluginError::InputLost(format!(
-                "messages of input '{input}' were lost, or its sender began anew; what was seen has a hole"
+                "messages of input '{input}' were lost: it was not read fast enough"
             ))),
             other => checked(other, || {
                 format!("input '{input}' is not wired, or its message is longer than {} bytes", message.len())

@@ -1,0 +1,219 @@
+//! The conformance suite on devices behind the contract, each check in a fresh host.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use plumb_bus::{Bus, OpenError, Subscriber};
+use plumb_plugin::conformance::{
+    CheckOutcome, CheckReport, Interruption, ROBOT_CHECKS, RobotBench, SENSOR_CHECKS, SensorBench,
+};
+use plumb_plugin::{
+    DigitalInputs, JointState, Manifest, Message, Motion, PluginError, Reading, RobotDescription,
+    SensorDescription, Value,
+};
+
+use crate::{
+    DeviceError, HostArguments, HostCommand, HostProcess, RobotClient, SensorClient, StopHandle, StopOutcome,
+};
+
+/// How long a move of a check may take.
+const MOVE: Duration = Duration::from_secs(60);
+
+/// How long a stop of a check may take before the host is killed.
+const STOP: Duration = Duration::from_secs(5);
+
+/// How long a reading of a check waits for its inputs, of which there are none.
+const READ: Duration = Duration::from_millis(100);
+
+/// How long after its answer a device's last messages may take to arrive.
+const ARRIVAL: Duration = Duration::from_millis(50);
+
+/// Runs every robot check, each on a robot in a host of its own.
+pub fn check_robot(bus: &Bus, arguments: &HostArguments, command: impl Fn() -> HostCommand) -> CheckReport {
+    let mut report = CheckReport::default();
+    for (name, check) in ROBOT_CHECKS {
+        let outcome = RobotInHost::start(bus, arguments, command()).and_then(|mut bench| check(&mut bench));
+        report.rows.push((name, outcome.unwrap_or_else(|error| CheckOutcome::Failed(error.to_string()))));
+    }
+    report
+}
+
+/// Runs every sensor check, each on a sensor in a host of its own. Its inputs are wired as the arguments say; nothing need come on them.
+pub fn check_sensor(bus: &Bus, arguments: &HostArguments, command: impl Fn() -> HostCommand) -> CheckReport {
+    let mut report = CheckReport::default();
+    for (name, check) in SENSOR_CHECKS {
+        let outcome = SensorInHost::start(bus, arguments, command()).and_then(|mut bench| check(&mut bench));
+        report.rows.push((name, outcome.unwrap_or_else(|error| CheckOutcome::Failed(error.to_string()))));
+    }
+    report
+}
+
+/// What a device said, or what kept it from saying anything.
+fn said<T>(result: Result<T, DeviceError>) -> Result<T, PluginError> {
+    result.map_err(|error| match error {
+        DeviceError::Refused { error, .. } => error,
+        other => PluginError::Failed(other.to_string()),
+    })
+}
+
+fn opened<T>(result: Result<T, OpenError>) -> Result<T, PluginError> {
+    result.map_err(|error| PluginError::Failed(error.to_string()))
+}
+
+struct RobotInHost {
+    robot: RobotClient,
+    stop: StopHandle,
+    joints: Option<Subscriber>,
+    inputs: Option<Subscriber>,
+    // Last, so that the handles go before the process.
+    _host: HostProcess,
+}
+
+impl RobotInHost {
+    fn start(bus: &Bus, arguments: &HostArguments, command: HostCommand) -> Result<Self, PluginError> {
+        let manifest =
+            Manifest::read(&arguments.manifest).map_err(|error| PluginError::Refused(error.to_string()))?;
+        let receiver = |name: &str| {
+            let stream = manifest.streams.iter().find(|stream| stream.name == name);
+            stream.map(|stream| opened(bus.subscriber(&arguments.device, stream))).transpose()
+        };
+        let (joints, inputs) = (receiver("joints")?, receiver("inputs")?);
+        let host = HostProcess::spawn(bus, arguments, command)
+            .map_err(|error| PluginError::Failed(error.to_string()))?;
+        Ok(Self {
+            robot: opened(host.robot())?,
+            stop: opened(host.stop_handle())?,
+            joints,
+            inputs,
+            _host: host,
+        })
+    }
+}
+
+/// What has come on a stream, if there is one.
+fn emitted<M: Message>(receiver: &mut Option<Subscriber>) -> Vec<M> {
+    let mut messages = Vec::new();
+    let end = Instant::now() + ARRIVAL;
+    while let Some(receiver) = receiver {
+        match receiver.receive::<M>() {
+            Ok(Some(message)) => messages.push(message),
+            // Lost messages are no fault of the device's.
+            Err(_) => {}
+            Ok(None) if messages.is_empty() && Instant::now() < end => {
+                thread::sleep(Duration::from_millis(1))
+            }
+            Ok(None) => break,
+        }
+    }
+    messages
+}
+
+impl RobotBench for RobotInHost {
+    fn describe(&mut self) -> Result<RobotDescription, PluginError> {
+        said(self.robot.describe())
+    }
+
+    fn activate(&mut self) -> Result<(), PluginError> {
+        said(self.robot.activate()).map(drop)
+    }
+
+    fn read_joints(&mut self) -> Result<JointState, PluginError> {
+        said(self.robot.read_joints())
+    }
+
+    fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError> {
+        said(self.robot.move_joints(motion, MOVE))
+    }
+
+    fn interrupt(&mut self, motion: &Motion) -> Interruption {
+        let Self { robot, stop, joints, .. } = self;
+        emitted::<JointState>(joints);
+        thread::scope(|scope| {
+            let robot = &*robot;
+            let moving = scope.spawn(move || said(robot.move_joints(motion, MOVE)));
+            let begin = Instant::now();
+            while !moving.is_finished() && begin.elapsed() < STOP {
+                if emitted::<JointState>(joints).iter().any(JointState::is_moving) {
+                    break;
+                }
+            }
+            let was_moving = !moving.is_finished();
+            let outcome = if was_moving { stop.stop(STOP) } else { StopOutcome::HostGone };
+            let result = moving
+                .join()
+                .unwrap_or_else(|_| Err(PluginError::Failed("the thread of the move panicked".to_owned())));
+            match outcome {
+                StopOutcome::Stopped { after } => {
+                    // A move that ended well just as the stop came had no time to take notice of it.
+                    let too_late = result.is_ok() && after < Duration::from_millis(10);
+                    Interruption { result, after: (!too_late).then_some(after) }
+                }
+                StopOutcome::HostGone => Interruption { result, after: None },
+                StopOutcome::Killed => {
+                    let text = "it did not confirm the stop, and its host was killed".to_owned();
+                    Interruption { result: Err(PluginError::Failed(text)), after: Some(STOP) }
+                }
+            }
+        })
+    }
+
+    fn emitted_joints(&mut self) -> Vec<JointState> {
+        emitted(&mut self.joints)
+    }
+
+    fn emitted_inputs(&mut self) -> Vec<DigitalInputs> {
+        emitted(&mut self.inputs)
+    }
+}
+
+struct SensorInHost {
+    sensor: SensorClient,
+    wired: bool,
+    _host: HostProcess,
+}
+
+impl SensorInHost {
+    fn start(bus: &Bus, arguments: &HostArguments, command: HostCommand) -> Result<Self, PluginError> {
+        let host = HostProcess::spawn(bus, arguments, command)
+            .map_err(|error| PluginError::Failed(error.to_string()))?;
+        let wired = !arguments.inputs.is_empty();
+        Ok(Self { sensor: opened(host.sensor())?, wired, _host: host })
+    }
+}
+
+impl SensorBench for SensorInHost {
+    fn describe(&mut self) -> Result<SensorDescription, PluginError> {
+        said(self.sensor.describe())
+    }
+
+    fn has_inputs(&self) -> bool {
+        self.wired
+    }
+
+    fn arm(&mut self) -> Result<(), PluginError> {
+        said(self.sensor.arm())
+    }
+
+    fn poll(&mut self) -> Result<(), PluginError> {
+        // The host polls by itself, before every reading.
+        Ok(())
+    }
+
+    fn configure(&mut self, settings: &Value) -> Result<(), PluginError> {
+        said(self.sensor.configure(settings))
+    }
+
+    fn read(&mut self, after_ns: u64) -> Result<Option<Reading>, PluginError> {
+        match self.sensor.read(after_ns, READ) {
+            Ok(reading) => Ok(Some(reading)),
+            Err(DeviceError::TimedOut { .. }) => Ok(None),
+            Err(DeviceError::Refused { error: PluginError::TimedOut(_), .. }) => Ok(None),
+            Err(error) => said(Err(error)),
+        }
+    }
+
+    fn lose_messages(&mut self) -> bool {
+        // Only the sender's side of a stream can lose them, and nobody sends here.
+        false
+    }
+}

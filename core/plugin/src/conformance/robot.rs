@@ -1,0 +1,336 @@
+//! What every robot must do.
+
+use std::collections::HashSet;
+use std::time::Duration;
+
+use super::CheckOutcome;
+use crate::{
+    DigitalInputs, JointDescription, JointState, JointUnit, JointVector, MAX_JOINTS, Motion, PluginError,
+    RobotDescription,
+};
+
+/// A fresh robot, however it is reached.
+pub trait RobotBench {
+    /// What it says about itself.
+    ///
+    /// # Errors
+    /// What the robot says, as all below.
+    fn describe(&mut self) -> Result<RobotDescription, PluginError>;
+
+    /// Makes it ready to move, and takes back a stop.
+    ///
+    /// # Errors
+    /// What the robot says.
+    fn activate(&mut self) -> Result<(), PluginError>;
+
+    /// Where its joints are.
+    ///
+    /// # Errors
+    /// What the robot says.
+    fn read_joints(&mut self) -> Result<JointState, PluginError>;
+
+    /// Moves it.
+    ///
+    /// # Errors
+    /// What the robot says.
+    fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError>;
+
+    /// Starts a move and asks for a stop as soon as the robot reports that it moves.
+    fn interrupt(&mut self, motion: &Motion) -> Interruption;
+
+    /// What it emitted on `joints` since the last call.
+    fn emitted_joints(&mut self) -> Vec<JointState>;
+
+    /// What it emitted on `inputs` since the last call.
+    fn emitted_inputs(&mut self) -> Vec<DigitalInputs>;
+}
+
+/// What came of a move that was to be stopped.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Interruption {
+    /// What the move returned.
+    pub result: Result<JointState, PluginError>,
+    /// How long after the stop was asked for; `None` when the move was over before.
+    pub after: Option<Duration>,
+}
+
+/// A check of a robot: a statement, and the function that tells whether it holds.
+pub type RobotCheck = (&'static str, fn(&mut dyn RobotBench) -> Result<CheckOutcome, PluginError>);
+
+/// What every robot must do.
+pub const ROBOT_CHECKS: &[RobotCheck] = &[
+    ("its description makes sense", description_makes_sense),
+    ("it stands when it is read", stands_when_read),
+    ("a move ends where it was told to", move_ends_where_told),
+    ("a relative move adds to where the joints are", relative_move_adds),
+    ("joints that take no part stay where they are", others_stay),
+    ("its joint stream ends at rest where the move ended", stream_ends_at_rest),
+    ("its times never go back", times_never_go_back),
+    ("its input stream closes every move", inputs_close_every_move),
+    ("a stop ends a move in time", stop_ends_a_move),
+    ("a stop holds until it is activated again", stop_holds),
+];
+
+/// How long a move may go on after a stop was asked for: two looks at `should_stop`, and what a busy machine adds. The robot's own stop time
+/// comes on top.
+const STOP_NOTICED: Duration = Duration::from_millis(300);
+
+/// How far a joint may end from its target beside its resolution: what a driver's own units round.
+fn rounding(joint: &JointDescription) -> f64 {
+    joint.resolution.max(1e-9) * 1.001
+}
+
+fn failed(how: String) -> Result<CheckOutcome, PluginError> {
+    Ok(CheckOutcome::Failed(how))
+}
+
+fn description_makes_sense(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    let robot = bench.describe()?;
+    if robot != bench.describe()? {
+        return failed("it describes itself in two ways".to_owned());
+    }
+    if robot.joints.is_empty() || robot.joints.len() > MAX_JOINTS {
+        return failed(format!("it has {} joints; 1 to {MAX_JOINTS} are possible", robot.joints.len()));
+    }
+    let mut names = HashSet::new();
+    for joint in &robot.joints {
+        let name = &joint.name;
+        if name.is_empty() || !names.insert(name) {
+            return failed(format!("two joints are called '{name}', or one has no name"));
+        }
+        let numbers = [joint.lower, joint.upper, joint.resolution, joint.max_speed, joint.home];
+        if !numbers.iter().all(|number| number.is_finite()) {
+            return failed(format!("{name} has a number that is none: {joint:?}"));
+        }
+        if joint.lower >= joint.upper || joint.home < joint.lower || joint.home > joint.upper {
+            return failed(format!(
+                "{name} goes from {} to {} and is at home at {}",
+                joint.lower, joint.upper, joint.home
+            ));
+        }
+        if joint.max_speed <= 0.0 || joint.resolution < 0.0 {
+            return failed(format!(
+                "{name} has speed {} and resolution {}",
+                joint.max_speed, joint.resolution
+            ));
+        }
+    }
+    for lines in [&robot.inputs, &robot.outputs] {
+        let mut bits = HashSet::new();
+        if let Some(line) = lines.iter().find(|line| line.bit > 63 || !bits.insert(line.bit)) {
+            return failed(format!(
+                "line '{}' has bit {}, which another has or none can have",
+                line.name, line.bit
+            ));
+        }
+    }
+    Ok(CheckOutcome::Passed)
+}
+
+fn stands_when_read(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    let robot = bench.describe()?;
+    let state = bench.read_joints()?;
+    if state.joints.len() != robot.joints.len() {
+        return failed(format!("it has {} joints and reads {}", robot.joints.len(), state.joints.len()));
+    }
+    if state.is_moving() || !state.joints.as_slice().iter().all(|value| value.is_finite()) {
+        return failed(format!("it reads {state:?}"));
+    }
+    Ok(CheckOutcome::Passed)
+}
+
+/// A small step of one joint towards the middle of its range, and where it leads from `from`.
+fn step_of(robot: &RobotDescription, joint: usize, from: &JointVector) -> Option<(Motion, JointVector)> {
+    let description = robot.joints.get(joint)?;
+    let at = from.get(joint)?;
+    let most = match description.unit {
+        JointUnit::Radian => 0.05,
+        JointUnit::Millimetre => 3.0,
+    };
+    let middle = 0.5 * (description.lower + description.upper);
+    let way = (middle - at).abs().max(0.1 * (description.upper - description.lower)).min(most);
+    let mut change = JointVector::zeros(from.len());
+    change.set(joint, if middle >= at { way } else { -way });
+    let motion = Motion::relative(change, 1.0).only(1 << joint);
+    Some((motion, motion.end_from(from)))
+}
+
+fn move_ends_where_told(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    let robot = bench.describe()?;
+    bench.activate()?;
+    for (index, joint) in robot.joints.iter().enumerate() {
+        let from = bench.read_joints()?.joints;
+        let Some((_, target)) = step_of(&robot, index, &from) else { continue };
+        let end = bench.move_joints(&Motion::absolute(target, 1.0).only(1 << index))?.joints;
+        if let Some(how) = off_target(&robot, &end, &target) {
+            return failed(format!("told to move {}, {how}", joint.name));
+        }
+        let read = bench.read_joints()?.joints;
+        if read != end {
+            return failed(format!("the move ended at {end:?} and is read as {read:?}"));
+        }
+    }
+    Ok(CheckOutcome::Passed)
+}
+
+/// The joint that is not where it should be.
+fn off_target(robot: &RobotDescription, end: &JointVector, target: &JointVector) -> Option<String> {
+    robot.joints.iter().enumerate().find_map(|(index, joint)| {
+        let (end, target) = (end.get(index)?, target.get(index)?);
+        let off = end.is_nan() || (end - target).abs() > rounding(joint);
+        off.then(|| format!("{} ends at {end} instead of {target} {}", joint.name, joint.unit.symbol()))
+    })
+}
+
+fn relative_move_adds(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    let robot = bench.describe()?;
+    bench.activate()?;
+    // Twice, because at zero to add and to go are the same.
+    for _ in 0..2 {
+        let from = bench.read_joints()?.joints;
+        let Some((motion, target)) = step_of(&robot, 0, &from) else { return Ok(CheckOutcome::Passed) };
+        let end = bench.move_joints(&motion)?.joints;
+        if let Some(how) = off_target(&robot, &end, &target) {
+            return failed(how);
+        }
+    }
+    Ok(CheckOutcome::Passed)
+}
+
+fn others_stay(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    let robot = bench.describe()?;
+    bench.activate()?;
+    let from = bench.read_joints()?.joints;
+    let Some((_, target)) = step_of(&robot, 0, &from) else { return Ok(CheckOutcome::Passed) };
+    let mut nonsense = target;
+    for index in 1..nonsense.len() {
+        nonsense.set(index, f64::NAN);
+    }
+    let end = bench.move_joints(&Motion::absolute(nonsense, 1.0).only(1))?.joints;
+    Ok(off_target(&robot, &end, &target).map_or(CheckOutcome::Passed, CheckOutcome::Failed))
+}
+
+fn stream_ends_at_rest(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    let robot = bench.describe()?;
+    bench.activate()?;
+    let from = bench.read_joints()?.joints;
+    let Some((motion, _)) = step_of(&robot, 0, &from) else { return Ok(CheckOutcome::Passed) };
+    bench.emitted_joints();
+    let end = bench.move_joints(&motion)?;
+    match bench.emitted_joints().last() {
+        None => failed("it emits nothing on 'joints' while it moves".to_owned()),
+        Some(last) if last.is_moving() => failed("the last state of the move still moves".to_owned()),
+        Some(last) if last.joints != end.joints => {
+            failed(format!("the stream ends at {:?}, the move at {:?}", last.joints, end.joints))
+        }
+        Some(_) => Ok(CheckOutcome::Passed),
+    }
+}
+
+fn times_never_go_back(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    let robot = bench.describe()?;
+    bench.activate()?;
+    let before = bench.read_joints()?;
+    let Some((motion, _)) = step_of(&robot, 0, &before.joints) else { return Ok(CheckOutcome::Passed) };
+    bench.emitted_joints();
+    let end = bench.move_joints(&motion)?;
+    let after = bench.read_joints()?;
+    let mut times = vec![before.time_ns];
+    times.extend(bench.emitted_joints().iter().map(|state| state.time_ns));
+    if let Some(pair) = times.windows(2).find(|pair| pair[0] > pair[1]) {
+        return failed(format!("{} ns comes after {} ns on 'joints'", pair[1], pair[0]));
+    }
+    if end.time_ns < before.time_ns || after.time_ns < end.time_ns {
+        let (before, end, after) = (before.time_ns, end.time_ns, after.time_ns);
+        return failed(format!("read at {before} ns, moved until {end} ns, read again at {after} ns"));
+    }
+    Ok(CheckOutcome::Passed)
+}
+
+fn inputs_close_every_move(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    let robot = bench.describe()?;
+    if robot.inputs.is_empty() {
+        return Ok(CheckOutcome::Skipped("it has no input lines".to_owned()));
+    }
+    bench.activate()?;
+    let from = bench.read_joints()?.joints;
+    let Some((motion, _)) = step_of(&robot, 0, &from) else { return Ok(CheckOutcome::Passed) };
+    bench.emitted_inputs();
+    let end = bench.move_joints(&motion)?;
+    match bench.emitted_inputs().last() {
+        None => failed("it emits nothing on 'inputs' at the end of a move".to_owned()),
+        Some(last) if last.changed != 0 => {
+            failed("the last message of the move is a change, not its end".to_owned())
+        }
+        Some(last) if last.time_ns < end.time_ns => failed(format!(
+            "the move's last message is of {} ns, before the state it returned, of {} ns",
+            last.time_ns, end.time_ns
+        )),
+        Some(_) => Ok(CheckOutcome::Passed),
+    }
+}
+
+/// A move of about two seconds, of the joint with most room for it.
+fn long_move(robot: &RobotDescription, from: &JointVector) -> Motion {
+    let way = |index: usize, joint: &JointDescription| {
+        let at = from.get(index).unwrap_or(0.0);
+        let (up, down) = (joint.upper - at, joint.lower - at);
+        0.9 * if up.abs() > down.abs() { up } else { down }
+    };
+    let seconds = |index: usize, joint: &JointDescription| way(index, joint).abs() / joint.max_speed;
+    let longest = robot
+        .joints
+        .iter()
+        .enumerate()
+        .max_by(|(a, one), (b, other)| seconds(*a, one).total_cmp(&seconds(*b, other)));
+    let mut change = JointVector::zeros(from.len());
+    let Some((index, joint)) = longest else { return Motion::relative(change, 1.0) };
+    change.set(index, way(index, joint));
+    Motion::relative(change, (seconds(index, joint) / 2.0).clamp(0.01, 1.0)).only(1 << index)
+}
+
+fn stop_ends_a_move(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    let robot = bench.describe()?;
+    if !robot.capabilities.interruptible {
+        return Ok(CheckOutcome::Skipped("it says that its moves cannot be interrupted".to_owned()));
+    }
+    bench.activate()?;
+    let motion = long_move(&robot, &bench.read_joints()?.joints);
+    let Interruption { result, after } = bench.interrupt(&motion);
+    let Some(after) = after else {
+        return Ok(CheckOutcome::Skipped("its moves take no time".to_owned()));
+    };
+    let limit = STOP_NOTICED + Duration::from_millis(robot.capabilities.stop_time_ms.into());
+    match result {
+        Err(PluginError::Stopped(_)) if after <= limit => Ok(CheckOutcome::Passed),
+        Err(PluginError::Stopped(_)) => {
+            failed(format!("it came to rest {after:?} after the stop; {limit:?} are allowed"))
+        }
+        Ok(_) => failed("the move ended as if it had not been stopped".to_owned()),
+        Err(error) => Err(error),
+    }
+}
+
+fn stop_holds(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    let robot = bench.describe()?;
+    if !robot.capabilities.interruptible {
+        return Ok(CheckOutcome::Skipped("it says that its moves cannot be interrupted".to_owned()));
+    }
+    bench.activate()?;
+    let motion = long_move(&robot, &bench.read_joints()?.joints);
+    if bench.interrupt(&motion).after.is_none() {
+        return Ok(CheckOutcome::Skipped("its moves take no time".to_owned()));
+    }
+    let stood = bench.read_joints()?.joints;
+    match bench.move_joints(&motion) {
+        Err(PluginError::Stopped(_)) => {}
+        other => return failed(format!("a move after the stop ended with {other:?}")),
+    }
+    if bench.read_joints()?.joints != stood {
+        return failed("it moved after the stop".to_owned());
+    }
+    bench.activate()?;
+    let Some((small, target)) = step_of(&robot, 0, &stood) else { return Ok(CheckOutcome::Passed) };
+    let end = bench.move_joints(&small)?.joints;
+    Ok(off_target(&robot, &end, &target).map_or(CheckOutcome::Passed, CheckOutcome::Failed))
+}
