@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::addition::moved;
 use super::comparison::{EffectValue, Rms};
-use super::rows::{RowResidual, row_residuals};
+use super::rows::{RowResidual, Series, row_residuals, series};
 use super::{Laboratory, LaboratoryError};
 use crate::effect;
 use crate::file::AddedEffect;
@@ -22,6 +22,9 @@ pub struct Preview {
     /// Residuals with it.
     #[serde(skip)]
     pub rows: Vec<RowResidual>,
+    /// Residuals with it, against everything they may be drawn against.
+    #[serde(skip)]
+    pub series: Vec<Series>,
     /// Parameters fitted before that it would move by more than two standard errors, in words.
     pub moved: Vec<String>,
 }
@@ -40,10 +43,12 @@ impl Laboratory {
         let known = self.effect_values(&before.machine, &before.fit);
         let mut values = self.effect_values(&after.machine, &after.fit);
         let effects = values.split_off(known.len());
+        let rows = row_residuals(&after.machine, &after.fit, &self.split().check);
         Ok(Preview {
             before: self.rms(&before.machine, &before.fit),
             after: self.rms(&after.machine, &after.fit),
-            rows: row_residuals(&after.machine, &after.fit, &self.split().check),
+            series: series(&after.machine, &after.fit, &rows),
+            rows,
             moved: moved(&known, &values),
             effects,
         })
