@@ -10,8 +10,8 @@ use clap::{Parser, Subcommand};
 
 mod failure;
 mod host_command;
-mod plugins_command;
 mod model_command;
+mod plugins_command;
 mod screens;
 mod study_command;
 mod trial_command;

@@ -143,6 +143,13 @@ pub(crate) struct GrowArguments {
     pub(crate) dry: bool,
 }
 
+/// Options of `screen`.
+#[derive(Debug, Args)]
+pub(crate) struct ScreenArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+}
+
 /// A model file and its revisions.
 #[derive(Debug, Args)]
 pub(crate) struct FamilyArguments {

@@ -1,11 +1,12 @@
 //! `plumb model`: compare a model with measurements, see what it lacks, add it, watch the error fall.
 
-mod arguments;
+pub(crate) mod arguments;
 mod compare;
 mod diagnose;
 mod history;
 mod progress;
 mod revise;
+mod screen;
 mod text;
 
 use std::io::{self, Write as _};
@@ -15,7 +16,9 @@ use clap::Subcommand;
 use serde::Serialize;
 
 use crate::failure::CommandResult;
-use arguments::{ChangeArguments, CompareArguments, DiagnoseArguments, FamilyArguments, GrowArguments};
+use arguments::{
+    ChangeArguments, CompareArguments, DiagnoseArguments, FamilyArguments, GrowArguments, ScreenArguments,
+};
 
 /// What to do with a model.
 #[derive(Debug, Subcommand)]
@@ -34,11 +37,14 @@ pub(crate) enum ModelCommand {
     History(FamilyArguments),
     /// Take the last change back: what was before it becomes the next revision.
     Undo(FamilyArguments),
+    /// Look at all this on the screen, with a preview of every candidate before it is added.
+    Screen(ScreenArguments),
 }
 
 /// Runs one of the commands.
 pub(crate) fn run(command: &ModelCommand) -> CommandResult {
     let said = match command {
+        ModelCommand::Screen(arguments) => return screen::run(arguments),
         ModelCommand::Compare(arguments) => compare::run(arguments)?,
         ModelCommand::Diagnose(arguments) => diagnose::run(arguments)?,
         ModelCommand::Add(arguments) => revise::add(arguments)?,

@@ -5,7 +5,6 @@
 //! stands between the stop key and the robots.
 
 use std::io;
-use std::sync::mpsc::Sender;
 use std::time::Duration;
 
 use futures_util::StreamExt as _;
@@ -19,7 +18,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 
 use super::keys::{Command, Place, command_for};
 use super::message::{Action, Message};
-use super::model::{Lab, LabAnswer, LabRequest};
+use super::model::{Desk, Lab, LabAnswer, LabRequest};
 use super::state::State;
 use super::terminal::OpenTerminal;
 use super::update::{obey, update};
@@ -47,7 +46,7 @@ pub(crate) struct Sources {
 /// # Errors
 /// The terminal cannot be used, or was lost; robots were told to stop.
 pub(crate) async fn show(mut state: State, mut sources: Sources) -> io::Result<State> {
-    let outside = Outside { handle: sources.handle.take(), lab: sources.lab.as_ref().map(Lab::requests) };
+    let outside = Outside { handle: sources.handle.take(), lab: sources.lab.as_ref().map(Lab::desk) };
     let shown = run(&mut state, &mut sources, &outside).await;
     if shown.is_err() {
         outside.stop();
@@ -113,7 +112,7 @@ async fn run(state: &mut State, sources: &mut Sources, outside: &Outside) -> io:
 /// Where actions go.
 struct Outside {
     handle: Option<RunHandle>,
-    lab: Option<Sender<LabRequest>>,
+    lab: Option<Desk>,
 }
 
 impl Outside {
@@ -128,10 +127,9 @@ impl Outside {
         }
     }
 
-    /// Passes work on. A lab that has ended takes none; its last answer said why.
     fn lab(&self, request: LabRequest) {
         if let Some(lab) = &self.lab {
-            let _over = lab.send(request);
+            lab.ask(request);
         }
     }
 }

@@ -10,8 +10,8 @@ use super::state::State;
 
 /// What the stop bar says, the longest that fits.
 const STOP_TEXTS: [&str; 3] = [
-    " Esc STOPS every robot. It is software, not an emergency stop.",
-    " Esc STOP \u{b7} not an emergency stop",
+    " Esc or Ctrl+C STOPS every robot. It is software, not an emergency stop.",
+    " Esc, Ctrl+C STOP \u{b7} not an emergency stop",
     " Esc STOP",
 ];
 
@@ -63,7 +63,7 @@ fn placed(state: &State, area: Rect) -> Vec<Hint> {
         .filter(|binding| !binding.footer.is_empty() && applies(state, binding.command))
         .collect();
     let (everywhere, here): (Vec<_>, Vec<_>) =
-        shown.into_iter().partition(|binding| binding.place == Place::Everywhere);
+        shown.into_iter().partition(|binding| matches!(binding.place, Place::Everywhere | Place::NotWriting));
     // Help is never pushed out; then the page's own keys have their turn, then the others.
     let (help, others): (Vec<_>, Vec<_>) =
         everywhere.into_iter().partition(|binding| binding.command == Command::Help);

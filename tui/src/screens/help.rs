@@ -24,12 +24,12 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect, scrolled: u16) 
     let area = area.centered(Constraint::Max(84), Constraint::Percentage(100));
     frame.render_widget(Clear, area);
     let inner = pane::open(frame, area, &state.theme, "Help \u{b7} Enter closes, Up and Down scroll", true);
-    let here = State { overlay: None, ..state.clone() }.places();
+    let here = state.places_of_page();
     let (mut first, mut then): (Vec<&Binding>, Vec<&Binding>) = BINDINGS
         .iter()
         .partition(|binding| here.contains(&binding.place) && binding.place != Place::Everywhere);
     first.sort_by_key(|binding| here.iter().position(|place| *place == binding.place));
-    then.sort_by_key(|binding| binding.place != Place::Everywhere);
+    then.sort_by_key(|binding| !is_everywhere(binding.place));
     let width = usize::from(inner.width);
     let mut text: Vec<Line> =
         wrapped(STOP, width).into_iter().map(|line| Line::styled(line, state.theme.bad)).collect();
@@ -43,6 +43,11 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect, scrolled: u16) 
     }
     let scrolled = scrolled.min(u16::try_from(text.len()).unwrap_or(u16::MAX).saturating_sub(inner.height));
     frame.render_widget(Paragraph::new(text).scroll((scrolled, 0)), inner);
+}
+
+/// Whether keys of this place hold on about every page.
+fn is_everywhere(place: Place) -> bool {
+    matches!(place, Place::Everywhere | Place::NotWriting | Place::NotTyping)
 }
 
 /// Adds the rows of one place under its heading; the sentences are broken within their own column.

@@ -10,7 +10,9 @@ use super::state::Screen;
 pub(crate) enum Place {
     /// Everywhere: in prompts, in overlays, while typing.
     Everywhere,
-    /// Everywhere but where a number is being typed.
+    /// Everywhere but where a name is being written.
+    NotWriting,
+    /// Everywhere but where a number or a name is being typed.
     NotTyping,
     /// While something is open over the screen: help, or a question.
     Overlay,
@@ -30,6 +32,8 @@ pub(crate) enum Place {
     Decision,
     /// On the Model screen.
     Model,
+    /// On the Model screen while the name of an effect is being written.
+    Naming,
     /// On the Log screen.
     Log,
 }
@@ -39,7 +43,8 @@ impl Place {
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Everywhere => "everywhere",
-            Self::NotTyping => "not while typing a number",
+            Self::NotWriting => "not while writing a name",
+            Self::NotTyping => "not while typing",
             Self::Overlay => "help",
             Self::Leaving => "leaving",
             Self::Aborting => "aborting",
@@ -49,6 +54,7 @@ impl Place {
             Self::Jog => "Run, jogging",
             Self::Decision => "Run, failed step",
             Self::Model => "Model",
+            Self::Naming => "Model, naming an effect",
             Self::Log => "Log",
         }
     }
@@ -111,16 +117,20 @@ pub(crate) enum Command {
     JogLess,
     /// Show the prompt in letters to be read from the arm.
     Large,
-    /// The plot to the right.
-    NextPlot,
-    /// The plot to the left.
-    PreviousPlot,
+    /// Look at errors in the next plane.
+    NextPlane,
+    /// Look at errors in the plane before.
+    PreviousPlane,
     /// Show what adding the chosen candidate would leave.
     Preview,
     /// Add the chosen candidate to the model.
     Add,
     /// Take the effect added last away again.
     Undo,
+    /// Write the name of an effect to be added.
+    NameEffect,
+    /// Add the effect whose name was written.
+    AddNamed,
     /// Step the scale of the plots.
     Scale,
 }
@@ -168,7 +178,7 @@ pub(crate) const BINDINGS: &[Binding] = &[
         place: Place::Everywhere,
         command: Command::StopAndLeave,
         footer: "",
-        help: "Stop every robot now, then ask whether to leave.",
+        help: "Stop every robot now, then ask whether to leave. Inside tmux or screen it arrives at once, while Esc waits for their escape-time.",
     },
     Binding {
         keys: &[code(KeyCode::Tab)],
@@ -197,7 +207,7 @@ pub(crate) const BINDINGS: &[Binding] = &[
     Binding {
         keys: &[letter('?')],
         shown: "?",
-        place: Place::Everywhere,
+        place: Place::NotWriting,
         command: Command::Help,
         footer: "help",
         help: "Open or close this help.",
@@ -205,7 +215,7 @@ pub(crate) const BINDINGS: &[Binding] = &[
     Binding {
         keys: &[letter('q')],
         shown: "q",
-        place: Place::Everywhere,
+        place: Place::NotWriting,
         command: Command::Leave,
         footer: "leave",
         help: "Leave; asks first while a run is open.",
@@ -443,20 +453,36 @@ pub(crate) const BINDINGS: &[Binding] = &[
         help: "Take the effect added last away again.",
     },
     Binding {
+        keys: &[letter('n')],
+        shown: "n",
+        place: Place::Model,
+        command: Command::NameEffect,
+        footer: "add by name",
+        help: "Write the name of an effect to add, as joint_zero(*).",
+    },
+    Binding {
+        keys: &[code(KeyCode::Enter)],
+        shown: "Enter",
+        place: Place::Naming,
+        command: Command::AddNamed,
+        footer: "add it",
+        help: "Add the effect whose name was written; an empty name adds none.",
+    },
+    Binding {
         keys: &[code(KeyCode::Right)],
         shown: "Right",
         place: Place::Model,
-        command: Command::NextPlot,
-        footer: "plot",
-        help: "Plots of the next quantity.",
+        command: Command::NextPlane,
+        footer: "plane",
+        help: "Bull's eye and whiskers in the next plane.",
     },
     Binding {
         keys: &[code(KeyCode::Left)],
         shown: "Left",
         place: Place::Model,
-        command: Command::PreviousPlot,
+        command: Command::PreviousPlane,
         footer: "",
-        help: "Plots of the quantity before.",
+        help: "Bull's eye and whiskers in the plane before.",
     },
     Binding {
         keys: &[letter('f')],

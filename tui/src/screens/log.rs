@@ -38,10 +38,19 @@ impl LogState {
         let Some((level, source, message)) = line_of(&stamped.event) else { return };
         // RFC 3339: the time of day follows the T.
         let time = stamped.time.split_once('T').map_or("", |(_, time)| time).chars().take(8).collect();
+        self.push(LogLine { time, level, source, message });
+    }
+
+    /// Adds a line of the screens' own.
+    pub(crate) fn note(&mut self, level: LogLevel, source: &str, message: String) {
+        self.push(LogLine { time: String::new(), level, source: source.to_owned(), message });
+    }
+
+    fn push(&mut self, line: LogLine) {
         if self.lines.len() >= KEPT {
             self.lines.pop_front();
         }
-        self.lines.push_back(LogLine { time, level, source, message });
+        self.lines.push_back(line);
         if self.scrolled_back > 0 {
             self.scroll(-1);
         }
@@ -118,7 +127,7 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
                 LogLevel::Error => ("error: ", state.theme.bad),
             };
             Line::from(vec![
-                Span::styled(format!("{} ", line.time), state.theme.faint),
+                Span::styled(format!("{:<8} ", line.time), state.theme.faint),
                 Span::styled(format!("{:<6} ", line.source), state.theme.heading),
                 Span::styled(word, style),
                 Span::styled(line.message.clone(), style),

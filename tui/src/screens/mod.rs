@@ -19,6 +19,7 @@ mod theme;
 mod update;
 mod view;
 
+use std::error::Error;
 use std::io;
 
 use plumb_cell::event::StampedEvent;
@@ -26,8 +27,23 @@ use tokio::runtime::Runtime;
 use tokio::sync::mpsc::UnboundedReceiver;
 
 use event_loop::Sources;
+use model::Lab;
 use state::State;
 use theme::Theme;
+
+use crate::model_command::arguments::Opened;
+
+/// Shows a model and the table called `data` on the Model screen until the operator leaves.
+///
+/// # Errors
+/// An earlier revision of the model cannot be read; the terminal cannot be used, or was lost.
+pub(crate) fn explore(opened: Opened, data: String) -> Result<(), Box<dyn Error>> {
+    let (lab, model) = Lab::open(opened, data)?;
+    let sources = Sources { events: None, handle: None, lab: Some(lab) };
+    let state = State::of_model(model, Theme::from_environment());
+    Runtime::new()?.block_on(event_loop::show(state, sources))?;
+    Ok(())
+}
 
 /// Shows the screens of a run that somebody else controls, until the operator leaves.
 ///

@@ -60,6 +60,15 @@ pub(crate) struct Notice {
     pub text: String,
 }
 
+/// How the program is being left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Leaving {
+    /// Since when, by the screens' clock.
+    pub since: Duration,
+    /// The run is to be aborted, not kept.
+    pub aborts: bool,
+}
+
 /// How grave a notice is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Gravity {
@@ -84,6 +93,8 @@ pub(crate) struct State {
     pub operator: String,
     /// The last thing worth saying.
     pub notice: Option<Notice>,
+    /// The program waits for the run to come to rest before it closes.
+    pub leaving: Option<Leaving>,
     /// Time since the screens opened.
     pub now: Duration,
     /// Size of the terminal, columns and rows.
@@ -109,10 +120,9 @@ impl State {
         Self::of_cell("", theme)
     }
 
-    #[cfg_attr(not(test), expect(dead_code, reason = "the lab's thread comes with the model library"))]
     /// The screens of a model and a table of measurements.
-    pub(crate) fn of_model(model: ModelState, operator: &str, theme: Theme) -> Self {
-        Self { model: Some(model), screen: Screen::Model, ..Self::empty(operator, theme) }
+    pub(crate) fn of_model(model: ModelState, theme: Theme) -> Self {
+        Self { model: Some(model), screen: Screen::Model, ..Self::empty("", theme) }
     }
 
     fn empty(operator: &str, theme: Theme) -> Self {
@@ -122,6 +132,7 @@ impl State {
             theme,
             operator: operator.to_owned(),
             notice: None,
+            leaving: None,
             now: Duration::ZERO,
             size: (80, 24),
             cell: CellState::default(),
@@ -144,10 +155,17 @@ impl State {
     /// Where the keys of this moment are looked up, the narrowest place first.
     pub(crate) fn places(&self) -> Vec<Place> {
         match self.overlay {
-            Some(Overlay::Help { .. }) => return vec![Place::Overlay, Place::Everywhere],
-            Some(Overlay::Leave) => return vec![Place::Leaving, Place::Everywhere],
-            Some(Overlay::Abort) => return vec![Place::Aborting, Place::Everywhere],
-            None => {}
+            Some(Overlay::Help { .. }) => vec![Place::Overlay, Place::NotWriting, Place::Everywhere],
+            Some(Overlay::Leave) => vec![Place::Leaving, Place::NotWriting, Place::Everywhere],
+            Some(Overlay::Abort) => vec![Place::Aborting, Place::NotWriting, Place::Everywhere],
+            None => self.places_of_page(),
+        }
+    }
+
+    /// Where keys are looked up on the page itself, whatever lies over it.
+    pub(crate) fn places_of_page(&self) -> Vec<Place> {
+        if self.is_naming() {
+            return vec![Place::Naming, Place::Everywhere];
         }
         let mut places = match (self.screen, &self.run) {
             (Screen::Cell, _) => vec![Place::Cell],
@@ -159,8 +177,13 @@ impl State {
         if !self.is_typing() {
             places.push(Place::NotTyping);
         }
-        places.push(Place::Everywhere);
+        places.extend([Place::NotWriting, Place::Everywhere]);
         places
+    }
+
+    /// Whether letters go into the name of an effect.
+    pub(crate) fn is_naming(&self) -> bool {
+        self.screen == Screen::Model && self.model.as_ref().is_some_and(|model| model.naming.is_some())
     }
 
     /// Whether digits go into an answer.

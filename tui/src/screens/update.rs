@@ -1,6 +1,8 @@
 //! The one place where the screens' state changes: a message comes in, the state changes, actions go out. It touches
 //! nothing outside, so that everything an operator can do is a test.
 
+use std::time::Duration;
+
 use plumb_cell::command::{Command as Tell, PauseWhen};
 use plumb_cell::event::{Event, LogLevel, RunOutcome, StampedEvent};
 use plumb_cell::prompt::{Answer, Decision};
@@ -10,11 +12,14 @@ use super::keys::{Command, command_for};
 use super::message::{Action, Message};
 use super::model;
 use super::run::{OpenPrompt, Phase};
-use super::state::{Gravity, Overlay, Screen, State};
+use super::state::{Gravity, Leaving, Overlay, Screen, State};
 use super::view::command_at;
 
 /// Lines a page key scrolls.
 const PAGE: isize = 10;
+
+/// How long the program waits for a run to come to rest before it closes all the same.
+const LONGEST_LEAVING: Duration = Duration::from_secs(5);
 
 /// Changes `state` as `message` asks and says what is to be done outside.
 pub(crate) fn update(state: &mut State, message: Message) -> Vec<Action> {
@@ -34,7 +39,7 @@ pub(crate) fn update(state: &mut State, message: Message) -> Vec<Action> {
         Message::Lab(answer) => model::take(state, answer),
         Message::Tick(now) => {
             state.now = now;
-            Vec::new()
+            leave_when_at_rest(state)
         }
     }
 }
@@ -43,7 +48,9 @@ fn key(state: &mut State, event: &KeyEvent) -> Vec<Action> {
     if let Some(command) = command_for(&state.places(), event) {
         return obey(state, command);
     }
-    if state.is_typing()
+    if state.is_naming() {
+        model::write(state, event.code);
+    } else if state.is_typing()
         && !event.modifiers.intersects(KeyModifiers::CONTROL | KeyModifiers::ALT)
         && let Some(prompt) = prompt(state)
     {
@@ -77,8 +84,8 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         }
         Command::Close => state.overlay = None,
         Command::Leave if state.has_open_run() => state.overlay = Some(Overlay::Leave),
-        Command::Leave | Command::LeaveNow => return vec![Action::Stop, Action::Leave],
-        Command::AbortAndLeave => return vec![Action::Stop, Action::Tell(Tell::Abort), Action::Leave],
+        Command::Leave | Command::LeaveNow => return leave(state, false),
+        Command::AbortAndLeave => return leave(state, true),
         Command::Show(screen) => show(state, screen),
         Command::NextScreen => show_beside(state, 1),
         Command::PreviousScreen => show_beside(state, -1),
@@ -89,8 +96,10 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         Command::Preview
         | Command::Add
         | Command::Undo
-        | Command::NextPlot
-        | Command::PreviousPlot
+        | Command::NameEffect
+        | Command::AddNamed
+        | Command::NextPlane
+        | Command::PreviousPlane
         | Command::Scale => {
             return model::obey(state, command);
         }
@@ -214,6 +223,9 @@ fn scroll(state: &mut State, by: isize) -> Vec<Action> {
 }
 
 fn note_stop(state: &mut State, leave: bool) {
+    if let Some(model) = &mut state.model {
+        model.naming = None;
+    }
     state.overlay = if !leave {
         None
     } else if state.has_open_run() {
@@ -239,7 +251,40 @@ fn engine(state: &mut State, stamped: &StampedEvent) -> Vec<Action> {
     let now = state.now;
     let needed = state.run.as_mut().is_some_and(|run| run.take(&stamped.event, now));
     tell_news(state, &stamped.event);
-    if needed { vec![Action::Bell] } else { Vec::new() }
+    let mut actions = leave_when_at_rest(state);
+    if needed {
+        actions.push(Action::Bell);
+    }
+    actions
+}
+
+/// Stops the robots and closes the screens once the run is at rest; asked for twice, at once.
+fn leave(state: &mut State, aborts: bool) -> Vec<Action> {
+    let mut actions = vec![Action::Stop];
+    if aborts {
+        actions.push(Action::Tell(Tell::Abort));
+    }
+    if state.has_open_run() && state.leaving.is_none() {
+        state.overlay = None;
+        state.leaving = Some(Leaving { since: state.now, aborts });
+        state.say(Gravity::Attention, "Leaving as soon as the robots are at rest.");
+        actions.extend(leave_when_at_rest(state));
+    } else {
+        actions.push(Action::Leave);
+    }
+    actions
+}
+
+/// Closes the screens if that is wanted and the run is at rest, or has not come to rest in a time no run needs.
+fn leave_when_at_rest(state: &State) -> Vec<Action> {
+    let Some(leaving) = state.leaving else { return Vec::new() };
+    let at_rest = match state.run.as_ref().map(|run| &run.phase) {
+        None | Some(Phase::Ended { .. }) => true,
+        Some(Phase::Paused { .. }) => !leaving.aborts,
+        Some(Phase::Starting | Phase::Running) => false,
+    };
+    let waited = state.now.saturating_sub(leaving.since);
+    if at_rest || waited > LONGEST_LEAVING { vec![Action::Leave] } else { Vec::new() }
 }
 
 /// Puts what an operator must not miss on the line above the footer, and shows the page that needs them.

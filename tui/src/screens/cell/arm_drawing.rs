@@ -31,7 +31,7 @@ pub(crate) struct ArmShape {
 }
 
 impl ArmShape {
-    #[cfg_attr(not(test), expect(dead_code, reason = "lengths come with the cell file's reader"))]
+    #[cfg_attr(not(test), expect(dead_code, reason = "lengths come with the reader of cell files"))]
     /// An arm whose points `skeleton` gives, over a table with `marks` at these distances (mm) from the waist's axis.
     pub(crate) fn new(
         skeleton: impl Fn(&[NamedValue]) -> Option<Vec<[f64; 3]>> + Send + Sync + 'static,

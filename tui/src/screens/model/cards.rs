@@ -2,23 +2,19 @@
 //! it as well, why it was not named.
 
 use ratatui::Frame;
-use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::Paragraph;
+use ratatui::widgets::{Paragraph, Wrap};
 
 use super::state::{Card, CardStanding, ModelState};
-use crate::screens::pane::{self, fitted, wrapped};
+use crate::screens::pane::{self, columns, fitted, wrapped};
 use crate::screens::theme::Theme;
 
 /// Draws the cards, the chosen one in full.
 pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: Rect) {
     let inner = pane::open(frame, area, theme, "What could explain it", true);
-    let Some(standing) = &model.standing else {
-        let text = model.busy.as_ref().map_or("", |(doing, _)| doing.as_str());
-        frame.render_widget(Line::styled(text.to_owned(), theme.faint), inner);
-        return;
-    };
+    let Some(standing) = &model.standing else { return };
     let width = usize::from(inner.width);
     let blocks: Vec<Vec<Line<'static>>> = standing
         .cards
@@ -27,11 +23,11 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
         .map(|(place, card)| card_lines(place, card, place == model.chosen, theme, width))
         .collect();
     if blocks.is_empty() {
-        frame.render_widget(
-            Paragraph::new("No effect of the library explains more than chance would.")
-                .wrap(ratatui::widgets::Wrap { trim: true }),
-            inner,
-        );
+        let text = match &model.busy {
+            Some(_) => "not judged yet",
+            None => "No effect of the library explains more than chance would.",
+        };
+        frame.render_widget(Paragraph::new(text).style(theme.faint).wrap(Wrap { trim: true }), inner);
         return;
     }
     // The first card that is drawn, so that the chosen one stands whole in the pane.
@@ -46,13 +42,15 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
         first -= 1;
     }
     let lines: Vec<Line<'static>> = blocks.into_iter().skip(first).flatten().take(room).collect();
-    let [cards] = Layout::vertical([Constraint::Fill(1)]).areas(inner);
-    frame.render_widget(Paragraph::new(lines), cards);
+    frame.render_widget(Paragraph::new(lines), inner);
 }
 
 fn card_lines(place: usize, card: &Card, chosen: bool, theme: &Theme, width: usize) -> Vec<Line<'static>> {
     let (sign, word, style) = look(card.standing, theme);
-    let title = fitted(&format!("{:>2} {sign} {}", place + 1, card.effect), width);
+    let head = format!("{:>2} {sign} {}", place + 1, card.effect);
+    let whole = format!("{head} {}", card.place);
+    let fits = columns(&whole) <= width;
+    let title = if fits { whole } else { fitted(&head, width) };
     let mut lines = vec![Line::styled(title, if chosen { theme.chosen } else { style })];
     let indented = |text: String, style: Style| {
         wrapped(&text, width.saturating_sub(5))
@@ -60,14 +58,20 @@ fn card_lines(place: usize, card: &Card, chosen: bool, theme: &Theme, width: usi
             .map(move |line| Line::styled(format!("     {line}"), style))
     };
     if !chosen {
-        let text = fitted(&format!("     {} {}", card.place, card.size), width);
+        let place = if fits { "" } else { card.place.as_str() };
+        let text = fitted(&format!("     {}", format!("{place} {}", card.size).trim_start()), width);
         lines.push(Line::styled(text, theme.faint));
         return lines;
     }
-    lines.extend(indented(format!("at {}", card.place), theme.heading));
+    if !fits {
+        lines.extend(indented(format!("at {}", card.place), theme.heading));
+    }
     lines.extend(indented(card.size.clone(), theme.text));
-    if let Some((gain, error)) = card.gain_mm {
-        lines.extend(indented(format!("held out: {gain:+.4} \u{b1} {error:.4} mm less"), theme.text));
+    if let Some(gain) = card.gain_mm {
+        lines.extend(indented(
+            format!("held out: {:.4} mm {}", gain.abs(), if gain < 0.0 { "worse" } else { "better" }),
+            theme.text,
+        ));
     }
     if let Some(p) = card.holm_p {
         lines.extend(indented(format!("chance: {}", chance(p)), theme.text));

@@ -5,19 +5,20 @@ mod cards;
 mod lab;
 mod plots;
 mod residuals;
+mod standing;
 mod state;
 mod update;
 mod view;
 mod waterfall;
 
-pub(crate) use lab::{Lab, LabAnswer, LabRequest};
+pub(crate) use lab::{Desk, Lab, LabAnswer, LabRequest};
 pub(crate) use state::ModelState;
-pub(crate) use update::{choose, obey, take};
+pub(crate) use update::{choose, obey, take, write};
 pub(crate) use view::view;
 
 /// What tests need to make a model's standing by hand.
 #[cfg(test)]
 pub(crate) mod testing {
-    pub(crate) use super::residuals::{Abscissa, ResidualRow, Residuals};
+    pub(crate) use super::residuals::Residuals;
     pub(crate) use super::state::{Card, CardStanding, FallStep, Standing};
 }

@@ -1,35 +1,49 @@
-//! The residuals in fixed small plots: against each joint and condition, as a bull's eye with the floor's ring, as
-//! whiskers over the work space, as a histogram. All share one height tied to the noise floor; what lies outside is drawn
-//! on the rim and counted, so that one gross error squashes nothing.
+//! The residuals in fixed small plots: against each joint along that joint's own motion, as a bull's eye with the floor's
+//! ring, as whiskers over the work space, as a histogram, against every condition. All share one scale tied to the noise
+//! floor; what lies outside is drawn on the rim and counted, so that one gross error squashes nothing.
 
+use plumb_model::laboratory::Series;
 use ratatui::Frame;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style};
 use ratatui::symbols::Marker;
 use ratatui::text::Line as TextLine;
 use ratatui::widgets::canvas::{Canvas, Circle, Context, Line, Points};
 
-use super::residuals::Residuals;
+use super::residuals::{AXES, PLANES, Residuals, is_of_joint, is_of_size};
 use super::state::ModelState;
 use crate::screens::pane::{self, fitted};
 use crate::screens::theme::Theme;
 
-/// The least a plot takes.
-const SMALLEST: (u16, u16) = (24, 5);
+/// The least a plot takes, in columns and rows.
+const SMALLEST: (u16, u16) = (26, 5);
 /// Whiskers drawn at most; of more, every n-th.
 const MOST_WHISKERS: usize = 240;
 
+/// Points to be drawn, mm upwards.
+type Dots = Vec<(f64, f64)>;
+
 /// One of the plots.
 #[derive(Clone, Copy)]
-enum Plot {
-    /// Errors against an abscissa.
-    Against(usize),
-    /// Errors in the first direction against those in the second.
+enum Plot<'a> {
+    /// Errors against something.
+    Against(&'a Series),
+    /// Errors in a plane, one axis over the other.
     BullsEye,
-    /// Errors as whiskers where the target stood, seen from above.
+    /// Errors in a plane as whiskers where the target stood.
     Whiskers,
-    /// How often which error.
+    /// How often which size.
     Histogram,
+}
+
+/// What all plots share.
+struct Sheet<'a> {
+    residuals: &'a Residuals,
+    plane: [usize; 2],
+    /// Half the height of a plot, mm.
+    half: f64,
+    floor: Option<f64>,
+    inks: Inks,
 }
 
 /// Colours of what a plot shows.
@@ -41,23 +55,37 @@ struct Inks {
     outside: Color,
 }
 
+/// What the title of a plot tells of its drawing.
+struct Drawn {
+    title: String,
+    /// Errors beyond the scale.
+    outside: usize,
+}
+
 /// Draws as many plots as there is room for.
 pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: Rect) {
-    let residuals = shown(model);
-    let direction = residuals.and_then(|residuals| residuals.directions.get(model.direction));
-    let scale = model.half_height_mm();
-    let title = match direction {
-        Some(direction) => format!("Residuals in {direction}, \u{b1}{scale:.3} mm {}", times(model)),
-        None => "Residuals".to_owned(),
+    let title = format!("Residuals \u{b1}{:.3} mm, {}", model.half_height_mm(), times(model));
+    let title = fitted(&title, usize::from(area.width.saturating_sub(4)));
+    let inner = pane::open(frame, area, theme, &title, false);
+    let Some(residuals) = shown(model) else { return };
+    let colour = |style: Style| style.fg.unwrap_or(Color::Reset);
+    let sheet = Sheet {
+        residuals,
+        plane: PLANES.get(model.plane).copied().unwrap_or([0, 1]),
+        half: model.half_height_mm(),
+        floor: model.floor_mm(),
+        inks: Inks {
+            points: colour(if model.preview.is_some() { theme.preview } else { theme.measured }),
+            floor: colour(theme.good),
+            axis: colour(theme.faint),
+            outside: colour(theme.bad),
+        },
     };
-    let inner =
-        pane::open(frame, area, theme, &fitted(&title, usize::from(area.width.saturating_sub(4))), false);
-    let Some(residuals) = residuals else { return };
     let plots = order(residuals);
     let cells = grid(inner, plots.len());
     let first = model.plots_scrolled.min(plots.len().saturating_sub(cells.len()));
     for (plot, cell) in plots.into_iter().skip(first).zip(cells) {
-        draw(plot, residuals, model, theme, frame, cell);
+        draw(plot, &sheet, theme, frame, cell);
     }
 }
 
@@ -70,156 +98,108 @@ fn shown(model: &ModelState) -> Option<&Residuals> {
 }
 
 fn times(model: &ModelState) -> String {
-    let floors = model.half_height_mm() / model.unit_mm();
-    match model.standing.as_ref().and_then(|standing| standing.floor_mm) {
-        Some(_) => format!("= {floors:.0} floors"),
-        None => format!("= {floors:.0} typical errors"),
+    let times = model.half_height_mm() / model.unit_mm();
+    match model.floor_mm() {
+        Some(_) => format!("{times:.0} floors"),
+        None => format!("{times:.0} typical errors"),
     }
 }
 
-/// The plots in the order in which they are shown: joints first, then bull's eye and whiskers, then everything else.
-fn order(residuals: &Residuals) -> Vec<Plot> {
-    let joints = residuals
-        .against
-        .iter()
-        .take_while(|abscissa| abscissa.unit == "deg" || abscissa.unit == "mm")
-        .count();
-    let mut plots: Vec<Plot> = (0..joints).map(Plot::Against).collect();
-    if residuals.directions.len() > 1 {
-        plots.push(Plot::BullsEye);
-    }
-    if residuals.rows.iter().any(|row| row.position_mm.is_some()) {
-        plots.push(Plot::Whiskers);
+/// The plots in the order in which they are shown: joints first, then bull's eye, whiskers and histogram, then the rest.
+fn order(residuals: &Residuals) -> Vec<Plot<'_>> {
+    let (joints, others): (Vec<&Series>, Vec<&Series>) =
+        residuals.series.iter().partition(|series| is_of_joint(series));
+    let mut plots: Vec<Plot> = joints.into_iter().map(Plot::Against).collect();
+    if residuals.rows.iter().any(|row| row.vector_mm != [0.0; 3]) {
+        plots.extend([Plot::BullsEye, Plot::Whiskers]);
     }
     plots.push(Plot::Histogram);
-    plots.extend((joints..residuals.against.len()).map(Plot::Against));
+    plots.extend(others.into_iter().map(Plot::Against));
     plots
 }
 
 /// Divides the room into as many cells as are useful.
 fn grid(area: Rect, plots: usize) -> Vec<Rect> {
-    let columns = (area.width / SMALLEST.0).clamp(1, 3);
+    let columns = (area.width / SMALLEST.0).clamp(1, 4);
     let wanted = u16::try_from(plots.div_ceil(usize::from(columns))).unwrap_or(u16::MAX).max(1);
     let rows = (area.height / SMALLEST.1).clamp(1, wanted);
-    let (width, height) = (area.width / columns, area.height / rows);
-    (0..rows)
-        .flat_map(|row| (0..columns).map(move |column| (row, column)))
-        .map(|(row, column)| {
-            let rect =
-                Rect::new(area.x + column * width, area.y + row * height, width.saturating_sub(1), height);
-            rect.intersection(area)
-        })
-        .collect()
+    let lines = Layout::vertical((0..rows).map(|_| Constraint::Fill(1))).split(area);
+    let across = Layout::horizontal((0..columns).map(|_| Constraint::Fill(1))).spacing(1);
+    lines.iter().flat_map(|line| across.split(*line).to_vec()).collect()
 }
 
-fn draw(plot: Plot, residuals: &Residuals, model: &ModelState, theme: &Theme, frame: &mut Frame, area: Rect) {
+fn draw(plot: Plot, sheet: &Sheet, theme: &Theme, frame: &mut Frame, area: Rect) {
     if area.height < 2 || area.width < 4 {
         return;
     }
-    let colour = |style: Style| style.fg.unwrap_or(Color::Reset);
-    let points = if model.preview.is_some() { theme.preview } else { theme.measured };
-    let inks = Inks {
-        points: colour(points),
-        floor: colour(theme.good),
-        axis: colour(theme.faint),
-        outside: colour(theme.bad),
-    };
     let head = Rect { height: 1, ..area };
     let body = Rect { y: area.y + 1, height: area.height - 1, ..area };
     let drawn = match plot {
-        Plot::Against(abscissa) => against(abscissa, residuals, model, inks, frame, body),
-        Plot::BullsEye => bulls_eye(residuals, model, inks, frame, body),
-        Plot::Whiskers => whiskers(residuals, inks, frame, body),
-        Plot::Histogram => histogram(residuals, model, inks, frame, body),
+        Plot::Against(series) => against(series, sheet, frame, body),
+        Plot::BullsEye => bulls_eye(sheet, frame, body),
+        Plot::Whiskers => whiskers(sheet, frame, body),
+        Plot::Histogram => histogram(sheet, frame, body),
     };
-    let count = if drawn.count > 0 { format!("{} off", drawn.count) } else { String::new() };
+    let count = if drawn.outside > 0 { format!("{} off", drawn.outside) } else { String::new() };
     let room = usize::from(area.width).saturating_sub(count.len() + 1);
-    let title = fitted(&name(plot, residuals, drawn.range), room);
-    frame.render_widget(TextLine::styled(title, theme.heading), head);
+    frame.render_widget(TextLine::styled(fitted(&drawn.title, room), theme.heading), head);
     frame.render_widget(TextLine::styled(count, theme.bad).right_aligned(), head);
 }
 
-/// What the title of a plot needs to know of its drawing.
-#[derive(Default)]
-struct Drawn {
-    /// Errors beyond the scale.
-    count: usize,
-    /// What the abscissa spans, or the magnification.
-    range: Option<(f64, f64)>,
+/// Parts points into those inside the height of a plot and those on its rim.
+fn parted(points: Dots, wide: f64, low: f64, high: f64) -> (Dots, Dots) {
+    let inside = |point: &(f64, f64)| point.0.abs() <= wide && (low..=high).contains(&point.1);
+    let (inside, outside): (Vec<_>, Vec<_>) = points.into_iter().partition(inside);
+    let rim =
+        outside.into_iter().map(|point| (point.0.clamp(-wide, wide), point.1.clamp(low, high))).collect();
+    (inside, rim)
 }
 
-fn name(plot: Plot, residuals: &Residuals, range: Option<(f64, f64)>) -> String {
-    let axis = |place: usize| residuals.directions.get(place).map_or("", String::as_str);
-    match (plot, range) {
-        (Plot::Against(abscissa), Some((low, high))) => {
-            residuals.against.get(abscissa).map_or_else(String::new, |what| {
-                format!("{} {low:.0}\u{2026}{high:.0} {}", what.name, what.unit)
-            })
-        }
-        (Plot::Against(abscissa), None) => {
-            residuals.against.get(abscissa).map_or_else(String::new, |what| what.name.clone())
-        }
-        (Plot::BullsEye, _) => format!("{} over {}", axis(1), axis(0)),
-        (Plot::Whiskers, Some((_, times))) => format!("from above, errors \u{d7}{times:.0}"),
-        (Plot::Whiskers, None) => "from above".to_owned(),
-        (Plot::Histogram, _) => "how often".to_owned(),
+fn against(series: &Series, sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
+    let points: Vec<(f64, f64)> = series
+        .points
+        .iter()
+        .map(|(against, error, _)| (*against, *error))
+        .filter(|point| point.0.is_finite() && point.1.is_finite())
+        .collect();
+    let Some((left, right)) = span(points.iter().map(|point| point.0)) else {
+        return Drawn { title: series.against.clone(), outside: 0 };
+    };
+    let [low, high] = if is_of_size(series) { [0.0, 2.0 * sheet.half] } else { [-sheet.half, sheet.half] };
+    let (inside, rim) = parted(points, f64::INFINITY, low, high);
+    let margin = 0.02 * (right - left).max(1e-9);
+    let x = [left - margin, right + margin];
+    let canvas =
+        Canvas::default().marker(Marker::Braille).x_bounds(x).y_bounds([low, high]).paint(|context| {
+            floor_lines(context, sheet, x);
+            context.draw(&Points { coords: &inside, color: sheet.inks.points });
+            context.layer();
+            context.draw(&Points { coords: &rim, color: sheet.inks.outside });
+        });
+    frame.render_widget(canvas, area);
+    Drawn {
+        title: format!("{} {left:.0}\u{2026}{right:.0} {}", series.against, series.unit),
+        outside: rim.len(),
     }
 }
 
-fn against(
-    abscissa: usize,
-    residuals: &Residuals,
-    model: &ModelState,
-    inks: Inks,
-    frame: &mut Frame,
-    area: Rect,
-) -> Drawn {
-    let points = residuals.points(abscissa, model.direction);
-    let Some((low, high)) = span(points.iter().map(|point| point.0)) else { return Drawn::default() };
-    let half = model.half_height_mm();
-    let (inside, rim): (Vec<_>, Vec<_>) = points.into_iter().partition(|point| point.1.abs() <= half);
-    let rim: Vec<(f64, f64)> = rim.into_iter().map(|point| (point.0, point.1.clamp(-half, half))).collect();
-    let margin = 0.02 * (high - low).max(1e-9);
-    let x_bounds = [low - margin, high + margin];
-    let canvas = Canvas::default().marker(Marker::Braille).x_bounds(x_bounds).y_bounds([-half, half]).paint(
-        |context| {
-            floor_band(context, model, x_bounds, inks);
-            context.draw(&Points { coords: &inside, color: inks.points });
-            context.layer();
-            context.draw(&Points { coords: &rim, color: inks.outside });
-        },
-    );
-    frame.render_widget(canvas, area);
-    Drawn { count: rim.len(), range: Some((low, high)) }
-}
-
 /// The line of no error, and the floor above and below it.
-fn floor_band(context: &mut Context, model: &ModelState, x: [f64; 2], inks: Inks) {
-    context.draw(&Line { x1: x[0], y1: 0.0, x2: x[1], y2: 0.0, color: inks.axis });
-    if let Some(floor) = model.standing.as_ref().and_then(|standing| standing.floor_mm) {
-        for y in [-floor, floor] {
-            let dots: Vec<(f64, f64)> =
-                (0..24).map(|dot| (x[0] + (x[1] - x[0]) * f64::from(dot) / 23.0, y)).collect();
-            context.draw(&Points { coords: &dots, color: inks.floor });
-        }
+fn floor_lines(context: &mut Context, sheet: &Sheet, x: [f64; 2]) {
+    context.draw(&Line { x1: x[0], y1: 0.0, x2: x[1], y2: 0.0, color: sheet.inks.axis });
+    for y in sheet.floor.into_iter().flat_map(|floor| [-floor, floor]) {
+        let dots: Vec<(f64, f64)> =
+            (0..24).map(|dot| (x[0] + (x[1] - x[0]) * f64::from(dot) / 23.0, y)).collect();
+        context.draw(&Points { coords: &dots, color: sheet.inks.floor });
     }
     context.layer();
 }
 
-fn bulls_eye(residuals: &Residuals, model: &ModelState, inks: Inks, frame: &mut Frame, area: Rect) -> Drawn {
-    let half = model.half_height_mm();
+fn bulls_eye(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
+    let half = sheet.half;
+    // One scale both ways: a Braille dot is about square, two across and four down to a cell.
     let wide = half * f64::from(area.width) / (2.0 * f64::from(area.height));
-    let pair = |row: &super::residuals::ResidualRow| {
-        let (first, second) =
-            (row.error_mm.first().copied().flatten()?, row.error_mm.get(1).copied().flatten()?);
-        (first.is_finite() && second.is_finite()).then_some((first, second))
-    };
-    let points: Vec<(f64, f64)> = residuals.rows.iter().filter_map(pair).collect();
-    let (inside, rim): (Vec<_>, Vec<_>) =
-        points.into_iter().partition(|point| point.0.abs() <= wide && point.1.abs() <= half);
-    let rim: Vec<(f64, f64)> =
-        rim.into_iter().map(|point| (point.0.clamp(-wide, wide), point.1.clamp(-half, half))).collect();
-    let floor = model.standing.as_ref().and_then(|standing| standing.floor_mm);
+    let (inside, rim) = parted(sheet.residuals.in_plane(sheet.plane).collect(), wide, -half, half);
+    let inks = sheet.inks;
     let canvas =
         Canvas::default().marker(Marker::Braille).x_bounds([-wide, wide]).y_bounds([-half, half]).paint(
             |context| {
@@ -229,48 +209,54 @@ fn bulls_eye(residuals: &Residuals, model: &ModelState, inks: Inks, frame: &mut 
                 context.draw(&Points { coords: &inside, color: inks.points });
                 context.draw(&Points { coords: &rim, color: inks.outside });
                 context.layer();
-                if let Some(floor) = floor {
+                if let Some(floor) = sheet.floor {
                     context.draw(&Circle { x: 0.0, y: 0.0, radius: 2.0 * floor, color: inks.floor });
                 }
             },
         );
     frame.render_widget(canvas, area);
-    Drawn { count: rim.len(), range: None }
+    Drawn { title: format!("error {}", plane_name(sheet.plane)), outside: rim.len() }
 }
 
-fn whiskers(residuals: &Residuals, inks: Inks, frame: &mut Frame, area: Rect) -> Drawn {
-    let placed: Vec<([f64; 3], [f64; 2])> = residuals
+/// The plane as `x across, z up`.
+fn plane_name(plane: [usize; 2]) -> String {
+    let axis = |place: usize| AXES.get(place).copied().unwrap_or("");
+    format!("{} across, {} up", axis(plane[0]), axis(plane[1]))
+}
+
+fn whiskers(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
+    let [first, second] = sheet.plane;
+    let placed: Vec<[f64; 4]> = sheet
+        .residuals
         .rows
         .iter()
         .filter_map(|row| {
-            let error =
-                |place: usize| row.error_mm.get(place).copied().flatten().filter(|error| error.is_finite());
-            Some((row.position_mm?, [error(0)?, error(1)?]))
+            let (point, error) = (&row.point_mm, &row.vector_mm);
+            Some([*point.get(first)?, *point.get(second)?, *error.get(first)?, *error.get(second)?])
         })
+        .filter(|whisker| whisker.iter().all(|value| value.is_finite()))
         .collect();
-    let xs = span(placed.iter().map(|(position, _)| position[0]).chain([0.0]));
-    let ys = span(placed.iter().map(|(position, _)| position[1]).chain([0.0]));
-    let (Some((left, right)), Some((below, above))) = (xs, ys) else { return Drawn::default() };
-    // One scale both ways: a Braille dot is about square, two across and four down to a cell.
+    let title = format!("whiskers, {}", plane_name(sheet.plane));
+    let xs = span(placed.iter().map(|whisker| whisker[0]));
+    let ys = span(placed.iter().map(|whisker| whisker[1]));
+    let (Some((left, right)), Some((below, above))) = (xs, ys) else { return Drawn { title, outside: 0 } };
     let (across, up) = (2.0 * f64::from(area.width), 4.0 * f64::from(area.height));
     let dot = ((right - left) / across).max((above - below) / up).max(1e-9) * 1.08;
     let (middle_x, middle_y) = (f64::midpoint(left, right), f64::midpoint(below, above));
-    let magnified = magnification(10.0 * dot / residuals.typical_mm().max(1e-12));
+    let times = magnification(8.0 * dot / sheet.residuals.typical_mm().max(1e-12));
     let every = placed.len().div_ceil(MOST_WHISKERS).max(1);
     let canvas = Canvas::default()
         .marker(Marker::Braille)
         .x_bounds([middle_x - 0.5 * dot * across, middle_x + 0.5 * dot * across])
         .y_bounds([middle_y - 0.5 * dot * up, middle_y + 0.5 * dot * up])
         .paint(|context| {
-            context.draw(&Circle { x: 0.0, y: 0.0, radius: 3.0 * dot, color: inks.axis });
-            context.layer();
-            for (position, error) in placed.iter().step_by(every) {
-                let (x2, y2) = (position[0] + magnified * error[0], position[1] + magnified * error[1]);
-                context.draw(&Line { x1: position[0], y1: position[1], x2, y2, color: inks.points });
+            for [x, y, across, up] in placed.iter().step_by(every) {
+                let (x2, y2) = (x + times * across, y + times * up);
+                context.draw(&Line { x1: *x, y1: *y, x2, y2, color: sheet.inks.points });
             }
         });
     frame.render_widget(canvas, area);
-    Drawn { count: 0, range: Some((0.0, magnified)) }
+    Drawn { title: format!("\u{d7}{times:.0} {title}"), outside: 0 }
 }
 
 /// The round magnification below `wanted`: 1, 2 or 5 times a power of ten.
@@ -282,37 +268,41 @@ fn magnification(wanted: f64) -> f64 {
     [5.0, 2.0, 1.0].into_iter().map(|step| step * power).find(|step| *step <= wanted).unwrap_or(power)
 }
 
-fn histogram(residuals: &Residuals, model: &ModelState, inks: Inks, frame: &mut Frame, area: Rect) -> Drawn {
-    let half = model.half_height_mm();
+fn histogram(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
+    let most_mm = 2.0 * sheet.half;
     let bins = usize::from(area.width) * 2;
     let mut counts = vec![0_u32; bins];
     let mut outside = 0;
-    for error in residuals.errors(model.direction) {
-        let place = (error + half) / (2.0 * half) * bins as f64;
-        if place >= 0.0 && place < bins as f64 {
-            // In range as just checked.
-            counts[(place as usize).min(bins - 1)] += 1;
-        } else {
-            outside += 1;
+    for row in &sheet.residuals.rows {
+        let place = row.size_mm / most_mm * bins as f64;
+        // A size is never negative; what is not finite fails the comparison.
+        match counts.get_mut(place as usize) {
+            Some(count) if place.is_finite() => *count += 1,
+            _ => outside += 1,
         }
     }
     let most = f64::from(counts.iter().copied().max().unwrap_or(0).max(1));
-    let floor = model.standing.as_ref().and_then(|standing| standing.floor_mm);
     let canvas =
-        Canvas::default().marker(Marker::Braille).x_bounds([-half, half]).y_bounds([0.0, most]).paint(
+        Canvas::default().marker(Marker::Braille).x_bounds([0.0, most_mm]).y_bounds([0.0, most]).paint(
             |context| {
                 for (bin, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
-                    let x = -half + (bin as f64 + 0.5) * 2.0 * half / bins as f64;
-                    context.draw(&Line { x1: x, y1: 0.0, x2: x, y2: f64::from(*count), color: inks.points });
+                    let x = (bin as f64 + 0.5) * most_mm / bins as f64;
+                    context.draw(&Line {
+                        x1: x,
+                        y1: 0.0,
+                        x2: x,
+                        y2: f64::from(*count),
+                        color: sheet.inks.points,
+                    });
                 }
                 context.layer();
-                for x in floor.into_iter().flat_map(|floor| [-floor, floor]) {
-                    context.draw(&Line { x1: x, y1: 0.0, x2: x, y2: most, color: inks.floor });
+                if let Some(x) = sheet.floor {
+                    context.draw(&Line { x1: x, y1: 0.0, x2: x, y2: most, color: sheet.inks.floor });
                 }
             },
         );
     frame.render_widget(canvas, area);
-    Drawn { count: outside, range: None }
+    Drawn { title: format!("how often, 0\u{2026}{most_mm:.2} mm"), outside }
 }
 
 /// Least and greatest of what is finite.

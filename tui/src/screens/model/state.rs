@@ -20,14 +20,27 @@ pub(crate) struct ModelState {
     pub preview: Option<Preview>,
     /// The candidate that is chosen.
     pub chosen: usize,
-    /// The direction of the errors in the plots.
-    pub direction: usize,
+    /// The name of an effect while it is being written.
+    pub naming: Option<String>,
+    /// Which of [`super::residuals::PLANES`] the bull's eye and the whiskers show.
+    pub plane: usize,
     /// Plots scrolled away.
     pub plots_scrolled: usize,
     /// Which of [`SCALES`]; chosen once from the first look, so that a falling error is seen to fall.
     pub scale: Option<usize>,
-    /// What the lab is doing, and since when by the screens' clock.
-    pub busy: Option<(String, Duration)>,
+    /// What the lab is doing.
+    pub busy: Option<Busy>,
+}
+
+/// What the lab is doing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Busy {
+    /// In words.
+    pub doing: String,
+    /// Since when, by the screens' clock.
+    pub since: Duration,
+    /// It only judges candidates, and gives that up for anything else it is asked.
+    pub only_judges: bool,
 }
 
 /// What adding a candidate would leave.
@@ -56,6 +69,8 @@ pub(crate) struct Standing {
     pub cards: Vec<Card>,
     /// What is left.
     pub residuals: Residuals,
+    /// What the user should know besides.
+    pub warnings: Vec<String>,
     /// The error from the bare model to this one, effect by effect.
     pub fall: Vec<FallStep>,
 }
@@ -71,8 +86,8 @@ pub(crate) struct Card {
     pub place: String,
     /// Its size with unit and error.
     pub size: String,
-    /// How much less error it leaves where it was not fitted, mm, and one standard error of that.
-    pub gain_mm: Option<(f64, f64)>,
+    /// How much less error it leaves where it was not fitted, mm.
+    pub gain_mm: Option<f64>,
     /// Chance that noise alone looks as convincing, over all candidates (Holm).
     pub holm_p: Option<f64>,
     /// What would explain it as well.
@@ -85,7 +100,6 @@ pub(crate) struct Card {
 
 /// How the lab judges a candidate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[expect(dead_code, reason = "the lab's thread comes with the model library")]
 pub(crate) enum CardStanding {
     /// It explains what is left, and nothing else does.
     Named,
@@ -108,7 +122,6 @@ pub(crate) struct FallStep {
 }
 
 impl ModelState {
-    #[cfg_attr(not(test), expect(dead_code, reason = "the lab's thread comes with the model library"))]
     /// A model and a table the lab has not looked at yet.
     pub(crate) fn new(arm: &str, files: &str) -> Self {
         Self {
@@ -117,10 +130,15 @@ impl ModelState {
             standing: None,
             preview: None,
             chosen: 0,
-            direction: 0,
+            naming: None,
+            plane: 0,
             plots_scrolled: 0,
             scale: None,
-            busy: None,
+            busy: Some(Busy {
+                doing: "fitting the model".to_owned(),
+                since: Duration::ZERO,
+                only_judges: false,
+            }),
         }
     }
 
@@ -132,6 +150,11 @@ impl ModelState {
     /// Whether an effect was added that can be taken away again.
     pub(crate) fn can_undo(&self) -> bool {
         self.standing.as_ref().is_some_and(|standing| standing.fall.len() > 1)
+    }
+
+    /// One standard deviation of the noise along an axis, mm, where it is known.
+    pub(crate) fn floor_mm(&self) -> Option<f64> {
+        self.standing.as_ref()?.floor_mm
     }
 
     /// What one unit of the scale is, mm: the noise floor, or the typical error where the floor is unknown.

@@ -1,58 +1,83 @@
 //! What keys do on the Model screen, and what the lab's answers change.
 
+use plumb_cell::event::LogLevel;
+use ratatui::crossterm::event::KeyCode;
+
 use super::lab::{LabAnswer, LabRequest};
-use super::state::{ModelState, SCALES};
+use super::residuals::PLANES;
+use super::state::{Busy, SCALES};
 use crate::screens::keys::Command;
 use crate::screens::message::Action;
 use crate::screens::state::{Gravity, State};
 
 /// Does what a key of the Model screen asks for.
 pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
-    let now = state.now;
     let Some(model) = &mut state.model else { return Vec::new() };
     match command {
-        Command::NextPlot => turn(model, 1),
-        Command::PreviousPlot => turn(model, -1),
+        Command::NextPlane => model.plane = (model.plane + 1) % PLANES.len(),
+        Command::PreviousPlane => model.plane = (model.plane + PLANES.len() - 1) % PLANES.len(),
+        Command::NameEffect => model.naming = Some(String::new()),
         Command::Scale => model.scale = Some((model.scale.unwrap_or(0) + 1) % SCALES.len()),
         Command::Preview if model.preview.is_some() => model.preview = None,
-        Command::Preview | Command::Add | Command::Undo => {
-            if let Some((doing, _)) = &model.busy {
-                let text = format!("The lab is busy ({doing}); one thing at a time.");
-                state.say(Gravity::Calm, text);
-                return Vec::new();
-            }
-            let wanted = match command {
-                Command::Undo => model.can_undo().then(|| (LabRequest::Undo, "undoing".to_owned())),
-                Command::Add => model
-                    .card()
-                    .map(|card| (LabRequest::Add(card.key.clone()), format!("adding {}", card.key))),
-                _ => model
-                    .card()
-                    .map(|card| (LabRequest::Preview(card.key.clone()), format!("previewing {}", card.key))),
-            };
-            let Some((request, doing)) = wanted else {
-                let text = if command == Command::Undo {
-                    "Nothing was added here that could be undone."
-                } else {
-                    "There is no candidate to take."
-                };
-                state.say(Gravity::Calm, text);
-                return Vec::new();
-            };
-            model.busy = Some((doing, now));
-            state.notice = None;
-            return vec![Action::Lab(request)];
-        }
+        Command::Preview | Command::Add | Command::AddNamed | Command::Undo => return ask(state, command),
         _ => {}
     }
     Vec::new()
+}
+
+/// Gives the lab what a key asks for, unless it is at work or there is nothing to give.
+fn ask(state: &mut State, command: Command) -> Vec<Action> {
+    let now = state.now;
+    let Some(model) = &mut state.model else { return Vec::new() };
+    let named = model.naming.take();
+    if let Some(busy) = model.busy.as_ref().filter(|busy| !busy.only_judges) {
+        let text = format!("The lab is at work ({}); one thing at a time.", busy.doing);
+        state.say(Gravity::Calm, text);
+        return Vec::new();
+    }
+    let chosen = model.card().map(|card| card.key.clone());
+    let request = match command {
+        Command::Undo => model.can_undo().then_some(LabRequest::Undo),
+        Command::Preview => chosen.map(LabRequest::Preview),
+        Command::AddNamed => named.filter(|name| !name.trim().is_empty()).map(LabRequest::Add),
+        _ => chosen.map(LabRequest::Add),
+    };
+    let Some(request) = request else {
+        let text = match command {
+            Command::Undo => "Nothing was added that could be undone.",
+            _ => "There is no candidate to take.",
+        };
+        state.say(Gravity::Calm, text);
+        return Vec::new();
+    };
+    let doing = match &request {
+        LabRequest::Preview(effect) => format!("previewing {effect}"),
+        LabRequest::Add(effect) => format!("adding {effect}"),
+        LabRequest::Undo => "undoing".to_owned(),
+    };
+    model.busy = Some(Busy { doing, since: now, only_judges: false });
+    state.notice = None;
+    vec![Action::Lab(request)]
+}
+
+/// Writes at the name of an effect.
+pub(crate) fn write(state: &mut State, key: KeyCode) {
+    let Some(name) = state.model.as_mut().and_then(|model| model.naming.as_mut()) else { return };
+    match key {
+        // Longer than the name of any effect.
+        KeyCode::Char(letter) if name.chars().count() < 120 => name.push(letter),
+        KeyCode::Backspace => {
+            name.pop();
+        }
+        _ => {}
+    }
 }
 
 /// Chooses another candidate; pages scroll the plots.
 pub(crate) fn choose(state: &mut State, by: isize) -> Vec<Action> {
     let Some(model) = &mut state.model else { return Vec::new() };
     if by.abs() > 3 {
-        let plots = model.standing.as_ref().map_or(0, |standing| standing.residuals.against.len());
+        let plots = model.standing.as_ref().map_or(0, |standing| standing.residuals.series.len());
         model.plots_scrolled = model.plots_scrolled.saturating_add_signed(by.signum()).min(plots);
         return Vec::new();
     }
@@ -69,9 +94,18 @@ pub(crate) fn choose(state: &mut State, by: isize) -> Vec<Action> {
 pub(crate) fn take(state: &mut State, answer: LabAnswer) -> Vec<Action> {
     let Some(model) = &mut state.model else { return Vec::new() };
     match answer {
-        LabAnswer::Doing(what) => model.busy = Some((what, state.now)),
+        LabAnswer::Compared(standing) => {
+            model.take(*standing);
+            let doing = "judging what could explain the rest".to_owned();
+            model.busy = Some(Busy { doing, since: state.now, only_judges: true });
+        }
         LabAnswer::Examined(standing) => {
             model.busy = None;
+            let outcome = format!("{}: {}", standing.verdict, standing.sentence);
+            let news = standing.warnings.iter().map(|warning| (LogLevel::Warning, warning.clone()));
+            for (level, line) in news.chain([(LogLevel::Info, outcome)]) {
+                state.log.note(level, "lab", line);
+            }
             model.take(*standing);
         }
         LabAnswer::Previewed(preview) => {
@@ -81,17 +115,23 @@ pub(crate) fn take(state: &mut State, answer: LabAnswer) -> Vec<Action> {
                 model.preview = Some(*preview);
             }
         }
+        LabAnswer::Did(news) => {
+            for line in &news {
+                state.log.note(LogLevel::Info, "lab", line.clone());
+            }
+            if let Some(first) = news.first() {
+                let more = if news.len() > 1 {
+                    format!(" {} fitted values moved: page 4.", news.len() - 1)
+                } else {
+                    String::new()
+                };
+                state.say(Gravity::Calm, format!("{first}.{more}"));
+            }
+        }
         LabAnswer::Failed(reason) => {
             model.busy = None;
             state.say(Gravity::Fault, reason);
         }
     }
     Vec::new()
-}
-
-fn turn(model: &mut ModelState, by: isize) {
-    let count = model.standing.as_ref().map_or(0, |standing| standing.residuals.directions.len());
-    let count = isize::try_from(count).unwrap_or(0).max(1);
-    let there = (isize::try_from(model.direction).unwrap_or(0) + by).rem_euclid(count);
-    model.direction = usize::try_from(there).unwrap_or(0);
 }

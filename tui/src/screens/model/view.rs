@@ -39,8 +39,18 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
 
 /// What the sentence at the foot says.
 fn sentence(model: &ModelState) -> String {
-    if let Some((doing, _)) = &model.busy {
-        return format!("{doing} \u{2026}");
+    if let Some(name) = &model.naming {
+        return format!(
+            "Add effect: {name}\u{2588}   Enter adds it, Esc closes. For example joint_zero(*), geometry(*)."
+        );
+    }
+    if let Some(busy) = &model.busy {
+        let known = model
+            .standing
+            .as_ref()
+            .filter(|_| busy.only_judges)
+            .map_or("", |standing| standing.sentence.as_str());
+        return format!("{known} {} \u{2026}", sentence_case(&busy.doing)).trim_start().to_owned();
     }
     match (&model.preview, &model.standing) {
         (Some(preview), _) => format!(
@@ -55,17 +65,19 @@ fn sentence(model: &ModelState) -> String {
 fn foot_pane(state: &State, model: &ModelState, sentence: &str, frame: &mut Frame, area: Rect) {
     let theme = &state.theme;
     let verdict = model.standing.as_ref().map_or("", |standing| standing.verdict.as_str());
-    let title = if verdict.is_empty() {
-        model.files.clone()
-    } else {
-        format!("{} \u{b7} {}", verdict.replace('_', " "), model.files)
+    let warnings = match model.standing.as_ref().map_or(0, |standing| standing.warnings.len()) {
+        0 => String::new(),
+        1 => " \u{b7} 1 warning on page 4".to_owned(),
+        count => format!(" \u{b7} {count} warnings on page 4"),
     };
+    let verdict = if verdict.is_empty() { String::new() } else { format!("{verdict} \u{b7} ") };
+    let title = format!("{verdict}{}{warnings}", model.files);
     let inner = pane::open(frame, area, theme, &title, false);
     let style = style(model, theme);
     let waited = model
         .busy
         .as_ref()
-        .map(|(_, since)| state.now.saturating_sub(*since).as_secs())
+        .map(|busy| state.now.saturating_sub(busy.since).as_secs())
         .filter(|waited| *waited > 0);
     let mut lines: Vec<Line> = wrapped(sentence, usize::from(inner.width))
         .into_iter()
@@ -79,4 +91,10 @@ fn foot_pane(state: &State, model: &ModelState, sentence: &str, frame: &mut Fram
 
 fn style(model: &ModelState, theme: &Theme) -> Style {
     if model.preview.is_some() { theme.preview } else { theme.heading }
+}
+
+/// The words with a capital first letter.
+fn sentence_case(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

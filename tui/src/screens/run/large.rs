@@ -29,8 +29,9 @@ pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, frame: &mut Frame, area: 
     let rows = u16::try_from(controls.len()).unwrap_or(u16::MAX).min(inner.height);
     let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(rows)]).areas(inner);
     let letters = usize::from(above.width) / LETTER.0;
-    let text = standing(prompt).unwrap_or_else(|| question(prompt, usize::MAX).join(" "));
-    let lines: Vec<Line> = pane::wrapped(&text, letters)
+    let question = question(prompt, usize::MAX).join(" ");
+    let text: Vec<String> = standing(prompt).into_iter().chain([question]).collect();
+    let lines: Vec<Line> = pane::wrapped(&text.join("\n"), letters)
         .iter()
         .take(usize::from(above.height) / LETTER.1)
         .flat_map(|line| enlarged(line))

@@ -236,10 +236,19 @@ impl RunState {
         self.steps.iter().enumerate().rev().find(|(_, step)| step.status == Status::Running)
     }
 
-    /// Steps that are over, and all steps.
+    /// Steps that are over, and all steps; those that only hold others are not counted.
     pub(crate) fn count(&self) -> (usize, usize) {
-        let over = self.steps.iter().filter(|step| matches!(step.status, Status::Over(_))).count();
-        (over, self.steps.len())
+        let over = self.leaves().filter(|step| matches!(step.status, Status::Over(_))).count();
+        (over, self.leaves().count())
+    }
+
+    /// The steps that hold no others.
+    fn leaves(&self) -> impl Iterator<Item = &Step> {
+        self.steps.iter().enumerate().filter_map(|(place, step)| {
+            let next = self.steps.get(place + 1);
+            let holds = next.is_some_and(|next| next.planned.depth > step.planned.depth);
+            (!holds).then_some(step)
+        })
     }
 
     /// Estimated seconds that are left, prompts left out.
@@ -249,7 +258,7 @@ impl RunState {
             Status::Running => 1.0 - step.fraction.unwrap_or(0.0).clamp(0.0, 1.0),
             Status::Over(_) => 0.0,
         };
-        self.steps.iter().map(|step| left(step) * step.planned.estimate_s.unwrap_or(0.0)).sum()
+        self.leaves().map(|step| left(step) * step.planned.estimate_s.unwrap_or(0.0)).sum()
     }
 
     /// How long the run has been going, or went, at `now`.

@@ -6,15 +6,14 @@ use plumb_cell::event::{
     Correction, DeviceState, Event, NamedValue, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath,
 };
 use plumb_cell::prompt::{ChoiceOption, Decision, JogGoal, Prompt, PromptId, PromptKind};
+use plumb_model::laboratory::{RowResidual, Series};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use crate::screens::cell::ArmShape;
 use crate::screens::message::{Action, Message};
-use crate::screens::model::testing::{
-    Abscissa, Card, CardStanding, FallStep, ResidualRow, Residuals, Standing,
-};
+use crate::screens::model::testing::{Card, CardStanding, FallStep, Residuals, Standing};
 use crate::screens::model::{LabAnswer, ModelState};
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
@@ -303,7 +302,7 @@ pub(super) fn passed() -> State {
 /// A model with a compliant shoulder, looked at once.
 pub(super) fn examined() -> State {
     let model = ModelState::new("ur5", "ur5.yaml, ur5-grid.csv (200 rows)");
-    let mut state = State::of_model(model, "ada", Theme::coloured());
+    let mut state = State::of_model(model, Theme::coloured());
     update(&mut state, Message::Lab(LabAnswer::Examined(Box::new(standing()))));
     state
 }
@@ -314,7 +313,7 @@ fn standing() -> Standing {
         effect: effect.to_owned(),
         place: place.to_owned(),
         size: "1.90e-4 rad/(N m) \u{b1} 1.0e-6".to_owned(),
-        gain_mm: Some((0.241, 0.012)),
+        gain_mm: Some(0.241),
         holm_p: Some(3e-14),
         ties: Vec::new(),
         standing,
@@ -334,6 +333,7 @@ fn standing() -> Standing {
         floor_mm: Some(0.05),
         floor_source: "repeats".to_owned(),
         cards,
+        warnings: vec!["row 79 lies far outside the others' scatter".to_owned()],
         residuals: residuals(),
         fall: vec![
             FallStep { added: "start".to_owned(), fit_mm2: 0.51, held_out_mm2: Some(0.53) },
@@ -345,27 +345,39 @@ fn standing() -> Standing {
 
 /// Errors that go with the cosine of the second joint, a little noise, and one gross error.
 fn residuals() -> Residuals {
-    let names = ["pan", "lift", "elbow", "wrist1", "wrist2", "wrist3"];
-    let mut against: Vec<Abscissa> =
-        names.iter().map(|name| Abscissa { name: (*name).to_owned(), unit: "deg".to_owned() }).collect();
-    against.push(Abscissa { name: "order".to_owned(), unit: String::new() });
-    let rows = (0..200_u32)
-        .map(|row| {
-            let spread = |step: u32| f64::from(row * step % 181) * 2.0 - 180.0;
-            let noise = (f64::from(row) * 1.7).sin() * 0.05;
-            let gross = if row == 77 { 9.0 } else { 0.0 };
-            let error = 0.2 * spread(37).to_radians().cos() + noise + gross;
-            ResidualRow {
-                error_mm: vec![Some(error), Some(0.4 * noise), Some(-error)],
-                against: (0..6)
-                    .map(|joint| Some(spread(29 + 8 * joint)))
-                    .chain([Some(f64::from(row))])
-                    .collect(),
-                position_mm: Some([spread(17) * 2.0, spread(23) * 2.0, 300.0]),
-            }
+    let spread = |row: usize, step: usize| (row * step % 181) as f64 * 2.0 - 180.0;
+    let noise = |row: usize| (row as f64 * 1.7).sin() * 0.05;
+    let error = |row: usize| {
+        0.2 * spread(row, 37).to_radians().cos() + noise(row) + if row == 77 { 9.0 } else { 0.0 }
+    };
+    let rows = (0..200)
+        .map(|row| RowResidual {
+            row,
+            line: u32::try_from(row + 2).unwrap_or(0),
+            held_out: false,
+            weight: 1.0,
+            vector_mm: [error(row), 0.4 * noise(row), -error(row)],
+            size_mm: error(row).abs() * 2.0_f64.sqrt(),
+            point_mm: [spread(row, 17) * 2.0, spread(row, 23) * 2.0, 300.0],
         })
         .collect();
-    Residuals { directions: ["x", "y", "z"].map(str::to_owned).to_vec(), against, rows }
+    let series = |against: &str, unit: &str, shows: &str, points: Vec<(f64, f64, usize)>| Series {
+        against: against.to_owned(),
+        unit: unit.to_owned(),
+        shows: shows.to_owned(),
+        points,
+    };
+    let mut all: Vec<Series> = ["pan", "lift", "elbow", "wrist1", "wrist2", "wrist3"]
+        .iter()
+        .enumerate()
+        .map(|(joint, name)| {
+            let points = (0..200).map(|row| (spread(row, 29 + 8 * joint), error(row), row)).collect();
+            series(name, "deg", &format!("residual along the motion of {name}, mm"), points)
+        })
+        .collect();
+    let sizes = (0..200).map(|row| (row as f64, error(row).abs(), row)).collect();
+    all.push(series("order", "row", "size of the residual, mm", sizes));
+    Residuals { rows, series: all }
 }
 
 /// A key without modifiers.

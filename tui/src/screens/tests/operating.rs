@@ -1,5 +1,7 @@
 //! What an operator does, and what the program does about it.
 
+use std::time::Duration;
+
 use plumb_cell::command::{Command as Tell, PauseWhen};
 use plumb_cell::event::{Event, RunOutcome};
 use plumb_cell::prompt::{Answer, Decision, PromptId};
@@ -196,8 +198,23 @@ fn leaving_asks_while_a_run_is_open_and_not_afterwards() {
     let mut state = searching();
     assert_eq!(press(&mut state, KeyCode::Char('q')), []);
     assert_eq!(state.overlay, Some(Overlay::Leave));
-    assert_eq!(press(&mut state, KeyCode::Char('k')), [Action::Stop, Action::Leave]);
+    assert_eq!(press(&mut state, KeyCode::Char('k')), [Action::Stop]);
+    assert!(page(&state, 80, 24).contains("Leaving as soon as the robots are at rest."));
+    let paused = Event::Paused { step: None, reason: "stopped".to_owned() };
+    assert!(tell(&mut state, paused).contains(&Action::Leave));
     assert_eq!(press(&mut passed(), KeyCode::Char('q')), [Action::Stop, Action::Leave]);
+}
+
+#[test]
+fn an_aborted_run_is_left_when_it_has_ended_and_a_stuck_one_all_the_same() {
+    let mut state = searching();
+    press(&mut state, KeyCode::Char('q'));
+    assert_eq!(press(&mut state, KeyCode::Char('a')), [Action::Stop, Action::Tell(Tell::Abort)]);
+    let now = state.now;
+    assert_eq!(update(&mut state, Message::Tick(now + Duration::from_secs(1))), []);
+    assert_eq!(update(&mut state, Message::Tick(now + Duration::from_secs(6))), [Action::Leave]);
+    let ended = Event::RunEnded { run: 12, outcome: RunOutcome::Aborted, message: "Aborted.".to_owned() };
+    assert!(tell(&mut state, ended).contains(&Action::Leave));
 }
 
 #[test]
@@ -228,7 +245,7 @@ fn a_click_on_a_hint_a_tab_or_the_stop_bar_does_what_its_key_does() {
     );
     assert_eq!(update(&mut state, place("1 Cell")), []);
     assert_eq!(state.screen, Screen::Cell);
-    assert_eq!(update(&mut state, place("Esc STOPS")), [Action::Stop]);
+    assert_eq!(update(&mut state, place("STOPS")), [Action::Stop]);
 }
 
 #[test]
@@ -270,15 +287,24 @@ fn a_candidate_is_previewed_before_it_is_added_and_can_be_undone() {
 }
 
 #[test]
+fn an_effect_is_added_by_its_name_and_no_letter_of_it_does_anything_else() {
+    let mut state = examined();
+    press(&mut state, KeyCode::Char('n'));
+    type_in(&mut state, "q?1u joint_zero(*)x");
+    press(&mut state, KeyCode::Backspace);
+    assert!(page(&state, 80, 24).contains("Add effect: q?1u joint_zero(*)"));
+    let name = "q?1u joint_zero(*)".to_owned();
+    assert_eq!(press(&mut state, KeyCode::Enter), [Action::Lab(LabRequest::Add(name))]);
+}
+
+#[test]
 fn the_scale_of_the_plots_stays_when_the_error_falls() {
     let mut state = examined();
     let before = state.model.as_ref().map(|model| model.half_height_mm());
     let mut better =
         state.model.as_ref().and_then(|model| model.standing.clone()).expect("the model was examined");
     for row in &mut better.residuals.rows {
-        for error in row.error_mm.iter_mut().flatten() {
-            *error *= 0.1;
-        }
+        row.size_mm *= 0.1;
     }
     update(&mut state, Message::Lab(crate::screens::model::LabAnswer::Examined(Box::new(better))));
     assert_eq!(state.model.as_ref().map(|model| model.half_height_mm()), before);

@@ -129,7 +129,10 @@ fn every_page_of_a_cell_says_which_key_stops_and_that_it_is_no_emergency_stop() 
         for overlay in [None, Some(Overlay::Help { scrolled: 0 }), Some(Overlay::Abort)] {
             (state.screen, state.overlay) = (screen, overlay);
             let page = page(&state, 80, 24);
-            assert!(page.contains("Esc STOPS every robot. It is software, not an emergency stop."), "{page}");
+            assert!(
+                page.contains("Esc or Ctrl+C STOPS every robot. It is software, not an emergency stop."),
+                "{page}"
+            );
         }
     }
     assert!(page(&state, 30, 8).contains("Esc STOP"));

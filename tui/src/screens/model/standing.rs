@@ -1,0 +1,177 @@
+//! From what the lab says to what the screen shows.
+
+use plumb_model::diagnosis::{Candidate, Diagnosis, EffectPlace, Verdict};
+use plumb_model::floor::{Floor, FloorSource};
+use plumb_model::laboratory::Comparison;
+
+use super::residuals::Residuals;
+use super::state::{Card, CardStanding, FallStep, Standing};
+
+/// The model held against its table, before the candidates are judged.
+pub(crate) fn compared(comparison: &Comparison, fall: &[FallStep]) -> Standing {
+    Standing {
+        verdict: String::new(),
+        sentence: comparison.sentence.clone(),
+        floor_mm: comparison.floor.sigma_mm,
+        floor_source: source(&comparison.floor).to_owned(),
+        cards: Vec::new(),
+        warnings: comparison.warnings.clone(),
+        residuals: Residuals { rows: comparison.rows.clone(), series: comparison.series.clone() },
+        fall: fall.to_vec(),
+    }
+}
+
+/// The same with what could explain what is left.
+pub(crate) fn examined(comparison: &Comparison, diagnosis: &Diagnosis, fall: &[FallStep]) -> Standing {
+    Standing {
+        verdict: verdict(diagnosis.verdict).to_owned(),
+        sentence: diagnosis.sentence.clone(),
+        warnings: diagnosis.warnings.clone(),
+        cards: cards(diagnosis),
+        ..compared(comparison, fall)
+    }
+}
+
+/// The step of the fall that a comparison is.
+pub(crate) fn step(added: &str, comparison: &Comparison) -> FallStep {
+    let rms = comparison.rms_mm;
+    FallStep {
+        added: added.to_owned(),
+        fit_mm2: rms.fit * rms.fit,
+        held_out_mm2: rms.cv.map(|rms| rms * rms),
+    }
+}
+
+fn source(floor: &Floor) -> &'static str {
+    match floor.source {
+        FloorSource::Repeats => "from repeats",
+        FloorSource::Declared => "as declared",
+        FloorSource::Unknown => "unknown",
+    }
+}
+
+/// The verdict as it stands over the sentence.
+fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::AtFloor => "at floor",
+        Verdict::Named => "named",
+        Verdict::Located => "located",
+        Verdict::Tied => "tied",
+        Verdict::Unknown => "unknown",
+        Verdict::Blind => "blind",
+        Verdict::NotRepeatable => "not repeatable",
+        Verdict::FloorUnknown => "floor unknown",
+    }
+}
+
+/// The candidates as cards. What is named or tied comes first, whether or not it was listed among them.
+fn cards(diagnosis: &Diagnosis) -> Vec<Card> {
+    let mut cards: Vec<Card> =
+        diagnosis.candidates.iter().map(|candidate| card(candidate, diagnosis)).collect();
+    let listed =
+        |effect: &EffectPlace| diagnosis.candidates.iter().any(|candidate| candidate.effect == *effect);
+    if let Some(named) = diagnosis.named.as_ref().filter(|named| !listed(&named.effect)) {
+        let size = measured(named.size, named.se, &named.unit);
+        cards.push(unlisted(&named.effect, size, CardStanding::Named, Vec::new()));
+    }
+    for tied in diagnosis.tied.iter().filter(|tied| !listed(tied)) {
+        cards.push(unlisted(tied, String::new(), CardStanding::Tied, ties(tied, diagnosis)));
+    }
+    cards.sort_by_key(|card| match card.standing {
+        CardStanding::Named => 0,
+        CardStanding::Tied => 1,
+        CardStanding::Rejected => 2,
+    });
+    cards
+}
+
+/// The card of an effect that is named or tied and was not listed.
+fn unlisted(effect: &EffectPlace, size: String, standing: CardStanding, ties: Vec<String>) -> Card {
+    let arguments: Vec<String> = [Some(effect.place.clone()), effect.with.clone()]
+        .into_iter()
+        .flatten()
+        .chain(effect.n.map(|n| n.to_string()))
+        .chain(effect.of.clone())
+        .filter(|argument| !argument.is_empty())
+        .collect();
+    let name = &effect.effect;
+    Card {
+        key: if arguments.is_empty() { name.clone() } else { format!("{name}({})", arguments.join(", ")) },
+        effect: name.clone(),
+        place: place(effect),
+        size,
+        ties,
+        standing,
+        ..Card::default()
+    }
+}
+
+/// What cannot be told from an effect, if it is among those that are tied.
+fn ties(effect: &EffectPlace, diagnosis: &Diagnosis) -> Vec<String> {
+    if !diagnosis.tied.contains(effect) {
+        return Vec::new();
+    }
+    let others = diagnosis.tied.iter().filter(|other| *other != effect);
+    others.map(|other| format!("{} {}", other.effect, place(other))).collect()
+}
+
+fn card(candidate: &Candidate, diagnosis: &Diagnosis) -> Card {
+    let is_tied = diagnosis.tied.contains(&candidate.effect);
+    let is_named = diagnosis.named.as_ref().is_some_and(|named| named.effect == candidate.effect);
+    Card {
+        key: candidate.label.clone(),
+        effect: candidate.effect.effect.clone(),
+        place: place(&candidate.effect),
+        size: measured(candidate.size, candidate.se, &candidate.unit),
+        gain_mm: candidate.cv_gain,
+        holm_p: Some(candidate.holm_p),
+        ties: ties(&candidate.effect, diagnosis),
+        standing: match (is_named, is_tied) {
+            (true, _) => CardStanding::Named,
+            (false, true) => CardStanding::Tied,
+            (false, false) => CardStanding::Rejected,
+        },
+        reason: candidate.rejected.clone().unwrap_or_default(),
+    }
+}
+
+/// Where an effect acts, with what tells it from its like.
+fn place(effect: &EffectPlace) -> String {
+    let mut text = effect.place.clone();
+    if let Some(with) = &effect.with {
+        text.push_str(&format!(" with {with}"));
+    }
+    if let Some(n) = effect.n {
+        text.push_str(&format!(" n={n}"));
+    }
+    if let Some(of) = &effect.of {
+        text.push_str(&format!(" of {of}"));
+    }
+    text
+}
+
+/// A size with its standard error, both to the digits the error leaves meaning in.
+fn measured(size: f64, error: f64, unit: &str) -> String {
+    let unit = if unit == "1" { "" } else { unit };
+    let text = if !error.is_finite() || error <= 0.0 || size.abs().max(error) < 1e-3 {
+        format!("{size:.2e} \u{b1} {error:.0e} {unit}")
+    } else {
+        // One digit more than the first of the error.
+        let digits = (1.0 - error.log10().floor()).clamp(0.0, 6.0) as usize;
+        format!("{size:.digits$} \u{b1} {error:.digits$} {unit}")
+    };
+    text.trim_end().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_size_is_written_to_the_digits_its_error_leaves() {
+        assert_eq!(measured(0.731_42, 0.012_3, "deg"), "0.731 \u{b1} 0.012 deg");
+        assert_eq!(measured(1.9e-4, 1.0e-6, "rad/(N m)"), "1.90e-4 \u{b1} 1e-6 rad/(N m)");
+        assert_eq!(measured(12.0, 3.0, "1"), "12.0 \u{b1} 3.0");
+        assert_eq!(measured(1.0, f64::NAN, "mm"), "1.00e0 \u{b1} NaN mm");
+    }
+}
