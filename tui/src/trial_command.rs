@@ -120,6 +120,9 @@ pub(crate) enum TrialError {
         /// Why.
         source: Box<LaboratoryError>,
     },
+    /// Standard output is gone.
+    #[error("cannot write to standard output")]
+    Say(#[source] io::Error),
     /// `--cell` names none.
     #[error("there is no cell `{name}`; known are {known}")]
     UnknownCell {

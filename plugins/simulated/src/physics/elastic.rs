@@ -24,7 +24,7 @@ pub struct Loaded<'arm> {
     pub loads: &'arm [Load],
     /// Gravity's moment on each joint, N m.
     pub moments: &'arm [f64],
-    /// At the flange, kg.
+    /// At the target, kg.
     pub payload: f64,
 }
 

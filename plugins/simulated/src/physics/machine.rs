@@ -16,7 +16,7 @@ pub struct Conditions {
     pub time_s: f64,
     /// Of the arm, degrees Celsius.
     pub temperature_c: f64,
-    /// At the flange, kg.
+    /// At the target, kg.
     pub payload_kg: f64,
 }
 
@@ -26,7 +26,7 @@ pub struct Conditions {
     "the arm finds no equilibrium under {payload_kg} kg: its springs are too soft for its weight (last step {last_step:.1e} rad)"
 )]
 pub struct NoEquilibrium {
-    /// At the flange, kg.
+    /// At the target, kg.
     pub payload_kg: f64,
     /// How far the last round of the balance still moved a joint, rad.
     pub last_step: f64,

@@ -73,7 +73,7 @@ impl Arm {
         }
     }
 
-    /// What hangs beyond each joint, the link after it included, with `payload` kg at the flange.
+    /// What hangs beyond each joint, the link after it included, with `payload` kg at the target.
     pub fn loads(&self, posture: &Posture, payload: f64) -> Vec<Load> {
         let mut loads = vec![Load::default(); self.screws.len()];
         for weight in &self.weights {
@@ -84,7 +84,7 @@ impl Arm {
             }
         }
         if let Some(last) = loads.last_mut() {
-            last.hang(payload, posture.world_from_flange.translation);
+            last.hang(payload, posture.target);
         }
         let mut beyond = Load::default();
         for load in loads.iter_mut().rev() {

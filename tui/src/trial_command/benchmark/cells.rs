@@ -1,7 +1,7 @@
 //! The benchmark's cells: what is hidden, in which poses, how often.
 
 use plumb_simulated::physics::arms;
-use plumb_simulated::physics::campaign::catalogue::{Choice, LIBRARY, NOT_REPEATABLE, OUTSIDE};
+use plumb_simulated::physics::campaign::catalogue::{Choice, LIBRARY, NOT_REPEATABLE, OUTSIDE, SPECIAL};
 use plumb_simulated::physics::campaign::specification::{Free, Size, Specification, Spread, Wanted};
 use plumb_simulated::physics::campaign::{self, Case};
 use plumb_simulated::physics::description::ArmDescription;
@@ -37,6 +37,8 @@ pub(super) enum Hides {
     One,
     /// Two effects of the library.
     Two,
+    /// This one.
+    This(&'static str),
     /// Something the library does not know.
     Outside,
     /// A machine that does not repeat.
@@ -81,6 +83,13 @@ pub(super) const CELLS: [Cell; 12] = [
     wide("not-repeatable", "does not repeat, 3x noise, wide", 200, Hides::NotRepeatable, 3.0),
 ];
 
+/// One cell for each effect that this world and the lab's library both have.
+pub(super) fn each_effect() -> Vec<Cell> {
+    let names = LIBRARY.into_iter().chain(SPECIAL).filter(|name| plumb_model::effect::kind(name).is_some());
+    let free = |name: &str| if name == "joint_zero" { Free::None } else { Free::Zeros };
+    names.map(|name| Cell { free: free(name), ..wide(name, name, 50, Hides::This(name), 3.0) }).collect()
+}
+
 impl Cell {
     /// What is hidden.
     pub(super) fn hides(&self) -> Hides {
@@ -103,6 +112,7 @@ impl Cell {
             Hides::Nothing => Vec::new(),
             Hides::One => vec![known(lot)],
             Hides::Two => vec![known(lot), known(lot)],
+            Hides::This(name) => vec![name],
             Hides::Outside => OUTSIDE.get(number % OUTSIDE.len()).copied().into_iter().collect(),
             Hides::NotRepeatable => vec![NOT_REPEATABLE],
         };

@@ -75,6 +75,7 @@ fn sized(
     Ok(Some(imperfection))
 }
 
+/// Sizes along a direction drawn by lot, and those of what can only go one way, are positive.
 fn has_either_sign(mechanism: &Mechanism) -> bool {
     !matches!(
         mechanism,
@@ -90,5 +91,10 @@ fn has_either_sign(mechanism: &Mechanism) -> bool {
             | Mechanism::RockingBase { .. }
             | Mechanism::StickSlip { .. }
             | Mechanism::LooseCoupling { .. }
+            | Mechanism::BaseTilt { .. }
+            | Mechanism::BasePosition { .. }
+            | Mechanism::ToolOffset { .. }
+            | Mechanism::Drift { .. }
+            | Mechanism::InstrumentTilt { .. }
     )
 }

@@ -51,7 +51,7 @@ impl Beam {
     fn beyond(&self, loaded: &Loaded<'_>) -> Load {
         loaded.loads.get(self.joint + 1).copied().unwrap_or_else(|| {
             let mut payload = Load::default();
-            payload.hang(loaded.payload, loaded.posture.world_from_flange.translation);
+            payload.hang(loaded.payload, loaded.posture.target);
             payload
         })
     }

@@ -1,0 +1,119 @@
+//! What came out of a cell, in figures and as a table.
+
+use std::collections::BTreeMap;
+
+use plumb_simulated::physics::campaign::{Hidden, Verdict};
+use serde::Serialize;
+
+use super::cells::{Cell, Hides};
+use super::interval::Share;
+use super::trials::{Analyst, Trial};
+
+/// One analyst on one cell.
+#[derive(Debug, Serialize)]
+pub(super) struct Row {
+    cell: &'static str,
+    analyst: Analyst,
+    trials: usize,
+    shares: BTreeMap<&'static str, Share>,
+    /// Share of right diagnoses by what was hidden.
+    right_by_effect: BTreeMap<String, Share>,
+    seconds_a_trial: f64,
+    wrong: Vec<Wrong>,
+}
+
+/// A trial that went wrong, to be looked at.
+#[derive(Debug, Serialize)]
+struct Wrong {
+    seed: u64,
+    arm: String,
+    hidden: Vec<String>,
+    verdict: Verdict,
+    said: Vec<String>,
+}
+
+/// Sums an analyst's trials up.
+pub(super) fn summary(cell: &Cell, analyst: Analyst, trials: Vec<Trial>) -> Row {
+    let mut shares = BTreeMap::new();
+    let mut tell = |name: &'static str, holds: &dyn Fn(&Trial) -> bool| {
+        shares.insert(name, Share::of(trials.iter().map(holds)));
+    };
+    tell("right", &|trial| trial.score.right);
+    tell("named", &|trial| trial.verdict == Verdict::Named);
+    tell("falsely_named", &|trial| trial.score.false_name);
+    if matches!(cell.hides(), Hides::One | Hides::Two | Hides::This(_)) {
+        tell("truth_first", &|trial| trial.score.truth_first);
+        tell("truth_in_set", &|trial| trial.score.truth_in_set);
+    }
+    if cell.hides() != Hides::Nothing {
+        tell("place_right", &|trial| trial.score.place_right);
+    }
+    let sized: Vec<f64> = trials.iter().filter_map(|trial| trial.score.size_error_over_se).collect();
+    if !sized.is_empty() {
+        shares.insert("size_within_3_errors", Share::of(sized.iter().map(|error| error.abs() <= 3.0)));
+    }
+    let mut right_by_effect: BTreeMap<String, Vec<bool>> = BTreeMap::new();
+    for trial in &trials {
+        for hidden in &trial.hidden {
+            right_by_effect.entry(hidden.effect.clone()).or_default().push(trial.score.right);
+        }
+    }
+    let seconds = trials.iter().map(|trial| trial.seconds).sum::<f64>() / trials.len().max(1) as f64;
+    let count = trials.len();
+    let wrong = trials.into_iter().filter(|trial| !trial.score.right).map(|trial| Wrong {
+        seed: trial.seed,
+        arm: trial.arm,
+        hidden: trial.hidden.iter().map(told).collect(),
+        verdict: trial.verdict,
+        said: trial.said,
+    });
+    Row {
+        cell: cell.name,
+        analyst,
+        trials: count,
+        shares,
+        wrong: wrong.collect(),
+        right_by_effect: right_by_effect
+            .into_iter()
+            .map(|(effect, right)| (effect, Share::of(right)))
+            .collect(),
+        seconds_a_trial: seconds,
+    }
+}
+
+fn told(hidden: &Hidden) -> String {
+    let details: String = hidden.details.iter().map(|(key, value)| format!(", {key} {value}")).collect();
+    format!(
+        "{}({}{details}) {:.2e} {}, {:.1}x noise, {:.1} standard errors",
+        hidden.effect, hidden.place, hidden.size, hidden.unit, hidden.over_noise, hidden.standard_errors
+    )
+}
+
+/// The table's columns: title, and the share it shows.
+const COLUMNS: [(&str, &str); 7] = [
+    ("right", "right"),
+    ("named", "named"),
+    ("false name", "falsely_named"),
+    ("truth first", "truth_first"),
+    ("truth in set", "truth_in_set"),
+    ("place", "place_right"),
+    ("size in 3 se", "size_within_3_errors"),
+];
+
+/// The table's heading.
+pub(super) fn heading() -> String {
+    let columns: String = COLUMNS.iter().map(|(title, _)| format!("{title:>20}")).collect();
+    format!("{:<14}{columns}{:>10}\n", "percent", "s each")
+}
+
+/// An analyst's line of the table: percent, and the 95 % interval.
+pub(super) fn line(row: &Row) -> String {
+    let cell = |name: &str| match row.shares.get(name) {
+        Some(share) if share.trials > 0 => {
+            format!("{:.1} [{:.1}, {:.1}]", 100.0 * share.value(), 100.0 * share.low, 100.0 * share.high)
+        }
+        _ => "-".to_owned(),
+    };
+    let columns: String = COLUMNS.iter().map(|(_, name)| format!("{:>20}", cell(name))).collect();
+    format!("  {:<12}{columns}{:>10.3}\n", row.analyst.name(), row.seconds_a_trial)
+}

@@ -1,0 +1,135 @@
+//! Running trials: every analyst on the same cases, on all processors.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+use std::time::Instant;
+
+use plumb_model::laboratory::LaboratoryError;
+use plumb_simulated::physics::campaign::{Case, Hidden, Verdict};
+use serde::Serialize;
+
+use super::cells::Cell;
+use super::evidence::Evidence;
+use super::{correlation, forward_bic, lab, lasso};
+use crate::trial_command::TrialError;
+use crate::trial_command::score::{Candidate, Diagnosis, Score};
+
+/// Who diagnoses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Analyst {
+    /// This program's lab.
+    Lab,
+    /// Plain correlation of residuals with signatures.
+    Correlation,
+    /// The lasso, cross-validated.
+    Lasso,
+    /// Forward selection by the Bayesian information criterion, as in telescope pointing.
+    ForwardBic,
+}
+
+impl Analyst {
+    /// Everyone.
+    pub(super) const ALL: [Self; 4] = [Self::Lab, Self::Correlation, Self::Lasso, Self::ForwardBic];
+
+    /// Name in the report.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Lab => "lab",
+            Self::Correlation => "correlation",
+            Self::Lasso => "lasso",
+            Self::ForwardBic => "forward BIC",
+        }
+    }
+
+    fn diagnose(self, case: &Case, evidence: &Evidence) -> Result<Diagnosis, LaboratoryError> {
+        Ok(match self {
+            Self::Lab => lab::diagnose(case)?,
+            Self::Correlation => correlation::diagnose(evidence),
+            Self::Lasso => lasso::diagnose(evidence),
+            Self::ForwardBic => forward_bic::diagnose(evidence),
+        })
+    }
+}
+
+/// One analyst on one trial.
+#[derive(Debug, Clone)]
+pub(super) struct Trial {
+    pub(super) seed: u64,
+    pub(super) arm: String,
+    pub(super) hidden: Vec<Hidden>,
+    pub(super) verdict: Verdict,
+    pub(super) said: Vec<String>,
+    pub(super) score: Score,
+    pub(super) seconds: f64,
+}
+
+/// Trials by their number in the cell, one for each analyst.
+type Numbered = Vec<(usize, Vec<Trial>)>;
+
+/// Every analyst on every trial of a cell, on all processors.
+pub(super) fn all_trials(
+    cell: &Cell,
+    analysts: &[Analyst],
+    seed: u64,
+    count: usize,
+) -> Result<Vec<Vec<Trial>>, TrialError> {
+    let next = AtomicUsize::new(0);
+    let workers = thread::available_parallelism().map_or(1, usize::from).min(count);
+    let work = || -> Result<Numbered, TrialError> {
+        let mut done = Vec::new();
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            if number >= count {
+                return Ok(done);
+            }
+            if let Some(case) = cell.case(seed, number) {
+                done.push((number, judge(&case, analysts)?));
+            }
+        }
+    };
+    let parts: Vec<Result<Numbered, TrialError>> = thread::scope(|scope| {
+        let handles: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        handles.into_iter().filter_map(|handle| handle.join().ok()).collect()
+    });
+    let mut all: Numbered = parts.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
+    all.sort_by_key(|(number, _)| *number);
+    let mut by_analyst: Vec<Vec<Trial>> = analysts.iter().map(|_| Vec::new()).collect();
+    for (_, trials) in all {
+        by_analyst.iter_mut().zip(trials).for_each(|(list, trial)| list.push(trial));
+    }
+    Ok(by_analyst)
+}
+
+fn judge(case: &Case, analysts: &[Analyst]) -> Result<Vec<Trial>, TrialError> {
+    let peers = analysts.iter().any(|analyst| *analyst != Analyst::Lab);
+    let evidence = if peers { Evidence::of(case)? } else { Evidence::default() };
+    let truth = &case.truth;
+    let label = |one: &Candidate| format!("{}({})", one.effect, one.place);
+    let judged = analysts.iter().map(|analyst| {
+        let start = Instant::now();
+        let diagnosis = analyst
+            .diagnose(case, &evidence)
+            .map_err(|source| TrialError::Lab { seed: truth.seed, source: Box::new(source) })?;
+        let seconds = start.elapsed().as_secs_f64();
+        let said = match &diagnosis.located {
+            Some(located) if diagnosis.named.is_none() => {
+                vec![format!("{}: {}", located.place, located.family.join(", "))]
+            }
+            _ => diagnosis.named.iter().chain(&diagnosis.tied).take(3).map(label).collect(),
+        };
+        Ok(Trial {
+            seed: truth.seed,
+            arm: case.specification.arm.name.clone(),
+            hidden: truth.hidden.clone(),
+            verdict: diagnosis.verdict,
+            said: said
+                .into_iter()
+                .chain(diagnosis.besides.iter().map(|one| format!("besides {one}")))
+                .collect(),
+            score: Score::of(&diagnosis, truth),
+            seconds,
+        })
+    });
+    judged.collect()
+}
