@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::ErrorKind;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use iceoryx2::config::Config;
@@ -11,6 +12,9 @@ use crate::{Bus, DomainError, OpenError};
 
 /// The directory of POSIX shared memory.
 const SHARED_MEMORY: &str = "/dev/shm";
+
+/// What the directories of cells' domains begin with.
+const DIRECTORY_PREFIX: &str = "plumb-cell-";
 
 /// The longest directory of a domain: the sockets in it have long names, and a socket's path ends at 108 bytes.
 const LONGEST_ROOT: usize = 60;
@@ -52,8 +56,24 @@ impl Domain {
     /// [`DomainError::Directory`] when the system's directory for such files has too long a name.
     pub fn of_cell(cell_file: &Path) -> Result<Self, DomainError> {
         let place = fs::canonicalize(cell_file).unwrap_or_else(|_| cell_file.to_owned());
-        let number = fnv1a(place.as_os_str().as_encoded_bytes());
-        Self::new(&format!("plumb_{number:016x}_"), &runtime_directory().join(format!("{number:016x}")))
+        let user = fs::metadata("/proc/self").map_or(0, |process| process.uid());
+        let number = fnv1a(&[&user.to_le_bytes(), place.as_os_str().as_encoded_bytes()].concat());
+        Self::numbered(&format!("{number:016x}"))
+    }
+
+    /// The domain of a number written in hexadecimal. Its directory lies in memory as well: locks and sockets are made there by the hundred, and
+    /// a disk would be waited for at each.
+    fn numbered(number: &str) -> Result<Self, DomainError> {
+        let memory = Path::new(SHARED_MEMORY);
+        let directory = if memory.is_dir() { memory.to_owned() } else { std::env::temp_dir() };
+        Self::new(&format!("plumb_{number}_"), &directory.join(format!("{DIRECTORY_PREFIX}{number}")))
+    }
+
+    /// The domains of cells that are on this machine now, in use or left behind.
+    pub fn all() -> Vec<Self> {
+        let Ok(entries) = fs::read_dir(SHARED_MEMORY) else { return Vec::new() };
+        let numbered = |name: &str| Self::numbered(name.strip_prefix(DIRECTORY_PREFIX)?).ok();
+        entries.filter_map(|entry| numbered(entry.ok()?.file_name().to_str()?)).collect()
     }
 
     /// The beginning of the names in shared memory.
@@ -117,16 +137,6 @@ fn removed(path: &Path, result: std::io::Result<()>) -> Result<(), DomainError> 
     }
 }
 
-/// A directory of the user's own that goes away with the machine's next start.
-fn runtime_directory() -> PathBuf {
-    match std::env::var_os("XDG_RUNTIME_DIR") {
-        Some(directory) if Path::new(&directory).is_dir() && directory.len() < 40 => {
-            Path::new(&directory).join("plumb")
-        }
-        _ => std::env::temp_dir().join("plumb"),
-    }
-}
-
 /// The 64-bit FNV-1a hash (Fowler, Noll, Vo): the same in every build, which the standard library's hash does not promise.
 fn fnv1a(bytes: &[u8]) -> u64 {
     bytes
@@ -159,5 +169,17 @@ mod tests {
         let first = Domain::of_cell(Path::new("/a/cell.yaml")).unwrap();
         assert_eq!(first, Domain::of_cell(Path::new("/a/cell.yaml")).unwrap());
         assert_ne!(first, Domain::of_cell(Path::new("/b/cell.yaml")).unwrap());
+    }
+
+    #[test]
+    fn a_cells_domain_is_found_again_while_it_is_there() {
+        let directory = tempfile::tempdir().unwrap();
+        let domain = Domain::of_cell(&directory.path().join("cell.yaml")).unwrap();
+        assert!(!Domain::all().contains(&domain));
+        let bus = Bus::open(&domain, "test").unwrap();
+        assert!(Domain::all().contains(&domain));
+        drop(bus);
+        domain.remove().unwrap();
+        assert!(!Domain::all().contains(&domain));
     }
 }

@@ -34,7 +34,7 @@ impl Drop for Place {
 /// A domain nobody else has.
 fn place() -> Place {
     static COUNT: AtomicU32 = AtomicU32::new(0);
-    let directory = tempfile::Builder::new().prefix("pb").tempdir().unwrap();
+    let directory = tempfile::Builder::new().prefix("pb").tempdir_in("/dev/shm").unwrap();
     let prefix = format!("plumbtest_{}_{}_", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
     Place { domain: Domain::new(&prefix, &directory.path().join("r")).unwrap(), directory }
 }

@@ -24,7 +24,7 @@ pub(crate) struct Place {
 impl Place {
     pub(crate) fn new() -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
-        let directory = tempfile::Builder::new().prefix("ph").tempdir().unwrap();
+        let directory = tempfile::Builder::new().prefix("ph").tempdir_in("/dev/shm").unwrap();
         let prefix = format!("plumbhost_{}_{}_", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
         let domain = Domain::new(&prefix, &directory.path().join("r")).unwrap();
         let bus = Some(Bus::open(&domain, "test").unwrap());
