@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod emulate_command;
 mod failure;
 mod host_command;
 mod model_command;
@@ -33,6 +34,9 @@ enum Command {
     /// Compare a model with measurements, see what it lacks, add it, watch the error fall.
     #[command(subcommand)]
     Model(model_command::ModelCommand),
+    /// The controller of an arm on a pseudo-terminal, to try its driver without the arm.
+    #[command(subcommand)]
+    Emulate(emulate_command::EmulateCommand),
     Study(study_command::StudyArguments),
     /// Blind trials: measurements of an arm that hides something, and the answer under seal.
     #[command(subcommand)]
@@ -50,6 +54,7 @@ enum Command {
 fn main() -> ExitCode {
     let result: CommandResult = match Arguments::parse().command {
         Command::Model(command) => model_command::run(&command),
+        Command::Emulate(command) => emulate_command::run(&command),
         Command::Study(arguments) => study_command::run(&arguments),
         Command::Trial(command) => trial_command::run(&command),
         Command::Plugins(command) => plugins_command::run(&command),

@@ -1,0 +1,20 @@
+//! `plumb emulate`: the controller of an arm as a program on a pseudo-terminal, so that its real driver can be tried without the arm.
+
+mod teachmover;
+
+use clap::Subcommand;
+
+use crate::failure::CommandResult;
+
+/// Which controller.
+#[derive(Subcommand)]
+pub(crate) enum EmulateCommand {
+    Teachmover(teachmover::Arguments),
+}
+
+/// Works as a controller until it is told to end.
+pub(crate) fn run(command: &EmulateCommand) -> CommandResult {
+    match command {
+        EmulateCommand::Teachmover(arguments) => teachmover::run(arguments),
+    }
+}
