@@ -1,9 +1,7 @@
 //! Motors on a bench: no arm, no world; lines and grip as they are told.
 
 use super::{End, Ending, Motors, MotorsError};
-
-/// Half-steps of the gripper's motor for one millimetre of opening: 371 for an inch.
-const GRIPPER_HALF_STEPS_PER_MM: f64 = 371.0 / 25.4;
+use crate::world::GRIPPER_HALF_STEPS_PER_MM;
 
 /// Motors on a bench: no arm, no world; lines and grip as they are told.
 #[derive(Debug, Clone)]
