@@ -16,8 +16,9 @@ use crate::{
 ///
 /// ```no_run
 /// # use plumb_plugin::{conformance, Host, PluginError, Robot};
-/// # fn check<MyRobot: Robot>() {
-/// let report = conformance::check_robot(include_str!("../examples/plugin.yaml"), |host| {
+/// # fn check<MyRobot: Robot>(manifest: &str) {
+/// // The manifest is include_str!("../plugin.yaml").
+/// let report = conformance::check_robot(manifest, |host| {
 ///     MyRobot::create(&serde_json::json!({"port": "/dev/ttyUSB0"}), host)
 /// });
 /// assert!(report.is_good(), "{report}");

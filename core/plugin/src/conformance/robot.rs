@@ -270,12 +270,14 @@ fn inputs_close_every_move(bench: &mut dyn RobotBench) -> Result<CheckOutcome, P
     }
 }
 
-/// A move of about two seconds, of the joint with most room for it.
+/// A move of about two seconds, of the joint with most room for it. No further than two seconds at full speed lead: where a joint's range depends on
+/// another joint, the whole of it need not be free.
 fn long_move(robot: &RobotDescription, from: &JointVector) -> Motion {
     let way = |index: usize, joint: &JointDescription| {
         let at = from.get(index).unwrap_or(0.0);
         let (up, down) = (joint.upper - at, joint.lower - at);
-        0.9 * if up.abs() > down.abs() { up } else { down }
+        let most = 2.0 * joint.max_speed;
+        (0.9 * if up.abs() > down.abs() { up } else { down }).clamp(-most, most)
     };
     let seconds = |index: usize, joint: &JointDescription| way(index, joint).abs() / joint.max_speed;
     let longest = robot
