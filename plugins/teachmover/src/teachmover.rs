@@ -103,6 +103,9 @@ impl Robot for TeachMover {
                 "the arm is not moved after a failed conversation ({reason}): look where it stands, then activate it again"
             )));
         }
+        if self.host.should_stop() {
+            return Err(PluginError::stopped());
+        }
         let moved = self.travel(motion);
         if let Err(error) = &moved {
             self.doubt_after(error);

@@ -99,6 +99,7 @@ fn start_world(
         file: copy,
         socket: socket.to_owned(),
         pace: Pace::Fast,
+        seed: None,
         idle: Duration::from_secs(600),
     };
     std::thread::spawn(move || serve(&options))
