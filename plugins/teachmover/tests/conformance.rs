@@ -14,7 +14,8 @@ fn the_teachmover_does_what_every_robot_must() {
     // Each check gets a controller of its own; all of them work on until the last has been checked.
     let emulators = RefCell::new(Vec::new());
     let report = conformance::check_robot(include_str!("../plugin.yaml"), |host| {
-        let emulator = Emulator::start(EmulatorOptions::default(), Box::new(BareMotors::new(false, 20.0))).unwrap();
+        let emulator =
+            Emulator::start(EmulatorOptions::default(), Box::new(BareMotors::new(false, 20.0))).unwrap();
         let config = json!({
             "port": emulator.standing().port,
             "registers_zero": {"shoulder_deg": 41, "elbow_deg": -78, "wrist_pitch_deg": -90, "gripper_mm": 20},
