@@ -8,12 +8,16 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod check_command;
 mod emulate_command;
 mod failure;
+mod history_command;
 mod host_command;
 mod model_command;
 mod plugins_command;
+mod run_command;
 mod screens;
+mod show_command;
 mod study_command;
 mod trial_command;
 mod watch_command;
@@ -37,6 +41,10 @@ enum Command {
     /// The controller of an arm on a pseudo-terminal, to try its driver without the arm.
     #[command(subcommand)]
     Emulate(emulate_command::EmulateCommand),
+    Check(check_command::Arguments),
+    History(history_command::Arguments),
+    Run(run_command::Arguments),
+    Show(show_command::Arguments),
     Study(study_command::StudyArguments),
     /// Blind trials: measurements of an arm that hides something, and the answer under seal.
     #[command(subcommand)]
@@ -55,6 +63,10 @@ fn main() -> ExitCode {
     let result: CommandResult = match Arguments::parse().command {
         Command::Model(command) => model_command::run(&command),
         Command::Emulate(command) => emulate_command::run(&command),
+        Command::Check(arguments) => check_command::run(&arguments),
+        Command::History(arguments) => history_command::run(&arguments),
+        Command::Run(arguments) => run_command::run(&arguments),
+        Command::Show(arguments) => show_command::run(&arguments),
         Command::Study(arguments) => study_command::run(&arguments),
         Command::Trial(command) => trial_command::run(&command),
         Command::Plugins(command) => plugins_command::run(&command),

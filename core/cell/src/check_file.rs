@@ -6,7 +6,7 @@ use crate::answers::load_answers;
 use crate::expression::Calculator;
 use crate::file::read_text;
 use crate::procedure::load_procedure;
-use crate::workcell::{Workcell, load_workcell};
+use crate::workcell::{Workcell, check_model, load_workcell};
 use crate::yaml::{FileProblems, Node, NodeValue, Problems, did_you_mean, parse};
 
 /// A file that is in order, as far as can be known.
@@ -27,14 +27,17 @@ pub enum FileKind {
     Procedure,
     /// `answers:`
     Answers,
+    /// `world:`, and no cell
+    World,
     /// `arm:`
     Model,
 }
 
-const KINDS: [(&str, FileKind); 4] = [
+const KINDS: [(&str, FileKind); 5] = [
     ("cell", FileKind::Workcell),
     ("procedure", FileKind::Procedure),
     ("answers", FileKind::Answers),
+    ("world", FileKind::World),
     ("arm", FileKind::Model),
 ];
 
@@ -57,7 +60,7 @@ fn unknown_kind(file: &Path, text: &str, root: &Node, keys: &[&str]) -> FileProb
     let names = KINDS.map(|(key, _)| key);
     let near = keys.iter().map(|key| did_you_mean(key, names)).find(|help| help.starts_with("did"));
     let help = near.unwrap_or_else(|| {
-        "it begins with `cell:`, `procedure:`, `answers:`, or, for a model, `arm:`".to_owned()
+        "it begins with `cell:`, `procedure:`, `answers:`, `world:`, or, for a model, `arm:`".to_owned()
     });
     let problems = Problems::default();
     problems.add(root.place, "what kind of file this is cannot be told", help);
@@ -67,7 +70,7 @@ fn unknown_kind(file: &Path, text: &str, root: &Node, keys: &[&str]) -> FileProb
     }
 }
 
-/// Checks a cell, procedure or answers file with everything it names. A procedure or answers file is checked against the cells in its own
+/// Checks a cell, procedure, answers or model file with everything it names; a world file is read by the world alone. A procedure or answers file is checked against the cells in its own
 /// and the parent folder that name it.
 ///
 /// # Errors
@@ -81,7 +84,10 @@ pub fn check_file(
         FileKind::Workcell => check_workcell(file, calculator),
         FileKind::Procedure => check_procedure_file(file, calculator),
         FileKind::Answers => check_answers_file(file, calculator),
-        FileKind::Model => Ok(CheckedFile { what: "model".to_owned(), notes: Vec::new() }),
+        FileKind::Model => check_model(file)
+            .map(|()| CheckedFile { what: "model".to_owned(), notes: Vec::new() })
+            .map_err(|problems| vec![problems]),
+        FileKind::World => Ok(CheckedFile { what: "world".to_owned(), notes: Vec::new() }),
     }
 }
 

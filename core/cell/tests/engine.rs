@@ -51,7 +51,7 @@ fn request(cell: &Arc<Workcell>, record: &TempDir) -> RunRequest {
 
 fn start(request: RunRequest, world: &Arc<World>) -> RunningRun {
     let devices = Devices(Arc::clone(world));
-    start_run(request, |_, _| Box::new(devices)).unwrap_or_else(|error| panic!("{error}"))
+    start_run(request, |_| Ok(Box::new(devices))).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Lets a run go on to its end; `watch` may answer it.
@@ -167,7 +167,7 @@ fn an_unattended_run_without_an_answer_it_needs_does_not_start() {
     }
     let world = World::new(ZERO_ERROR_DEG);
     let devices = Devices(Arc::clone(&world));
-    let error = start_run(run, |_, _| Box::new(devices)).err().expect("refused");
+    let error = start_run(run, |_| Ok(Box::new(devices))).err().expect("refused");
     assert!(matches!(error, StartError::NeedsOperator(_)), "{error}");
     assert!(error.to_string().contains("`hand`"), "{error}");
     assert_eq!(world.connections.load(Ordering::SeqCst), 0);
@@ -356,7 +356,7 @@ fn two_programs_cannot_run_one_cell() {
     let running = start(run, &world);
     let second = Devices(Arc::clone(&world));
     let error =
-        start_run(request(&cell, &record), |_, _| Box::new(second)).err().expect("refused").to_string();
+        start_run(request(&cell, &record), |_| Ok(Box::new(second))).err().expect("refused").to_string();
     assert!(error.contains("already run by another plumb"), "{error}");
     running.handle.send(Command::Abort);
     watch(running, |_, _| {});

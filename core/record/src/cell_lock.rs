@@ -20,15 +20,24 @@ impl CellLock {
     pub fn take(directory: &Path, cell: &str) -> Result<Self, RecordError> {
         let name: String =
             cell.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).collect();
-        let path = directory.join(format!("{name}.lock"));
-        let failed = |cause| RecordError::Lock { path: path.clone(), cause };
-        std::fs::create_dir_all(directory).map_err(failed)?;
+        Self::take_file(&directory.join(format!("{name}.lock")), cell)
+    }
+
+    /// Takes the lock that is the file `path`.
+    ///
+    /// # Errors
+    /// As [`CellLock::take`].
+    pub fn take_file(path: &Path, cell: &str) -> Result<Self, RecordError> {
+        let failed = |cause| RecordError::Lock { path: path.to_owned(), cause };
+        if let Some(directory) = path.parent() {
+            std::fs::create_dir_all(directory).map_err(failed)?;
+        }
         let mut file = OpenOptions::new()
             .read(true)
             .write(true)
             .create(true)
             .truncate(false)
-            .open(&path)
+            .open(path)
             .map_err(failed)?;
         match file.try_lock() {
             Ok(()) => {}

@@ -22,6 +22,7 @@ mod view;
 use std::error::Error;
 use std::io;
 
+use plumb_cell::RunHandle;
 use plumb_cell::event::StampedEvent;
 use tokio::runtime::Runtime;
 use tokio::sync::mpsc::UnboundedReceiver;
@@ -54,6 +55,20 @@ pub(crate) fn watch(events: UnboundedReceiver<StampedEvent>) -> io::Result<()> {
     Runtime::new()?
         .block_on(event_loop::show(State::of_watcher(Theme::from_environment()), sources))
         .map(drop)
+}
+
+/// Shows the screens of a run that the operator controls, until they leave.
+///
+/// # Errors
+/// The terminal cannot be used, or was lost; robots were told to stop.
+pub(crate) fn operate(
+    events: UnboundedReceiver<StampedEvent>,
+    handle: RunHandle,
+    operator: &str,
+) -> io::Result<()> {
+    let sources = Sources { events: Some(events), handle: Some(handle), lab: None };
+    let state = State::of_cell(operator, Theme::from_environment());
+    Runtime::new()?.block_on(event_loop::show(state, sources)).map(drop)
 }
 
 #[cfg(test)]

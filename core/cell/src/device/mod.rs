@@ -1,9 +1,18 @@
 //! Devices as the engine uses them. Behind these traits stand host processes; in tests, an arm in memory.
 
+mod hosted;
+mod watcher;
+mod wiring;
+
 use std::time::Duration;
+
+pub use hosted::{HostedDevices, World, hashed, plugin_files};
+pub use watcher::PoseListener;
+pub use wiring::check_plugins;
 
 use plumb_plugin::{JogState, JointState, Motion, PluginError, Reading, RobotDescription, SensorDescription};
 
+use crate::event::LogLevel;
 use crate::run_handle::StopAction;
 use crate::workcell::DeviceSetting;
 
@@ -82,6 +91,8 @@ pub trait RobotLink: Send {
     fn jog(&mut self, on: bool) -> Result<JogState, DeviceError>;
     /// Stops it at once, from any thread, although a call is in progress.
     fn stop_action(&self) -> StopAction;
+    /// Tells the listener where it is while it moves, as long as this link lives. A link that cannot tells nothing.
+    fn watch(&mut self, _listener: PoseListener) {}
 }
 
 /// A sensor that can be reached.
@@ -113,6 +124,17 @@ pub enum Link {
     Sensor(Box<dyn SensorLink>),
 }
 
+/// A line a device or its host had to say.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DeviceLog {
+    /// The device.
+    pub device: String,
+    /// How grave.
+    pub level: LogLevel,
+    /// The line.
+    pub message: String,
+}
+
 /// Starts the devices of a cell, and starts them again.
 pub trait DeviceLinks: Send {
     /// Starts a device, or starts it again, in place of what was there under its name. It does not move.
@@ -120,6 +142,11 @@ pub trait DeviceLinks: Send {
     /// # Errors
     /// [`DeviceError::Start`]
     fn connect(&mut self, device: &DeviceSetting) -> Result<Link, DeviceError>;
+
+    /// What the devices and their hosts have had to say since this was asked last.
+    fn log_lines(&mut self) -> Vec<DeviceLog> {
+        Vec::new()
+    }
 
     /// Where the simulated world of the cell can be reached, for the record.
     fn world_socket(&self) -> Option<String>;

@@ -1,5 +1,6 @@
 //! A robot as the engine sees it: its drive, the zeros in force, and where it may go.
 
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use plumb_kinematics::{Chain, Posture};
@@ -8,9 +9,13 @@ use plumb_record::AppliedCorrection;
 use serde_json::{Value, json};
 
 use crate::device::{DeviceError, RobotLink};
-use crate::event::NamedValue;
+use crate::engine::EventSender;
+use crate::event::{Event, NamedValue};
 use crate::read_context::DegOrMm;
 use crate::workcell::{KeepOutPlane, RobotSetting};
+
+/// The zeros in force, one a joint, shared with who shows where the robot is.
+pub(crate) type Zeros = Arc<Mutex<Vec<f64>>>;
 
 /// Name of the correction that shifts a joint's zero.
 pub(crate) const JOINT_ZERO: &str = "joint_zero";
@@ -27,7 +32,7 @@ pub(crate) struct Arm {
     columns: Vec<usize>,
     chain: Option<Chain>,
     planes: Vec<KeepOutPlane>,
-    zeros: Vec<f64>,
+    zeros: Zeros,
     initialized: bool,
 }
 
@@ -76,7 +81,7 @@ impl Arm {
         Ok(Self {
             name: setting.device.clone(),
             plugin: plugin.to_owned(),
-            zeros: vec![0.0; description.joints.len()],
+            zeros: Arc::new(Mutex::new(vec![0.0; description.joints.len()])),
             link,
             description,
             setting: setting.clone(),
@@ -89,7 +94,7 @@ impl Arm {
 
     /// Takes over the zeros in force.
     pub(crate) fn set_zeros(&mut self, corrections: &[AppliedCorrection]) {
-        self.zeros.fill(0.0);
+        let mut zeros = vec![0.0; self.description.joints.len()];
         let zero_of = |joint: &str| {
             corrections
                 .iter()
@@ -98,17 +103,23 @@ impl Arm {
         };
         for (joint, unit) in &self.setting.joints {
             if let (Some(value), Some(column)) = (zero_of(joint), self.column(joint))
-                && let Some(zero) = self.zeros.get_mut(column)
+                && let Some(zero) = zeros.get_mut(column)
             {
                 *zero = unit.to_internal(value);
             }
         }
+        *lock(&self.zeros) = zeros;
         self.initialized = self.setting.initialize.iter().all(|joint| zero_of(joint).is_some());
     }
 
     /// A joint's place in the drive's order.
     pub(crate) fn column(&self, joint: &str) -> Option<usize> {
         self.description.joints.iter().position(|known| known.name == joint)
+    }
+
+    /// The smallest step of a joint's drive, rad or mm; 0 for one that is continuous.
+    pub(crate) fn resolution(&self, column: usize) -> f64 {
+        self.description.joints.get(column).map_or(0.0, |joint| joint.resolution)
     }
 
     pub(crate) fn unit(&self, column: usize) -> DegOrMm {
@@ -120,12 +131,33 @@ impl Arm {
     }
 
     pub(crate) fn zero(&self, column: usize) -> f64 {
-        self.zeros.get(column).copied().unwrap_or(0.0)
+        lock(&self.zeros).get(column).copied().unwrap_or(0.0)
     }
 
     /// Where the joints are taken to stand, for what the drive says.
     pub(crate) fn corrected(&self, drive: &JointVector) -> Vec<f64> {
         drive.as_slice().iter().enumerate().map(|(column, value)| value + self.zero(column)).collect()
+    }
+
+    /// Shows where the robot is while it moves.
+    pub(crate) fn show_movement(&mut self, events: EventSender) {
+        let (name, zeros) = (self.name.clone(), Arc::clone(&self.zeros));
+        let joints: Vec<(String, DegOrMm)> =
+            self.description.joints.iter().map(|joint| (joint.name.clone(), unit_of(joint.unit))).collect();
+        self.link.watch(Box::new(move |state| {
+            let zeros = lock(&zeros).clone();
+            let shown =
+                joints.iter().zip(state.joints.as_slice()).zip(&zeros).map(|(((name, unit), said), zero)| {
+                    NamedValue {
+                        name: name.clone(),
+                        value: unit.from_internal(said + zero),
+                        unit: unit.symbol().to_owned(),
+                        uncertainty: None,
+                    }
+                });
+            let (time_ns, moving) = (state.time_ns, state.is_moving());
+            events.send(Event::Joints { device: name.clone(), time_ns, moving, joints: shown.collect() });
+        }));
     }
 
     /// As people read it, with the zeros in force.
@@ -268,6 +300,10 @@ impl Arm {
         let patience = self.expected_time(from, target, speed) * 3 + Duration::from_secs(10);
         self.link.move_joints(&motion, patience.min(limit))
     }
+}
+
+fn lock(zeros: &Zeros) -> MutexGuard<'_, Vec<f64>> {
+    zeros.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn unit_of(unit: JointUnit) -> DegOrMm {

@@ -28,7 +28,8 @@ impl Engine {
         match (link, self.cell.robot(&device.name).cloned()) {
             (Link::Robot(link), Some(setting)) => {
                 self.stops.set(&device.name, link.stop_action());
-                let arm = Arm::new(link, &device.plugin, &setting, &self.cell.keep_out)?;
+                let mut arm = Arm::new(link, &device.plugin, &setting, &self.cell.keep_out)?;
+                arm.show_movement(self.journal.events());
                 self.arms.retain(|known| known.name != device.name);
                 self.arms.push(arm);
                 self.take_over_zeros(&device.name)?;

@@ -27,6 +27,7 @@ impl Engine {
         self.arms.clear();
         self.sensors.clear();
         self.links.shut_down(resumable);
+        self.take_in_log(None)?;
         if !resumable {
             self.journal.record.set_world(self.journal.run, None)?;
         }

@@ -50,6 +50,11 @@ impl Journal {
         Self { record, run, events }
     }
 
+    /// Where events go, for other threads that show something.
+    pub(crate) fn events(&self) -> EventSender {
+        self.events.clone()
+    }
+
     /// Shows something that needs no writing down: it can be read again from the device.
     pub(crate) fn show(&self, event: Event) {
         self.events.send(event);

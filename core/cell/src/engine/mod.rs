@@ -27,7 +27,7 @@ use serde_json::{Map, Value};
 
 pub use event_sender::EventSender;
 pub use plan::PlanError;
-pub use start::{RunRequest, RunningRun, StartError, start_run};
+pub use start::{Connected, RunRequest, RunningRun, StartError, start_run};
 
 use arm::Arm;
 use inbox::{Inbox, Interrupt};

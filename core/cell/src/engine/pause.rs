@@ -26,6 +26,10 @@ impl Engine {
             self.journal.show(Event::Stopped { reason: reason.to_owned() });
         }
         self.journal.interruption(Interruption::Paused, step, reason)?;
+        for arm in self.arms.iter_mut().filter(|arm| !self.lost.contains(&arm.name)) {
+            // One that cannot be brought to rest is found out by the step that uses it next.
+            let _ = arm.link.deactivate();
+        }
         self.show_robots(DeviceState::Inactive);
         self.journal.show(Event::Paused { step: step.cloned(), reason: reason.to_owned() });
         loop {

@@ -11,7 +11,7 @@ use super::journal::{Attempt, AttemptEnd};
 use super::plan::{Entry, Work};
 use super::step_context::{Done, StepContext};
 use super::step_error::StepError;
-use crate::event::{LogLevel, RunOutcome, StepOutcome};
+use crate::event::{LogLevel, RunOutcome, StepOutcome, StepPath};
 use crate::prompt::Decision;
 use crate::step::{Action, OnError};
 
@@ -260,6 +260,7 @@ impl Engine {
     /// Carries out one step, again where that is decided; gives the end of the run if it ends here.
     fn run_leaf(&mut self, entry: &Entry) -> Result<Option<RunEnd>, RecordError> {
         loop {
+            self.take_in_log(Some(&entry.path))?;
             if let Some(end) = self.wait_where_asked(entry)? {
                 return Ok(Some(end));
             }
@@ -283,6 +284,7 @@ impl Engine {
                 Ok(false) => Ok(None),
                 Err(error) => Err(error),
             };
+            self.take_in_log(Some(&entry.path))?;
             match carried_out {
                 Ok(Some(done)) => {
                     self.passed(entry, attempt, done)?;
@@ -299,6 +301,14 @@ impl Engine {
                 },
             }
         }
+    }
+
+    /// Writes down what the devices had to say.
+    pub(super) fn take_in_log(&mut self, step: Option<&StepPath>) -> Result<(), RecordError> {
+        for line in self.links.log_lines() {
+            self.journal.log(line.level, &line.device, step, &line.message)?;
+        }
+        Ok(())
     }
 
     fn passed(&mut self, entry: &Entry, attempt: Attempt, done: Done) -> Result<(), RecordError> {

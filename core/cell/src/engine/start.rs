@@ -95,10 +95,16 @@ pub enum StartError {
         /// Why.
         reason: String,
     },
+    /// The devices' surroundings cannot be had.
+    #[error(transparent)]
+    Devices(Box<dyn std::error::Error + Send + Sync>),
     /// The record.
     #[error(transparent)]
     Record(#[from] RecordError),
 }
+
+/// What a run's devices are made of, or why they cannot be.
+pub type Connected = Result<Box<dyn DeviceLinks>, Box<dyn std::error::Error + Send + Sync>>;
 
 /// What the robots' model files give to expressions: `{"arm": {"model": {"shoulder": {"a_mm": ...}}}}`.
 pub(super) fn model_values(cell: &Workcell) -> Map<String, Value> {
@@ -115,7 +121,7 @@ pub(super) fn model_values(cell: &Workcell) -> Map<String, Value> {
 /// [`StartError`]; then nothing was started.
 pub fn start_run(
     request: RunRequest,
-    connect: impl FnOnce(EventSender, Option<String>) -> Box<dyn DeviceLinks>,
+    connect: impl FnOnce(Option<String>) -> Connected,
 ) -> Result<RunningRun, StartError> {
     let calculator = Arc::new(Calculator::new());
     let parameters = parameters_of(&request)?;
@@ -134,7 +140,13 @@ pub fn start_run(
     let (command_sender, commands) = channel();
     let stops = StopActions::default();
     let handle = RunHandle::new(command_sender, stops.clone());
-    let links = connect(events_out.clone(), world);
+    let links = match connect(world) {
+        Ok(links) => links,
+        Err(error) => {
+            record.end_run(run, plumb_record::RunEnd::Error, &error.to_string())?;
+            return Err(StartError::Devices(error));
+        }
+    };
     let engine = Engine {
         cell: Arc::clone(&request.cell),
         calculator,

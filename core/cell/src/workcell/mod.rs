@@ -17,6 +17,7 @@ use serde_json::Value;
 pub use keep_out::KeepOutPlane;
 pub use load::load_workcell;
 pub use model_file::ModelFile;
+pub(crate) use model_file::check_model;
 pub use robot::RobotSetting;
 
 use crate::procedure::Procedure;

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use plumb_kinematics::{Chain, Convention, Joint};
+use plumb_model::file::{Model, ModelFileError};
 use serde_json::{Map, Value};
 
 use crate::expression::{Calculator, Expression, Names, Shape};
 use crate::file::read_text;
 use crate::read_context::ReadContext;
-use crate::yaml::{FileProblems, Key, Node, NodeValue, Problems, did_you_mean, parse};
+use crate::yaml::{FileProblems, Key, Node, NodeValue, Place, Problem, Problems, did_you_mean, parse};
 
 /// The geometry of a robot.
 #[derive(Debug, Clone)]
@@ -90,6 +91,32 @@ pub(super) struct ModelRows {
     pub(super) quantities: Map<String, Value>,
 }
 
+/// Checks a model file whole, as the model lab reads it.
+///
+/// # Errors
+/// The first mistake in it.
+pub(crate) fn check_model(file: &Path) -> Result<(), FileProblems> {
+    let text = read_text(file)?;
+    let error = match Model::parse(&file.display().to_string(), &text) {
+        Ok(_) => return Ok(()),
+        Err(error) => error,
+    };
+    let reason = match &error {
+        ModelFileError::Syntax { reason, .. } | ModelFileError::Meaning { reason, .. } => reason.clone(),
+        ModelFileError::Open { source, .. } => source.to_string(),
+    };
+    let at = error.place().filter(|place| place.line > 0).map(|place| Place {
+        line: usize::try_from(place.line).unwrap_or(usize::MAX),
+        column: usize::try_from(place.column).unwrap_or(usize::MAX),
+        length: 1,
+    });
+    Err(FileProblems {
+        file: file.to_owned(),
+        text,
+        problems: vec![Problem { place: at, message: reason, help: None }],
+    })
+}
+
 /// Reads the rows of a model file.
 pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
     let text = read_text(file)?;
@@ -123,6 +150,7 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
         quantities.insert(name.to_owned(), Value::Object(numbers.collect()));
     }
     problems.into_result(file, &text)?;
+    check_model(file)?;
     Ok(ModelRows { text, convention: convention.to_owned(), joints, quantities })
 }
 

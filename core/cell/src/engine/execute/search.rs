@@ -258,7 +258,8 @@ impl Engine {
         Err(StepError::error(message))
     }
 
-    /// Ends at the pose of the edge, coming from the same side as the search.
+    /// Ends at the pose of the edge, coming from the same side as the search. A drive that moves in steps may end one short of it: then it
+    /// goes on until the sensor is as wanted again.
     fn return_to_trigger(
         &mut self,
         search: &Search<'_>,
@@ -267,19 +268,25 @@ impl Engine {
     ) -> Result<(), StepError> {
         let step = search.step;
         let trigger = edge.joints.get(search.column).unwrap_or(0.0);
-        let here = self.read_pose(&step.robot)?.joints;
+        let mut here = self.read_pose(&step.robot)?.joints;
         let overshoot = (here.get(search.column).unwrap_or(0.0) - trigger) * search.direction;
-        let mut here = here;
         if overshoot > 0.0 {
-            here = self.step_to(
-                search,
-                at,
-                &here,
-                trigger - search.direction * search.back_off,
-                step.fast.speed,
-            )?;
+            let before = trigger - search.direction * search.back_off;
+            here = self.step_to(search, at, &here, before, step.fast.speed)?;
         }
-        self.step_to(search, at, &here, trigger, step.slow.speed)?;
+        here = self.step_to(search, at, &here, trigger, step.slow.speed)?;
+        let resolution = self.arm(&step.robot)?.resolution(search.column);
+        let furthest = trigger + search.direction * self.chunk(search, &step.slow);
+        while resolution > 0.0 && !self.is_there(search)? {
+            let place = here.get(search.column).unwrap_or(0.0) + search.direction * resolution;
+            if (furthest - place) * search.direction < 0.0 {
+                return Err(StepError::error(format!(
+                    "{} changed at {}'s slow approach, but does not when it comes there again: something moves, or the light is unsteady",
+                    step.sensor, step.joint
+                )));
+            }
+            here = self.step_to(search, at, &here, place, step.slow.speed)?;
+        }
         Ok(())
     }
 

@@ -1,0 +1,315 @@
+//! Devices behind host processes, one each.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use plumb_bus::{Bus, CallError, Domain};
+use plumb_host::{
+    Catalogue, HostArguments, HostCommand, HostEvent, HostProcess, JointRange, RobotClient, SensorClient,
+    StopHandle,
+};
+use plumb_plugin::{
+    Description, JogState, JointState, LogLevel, Motion, Reading, RobotDescription, SensorDescription, Value,
+};
+use plumb_record::{LoadedFile, sha256_hex};
+
+use super::watcher::{JointWatcher, PoseListener};
+use super::wiring::wired_inputs;
+use super::{DeviceError, DeviceLinks, DeviceLog, Link, RobotLink, SensorLink};
+use crate::event;
+use crate::run_handle::StopAction;
+use crate::workcell::{DeviceSetting, Workcell};
+
+/// How long a sensor may take to see what its inputs have to show.
+const SEEING: Duration = Duration::from_secs(5);
+
+/// How long a host may take to put its device away.
+const PUTTING_AWAY: Duration = Duration::from_secs(5);
+
+/// What is left to a robot, beyond the time its plugin states, to confirm a stop before its host is killed.
+const STOP_GRACE: Duration = Duration::from_millis(400);
+
+/// A simulated world that serves a cell.
+pub trait World: Send {
+    /// Where it listens.
+    fn socket(&self) -> PathBuf;
+
+    /// Ends it.
+    fn end(&mut self);
+}
+
+/// The devices of one cell, each behind a host process of its own.
+pub struct HostedDevices {
+    cell: Arc<Workcell>,
+    catalogue: Catalogue,
+    domain: Domain,
+    bus: Option<Bus>,
+    world: Option<Box<dyn World>>,
+    hosts: BTreeMap<String, HostProcess>,
+    log_in: Sender<DeviceLog>,
+    log_out: Receiver<DeviceLog>,
+}
+
+impl HostedDevices {
+    /// Nothing is started yet.
+    pub fn new(
+        cell: Arc<Workcell>,
+        catalogue: Catalogue,
+        domain: Domain,
+        world: Option<Box<dyn World>>,
+    ) -> Self {
+        let (log_in, log_out) = channel();
+        Self { cell, catalogue, domain, bus: None, world, hosts: BTreeMap::new(), log_in, log_out }
+    }
+
+    fn bus(&mut self) -> Result<&Bus, String> {
+        if self.bus.is_none() {
+            self.bus = Some(Bus::open(&self.domain, "plumb").map_err(|error| error.to_string())?);
+        }
+        self.bus.as_ref().ok_or_else(|| "shared memory cannot be used".to_owned())
+    }
+
+    fn spawn(&mut self, device: &DeviceSetting) -> Result<HostProcess, String> {
+        let plugin = self.catalogue.find(&device.plugin).map_err(|error| error.to_string())?.clone();
+        let mut arguments = HostArguments::new(&device.name, &self.domain, &plugin);
+        arguments.config = self.config_of(device, &plugin.manifest.config);
+        arguments.inputs = wired_inputs(&self.cell, device, &self.catalogue)?;
+        if let Some(robot) = self.cell.robot(&device.name) {
+            let range = |(joint, lower, upper): &(String, f64, f64)| JointRange {
+                joint: joint.clone(),
+                lower: *lower,
+                upper: *upper,
+            };
+            arguments.joint_ranges = robot.limits.iter().map(range).collect();
+        }
+        let log = Mutex::new(self.log_in.clone());
+        let command = HostCommand::this_program().map_err(|error| error.to_string())?;
+        let command = command.on_event(move |device, event| {
+            if let Some(line) = log_line(device, event) {
+                let _ = log.lock().unwrap_or_else(PoisonError::into_inner).send(line);
+            }
+        });
+        HostProcess::spawn(self.bus()?, &arguments, command).map_err(|error| error.to_string())
+    }
+
+    /// The device's configuration, with the world's socket for a plugin that asks for one.
+    fn config_of(&self, device: &DeviceSetting, schema: &Value) -> Value {
+        let mut config = device.config.clone();
+        let asks = schema.get("properties").and_then(|properties| properties.get("world")).is_some();
+        if let Some(world) = self.world.as_ref().filter(|_| asks) {
+            if config.is_null() {
+                config = Value::Object(serde_json::Map::new());
+            }
+            if let Some(entries) = config.as_object_mut() {
+                entries.insert("world".to_owned(), world.socket().display().to_string().into());
+            }
+        }
+        config
+    }
+}
+
+impl DeviceLinks for HostedDevices {
+    fn connect(&mut self, device: &DeviceSetting) -> Result<Link, DeviceError> {
+        let failed = |cause: String| DeviceError::Start { device: device.name.clone(), cause };
+        if let Some(old) = self.hosts.remove(&device.name) {
+            old.finish(PUTTING_AWAY);
+        }
+        let host = self.spawn(device).map_err(failed)?;
+        let link = match host.description().clone() {
+            Description::Robot(description) => {
+                let client = host.robot().map_err(|error| failed(error.to_string()))?;
+                let stop = host.stop_handle().map_err(|error| failed(error.to_string()))?;
+                let stream = host.manifest().streams.iter().find(|stream| stream.name == "joints").cloned();
+                let bus = self.bus().map_err(failed)?.clone();
+                Link::Robot(Box::new(HostedRobot {
+                    client,
+                    description,
+                    stop: Arc::new(stop),
+                    bus,
+                    stream,
+                    watcher: None,
+                }))
+            }
+            Description::Sensor(description) => {
+                let client = host.sensor().map_err(|error| failed(error.to_string()))?;
+                Link::Sensor(Box::new(HostedSensor { client, description }))
+            }
+        };
+        self.hosts.insert(device.name.clone(), host);
+        Ok(link)
+    }
+
+    fn world_socket(&self) -> Option<String> {
+        self.world.as_ref().map(|world| world.socket().display().to_string())
+    }
+
+    fn log_lines(&mut self) -> Vec<DeviceLog> {
+        self.log_out.try_iter().collect()
+    }
+
+    fn shut_down(&mut self, keep_world: bool) {
+        for (_, host) in std::mem::take(&mut self.hosts) {
+            host.finish(PUTTING_AWAY);
+        }
+        self.bus = None;
+        if let Err(error) = self.domain.remove() {
+            tracing::debug!("shared memory is left behind: {error}");
+        }
+        if let Some(mut world) = self.world.take().filter(|_| !keep_world) {
+            world.end();
+        }
+    }
+}
+
+/// The files of the plugins a cell uses, by their hashes, for the record.
+pub fn plugin_files(cell: &Workcell, catalogue: &Catalogue) -> Vec<LoadedFile> {
+    let mut files: Vec<LoadedFile> = Vec::new();
+    for device in &cell.devices {
+        let Ok(plugin) = catalogue.find(&device.plugin) else { continue };
+        for path in [&plugin.manifest_path, &plugin.library_path] {
+            let path_text = path.display().to_string();
+            if files.iter().all(|known| known.path != path_text) {
+                files.extend(hashed("plugin", path));
+            }
+        }
+    }
+    files
+}
+
+/// A file by its hash; none when it cannot be read.
+pub fn hashed(role: &str, path: &Path) -> Option<LoadedFile> {
+    let bytes = std::fs::read(path).ok()?;
+    Some(LoadedFile {
+        role: role.to_owned(),
+        path: path.display().to_string(),
+        sha256: sha256_hex(&bytes),
+        content: None,
+    })
+}
+
+fn log_line(device: &str, event: &HostEvent) -> Option<DeviceLog> {
+    let (level, message) = match event {
+        HostEvent::Log { level, text } => {
+            let level = match level {
+                LogLevel::Debug => event::LogLevel::Debug,
+                LogLevel::Info => event::LogLevel::Info,
+                LogLevel::Warn => event::LogLevel::Warning,
+                LogLevel::Error => event::LogLevel::Error,
+            };
+            (level, text.clone())
+        }
+        HostEvent::Output { text } => (event::LogLevel::Warning, text.clone()),
+        HostEvent::Ended { reason } if !reason.is_orderly() => {
+            (event::LogLevel::Error, format!("its host {reason}"))
+        }
+        HostEvent::Progress { .. } | HostEvent::Ended { .. } => return None,
+    };
+    Some(DeviceLog { device: device.to_owned(), level, message })
+}
+
+fn told(device: &str, error: plumb_host::DeviceError) -> DeviceError {
+    let device = device.to_owned();
+    match error {
+        plumb_host::DeviceError::Refused { error, .. } => DeviceError::Refused { device, error },
+        plumb_host::DeviceError::Bus(CallError::Refused(error)) => DeviceError::Refused { device, error },
+        other => DeviceError::Lost { device, cause: other.to_string() },
+    }
+}
+
+/// A robot behind its host.
+struct HostedRobot {
+    client: RobotClient,
+    description: RobotDescription,
+    stop: Arc<StopHandle>,
+    bus: Bus,
+    stream: Option<plumb_plugin::StreamDescription>,
+    watcher: Option<JointWatcher>,
+}
+
+impl HostedRobot {
+    fn told<T>(&self, result: Result<T, plumb_host::DeviceError>) -> Result<T, DeviceError> {
+        result.map_err(|error| told(self.client.device(), error))
+    }
+}
+
+impl RobotLink for HostedRobot {
+    fn description(&self) -> &RobotDescription {
+        &self.description
+    }
+
+    fn activate(&mut self) -> Result<(), DeviceError> {
+        self.told(self.client.activate()).map(|_| ())
+    }
+
+    fn deactivate(&mut self) -> Result<(), DeviceError> {
+        self.told(self.client.deactivate()).map(|_| ())
+    }
+
+    fn read_joints(&mut self) -> Result<JointState, DeviceError> {
+        self.told(self.client.read_joints())
+    }
+
+    fn move_joints(&mut self, motion: &Motion, limit: Duration) -> Result<JointState, DeviceError> {
+        let moved = self.client.move_joints(motion, limit);
+        if let Err(plumb_host::DeviceError::TimedOut { .. }) = &moved {
+            // It may still be moving: what cannot be awaited is stopped.
+            self.stop.stop(stop_limit(&self.description));
+        }
+        self.told(moved)
+    }
+
+    fn jog(&mut self, on: bool) -> Result<JogState, DeviceError> {
+        self.told(self.client.jog(on))
+    }
+
+    fn stop_action(&self) -> StopAction {
+        let (stop, limit) = (Arc::clone(&self.stop), stop_limit(&self.description));
+        Box::new(move || {
+            stop.ring();
+            let stop = Arc::clone(&stop);
+            thread::spawn(move || stop.stop(limit));
+        })
+    }
+
+    fn watch(&mut self, listener: PoseListener) {
+        let Some(stream) = &self.stream else { return };
+        match JointWatcher::start(&self.bus, self.client.device(), stream, listener) {
+            Ok(watcher) => self.watcher = Some(watcher),
+            Err(error) => {
+                tracing::warn!(device = self.client.device(), "its movement cannot be watched: {error}")
+            }
+        }
+    }
+}
+
+fn stop_limit(description: &RobotDescription) -> Duration {
+    Duration::from_millis(u64::from(description.capabilities.stop_time_ms)) + STOP_GRACE
+}
+
+/// A sensor behind its host.
+struct HostedSensor {
+    client: SensorClient,
+    description: SensorDescription,
+}
+
+impl SensorLink for HostedSensor {
+    fn description(&self) -> &SensorDescription {
+        &self.description
+    }
+
+    fn activate(&mut self) -> Result<(), DeviceError> {
+        self.client.activate().map(|_| ()).map_err(|error| told(self.client.device(), error))
+    }
+
+    fn arm(&mut self) -> Result<(), DeviceError> {
+        self.client.arm().map_err(|error| told(self.client.device(), error))
+    }
+
+    fn read(&mut self, after_ns: u64) -> Result<Reading, DeviceError> {
+        self.client.read(after_ns, SEEING).map_err(|error| told(self.client.device(), error))
+    }
+}

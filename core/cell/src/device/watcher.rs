@@ -1,0 +1,66 @@
+//! Watches where a robot's joints are while it moves, on the robot's own stream.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use plumb_bus::{Bus, OpenError};
+use plumb_plugin::{JointState, StreamDescription};
+
+/// Told of each place, at most twenty times a second.
+pub type PoseListener = Box<dyn Fn(&JointState) + Send>;
+
+/// Shortest time between two places told.
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// A thread that listens to a robot's `joints` stream; ends when dropped.
+pub(super) struct JointWatcher {
+    ended: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl JointWatcher {
+    pub(super) fn start(
+        bus: &Bus,
+        device: &str,
+        stream: &StreamDescription,
+        listener: PoseListener,
+    ) -> Result<Self, OpenError> {
+        let mut subscriber = bus.subscriber(device, stream)?;
+        let bell = bus.stream_listener(device, stream)?;
+        let ended = Arc::new(AtomicBool::new(false));
+        let end = Arc::clone(&ended);
+        let thread = std::thread::spawn(move || {
+            let mut told = Instant::now();
+            while !end.load(Ordering::Relaxed) {
+                if bell.wait(Duration::from_millis(100)).is_err() {
+                    return;
+                }
+                let mut last = None;
+                // Messages that were passed over are of no interest here: only the newest place is shown.
+                loop {
+                    match subscriber.receive::<JointState>() {
+                        Ok(Some(state)) => last = Some(state),
+                        Ok(None) => break,
+                        Err(_) => {}
+                    }
+                }
+                if let Some(state) = last.filter(|state| !state.is_moving() || told.elapsed() >= PAUSE) {
+                    listener(&state);
+                    told = Instant::now();
+                }
+            }
+        });
+        Ok(Self { ended, thread: Some(thread) })
+    }
+}
+
+impl Drop for JointWatcher {
+    fn drop(&mut self) {
+        self.ended.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! Streams led from device to device, as the plugins' manifests know them.
+
+use plumb_host::{Catalogue, Plugin, WiredInput};
+use plumb_plugin::{InputDescription, StreamDescription};
+
+use crate::workcell::{DeviceSetting, Workcell};
+use crate::yaml::{FileProblems, Problems, did_you_mean};
+
+/// Checks what plugins' manifests know of a cell's devices: that there is a plugin, and that what is wired exists and fits.
+///
+/// # Errors
+/// Every mistake in the cell file.
+pub fn check_plugins(cell: &Workcell, catalogue: &Catalogue) -> Result<(), FileProblems> {
+    let problems = Problems::default();
+    for device in &cell.devices {
+        let plugin = match catalogue.find(&device.plugin) {
+            Ok(plugin) => plugin,
+            Err(error) => {
+                problems.add(device.place, error.to_string(), "");
+                continue;
+            }
+        };
+        for wire in &device.inputs {
+            let wired = input_of(plugin, &wire.input).and_then(|input| {
+                let stream = stream_of(cell, catalogue, &wire.device, &wire.stream)?;
+                fits(input, &stream)
+            });
+            if let Err((message, help)) = wired {
+                problems.add(wire.place, message, help);
+            }
+        }
+        let missing = plugin.manifest.inputs.iter().filter(|input| !input.optional);
+        for input in missing.filter(|input| device.inputs.iter().all(|wire| wire.input != input.name)) {
+            let message = format!("device `{}` needs its input `{}` wired", device.name, input.name);
+            problems.add(
+                device.place,
+                message,
+                format!(
+                    "write `inputs: {{{}: DEVICE/STREAM}}` with a stream of {}",
+                    input.name, input.message
+                ),
+            );
+        }
+    }
+    problems.into_result(&cell.file, &cell.text)
+}
+
+/// The wired inputs of a device, as its host is told.
+///
+/// # Errors
+/// A sentence that says what does not fit.
+pub(super) fn wired_inputs(
+    cell: &Workcell,
+    device: &DeviceSetting,
+    catalogue: &Catalogue,
+) -> Result<Vec<WiredInput>, String> {
+    let wired = device.inputs.iter().map(|wire| {
+        let stream = stream_of(cell, catalogue, &wire.device, &wire.stream)
+            .map_err(|(message, help)| format!("{message}: {help}"))?;
+        Ok(WiredInput { input: wire.input.clone(), device: wire.device.clone(), stream })
+    });
+    wired.collect()
+}
+
+type Mistake = (String, String);
+
+fn input_of<'p>(plugin: &'p Plugin, name: &str) -> Result<&'p InputDescription, Mistake> {
+    plugin.manifest.inputs.iter().find(|input| input.name == name).ok_or_else(|| {
+        let help = did_you_mean(name, plugin.manifest.inputs.iter().map(|input| input.name.as_str()));
+        (format!("plugin `{}` has no input `{name}`", plugin.manifest.id), help)
+    })
+}
+
+fn stream_of(
+    cell: &Workcell,
+    catalogue: &Catalogue,
+    device: &str,
+    name: &str,
+) -> Result<StreamDescription, Mistake> {
+    let source = cell.devices.iter().find(|known| known.name == device);
+    let plugin = source.map(|source| catalogue.find(&source.plugin));
+    let plugin = match plugin {
+        Some(Ok(plugin)) => plugin,
+        Some(Err(error)) => return Err((error.to_string(), String::new())),
+        None => return Err((format!("there is no device `{device}` in the cell"), String::new())),
+    };
+    let streams = &plugin.manifest.streams;
+    streams.iter().find(|stream| stream.name == name).cloned().ok_or_else(|| {
+        let help = did_you_mean(name, streams.iter().map(|stream| stream.name.as_str()));
+        (format!("device `{device}` has no stream `{name}`"), help)
+    })
+}
+
+fn fits(input: &InputDescription, stream: &StreamDescription) -> Result<(), Mistake> {
+    if input.message == stream.message {
+        return Ok(());
+    }
+    let message =
+        format!("input `{}` takes {}, but this stream carries {}", input.name, input.message, stream.message);
+    Err((message, "wire a stream of the same kind".to_owned()))
+}

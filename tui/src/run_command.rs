@@ -1,0 +1,107 @@
+//! `plumb run`: a procedure in a cell, on the screens or without anybody.
+
+mod headless;
+mod prepare;
+mod simulated_world;
+
+use std::io::IsTerminal as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use plumb_cell::command::Command;
+use plumb_cell::event::RunOutcome;
+
+use crate::failure::CommandResult;
+use crate::screens;
+use prepare::Refused;
+
+/// Run a procedure of a cell. In a terminal the screens open; without one, or with --headless, it runs by itself with answers from a file.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// The cell file. With --resume it may be left out.
+    #[arg(required_unless_present = "resume")]
+    cell: Option<PathBuf>,
+    /// Which of the cell's procedures, by name or file; the first if left out.
+    procedure: Option<String>,
+    /// Without screens; prompts are answered from a file.
+    #[arg(long)]
+    headless: bool,
+    /// The file of answers; the cell's own if left out.
+    #[arg(long, value_name = "FILE")]
+    answers: Option<PathBuf>,
+    /// Set a parameter of the procedure; can be given several times.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parameter)]
+    set: Vec<(String, f64)>,
+    /// Print every event as a line of JSON; implies --headless.
+    #[arg(long)]
+    json: bool,
+    /// Go on with a run that was interrupted: the newest of the cell, or the one of this number.
+    #[arg(long, value_name = "RUN", num_args = 0..=1)]
+    #[expect(clippy::option_option, reason = "given, given with a number, or not given")]
+    resume: Option<Option<i64>>,
+    /// Where the record lies.
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
+    /// How the time of a simulated cell goes; without screens it is fast if left out.
+    #[arg(long, value_enum)]
+    pace: Option<PaceArgument>,
+    /// Who runs it, for the record; your login name if left out.
+    #[arg(long, value_name = "NAME")]
+    operator: Option<String>,
+    /// Look for plugins here too.
+    #[arg(long, value_name = "DIR")]
+    plugins: Vec<PathBuf>,
+}
+
+/// How the time of a simulated world goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum PaceArgument {
+    /// As on the wall.
+    Real,
+    /// As fast as can be.
+    Fast,
+}
+
+impl Arguments {
+    /// Nobody is there to look and to answer.
+    fn is_headless(&self) -> bool {
+        self.headless || self.json || !std::io::stdout().is_terminal()
+    }
+}
+
+/// Reads `NAME=VALUE`.
+fn parameter(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("write NAME=VALUE, as in Br_deg=5")?;
+    let value = value.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+    let value = value.ok_or("the value is a number; its unit is the end of the parameter's name")?;
+    Ok((name.trim().to_owned(), value))
+}
+
+/// Runs it; the exit code says how it ended.
+pub(crate) fn run(arguments: &Arguments) -> CommandResult {
+    let prepared = match prepare::prepare(arguments) {
+        Ok(prepared) => prepared,
+        Err(Refused::Files(problems)) => {
+            problems.iter().for_each(|problems| eprintln!("{problems}"));
+            return Ok(ExitCode::from(RunOutcome::Error.exit_code()));
+        }
+        Err(Refused::NeedsOperator(reason)) => {
+            eprintln!("plumb: {reason}");
+            return Ok(ExitCode::from(RunOutcome::NeedsOperator.exit_code()));
+        }
+        Err(Refused::Other(error)) => return Err(error),
+    };
+    let running = prepared.running;
+    let outcome = if arguments.is_headless() {
+        headless::watch(running, arguments.json)?
+    } else {
+        let handle = running.handle.clone();
+        let shown = screens::operate(running.events, handle.clone(), &prepared.operator);
+        // Whoever leaves the screens ends the run; one that has ended takes no notice.
+        handle.send(Command::Abort);
+        let outcome = running.thread.join().unwrap_or(RunOutcome::Error);
+        shown?;
+        outcome
+    };
+    Ok(ExitCode::from(outcome.exit_code()))
+}

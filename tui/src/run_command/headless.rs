@@ -1,0 +1,131 @@
+//! A run that nobody watches on screens: lines of text, or of JSON.
+
+use std::io::{self, Write};
+
+use plumb_cell::command::Command;
+use plumb_cell::engine::RunningRun;
+use plumb_cell::event::{Event, LogLevel, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath};
+use tokio::signal::unix::{SignalKind, signal};
+
+/// Prints what happens until the run has ended. An interrupt from the keyboard, or a termination, stops every robot and aborts the run.
+///
+/// # Errors
+/// Standard output cannot be written; the run was aborted.
+pub(super) fn watch(mut running: RunningRun, json: bool) -> io::Result<RunOutcome> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let handle = running.handle.clone();
+    let printed = runtime.block_on(async {
+        let mut interrupted = signal(SignalKind::interrupt())?;
+        let mut terminated = signal(SignalKind::terminate())?;
+        let mut printer = Printer { json, plan: Vec::new() };
+        loop {
+            tokio::select! {
+                event = running.events.recv() => match event {
+                    Some(event) => printer.print(&event)?,
+                    None => return Ok(()),
+                },
+                _ = interrupted.recv() => { handle.send(Command::Abort); }
+                _ = terminated.recv() => { handle.send(Command::Abort); }
+            }
+        }
+    });
+    if printed.is_err() {
+        handle.send(Command::Abort);
+    }
+    let outcome = running.thread.join().unwrap_or(RunOutcome::Error);
+    printed.map(|()| outcome)
+}
+
+struct Printer {
+    json: bool,
+    plan: Vec<PlannedStep>,
+}
+
+impl Printer {
+    fn print(&mut self, event: &StampedEvent) -> io::Result<()> {
+        if let Event::Planned { steps, .. } = &event.event {
+            self.plan.clone_from(steps);
+        }
+        let mut out = io::stdout().lock();
+        if self.json {
+            serde_json::to_writer(&mut out, event)?;
+            writeln!(out)?;
+        } else if let Some(line) = self.line(&event.event) {
+            writeln!(out, "{line}")?;
+        }
+        out.flush()
+    }
+
+    /// What a person reads of an event; none where it is too small to be told.
+    fn line(&self, event: &Event) -> Option<String> {
+        Some(match event {
+            Event::RunStarted { run, cell, title, resumed_at: None, .. } => {
+                format!("run {run} of {cell}: {title}")
+            }
+            Event::RunStarted { run, cell, title, resumed_at: Some(step), .. } => {
+                format!("run {run} of {cell}, resumed at {step}: {title}")
+            }
+            Event::Planned { steps, estimate_s } => {
+                format!("{} steps, about {}, prompts left out", steps.len(), duration(*estimate_s))
+            }
+            Event::StepFinished { step, outcome, message, .. } => self.finished(step, *outcome, message)?,
+            Event::PromptAnswered { step, by, .. } => format!("        {step}: answered by {by}"),
+            Event::CorrectionProposed { correction: c } => format!(
+                "        {} of {}: {:.4} -> {:.4} {} (+- {:.1e})",
+                c.quantity.replace('_', " "),
+                c.place,
+                c.old,
+                c.new,
+                c.unit,
+                c.uncertainty
+            ),
+            Event::Paused { reason, .. } => format!("paused: {reason}"),
+            Event::Resumed => "resumed".to_owned(),
+            Event::Stopped { reason } => format!("stopped: {reason}"),
+            Event::Device { device, message: Some(message), .. } => format!("        {device}: {message}"),
+            Event::Log { level, source, message, .. } if *level >= LogLevel::Warning => {
+                format!("        {source}: {message}")
+            }
+            Event::RunEnded { run, outcome, message } => {
+                format!("run {run} {}: {message}", in_words(*outcome))
+            }
+            _ => return None,
+        })
+    }
+
+    fn finished(&self, step: &StepPath, outcome: StepOutcome, message: &str) -> Option<String> {
+        let index = self.plan.iter().position(|planned| planned.step == *step)?;
+        let planned = self.plan.get(index)?;
+        let is_frame = matches!(planned.kind.as_str(), "repeat" | "call");
+        if is_frame && outcome == StepOutcome::Passed {
+            return None;
+        }
+        let place = format!("[{:>2}/{}]", index + 1, self.plan.len());
+        Some(match outcome {
+            StepOutcome::Passed => format!("{place} {step}: {}: {message}", planned.title),
+            StepOutcome::NotNeeded => format!("{place} {step}: not needed"),
+            StepOutcome::Skipped => format!("{place} {step}: left out"),
+            StepOutcome::Interrupted => format!("{place} {step}: interrupted: {message}"),
+            StepOutcome::Failed => format!("{place} {step}: FAILED: {message}"),
+            StepOutcome::Error => format!("{place} {step}: ERROR: {message}"),
+        })
+    }
+}
+
+fn in_words(outcome: RunOutcome) -> &'static str {
+    match outcome {
+        RunOutcome::Passed => "passed",
+        RunOutcome::Failed => "failed",
+        RunOutcome::Error => "ended with an error",
+        RunOutcome::Aborted => "was aborted",
+        RunOutcome::NeedsOperator => "needs an operator",
+    }
+}
+
+fn duration(seconds: f64) -> String {
+    let whole = seconds.round().max(0.0) as u64;
+    match whole / 60 {
+        0 => format!("{whole} s"),
+        minutes => format!("{minutes} min {} s", whole % 60),
+    }
+}

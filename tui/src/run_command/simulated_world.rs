@@ -1,0 +1,144 @@
+//! The process of a simulated world, as a run starts and ends it.
+
+use std::fs::{self, File};
+use std::io::{self, Read as _, Seek as _};
+use std::os::unix::process::CommandExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use plumb_cell::device::World;
+use plumb_cell::workcell::{Pace, WorldSetting};
+use plumb_simulated::client::WorldClient;
+use plumb_simulated::protocol::{self, Verb};
+
+/// How long a world may take to listen.
+const READY_WITHIN: Duration = Duration::from_secs(15);
+
+/// Why there is no world.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum WorldError {
+    /// Its process cannot be started.
+    #[error("the simulated world cannot be started: {0}")]
+    Start(#[from] io::Error),
+    /// It ended at once.
+    #[error("the simulated world of {file} ended at once: {said}")]
+    Ended {
+        /// The world file.
+        file: String,
+        /// What it said.
+        said: String,
+    },
+    /// It does not listen.
+    #[error("the simulated world did not listen at {socket} within {} s", READY_WITHIN.as_secs())]
+    Silent {
+        /// Where it was to listen.
+        socket: String,
+    },
+}
+
+/// A world that runs as a process of its own. It outlives this program, unless it is ended.
+pub(super) struct SimulatedWorld {
+    socket: PathBuf,
+}
+
+impl SimulatedWorld {
+    /// The world a resumed run left, when it still lives.
+    pub(super) fn found(socket: &str, pace: Pace) -> Option<Self> {
+        let socket = PathBuf::from(socket);
+        let mut client = WorldClient::connect(&socket, "plumb").ok()?;
+        client.call(Verb::Pace { pace: spoken(pace) }, || false, |_| ()).ok()?;
+        Some(Self { socket })
+    }
+
+    /// A new world, in place of one that still listens there.
+    pub(super) fn start(setting: &WorldSetting, pace: Pace, socket: &Path) -> Result<Self, WorldError> {
+        if let Some(parent) = socket.parent() {
+            fs::create_dir_all(parent)?;
+        }
+        let world = Self { socket: socket.to_owned() };
+        if socket.exists() {
+            world.shut_down();
+        }
+        let mut said = File::options()
+            .create(true)
+            .read(true)
+            .write(true)
+            .truncate(true)
+            .open(socket.with_extension("log"))?;
+        let mut command = Command::new(std::env::current_exe()?);
+        command
+            .arg("world")
+            .arg("--file")
+            .arg(&setting.file)
+            .arg("--socket")
+            .arg(socket)
+            .arg("--pace")
+            .arg(pace.name());
+        command.stdin(Stdio::null()).stdout(said.try_clone()?).stderr(said.try_clone()?);
+        // A group of its own: the keyboard's interrupt, meant for this program, does not end the world.
+        command.process_group(0);
+        let mut child = command.spawn()?;
+        let begin = Instant::now();
+        while begin.elapsed() < READY_WITHIN {
+            if socket.exists() && WorldClient::connect(socket, "plumb").is_ok() {
+                reap_later(child);
+                return Ok(world);
+            }
+            if child.try_wait()?.is_some() {
+                let mut text = String::new();
+                said.rewind()?;
+                said.read_to_string(&mut text)?;
+                return Err(WorldError::Ended {
+                    file: setting.file.display().to_string(),
+                    said: text.trim().to_owned(),
+                });
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let _ = child.kill();
+        let _ = child.wait();
+        Err(WorldError::Silent { socket: socket.display().to_string() })
+    }
+
+    fn shut_down(&self) {
+        match WorldClient::connect(&self.socket, "plumb") {
+            Ok(mut client) => {
+                if let Err(error) = client.call(Verb::Shutdown {}, || false, |_| ()) {
+                    tracing::debug!("the simulated world did not confirm its end: {error}");
+                }
+                let begin = Instant::now();
+                while self.socket.exists() && begin.elapsed() < Duration::from_secs(5) {
+                    std::thread::sleep(Duration::from_millis(5));
+                }
+            }
+            Err(error) => tracing::debug!("the simulated world had gone: {error}"),
+        }
+    }
+}
+
+impl World for SimulatedWorld {
+    fn socket(&self) -> PathBuf {
+        self.socket.clone()
+    }
+
+    fn end(&mut self) {
+        self.shut_down();
+        let _ = fs::remove_file(self.socket.with_extension("log"));
+        if let Some(parent) = self.socket.parent() {
+            let _ = fs::remove_dir(parent);
+        }
+    }
+}
+
+/// Waits for the end of a child in the background, so that it leaves no zombie while this program lives.
+fn reap_later(mut child: Child) {
+    std::thread::spawn(move || child.wait());
+}
+
+fn spoken(pace: Pace) -> protocol::Pace {
+    match pace {
+        Pace::Real => protocol::Pace::Real,
+        Pace::Fast => protocol::Pace::Fast,
+    }
+}

@@ -1,0 +1,79 @@
+//! `plumb show`: what the record holds of one run.
+
+mod tables;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use plumb_record::{Record, RunId};
+use serde_json::json;
+
+use crate::failure::CommandResult;
+use crate::history_command::{record_directory, state_in_words};
+
+/// Show what the record holds of a run: its steps, answers, trigger poses, computed values and corrections.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Its number, as `plumb history` gives it; the newest if left out.
+    run: Option<i64>,
+    /// Where the record lies.
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
+    /// Everything as one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The record holds no run at all.
+#[derive(Debug, thiserror::Error)]
+#[error("no runs in {0}: `plumb run CELL` makes the first")]
+struct NoRuns(String);
+
+/// Prints the run.
+pub(crate) fn run(arguments: &Arguments) -> CommandResult {
+    let directory = record_directory(arguments.record.as_ref())?;
+    let record = Record::open(&directory)?;
+    let run = match arguments.run {
+        Some(run) => record.run(RunId(run))?,
+        None => {
+            let newest = record.history(1)?.into_iter().next();
+            newest.ok_or_else(|| NoRuns(directory.display().to_string()))?
+        }
+    };
+    if arguments.json {
+        let id = run.run;
+        let everything = json!({
+            "run": run,
+            "loaded": record.loaded(id)?,
+            "plan": record.plan(id)?,
+            "steps": record.steps(id)?,
+            "prompts": record.prompts(id)?,
+            "triggers": record.triggers(id)?,
+            "readings": record.readings(id)?,
+            "corrections": record.corrections_of_run(id)?,
+            "interruptions": record.interruptions(id)?,
+            "log": record.log(id)?,
+        });
+        println!("{}", serde_json::to_string_pretty(&everything)?);
+        return Ok(ExitCode::SUCCESS);
+    }
+    println!("run {} of {}: {}", run.run, run.cell, run.title);
+    let ended = run.ended.as_deref().unwrap_or("-");
+    println!("started {}, ended {ended}, by {}: {}", run.started, run.operator, state_in_words(&run));
+    if let Some(message) = &run.message {
+        println!("{message}");
+    }
+    let parameters = run.parameters.as_object().into_iter().flatten();
+    let parameters: Vec<String> = parameters.map(|(name, value)| format!("{name} = {value}")).collect();
+    if !parameters.is_empty() {
+        println!("parameters: {}", parameters.join(", "));
+    }
+    tables::steps(&record.steps(run.run)?);
+    tables::answers(&record.prompts(run.run)?);
+    tables::triggers(&record.triggers(run.run)?);
+    tables::readings(&record.readings(run.run)?);
+    tables::corrections(&record.corrections_of_run(run.run)?);
+    tables::interruptions(&record.interruptions(run.run)?);
+    tables::files(&record.loaded(run.run)?);
+    Ok(ExitCode::SUCCESS)
+}

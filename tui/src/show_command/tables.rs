@@ -1,0 +1,213 @@
+//! The parts of a run as tables of text.
+
+use plumb_record::{
+    LoadedFile, StoredCorrection, StoredInterruption, StoredPrompt, StoredReading, StoredStep, StoredTrigger,
+};
+use serde_json::Value;
+
+/// Every attempt at every step.
+pub(super) fn steps(steps: &[StoredStep]) {
+    println!("\nsteps");
+    for step in steps {
+        let outcome = step.outcome.as_deref().unwrap_or("not ended");
+        let again = if step.attempt > 1 { format!(" (attempt {})", step.attempt) } else { String::new() };
+        let message = step.message.as_deref().unwrap_or_default();
+        println!("  {:<34} {outcome:<12} {message}{again}", step.step);
+    }
+}
+
+/// Who answered what.
+pub(super) fn answers(prompts: &[StoredPrompt]) {
+    if prompts.is_empty() {
+        return;
+    }
+    println!("\nanswers");
+    for prompt in prompts {
+        let text = match &prompt.answer {
+            Some(answer) => {
+                format!("{} by {} at {}", answer_in_words(&answer.answer), answer.by, answer.time)
+            }
+            None => "not answered".to_owned(),
+        };
+        println!("  {:<34} {text}", prompt.step);
+    }
+}
+
+fn answer_in_words(answer: &Value) -> String {
+    let kind = answer.get("kind").and_then(Value::as_str).unwrap_or_default();
+    match answer.get("key").or_else(|| answer.get("value")).or_else(|| answer.get("decision")) {
+        Some(Value::String(word)) => word.clone(),
+        Some(other) => other.to_string(),
+        None => kind.to_owned(),
+    }
+}
+
+/// Where the arm stood when the sensor changed.
+pub(super) fn triggers(triggers: &[StoredTrigger]) {
+    let fine: Vec<&StoredTrigger> = triggers.iter().filter(|trigger| trigger.fine).collect();
+    if fine.is_empty() {
+        return;
+    }
+    println!("\ntrigger poses (slow approach)");
+    for trigger in fine {
+        let change = if trigger.fired { "on" } else { "off" };
+        println!(
+            "  {:<34} {} {change:<3} {}  ({} +- {:.1e} {})",
+            trigger.step,
+            trigger.sensor,
+            pose_in_words(&trigger.joints),
+            trigger.joint,
+            trigger.half_width,
+            trigger.unit
+        );
+    }
+}
+
+fn pose_in_words(joints: &Value) -> String {
+    let joint = |row: &Value| {
+        let name = row.get("name")?.as_str()?;
+        let value = row.get("value")?.as_f64()?;
+        let unit = row.get("unit")?.as_str()?;
+        Some(format!("{name} {value:.4} {unit}"))
+    };
+    let joints: Vec<String> = joints.as_array().into_iter().flatten().filter_map(joint).collect();
+    joints.join(", ")
+}
+
+/// Values that steps worked out. Those a step works out in every turn of a repetition stand in one table, a row a turn.
+pub(super) fn readings(readings: &[StoredReading]) {
+    let mut groups: Vec<(String, Vec<&StoredReading>)> = Vec::new();
+    for reading in readings {
+        let group = without_turns(&reading.step);
+        match groups.iter_mut().find(|(name, _)| *name == group) {
+            Some((_, members)) => members.push(reading),
+            None => groups.push((group, vec![reading])),
+        }
+    }
+    for (group, members) in groups {
+        let columns = columns_of(&members);
+        println!("\nvalues of {group}");
+        let heads: Vec<String> = columns.iter().map(|column| format!("{column:>18}")).collect();
+        println!("  {:<24}{}", "", heads.join(""));
+        let mut steps: Vec<&str> = members.iter().map(|reading| reading.step.as_str()).collect();
+        steps.dedup();
+        for step in steps {
+            let cell = |column: &String| {
+                let found =
+                    members.iter().rev().find(|reading| reading.step == step && head_of(reading) == *column);
+                found.map_or_else(|| " ".repeat(18), |reading| format!("{:>18}", number(reading.value)))
+            };
+            println!("  {step:<24}{}", columns.iter().map(cell).collect::<String>());
+        }
+    }
+}
+
+fn columns_of(readings: &[&StoredReading]) -> Vec<String> {
+    let mut columns: Vec<String> = Vec::new();
+    for reading in readings {
+        let head = head_of(reading);
+        if !columns.contains(&head) {
+            columns.push(head);
+        }
+    }
+    columns
+}
+
+fn head_of(reading: &StoredReading) -> String {
+    format!("{} {}", reading.name, reading.unit).trim_end().to_owned()
+}
+
+/// Eight significant digits, without an exponent where that is readable.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if value != 0.0 && !(1e-3..1e7).contains(&size) {
+        return format!("{value:.4e}");
+    }
+    let digits_before = if size < 1.0 { 1 } else { size.log10().floor() as usize + 1 };
+    let decimals = 8_usize.saturating_sub(digits_before);
+    format!("{value:.decimals$}")
+}
+
+fn without_turns(step: &str) -> String {
+    let mut depth = 0;
+    let outside = |c: &char| {
+        match c {
+            '[' => depth += 1,
+            ']' => {
+                depth -= 1;
+                return false;
+            }
+            _ => {}
+        }
+        depth == 0
+    };
+    step.chars().filter(outside).collect()
+}
+
+/// What the run found out about the machine.
+pub(super) fn corrections(corrections: &[StoredCorrection]) {
+    if corrections.is_empty() {
+        return;
+    }
+    println!("\ncorrections");
+    for one in corrections {
+        let state = one
+            .revision
+            .map_or("not put in force".to_owned(), |revision| format!("in force since revision {revision}"));
+        println!(
+            "  {} of {} {:<12} {:>10.4} -> {:>10.4} {} +- {:.1e}  ({state})",
+            one.key.quantity.replace('_', " "),
+            one.key.device,
+            one.key.place,
+            one.old,
+            one.new,
+            one.unit,
+            one.uncertainty
+        );
+    }
+}
+
+/// Pauses, stops, losses and resumes.
+pub(super) fn interruptions(interruptions: &[StoredInterruption]) {
+    if interruptions.len() < 2 {
+        return;
+    }
+    println!("\ninterruptions");
+    for one in interruptions {
+        println!(
+            "  {}  {:<14} {:<30} {}",
+            one.time,
+            one.kind.replace('_', " "),
+            one.step.as_deref().unwrap_or(""),
+            one.reason
+        );
+    }
+}
+
+/// What the run was made of.
+pub(super) fn files(files: &[LoadedFile]) {
+    println!("\nloaded");
+    for file in files {
+        println!("  {:<10} {}  {}", file.role, file.sha256.get(..12).unwrap_or(&file.sha256), file.path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_eight_digits_and_stay_readable() {
+        assert_eq!(number(-10138.62), "-10138.620");
+        assert_eq!(number(178.2412345), "178.24123");
+        assert_eq!(number(0.1766), "0.1766000");
+        assert_eq!(number(-5.437e-6), "-5.4370e-6");
+        assert_eq!(number(0.0), "0.0000000");
+    }
+
+    #[test]
+    fn the_turns_of_a_repetition_share_one_name() {
+        assert_eq!(without_turns("cycle[2].height"), "cycle.height");
+        assert_eq!(without_turns("a.b[1].c[12].d"), "a.b.c.d");
+    }
+}
