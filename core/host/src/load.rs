@@ -51,11 +51,14 @@ pub(crate) fn load(plugin: &Plugin) -> Result<Loaded, LoadError> {
 
 /// The entry of a library, with nothing in it looked at.
 fn entry_of(path: &Path) -> Result<&'static Entry, LoadError> {
+    let not_a_library = |cause: String| LoadError::NotALibrary { library: path.to_owned(), cause };
+    // Absolute, or the system's loader would look for a bare name in its own directories.
+    let absolute = path.canonicalize().map_err(|error| not_a_library(error.to_string()))?;
     let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
     let symbol = entry_symbol(name).ok_or_else(|| LoadError::Name { library: path.to_owned() })?;
     // SAFETY: a plugin's initialisers are its author's: this process exists to be the only one they can harm.
-    let library = unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }
-        .map_err(|error| LoadError::NotALibrary { library: path.to_owned(), cause: cause_of(&error) })?;
+    let library = unsafe { Library::open(Some(absolute), RTLD_NOW | RTLD_LOCAL) }
+        .map_err(|error| not_a_library(cause_of(&error)))?;
     // SAFETY: the address is used as an entry only after its magic has been found there.
     let entry = unsafe { library.get::<*const Entry>(symbol.as_bytes()) }
         .map_err(|_| LoadError::NoEntry {

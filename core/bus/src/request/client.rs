@@ -95,6 +95,8 @@ impl Client {
         }
         self.signal.ring().map_err(|error| broken(&error))?;
         loop {
+            // Looked at before the answer is: a device that has answered lets go of the request at once.
+            let is_awaited = pending.is_connected() && is_served();
             if let Some(response) = pending.receive().map_err(|error| broken(&error))? {
                 return self.understood(name, response.payload());
             }
@@ -103,7 +105,7 @@ impl Client {
                 let (device, limit) = (self.device.clone(), call.time_limit);
                 return Err(CallError::TimedOut { device, request: name, limit });
             }
-            if !pending.is_connected() || !is_served() {
+            if !is_awaited {
                 return Err(CallError::NoHost { device: self.device.clone() });
             }
             self.listener.wait(left.min(LIVENESS_CHECK)).map_err(|error| broken(&error))?;

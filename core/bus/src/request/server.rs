@@ -97,13 +97,6 @@ impl Server {
     }
 }
 
-impl Answer {
-    /// Whether the asker still waits.
-    pub fn is_awaited(&self) -> bool {
-        self.request.is_connected()
-    }
-}
-
 impl fmt::Debug for Server {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.debug_struct("Server").field("device", &self.device).finish_non_exhaustive()

@@ -46,6 +46,11 @@ impl MisbehavingRobot {
                 thread::sleep(Duration::from_secs(3600));
             },
             "flood" => self.flood(),
+            "litter" => {
+                let child = process::Command::new("sleep").arg("600").spawn()?;
+                self.note(&child.id().to_string());
+                Ok(())
+            }
             "refuse" => Err(PluginError::Refused("the robot does not want to".to_owned())),
             "chatter" => {
                 println!("printed by the plugin");

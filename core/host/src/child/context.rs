@@ -65,13 +65,8 @@ impl Context {
         self.span.store(span, Ordering::Relaxed);
     }
 
-    /// A log line of the plugin's.
-    pub(crate) fn log(&self, level: LogLevel, text: &str) {
-        self.report(level, text);
-    }
-
-    /// A log line under the call being served.
-    pub(super) fn report(&self, level: LogLevel, text: &str) {
+    /// A log line, the plugin's or the host's, under the call being served.
+    pub(crate) fn report(&self, level: LogLevel, text: &str) {
         let span = self.span.load(Ordering::Relaxed);
         self.lines.send(FromHost::Log { level, text: text.to_owned(), span });
     }

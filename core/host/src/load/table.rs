@@ -55,7 +55,7 @@ unsafe extern "C" fn log(pointer: *mut c_void, level: u32, line: Bytes) {
         _ => LogLevel::Debug,
     };
     // SAFETY: see above.
-    unsafe { context(pointer).log(level, &text(line)) }
+    unsafe { context(pointer).report(level, &text(line)) }
 }
 
 unsafe extern "C" fn fail(pointer: *mut c_void, why: Bytes) {

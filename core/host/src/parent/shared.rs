@@ -5,7 +5,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use nix::sys::signal::{Signal, kill};
+use nix::sys::signal::{Signal, killpg};
 use nix::sys::wait::{Id, WaitPidFlag, waitid};
 use nix::unistd::Pid;
 use plumb_bus::Bus;
@@ -104,8 +104,8 @@ impl Shared {
         let mut life = self.life();
         if !life.reaped {
             life.killed_because.get_or_insert_with(|| why.to_owned());
-            // Fails only when the process has just ended by itself.
-            let _ = kill(self.process, Signal::SIGKILL);
+            // The process and what it started: it leads a group of its own. Fails only when it has just ended by itself.
+            let _ = killpg(self.process, Signal::SIGKILL);
         }
     }
 
@@ -116,6 +116,8 @@ impl Shared {
         while waitid(Id::Pid(self.process), flags) == Err(nix::errno::Errno::EINTR) {}
         let (status, killed_because) = {
             let mut life = self.life();
+            // What a plugin started ends with its host. Fails when there is nothing.
+            let _ = killpg(self.process, Signal::SIGKILL);
             life.reaped = true;
             (child.wait(), life.killed_because.clone())
         };

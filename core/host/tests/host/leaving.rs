@@ -52,6 +52,25 @@ fn a_device_is_put_away_in_good_order() {
 }
 
 #[test]
+fn what_a_plugin_started_ends_with_its_host() {
+    let place = Place::new();
+    let diary = place.directory.path().join("diary");
+    let host = place.robot(serde_json::json!({"diary": diary, "fault": "litter", "in": "read"}));
+    host.robot().unwrap().read_joints().unwrap();
+    let text = fs::read_to_string(&diary).unwrap();
+    let child: i32 = text.trim().parse().expect("the plugin notes its child's process number");
+    assert!(kill(Pid::from_raw(child), None).is_ok());
+    assert!(host.finish(LONG).is_orderly());
+    until("the child's end", || is_gone(child).then_some(()));
+}
+
+/// Whether a process has ended; one that nobody has reaped yet counts.
+fn is_gone(process: i32) -> bool {
+    fs::read_to_string(format!("/proc/{process}/stat"))
+        .map_or(true, |stat| stat.rsplit(')').next().is_some_and(|rest| rest.trim_start().starts_with('Z')))
+}
+
+#[test]
 fn a_robot_is_stopped_when_its_orchestrator_is_killed() {
     let place = Place::new();
     let diary = place.directory.path().join("diary");
@@ -66,6 +85,6 @@ fn a_robot_is_stopped_when_its_orchestrator_is_killed() {
     let host: i32 = line.trim().parse().expect("the orchestrator prints its host's process number");
     orchestrator.kill().unwrap();
     orchestrator.wait().unwrap();
-    until("the host's end", || kill(Pid::from_raw(host), None).is_err().then_some(()));
+    until("the host's end", || is_gone(host).then_some(()));
     assert_eq!(fs::read_to_string(&diary).unwrap(), "stopped\nended\n");
 }
