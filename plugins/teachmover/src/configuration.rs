@@ -22,6 +22,8 @@ pub struct Configuration {
     pub zero: RegisterZero,
     /// The speed number that `speed_fraction` 1 stands for.
     pub full_speed: SpeedCode,
+    /// Moves at or below this fraction of full speed read the inputs after every half-step.
+    pub fine_at_speed: f64,
     /// How long a stop may take: ms.
     pub stop_within_ms: u32,
     /// How long the controller may take to answer, beside the time on the line and that of the motion: ms.
@@ -74,6 +76,8 @@ struct RawConfiguration {
     registers_zero: RawPose,
     #[serde(default = "usual_speed")]
     full_speed_code: u8,
+    #[serde(default = "usual_fine_speed")]
+    fine_at_speed: f64,
     #[serde(default = "usual_stop")]
     stop_within_ms: u32,
     #[serde(default = "usual_reply")]
@@ -112,6 +116,11 @@ fn usual_recognition() -> char {
 /// 290 half-steps a second: under the rated speed of every motor without load.
 fn usual_speed() -> u8 {
     220
+}
+
+/// The speed of the second, slow approach of a search.
+fn usual_fine_speed() -> f64 {
+    0.25
 }
 
 fn usual_stop() -> u32 {
@@ -179,6 +188,13 @@ impl RawConfiguration {
                 "the controller takes 0 to 245",
             );
         };
+        if !(0.0..=1.0).contains(&self.fine_at_speed) {
+            return wrong(
+                "fine_at_speed",
+                self.fine_at_speed.to_string(),
+                "give a part of full speed, from 0 to 1",
+            );
+        }
         if !(50..=2000).contains(&self.stop_within_ms) {
             return wrong("stop_within_ms", self.stop_within_ms.to_string(), "give 50 to 2000");
         }
@@ -194,6 +210,7 @@ impl RawConfiguration {
             baud: self.baud,
             recognition: self.recognition as u8,
             full_speed,
+            fine_at_speed: self.fine_at_speed,
             stop_within_ms: self.stop_within_ms,
             reply_within_ms: self.reply_within_ms,
             grip_switch: self.grip_switch,
@@ -243,6 +260,10 @@ mod tests {
             (
                 json!({"port": port, "full_speed_code": 250}),
                 "config: full_speed_code is 250; the controller takes 0 to 245",
+            ),
+            (
+                json!({"port": port, "fine_at_speed": 2}),
+                "config: fine_at_speed is 2; give a part of full speed, from 0 to 1",
             ),
             (json!({"port": port, "stop_within_ms": 10}), "config: stop_within_ms is 10; give 50 to 2000"),
             (

@@ -29,6 +29,9 @@ pub struct Cutting {
     pub slowness: f64,
     /// The most half-steps by which a piece may close the gripper, where its switch is watched.
     pub closing: Option<u32>,
+    /// Whether each piece is one half-step of the motor that makes the most of them: the pose at which an input changes is known no finer
+    /// than a piece.
+    pub finest: bool,
 }
 
 impl Cutting {
@@ -67,6 +70,9 @@ impl Cutting {
     fn longest_piece(&self, travel: HalfSteps) -> u32 {
         let budget = self.stop_within.saturating_sub(RESERVE);
         let whole = travel.largest();
+        if self.finest {
+            return 1;
+        }
         let at_full_budget = (budget.as_secs_f64() * self.speed.rate()) as u32;
         let longest = (1..=at_full_budget.min(whole)).rev();
         longest.into_iter().find(|piece| self.duration(shrunk(travel, *piece)) <= budget).unwrap_or(1)
@@ -132,6 +138,7 @@ mod tests {
             stop_within: Duration::from_millis(100),
             slowness: 1.0,
             closing: None,
+            finest: false,
         }
     }
 
@@ -190,6 +197,14 @@ mod tests {
         let pieces = watched.pieces(HalfSteps([0, 0, 0, 0, 0, -100]));
         assert!(pieces.iter().all(|piece| piece.opening() >= -8), "{pieces:?}");
         assert!(watched.pieces(HalfSteps([0, 0, 0, 0, 0, 100])).len() < pieces.len());
+    }
+
+    #[test]
+    fn the_finest_pieces_are_single_half_steps() {
+        let finest = Cutting { finest: true, ..at_9600(180) };
+        let pieces = finest.pieces(HalfSteps([0, 7, -3, 0, 0, -3]));
+        assert_eq!(pieces.len(), 7);
+        assert!(pieces.iter().all(|piece| piece.largest() == 1));
     }
 
     #[test]

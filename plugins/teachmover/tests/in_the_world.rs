@@ -37,18 +37,13 @@ impl Cell {
         let folder = tempfile::tempdir().unwrap();
         let socket = folder.path().join("world");
         let server = start_world(folder.path(), file, replaced, &socket);
-        let mut world = connect(&socket);
+        let world = connect(&socket);
         let motors = MotorsInWorld::connect(&socket).unwrap();
         let emulator = Emulator::start(EmulatorOptions::default(), Box::new(motors)).unwrap();
-        let [waist, shoulder, elbow, pitch, roll, opening] = world.read(Verb::Read {}).unwrap().joints;
         let config = json!({
             "port": emulator.standing().port.unwrap(),
             "grip_switch": {"bit": 7},
             "only_the_pendant_stops": ["hand_control"],
-            "registers_zero": {
-                "waist_deg": waist.to_degrees(), "shoulder_deg": shoulder.to_degrees(), "elbow_deg": elbow.to_degrees(),
-                "wrist_pitch_deg": pitch.to_degrees(), "wrist_roll_deg": roll.to_degrees(), "gripper_mm": opening,
-            },
         });
         let recording = RecordingHost::new();
         let arm = TeachMover::create(&config, recording.host()).unwrap();

@@ -6,6 +6,7 @@ use super::TeachMover;
 use crate::cutting::Cutting;
 use crate::drive::{HalfSteps, Joint, MOTORS};
 use crate::limits;
+use crate::speed_code::SpeedCode;
 
 /// The user input lines; the eighth bit of the inputs is not described in any source.
 const INPUT_LINES: u32 = 7;
@@ -15,7 +16,7 @@ const OUTPUT_LINES: u32 = 5;
 
 impl TeachMover {
     pub(super) fn description(&self) -> RobotDescription {
-        let stop = self.cutting(self.configuration.full_speed, None).longest_stop(MOTORS);
+        let stop = self.cutting(self.configuration.full_speed, None, false).longest_stop(MOTORS);
         let stop_time_ms = u32::try_from(stop.as_micros().div_ceil(1000)).unwrap_or(u32::MAX);
         RobotDescription {
             model: "Microbot TeachMover".to_owned(),
@@ -55,13 +56,14 @@ impl TeachMover {
     }
 
     /// How moves at a speed are cut now.
-    pub(super) fn cutting(&self, speed: crate::speed_code::SpeedCode, closing: Option<u32>) -> Cutting {
+    pub(super) fn cutting(&self, speed: SpeedCode, closing: Option<u32>, finest: bool) -> Cutting {
         Cutting {
             speed,
             character: self.controller.line().duration(1),
             stop_within: std::time::Duration::from_millis(u64::from(self.configuration.stop_within_ms)),
             slowness: self.slowness.factor(),
             closing,
+            finest,
         }
     }
 }

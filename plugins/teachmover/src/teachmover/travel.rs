@@ -33,7 +33,8 @@ impl TeachMover {
         let travel = end.since(start);
         let speed = self.speed(motion)?;
         let mut grip = self.grip(travel)?;
-        let pieces = self.cutting(speed, grip.as_ref().map(|_| CLOSING_PIECE)).pieces(travel);
+        let finest = motion.speed_fraction <= self.configuration.fine_at_speed;
+        let pieces = self.cutting(speed, grip.as_ref().map(|_| CLOSING_PIECE), finest).pieces(travel);
         let count = pieces.len();
         for (index, piece) in pieces.into_iter().enumerate() {
             if self.host.should_stop() {

@@ -57,8 +57,6 @@ pub(super) struct Controller {
     recognition: u8,
     /// What was heard since the recognition character; nothing while none was heard.
     line: Option<Vec<u8>>,
-    /// The motors' positions at the last reset.
-    zero: [i32; 6],
     key: u8,
     program: Program,
     drawl: u8,
@@ -85,7 +83,6 @@ impl Controller {
             motors,
             recognition: b'@',
             line: None,
-            zero: [0; 6],
             key: 0,
             program: Program::default(),
             drawl: 0,
@@ -212,11 +209,7 @@ impl Controller {
 
     /// The registers, with what a motion under way has come to as far as it is known.
     pub(super) fn registers(&self, now: u64) -> Registers {
-        let mut registers = self.motors.position(now);
-        for (register, zero) in registers.iter_mut().zip(self.zero) {
-            *register -= zero;
-        }
-        registers
+        self.motors.position(now)
     }
 
     /// Whether it is busy.
@@ -251,7 +244,7 @@ impl Controller {
                 self.pendant_look = self.motors.pendant()?.map(|_| now + PENDANT_LOOK);
             }
             Some(Order::Forget) => {
-                self.zero = self.motors.position(now);
+                self.motors.reset()?;
                 self.answer(SUCCESSFUL);
             }
             Some(Order::Perform) => self.perform(now)?,

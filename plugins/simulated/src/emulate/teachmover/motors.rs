@@ -68,8 +68,14 @@ pub trait Motors: Send {
     /// [`MotorsError`] when the arm is gone.
     fn halt(&mut self, now: u64) -> Result<u64, MotorsError>;
 
-    /// Half-steps sent to each motor since the controller was switched on, as far as they are known without asking.
+    /// Half-steps sent to each motor since the last reset, as far as they are known without asking.
     fn position(&self, now: u64) -> [i32; 6];
+
+    /// Counts from here.
+    ///
+    /// # Errors
+    /// [`MotorsError`] when the arm is gone.
+    fn reset(&mut self) -> Result<(), MotorsError>;
 
     /// The user input lines, bits 0 to 6, and the grip switch, bit 7 (assumed: no source says where it is found).
     ///

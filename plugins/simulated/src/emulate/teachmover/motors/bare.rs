@@ -9,6 +9,8 @@ pub struct BareMotors {
     /// Whether a motion takes no time.
     at_once: bool,
     turned: [i32; 6],
+    /// What `turned` was at the last reset.
+    zero: [i32; 6],
     motion: Option<Motion>,
     lines: u8,
     outputs: u8,
@@ -27,7 +29,16 @@ struct Motion {
 impl BareMotors {
     /// Motors at rest with the fingers open by `opening_mm`; with `at_once`, motions take no time.
     pub fn new(at_once: bool, opening_mm: f64) -> Self {
-        Self { at_once, turned: [0; 6], motion: None, lines: 0, outputs: 0, opening_mm, between_mm: 0.0 }
+        Self {
+            at_once,
+            turned: [0; 6],
+            zero: [0; 6],
+            motion: None,
+            lines: 0,
+            outputs: 0,
+            opening_mm,
+            between_mm: 0.0,
+        }
     }
 
     /// The output lines.
@@ -99,7 +110,17 @@ impl Motors for BareMotors {
     }
 
     fn position(&self, now: u64) -> [i32; 6] {
-        self.motion.map_or(self.turned, |motion| motion.from(self.turned, motion.steps_at(now)))
+        let mut position =
+            self.motion.map_or(self.turned, |motion| motion.from(self.turned, motion.steps_at(now)));
+        for (position, zero) in position.iter_mut().zip(self.zero) {
+            *position -= zero;
+        }
+        position
+    }
+
+    fn reset(&mut self) -> Result<(), MotorsError> {
+        self.zero = self.turned;
+        Ok(())
     }
 
     fn inputs(&mut self) -> Result<u8, MotorsError> {

@@ -17,6 +17,9 @@ const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Motors of the arm that stands in a world.
 ///
+/// The world counts for the controller: its registers read zero where the arm is believed to stand straight out, and go on counting when the
+/// controller is started anew.
+///
 /// Two connections: a motion keeps one of them busy until it has ended, so that a stop never queues behind it.
 #[derive(Debug)]
 pub struct MotorsInWorld {
@@ -24,13 +27,11 @@ pub struct MotorsInWorld {
     motions: Sender<Verb>,
     ends: Receiver<Result<Reading, ClientError>>,
     moves: bool,
-    /// The world's count of half-steps when the controller was switched on.
-    at_switching_on: [f64; 6],
     last: Reading,
 }
 
 impl MotorsInWorld {
-    /// Connects to the world at `socket`. The controller counts from where the arm stands.
+    /// Connects to the world at `socket`.
     ///
     /// # Errors
     /// [`MotorsError`] when no world listens there.
@@ -41,7 +42,7 @@ impl MotorsInWorld {
         let (motions, orders) = channel();
         let (tell_end, ends) = channel();
         std::thread::spawn(move || make_motions(mover, &orders, &tell_end));
-        Ok(Self { client, motions, ends, moves: false, at_switching_on: last.half_steps, last })
+        Ok(Self { client, motions, ends, moves: false, last })
     }
 
     fn ask(&mut self, verb: Verb) -> Result<Reading, MotorsError> {
@@ -116,13 +117,11 @@ impl Motors for MotorsInWorld {
     }
 
     fn position(&self, _now: u64) -> [i32; 6] {
-        let mut position = [0; 6];
-        for ((position, here), start) in
-            position.iter_mut().zip(self.last.half_steps).zip(self.at_switching_on)
-        {
-            *position = (here - start).round() as i32;
-        }
-        position
+        self.last.half_steps.map(|count| count.round() as i32)
+    }
+
+    fn reset(&mut self) -> Result<(), MotorsError> {
+        self.ask(Verb::SetZero { joints: [0.0; 6] }).map(drop)
     }
 
     fn inputs(&mut self) -> Result<u8, MotorsError> {
