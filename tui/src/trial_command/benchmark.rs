@@ -13,8 +13,9 @@ mod trials;
 use std::io::{self, Write as _};
 use std::path::PathBuf;
 
+use super::arguments::CampaignArguments;
 use super::{Outcome, TrialError, write};
-use cells::{CELLS, Cell};
+use cells::{CELLS, Cell, Work};
 use trials::{Analyst, all_trials};
 
 /// Options of `plumb trial benchmark`.
@@ -32,6 +33,11 @@ pub(crate) struct BenchmarkArguments {
     /// Every effect of the library alone, 50 trials each, instead of the cells.
     #[arg(long)]
     each: bool,
+    /// Instead of the cells, so many trials of the campaign that the options of `plumb trial new` describe.
+    #[arg(long, value_name = "TRIALS", conflicts_with_all = ["cells", "each"])]
+    own: Option<usize>,
+    #[command(flatten)]
+    campaign: CampaignArguments,
     /// Only these analysts; all when not given.
     #[arg(long = "analyst", value_enum)]
     analysts: Vec<Analyst>,
@@ -42,17 +48,21 @@ pub(crate) struct BenchmarkArguments {
 
 /// Runs the benchmark; each cell is told as soon as it is done.
 pub(super) fn run(arguments: &BenchmarkArguments) -> Result<Outcome, TrialError> {
-    let cells = if arguments.each { cells::each_effect() } else { chosen(&arguments.cells)? };
+    let work: Vec<Work> = match arguments.own {
+        Some(trials) => vec![Work::own(&arguments.campaign, trials, arguments.seed)?],
+        None if arguments.each => cells::each_effect().into_iter().map(Work::cell).collect(),
+        None => chosen(&arguments.cells)?.into_iter().map(Work::cell).collect(),
+    };
     let analysts =
         if arguments.analysts.is_empty() { Analyst::ALL.to_vec() } else { arguments.analysts.clone() };
     let mut rows = Vec::new();
     say(&report::heading())?;
-    for cell in cells {
-        let count = ((cell.trials as f64 * arguments.scale).round() as usize).max(1);
-        say(&format!("{} ({count} trials)\n", cell.title))?;
-        let trials = all_trials(&cell, &analysts, arguments.seed, count)?;
+    for work in work {
+        let count = ((work.trials() as f64 * arguments.scale).round() as usize).max(1);
+        say(&format!("{} ({count} trials)\n", work.title()))?;
+        let trials = all_trials(&work, &analysts, arguments.seed, count)?;
         for (analyst, trials) in analysts.iter().zip(trials) {
-            let row = report::summary(&cell, *analyst, trials);
+            let row = report::summary(work.name(), *analyst, trials);
             say(&report::line(&row))?;
             rows.push(row);
         }

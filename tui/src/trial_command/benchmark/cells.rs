@@ -7,6 +7,9 @@ use plumb_simulated::physics::campaign::{self, Case};
 use plumb_simulated::physics::description::ArmDescription;
 use plumb_simulated::physics::random::Random;
 
+use crate::trial_command::TrialError;
+use crate::trial_command::arguments::CampaignArguments;
+
 /// A kind of trial.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Cell {
@@ -90,14 +93,66 @@ pub(super) fn each_effect() -> Vec<Cell> {
     names.map(|name| Cell { free: free(name), ..wide(name, name, 50, Hides::This(name), 3.0) }).collect()
 }
 
-impl Cell {
-    /// What is hidden.
-    pub(super) fn hides(&self) -> Hides {
-        self.hides
+/// Trials to be run.
+#[derive(Debug, Clone)]
+pub(super) enum Work {
+    /// A cell of the benchmark.
+    Cell(Cell),
+    /// A campaign of the user's own.
+    Own(CampaignArguments, usize),
+}
+
+impl Work {
+    /// A cell.
+    pub(super) fn cell(cell: Cell) -> Self {
+        Self::Cell(cell)
     }
 
-    /// Trial `number` of this cell under the benchmark's seed. Arms come by lot; a lot that cannot be hidden in its arm is drawn again.
+    /// So many trials of one's own; its first is tried, so that bad options are told.
+    pub(super) fn own(campaign: &CampaignArguments, trials: usize, seed: u64) -> Result<Self, TrialError> {
+        campaign::generate(&campaign.specification(seed)?, seed)?;
+        Ok(Self::Own(campaign.clone(), trials))
+    }
+
+    /// Its name in files.
+    pub(super) fn name(&self) -> &'static str {
+        match self {
+            Self::Cell(cell) => cell.name,
+            Self::Own(..) => "own",
+        }
+    }
+
+    /// What it is, for people.
+    pub(super) fn title(&self) -> &'static str {
+        match self {
+            Self::Cell(cell) => cell.title,
+            Self::Own(..) => "own campaign",
+        }
+    }
+
+    /// Trials at full scale.
+    pub(super) fn trials(&self) -> usize {
+        match self {
+            Self::Cell(cell) => cell.trials,
+            Self::Own(_, trials) => *trials,
+        }
+    }
+
+    /// Trial `number`; `None` when chance gives none that can be made.
     pub(super) fn case(&self, seed: u64, number: usize) -> Option<Case> {
+        match self {
+            Self::Cell(cell) => cell.case(seed, number),
+            Self::Own(campaign, _) => {
+                let seed = seed.wrapping_add(number as u64);
+                campaign::generate(&campaign.specification(seed).ok()?, seed).ok()
+            }
+        }
+    }
+}
+
+impl Cell {
+    /// Trial `number` of this cell under the benchmark's seed. Arms come by lot; a lot that cannot be hidden in its arm is drawn again.
+    fn case(&self, seed: u64, number: usize) -> Option<Case> {
         let mut lot = Random::new(seed.wrapping_add(number as u64), self.name);
         (0..100).find_map(|_| {
             let (name, _) = lot.pick(&arms::ARMS)?;

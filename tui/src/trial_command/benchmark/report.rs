@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use plumb_simulated::physics::campaign::{Hidden, Verdict};
 use serde::Serialize;
 
-use super::cells::{Cell, Hides};
 use super::interval::Share;
 use super::trials::{Analyst, Trial};
 
@@ -22,7 +21,7 @@ pub(super) struct Row {
     wrong: Vec<Wrong>,
 }
 
-/// A trial that went wrong, to be looked at.
+/// A trial that went wrong, or whose size is off, to be looked at.
 #[derive(Debug, Serialize)]
 struct Wrong {
     seed: u64,
@@ -30,10 +29,11 @@ struct Wrong {
     hidden: Vec<String>,
     verdict: Verdict,
     said: Vec<String>,
+    size_error_over_se: Option<f64>,
 }
 
 /// Sums an analyst's trials up.
-pub(super) fn summary(cell: &Cell, analyst: Analyst, trials: Vec<Trial>) -> Row {
+pub(super) fn summary(cell: &'static str, analyst: Analyst, trials: Vec<Trial>) -> Row {
     let mut shares = BTreeMap::new();
     let mut tell = |name: &'static str, holds: &dyn Fn(&Trial) -> bool| {
         shares.insert(name, Share::of(trials.iter().map(holds)));
@@ -41,11 +41,11 @@ pub(super) fn summary(cell: &Cell, analyst: Analyst, trials: Vec<Trial>) -> Row 
     tell("right", &|trial| trial.score.right);
     tell("named", &|trial| trial.verdict == Verdict::Named);
     tell("falsely_named", &|trial| trial.score.false_name);
-    if matches!(cell.hides(), Hides::One | Hides::Two | Hides::This(_)) {
+    if trials.iter().any(|trial| trial.can_be_named) {
         tell("truth_first", &|trial| trial.score.truth_first);
         tell("truth_in_set", &|trial| trial.score.truth_in_set);
     }
-    if cell.hides() != Hides::Nothing {
+    if trials.iter().any(|trial| !trial.hidden.is_empty()) {
         tell("place_right", &|trial| trial.score.place_right);
     }
     let sized: Vec<f64> = trials.iter().filter_map(|trial| trial.score.size_error_over_se).collect();
@@ -60,15 +60,21 @@ pub(super) fn summary(cell: &Cell, analyst: Analyst, trials: Vec<Trial>) -> Row 
     }
     let seconds = trials.iter().map(|trial| trial.seconds).sum::<f64>() / trials.len().max(1) as f64;
     let count = trials.len();
-    let wrong = trials.into_iter().filter(|trial| !trial.score.right).map(|trial| Wrong {
-        seed: trial.seed,
-        arm: trial.arm,
-        hidden: trial.hidden.iter().map(told).collect(),
-        verdict: trial.verdict,
-        said: trial.said,
-    });
+    let wrong = trials
+        .into_iter()
+        .filter(|trial| {
+            !trial.score.right || trial.score.size_error_over_se.is_some_and(|error| error.abs() > 3.0)
+        })
+        .map(|trial| Wrong {
+            seed: trial.seed,
+            arm: trial.arm,
+            hidden: trial.hidden.iter().map(told).collect(),
+            verdict: trial.verdict,
+            said: trial.said,
+            size_error_over_se: trial.score.size_error_over_se,
+        });
     Row {
-        cell: cell.name,
+        cell,
         analyst,
         trials: count,
         shares,

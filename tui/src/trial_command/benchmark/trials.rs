@@ -8,7 +8,7 @@ use plumb_model::laboratory::LaboratoryError;
 use plumb_simulated::physics::campaign::{Case, Hidden, Verdict};
 use serde::Serialize;
 
-use super::cells::Cell;
+use super::cells::Work;
 use super::evidence::Evidence;
 use super::{correlation, forward_bic, lab, lasso};
 use crate::trial_command::TrialError;
@@ -58,6 +58,8 @@ pub(super) struct Trial {
     pub(super) seed: u64,
     pub(super) arm: String,
     pub(super) hidden: Vec<Hidden>,
+    /// Whether the library has a name for what is hidden.
+    pub(super) can_be_named: bool,
     pub(super) verdict: Verdict,
     pub(super) said: Vec<String>,
     pub(super) score: Score,
@@ -69,27 +71,27 @@ type Numbered = Vec<(usize, Vec<Trial>)>;
 
 /// Every analyst on every trial of a cell, on all processors.
 pub(super) fn all_trials(
-    cell: &Cell,
+    work: &Work,
     analysts: &[Analyst],
     seed: u64,
     count: usize,
 ) -> Result<Vec<Vec<Trial>>, TrialError> {
     let next = AtomicUsize::new(0);
     let workers = thread::available_parallelism().map_or(1, usize::from).min(count);
-    let work = || -> Result<Numbered, TrialError> {
+    let one_worker = || -> Result<Numbered, TrialError> {
         let mut done = Vec::new();
         loop {
             let number = next.fetch_add(1, Ordering::Relaxed);
             if number >= count {
                 return Ok(done);
             }
-            if let Some(case) = cell.case(seed, number) {
+            if let Some(case) = work.case(seed, number) {
                 done.push((number, judge(&case, analysts)?));
             }
         }
     };
     let parts: Vec<Result<Numbered, TrialError>> = thread::scope(|scope| {
-        let handles: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        let handles: Vec<_> = (0..workers).map(|_| scope.spawn(one_worker)).collect();
         handles.into_iter().filter_map(|handle| handle.join().ok()).collect()
     });
     let mut all: Numbered = parts.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
@@ -122,6 +124,7 @@ fn judge(case: &Case, analysts: &[Analyst]) -> Result<Vec<Trial>, TrialError> {
             seed: truth.seed,
             arm: case.specification.arm.name.clone(),
             hidden: truth.hidden.clone(),
+            can_be_named: !truth.effects.is_empty(),
             verdict: diagnosis.verdict,
             said: said
                 .into_iter()
