@@ -14,7 +14,7 @@ use plumb_plugin::{
 /// The time between two steps of a move.
 const STEP: Duration = Duration::from_millis(2);
 
-/// The fastest the waist turns: rad/s.
+/// The fastest a joint goes: rad/s, mm/s.
 const MAX_SPEED: f64 = 1.0;
 
 /// The line is high while the waist stands above this: rad.
@@ -180,7 +180,7 @@ impl Robot for MisbehavingRobot {
         let end = motion.end_from(&from);
         let way = |joint: usize| end.get(joint).unwrap_or(0.0) - from.get(joint).unwrap_or(0.0);
         let step_length = MAX_SPEED * motion.speed_fraction * STEP.as_secs_f64();
-        let steps = (way(0).abs() / step_length).ceil().max(1.0) as u64;
+        let steps = (way(0).abs().max(way(1).abs()) / step_length).ceil().max(1.0) as u64;
         for step in 1..=steps {
             self.host.wait(STEP)?;
             let mut joints = end;

@@ -3,12 +3,16 @@
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
 
 use nix::sys::signal::kill;
 use nix::unistd::Pid;
+use plumb_bus::Bus;
+use plumb_host::HostProcess;
 use plumb_plugin::Value;
 
-use crate::place::{LONG, Place, example_file, until, waist_to};
+use crate::place::{LONG, Place, command, example_file, until, waist_to};
 
 #[test]
 fn nothing_is_left_in_shared_memory() {
@@ -87,4 +91,33 @@ fn a_robot_is_stopped_when_its_orchestrator_is_killed() {
     orchestrator.wait().unwrap();
     until("the host's end", || is_gone(host).then_some(()));
     assert_eq!(fs::read_to_string(&diary).unwrap(), "stopped\nended\n");
+}
+
+#[test]
+fn orchestrators_killed_at_any_moment_leave_a_cell_that_works() {
+    let mut place = Place::new();
+    let arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
+    let text = serde_json::to_string(&arguments).unwrap();
+    place.bus = None;
+    // From before the first shared memory is made until the robot moves.
+    for round in 0..20 {
+        let mut orchestrator = Command::new(example_file("host_process"))
+            .args(["orchestrate", &text])
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        thread::sleep(Duration::from_millis(round * 5));
+        orchestrator.kill().unwrap();
+        let output = orchestrator.wait_with_output().unwrap();
+        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "round {round}");
+    }
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let host = HostProcess::spawn(&bus, &arguments, command()).unwrap();
+    let robot = host.robot().unwrap();
+    robot.activate().unwrap();
+    robot.move_joints(&waist_to(0.01), LONG).unwrap();
+    drop((robot, host, bus));
+    until("the end of the last host left alone", || place.domain.remove().ok());
+    assert!(place.domain.shared_memory().is_empty());
 }

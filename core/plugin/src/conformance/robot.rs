@@ -300,6 +300,7 @@ fn stop_ends_a_move(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginEr
     let motion = long_move(&robot, &bench.read_joints()?.joints);
     let Interruption { result, after } = bench.interrupt(&motion);
     let Some(after) = after else {
+        result?;
         return Ok(CheckOutcome::Skipped("its moves take no time".to_owned()));
     };
     let limit = STOP_NOTICED + Duration::from_millis(robot.capabilities.stop_time_ms.into());
@@ -320,7 +321,9 @@ fn stop_holds(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
     }
     bench.activate()?;
     let motion = long_move(&robot, &bench.read_joints()?.joints);
-    if bench.interrupt(&motion).after.is_none() {
+    let Interruption { result, after } = bench.interrupt(&motion);
+    if after.is_none() {
+        result?;
         return Ok(CheckOutcome::Skipped("its moves take no time".to_owned()));
     }
     let stood = bench.read_joints()?.joints;
