@@ -1,0 +1,9 @@
+//! Runs of the TeachMover cell as a user starts them: real processes, real plugins behind their hosts, a simulated world.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
+
+mod broken;
+mod interrupted;
+mod lab;
+mod passed;
+mod refused;
