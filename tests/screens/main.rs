@@ -1,6 +1,7 @@
 //! The terminal program as a person meets it: started in a real pseudo-terminal, worked with keys, looked at.
 
 mod exploring;
+mod operating;
 mod terminal;
 mod watching;
 

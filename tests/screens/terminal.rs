@@ -32,6 +32,17 @@ struct Shared {
 impl Session {
     /// Starts `program` in a terminal of this size. `TERM` is set and `NO_COLOR` is not, whatever the surroundings say.
     pub(crate) fn start(program: &Path, arguments: &[&str], columns: u16, rows: u16) -> Self {
+        Self::start_with(program, arguments, &[], columns, rows)
+    }
+
+    /// Starts `program` with these variables in its environment.
+    pub(crate) fn start_with(
+        program: &Path,
+        arguments: &[&str],
+        variables: &[(&str, &str)],
+        columns: u16,
+        rows: u16,
+    ) -> Self {
         let size = PtySize { rows, cols: columns, pixel_width: 0, pixel_height: 0 };
         let pair = native_pty_system().openpty(size).expect("a pseudo-terminal opens");
         let settings_before = settings(pair.master.as_ref());
@@ -40,6 +51,9 @@ impl Session {
         command.cwd(std::env::current_dir().expect("there is a working directory"));
         command.env("TERM", "xterm-256color");
         command.env_remove("NO_COLOR");
+        for (name, value) in variables {
+            command.env(name, value);
+        }
         let child = pair.slave.spawn_command(command).expect("the program starts");
         // Dropped, so that reading ends when the program does.
         drop(pair.slave);
@@ -157,4 +171,15 @@ fn at_least_one(size: u16) -> NonZeroU16 {
 /// The settings (echo, lines, ...) of a terminal, to be compared.
 fn settings(terminal: &dyn MasterPty) -> String {
     format!("{:?}", terminal.get_termios().expect("a terminal has settings"))
+}
+
+/// Holds the terminal to be as it was before the program took it over.
+#[track_caller]
+pub(crate) fn is_given_back(session: &Session) {
+    session.wait_until("the terminal given back", |screen| {
+        !screen.alternate_screen()
+            && !screen.hide_cursor()
+            && screen.mouse_protocol_mode() == vt100::MouseProtocolMode::None
+    });
+    assert!(session.is_as_before(), "the terminal keeps settings of the program");
 }

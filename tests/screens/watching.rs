@@ -3,7 +3,7 @@
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
-use crate::terminal::Session;
+use crate::terminal::{Session, is_given_back};
 use crate::{beside, plumb};
 
 /// A recorded run, watched in a terminal of this size.
@@ -12,16 +12,6 @@ fn watched(columns: u16, rows: u16) -> Session {
     let session = Session::start(plumb(), &["watch", &events.display().to_string()], columns, rows);
     session.wait_for("Bring the forearm upright");
     session
-}
-
-#[track_caller]
-fn is_given_back(session: &Session) {
-    session.wait_until("the terminal given back", |screen| {
-        !screen.alternate_screen()
-            && !screen.hide_cursor()
-            && screen.mouse_protocol_mode() == vt100::MouseProtocolMode::None
-    });
-    assert!(session.is_as_before(), "the terminal keeps settings of the program");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use plumb_cell::command::Command;
 use plumb_cell::event::RunOutcome;
 
 use crate::failure::CommandResult;
-use crate::screens;
+use crate::screens::{self, Left};
 use prepare::Refused;
 
 /// Run a procedure of a cell. In a terminal the screens open; without one, or with --headless, it runs by itself with answers from a file.
@@ -96,8 +96,13 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         headless::watch(running, arguments.json)?
     } else {
         let handle = running.handle.clone();
-        let shown = screens::operate(running.events, handle.clone(), &prepared.operator);
-        // Whoever leaves the screens ends the run; one that has ended takes no notice.
+        let shown = screens::operate(running.events, handle.clone(), &prepared.operator, &prepared.cell);
+        if let Ok(Left::Kept) = shown {
+            // The robots are at rest and the run waits; its thread and the devices' processes end with this one.
+            println!("Run {} is kept; go on with: plumb run --resume {}", running.run.0, running.run.0);
+            return Ok(ExitCode::from(RunOutcome::NeedsOperator.exit_code()));
+        }
+        // A run that has ended takes no notice; one whose terminal was lost must not go on unseen.
         handle.send(Command::Abort);
         let outcome = running.thread.join().unwrap_or(RunOutcome::Error);
         shown?;

@@ -25,6 +25,7 @@ use crate::history_command::record_directory;
 pub(super) struct Prepared {
     pub(super) running: RunningRun,
     pub(super) operator: String,
+    pub(super) cell: Arc<Workcell>,
     /// Held while the cell is run.
     _lock: CellLock,
 }
@@ -86,6 +87,7 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
         resume: resumed.as_ref().map(|run| run.run),
         other_files,
     };
+    let shown = Arc::clone(&cell);
     let socket = beside(domain.root(), "world").join("socket");
     let running = start_run(request, |left_world| {
         let world: Option<Box<dyn World>> = match &cell.world {
@@ -102,7 +104,7 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
         Ok(Box::new(HostedDevices::new(Arc::clone(&cell), catalogue, domain, world)))
     });
     match running {
-        Ok(running) => Ok(Prepared { running, operator, _lock: lock }),
+        Ok(running) => Ok(Prepared { running, operator, cell: shown, _lock: lock }),
         Err(StartError::NeedsOperator(reason)) => {
             Err(Refused::NeedsOperator(StartError::NeedsOperator(reason).to_string()))
         }

@@ -24,9 +24,11 @@ use std::io;
 
 use plumb_cell::RunHandle;
 use plumb_cell::event::StampedEvent;
+use plumb_cell::workcell::Workcell;
 use tokio::runtime::Runtime;
 use tokio::sync::mpsc::UnboundedReceiver;
 
+use cell::ArmShape;
 use event_loop::Sources;
 use model::Lab;
 use state::State;
@@ -57,7 +59,16 @@ pub(crate) fn watch(events: UnboundedReceiver<StampedEvent>) -> io::Result<()> {
         .map(drop)
 }
 
-/// Shows the screens of a run that the operator controls, until they leave.
+/// How the operator left a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Left {
+    /// It had ended, or was aborted.
+    Ended,
+    /// It is kept, to be resumed.
+    Kept,
+}
+
+/// Shows the screens of a run in `cell` that the operator controls, until they leave.
 ///
 /// # Errors
 /// The terminal cannot be used, or was lost; robots were told to stop.
@@ -65,10 +76,13 @@ pub(crate) fn operate(
     events: UnboundedReceiver<StampedEvent>,
     handle: RunHandle,
     operator: &str,
-) -> io::Result<()> {
+    cell: &Workcell,
+) -> io::Result<Left> {
     let sources = Sources { events: Some(events), handle: Some(handle), lab: None };
-    let state = State::of_cell(operator, Theme::from_environment());
-    Runtime::new()?.block_on(event_loop::show(state, sources)).map(drop)
+    let state = State::of_cell(operator, ArmShape::of_cell(cell), Theme::from_environment());
+    let state = Runtime::new()?.block_on(event_loop::show(state, sources))?;
+    let aborts = state.leaving.is_some_and(|leaving| leaving.aborts);
+    Ok(if state.has_open_run() && !aborts { Left::Kept } else { Left::Ended })
 }
 
 #[cfg(test)]

@@ -42,6 +42,23 @@ pub(crate) fn fitted(text: &str, width: usize) -> String {
     fitted
 }
 
+/// `text` with its sentences on lines of their own as written, but lines that break off within a sentence joined again:
+/// texts in files are broken for the file's width, not for the screen's.
+pub(crate) fn reflowed(text: &str) -> String {
+    let mut flowed = String::new();
+    for line in text.lines().map(str::trim) {
+        let goes_on =
+            !flowed.is_empty() && !line.is_empty() && !flowed.ends_with(['.', ':', ';', '!', '?', '\n']);
+        match (flowed.is_empty(), goes_on) {
+            (true, _) => {}
+            (false, true) => flowed.push(' '),
+            (false, false) => flowed.push('\n'),
+        }
+        flowed.push_str(line);
+    }
+    flowed
+}
+
 /// `text` broken into lines of at most `width` columns, between words where that can be; its own line breaks stay.
 pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     let width = width.max(1);
@@ -82,6 +99,12 @@ mod tests {
         assert_eq!(wrapped("abcdefghij", 4), ["abcd", "efgh", "ij"]);
         assert_eq!(wrapped("one\n\ntwo", 10), ["one", "", "two"]);
         assert_eq!(wrapped("anything", 0).len(), 8);
+    }
+
+    #[test]
+    fn lines_that_break_off_within_a_sentence_are_joined() {
+        assert_eq!(reflowed("Lay the target\nflat. \nFix it."), "Lay the target flat.\nFix it.");
+        assert_eq!(reflowed("One.\n\ntwo\nthree"), "One.\n\ntwo three");
     }
 
     #[test]

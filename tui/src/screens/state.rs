@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::cell::CellState;
+use super::cell::{ArmShape, CellState};
 use super::keys::Place;
 use super::log::LogState;
 use super::model::ModelState;
@@ -111,13 +111,14 @@ pub(crate) struct State {
 
 impl State {
     /// The screens of a cell whose run is about to start.
-    pub(crate) fn of_cell(operator: &str, theme: Theme) -> Self {
-        Self { run: Some(RunState::default()), screen: Screen::Run, ..Self::empty(operator, theme) }
+    pub(crate) fn of_cell(operator: &str, shape: Option<ArmShape>, theme: Theme) -> Self {
+        let cell = CellState { shape, ..CellState::default() };
+        Self { cell, run: Some(RunState::default()), screen: Screen::Run, ..Self::empty(operator, theme) }
     }
 
     /// The screens of a run that somebody else controls.
     pub(crate) fn of_watcher(theme: Theme) -> Self {
-        Self::of_cell("", theme)
+        Self::of_cell("", None, theme)
     }
 
     /// The screens of a model and a table of measurements.

@@ -184,6 +184,7 @@ fn show(state: &mut State, screen: Screen) {
     if state.screens().contains(&screen) {
         state.screen = screen;
         state.overlay = None;
+        state.notice = None;
     } else {
         let text = match screen {
             Screen::Model => "No model and table are open: plumb model screen MODEL --data CSV opens them.",
@@ -301,13 +302,15 @@ fn tell_news(state: &mut State, event: &Event) {
         Event::Log { level: LogLevel::Error, source, message, .. } => {
             state.say(Gravity::Fault, format!("{source}: {message}"));
         }
+        Event::PromptAnswered { .. } => state.notice = None,
+        Event::RunEnded { .. } if state.screen == Screen::Run => state.notice = None,
         Event::RunEnded { outcome, message, .. } => {
             let grave = match outcome {
                 RunOutcome::Passed => Gravity::Calm,
                 RunOutcome::Aborted | RunOutcome::NeedsOperator => Gravity::Attention,
                 RunOutcome::Failed | RunOutcome::Error => Gravity::Fault,
             };
-            state.say(grave, format!("{message} q leaves."));
+            state.say(grave, message.clone());
         }
         _ => {}
     }

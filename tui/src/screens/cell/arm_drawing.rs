@@ -1,9 +1,6 @@
 //! The arm seen from the side: its links over the table, drawn from the reported joints and the arm's own lengths, with
 //! the places where searches have found what they looked for.
 
-use std::fmt;
-use std::sync::Arc;
-
 use plumb_cell::event::NamedValue;
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -13,53 +10,19 @@ use ratatui::text::Line as TextLine;
 use ratatui::widgets::Paragraph;
 use ratatui::widgets::canvas::{Canvas, Circle, Context, Line, Points};
 
-use super::CellState;
+use super::{ArmShape, CellState};
 use crate::screens::theme::Theme;
 
 /// A point in the vertical plane through the arm: distance from the waist's axis and height over the table, mm.
 type PlanePoint = (f64, f64);
 
-/// Gives the points along the arm, base first, in the base's frame in mm, for the joints a robot reports.
-type Skeleton = dyn Fn(&[NamedValue]) -> Option<Vec<[f64; 3]>> + Send + Sync;
-
-/// What of an arm can be drawn.
-#[derive(Clone)]
-pub(crate) struct ArmShape {
-    skeleton: Arc<Skeleton>,
-    /// Marks on the table: a name and the distance from the waist's axis, mm.
-    marks: Vec<(String, f64)>,
-}
-
-impl ArmShape {
-    #[cfg_attr(not(test), expect(dead_code, reason = "lengths come with the reader of cell files"))]
-    /// An arm whose points `skeleton` gives, over a table with `marks` at these distances (mm) from the waist's axis.
-    pub(crate) fn new(
-        skeleton: impl Fn(&[NamedValue]) -> Option<Vec<[f64; 3]>> + Send + Sync + 'static,
-        marks: Vec<(String, f64)>,
-    ) -> Self {
-        Self { skeleton: Arc::new(skeleton), marks }
-    }
-
-    /// The points along the arm, turned into the vertical plane through its tip.
-    fn points(&self, joints: &[NamedValue]) -> Option<Vec<PlanePoint>> {
-        let points = (self.skeleton)(joints)?;
-        let tip = points
-            .iter()
-            .rev()
-            .find(|point| point[0].hypot(point[1]) > 1.0)
-            .copied()
-            .unwrap_or([1.0, 0.0, 0.0]);
-        let (sin, cos) = tip[1].atan2(tip[0]).sin_cos();
-        let flat: Vec<PlanePoint> =
-            points.iter().map(|point| (point[0] * cos + point[1] * sin, point[2])).collect();
-        flat.iter().all(|point| point.0.is_finite() && point.1.is_finite()).then_some(flat)
-    }
-}
-
-impl fmt::Debug for ArmShape {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("ArmShape").field("marks", &self.marks).finish_non_exhaustive()
-    }
+/// The points along an arm, turned into the vertical plane through its tip.
+fn in_plane(shape: &ArmShape, joints: &[NamedValue]) -> Option<Vec<PlanePoint>> {
+    let points = shape.points(joints)?;
+    let is_out = |point: &&[f64; 3]| point[0].hypot(point[1]) > 1.0;
+    let tip = points.iter().rev().find(is_out).copied().unwrap_or([1.0, 0.0, 0.0]);
+    let (sin, cos) = tip[1].atan2(tip[0]).sin_cos();
+    Some(points.iter().map(|point| (point[0] * cos + point[1] * sin, point[2])).collect())
 }
 
 /// Draws the first robot of the cell from the side; says what is missing where it cannot.
@@ -72,14 +35,16 @@ pub(crate) fn side_view(cell: &CellState, theme: &Theme, frame: &mut Frame, area
             area,
         );
     };
-    let Some(robot) = cell.robot() else {
+    let Some(robot) =
+        cell.devices.iter().find(|device| device.name == shape.device && !device.joints.is_empty())
+    else {
         return say("The arm has not yet said where it stands.", theme, frame, area);
     };
-    let Some(points) = shape.points(&robot.joints) else {
+    let Some(points) = in_plane(shape, &robot.joints) else {
         return say("The reported joints do not fit the arm's model file.", theme, frame, area);
     };
     let triggers: Vec<PlanePoint> =
-        cell.triggers.iter().filter_map(|joints| shape.points(joints)?.last().copied()).collect();
+        cell.triggers.iter().filter_map(|joints| in_plane(shape, joints)?.last().copied()).collect();
     let reach: f64 = points.windows(2).map(|pair| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1)).sum();
     let scene = Scene::around(reach, area);
     let canvas = Canvas::default()
@@ -107,9 +72,10 @@ impl Scene {
     /// Shows the table and all an arm of this reach can come to in front of its base; steady while the arm moves.
     fn around(reach: f64, area: Rect) -> Self {
         let (across, up) = (f64::from(area.width.max(1)) * 2.0, f64::from(area.height.max(1)) * 4.0);
-        let (left, below) = (-0.14 * reach, -0.07 * reach);
-        let (wide, high) = (1.0 * reach, 0.78 * reach);
+        let below = -0.07 * reach;
+        let (wide, high) = (0.72 * reach, 0.62 * reach);
         let dot = (wide / across).max(high / up).max(1e-9);
+        let left = -0.12 * reach - 0.5 * (dot * across - wide);
         Self { x: [left, left + dot * across], y: [below, below + dot * up], dot }
     }
 }
@@ -124,12 +90,11 @@ fn paint(
 ) {
     let (ground, machine, measured) = (colour(theme.ground), colour(theme.machine), colour(theme.measured));
     context.draw(&Line { x1: scene.x[0], y1: 0.0, x2: scene.x[1], y2: 0.0, color: ground });
-    context.print(scene.x[0], scene.y[0], TextLine::styled(" table", theme.ground));
     for (name, distance) in &shape.marks {
         for lift in [0.0, -1.0, -2.0] {
             let y = lift * scene.dot;
             context.draw(&Line {
-                x1: distance - 14.0 * scene.dot,
+                x1: distance - (14.0 * scene.dot).min(45.0),
                 y1: y,
                 x2: *distance,
                 y2: y,
@@ -139,9 +104,6 @@ fn paint(
         context.print(*distance, scene.y[0], TextLine::styled(name.clone(), theme.measured));
     }
     context.layer();
-    if let Some(first) = points.first() {
-        thick(context, (first.0, 0.0), *first, scene.dot, ground);
-    }
     for pair in points.windows(2) {
         thick(context, pair[0], pair[1], scene.dot, machine);
     }

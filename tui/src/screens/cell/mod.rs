@@ -1,9 +1,11 @@
 //! The Cell screen: devices with their states, live joints and signals, and the arm seen from the side.
 
 mod arm_drawing;
+mod arm_shape;
 mod state;
 mod view;
 
-pub(crate) use arm_drawing::{ArmShape, side_view};
+pub(crate) use arm_drawing::side_view;
+pub(crate) use arm_shape::ArmShape;
 pub(crate) use state::CellState;
 pub(crate) use view::{joint_line, state_word, view};

@@ -114,11 +114,12 @@ impl CellState {
     fn take_signal(&mut self, device: &str, name: &str, on: bool, time_ns: u64) {
         let signals = &mut self.device(device).signals;
         match signals.iter_mut().find(|signal| signal.name == name) {
+            Some(signal) if signal.on == on => return,
             Some(signal) => {
                 signal.on = on;
                 signal.changes = signal.changes.saturating_add(1);
             }
-            None => signals.push(Signal { name: name.to_owned(), on, changes: 1 }),
+            None => signals.push(Signal { name: name.to_owned(), on, changes: 0 }),
         }
         let edge = Edge { device: device.to_owned(), signal: name.to_owned(), on, time_ns };
         push_bounded(&mut self.edges, edge, KEPT_EDGES);

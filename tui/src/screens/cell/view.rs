@@ -107,7 +107,10 @@ fn signal_lines(cell: &CellState, theme: &Theme, room: usize) -> Vec<Line<'stati
                 Span::styled(format!("{sign} "), style),
                 Span::styled(format!("{:<14}", format!("{} {}", device.name, signal.name)), theme.heading),
                 Span::styled(format!("{word:<4}"), style),
-                Span::styled(format!("{:>6} changes", signal.changes), theme.faint),
+                Span::styled(
+                    format!("{:>6} change{}", signal.changes, if signal.changes == 1 { "" } else { "s" }),
+                    theme.faint,
+                ),
             ])
         })
         .collect();

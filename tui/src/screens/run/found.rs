@@ -1,5 +1,6 @@
 //! What the run has found: trigger poses and how they settle from turn to turn, and the corrections.
 
+use plumb_cell::event::StepPath;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};
@@ -14,7 +15,8 @@ const SHOWN_TURNS: usize = 7;
 
 /// The successive poses of one search and joint.
 struct Series<'a> {
-    search: &'a str,
+    /// The search's path in the plan, whatever the turn.
+    path: String,
     joint: &'a str,
     triggers: Vec<&'a Trigger>,
 }
@@ -54,14 +56,20 @@ pub(crate) fn view(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect)
 fn series(run: &RunState) -> Vec<Series<'_>> {
     let mut all: Vec<Series<'_>> = Vec::new();
     for trigger in &run.triggers {
-        let search = trigger.step.0.rsplit('.').next().unwrap_or(&trigger.step.0);
+        let path = without_turns(&trigger.step);
         let joint = trigger.joint.name.as_str();
-        match all.iter_mut().find(|series| series.search == search && series.joint == joint) {
+        match all.iter_mut().find(|series| series.path == path && series.joint == joint) {
             Some(series) => series.triggers.push(trigger),
-            None => all.push(Series { search, joint, triggers: vec![trigger] }),
+            None => all.push(Series { path, joint, triggers: vec![trigger] }),
         }
     }
     all
+}
+
+/// The path of a step without the turns of its repetitions: `cycle.lower` for `cycle[2].lower`.
+fn without_turns(step: &StepPath) -> String {
+    let segments = step.0.split('.').map(|segment| segment.split('[').next().unwrap_or(segment));
+    segments.collect::<Vec<_>>().join(".")
 }
 
 /// The searches that were done more often than once, else the newest ones; at most two side by side.
@@ -75,11 +83,9 @@ fn settling(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
     let mut names = vec![Span::raw("    ")];
     let mut heads = vec![Span::styled("  # ", theme.faint)];
     for series in &all {
-        let name = if series.search == series.joint {
-            series.joint.to_owned()
-        } else {
-            format!("{}: {}", series.search, series.joint)
-        };
+        let search = series.path.rsplit('.').next().unwrap_or(&series.path);
+        let name =
+            if search == series.joint { search.to_owned() } else { format!("{search}: {}", series.joint) };
         names.push(Span::styled(format!("{:>22}", fitted(&name, 21)), theme.heading));
         let unit = series.triggers.first().map_or("", |trigger| trigger.joint.unit.as_str());
         heads.push(Span::styled(format!("{:>11}{:>11}", unit, "change"), theme.faint));
@@ -132,10 +138,15 @@ fn correction_line(row: &CorrectionRow, theme: &Theme) -> Line<'static> {
         Span::styled(format!("{:<14}", fitted(&place, 14)), theme.text),
         Span::styled(format!("{:>9.3}", correction.old), theme.faint),
         Span::styled(format!("{:>10.3}", correction.new), theme.heading),
-        Span::styled(format!("{:>9.4}", correction.uncertainty), theme.text),
+        Span::styled(format!("{:>9}", uncertainty(correction.uncertainty)), theme.text),
         Span::styled(format!(" {}", correction.unit), theme.faint),
         Span::styled(word, style),
     ])
+}
+
+/// An uncertainty: four decimals while they say something, else powers of ten.
+fn uncertainty(value: f64) -> String {
+    if value >= 0.0005 || value == 0.0 { format!("{value:.4}") } else { format!("{value:.0e}") }
 }
 
 /// The quantity in as few words as the table has room for.

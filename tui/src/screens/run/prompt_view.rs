@@ -9,7 +9,7 @@ use ratatui::widgets::Paragraph;
 
 use super::prompt::{OpenPrompt, bounds};
 use super::view::padded;
-use crate::screens::pane::{columns, fitted, wrapped};
+use crate::screens::pane::{columns, fitted, reflowed, wrapped};
 use crate::screens::theme::Theme;
 
 /// Draws the prompt into the room inside its pane. Where room is short the controls stay and the text is cut.
@@ -21,7 +21,7 @@ pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, frame: &mut Frame, area: 
         question(prompt, width).into_iter().map(|line| Line::styled(line, theme.text)).collect();
     if let Some(help) = &prompt.prompt.help {
         text.push(Line::default());
-        text.extend(wrapped(help, width).into_iter().map(|line| Line::styled(line, theme.faint)));
+        text.extend(wrapped(&reflowed(help), width).into_iter().map(|line| Line::styled(line, theme.faint)));
     }
     let rows = |count: usize| u16::try_from(count).unwrap_or(u16::MAX);
     let air = u16::from(usize::from(area.height) > text.len() + controls.len());
@@ -41,7 +41,7 @@ pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, frame: &mut Frame, area: 
 
 /// The question itself; for a step that went wrong, what went wrong.
 pub(crate) fn question(prompt: &OpenPrompt, width: usize) -> Vec<String> {
-    let mut lines = wrapped(&prompt.prompt.text, width);
+    let mut lines = wrapped(&reflowed(&prompt.prompt.text), width);
     if let PromptKind::Decision { error, .. } = &prompt.prompt.kind
         && *error != prompt.prompt.text
     {

@@ -238,7 +238,8 @@ impl RunState {
 
     /// Steps that are over, and all steps; those that only hold others are not counted.
     pub(crate) fn count(&self) -> (usize, usize) {
-        let over = self.leaves().filter(|step| matches!(step.status, Status::Over(_))).count();
+        let is_over = |step: &&Step| matches!(step.status, Status::Over(outcome) if outcome != StepOutcome::Interrupted);
+        let over = self.leaves().filter(is_over).count();
         (over, self.leaves().count())
     }
 
@@ -256,6 +257,7 @@ impl RunState {
         let left = |step: &Step| match step.status {
             Status::Waiting => 1.0,
             Status::Running => 1.0 - step.fraction.unwrap_or(0.0).clamp(0.0, 1.0),
+            Status::Over(StepOutcome::Interrupted) => 1.0,
             Status::Over(_) => 0.0,
         };
         self.leaves().map(|step| left(step) * step.planned.estimate_s.unwrap_or(0.0)).sum()

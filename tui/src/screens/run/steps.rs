@@ -51,7 +51,7 @@ fn line(step: &Step, theme: &Theme, width: usize) -> Line<'static> {
     };
     let attempt = if step.attempt > 1 { format!(" (attempt {})", step.attempt) } else { String::new() };
     let room = width.saturating_sub(indent.len() + 2 + end.len());
-    let title = pane::fitted(&format!("{}{attempt}", step.planned.title), room);
+    let title = pane::fitted(&format!("{}{}{attempt}", turn(step), step.planned.title), room);
     let gap = " ".repeat(room.saturating_sub(Span::raw(title.as_str()).width()));
     let text = match step.status {
         Status::Running => theme.heading,
@@ -66,6 +66,12 @@ fn line(step: &Step, theme: &Theme, width: usize) -> Line<'static> {
         Span::raw(gap),
         Span::styled(end, theme.faint),
     ])
+}
+
+/// The turn of the repetition a step belongs to, before its title.
+fn turn(step: &Step) -> String {
+    let above = step.planned.step.0.rsplit('.').nth(1).and_then(|above| above.split_once('['));
+    above.map_or_else(String::new, |(_, turn)| format!("{} ", turn.trim_end_matches(']')))
 }
 
 fn look(status: Status, theme: &Theme) -> (&'static str, Style) {

@@ -14,6 +14,11 @@ use crate::screens::pane;
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
 
+/// Rows of the pane that matters most where the arm is drawn below it.
+const ATTENTION: u16 = 16;
+/// Rows from which there is room for both.
+const ROOM_TO_DRAW: u16 = ATTENTION + 9;
+
 /// Draws the page.
 pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
     let Some(run) = &state.run else { return };
@@ -30,24 +35,23 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
     }
     let [left, right] = Layout::horizontal([Constraint::Percentage(38), Constraint::Fill(1)]).areas(body);
     let live = if body.height >= 16 { joint_rows(state).min(8) } else { 0 };
-    let plan = u16::try_from(run.steps.len().max(1).saturating_add(2)).unwrap_or(u16::MAX);
-    let drawing = body.height.saturating_sub(live).saturating_sub(plan);
-    let drawing = if drawing >= 9 && state.cell.shape.is_some() { drawing } else { 0 };
-    let [plan, values, drawing] =
-        Layout::vertical([Constraint::Fill(1), Constraint::Length(live), Constraint::Length(drawing)])
-            .areas(left);
+    let [plan, values] = Layout::vertical([Constraint::Fill(1), Constraint::Length(live)]).areas(left);
     steps::view(state, run, frame, plan);
     live_values(state, frame, values);
-    if !drawing.is_empty() {
-        let inner = pane::open(frame, drawing, &state.theme, "Arm from the side", false);
-        side_view(&state.cell, &state.theme, frame, inner);
-    }
     // A prompt needs its room; what was found can wait for the end.
     let least = if run.prompt.is_some() { 12 } else { 7 };
     let found_rows = found::rows(run, body.height.saturating_sub(least));
-    let [top, bottom] = Layout::vertical([Constraint::Fill(1), Constraint::Length(found_rows)]).areas(right);
-    attention(state, run, frame, top);
-    found::view(run, &state.theme, frame, bottom);
+    let drawn = state.cell.shape.is_some() && right.height.saturating_sub(found_rows) >= ROOM_TO_DRAW;
+    let above = if drawn { Constraint::Length(ATTENTION) } else { Constraint::Fill(1) };
+    let between = if drawn { Constraint::Fill(1) } else { Constraint::Length(0) };
+    let [above, between, below] =
+        Layout::vertical([above, between, Constraint::Length(found_rows)]).areas(right);
+    attention(state, run, frame, above);
+    if drawn {
+        let inner = pane::open(frame, between, &state.theme, "Arm from the side", false);
+        side_view(&state.cell, &state.theme, frame, inner);
+    }
+    found::view(run, &state.theme, frame, below);
 }
 
 /// The title of the procedure, how far it is, what is left.
@@ -92,7 +96,10 @@ fn attention(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
         }
         Phase::Ended { outcome, message } => {
             let (sign, word, _) = outcome_look(*outcome, theme);
-            let text = format!("{message}\n\nq leaves.");
+            let number = run
+                .number
+                .map_or_else(String::new, |run| format!(" plumb show {run} shows what is in the record."));
+            let text = format!("{message}\n\nq leaves.{number}");
             paragraph(frame, area, theme, &format!("{sign} {word}"), &text, true);
         }
     }

@@ -168,7 +168,7 @@ pub(super) fn decision_asked() -> Event {
 
 /// The state just after the run began.
 pub(super) fn begun() -> State {
-    let mut state = State::of_cell("ada", Theme::coloured());
+    let mut state = State::of_cell("ada", None, Theme::coloured());
     let start = Event::RunStarted {
         run: 12,
         cell: "teachmover-simulated".to_owned(),
@@ -189,7 +189,7 @@ pub(super) fn begun() -> State {
         tell(&mut state, event);
     }
     tell(&mut state, posed(35.5, -84.2, false));
-    state.cell.shape = Some(ArmShape::new(teachmover, vec![("target".to_owned(), 140.0)]));
+    state.cell.shape = Some(ArmShape::new("arm", teachmover, vec![("target".to_owned(), 140.0)]));
     state
 }
 
@@ -198,7 +198,7 @@ fn teachmover(joints: &[NamedValue]) -> Option<Vec<[f64; 3]>> {
     let angle =
         |name: &str| joints.iter().find(|joint| joint.name == name).map(|joint| joint.value.to_radians());
     let (waist, mut out, mut up) = (angle("waist")?, 0.0, 195.0);
-    let mut points = vec![[0.0, 0.0, 195.0]];
+    let mut points = vec![[0.0; 3], [0.0, 0.0, 195.0]];
     for (name, length) in [("shoulder", 177.8), ("elbow", 177.8), ("wrist_pitch", 109.0)] {
         let angle = angle(name)?;
         (out, up) = (out + length * angle.cos(), up + length * angle.sin());

@@ -1,0 +1,168 @@
+//! An operator's work at the simulated TeachMover: from the first prompt to the corrections, stopping, leaving, resuming.
+
+#![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use tempfile::TempDir;
+
+use crate::plumb;
+use crate::terminal::{Session, is_given_back};
+
+/// What the five prompts of the initialization ask, in their order.
+const PROMPTS: [&str; 5] = [
+    "Lay the T target on the table",
+    "Set the hand with the teach pendant",
+    "Bring the hand over the white paper",
+    "zero of waist",
+    "zero of shoulder",
+];
+
+/// A copy of the TeachMover's cell with a record of its own, so that tests do not share an arm.
+struct Bench {
+    folder: TempDir,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let folder = TempDir::new().expect("a folder for the cell");
+        let original = Path::new(env!("CARGO_MANIFEST_DIR")).join("../workcells/teachmover");
+        copy(&original, &folder.path().join("cell"));
+        Self { folder }
+    }
+
+    fn run(&self, more: &[&str], columns: u16, rows: u16) -> Session {
+        let cell = self.folder.path().join("cell/cell.yaml").display().to_string();
+        let record = self.folder.path().join("record").display().to_string();
+        let mut arguments = vec!["run", &cell, "--record", &record, "--operator", "ada"];
+        arguments.extend(more);
+        Session::start(plumb(), &arguments, columns, rows)
+    }
+}
+
+fn copy(from: &Path, to: &PathBuf) {
+    fs::create_dir_all(to).expect("a folder can be made");
+    for entry in fs::read_dir(from).expect("the cell can be read") {
+        let entry = entry.expect("the cell can be read");
+        let to = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &to);
+        } else {
+            fs::copy(entry.path(), to).expect("a file can be copied");
+        }
+    }
+}
+
+/// Answers the first `count` prompts with Enter alone.
+fn answer(session: &mut Session, count: usize) {
+    for prompt in &PROMPTS[..count] {
+        session.wait_for(prompt);
+        session.press("\r");
+    }
+}
+
+#[test]
+fn a_new_user_finishes_an_initialization_with_enter_alone() {
+    let bench = Bench::new();
+    let mut session = bench.run(&["--pace", "fast"], 80, 24);
+    answer(&mut session, PROMPTS.len());
+    let page = session.wait_for("\u{2713} passed");
+    for correction in ["\u{2713} waist zero", "\u{2713} shoulder zero", "\u{2713} elbow zero"] {
+        assert!(page.contains(correction), "{correction} is in force:\n{page}");
+    }
+    session.press("q");
+    assert_eq!(session.wait_for_end().exit_code(), 0);
+    is_given_back(&session);
+}
+
+#[test]
+fn the_stop_key_stops_the_arm_in_mid_motion_and_only_resume_moves_it_again() {
+    let bench = Bench::new();
+    let mut session = bench.run(&["--pace", "real"], 100, 30);
+    answer(&mut session, 3);
+    session.wait_for("\u{25b8} moving");
+    session.press("\x1b");
+    session.wait_for("stopped by the operator");
+    session.wait_for("arm at rest");
+    session.press("\r");
+    session.press("1");
+    session.wait_for("Arm from the side");
+    session.press("2");
+    session.wait_for("Nothing moves until you press r to resume.");
+    session.press("r");
+    session.wait_for(PROMPTS[3]);
+}
+
+#[test]
+fn the_stop_key_works_from_inside_help_and_prompts() {
+    let bench = Bench::new();
+    let mut session = bench.run(&["--pace", "real"], 80, 24);
+    session.wait_for(PROMPTS[0]);
+    session.press("?");
+    session.wait_for("Esc stops every robot at once");
+    session.press("\x1b");
+    session.wait_for("stopped by the operator");
+    session.wait_until_gone("Esc stops every robot at once");
+    session.press("r");
+    session.wait_for(PROMPTS[0]);
+    session.press("\x1b");
+    session.wait_for("stopped by the operator");
+}
+
+#[test]
+fn a_run_that_is_kept_goes_on_where_it_was_left_once_the_pose_is_confirmed() {
+    let bench = Bench::new();
+    let mut session = bench.run(&["--pace", "fast"], 100, 30);
+    answer(&mut session, 3);
+    session.wait_for(PROMPTS[3]);
+    session.press("q");
+    session.wait_for("A run is open.");
+    session.press("k");
+    assert_eq!(session.wait_for_end().exit_code(), 4);
+    session.wait_for("is kept; go on with: plumb run --resume");
+    is_given_back(&session);
+
+    let mut session = bench.run(&["--pace", "fast", "--resume"], 100, 30);
+    session.wait_for("Does the arm stand where the run left it?");
+    session.press("\r");
+    session.wait_for(PROMPTS[3]);
+    session.press("a");
+    session.wait_for("Abort the run?");
+    session.press("y");
+    session.wait_for("\u{25a0} aborted");
+    session.press("q");
+    assert_eq!(session.wait_for_end().exit_code(), 3);
+}
+
+#[test]
+fn a_termination_stops_the_arm_gives_the_terminal_back_and_keeps_the_run() {
+    let bench = Bench::new();
+    let mut session = bench.run(&["--pace", "real"], 80, 24);
+    answer(&mut session, 3);
+    session.wait_for("\u{25b8} moving");
+    kill(Pid::from_raw(session.process()), Signal::SIGTERM).expect("the program takes signals");
+    assert_eq!(session.wait_for_end().exit_code(), 4);
+    session.wait_for("is kept");
+    is_given_back(&session);
+}
+
+#[test]
+fn without_colours_the_screen_has_none() {
+    let bench = Bench::new();
+    let cell = bench.folder.path().join("cell/cell.yaml").display().to_string();
+    let record = bench.folder.path().join("record").display().to_string();
+    let session =
+        Session::start_with(plumb(), &["run", &cell, "--record", &record], &[("NO_COLOR", "1")], 80, 24);
+    session.wait_for(PROMPTS[0]);
+    session.with_screen(|screen| {
+        for row in 0..24 {
+            for column in 0..80 {
+                let cell = screen.cell(row, column).expect("the cell is on the screen");
+                assert_eq!((cell.fgcolor(), cell.bgcolor()), (vt100::Color::Default, vt100::Color::Default));
+            }
+        }
+    });
+}
