@@ -1,6 +1,5 @@
 #![allow(clippy::unwrap_used)]
 //! Frames against plain homogeneous matrices, and twists and moments against finite differences.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use nalgebra::{Matrix4, Vector3, Vector4};
 use plumb_kinematics::{Chain, Convention, Deviation, Joint, Knob, Mass, Motion, Posture, moments};
