@@ -65,10 +65,15 @@ impl Session {
         let reader = Arc::clone(&shared);
         thread::spawn(move || {
             let mut bytes = [0; 4096];
+            let mut held = Vec::new();
             while let Ok(count @ 1..) = output.read(&mut bytes) {
-                reader.parser.lock().unwrap_or_else(PoisonError::into_inner).process(&bytes[..count]);
+                held.extend_from_slice(&bytes[..count]);
+                let whole: Vec<u8> = held.drain(..whole_frames(&held)).collect();
+                reader.parser.lock().unwrap_or_else(PoisonError::into_inner).process(&whole);
                 reader.changed.notify_all();
             }
+            reader.parser.lock().unwrap_or_else(PoisonError::into_inner).process(&held);
+            reader.changed.notify_all();
         });
         Self { shared, keys, child, master: pair.master, settings_before }
     }
@@ -171,6 +176,22 @@ fn at_least_one(size: u16) -> NonZeroU16 {
 /// The settings (echo, lines, ...) of a terminal, to be compared.
 fn settings(terminal: &dyn MasterPty) -> String {
     format!("{:?}", terminal.get_termios().expect("a terminal has settings"))
+}
+
+/// What begins and ends a frame (synchronized output, private mode 2026).
+const FRAME: [&[u8]; 2] = [b"\x1b[?2026h", b"\x1b[?2026l"];
+
+/// How much of the output can be shown so that no frame is seen half drawn.
+fn whole_frames(output: &[u8]) -> usize {
+    let last = |mark: &[u8]| output.windows(mark.len()).rposition(|window| window == mark);
+    let begun = match (last(FRAME[0]), last(FRAME[1])) {
+        (Some(begun), Some(ended)) if begun > ended => Some(begun),
+        (Some(begun), None) => Some(begun),
+        _ => None,
+    };
+    // A mark may have come in part.
+    let cut = (1..FRAME[0].len()).rev().find(|length| output.ends_with(&FRAME[0][..*length]));
+    begun.unwrap_or_else(|| output.len() - cut.unwrap_or(0))
 }
 
 /// Holds the terminal to be as it was before the program took it over.

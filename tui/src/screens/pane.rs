@@ -42,22 +42,24 @@ pub(crate) fn fitted(text: &str, width: usize) -> String {
     fitted
 }
 
-/// `text` with its sentences on lines of their own as written, but lines that break off within a sentence joined again:
-/// texts in files are broken for the file's width, not for the screen's.
+/// `text` with its lines as written, but long ones that break off within a sentence joined with the next: texts in files
+/// are broken for the file's width, not for the screen's.
 pub(crate) fn reflowed(text: &str) -> String {
     let mut flowed = String::new();
+    let mut before = "";
     for line in text.lines().map(str::trim) {
-        let goes_on =
-            !flowed.is_empty() && !line.is_empty() && !flowed.ends_with(['.', ':', ';', '!', '?', '\n']);
-        match (flowed.is_empty(), goes_on) {
-            (true, _) => {}
-            (false, true) => flowed.push(' '),
-            (false, false) => flowed.push('\n'),
+        if !flowed.is_empty() {
+            let breaks_off = columns(before) >= LONG && !before.ends_with(['.', ':', ';', '!', '?']);
+            flowed.push(if breaks_off && !line.is_empty() { ' ' } else { '\n' });
         }
         flowed.push_str(line);
+        before = line;
     }
     flowed
 }
+
+/// A line of a file from here on was broken for its length.
+const LONG: usize = 60;
 
 /// `text` broken into lines of at most `width` columns, between words where that can be; its own line breaks stay.
 pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
@@ -103,8 +105,13 @@ mod tests {
 
     #[test]
     fn lines_that_break_off_within_a_sentence_are_joined() {
-        assert_eq!(reflowed("Lay the target\nflat. \nFix it."), "Lay the target flat.\nFix it.");
-        assert_eq!(reflowed("One.\n\ntwo\nthree"), "One.\n\ntwo three");
+        let long = "Bring the hand over the white paper beside the T, one to five centimetres";
+        assert_eq!(reflowed(&format!("{long}\nup.\nFix it.")), format!("{long} up.\nFix it."));
+        assert_eq!(
+            reflowed("zero of waist: 1 deg\nzero of elbow: 2 deg"),
+            "zero of waist: 1 deg\nzero of elbow: 2 deg"
+        );
+        assert_eq!(reflowed(&format!("{long}\n\nup")), format!("{long}\n\nup"));
     }
 
     #[test]

@@ -8,7 +8,8 @@ use ratatui::crossterm::cursor::Show;
 use ratatui::crossterm::event::{DisableMouseCapture, EnableMouseCapture};
 use ratatui::crossterm::execute;
 use ratatui::crossterm::terminal::{
-    EnterAlternateScreen, LeaveAlternateScreen, SetTitle, disable_raw_mode, enable_raw_mode,
+    BeginSynchronizedUpdate, EndSynchronizedUpdate, EnterAlternateScreen, LeaveAlternateScreen, SetTitle,
+    disable_raw_mode, enable_raw_mode,
 };
 use ratatui::prelude::CrosstermBackend;
 use ratatui::{Frame, Terminal};
@@ -30,12 +31,15 @@ impl OpenTerminal {
         Ok(terminal)
     }
 
-    /// Draws one frame.
+    /// Draws one frame; terminals that can show it whole, not line by line as it comes.
     ///
     /// # Errors
     /// The terminal is gone.
     pub(crate) fn draw(&mut self, view: impl FnOnce(&mut Frame)) -> io::Result<()> {
-        self.0.draw(view).map(drop)
+        execute!(stdout(), BeginSynchronizedUpdate)?;
+        let drawn = self.0.draw(view).map(drop);
+        execute!(stdout(), EndSynchronizedUpdate)?;
+        drawn
     }
 
     /// Size in columns and rows.
@@ -64,7 +68,7 @@ impl Drop for OpenTerminal {
 
 /// Gives the terminal back. Each step is tried whatever became of the others; a terminal that is gone needs none.
 fn restore() {
-    let _gone = execute!(stdout(), DisableMouseCapture, LeaveAlternateScreen, Show);
+    let _gone = execute!(stdout(), EndSynchronizedUpdate, DisableMouseCapture, LeaveAlternateScreen, Show);
     let _gone = disable_raw_mode();
 }
 

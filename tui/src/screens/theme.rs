@@ -45,7 +45,7 @@ impl Theme {
         Self {
             text: plain,
             faint: plain.fg(Color::DarkGray),
-            heading: plain.add_modifier(Modifier::BOLD),
+            heading: plain.fg(Color::Reset).add_modifier(Modifier::BOLD),
             focus: plain.fg(Color::Cyan).add_modifier(Modifier::BOLD),
             good: plain.fg(Color::Green),
             warning: plain.fg(Color::Yellow),

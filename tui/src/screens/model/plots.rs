@@ -7,10 +7,10 @@ use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style};
 use ratatui::symbols::Marker;
-use ratatui::text::Line as TextLine;
+use ratatui::text::{Line as TextLine, Span};
 use ratatui::widgets::canvas::{Canvas, Circle, Context, Line, Points};
 
-use super::residuals::{AXES, PLANES, Residuals, is_of_joint, is_of_size};
+use super::residuals::{AXES, PLANES, Residuals, is_of_joint, is_of_size, varies};
 use super::state::ModelState;
 use crate::screens::pane::{self, fitted};
 use crate::screens::theme::Theme;
@@ -18,7 +18,7 @@ use crate::screens::theme::Theme;
 /// The least a plot takes, in columns and rows.
 const SMALLEST: (u16, u16) = (26, 5);
 /// Whiskers drawn at most; of more, every n-th.
-const MOST_WHISKERS: usize = 240;
+const MOST_WHISKERS: usize = 100;
 
 /// Points to be drawn, mm upwards.
 type Dots = Vec<(f64, f64)>;
@@ -108,7 +108,7 @@ fn times(model: &ModelState) -> String {
 /// The plots in the order in which they are shown: joints first, then bull's eye, whiskers and histogram, then the rest.
 fn order(residuals: &Residuals) -> Vec<Plot<'_>> {
     let (joints, others): (Vec<&Series>, Vec<&Series>) =
-        residuals.series.iter().partition(|series| is_of_joint(series));
+        residuals.series.iter().filter(|series| varies(series)).partition(|series| is_of_joint(series));
     let mut plots: Vec<Plot> = joints.into_iter().map(Plot::Against).collect();
     if residuals.rows.iter().any(|row| row.vector_mm != [0.0; 3]) {
         plots.extend([Plot::BullsEye, Plot::Whiskers]);
@@ -142,8 +142,8 @@ fn draw(plot: Plot, sheet: &Sheet, theme: &Theme, frame: &mut Frame, area: Rect)
     };
     let count = if drawn.outside > 0 { format!("{} off", drawn.outside) } else { String::new() };
     let room = usize::from(area.width).saturating_sub(count.len() + 1);
-    frame.render_widget(TextLine::styled(fitted(&drawn.title, room), theme.heading), head);
-    frame.render_widget(TextLine::styled(count, theme.bad).right_aligned(), head);
+    frame.render_widget(Span::styled(fitted(&drawn.title, room), theme.heading), head);
+    frame.render_widget(TextLine::from(Span::styled(count, theme.bad)).right_aligned(), head);
 }
 
 /// Parts points into those inside the height of a plot and those on its rim.

@@ -27,6 +27,14 @@ impl Residuals {
         sizes.get(sizes.len() / 2).map_or(0.0, |median| median / 1.538)
     }
 
+    /// How many of the axes were measured anywhere.
+    pub(crate) fn axes(&self) -> usize {
+        let measured = |axis: &usize| {
+            self.rows.iter().any(|row| row.vector_mm.get(*axis).is_some_and(|error| *error != 0.0))
+        };
+        (0..AXES.len()).filter(measured).count()
+    }
+
     /// Errors of all measurements in a plane, mm.
     pub(crate) fn in_plane(&self, plane: [usize; 2]) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.rows.iter().filter_map(move |row| {
@@ -39,6 +47,13 @@ impl Residuals {
 /// Whether a series goes against a joint's own angle; those come first on the screen.
 pub(crate) fn is_of_joint(series: &Series) -> bool {
     matches!(series.unit.as_str(), "deg" | "mm") && !series.against.contains(' ')
+}
+
+/// Whether what a series goes against varies enough to be drawn.
+pub(crate) fn varies(series: &Series) -> bool {
+    let values = || series.points.iter().map(|point| point.0).filter(|value| value.is_finite());
+    let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+    high - low > 1e-3
 }
 
 /// Whether a series shows sizes, which are never negative.

@@ -120,10 +120,10 @@ pub(crate) fn take(state: &mut State, answer: LabAnswer) -> Vec<Action> {
                 state.log.note(LogLevel::Info, "lab", line.clone());
             }
             if let Some(first) = news.first() {
-                let more = if news.len() > 1 {
-                    format!(" {} fitted values moved: page 4.", news.len() - 1)
-                } else {
-                    String::new()
+                let more = match news.len() - 1 {
+                    0 => String::new(),
+                    1 => " One fitted value moved: page 4.".to_owned(),
+                    count => format!(" {count} fitted values moved: page 4."),
                 };
                 state.say(Gravity::Calm, format!("{first}.{more}"));
             }

@@ -3,10 +3,11 @@
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
+use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::state::{FallStep, ModelState};
+use super::state::{FallStep, ModelState, Standing};
 use crate::screens::pane::{self, columns, fitted};
 use crate::screens::theme::Theme;
 
@@ -38,20 +39,39 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
             fit_mm2: preview.rms_mm * preview.rms_mm,
             held_out_mm2: None,
         };
-        lines.extend(step_lines(&step, greatest, width, theme).map(|line| line.patch_style(theme.preview)));
+        lines.extend(step_lines(&step, greatest, width, theme).map(|line| in_style(line, theme.preview)));
     }
-    let floor = match standing.floor_mm {
-        Some(floor) => format!("floor {floor:.4} mm per axis, {}", standing.floor_source),
-        None => "floor unknown: no repeats, none declared".to_owned(),
-    };
-    let floor: Vec<Line> =
-        pane::wrapped(&floor, width).into_iter().map(|line| Line::styled(line, theme.good)).collect();
+    let floor = floor_lines(standing, greatest, width, theme);
     // The newest steps and the floor stay where room is short.
     let room = usize::from(inner.height).saturating_sub(floor.len());
     let cut = lines.len().saturating_sub(room);
     let mut shown: Vec<Line> = lines.into_iter().skip(cut).collect();
     shown.extend(floor);
     frame.render_widget(Paragraph::new(shown), inner);
+}
+
+/// The floor as a bar beside the others, and where it comes from. Residuals are lengths in space where more than one axis
+/// was measured, and so is the floor then.
+fn floor_lines(standing: &Standing, greatest: f64, width: usize, theme: &Theme) -> Vec<Line<'static>> {
+    let words = |text: &str| {
+        let lines = pane::wrapped(text, width).into_iter();
+        lines.map(|line| Line::styled(line, theme.good)).collect::<Vec<_>>()
+    };
+    let Some(floor) = standing.floor_mm else { return words("floor unknown: no repeats, none declared") };
+    let axes = standing.residuals.axes().max(1);
+    let square = floor * floor * axes as f64;
+    let step = FallStep { added: "noise floor".to_owned(), fit_mm2: square, held_out_mm2: None };
+    let mut lines: Vec<Line> =
+        step_lines(&step, greatest, width, theme).map(|line| in_style(line, theme.good)).into();
+    let each = if axes > 1 { format!("{floor:.4} mm an axis, ") } else { String::new() };
+    lines.extend(words(&format!("{each}{}", standing.floor_source)));
+    lines
+}
+
+/// A line all in one style.
+fn in_style(mut line: Line<'static>, style: Style) -> Line<'static> {
+    line.iter_mut().for_each(|span| span.style = style);
+    line
 }
 
 fn step_lines(step: &FallStep, greatest: f64, width: usize, theme: &Theme) -> [Line<'static>; 2] {

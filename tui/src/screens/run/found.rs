@@ -146,7 +146,11 @@ fn correction_line(row: &CorrectionRow, theme: &Theme) -> Line<'static> {
 
 /// An uncertainty: four decimals while they say something, else powers of ten.
 fn uncertainty(value: f64) -> String {
-    if value >= 0.0005 || value == 0.0 { format!("{value:.4}") } else { format!("{value:.0e}") }
+    match value {
+        0.0 => "0".to_owned(),
+        0.0005.. => format!("{value:.4}"),
+        _ => format!("{value:.0e}"),
+    }
 }
 
 /// The quantity in as few words as the table has room for.

@@ -15,7 +15,7 @@ use crate::screens::state::State;
 use crate::screens::theme::Theme;
 
 /// Rows of the pane that matters most where the arm is drawn below it.
-const ATTENTION: u16 = 16;
+const ATTENTION: u16 = 18;
 /// Rows from which there is room for both.
 const ROOM_TO_DRAW: u16 = ATTENTION + 9;
 
@@ -64,10 +64,13 @@ fn title_line(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
     }
     let room = usize::from(area.width).saturating_sub(Span::raw(right.as_str()).width() + 4);
     frame.render_widget(
-        Line::styled(format!(" {}", pane::fitted(&run.title, room)), state.theme.heading),
+        Span::styled(format!(" {}", pane::fitted(&run.title, room)), state.theme.heading),
         area,
     );
-    frame.render_widget(Line::styled(format!("{right} "), state.theme.faint).right_aligned(), area);
+    frame.render_widget(
+        Line::from(Span::styled(format!("{right} "), state.theme.faint)).right_aligned(),
+        area,
+    );
 }
 
 /// Seconds as people say them.

@@ -1,0 +1,163 @@
+//! Makes the pictures of the screens: starts the program in a pseudo-terminal, works it as a person would, and draws what
+//! the terminal holds.
+//!
+//! `cargo build --release && cargo run --release -p plumb --example pictures [MODEL TABLE]` writes `tui/pictures/*.svg`.
+//! With a model file and a table of measurements, of which copies are used, it also shows how zeros and geometry take the
+//! error of that model away.
+
+#![allow(clippy::expect_used, reason = "a picture that cannot be made ends the program with the reason")]
+
+mod svg;
+#[path = "../../../tests/screens/terminal.rs"]
+#[allow(dead_code, reason = "the tests use more of it")]
+mod terminal;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use tempfile::TempDir;
+use terminal::Session;
+
+fn main() -> io::Result<()> {
+    let program = std::env::current_exe()?.with_file_name("../plumb");
+    let pictures = Path::new(env!("CARGO_MANIFEST_DIR")).join("pictures");
+    fs::create_dir_all(&pictures)?;
+    let studio = Studio { program, pictures, folder: TempDir::new()? };
+    let arguments: Vec<PathBuf> =
+        std::env::args_os().skip(1).map(std::path::absolute).collect::<Result<_, _>>()?;
+    studio.initialization()?;
+    studio.trial()?;
+    match arguments.as_slice() {
+        [model, table] => studio.measured(model, table),
+        _ => Ok(()),
+    }
+}
+
+/// Where pictures are made.
+struct Studio {
+    program: PathBuf,
+    pictures: PathBuf,
+    /// For the record and copies.
+    folder: TempDir,
+}
+
+impl Studio {
+    /// The simulated TeachMover from the first prompt to the corrections.
+    fn initialization(&self) -> io::Result<()> {
+        let cell = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../workcells/teachmover/cell.yaml")
+            .display()
+            .to_string();
+        let record = self.folder.path().join("record").display().to_string();
+        let arguments = ["run", &cell, "--record", &record, "--operator", "ada", "--pace", "real"];
+        let mut session = Session::start(&self.program, &arguments, 110, 36);
+        session.wait_for("Lay the T target on the table");
+        session.press("?");
+        session.wait_for("Esc stops every robot at once");
+        self.keep(&session, "help")?;
+        session.press("\r\r");
+        session.wait_for("Set the hand with the teach pendant");
+        session.press("\r");
+        session.wait_for("Bring the hand over the white paper");
+        self.keep(&session, "run-prompt")?;
+        session.press("z");
+        session.wait_until_gone("Steps");
+        self.keep(&session, "run-large")?;
+        session.press("z");
+        session.wait_for("Steps");
+        session.press("\r");
+        session.wait_for("zero of waist");
+        session.press("\r");
+        session.wait_for("\u{25b8} 3 Elbow in until line B");
+        session.wait_for("slowly");
+        self.keep(&session, "run-search")?;
+        session.press("1");
+        session.wait_for("Devices");
+        self.keep(&session, "cell")?;
+        session.press("2");
+        session.wait_for("zero of shoulder");
+        self.keep(&session, "run-corrections")?;
+        session.press("\r");
+        session.wait_for("\u{2713} passed");
+        self.keep(&session, "run-passed")?;
+        session.press("q");
+        session.wait_for_end();
+        Ok(())
+    }
+
+    /// A simulated PUMA whose shoulder gives way under gravity: seen, previewed, added.
+    fn trial(&self) -> io::Result<()> {
+        let folder = self.folder.path().join("trial");
+        let options =
+            ["trial", "new", "--seed", "3", "--arm", "puma560", "--effect", "joint_compliance(shoulder)=5x"];
+        let made = Command::new(&self.program)
+            .args(options)
+            .arg("-o")
+            .arg(&folder)
+            .stdout(Stdio::null())
+            .status()?;
+        if !made.success() {
+            return Err(io::Error::other("no trial was made"));
+        }
+        // Where the program stands is where it writes: no picture shows a path of the machine it was made on.
+        std::env::set_current_dir(&folder)?;
+        let mut session =
+            Session::start(&self.program, &["model", "screen", "model.yaml", "--data", "table.csv"], 132, 42);
+        judged(&session);
+        self.keep(&session, "model-diagnosis")?;
+        session.press(" ");
+        session.wait_for("Preview: with");
+        self.keep(&session, "model-preview")?;
+        session.press("a");
+        session.wait_for("at floor");
+        self.keep(&session, "model-at-floor")?;
+        session.press("q");
+        session.wait_for_end();
+        Ok(())
+    }
+
+    /// The lab on a model of the reader's own that starts with nothing but base and targets free.
+    fn measured(&self, model: &Path, table: &Path) -> io::Result<()> {
+        let copied = |path: &Path| {
+            let name = path.file_name().unwrap_or_default();
+            fs::copy(path, self.folder.path().join(name)).map(|_| name.to_string_lossy().into_owned())
+        };
+        let (model, table) = (copied(model)?, copied(table)?);
+        std::env::set_current_dir(self.folder.path())?;
+        let arguments =
+            ["model", "screen", &model, "--data", &table, "--free", "none", "--holdout", "random:0.3:1"];
+        let mut session = Session::start(&self.program, &arguments, 132, 42);
+        judged(&session);
+        for effect in ["joint_zero(*)", "geometry(*)"] {
+            session.press("n");
+            session.wait_for("Add effect:");
+            session.press(effect);
+            session.press("\r");
+            session.wait_for(&format!("{effect} added"));
+            judged(&session);
+        }
+        self.keep(&session, "measured-geometry")?;
+        session.press("q");
+        session.wait_for_end();
+        Ok(())
+    }
+
+    /// Draws the terminal as it is now.
+    fn keep(&self, session: &Session, name: &str) -> io::Result<()> {
+        let path = self.pictures.join(name).with_extension("svg");
+        fs::write(&path, session.with_screen(svg::picture))?;
+        println!("{}", path.display());
+        Ok(())
+    }
+}
+
+/// Waits until the lab has judged the candidates.
+fn judged(session: &Session) {
+    session.wait_until("the candidates judged", |screen| {
+        let text = screen.contents();
+        let works = ["Adding ", "Judging ", "not judged yet"].iter().any(|doing| text.contains(doing));
+        text.contains("held out:") && !works
+    });
+}
