@@ -1,4 +1,4 @@
-//! Moments of gravity about the joints.
+//! What gravity does to an arm: moments about its joints, and how it would bend its links.
 
 use nalgebra::{Point3, Vector3};
 
@@ -18,29 +18,85 @@ pub struct Mass {
     pub centre: Vector3<f64>,
 }
 
-/// The moment of gravity about each joint's axis, N m, positive in the axis's sense; for a sliding joint it is still
-/// the moment about its axis.
-///
-/// `down` is the direction of gravity in the base frame (unit length). `payload` hangs at `payload_point` (base frame,
-/// mm). The moments go to `moments`, which is cleared first.
-pub fn moments(
-    posture: &Posture,
-    masses: &[Mass],
-    payload: f64,
-    payload_point: &Vector3<f64>,
-    down: &Vector3<f64>,
-    moments: &mut Vec<f64>,
-) {
-    moments.clear();
-    let pull = down * (GRAVITY * 1e-3);
-    for (index, joint) in posture.joints.iter().enumerate() {
-        let about = |centre: Vector3<f64>| joint.axis.dot(&(centre - joint.axis_point).cross(&pull));
-        let mut moment = if payload == 0.0 { 0.0 } else { payload * about(*payload_point) };
-        for mass in masses.iter().filter(|mass| mass.after >= index) {
-            if let Some(link) = posture.joints.get(mass.after) {
-                moment += mass.mass * about((link.end * Point3::from(mass.centre)).coords);
-            }
+/// Everything with weight: the links' masses, and a load at the flange.
+#[derive(Debug, Clone, Copy)]
+pub struct Weights<'a> {
+    /// Of the links.
+    pub masses: &'a [Mass],
+    /// At the flange, kg.
+    pub payload: f64,
+    /// Direction of gravity in the base frame, unit length.
+    pub down: Vector3<f64>,
+}
+
+/// How a link bends for a flexibility of one: its far end's shift (mm per 1/(N m2)) and turn (rad per 1/(N m2)).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sag {
+    /// Of the far end, base frame.
+    pub shift: Vector3<f64>,
+    /// About the far end, base frame.
+    pub turn: Vector3<f64>,
+    /// The far end, base frame, mm.
+    pub end: Vector3<f64>,
+}
+
+impl Weights<'_> {
+    /// Weight (N) and place (base frame, mm) of everything that moves with a joint at or beyond `first`.
+    fn beyond<'p>(
+        &'p self,
+        posture: &'p Posture,
+        first: usize,
+    ) -> impl Iterator<Item = (usize, Vector3<f64>, Vector3<f64>)> + 'p {
+        let masses = self.masses.iter().filter(move |mass| mass.after >= first).filter_map(|mass| {
+            let link = posture.joints.get(mass.after)?;
+            Some((
+                mass.after,
+                self.down * (mass.mass * GRAVITY),
+                (link.end * Point3::from(mass.centre)).coords,
+            ))
+        });
+        let carried = (self.payload != 0.0)
+            .then(|| (usize::MAX, self.down * (self.payload * GRAVITY), posture.flange.translation.vector));
+        masses.chain(carried)
+    }
+
+    /// The moment of gravity about each joint's axis, N m, positive in the axis's sense, into `moments` (cleared first). For
+    /// a sliding joint it is still the moment about its axis.
+    pub fn moments(&self, posture: &Posture, moments: &mut Vec<f64>) {
+        moments.clear();
+        for (index, joint) in posture.joints.iter().enumerate() {
+            let about = |(_, force, place): (usize, Vector3<f64>, Vector3<f64>)| {
+                joint.axis.dot(&(place - joint.axis_point).cross(&force)) * 1e-3
+            };
+            moments.push(self.beyond(posture, index).map(about).sum());
         }
-        moments.push(moment);
+    }
+
+    /// How the link after a joint bends, as a beam clamped at the joint's end (Bernoulli): by the weight beyond its far end,
+    /// and by its own where that sits along it. Nothing for a link without length.
+    pub fn sag(&self, posture: &Posture, joint: usize) -> Option<Sag> {
+        let start = posture.joints.get(joint)?.axis_point;
+        let end =
+            posture.joints.get(joint + 1).map_or(posture.flange.translation.vector, |next| next.axis_point);
+        let along = end - start;
+        let length = along.norm() * 1e-3;
+        let direction = along.try_normalize(1e-6)?;
+        let (mut shift, mut turn) = (Vector3::zeros(), Vector3::zeros());
+        for (after, force, place) in self.beyond(posture, joint) {
+            // The load acts where it hangs on: its own place along the link, or the far end and beyond.
+            let reach = ((place - start).dot(&direction) * 1e-3).clamp(0.0, length);
+            let at = if after == joint { reach } else { length };
+            let arm = (place - start) * 1e-3 - direction * at;
+            let moment = arm.cross(&force);
+            let bending = moment - direction * direction.dot(&moment);
+            let shear = direction.cross(&force);
+            let turned = bending * at + shear * (at * at / 2.0);
+            let moved =
+                bending.cross(&direction) * (at * at / 2.0) + shear.cross(&direction) * (at.powi(3) / 3.0);
+            turn += turned;
+            // Beyond the load the link stays straight.
+            shift += moved + turned.cross(&direction) * (length - at);
+        }
+        Some(Sag { shift: shift * 1e3, turn, end })
     }
 }

@@ -11,5 +11,5 @@ mod posture;
 pub mod yang_siegel;
 
 pub use chain::{Chain, ChainError, Convention, Joint, Motion};
-pub use gravity::{GRAVITY, Mass, moments};
+pub use gravity::{GRAVITY, Mass, Sag, Weights};
 pub use posture::{Deviation, JointFrame, Knob, Posture, Twist};

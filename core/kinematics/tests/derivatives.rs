@@ -2,7 +2,7 @@
 //! Frames against plain homogeneous matrices, and twists and moments against finite differences.
 
 use nalgebra::{Matrix4, Vector3, Vector4};
-use plumb_kinematics::{Chain, Convention, Deviation, Joint, Knob, Mass, Motion, Posture, moments};
+use plumb_kinematics::{Chain, Convention, Deviation, Joint, Knob, Mass, Motion, Posture, Weights};
 use proptest::prelude::*;
 
 fn puma() -> Chain {
@@ -122,16 +122,14 @@ proptest! {
         ];
         let down = Vector3::new(0.1, -0.2, -0.97).normalize();
         let payload = 1.5;
-        let tool = Vector3::new(40.0, 0.0, 120.0);
         let fallen = |q: &[f64]| {
             let posture = Posture::of(&chain, q, &[]);
             let carried: f64 = masses.iter().map(|m| m.mass * (posture.joints[m.after].end * nalgebra::Point3::from(m.centre)).coords.dot(&down)).sum();
-            (carried + payload * (posture.flange * nalgebra::Point3::from(tool)).coords.dot(&down)) * 9.80665e-3
+            (carried + payload * posture.flange.translation.vector.dot(&down)) * 9.80665e-3
         };
         let posture = Posture::of(&chain, &q, &[]);
-        let point = (posture.flange * nalgebra::Point3::from(tool)).coords;
         let mut computed = Vec::new();
-        moments(&posture, &masses, payload, &point, &down, &mut computed);
+        Weights { masses: &masses, payload, down }.moments(&posture, &mut computed);
         for joint in 0..6 {
             let step = 1e-5;
             let (mut up, mut down_q) = (q.clone(), q.clone());
@@ -173,4 +171,22 @@ fn a_chain_with_a_name_used_twice_is_refused() {
         vec![Joint::turning("waist", 0.0, 0.0, 0.0, 0.0), Joint::turning("waist", 0.0, 0.0, 0.0, 0.0)];
     let error = Chain::new(Convention::Distal, joints).unwrap_err();
     assert_eq!(error.to_string(), "joint `waist` is named twice; joint names must differ");
+}
+
+#[test]
+fn a_level_link_sags_as_the_textbook_says() {
+    // A beam of 1 m along x, clamped at the joint, with 2 kg at its end and 3 kg at its middle: w L^3 / 3 and 5 w L^3 / 48.
+    let chain = Chain::new(Convention::Distal, vec![Joint::turning("root", 1000.0, 0.0, 0.0, 0.0)]).unwrap();
+    let masses = [Mass { after: 0, mass: 3.0, centre: Vector3::new(-500.0, 0.0, 0.0) }];
+    let weights = Weights { masses: &masses, payload: 2.0, down: -Vector3::z() };
+    let sag = weights.sag(&Posture::of(&chain, &[0.0], &[]), 0).unwrap();
+    let g = 9.806_65;
+    let expected = -(2.0 * g / 3.0 + 5.0 * 3.0 * g / 48.0) * 1e3;
+    assert!(
+        (sag.shift - Vector3::new(0.0, 0.0, expected)).norm() < 1e-9,
+        "{} against {expected}",
+        sag.shift.z
+    );
+    let turned = 2.0 * g / 2.0 + 3.0 * g / 8.0;
+    assert!((sag.turn - Vector3::new(0.0, turned, 0.0)).norm() < 1e-12, "{}", sag.turn);
 }

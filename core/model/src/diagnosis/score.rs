@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::effect::{Effect, EffectId, Size};
+use crate::effect::{Effect, EffectId, Search, Size};
 use crate::fit::{Fit, Machine, over_rows};
 use crate::statistics::f_tail;
 
@@ -11,6 +11,10 @@ use crate::statistics::f_tail;
 pub(crate) struct Probe {
     pub(crate) id: EffectId,
     pub(crate) effect: Box<dyn Effect>,
+    /// What inside it is searched for.
+    pub(crate) search: Search,
+    /// Probes that differ only in what is searched for share a number.
+    pub(crate) family: usize,
     /// Weight in Holm's correction: families of many are charged together.
     pub(crate) weight: f64,
     /// What its search costs in the information criterion.
@@ -24,6 +28,8 @@ pub(crate) struct Score {
     pub(crate) gain: f64,
     /// Independent parameters it adds.
     pub(crate) freedom: usize,
+    /// Sum of squares left with it in, and its degrees of freedom.
+    pub(crate) left: (f64, f64),
     /// Probability of such a gain by chance.
     pub(crate) p: f64,
     /// Expected values of its parameters.
@@ -38,6 +44,15 @@ pub(crate) struct Score {
     pub(crate) absorbed: f64,
     /// Root of its squares per unit size, in declared sigmas: what it would do if nothing swallowed it.
     pub(crate) strength: f64,
+}
+
+impl Score {
+    /// Charges one more parameter: one that was searched for, not fitted.
+    pub(crate) fn charge_parameter(&mut self) {
+        let (left, below) = self.left;
+        let (above, below) = (self.freedom as f64 + 1.0, (below - 1.0).max(1.0));
+        self.p = f_tail(self.gain / above / (left / below), above, below);
+    }
 }
 
 /// The noise of a fit, for tests: Huber's variance and its degrees of freedom.
@@ -209,6 +224,7 @@ fn one(
     Score {
         gain,
         freedom,
+        left: (left, below),
         p,
         plausible,
         values,

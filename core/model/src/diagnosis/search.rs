@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::score::{Probe, Score, score};
 use super::trial::{Fitted, Gain, bic, gains, total_loss};
-use crate::effect::{self, EffectId, Survey};
+use crate::effect::{self, EffectId, Search, Survey};
 use crate::file::AddedEffect;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::progress::Progress;
@@ -66,17 +66,23 @@ pub(crate) struct Stage<'a> {
 pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
     let survey: Survey<'_> = lab.survey();
     let fitted = lab.fitted_effects().unwrap_or_default();
-    let mut probes = Vec::new();
+    let mut probes: Vec<Probe> = Vec::new();
+    let mut family = 0;
     for kind in effect::kinds() {
         for id in (kind.candidates)(&survey) {
             if fitted.iter().any(|known| known.id.same_as(&id)) {
                 continue;
             }
             if let Ok(built) = effect::build(&id, lab.model()) {
+                // Variants that differ only in what is searched for stand one after the other.
+                let same = probes.last().is_some_and(|last| last.id.same_as(&id));
+                family += usize::from(!same);
                 let rare = id.order.is_some_and(|order| order > 4.0);
                 probes.push(Probe {
                     id,
                     effect: built,
+                    search: kind.search,
+                    family,
                     weight: if rare { 0.1 } else { 1.0 },
                     search_cost: if rare { 2.0 * 64.0_f64.ln() } else { 0.0 },
                 });
@@ -86,7 +92,56 @@ pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
     probes
 }
 
+/// The best variant of every family, its score charged for the search: list of (probe, score).
+pub(crate) fn best_variants(probes: &[Probe], scores: Vec<Score>) -> Vec<(usize, Score)> {
+    let mut best: Vec<(usize, Score)> = Vec::new();
+    let mut members: Vec<usize> = Vec::new();
+    for (index, score) in scores.into_iter().enumerate() {
+        let family = probes.get(index).map(|probe| probe.family);
+        match (best.last_mut(), members.last_mut()) {
+            (Some(last), Some(count)) if probes.get(last.0).map(|probe| probe.family) == family => {
+                *count += 1;
+                if score.gain > last.1.gain {
+                    *last = (index, score);
+                }
+            }
+            _ => {
+                best.push((index, score));
+                members.push(1);
+            }
+        }
+    }
+    for ((index, score), count) in best.iter_mut().zip(members) {
+        match probes.get(*index).map(|probe| probe.search) {
+            Some(Search::Smooth) if score.freedom > 0 => score.charge_parameter(),
+            Some(Search::Jumps) => score.p = (score.p * f64::from(count as u32)).min(1.0),
+            _ => {}
+        }
+    }
+    best
+}
+
 impl Laboratory {
+    /// An effect with what is searched for inside it set to what the data like best.
+    pub(crate) fn searched(&self, id: EffectId, progress: &Progress) -> Result<EffectId, LaboratoryError> {
+        let kind = effect::kind(&id.name);
+        if id.inner.is_some() || kind.is_none_or(|kind| kind.search == Search::Nothing) {
+            return Ok(id);
+        }
+        let mut variants = probes(self);
+        variants.retain(|probe| probe.id.same_as(&id));
+        let fitted = self.fit_with(&[], None, progress)?;
+        let scores = score(&fitted.machine, &fitted.fit, &variants);
+        let best = best_variants(&variants, scores).into_iter().next();
+        let found = best.and_then(|(index, _)| variants.get(index)).map(|probe| probe.id.clone());
+        found.ok_or_else(|| {
+            let label = id.label(self.model());
+            LaboratoryError::Refused(format!(
+                "{label}: this table cannot show it; it lacks what the effect depends on"
+            ))
+        })
+    }
+
     /// Fits the model with `taken` in and weighs every other candidate against the rest.
     pub(crate) fn stage<'a>(
         &'a self,
@@ -97,29 +152,31 @@ impl Laboratory {
     ) -> Result<Stage<'a>, LaboratoryError> {
         let fitted = self.fit_with(&taken, near, progress)?;
         let scores = score(&fitted.machine, &fitted.fit, probes);
-        let open = |index: &usize| {
-            !probes.get(*index).is_some_and(|probe| taken.iter().any(|known| known.id.same_as(&probe.id)))
-        };
-        let indices: Vec<usize> = (0..probes.len()).filter(open).collect();
-        let p_values: Vec<f64> = indices.iter().map(|index| scores[*index].p).collect();
-        let weights: Vec<f64> = indices.iter().map(|index| probes[*index].weight).collect();
+        let mut open = best_variants(probes, scores);
+        open.retain(|(index, _)| {
+            probes.get(*index).is_some_and(|probe| !taken.iter().any(|known| known.id.same_as(&probe.id)))
+        });
+        let p_values: Vec<f64> = open.iter().map(|(_, score)| score.p).collect();
+        let weights: Vec<f64> = open.iter().map(|(index, _)| probes[*index].weight).collect();
         let adjusted = holm(&p_values, &weights);
         let equations = fitted.fit.normal.equations as f64;
         let rank = fitted.fit.rank() as f64;
         let scale = fitted.fit.scale.max(1e-300);
         let loss = total_loss(&fitted, scale);
         let own = bic(loss, equations, rank, 0.0);
-        let mut contenders: Vec<Contender> = indices
-            .iter()
+        let mut contenders: Vec<Contender> = open
+            .into_iter()
             .zip(adjusted)
-            .map(|(index, holm_p)| {
-                let (probe, score) = (&probes[*index], scores[*index].clone());
+            .filter(|((_, score), _)| score.freedom > 0)
+            .map(|((index, score), holm_p)| {
+                let probe = &probes[index];
                 let promised = (loss - score.gain).max(loss * 1e-9);
+                let search_cost = probe.search_cost + probe.search.cost(equations);
                 Contender {
                     id: probe.id.clone(),
                     holm_p,
-                    bic: bic(promised, equations, rank + score.freedom as f64, probe.search_cost),
-                    search_cost: probe.search_cost,
+                    bic: bic(promised, equations, rank + score.freedom as f64, search_cost),
+                    search_cost,
                     values: score.values.clone(),
                     covariance: score.covariance.clone(),
                     gains: Vec::new(),
@@ -127,7 +184,6 @@ impl Laboratory {
                     score,
                 }
             })
-            .filter(|contender| contender.score.freedom > 0)
             .collect();
         contenders.sort_by(|left, right| left.bic.total_cmp(&right.bic));
         let mut stage = Stage { taken, fitted, scale, bic: own, contenders };

@@ -3,7 +3,7 @@
 
 use plumb_kinematics::Knob;
 
-use super::registry::{Family, Kind, Places, Setting};
+use super::registry::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Handle, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -28,6 +28,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::Joints,
     geometry_group: true,
     depends_on_conditions: false,
+    search: Search::Nothing,
     sentence: "The joint's axis leans in the plane of the link before it, so that nominally parallel axes are not.",
     how_to_see: "Wide turns of the joint, at several angles of the one before.",
     build: |setting: &Setting<'_>| {

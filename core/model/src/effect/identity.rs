@@ -18,10 +18,20 @@ pub enum Spot {
     Axis(usize),
     /// The base.
     Base,
+    /// The instrument.
+    Instrument,
     /// The arm's own sensor.
     Sensor,
-    /// No particular place.
-    Everywhere,
+}
+
+impl Spot {
+    /// The joint, if it is one.
+    pub fn joint(self) -> Option<usize> {
+        match self {
+            Self::Joint(joint) => Some(joint),
+            _ => None,
+        }
+    }
 }
 
 /// What of a link changes in time.
@@ -88,10 +98,7 @@ impl EffectId {
 
     /// The joint it acts on.
     pub fn joint(&self) -> Option<usize> {
-        match self.spot {
-            Spot::Joint(joint) => Some(joint),
-            _ => None,
-        }
+        self.spot.joint()
     }
 
     /// The name of the place.
@@ -106,7 +113,7 @@ impl EffectId {
             Spot::Axis(axis) => ["x", "y", "z"].get(axis).copied().unwrap_or("?").to_owned(),
             Spot::Base => "base".to_owned(),
             Spot::Sensor => "sensor".to_owned(),
-            Spot::Everywhere => String::new(),
+            Spot::Instrument => "instrument".to_owned(),
         }
     }
 

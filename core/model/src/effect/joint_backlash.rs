@@ -1,6 +1,6 @@
 //! A joint lags behind its motor by half its play, on the side it came from.
 
-use super::registry::{Family, Kind, Places, Setting};
+use super::registry::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -25,6 +25,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::Joints,
     geometry_group: false,
     depends_on_conditions: true,
+    search: Search::Nothing,
     sentence: "The joint has play: it stops short on the side it came from.",
     how_to_see: "The same poses reached from both sides, with the side logged in `approach_q<n>`.",
     build: |setting: &Setting<'_>| {

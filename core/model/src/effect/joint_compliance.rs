@@ -1,6 +1,6 @@
 //! A joint gives under the moment of gravity: a soft gear, shaft or belt.
 
-use super::registry::{Family, Kind, Places, Setting};
+use super::registry::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, LooksAt, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -30,6 +30,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::Joints,
     geometry_group: false,
     depends_on_conditions: true,
+    search: Search::Nothing,
     sentence: "The joint gives under the weight it carries, in proportion to the moment about its axis.",
     how_to_see: "Poses with the arm stretched out and folded, with and without a load.",
     build: |setting: &Setting<'_>| {

@@ -1,6 +1,6 @@
 //! A joint turns a little more or less than it is told: a wrong gear ratio, a slipping drive, a stretched scale.
 
-use super::registry::{Family, Kind, Places, Setting};
+use super::registry::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -25,6 +25,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::Joints,
     geometry_group: false,
     depends_on_conditions: false,
+    search: Search::Nothing,
     sentence: "The joint turns in proportion more or less than it is told.",
     how_to_see: "Poses from one end of the joint's travel to the other.",
     build: |setting: &Setting<'_>| {

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::registry::{Family, Kind, Places, Setting};
+use super::registry::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Size, Spot, Unit, amplitude};
 
 /// The highest number of periods a turn that is looked for, besides the gear ratios.
@@ -37,6 +37,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::JointsAndOrder,
     geometry_group: false,
     depends_on_conditions: false,
+    search: Search::Nothing,
     sentence: "A wheel of the joint runs out of true: the error comes back the same number of times in every turn.",
     how_to_see: "Many poses spread over the joint's travel, not on a regular grid.",
     build: |setting: &Setting<'_>| {

@@ -1,6 +1,6 @@
 //! A joint's zero is not where its encoder says.
 
-use super::registry::{Family, Kind, Places, Setting};
+use super::registry::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -25,6 +25,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::Joints,
     geometry_group: false,
     depends_on_conditions: false,
+    search: Search::Nothing,
     sentence: "The joint stands off by a constant angle: its zero is not where the controller believes.",
     how_to_see: "Any poses that turn the joints before and after it.",
     build: |setting: &Setting<'_>| {

@@ -2,7 +2,7 @@
 
 use plumb_kinematics::Knob;
 
-use super::registry::{Family, Kind, Places, Setting};
+use super::registry::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Handle, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -27,6 +27,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::Joints,
     geometry_group: true,
     depends_on_conditions: false,
+    search: Search::Nothing,
     sentence: "The link between this joint's axis and the next is longer or shorter than the model says.",
     how_to_see: "Poses that turn the joints before and after the link through wide angles.",
     build: |setting: &Setting<'_>| {

@@ -2,7 +2,7 @@
 
 use plumb_kinematics::Knob;
 
-use super::registry::{Family, Kind, Places, Setting};
+use super::registry::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Handle, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -27,6 +27,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::Joints,
     geometry_group: true,
     depends_on_conditions: false,
+    search: Search::Nothing,
     sentence: "The link is shifted along the joint's axis.",
     how_to_see: "Poses that tip the joint's axis into different directions.",
     build: |setting: &Setting<'_>| {

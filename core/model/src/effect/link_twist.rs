@@ -2,7 +2,7 @@
 
 use plumb_kinematics::Knob;
 
-use super::registry::{Family, Kind, Places, Setting};
+use super::registry::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Handle, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -27,6 +27,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::Joints,
     geometry_group: true,
     depends_on_conditions: false,
+    search: Search::Nothing,
     sentence: "The next axis is twisted about the link's own length.",
     how_to_see: "Wide turns of the next joint, at several angles of this one.",
     build: |setting: &Setting<'_>| {

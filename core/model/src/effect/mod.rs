@@ -5,28 +5,40 @@
 //! derivative of its own.
 
 mod axis_skew;
+mod base_position;
+mod base_tilt;
+mod drift;
 mod identity;
+mod instrument_tilt;
 mod joint_backlash;
 mod joint_compliance;
+mod joint_coupling;
 mod joint_gain;
 mod joint_harmonic;
+mod joint_settling;
+mod joint_step;
+mod joint_stiffening;
 mod joint_zero;
 mod link_length;
 mod link_offset;
+mod link_sag;
 mod link_twist;
 mod registry;
+mod scale;
 mod situation;
+mod thermal_growth;
 mod tool_offset;
+mod warm_up;
 
 pub use identity::{EffectId, EffectNameError, Quantity, Spot};
-pub use registry::{Family, Kind, Places, Setting, Survey, build, expand, kind, kinds, parse};
+pub use registry::{Family, Kind, Places, Search, Setting, Survey, build, expand, kind, kinds, parse};
 pub use situation::{Passport, Situation};
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
 use plumb_kinematics::Knob;
 
 /// One number of the machine that an effect may move.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Handle {
     /// One number of a joint's row, mm or rad.
     Joint(usize, Knob),
@@ -38,6 +50,17 @@ pub enum Handle {
     BaseTurn(usize),
     /// What the instrument reads along one axis of its frame, mm.
     Reading(usize),
+    /// A small motion of everything beyond a joint, base frame.
+    Twist {
+        /// The joint.
+        after: usize,
+        /// Shift of the point `about`, mm.
+        shift: Vector3<f64>,
+        /// Turn, rad.
+        turn: Vector3<f64>,
+        /// The point it turns about, mm.
+        about: Vector3<f64>,
+    },
 }
 
 /// How fast a handle moves with a parameter, in one row.
@@ -67,6 +90,12 @@ impl Unit {
     pub const DEG: Self = Self { name: "deg", factor: 180.0 / std::f64::consts::PI };
     /// Radians of deflection a newton metre.
     pub const COMPLIANCE: Self = Self { name: "rad/(N m)", factor: 1.0 };
+    /// Reciprocal of a bending stiffness.
+    pub const FLEXIBILITY: Self = Self { name: "1/(N m2)", factor: 1.0 };
+    /// Relative growth a kelvin.
+    pub const GROWTH: Self = Self { name: "1/K", factor: 1.0 };
+    /// Millimetres an hour.
+    pub const MM_PER_HOUR: Self = Self { name: "mm/h", factor: 1.0 };
     /// A plain ratio.
     pub const RATIO: Self = Self { name: "1", factor: 1.0 };
 }

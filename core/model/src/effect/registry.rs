@@ -38,8 +38,32 @@ pub enum Places {
     Axes,
     /// The base: `name`.
     Base,
+    /// The instrument: `name`.
+    Instrument,
     /// The arm's own sensor: `name`.
     Sensor,
+}
+
+/// What inside an effect is searched for rather than fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Search {
+    /// Nothing.
+    Nothing,
+    /// A number on which the effect depends smoothly: it costs as much as a fitted parameter.
+    Smooth,
+    /// One of many unlike places: each counts as a trial of its own.
+    Jumps,
+}
+
+impl Search {
+    /// What the search costs in Schwarz's criterion, for so many equations.
+    pub(crate) fn cost(self, equations: f64) -> f64 {
+        match self {
+            Self::Nothing => 0.0,
+            Self::Smooth => equations.ln(),
+            Self::Jumps => 2.0 * equations.ln(),
+        }
+    }
 }
 
 /// A kind of effect.
@@ -54,6 +78,8 @@ pub struct Kind {
     pub geometry_group: bool,
     /// Whether it can differ between two visits to one pose.
     pub depends_on_conditions: bool,
+    /// What inside it is searched for rather than fitted.
+    pub search: Search,
     /// What it is, in one plain sentence.
     pub sentence: &'static str,
     /// What to measure to see it.
@@ -64,7 +90,7 @@ pub struct Kind {
     pub candidates: fn(&Survey<'_>) -> Vec<EffectId>,
 }
 
-static KINDS: [Kind; 10] = [
+static KINDS: [Kind; 22] = [
     super::joint_zero::KIND,
     super::link_length::KIND,
     super::link_offset::KIND,
@@ -73,8 +99,20 @@ static KINDS: [Kind; 10] = [
     super::tool_offset::KIND,
     super::joint_gain::KIND,
     super::joint_compliance::KIND,
+    super::joint_stiffening::KIND,
     super::joint_backlash::KIND,
+    super::joint_settling::KIND,
+    super::joint_coupling::KIND,
+    super::joint_step::KIND,
     super::joint_harmonic::KIND,
+    super::link_sag::KIND,
+    super::thermal_growth::KIND,
+    super::warm_up::KIND,
+    super::drift::KIND,
+    super::base_tilt::KIND,
+    super::base_position::KIND,
+    super::scale::KIND,
+    super::instrument_tilt::KIND,
 ];
 
 /// All kinds of effect, in the order they are listed to people.
@@ -210,16 +248,15 @@ fn places(
         Places::JointsAndQuantity => "(joint, zero|length|offset)",
         Places::Targets => "(p1)",
         Places::Axes => "(x|y|z)",
-        Places::Base | Places::Sensor => "",
+        Places::Base | Places::Instrument | Places::Sensor => "",
     };
     let malformed =
         || EffectNameError::Malformed { text: text.to_owned(), example: format!("{}{example}", kind.name) };
     let at = |spot| EffectId::at(kind.name, spot);
     match (kind.places, arguments) {
-        (Places::Base, []) => Ok(vec![at(Spot::Base)]),
-        (Places::Sensor, []) => Ok(vec![at(Spot::Sensor)]),
-        (Places::Base, ["base"]) => Ok(vec![at(Spot::Base)]),
-        (Places::Sensor, ["sensor"]) => Ok(vec![at(Spot::Sensor)]),
+        (Places::Base, [] | ["base"]) => Ok(vec![at(Spot::Base)]),
+        (Places::Instrument, [] | ["instrument"]) => Ok(vec![at(Spot::Instrument)]),
+        (Places::Sensor, [] | ["sensor"]) => Ok(vec![at(Spot::Sensor)]),
         (Places::Joints, [] | ["*"]) => {
             Ok((0..model.chain.len()).map(|joint| at(Spot::Joint(joint))).collect())
         }
@@ -235,13 +272,31 @@ fn places(
                 name => Ok(vec![with_order(joint(kind, name, model)?)]),
             }
         }
+        (Places::JointPairs, [first, other]) if *first == "*" || *other == "*" => {
+            let all = |name: &str| -> Result<Vec<usize>, EffectNameError> {
+                match name {
+                    "*" => Ok((0..model.chain.len()).collect()),
+                    name => Ok(joint(kind, name, model)?.joint().into_iter().collect()),
+                }
+            };
+            let (firsts, others) = (all(first)?, all(other)?);
+            let pairs = firsts.iter().flat_map(|joint| others.iter().map(move |other| (*joint, *other)));
+            let distinct = pairs.filter(|(joint, other)| joint != other);
+            Ok(distinct
+                .map(|(joint, other)| EffectId { with: Some(other), ..at(Spot::Joint(joint)) })
+                .collect())
+        }
         (Places::JointPairs, [name, other]) => {
             let Spot::Joint(with) = joint(kind, other, model)? else { return Err(malformed()) };
             Ok(vec![EffectId { with: Some(with), ..at(joint(kind, name, model)?) }])
         }
         (Places::JointsAndQuantity, [name, of]) => {
             let of = Quantity::by_name(of).ok_or_else(malformed)?;
-            Ok(vec![EffectId { of: Some(of), ..at(joint(kind, name, model)?) }])
+            let spots = match *name {
+                "*" => (0..model.chain.len()).map(Spot::Joint).collect(),
+                name => vec![joint(kind, name, model)?],
+            };
+            Ok(spots.into_iter().map(|spot| EffectId { of: Some(of), ..at(spot) }).collect())
         }
         (Places::Targets, [] | ["*"]) => {
             Ok((0..model.targets.len()).map(|index| at(Spot::Target(index))).collect())

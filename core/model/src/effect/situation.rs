@@ -1,9 +1,10 @@
 //! What an effect may know of a row, and what a table has to offer at all.
 
 use nalgebra::Vector3;
-use plumb_kinematics::{Chain, Knob, Motion, Posture};
+use plumb_kinematics::{Chain, Knob, Motion, Posture, Weights};
 
 use super::{Drive, Handle};
+use crate::file::Model;
 use crate::table::Table;
 
 /// The circumstances of one row.
@@ -19,12 +20,14 @@ pub struct Situation<'a> {
     pub approach: &'a [i8],
     /// Seconds since the first row; not a number where not logged.
     pub time: f64,
+    /// What steps in time are dated by: seconds as in the table, or the row's number where no time is logged.
+    pub clock: f64,
     /// deg C; not a number where not logged.
     pub temperature: f64,
-    /// kg.
-    pub payload: f64,
     /// Moments of gravity about the joints' axes, N m.
     pub moments: &'a [f64],
+    /// Everything with weight.
+    pub weights: Weights<'a>,
     /// The frames of the arm in this row.
     pub posture: &'a Posture,
     /// The predicted point, in the measurements' frame, mm.
@@ -80,6 +83,12 @@ pub struct Passport {
     pub payload_range: Option<f64>,
     /// Number of sessions named.
     pub sessions: usize,
+    /// Whether points were measured (or touched), not heights and tilts alone.
+    pub measures_points: bool,
+    /// What steps in time are dated by, in order: time in s as in the table, or rows' numbers.
+    pub clocks: Vec<f64>,
+    /// Greatest moment of gravity about each joint in the table's poses, N m, by the nominal model.
+    pub greatest_moments: Vec<f64>,
     /// Least and greatest coordinate of each joint.
     pub ranges: Vec<(f64, f64)>,
 }
@@ -92,7 +101,7 @@ fn range(values: &[f64]) -> Option<f64> {
 
 impl Passport {
     /// Reads it off a table.
-    pub fn of(table: &Table) -> Self {
+    pub fn of(model: &Model, table: &Table) -> Self {
         let sides = |joint: usize| {
             let has = |side: i8| (0..table.len()).any(|row| table.approach_of(row, joint) == side);
             has(1) && has(-1)
@@ -110,6 +119,9 @@ impl Passport {
             temperature_range: table.temperature.as_deref().and_then(range),
             payload_range: table.payload.as_deref().and_then(range),
             sessions: table.session.names.len(),
+            measures_points: !table.positions.is_empty() || !table.touch.names.is_empty(),
+            clocks: clocks(table),
+            greatest_moments: greatest_moments(model, table),
             ranges: (0..table.joints).map(span).collect(),
         }
     }
@@ -118,4 +130,35 @@ impl Passport {
     pub fn has_both_sides(&self, joint: usize) -> bool {
         self.both_sides.get(joint).copied().unwrap_or(false)
     }
+}
+
+fn clocks(table: &Table) -> Vec<f64> {
+    match &table.time {
+        Some(time) => table
+            .order()
+            .into_iter()
+            .filter_map(|row| time.get(row).copied())
+            .filter(|time| time.is_finite())
+            .collect(),
+        None => (0..table.len()).map(|row| row as f64).collect(),
+    }
+}
+
+/// Poses looked at to find the greatest moments.
+const MANY: usize = 2000;
+
+fn greatest_moments(model: &Model, table: &Table) -> Vec<f64> {
+    let mut greatest = vec![0.0_f64; model.chain.len()];
+    let down = model.down(&model.base.pose.rotation);
+    let (mut posture, mut moments) = (Posture::default(), Vec::new());
+    for row in (0..table.len()).step_by(table.len().div_ceil(MANY).max(1)) {
+        let load =
+            table.payload.as_ref().and_then(|loads| loads.get(row)).copied().filter(|load| load.is_finite());
+        posture.update(&model.chain, table.q_of(row), &[]);
+        Weights { masses: &model.masses, payload: load.unwrap_or(0.0), down }.moments(&posture, &mut moments);
+        for (greatest, moment) in greatest.iter_mut().zip(&moments) {
+            *greatest = greatest.max(moment.abs());
+        }
+    }
+    greatest
 }

@@ -1,6 +1,6 @@
 //! The measured point sits elsewhere on the flange than the model says.
 
-use super::registry::{Family, Kind, Places, Setting};
+use super::registry::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
 use nalgebra::DMatrix;
 
@@ -44,6 +44,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::Targets,
     geometry_group: false,
     depends_on_conditions: false,
+    search: Search::Nothing,
     sentence: "The measured point sits elsewhere on the flange than the model says.",
     how_to_see: "Poses that turn the wrist into many directions.",
     build: |setting: &Setting<'_>| {

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use plumb_kinematics::{Convention, Motion};
 
 use super::model::{AddedEffect, Frame, MeasuredFrom, Model, Surface, SurfaceShape};
-use crate::effect::{self, EffectId, Spot};
+use crate::effect::{self, EffectId};
 
 /// A number with as many digits as it takes to read it back well, and no more.
 fn number(value: f64) -> String {
@@ -119,9 +119,7 @@ fn joints(out: &mut String, model: &Model) -> std::fmt::Result {
 fn identity(id: &EffectId, model: &Model) -> String {
     let mut keys = format!("effect: {}", id.name);
     let mut key = |name: &str, value: String| keys.push_str(&format!(", {name}: {value}"));
-    if !matches!(id.spot, Spot::Everywhere) {
-        key("where", text(&id.place(model)));
-    }
+    key("where", text(&id.place(model)));
     if let Some(joint) = id.with.and_then(|with| model.chain.joints.get(with)) {
         key("with", text(&joint.name));
     }

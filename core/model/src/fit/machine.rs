@@ -2,7 +2,7 @@
 //! number.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
-use plumb_kinematics::{Deviation, Knob, Posture, moments};
+use plumb_kinematics::{Deviation, Knob, Posture, Weights};
 
 use super::observations::{Equation, Observations, Reading};
 use super::state::{Slot, State, square_to, surface_freedoms};
@@ -46,6 +46,9 @@ pub(crate) struct Scratch {
     drives: Vec<Drive>,
     base_shift: Vector3<f64>,
     base_turn: Vector3<f64>,
+    /// Shift of the base's origin and turn about it that bent links give everything beyond them, base frame.
+    bend_shift: Vector3<f64>,
+    bend_turn: Vector3<f64>,
     target_shifts: Vec<Vector3<f64>>,
     linear: Vec<Vector3<f64>>,
     angular: Vec<Vector3<f64>>,
@@ -159,6 +162,7 @@ impl<'a> Machine<'a> {
 
     fn situation<'s>(
         &'s self,
+        state: &State,
         row: usize,
         posture: &'s Posture,
         moments: &'s [f64],
@@ -174,12 +178,20 @@ impl<'a> Machine<'a> {
             previous: self.previous.get(row).copied().flatten().map(|before| self.table.q_of(before)),
             approach: approach.unwrap_or(&[]),
             time: cell(&self.table.time).map_or(f64::NAN, |time| time - self.first_time),
+            clock: cell(&self.table.time).unwrap_or(row as f64),
             temperature: cell(&self.table.temperature).unwrap_or(f64::NAN),
-            payload: cell(&self.table.payload).filter(|load| load.is_finite()).unwrap_or(0.0),
+            weights: self.weights(state, row),
             moments,
             posture,
             point,
         }
+    }
+
+    /// Everything with weight in a row.
+    fn weights(&self, state: &State, row: usize) -> Weights<'_> {
+        let load = self.table.payload.as_ref().and_then(|loads| loads.get(row)).copied();
+        let payload = load.filter(|load| load.is_finite()).unwrap_or(0.0);
+        Weights { masses: &self.model.masses, payload, down: self.down(state) }
     }
 
     /// Brings the arm into a row's pose: deviations of all effects in, gravity in balance with what it bends.
@@ -189,11 +201,13 @@ impl<'a> Machine<'a> {
         scratch.deviations.resize(joints, Deviation::default());
         scratch.base_shift = Vector3::zeros();
         scratch.base_turn = Vector3::zeros();
+        scratch.bend_shift = Vector3::zeros();
+        scratch.bend_turn = Vector3::zeros();
         scratch.target_shifts.clear();
         scratch.target_shifts.resize(state.targets.len(), Vector3::zeros());
         let mut drives = std::mem::take(&mut scratch.drives);
         let idle = Posture::default();
-        let situation = self.situation(row, &idle, &[], Vector3::zeros());
+        let situation = self.situation(state, row, &idle, &[], Vector3::zeros());
         for (part, values) in self.parts.iter().zip(&state.effects) {
             if part.effect.looks_at() == LooksAt::Conditions {
                 drives.clear();
@@ -201,33 +215,26 @@ impl<'a> Machine<'a> {
                 apply(&drives, values, scratch);
             }
         }
-        let payload = situation.payload;
-        let gravity = self.parts.iter().any(|part| part.effect.looks_at() == LooksAt::Gravity);
-        if gravity {
-            self.balance(state, row, payload, &mut drives, scratch);
+        if self.parts.iter().any(|part| part.effect.looks_at() == LooksAt::Gravity) {
+            self.balance(state, row, &mut drives, scratch);
         }
         scratch.drives = drives;
         scratch.posture.update(&self.model.chain, self.table.q_of(row), &scratch.deviations);
-        self.weigh(state, payload, scratch);
+        self.weights(state, row).moments(&scratch.posture, &mut scratch.moments);
     }
 
     /// What bends under its own weight changes the moments that bend it: a few rounds settle it.
-    fn balance(
-        &self,
-        state: &State,
-        row: usize,
-        payload: f64,
-        drives: &mut Vec<Drive>,
-        scratch: &mut Scratch,
-    ) {
+    fn balance(&self, state: &State, row: usize, drives: &mut Vec<Drive>, scratch: &mut Scratch) {
         let stiff = scratch.deviations.clone();
         for _ in 0..3 {
             scratch.posture.update(&self.model.chain, self.table.q_of(row), &scratch.deviations);
-            self.weigh(state, payload, scratch);
+            self.weights(state, row).moments(&scratch.posture, &mut scratch.moments);
             let mut posture = std::mem::take(&mut scratch.posture);
             let moments = std::mem::take(&mut scratch.moments);
             scratch.deviations.clone_from(&stiff);
-            let situation = self.situation(row, &posture, &moments, Vector3::zeros());
+            scratch.bend_shift = Vector3::zeros();
+            scratch.bend_turn = Vector3::zeros();
+            let situation = self.situation(state, row, &posture, &moments, Vector3::zeros());
             for (part, values) in self.parts.iter().zip(&state.effects) {
                 if part.effect.looks_at() == LooksAt::Gravity {
                     drives.clear();
@@ -238,13 +245,6 @@ impl<'a> Machine<'a> {
             std::mem::swap(&mut scratch.posture, &mut posture);
             scratch.moments = moments;
         }
-    }
-
-    fn weigh(&self, state: &State, payload: f64, scratch: &mut Scratch) {
-        let tool = state.targets.first().copied().unwrap_or_else(Vector3::zeros);
-        let carried = (scratch.posture.flange * nalgebra::Point3::from(tool)).coords;
-        let down = self.down(state);
-        moments(&scratch.posture, &self.model.masses, payload, &carried, &down, &mut scratch.moments);
     }
 
     fn subject(&self, reading: Reading) -> Subject {
@@ -269,7 +269,8 @@ impl<'a> Machine<'a> {
     fn point(&self, state: &State, target: usize, scratch: &Scratch) -> (Vector3<f64>, Vector3<f64>) {
         let tool = state.targets.get(target).copied().unwrap_or_else(Vector3::zeros);
         let shift = scratch.target_shifts.get(target).copied().unwrap_or_else(Vector3::zeros);
-        let in_base = (scratch.posture.flange * nalgebra::Point3::from(tool + shift)).coords;
+        let stiff = (scratch.posture.flange * nalgebra::Point3::from(tool + shift)).coords;
+        let in_base = stiff + scratch.bend_shift + scratch.bend_turn.cross(&stiff);
         let (rotation, origin) = self.base(state, scratch);
         (rotation * in_base + origin, in_base)
     }
@@ -287,7 +288,7 @@ impl<'a> Machine<'a> {
         }
         let mut shift = Vector3::zeros();
         let mut drives = std::mem::take(&mut scratch.drives);
-        let situation = self.situation(row, &scratch.posture, &scratch.moments, point);
+        let situation = self.situation(state, row, &scratch.posture, &scratch.moments, point);
         for (part, values) in self.parts.iter().zip(&state.effects) {
             if part.effect.looks_at() == LooksAt::Point {
                 drives.clear();
@@ -355,8 +356,9 @@ impl<'a> Machine<'a> {
                 .map_or_else(Matrix3::identity, |frame| frame.end.rotation.into_inner()),
             Some(Frame::Base) | None => Matrix3::identity(),
         };
+        let bent = nalgebra::Rotation3::new(scratch.bend_turn).into_inner();
         let attitude =
-            base * frame * level.map_or_else(Matrix3::identity, |level| level.rotation.into_inner());
+            base * bent * frame * level.map_or_else(Matrix3::identity, |level| level.rotation.into_inner());
         let column = |index: usize| attitude.column(index).into_owned();
         let (side, sense) = if axis == 0 { (1, 1.0) } else { (0, -1.0) };
         let (across, along) = (sense * column(side).dot(up), column(2).dot(up));
@@ -432,6 +434,12 @@ impl<'a> Machine<'a> {
                 (axis.cross(&(frames.point - frames.origin)), axis)
             }
             Handle::Reading(axis) => (Vector3::ith(axis.min(2), 1.0), Vector3::zeros()),
+            Handle::Twist { after, shift, turn, about } => {
+                if subject == Subject::Level && after > frames.level_limit {
+                    return (Vector3::zeros(), Vector3::zeros());
+                }
+                (frames.base * (shift + turn.cross(&(frames.in_base - about))), frames.base * turn)
+            }
         }
     }
 
@@ -530,7 +538,7 @@ impl<'a> Machine<'a> {
         angular.clear();
         {
             let frames = Frames { posture: &scratch.posture, base, origin, point, in_base, level_limit };
-            let situation = self.situation(row, &scratch.posture, &scratch.moments, point);
+            let situation = self.situation(state, row, &scratch.posture, &scratch.moments, point);
             let mut motion = |handle: Option<Handle>| {
                 let still = on_base && subject == Subject::Level && matches!(handle, Some(Handle::Joint(..)));
                 let (moved, turned) = match handle {
@@ -658,6 +666,11 @@ fn apply(drives: &[Drive], values: &[f64], scratch: &mut Scratch) {
             Handle::BaseShift(axis) => scratch.base_shift.get_mut(axis),
             Handle::BaseTurn(axis) => scratch.base_turn.get_mut(axis),
             Handle::Reading(_) => continue,
+            Handle::Twist { shift, turn, about, .. } => {
+                scratch.bend_shift += (shift - turn.cross(&about)) * amount;
+                scratch.bend_turn += turn * amount;
+                continue;
+            }
         };
         if let Some(part) = part {
             *part += amount;

@@ -48,6 +48,9 @@ const ENOUGH: usize = 6;
 /// How improbable (after Holm) an effect of conditions must make the returns before it is allowed for.
 const ALLOWED_BELOW: f64 = 0.01;
 
+/// Effects of conditions that are allowed for at most.
+const MOST_ALLOWED: usize = 8;
+
 impl Floor {
     /// The floor of the data a machine was fitted to.
     pub(crate) fn of(machine: &Machine<'_>, fit: &Fit, survey: &Survey<'_>) -> Self {
@@ -107,33 +110,29 @@ pub(crate) fn allow(returns: &Returns) -> (Vec<usize>, Scatter) {
     let mut chosen: Vec<usize> = Vec::new();
     let mut wanted: Vec<usize> = Vec::new();
     let mut scatter = returns.scatter(&wanted);
-    while chosen.len() < 8 {
-        let trials: Vec<(usize, f64, Scatter)> = (0..returns.candidates.len())
-            .filter(|index| !chosen.contains(index))
-            .filter_map(|index| {
-                let (_, range) = returns.candidates.get(index)?;
-                let columns: Vec<usize> = wanted.iter().copied().chain(range.clone()).collect();
-                let trial = returns.scatter(&columns);
-                let used = scatter.freedom.checked_sub(trial.freedom).filter(|used| *used > 0)?;
-                if trial.freedom == 0 || trial.squares <= 0.0 {
-                    return None;
+    while chosen.len() < MOST_ALLOWED && scatter.freedom > ENOUGH {
+        let gains = returns.gains(&scatter, &wanted);
+        let squares = scatter.squares;
+        let p_values: Vec<f64> = gains
+            .iter()
+            .map(|(gain, used)| {
+                let below = scatter.freedom.saturating_sub(*used) as f64;
+                if *used == 0 || below < 1.0 {
+                    return 1.0;
                 }
-                let gain = (scatter.squares - trial.squares) / used as f64;
-                let p =
-                    f_tail(gain / (trial.squares / trial.freedom as f64), used as f64, trial.freedom as f64);
-                Some((index, p, trial))
+                let left = (squares - gain).max(squares * 1e-6) / below;
+                f_tail(gain / *used as f64 / left, *used as f64, below)
             })
             .collect();
-        let p_values: Vec<f64> = trials.iter().map(|(_, p, _)| *p).collect();
         let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
-        let best = trials.into_iter().zip(adjusted).min_by(|left, right| left.0.1.total_cmp(&right.0.1));
-        match best {
-            Some(((index, _, trial), p)) if p < ALLOWED_BELOW => {
+        let best = (0..p_values.len()).min_by(|left, right| p_values[*left].total_cmp(&p_values[*right]));
+        match best.filter(|best| adjusted[*best] < ALLOWED_BELOW && !chosen.contains(best)) {
+            Some(index) => {
                 chosen.push(index);
                 wanted.extend(returns.candidates.get(index).map_or(0..0, |(_, range)| range.clone()));
-                scatter = trial;
+                scatter = returns.scatter(&wanted);
             }
-            _ => break,
+            None => break,
         }
     }
     (chosen, scatter)

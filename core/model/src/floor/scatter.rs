@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::returns::Returns;
+use crate::effect::EffectId;
 use crate::fit::Factor;
 use crate::statistics::{chi_squared_quantile, chi_squared_tail, median};
 
@@ -16,6 +17,8 @@ pub(crate) struct Scatter {
     pub(crate) sigma: f64,
     /// Sum of squares, the wild ones drawn in.
     pub(crate) squares: f64,
+    /// Per member: Huber's weight.
+    weights: Vec<f64>,
 }
 
 /// Share of members that lie inside the corner when nothing is wild.
@@ -40,12 +43,37 @@ impl Returns {
             let fresh = (squares / (freedom.max(1) as f64 * self.inside_share())).sqrt();
             let settled = sigma.is_some_and(|sigma: f64| (fresh / sigma - 1.0).abs() < 1e-4);
             sigma = Some(fresh);
-            scatter = Some(Scatter { deviations, freedom, sigma: fresh, squares });
+            scatter = Some(Scatter { deviations, freedom, sigma: fresh, squares, weights: weights.clone() });
             if settled || fresh == 0.0 {
                 break;
             }
         }
-        scatter.unwrap_or(Scatter { deviations: Vec::new(), freedom: 0, sigma: 0.0, squares: 0.0 })
+        scatter.unwrap_or(Scatter { deviations: Vec::new(), freedom: 0, sigma: 0.0, squares: 0.0, weights })
+    }
+
+    /// What each candidate would take away of the squares that `wanted` columns leave, and with how many parameters of its
+    /// own.
+    pub(crate) fn gains(&self, scatter: &Scatter, wanted: &[usize]) -> Vec<(f64, usize)> {
+        let all: Vec<usize> = (0..self.columns.first().map_or(0, DMatrix::ncols)).collect();
+        let (deviations, columns) = self.centred(&scatter.weights, &all);
+        let explained = |chosen: &[usize]| {
+            let mut matrix = DMatrix::zeros(chosen.len(), chosen.len());
+            let mut gradient = DVector::zeros(chosen.len());
+            for ((deviation, column), weight) in deviations.iter().zip(&columns).zip(&scatter.weights) {
+                let picked = column.select_columns(chosen);
+                matrix += picked.tr_mul(&picked) * *weight;
+                gradient += picked.tr_mul(deviation) * *weight;
+            }
+            let factor = Factor::new(&matrix);
+            (gradient.dot(&factor.solve(&gradient)), factor.rank())
+        };
+        let (known, rank) = if wanted.is_empty() { (0.0, 0) } else { explained(wanted) };
+        let gain = |(_, range): &(EffectId, std::ops::Range<usize>)| {
+            let chosen: Vec<usize> = wanted.iter().copied().chain(range.clone()).collect();
+            let (with, with_rank) = explained(&chosen);
+            ((with - known).max(0.0), with_rank.saturating_sub(rank))
+        };
+        self.candidates.iter().map(gain).collect()
     }
 
     /// Deviations after the columns' least-squares fit, and how many columns mattered.

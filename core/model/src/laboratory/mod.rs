@@ -103,7 +103,7 @@ impl Laboratory {
         }
         let observations = Observations::new(&model, &table)?;
         let split = Split::new(&table, options.holdout)?;
-        let passport = Passport::of(&table);
+        let passport = Passport::of(&model, &table);
         Ok(Self { model, table, observations, passport, split, options })
     }
 

@@ -35,7 +35,7 @@ impl Laboratory {
     /// # Errors
     /// The effect is not known or is in the model already, nothing can be fitted, or cancellation.
     pub fn preview(&self, text: &str, progress: &Progress) -> Result<Preview, LaboratoryError> {
-        let more = self.wanted(text)?;
+        let more = self.wanted(text, progress)?;
         progress.report(0.0, "fitting without it")?;
         let before = self.fit_with(&[], None, progress)?;
         progress.report(0.5, "fitting with it")?;
@@ -54,15 +54,22 @@ impl Laboratory {
         })
     }
 
-    /// The effects a text stands for, at zero, without those that are fitted already.
-    pub(crate) fn wanted(&self, text: &str) -> Result<Vec<AddedEffect>, LaboratoryError> {
+    /// The effects a text stands for, at zero, without those that are fitted already. What is searched for inside an
+    /// effect is set to what the data like best.
+    pub(crate) fn wanted(
+        &self,
+        text: &str,
+        progress: &Progress,
+    ) -> Result<Vec<AddedEffect>, LaboratoryError> {
         let fitted = self.fitted_effects()?;
         let mut more = Vec::new();
         for id in effect::expand(text, self.model())? {
-            if !fitted.iter().any(|known| known.id.same_as(&id)) {
-                let parameters = effect::build(&id, self.model())?.parameters().len();
-                more.push(AddedEffect { id, values: vec![0.0; parameters] });
+            if fitted.iter().any(|known| known.id.same_as(&id)) {
+                continue;
             }
+            let id = self.searched(id, progress)?;
+            let parameters = effect::build(&id, self.model())?.parameters().len();
+            more.push(AddedEffect { id, values: vec![0.0; parameters] });
         }
         if more.is_empty() {
             return Err(LaboratoryError::Refused(format!("{text} is in the model already")));
