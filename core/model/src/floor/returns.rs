@@ -107,11 +107,13 @@ impl Returns {
         (residuals, columns)
     }
 
-    /// Degrees of freedom within groups, before any allowance.
-    pub(super) fn freedom(&self) -> usize {
+    /// Degrees of freedom within groups, before any allowance; `kept` tells which members count.
+    pub(super) fn freedom(&self, kept: &[f64]) -> usize {
         let mut seen = vec![false; self.groups];
         let mut freedom = 0;
-        for ((_, group), residuals) in self.members.iter().zip(&self.residuals) {
+        for (((_, group), residuals), _) in
+            self.members.iter().zip(&self.residuals).zip(kept).filter(|(_, kept)| **kept > 0.0)
+        {
             if let Some(seen) = seen.get_mut(*group) {
                 freedom += if *seen { residuals.len() } else { 0 };
                 *seen = true;

@@ -109,20 +109,28 @@ pub fn chi_squared_tail(value: f64, freedom: f64) -> f64 {
     gamma_tail(0.5 * freedom, 0.5 * value)
 }
 
-/// The value below which chi squared with `freedom` degrees lies with `probability`.
+/// The value below which chi squared with `freedom` degrees lies with `probability`: Newton's steps from Wilson and
+/// Hilferty's approximation.
 pub fn chi_squared_quantile(probability: f64, freedom: f64) -> f64 {
     if probability <= 0.0 || freedom <= 0.0 {
         return 0.0;
     }
-    let (mut low, mut high) = (0.0, freedom + 10.0);
-    while chi_squared_tail(high, freedom) > 1.0 - probability && high < 1e9 {
-        high *= 2.0;
+    let ninth = 2.0 / (9.0 * freedom);
+    let mut value = freedom * (1.0 - ninth + normal_quantile(probability) * ninth.sqrt()).powi(3);
+    if value <= 0.0 || value.is_nan() {
+        value = 1e-3 * freedom;
     }
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if chi_squared_tail(middle, freedom) > 1.0 - probability { low = middle } else { high = middle }
+    let half = 0.5 * freedom;
+    for _ in 0..60 {
+        let density = ((half - 1.0) * (0.5 * value).ln() - 0.5 * value - ln_gamma(half)).exp() * 0.5;
+        let step = (1.0 - chi_squared_tail(value, freedom) - probability) / density.max(1e-300);
+        let next = (value - step).clamp(0.2 * value, 5.0 * value);
+        if (next - value).abs() <= 1e-13 * value {
+            return next;
+        }
+        value = next;
     }
-    0.5 * (low + high)
+    value
 }
 
 /// P(F with `above` and `below` degrees of freedom > `value`).
@@ -142,14 +150,19 @@ pub fn normal_tail(value: f64) -> f64 {
     if value >= 0.0 { half } else { 1.0 - half }
 }
 
-/// The value below which a standard normal lies with `probability`.
+/// The value below which a standard normal lies with `probability` (Abramowitz & Stegun 26.2.23, then Newton's steps).
 pub fn normal_quantile(probability: f64) -> f64 {
-    let (mut low, mut high) = (-40.0, 40.0);
-    for _ in 0..100 {
-        let middle: f64 = 0.5 * (low + high);
-        if 1.0 - normal_tail(middle) < probability { low = middle } else { high = middle }
+    if !(probability > 0.0 && probability < 1.0) {
+        return if probability >= 1.0 { f64::INFINITY } else { f64::NEG_INFINITY };
     }
-    0.5 * (low + high)
+    let tail = probability.min(1.0 - probability);
+    let t = (-2.0 * tail.ln()).sqrt();
+    let mut value = t - (2.515_517 + t * (0.802_853 + t * 0.010_328)) / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));
+    for _ in 0..4 {
+        let density = (-0.5 * value * value).exp() / (2.0 * std::f64::consts::PI).sqrt();
+        value += (normal_tail(value) - tail) / density.max(1e-300);
+    }
+    if probability < 0.5 { -value } else { value }
 }
 
 #[cfg(test)]
