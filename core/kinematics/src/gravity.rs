@@ -72,6 +72,11 @@ impl Weights<'_> {
         }
     }
 
+    /// The moment of gravity about the base's origin, N m, base frame: what would tip the arm over.
+    pub fn overturning(&self, posture: &Posture) -> Vector3<f64> {
+        self.beyond(posture, 0).map(|(_, force, place)| place.cross(&force) * 1e-3).sum()
+    }
+
     /// How the link after a joint bends, as a beam clamped at the joint's end (Bernoulli): by the weight beyond its far end,
     /// and by its own where that sits along it. Nothing for a link without length.
     pub fn sag(&self, posture: &Posture, joint: usize) -> Option<Sag> {

@@ -7,6 +7,7 @@ mod repeatable;
 mod score;
 mod search;
 mod trial;
+mod unlisted;
 mod verdict;
 mod wording;
 
@@ -59,7 +60,6 @@ impl Laboratory {
             .best()
             .filter(|_| verdict == Verdict::Named)
             .map(|best| (best.id.clone(), best.values.clone()));
-        let left = misfit::Misfit::of_fit(&machine, &fit, &floor);
         let mut diagnosis = Diagnosis {
             verdict,
             floor,
@@ -72,7 +72,7 @@ impl Laboratory {
             remaining,
             besides: finding.besides.iter().map(|id| id.label(self.model())).collect(),
             floor_ratio: finding.left_over.map(|misfit| misfit.ratio),
-            left_ratio: left.map(|misfit| misfit.ratio),
+            left_ratio: finding.left_now.map(|misfit| misfit.ratio),
             next: Vec::new(),
             outliers: comparison.outliers,
             warnings: comparison.warnings,

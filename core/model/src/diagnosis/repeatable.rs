@@ -29,66 +29,126 @@ const THAN_WIDE: f64 = 3.0;
 /// Groups longer than this are judged by their first members: patterns of camps are counted out one by one.
 const LONGEST: usize = 10;
 
-/// Looks for two camps along every joint's motion.
+/// Looks for two camps along every joint's motion. What conditions explain is no split: two camps must be likelier than
+/// one with all those effects of conditions allowed for that the floor allows.
 pub(crate) fn find_split(machine: &Machine<'_>, returns: &Returns) -> Option<Split> {
-    let (_, scatter) = allow(returns);
+    let (chosen, scatter) = allow(returns);
     let joints = machine.model.chain.len();
-    let found = (0..joints).filter_map(|joint| judge(returns, &scatter.deviations, joint));
+    // By chance a split may look a little like an effect of conditions, which blurs it: it is looked for with all of the
+    // allowed effects taken out, with the first few, and with none.
+    let mut wanted: Vec<usize> = Vec::new();
+    let mut ways = vec![returns.scatter(&wanted)];
+    let kept = ways.first().map(|raw| without_wild(&raw.deviations)).unwrap_or_default();
+    for index in chosen {
+        wanted.extend(returns.candidates.get(index).map_or(0..0, |(_, range)| range.clone()));
+        ways.push(returns.scatter(&wanted));
+    }
+    let found = (0..joints).filter_map(|joint| {
+        let one = Lines::along(returns, &scatter.deviations, &kept, joint)?.one_camp();
+        let camps =
+            ways.iter().filter_map(|way| Lines::along(returns, &way.deviations, &kept, joint)?.judge(one));
+        let best = camps.max_by(|left, right| left.1.total_cmp(&right.1))?;
+        Some((Split { joint, apart: best.0 }, best.1))
+    });
     found.max_by(|left, right| left.1.total_cmp(&right.1)).map(|(split, _)| split)
 }
 
-fn judge(returns: &Returns, deviations: &[DVector<f64>], joint: usize) -> Option<(Split, f64)> {
-    let mut lines = Vec::new();
-    let (mut across, mut freedom) = (0.0, 0.0);
-    let mut along_all = Vec::new();
-    for group in 0..returns.groups {
-        let members: Vec<usize> = (0..returns.members.len())
-            .filter(|member| returns.members.get(*member).is_some_and(|m| m.1 == group))
-            .collect();
-        let directions: Vec<&DVector<f64>> =
-            members.iter().filter_map(|member| returns.motions.get(*member)?.get(joint)).collect();
-        let length = directions.first().map_or(0.0, |direction| direction.norm());
-        if members.len() < 2 || directions.len() != members.len() || length < 1e-9 {
-            continue;
+/// Members that are not wild: nearer their group's mean than four times what three in four are. (Of two camps, more than
+/// one in four members is far from the mean.)
+fn without_wild(deviations: &[DVector<f64>]) -> Vec<f64> {
+    let mut sizes: Vec<f64> = deviations.iter().map(|deviation| deviation.norm()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let edge = 4.0 * sizes.get(sizes.len() * 3 / 4).copied().unwrap_or(f64::INFINITY);
+    deviations.iter().map(|deviation| f64::from(u8::from(deviation.norm() <= edge))).collect()
+}
+
+/// All groups' members along one joint's motion, and what lies across it.
+struct Lines {
+    lines: Vec<Line>,
+    across: f64,
+    freedom: f64,
+    typical: f64,
+}
+
+impl Lines {
+    fn along(returns: &Returns, deviations: &[DVector<f64>], kept: &[f64], joint: usize) -> Option<Self> {
+        let mut all = Self { lines: Vec::new(), across: 0.0, freedom: 0.0, typical: 0.0 };
+        let mut sizes = Vec::new();
+        for group in 0..returns.groups {
+            let own = |member: &usize| {
+                returns.members.get(*member).is_some_and(|m| m.1 == group)
+                    && kept.get(*member).is_some_and(|kept| *kept > 0.0)
+            };
+            let members: Vec<usize> = (0..returns.members.len()).filter(own).take(LONGEST).collect();
+            let motion = |member: &usize| returns.motions.get(*member)?.get(joint);
+            let Some(length) =
+                members.first().and_then(motion).map(|motion| motion.norm()).filter(|length| *length > 1e-9)
+            else {
+                continue;
+            };
+            if members.len() < 2 {
+                continue;
+            }
+            let mut places = Vec::new();
+            for member in &members {
+                let (Some(deviation), Some(direction)) = (deviations.get(*member), motion(member)) else {
+                    continue;
+                };
+                let along = deviation.dot(direction) / direction.norm_squared();
+                all.across += (deviation - direction * along).norm_squared();
+                all.freedom += direction.len() as f64 - 1.0;
+                places.push(along);
+                sizes.push((along * length).abs());
+            }
+            all.freedom -=
+                members.first().and_then(motion).map_or(0.0, |direction| direction.len() as f64 - 1.0);
+            all.lines.push(Line { spread: 1.0 / length, places });
         }
-        let mut places = Vec::new();
-        for (member, direction) in members.iter().zip(&directions) {
-            let Some(deviation) = deviations.get(*member) else { continue };
-            let along = deviation.dot(direction) / direction.norm_squared();
-            across += (deviation - *direction * along).norm_squared();
-            places.push(along);
-            along_all.push(along * length);
-        }
-        freedom += (members.len() - 1) as f64 * (directions[0].len() as f64 - 1.0);
-        places.truncate(LONGEST);
-        lines.push(Line { spread: 1.0 / length, places });
+        all.typical = median(&sizes).max(1e-12);
+        (all.lines.iter().map(|line| line.places.len()).sum::<usize>() >= 6).then_some(all)
     }
-    if lines.iter().map(|line| line.places.len()).sum::<usize>() < 6 {
-        return None;
+
+    fn sigmas(&self) -> impl Iterator<Item = f64> {
+        let typical = self.typical;
+        (0..28).map(move |step| typical * 0.02 * 1.25_f64.powi(step))
     }
-    let typical = median(&along_all.iter().map(|along: &f64| along.abs()).collect::<Vec<_>>()).max(1e-12);
-    let sigmas: Vec<f64> = (0..28).map(|step| typical * 0.02 * 1.25_f64.powi(step)).collect();
-    let reach: f64 =
-        lines.iter().flat_map(|line| &line.places).fold(0.0, |reach, place| f64::max(reach, place.abs()));
-    let across_likelihood = |sigma: f64| -freedom * sigma.ln() - 0.5 * across / (sigma * sigma);
-    let steps: Vec<f64> = (1..=48).map(|step| 1.1 * reach * f64::from(step) / 48.0).collect();
-    let (mut one, mut wide, mut two) = (f64::NEG_INFINITY, f64::NEG_INFINITY, (f64::NEG_INFINITY, 0.0, 1.0));
-    for sigma in sigmas {
-        let common = across_likelihood(sigma);
-        let normal = |extra: f64| common + lines.iter().map(|line| one_camp(line, sigma, extra)).sum::<f64>();
-        one = one.max(normal(0.0));
-        for step in &steps {
-            wide = wide.max(normal(*step));
-            let camps = common + lines.iter().map(|line| two_camps(line, sigma, *step)).sum::<f64>();
-            if camps > two.0 {
-                two = (camps, *step, sigma);
+
+    fn across(&self, sigma: f64) -> f64 {
+        -self.freedom * sigma.ln() - 0.5 * self.across / (sigma * sigma)
+    }
+
+    fn normal(&self, sigma: f64, extra: f64) -> f64 {
+        self.across(sigma) + self.lines.iter().map(|line| one_camp(line, sigma, extra)).sum::<f64>()
+    }
+
+    /// Greatest log likelihood of one camp.
+    fn one_camp(&self) -> f64 {
+        self.sigmas().map(|sigma| self.normal(sigma, 0.0)).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// How far apart two camps are, and how much likelier than one camp, if that is clear.
+    fn judge(&self, one: f64) -> Option<(f64, f64)> {
+        let reach: f64 = self
+            .lines
+            .iter()
+            .flat_map(|line| &line.places)
+            .fold(0.0, |reach, place| f64::max(reach, place.abs()));
+        let steps: Vec<f64> = (1..=48).map(|step| 1.1 * reach * f64::from(step) / 48.0).collect();
+        let (mut wide, mut two) = (f64::NEG_INFINITY, (f64::NEG_INFINITY, 0.0, 1.0));
+        for sigma in self.sigmas() {
+            let common = self.across(sigma);
+            for step in &steps {
+                wide = wide.max(self.normal(sigma, *step));
+                let camps = common + self.lines.iter().map(|line| two_camps(line, sigma, *step)).sum::<f64>();
+                if camps > two.0 {
+                    two = (camps, *step, sigma);
+                }
             }
         }
+        let (likelihood, half, sigma) = two;
+        let clear = likelihood - one > THAN_ONE && likelihood - wide > THAN_WIDE;
+        (clear && in_earnest(&self.lines, half, sigma)).then_some((2.0 * half, likelihood - one))
     }
-    let (likelihood, half, sigma) = two;
-    let clear = likelihood - one > THAN_ONE && likelihood - wide > THAN_WIDE;
-    let joint_apart = Split { joint, apart: 2.0 * half };
-    (clear && in_earnest(&lines, half, sigma)).then_some((joint_apart, likelihood - one))
 }
 
 fn squares(places: &[f64]) -> f64 {

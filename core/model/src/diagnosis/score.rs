@@ -62,18 +62,12 @@ pub(crate) struct Noise {
     pub(crate) variance: f64,
     /// Equations less parameters.
     pub(crate) freedom: f64,
-    /// Equations.
-    pub(crate) equations: f64,
 }
 
 impl Noise {
     pub(crate) fn of(machine: &Machine<'_>, fit: &Fit) -> Self {
         let counted = fit.rows.iter().map(|row| machine.observations.range(*row).len()).sum::<usize>() as f64;
-        Self {
-            variance: fit.variance,
-            freedom: f64::max(counted - fit.rank() as f64, 1.0),
-            equations: counted,
-        }
+        Self { variance: fit.variance, freedom: f64::max(counted - fit.rank() as f64, 1.0) }
     }
 }
 

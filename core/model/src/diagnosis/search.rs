@@ -3,9 +3,10 @@
 use nalgebra::DMatrix;
 
 use super::score::{Probe, Score, score};
-use super::trial::{Fitted, Gain, bic, gains, total_loss};
+use super::trial::{Fitted, Gain, bic, gains};
 use crate::effect::{self, EffectId, Search, Survey};
 use crate::file::AddedEffect;
+use crate::fit::FitOptions;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::progress::Progress;
 use crate::statistics::holm;
@@ -18,6 +19,9 @@ pub(crate) const CLOSE: f64 = 6.0;
 
 /// Refitted for real in one round, at most.
 const HANDFUL: usize = 8;
+
+/// Candidates asked which rows are wild.
+const JUDGES: usize = 3;
 
 /// Effects one diagnosis takes in at most.
 const DEEPEST: usize = 5;
@@ -54,8 +58,6 @@ impl Contender {
 pub(crate) struct Stage<'a> {
     pub(crate) taken: Vec<AddedEffect>,
     pub(crate) fitted: Fitted<'a>,
-    /// Scatter that losses are measured by, in declared sigmas.
-    pub(crate) scale: f64,
     /// Information criterion of the stage itself.
     pub(crate) bic: f64,
     /// The likeliest first.
@@ -150,7 +152,9 @@ impl Laboratory {
         probes: &[Probe],
         progress: &Progress,
     ) -> Result<Stage<'a>, LaboratoryError> {
-        let fitted = self.fit_with(&taken, near, progress)?;
+        let robust = self.fit_with(&taken, near, progress)?;
+        let kept = self.tame_rows(&robust, &taken, probes, progress)?;
+        let fitted = self.refit_plain(robust, &kept, progress)?;
         let scores = score(&fitted.machine, &fitted.fit, probes);
         let mut open = best_variants(probes, scores);
         open.retain(|(index, _)| {
@@ -161,16 +165,15 @@ impl Laboratory {
         let adjusted = holm(&p_values, &weights);
         let equations = fitted.fit.normal.equations as f64;
         let rank = fitted.fit.rank() as f64;
-        let scale = fitted.fit.scale.max(1e-300);
-        let loss = total_loss(&fitted, scale);
-        let own = bic(loss, equations, rank, 0.0);
+        let squares = fitted.fit.normal.squares;
+        let own = bic(squares, equations, rank, 0.0);
         let mut contenders: Vec<Contender> = open
             .into_iter()
             .zip(adjusted)
             .filter(|((_, score), _)| score.freedom > 0)
             .map(|((index, score), holm_p)| {
                 let probe = &probes[index];
-                let promised = (loss - score.gain).max(loss * 1e-9);
+                let promised = (squares - score.gain).max(squares * 1e-9);
                 let search_cost = probe.search_cost + probe.search.cost(equations);
                 Contender {
                     id: probe.id.clone(),
@@ -186,46 +189,76 @@ impl Laboratory {
             })
             .collect();
         contenders.sort_by(|left, right| left.bic.total_cmp(&right.bic));
-        let mut stage = Stage { taken, fitted, scale, bic: own, contenders };
+        let mut stage = Stage { taken, fitted, bic: own, contenders };
         self.refit_handful(&mut stage, progress)?;
         Ok(stage)
     }
 
-    /// Refits the best contenders for real. All are judged by the same scatter: that of the best of them.
+    /// Rows that are not wild even when the effect that explains most is in: outliers are judged jointly with what may
+    /// explain them, never before.
+    fn tame_rows(
+        &self,
+        robust: &Fitted<'_>,
+        taken: &[AddedEffect],
+        probes: &[Probe],
+        progress: &Progress,
+    ) -> Result<Vec<usize>, LaboratoryError> {
+        let scores = best_variants(probes, score(&robust.machine, &robust.fit, probes));
+        let open = |probe: &&Probe| !taken.iter().any(|known| known.id.same_as(&probe.id));
+        let mut best: Vec<(&Probe, Score)> = scores
+            .into_iter()
+            .filter_map(|(index, score)| Some((probes.get(index).filter(open)?, score)))
+            .collect();
+        best.sort_by(|left, right| left.1.p.total_cmp(&right.1.p));
+        let mut rows = robust.tame();
+        let mut scale = robust.fit.scale;
+        for (probe, score) in best.into_iter().take(JUDGES).filter(|(_, score)| score.p < 1e-3) {
+            progress.check()?;
+            let mut more = taken.to_vec();
+            more.push(AddedEffect { id: probe.id.clone(), values: score.values });
+            let with = self.fit_with(&more, Some(robust), progress)?;
+            if with.fit.scale < scale {
+                scale = with.fit.scale;
+                rows = with.tame();
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Plain least squares on some rows, from where a fit already is.
+    fn refit_plain<'a>(
+        &self,
+        from: Fitted<'a>,
+        rows: &[usize],
+        progress: &Progress,
+    ) -> Result<Fitted<'a>, LaboratoryError> {
+        let ones = vec![1.0; self.table().len()];
+        let options = FitOptions { robust: false, ..self.options().fit };
+        let fit = from.machine.refit(&from.fit.state, rows, &ones, options, progress)?;
+        Ok(Fitted { machine: from.machine, fit })
+    }
+
+    /// Refits the best contenders for real, on the stage's rows.
     fn refit_handful(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
         let promising = |contender: &&Contender| contender.holm_p < 0.5;
         let count = stage.contenders.iter().take(HANDFUL).filter(promising).count();
-        let mut refits: Vec<Fitted<'_>> = Vec::new();
-        for contender in stage.contenders.iter().take(count) {
+        let equations = stage.fitted.fit.normal.equations as f64;
+        let options = FitOptions { robust: false, ..self.options().fit };
+        for contender in stage.contenders.iter_mut().take(count) {
             progress.check()?;
             let mut more = stage.taken.clone();
             more.push(AddedEffect { id: contender.id.clone(), values: contender.values.clone() });
-            refits.push(self.fit_with(&more, Some(&stage.fitted), progress)?);
-        }
-        let scale = refits.iter().map(|refit| refit.fit.scale).fold(stage.scale, f64::min).max(1e-300);
-        let equations = stage.fitted.fit.normal.equations as f64;
-        stage.scale = scale;
-        let loss = total_loss(&stage.fitted, scale);
-        stage.bic = bic(loss, equations, stage.fitted.fit.rank() as f64, 0.0);
-        for (index, contender) in stage.contenders.iter_mut().enumerate() {
-            match refits.get(index) {
-                Some(refit) => {
-                    let loss = total_loss(refit, scale);
-                    contender.bic = bic(loss, equations, refit.fit.rank() as f64, contender.search_cost);
-                    contender.gains = gains(&stage.fitted, refit, &contender.id, scale);
-                    contender.refitted = true;
-                    if let Some(values) = refit.fit.state.effects.last() {
-                        contender.values.clone_from(values);
-                        let slots = refit.machine.slots().len();
-                        let own: Vec<usize> = (slots - values.len()..slots).collect();
-                        contender.covariance = refit.fit.covariance.select_rows(&own).select_columns(&own);
-                    }
-                }
-                None => {
-                    let promised = (loss - contender.score.gain).max(loss * 1e-9);
-                    let parameters = (stage.fitted.fit.rank() + contender.score.freedom) as f64;
-                    contender.bic = bic(promised, equations, parameters, contender.search_cost);
-                }
+            let fit = &stage.fitted.fit;
+            let refit = self.fit_near(&more, &stage.fitted, (&fit.rows, &fit.weights), options, progress)?;
+            contender.bic =
+                bic(refit.fit.normal.squares, equations, refit.fit.rank() as f64, contender.search_cost);
+            contender.gains = gains(&stage.fitted, &refit, &contender.id);
+            contender.refitted = true;
+            if let Some(values) = refit.fit.state.effects.last() {
+                contender.values.clone_from(values);
+                let slots = refit.machine.slots().len();
+                let own: Vec<usize> = (slots - values.len()..slots).collect();
+                contender.covariance = refit.fit.covariance.select_rows(&own).select_columns(&own);
             }
         }
         stage.contenders.sort_by(|left, right| left.bic.total_cmp(&right.bic));

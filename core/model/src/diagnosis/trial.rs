@@ -2,9 +2,10 @@
 
 use crate::effect::EffectId;
 use crate::file::AddedEffect;
-use crate::fit::{Distances, Fit, Machine, corner};
+use crate::fit::{Distances, Fit, FitOptions, Machine};
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::progress::Progress;
+use crate::statistics::chi_squared_quantile;
 use crate::validation::{LeftOut, joint_blocks, left_out, pose_groups, region_blocks, session_blocks};
 
 /// A machine with its fit.
@@ -29,16 +30,28 @@ impl Gain {
     }
 }
 
-/// Huber's loss of a row, squared sigmas, for a scatter of `scale` sigmas.
-fn loss((norm, equations): (f64, usize), scale: f64) -> f64 {
-    let edge = scale * corner(equations);
-    if norm <= edge { norm * norm } else { 2.0 * edge * norm - edge * edge }
-}
+/// Share of rows that lie nearer than a wild one when nothing is wild.
+const TAME: f64 = 0.9995;
 
-/// Loss of a fit over its rows.
-pub(crate) fn total_loss(fitted: &Fitted<'_>, scale: f64) -> f64 {
-    let distances = Distances::of(&fitted.machine, &fitted.fit.residuals);
-    fitted.fit.rows.iter().filter_map(|row| distances.rows.get(*row)).map(|row| loss(*row, scale)).sum()
+impl Fitted<'_> {
+    /// Fitted rows that are not wild.
+    pub(crate) fn tame(&self) -> Vec<usize> {
+        let distances = Distances::of(&self.machine, &self.fit.residuals);
+        let mut edges: Vec<Option<f64>> = Vec::new();
+        let mut edge = |equations: usize| {
+            edges.resize(edges.len().max(equations + 1), None);
+            *edges[equations]
+                .get_or_insert_with(|| chi_squared_quantile(TAME, equations.max(1) as f64).sqrt())
+        };
+        let scale = self.fit.scale;
+        let near = |row: &usize| {
+            distances
+                .rows
+                .get(*row)
+                .is_some_and(|(norm, count)| *norm <= scale * edge(*count) || *norm == 0.0)
+        };
+        self.fit.rows.iter().copied().filter(near).collect()
+    }
 }
 
 /// Schwarz's criterion from a loss: equations, parameters, and what was paid for searching.
@@ -47,6 +60,30 @@ pub(crate) fn bic(loss: f64, equations: f64, parameters: f64, search_cost: f64) 
 }
 
 impl Laboratory {
+    /// Fits the model with `more` effects to some rows with these weights, starting from an earlier fit's state.
+    pub(crate) fn fit_near<'a>(
+        &'a self,
+        more: &[AddedEffect],
+        near: &Fitted<'_>,
+        (rows, weights): (&[usize], &[f64]),
+        options: FitOptions,
+        progress: &Progress,
+    ) -> Result<Fitted<'a>, LaboratoryError> {
+        let machine = self.machine(more)?;
+        let mut start = near.fit.state.clone();
+        start.effects = machine.start().effects;
+        // Effects both share keep their values; the others start where they were put.
+        for (index, part) in machine.parts.iter().enumerate() {
+            let same = near.machine.parts.iter().position(|other| other.id == part.id);
+            let known = same.and_then(|same| near.fit.state.effects.get(same));
+            if let (Some(slot), Some(known)) = (start.effects.get_mut(index), known) {
+                slot.clone_from(known);
+            }
+        }
+        let fit = machine.refit(&start, rows, weights, options, progress)?;
+        Ok(Fitted { machine, fit })
+    }
+
     /// Fits the model with `more` effects, starting from an earlier fit's state where there is one.
     pub(crate) fn fit_with<'a>(
         &'a self,
@@ -54,35 +91,29 @@ impl Laboratory {
         near: Option<&Fitted<'_>>,
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
-        let machine = self.machine(more)?;
-        let fit = match near {
-            None => self.fit(&machine, progress)?,
+        match near {
+            // Rows that an earlier stage left out come back: what is wild is judged anew.
             Some(near) => {
-                let mut start = near.fit.state.clone();
-                start.effects = machine.start().effects;
-                // Effects both share keep their values; the others start where they were put.
-                for (index, part) in machine.parts.iter().enumerate() {
-                    let same = near.machine.parts.iter().position(|other| other.id == part.id);
-                    let known = same.and_then(|same| near.fit.state.effects.get(same));
-                    if let (Some(slot), Some(known)) = (start.effects.get_mut(index), known) {
-                        slot.clone_from(known);
-                    }
-                }
-                machine.refit(&start, &near.fit.rows, &near.fit.weights, self.options().fit, progress)?
+                let ones = vec![1.0; self.table().len()];
+                self.fit_near(more, near, (&self.measured_rows(), &ones), self.options().fit, progress)
             }
-        };
-        Ok(Fitted { machine, fit })
+            None => {
+                let machine = self.machine(more)?;
+                let fit = self.fit(&machine, progress)?;
+                Ok(Fitted { machine, fit })
+            }
+        }
     }
 }
 
 /// How much better `after` predicts left-out blocks than `before`, for every way of leaving out that applies to the
 /// effect: regions, ranges of its joint, sessions.
-pub(crate) fn gains(before: &Fitted<'_>, after: &Fitted<'_>, id: &EffectId, scale: f64) -> Vec<Gain> {
+pub(crate) fn gains(before: &Fitted<'_>, after: &Fitted<'_>, id: &EffectId) -> Vec<Gain> {
     let mut ways = vec![region_blocks(&before.machine, &before.fit)];
     ways.extend(id.joint().map(|joint| joint_blocks(&before.machine, &before.fit, joint)));
     ways.extend(session_blocks(&before.machine, &before.fit));
     let poses = pose_groups(&before.machine, &before.fit);
-    ways.iter().filter_map(|blocks| gain(before, after, blocks, &poses, scale)).collect()
+    ways.iter().filter_map(|blocks| gain(before, after, blocks, &poses)).collect()
 }
 
 fn gain(
@@ -90,12 +121,11 @@ fn gain(
     after: &Fitted<'_>,
     blocks: &[Vec<usize>],
     poses: &[Vec<usize>],
-    scale: f64,
 ) -> Option<Gain> {
     let old = left_out(&before.machine, &before.fit, blocks)?;
     let new = left_out(&after.machine, &after.fit, blocks)?;
     let of = |rows: &[Option<LeftOut>], row: usize| {
-        rows.get(row).copied().flatten().map(|row| loss(row.distance, scale))
+        rows.get(row).copied().flatten().map(|row| row.distance.0.powi(2))
     };
     // Returns to one pose share what the model does wrong there: they count as one.
     let differences: Vec<f64> = poses

@@ -2,12 +2,16 @@
 
 use super::misfit::Misfit;
 use super::outcome::{Candidate, EffectPlace, Located, Named, Verdict};
-use super::search::{CLOSE, Contender, LEVEL, Stage};
-use crate::effect::EffectId;
+use super::score::{Score, score};
+use super::search::{CLOSE, Contender, LEVEL, Stage, best_variants};
+use super::trial::bic;
+use super::unlisted;
+use crate::effect::{EffectId, Search, Spot};
 use crate::fit::Machine;
 use crate::floor::Floor;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::progress::Progress;
+use crate::statistics::holm;
 
 use super::score::Probe;
 
@@ -17,8 +21,12 @@ pub(crate) struct Finding<'a> {
     pub(crate) stage: Stage<'a>,
     /// What is left when everything that passed is in; nothing if the floor is unknown.
     pub(crate) left_over: Option<Misfit>,
+    /// What is left of the model as it stands; nothing if the floor is unknown.
+    pub(crate) left_now: Option<Misfit>,
     /// The verdict.
     pub(crate) verdict: Verdict,
+    /// The place that is known, if that is the verdict.
+    pub(crate) place: Option<Spot>,
     /// Contenders no worse than the best by more than the information criterion can tell.
     pub(crate) close: Vec<usize>,
     /// Effects that belong besides the one in question.
@@ -35,45 +43,102 @@ impl Laboratory {
     ) -> Result<Finding<'a>, LaboratoryError> {
         let mut stages = self.forward(probes, progress)?;
         let last = stages.len() - 1;
-        let left_over = stages.get(last).and_then(|stage| Misfit::of(&stage.fitted, floor));
-        let taken: Vec<_> = stages.get(last).map(|stage| stage.taken.clone()).unwrap_or_default();
-        let mut stage = match taken.len() {
+        let left_now = stages.first().and_then(|stage| Misfit::of(&stage.fitted, floor));
+        let unlisted = unlisted::probes(self);
+        let (left_over, strangers, taken) = match stages.get(last) {
+            Some(full) => (Misfit::of(&full.fitted, floor), strangers(full, &unlisted), full.taken.clone()),
+            None => (None, Vec::new(), Vec::new()),
+        };
+        let stage = match taken.len() {
             0 | 1 => stages.swap_remove(0),
             _ => {
                 progress.report(0.7, "weighing what was found")?;
-                let full = stages.swap_remove(last);
-                let mut best: Option<(f64, Stage<'a>)> = None;
-                for index in 0..taken.len() {
-                    let mut others = taken.clone();
-                    others.remove(index);
-                    let without = self.stage(others, Some(&full.fitted), probes, progress)?;
-                    let needed = without.bic - full.bic;
-                    if best.as_ref().is_none_or(|(least, _)| needed > *least) {
-                        best = Some((needed, without));
-                    }
-                }
-                match best {
-                    Some((_, stage)) => stage,
-                    None => full,
-                }
+                self.most_needed(stages.swap_remove(last), probes, progress)?
             }
         };
+        let rivals = strangers_against(&stage, &unlisted);
         let besides = stage.taken.iter().map(|taken| taken.id.clone()).collect();
-        let close = close_contenders(&mut stage);
-        let misfit = Misfit::of(&stage.fitted, floor);
-        let verdict = judge(&stage, &close, misfit, floor);
-        Ok(Finding { stage, left_over, verdict, close, besides })
+        let close = close_contenders(&stage);
+        let evidence = Evidence { misfit: Misfit::of(&stage.fitted, floor), left_over, strangers, rivals };
+        let (verdict, place) = judge(&stage, &close, &evidence, floor);
+        Ok(Finding { stage, left_over, left_now, verdict, place, close, besides })
+    }
+
+    /// Of the effects a stage has taken in, the one it would miss most: the stage without it.
+    fn most_needed<'a>(
+        &'a self,
+        full: Stage<'a>,
+        probes: &[Probe],
+        progress: &Progress,
+    ) -> Result<Stage<'a>, LaboratoryError> {
+        let mut best: Option<(f64, Stage<'a>)> = None;
+        for index in 0..full.taken.len() {
+            let mut others = full.taken.clone();
+            others.remove(index);
+            let without = self.stage(others, Some(&full.fitted), probes, progress)?;
+            let needed = without.bic - full.bic;
+            if best.as_ref().is_none_or(|(least, _)| needed > *least) {
+                best = Some((needed, without));
+            }
+        }
+        Ok(best.map_or(full, |(_, stage)| stage))
     }
 }
 
-/// The best plausible contender and all that come close to it, by their places in the list.
-fn close_contenders(stage: &mut Stage<'_>) -> Vec<usize> {
-    let plausible = |contender: &Contender| contender.score.plausible && contender.holm_p < LEVEL;
-    let Some(best) =
-        stage.contenders.iter().find(|contender| plausible(contender)).map(|contender| contender.bic)
-    else {
-        return Vec::new();
+/// What a verdict rests on besides the contenders.
+struct Evidence {
+    /// What is left without the effect in question.
+    misfit: Option<Misfit>,
+    /// What is left when everything that passed is in.
+    left_over: Option<Misfit>,
+    /// Places where something without a name is still at work when everything that passed is in.
+    strangers: Vec<Spot>,
+    /// Place of something without a name that does better than the effect in question.
+    rivals: Option<Spot>,
+}
+
+/// Holm's level for something without a name.
+const STRANGE: f64 = 1e-3;
+
+/// Places where something the library has no name for is at work beyond a stage, the clearest first.
+fn strangers(stage: &Stage<'_>, unlisted: &[Probe]) -> Vec<Spot> {
+    let scores = best_variants(unlisted, score(&stage.fitted.machine, &stage.fitted.fit, unlisted));
+    let p_values: Vec<f64> = scores.iter().map(|(_, score)| score.p).collect();
+    let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
+    let mut found: Vec<(f64, Spot)> = scores
+        .iter()
+        .zip(adjusted)
+        .filter(|(_, p)| *p < STRANGE)
+        .filter_map(|((index, _), p)| Some((p, unlisted.get(*index)?.id.spot)))
+        .collect();
+    found.sort_by(|left, right| left.0.total_cmp(&right.0));
+    found.into_iter().map(|(_, spot)| spot).collect()
+}
+
+/// Where something without a name does better than every contender, clearly.
+fn strangers_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Spot> {
+    let best =
+        stage.contenders.iter().filter(|contender| contender.score.plausible).map(|contender| contender.bic);
+    let best = best.fold(f64::INFINITY, f64::min);
+    let fit = &stage.fitted.fit;
+    let (squares, equations, rank) = (fit.normal.squares, fit.normal.equations as f64, fit.rank() as f64);
+    let scores = best_variants(unlisted, score(&stage.fitted.machine, fit, unlisted));
+    let rival = |(index, score): &(usize, Score)| {
+        let promised = (squares - score.gain).max(squares * 1e-9);
+        let cost = Search::Smooth.cost(equations);
+        let own = bic(promised, equations, rank + score.freedom as f64, cost);
+        Some((own, unlisted.get(*index)?.id.spot))
     };
+    let strongest = scores.iter().filter(|(_, score)| score.freedom > 0).filter_map(rival);
+    let (own, spot) = strongest.min_by(|left, right| left.0.total_cmp(&right.0))?;
+    (own < best - CLOSE && own < stage.bic - CLOSE).then_some(spot)
+}
+
+/// The best plausible contender and all that come close to it, by their places in the list.
+fn close_contenders(stage: &Stage<'_>) -> Vec<usize> {
+    let plausible = |contender: &Contender| contender.score.plausible && contender.holm_p < LEVEL;
+    let best = stage.contenders.iter().find(|contender| plausible(contender)).map(|contender| contender.bic);
+    let Some(best) = best else { return Vec::new() };
     let near = |contender: &Contender| plausible(contender) && contender.bic - best < CLOSE;
     stage
         .contenders
@@ -84,20 +149,45 @@ fn close_contenders(stage: &mut Stage<'_>) -> Vec<usize> {
         .collect()
 }
 
-fn judge(stage: &Stage<'_>, close: &[usize], misfit: Option<Misfit>, floor: &Floor) -> Verdict {
+/// Standard errors of every cross-validated gain beyond which an effect is real whatever else is left: so much is seen
+/// only in tables of many hundred poses.
+const OVERWHELMING: f64 = 20.0;
+
+/// The verdict, and the place if only that is known.
+fn judge(stage: &Stage<'_>, close: &[usize], evidence: &Evidence, floor: &Floor) -> (Verdict, Option<Spot>) {
     let contenders: Vec<&Contender> = close.iter().filter_map(|index| stage.contenders.get(*index)).collect();
+    let noisy = evidence.misfit.is_some_and(|misfit| misfit.fires());
+    let quiet = match (evidence.misfit, floor.scale) {
+        (Some(_), Some(_)) => Verdict::AtFloor,
+        _ => Verdict::FloorUnknown,
+    };
     let Some(best) = contenders.first() else {
-        return match (misfit, floor.scale) {
-            (Some(misfit), _) if misfit.fires() => Verdict::Unknown,
-            (_, Some(_)) => Verdict::AtFloor,
-            (_, None) => Verdict::FloorUnknown,
+        return match (noisy, evidence.rivals.or(evidence.strangers.first().copied())) {
+            (false, _) => (quiet, None),
+            (true, Some(spot)) => (Verdict::Located, Some(spot)),
+            (true, None) => (Verdict::Unknown, None),
         };
     };
+    if let Some(spot) = evidence.rivals {
+        return (Verdict::Located, Some(spot));
+    }
     let one_place = contenders.iter().all(|contender| contender.id.spot == best.id.spot);
-    match (contenders.len(), best.passes()) {
-        (1, true) => Verdict::Named,
-        _ if one_place => Verdict::Located,
-        _ => Verdict::Tied,
+    if !best.passes() {
+        // What does not predict rows it has not seen is no finding, unless something must be there.
+        return match (noisy, one_place) {
+            (false, _) => (quiet, None),
+            (true, true) => (Verdict::Located, Some(best.id.spot)),
+            (true, false) => (Verdict::Tied, None),
+        };
+    }
+    let overwhelming = best.gains.iter().all(|gain| gain.total > OVERWHELMING * gain.error);
+    let unfinished = evidence.left_over.is_some_and(|misfit| misfit.fires()) && !overwhelming;
+    let impostor = evidence.strangers.contains(&best.id.spot);
+    match (contenders.len(), one_place) {
+        _ if unfinished || impostor => (Verdict::Located, Some(best.id.spot)),
+        (1, _) => (Verdict::Named, None),
+        (_, true) => (Verdict::Located, Some(best.id.spot)),
+        _ => (Verdict::Tied, None),
     }
 }
 
@@ -138,19 +228,22 @@ impl Finding<'_> {
 
     /// The known place, if that is the verdict.
     pub(crate) fn located(&self) -> Option<Located> {
-        let best = self.best().filter(|_| self.verdict == Verdict::Located)?;
+        let spot = self.place.filter(|_| self.verdict == Verdict::Located)?;
+        let model = self.stage.fitted.machine.model;
         let mut family: Vec<String> = Vec::new();
-        for contender in self.close.iter().filter_map(|index| self.at(*index)) {
-            if !family.contains(&contender.id.name) {
-                family.push(contender.id.name.clone());
+        let close = self.close.iter().filter_map(|index| self.at(*index)).map(|contender| &contender.id);
+        for id in close.chain(&self.besides).filter(|id| id.spot == spot) {
+            if !family.contains(&id.name) {
+                family.push(id.name.clone());
             }
         }
-        Some(Located { place: best.id.place(self.stage.fitted.machine.model), family })
+        Some(Located { place: EffectId::at("", spot).place(model), family })
     }
 
     /// What cannot be told apart, if there is more than one.
     pub(crate) fn tied(&self) -> Vec<EffectPlace> {
-        if self.close.len() < 2 {
+        let asked = matches!(self.verdict, Verdict::Tied | Verdict::Located);
+        if self.close.len() < 2 || !asked {
             return Vec::new();
         }
         let places = self.close.iter().filter_map(|index| self.at(*index));
@@ -165,7 +258,7 @@ impl Finding<'_> {
         let unit = crate::floor::typical_sigma(machine);
         let candidate = |contender: &Contender| {
             let size = self.size(contender);
-            let noise = self.stage.scale;
+            let noise = self.stage.fitted.fit.scale;
             let visible = contender.score.strength * (1.0 - contender.score.absorbed).max(1e-12).sqrt();
             Candidate {
                 effect: effect_place(machine, &contender.id),

@@ -180,12 +180,12 @@ impl Survey<'_> {
     }
 
     /// Whether a joint turns.
-    pub(super) fn turns(&self, joint: usize) -> bool {
+    pub(crate) fn turns(&self, joint: usize) -> bool {
         self.model.chain.joints.get(joint).is_some_and(|joint| joint.motion == Motion::Turns)
     }
 
     /// Whether anything with weight hangs on the arm.
-    pub(super) fn has_weight(&self) -> bool {
+    pub(crate) fn has_weight(&self) -> bool {
         !self.model.masses.is_empty() || self.passport.payload_range.is_some_and(|range| range > 0.0)
     }
 }

@@ -168,6 +168,13 @@ impl Laboratory {
         Machine::new(&self.model, &self.table, &self.observations, &effects)
     }
 
+    /// Rows that are not locked away and in which anything was measured.
+    pub(crate) fn measured_rows(&self) -> Vec<usize> {
+        let mut rows = self.split.fit_rows();
+        rows.retain(|row| !self.observations.range(*row).is_empty());
+        rows
+    }
+
     /// Fits a machine to the rows that are not locked away.
     pub(crate) fn fit(&self, machine: &Machine<'_>, progress: &Progress) -> Result<Fit, FitError> {
         machine.fit(&machine.start(), &self.split.fit, self.options.fit, progress)

@@ -157,7 +157,9 @@ pub fn normal_quantile(probability: f64) -> f64 {
     }
     let tail = probability.min(1.0 - probability);
     let t = (-2.0 * tail.ln()).sqrt();
-    let mut value = t - (2.515_517 + t * (0.802_853 + t * 0.010_328)) / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));
+    let mut value = t
+        - (2.515_517 + t * (0.802_853 + t * 0.010_328))
+            / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));
     for _ in 0..4 {
         let density = (-0.5 * value * value).exp() / (2.0 * std::f64::consts::PI).sqrt();
         value += (normal_tail(value) - tail) / density.max(1e-300);
