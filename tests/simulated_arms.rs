@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use plumb_kinematics::{Chain, Convention, Deviation, Joint, Mass, Posture, moments};
+use plumb_kinematics::{Chain, Convention, Deviation, Joint, Mass, Posture, Weights};
 use plumb_simulated::physics::arms;
 use plumb_simulated::physics::description::{self, ArmDescription};
 use plumb_simulated::physics::imperfection::{Imperfection, Mechanism};
@@ -106,7 +106,8 @@ fn gravity_pulls_both_arms_alike() {
             let stance = stand(&arm, &[], &pose);
             let posture = Posture::of(&chain, &pose, &[]);
             let mut lab = Vec::new();
-            moments(&posture, &masses, 0.0, &[0.0; 3].into(), &[0.0, 0.0, -1.0].into(), &mut lab);
+            let weights = Weights { masses: &masses, payload: 0.0, down: [0.0, 0.0, -1.0].into() };
+            weights.moments(&posture, &mut lab);
             for (joint, ((world, lab), row)) in stance.moments.iter().zip(&lab).zip(&chain.joints).enumerate()
             {
                 let apart = world - row.sign * lab;
