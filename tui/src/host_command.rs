@@ -2,18 +2,10 @@
 
 use std::process::ExitCode;
 
-use plumb_host::{MoveGuard, NoGuard};
-
 use crate::failure::CommandResult;
 
 /// Serves the device whose description comes from the program that started this one.
 pub(crate) fn run() -> CommandResult {
-    let code: ExitCode = plumb_host::serve(|guard, _robot| {
-        if guard.is_null() {
-            Ok(Box::new(NoGuard) as Box<dyn MoveGuard>)
-        } else {
-            Err("this program knows no check of moves of that kind".to_owned())
-        }
-    });
+    let code: ExitCode = plumb_host::serve(plumb_cell::workcell::guard);
     Ok(code)
 }

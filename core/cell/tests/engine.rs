@@ -5,71 +5,17 @@
 mod support;
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use plumb_cell::RunHandle;
-use plumb_cell::answers::load_answers;
 use plumb_cell::command::Command;
-use plumb_cell::engine::{RunRequest, RunningRun, StartError, start_run};
+use plumb_cell::engine::{StartError, start_run};
 use plumb_cell::event::{Event, RunOutcome, StepOutcome};
-use plumb_cell::expression::Calculator;
 use plumb_cell::prompt::{Answer, Decision, PromptKind};
-use plumb_cell::workcell::{Workcell, load_workcell};
 use plumb_record::{Record, RunId};
+use support::running::{ZERO_ERROR_DEG, message_of, operator, request, start, watch, workcell};
 use support::{Devices, World};
 use tempfile::TempDir;
-
-const ZERO_ERROR_DEG: [f64; 3] = [1.7, -2.4, 1.3];
-
-fn workcell(file: &str) -> Arc<Workcell> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../workcells/teachmover").join(file);
-    match load_workcell(&path, &Calculator::new()) {
-        Ok(cell) => Arc::new(cell),
-        Err(problems) => panic!("{}", problems.iter().map(ToString::to_string).collect::<String>()),
-    }
-}
-
-fn request(cell: &Arc<Workcell>, record: &TempDir) -> RunRequest {
-    let procedure = cell.procedures.first().cloned().expect("a procedure");
-    let procedures: Vec<_> = cell.procedures.iter().map(AsRef::as_ref).collect();
-    let answers = cell.answers.as_ref().map(|file| load_answers(file, &procedures).expect("good answers"));
-    RunRequest {
-        cell: Arc::clone(cell),
-        procedure,
-        parameters: BTreeMap::new(),
-        answers,
-        unattended: true,
-        operator: "test".to_owned(),
-        record_directory: record.path().to_owned(),
-        resume: None,
-        settings: serde_json::Value::Null,
-        other_files: Vec::new(),
-    }
-}
-
-fn start(request: RunRequest, world: &Arc<World>) -> RunningRun {
-    let devices = Devices(Arc::clone(world));
-    start_run(request, |_| Ok(Box::new(devices))).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// Lets a run go on to its end; `watch` may answer it.
-fn watch(mut running: RunningRun, mut watch: impl FnMut(&Event, &RunHandle)) -> (RunOutcome, Vec<Event>) {
-    let mut events = Vec::new();
-    while let Some(stamped) = running.events.blocking_recv() {
-        watch(&stamped.event, &running.handle);
-        events.push(stamped.event);
-    }
-    (running.thread.join().expect("the engine"), events)
-}
-
-fn message_of(events: &[Event]) -> &str {
-    match events.last() {
-        Some(Event::RunEnded { message, .. }) => message,
-        other => panic!("the last event ends the run, not {other:?}"),
-    }
-}
 
 fn zeros_in_force(record: &TempDir, cell: &str) -> BTreeMap<String, f64> {
     let record = Record::open(record.path()).expect("the record");
@@ -171,21 +117,6 @@ fn an_unattended_run_without_an_answer_it_needs_does_not_start() {
     assert!(matches!(error, StartError::NeedsOperator(_)), "{error}");
     assert!(error.to_string().contains("`hand`"), "{error}");
     assert_eq!(world.connections.load(Ordering::SeqCst), 0);
-}
-
-/// Answers every prompt of the initialization as an operator would, and decisions by `decide`.
-fn operator(decide: Decision) -> impl FnMut(&Event, &RunHandle) {
-    move |event, handle| {
-        let Event::PromptAsked { prompt } = event else { return };
-        let answer = match &prompt.kind {
-            PromptKind::Acknowledge { .. } | PromptKind::JogTo { .. } => Answer::Done,
-            PromptKind::Choice { .. } => Answer::Choice { key: "accept".to_owned() },
-            PromptKind::ConfirmPose { .. } => Answer::Confirmed,
-            PromptKind::Decision { .. } => Answer::Decision { decision: decide },
-            PromptKind::Number { .. } => Answer::Number { value: 0.0 },
-        };
-        handle.send(Command::Answer { prompt: prompt.id, answer, by: "ada".to_owned() });
-    }
 }
 
 #[test]

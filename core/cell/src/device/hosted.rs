@@ -73,10 +73,11 @@ impl HostedDevices {
         self.bus.as_ref().ok_or_else(|| "shared memory cannot be used".to_owned())
     }
 
-    fn spawn(&mut self, device: &DeviceSetting) -> Result<HostProcess, String> {
+    fn spawn(&mut self, device: &DeviceSetting, guard: Value) -> Result<HostProcess, String> {
         let plugin = self.catalogue.find(&device.plugin).map_err(|error| error.to_string())?.clone();
         let mut arguments = HostArguments::new(&device.name, &self.domain, &plugin);
         arguments.config = self.config_of(device, &plugin.manifest.config);
+        arguments.guard = guard;
         arguments.inputs = wired_inputs(&self.cell, device, &self.catalogue)?;
         if let Some(robot) = self.cell.robot(&device.name) {
             let range = |(joint, lower, upper): &(String, f64, f64)| JointRange {
@@ -113,12 +114,12 @@ impl HostedDevices {
 }
 
 impl DeviceLinks for HostedDevices {
-    fn connect(&mut self, device: &DeviceSetting) -> Result<Link, DeviceError> {
+    fn connect(&mut self, device: &DeviceSetting, guard: Value) -> Result<Link, DeviceError> {
         let failed = |cause: String| DeviceError::Start { device: device.name.clone(), cause };
         if let Some(old) = self.hosts.remove(&device.name) {
             old.finish(PUTTING_AWAY);
         }
-        let host = self.spawn(device).map_err(failed)?;
+        let host = self.spawn(device, guard).map_err(failed)?;
         let link = match host.description().clone() {
             Description::Robot(description) => {
                 let client = host.robot().map_err(|error| failed(error.to_string()))?;

@@ -10,7 +10,9 @@ pub use hosted::{HostedDevices, World, hashed, plugin_files};
 pub use watcher::PoseListener;
 pub use wiring::check_plugins;
 
-use plumb_plugin::{JogState, JointState, Motion, PluginError, Reading, RobotDescription, SensorDescription};
+use plumb_plugin::{
+    JogState, JointState, Motion, PluginError, Reading, RobotDescription, SensorDescription, Value,
+};
 
 use crate::event::LogLevel;
 use crate::run_handle::StopAction;
@@ -137,11 +139,12 @@ pub struct DeviceLog {
 
 /// Starts the devices of a cell, and starts them again.
 pub trait DeviceLinks: Send {
-    /// Starts a device, or starts it again, in place of what was there under its name. It does not move.
+    /// Starts a device, or starts it again, in place of what was there under its name. It does not move. `guard` is what its host makes a
+    /// check of moves from ([`crate::workcell::guard`]); null for none.
     ///
     /// # Errors
     /// [`DeviceError::Start`]
-    fn connect(&mut self, device: &DeviceSetting) -> Result<Link, DeviceError>;
+    fn connect(&mut self, device: &DeviceSetting, guard: Value) -> Result<Link, DeviceError>;
 
     /// What the devices and their hosts have had to say since this was asked last.
     fn log_lines(&mut self) -> Vec<DeviceLog> {

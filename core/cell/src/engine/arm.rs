@@ -3,7 +3,6 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use plumb_kinematics::{Chain, Posture};
 use plumb_plugin::{JointState, JointUnit, JointVector, Motion, RobotDescription};
 use plumb_record::AppliedCorrection;
 use serde_json::{Value, json};
@@ -12,7 +11,7 @@ use crate::device::{DeviceError, RobotLink};
 use crate::engine::EventSender;
 use crate::event::{Event, NamedValue};
 use crate::read_context::DegOrMm;
-use crate::workcell::{KeepOutPlane, RobotSetting};
+use crate::workcell::{BoundKeepOut, KeepOut, RobotSetting, Trespass};
 
 /// The zeros in force, one a joint, shared with who shows where the robot is.
 pub(crate) type Zeros = Arc<Mutex<Vec<f64>>>;
@@ -28,12 +27,10 @@ pub(crate) struct Arm {
     pub(crate) link: Box<dyn RobotLink>,
     pub(crate) description: RobotDescription,
     setting: RobotSetting,
-    /// For each joint of the setting its place in the drive's order.
-    columns: Vec<usize>,
-    chain: Option<Chain>,
-    planes: Vec<KeepOutPlane>,
+    keep_out: Option<BoundKeepOut>,
+    /// The joints' zeros are known and trusted, so that it is known where the robot is.
+    watches_planes: bool,
     zeros: Zeros,
-    initialized: bool,
 }
 
 /// Why a robot may not go somewhere. Nothing has moved.
@@ -41,8 +38,8 @@ pub(crate) struct Arm {
 pub(crate) enum NotAllowed {
     #[error("{joint} would go to {target:.3} {unit}; it goes from {lower:.3} to {upper:.3} {unit}")]
     Limit { joint: String, target: f64, lower: f64, upper: f64, unit: &'static str },
-    #[error("on the way {part} would come {depth:.1} mm past {plane}; raise the arm, or take another way")]
-    KeepOut { part: String, plane: String, depth: f64 },
+    #[error(transparent)]
+    KeepOut(Trespass),
 }
 
 impl Arm {
@@ -51,33 +48,24 @@ impl Arm {
         link: Box<dyn RobotLink>,
         plugin: &str,
         setting: &RobotSetting,
-        planes: &[KeepOutPlane],
+        keep_out: Option<&KeepOut>,
     ) -> Result<Self, DeviceError> {
         let description = link.description().clone();
         let fail = |cause: String| DeviceError::Start { device: setting.device.clone(), cause };
-        let mut columns = Vec::new();
         for (joint, unit) in &setting.joints {
-            let column =
-                description.joints.iter().position(|known| known.name == *joint).ok_or_else(|| {
-                    let names = description.joints.iter().map(|known| known.name.as_str());
-                    fail(format!(
-                        "the cell file names a joint `{joint}`, but of the robot's joints {}",
-                        crate::yaml::one_of(names)
-                    ))
-                })?;
-            let fits = description.joints.get(column).is_some_and(|known| unit_of(known.unit) == *unit);
-            if !fits {
+            let known = description.joints.iter().find(|known| known.name == *joint).ok_or_else(|| {
+                let names = description.joints.iter().map(|known| known.name.as_str());
+                let there = crate::yaml::one_of(names);
+                fail(format!("the cell file names a joint `{joint}`, but of the robot's joints {there}"))
+            })?;
+            if unit_of(known.unit) != *unit {
+                let unit = unit.symbol();
                 return Err(fail(format!(
-                    "the cell file gives joint `{joint}` in {}; the robot does not",
-                    unit.symbol()
+                    "the cell file gives joint `{joint}` in {unit}; the robot does not"
                 )));
             }
-            columns.push(column);
         }
-        let chain = match &setting.model {
-            Some(model) => Some(model.chain().map_err(fail)?),
-            None => None,
-        };
+        let keep_out = keep_out.map(|check| check.bind(&description)).transpose().map_err(fail)?;
         Ok(Self {
             name: setting.device.clone(),
             plugin: plugin.to_owned(),
@@ -85,22 +73,16 @@ impl Arm {
             link,
             description,
             setting: setting.clone(),
-            columns,
-            chain,
-            planes: planes.iter().filter(|plane| plane.robot == setting.device).cloned().collect(),
-            initialized: false,
+            keep_out,
+            watches_planes: false,
         })
     }
 
-    /// Takes over the zeros in force.
-    pub(crate) fn set_zeros(&mut self, corrections: &[AppliedCorrection]) {
+    /// Takes over the zeros in force. Where they are not `trusted`, because the run is to find them, the keep-out planes are not watched:
+    /// nobody knows where the robot is.
+    pub(crate) fn set_zeros(&mut self, corrections: &[AppliedCorrection], trusted: bool) {
         let mut zeros = vec![0.0; self.description.joints.len()];
-        let zero_of = |joint: &str| {
-            corrections
-                .iter()
-                .find(|known| known.key.quantity == JOINT_ZERO && known.key.place == joint)
-                .map(|known| known.value)
-        };
+        let zero_of = |joint: &str| zero_in_force(corrections, joint);
         for (joint, unit) in &self.setting.joints {
             if let (Some(value), Some(column)) = (zero_of(joint), self.column(joint))
                 && let Some(zero) = zeros.get_mut(column)
@@ -109,7 +91,14 @@ impl Arm {
             }
         }
         *lock(&self.zeros) = zeros;
-        self.initialized = self.setting.initialize.iter().all(|joint| zero_of(joint).is_some());
+        let known = self.setting.initialize.iter().all(|joint| zero_of(joint).is_some());
+        self.watches_planes = known && trusted;
+        if let Some(keep_out) = &mut self.keep_out {
+            keep_out.set_zeros(|joint| {
+                let unit = self.setting.unit(joint).unwrap_or(DegOrMm::Deg);
+                zero_of(joint).map_or(0.0, |value| unit.to_internal(value))
+            });
+        }
     }
 
     /// A joint's place in the drive's order.
@@ -232,48 +221,10 @@ impl Arm {
     }
 
     fn check_planes(&self, from: &JointVector, target: &JointVector) -> Result<(), NotAllowed> {
-        let Some(chain) = self.chain.as_ref().filter(|_| self.initialized && !self.planes.is_empty()) else {
-            return Ok(());
-        };
-        let (from, target) = (self.corrected(from), self.corrected(target));
-        let furthest = from.iter().zip(&target).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let pieces = (furthest / 2.0_f64.to_radians()).ceil().clamp(1.0, 200.0) as usize;
-        let parts_at = |fraction: f64| self.parts(chain, &from, &target, fraction);
-        let start = parts_at(0.0);
-        for piece in 1..=pieces {
-            for ((part, point), (_, before)) in parts_at(piece as f64 / pieces as f64).into_iter().zip(&start)
-            {
-                for plane in &self.planes {
-                    let clearance = plane.clearance(point);
-                    // A robot that stands beyond a plane may leave it.
-                    if clearance < -1e-6 && clearance < plane.clearance(*before) - 1e-6 {
-                        return Err(NotAllowed::KeepOut {
-                            part,
-                            plane: plane.name.clone(),
-                            depth: -clearance,
-                        });
-                    }
-                }
-            }
+        match self.keep_out.as_ref().filter(|_| self.watches_planes) {
+            Some(keep_out) => keep_out.check(from, target).map_err(NotAllowed::KeepOut),
+            None => Ok(()),
         }
-        Ok(())
-    }
-
-    /// Where the ends of the links are on the way from one pose to another.
-    fn parts(&self, chain: &Chain, from: &[f64], to: &[f64], fraction: f64) -> Vec<(String, [f64; 3])> {
-        let at = |column: usize| {
-            let a = from.get(column).copied().unwrap_or(0.0);
-            let b = to.get(column).copied().unwrap_or(0.0);
-            a + fraction * (b - a)
-        };
-        let drive: Vec<f64> = self.columns.iter().map(|column| at(*column)).collect();
-        let Some(model) = &self.setting.model else { return Vec::new() };
-        let posture = Posture::of(chain, &model.model_joints(&drive), &[]);
-        let ends = posture.joints.iter().zip(&model.joints).map(|(frame, joint)| {
-            let end = frame.end.translation.vector;
-            (format!("the end of link `{joint}`"), [end.x, end.y, end.z])
-        });
-        ends.collect()
     }
 
     /// How long a move may take before something must be wrong, and how long it should take.
@@ -300,6 +251,12 @@ impl Arm {
         let patience = self.expected_time(from, target, speed) * 3 + Duration::from_secs(10);
         self.link.move_joints(&motion, patience.min(limit))
     }
+}
+
+/// The zero of a joint in force, in the unit people write.
+pub(crate) fn zero_in_force(corrections: &[AppliedCorrection], joint: &str) -> Option<f64> {
+    let found = corrections.iter().find(|known| known.key.quantity == JOINT_ZERO && known.key.place == joint);
+    found.map(|known| known.value)
 }
 
 fn lock(zeros: &Zeros) -> MutexGuard<'_, Vec<f64>> {

@@ -1,16 +1,21 @@
 //! Connecting the cell's devices, and connecting lost ones again.
 
-use super::arm::Arm;
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use super::arm::{Arm, zero_in_force};
 use super::step_error::StepError;
 use super::{Engine, Sensor};
 use crate::device::Link;
 use crate::event::DeviceState;
-use crate::workcell::DeviceSetting;
+use crate::read_context::DegOrMm;
+use crate::workcell::{DeviceSetting, KeepOut};
 
 impl Engine {
     /// Starts every device of the cell. Nothing moves.
     pub(super) fn connect_all(&mut self) -> Result<(), StepError> {
-        let cell = std::sync::Arc::clone(&self.cell);
+        let cell = Arc::clone(&self.cell);
         // A device that takes in another's stream finds it there.
         let (first, second): (Vec<_>, Vec<_>) =
             cell.devices.iter().partition(|device| device.inputs.is_empty());
@@ -23,12 +28,17 @@ impl Engine {
     /// Starts one device, in place of what was there under its name.
     fn connect(&mut self, device: &DeviceSetting) -> Result<(), StepError> {
         self.journal.device(&device.name, &device.plugin, DeviceState::Unconfigured, None);
-        let link = self.links.connect(device)?;
+        let keep_out = self.keep_out_of(&device.name)?;
+        let guard = keep_out
+            .as_ref()
+            .filter(|_| self.trusts_zeros(&device.name))
+            .map_or(Value::Null, KeepOut::to_value);
+        let link = self.links.connect(device, guard)?;
         self.lost.retain(|lost| *lost != device.name);
         match (link, self.cell.robot(&device.name).cloned()) {
             (Link::Robot(link), Some(setting)) => {
                 self.stops.set(&device.name, link.stop_action());
-                let mut arm = Arm::new(link, &device.plugin, &setting, &self.cell.keep_out)?;
+                let mut arm = Arm::new(link, &device.plugin, &setting, keep_out.as_ref())?;
                 arm.show_movement(self.journal.events());
                 self.arms.retain(|known| known.name != device.name);
                 self.arms.push(arm);
@@ -59,9 +69,30 @@ impl Engine {
         Ok(())
     }
 
+    /// The check of a robot's keep-out planes by the zeros in force; none without planes, or while its zeros are not known.
+    fn keep_out_of(&mut self, robot: &str) -> Result<Option<KeepOut>, StepError> {
+        let cell = Arc::clone(&self.cell);
+        let Some(setting) = cell.robot(robot) else { return Ok(None) };
+        let corrections = self.journal.record.corrections_in_force(&cell.name, robot)?;
+        let zero_of = |joint: &str| {
+            let unit = setting.unit(joint).unwrap_or(DegOrMm::Deg);
+            zero_in_force(&corrections, joint).map_or(0.0, |value| unit.to_internal(value))
+        };
+        Ok(KeepOut::of(setting, &cell.keep_out).map(|check| check.with_zeros(zero_of)))
+    }
+
+    /// Whether the zeros in force say where a robot is: they are all known, and this run is not to find them anew.
+    pub(super) fn trusts_zeros(&self, robot: &str) -> bool {
+        let Some(setting) = self.cell.robot(robot) else { return false };
+        let corrections =
+            self.journal.record.corrections_in_force(&self.cell.name, robot).unwrap_or_default();
+        let known = setting.initialize.iter().all(|joint| zero_in_force(&corrections, joint).is_some());
+        known && !self.finds_zeros.iter().any(|name| name == robot)
+    }
+
     /// Starts the lost devices again. A robot stays where it stands until it is told to move.
     pub(super) fn reconnect_lost(&mut self) -> Result<(), StepError> {
-        let cell = std::sync::Arc::clone(&self.cell);
+        let cell = Arc::clone(&self.cell);
         for name in self.lost.clone() {
             if let Some(device) = cell.devices.iter().find(|device| device.name == name) {
                 self.connect(device)?;

@@ -4,7 +4,7 @@ use plumb_record::RecordError;
 
 use super::Engine;
 use super::run_loop::RunEnd;
-use crate::event::{DeviceState, LogLevel, RunOutcome};
+use crate::event::{DeviceState, Event, LogLevel, RunOutcome};
 
 impl Engine {
     /// Brings the robots to rest, writes the end down and shuts the devices down. A run that needs something before it can go on leaves its
@@ -24,6 +24,12 @@ impl Engine {
             self.journal.device(&sensor.name, &sensor.plugin, DeviceState::Finalized, None);
         }
         let resumable = matches!(end.outcome, RunOutcome::Error | RunOutcome::NeedsOperator);
+        let message = match resumable {
+            true => format!("{} (go on with: plumb run --resume {})", end.message, self.journal.run),
+            false => end.message,
+        };
+        // Written down before the world goes: a program killed here has nothing left to resume.
+        self.journal.run_ended(end.outcome, &message)?;
         self.arms.clear();
         self.sensors.clear();
         self.links.shut_down(resumable);
@@ -31,11 +37,7 @@ impl Engine {
         if !resumable {
             self.journal.record.set_world(self.journal.run, None)?;
         }
-        let message = match resumable {
-            true => format!("{} (go on with: plumb run --resume {})", end.message, self.journal.run),
-            false => end.message,
-        };
-        self.journal.run_ended(end.outcome, &message)?;
+        self.journal.show(Event::RunEnded { run: self.journal.run.0, outcome: end.outcome, message });
         Ok(end.outcome)
     }
 }

@@ -1,5 +1,6 @@
 //! Commands as the engine takes them in.
 
+use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
@@ -18,23 +19,32 @@ pub(crate) enum Interrupt {
     Finish,
 }
 
+/// More answers than this at once come from nobody who looks.
+const MOST_PASSED_OVER: usize = 100;
+
 /// The queue of commands.
 pub(crate) struct Inbox {
     receiver: Receiver<Command>,
+    /// What was passed over in a look for interrupts: it may be for a prompt that is open.
+    passed_over: VecDeque<Command>,
     /// A pause before the next step was asked for.
     pub(crate) pause_before_next: bool,
 }
 
 impl Inbox {
     pub(crate) fn new(receiver: Receiver<Command>) -> Self {
-        Self { receiver, pause_before_next: false }
+        Self { receiver, passed_over: VecDeque::new(), pause_before_next: false }
     }
 
-    /// Takes in what has come while the engine was busy. Answers to prompts no longer open, and a resume of what runs, are ignored.
+    /// Takes in what has come while the engine was busy. Answers and jogs are kept for who asks next; a resume of what runs is ignored.
     pub(crate) fn interrupt(&mut self) -> Option<Interrupt> {
         while let Ok(command) = self.receiver.try_recv() {
             if let Some(interrupt) = self.as_interrupt(&command) {
                 return Some(interrupt);
+            }
+            let for_a_prompt = matches!(command, Command::Answer { .. } | Command::Jog { .. });
+            if for_a_prompt && self.passed_over.len() < MOST_PASSED_OVER {
+                self.passed_over.push_back(command);
             }
         }
         None
@@ -57,6 +67,9 @@ impl Inbox {
 
     /// The next command, or none when `time` has passed. When nobody can command any more, the time is waited out.
     pub(crate) fn next(&mut self, time: Duration) -> Option<Command> {
+        if let Some(command) = self.passed_over.pop_front() {
+            return Some(command);
+        }
         match self.receiver.recv_timeout(time) {
             Ok(command) => Some(command),
             Err(RecvTimeoutError::Timeout) => None,

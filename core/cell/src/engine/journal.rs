@@ -226,6 +226,7 @@ impl Journal {
         Ok(())
     }
 
+    /// Writes the end of the run down; it is shown when the devices are shut down too.
     pub(crate) fn run_ended(&mut self, outcome: RunOutcome, message: &str) -> Written {
         let end = match outcome {
             RunOutcome::Passed => RunEnd::Passed,
@@ -234,9 +235,7 @@ impl Journal {
             RunOutcome::Aborted => RunEnd::Aborted,
             RunOutcome::NeedsOperator => RunEnd::NeedsOperator,
         };
-        self.record.end_run(self.run, end, message)?;
-        self.show(Event::RunEnded { run: self.run.0, outcome, message: message.to_owned() });
-        Ok(())
+        self.record.end_run(self.run, end, message)
     }
 }
 

@@ -1,6 +1,7 @@
 //! The engine: carries a procedure out in a cell, step by step, every transition written down before it is shown.
 
 mod arm;
+mod attempts;
 mod connect;
 mod decide;
 mod estimate;
@@ -55,6 +56,8 @@ pub(crate) struct Engine {
     sensors: Vec<Sensor>,
     /// Devices whose process was lost.
     lost: Vec<String>,
+    /// Robots whose zeros this run is to find.
+    finds_zeros: Vec<String>,
     /// Robots that moved since their place was last written down, and where they came to rest.
     moved: BTreeMap<String, JointVector>,
     answers: Option<Answers>,

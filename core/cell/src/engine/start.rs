@@ -157,6 +157,7 @@ pub fn start_run(
         arms: Vec::new(),
         sensors: Vec::new(),
         lost: Vec::new(),
+        finds_zeros: request.procedure.finds_zeros_of(),
         moved: BTreeMap::new(),
         answers: request.answers.clone(),
         unattended: request.unattended,
@@ -361,7 +362,8 @@ impl Engine {
         let (steps, estimate_s) = self.planned_steps();
         self.journal.planned(steps, estimate_s, first_time)?;
         let point = self.replay(stored)?;
-        if !first_time {
+        let something_left = point.position < self.plan.entries.len();
+        if !first_time && something_left {
             self.confirm_poses(point.position)?;
         }
         self.activate_robots()?;

@@ -90,11 +90,15 @@ fn read_procedure(root: &Node, file: &Path, context: &ReadContext<'_>) -> Option
         map.optional("about").and_then(|node| node.text("`about`", context.problems)).map(str::to_owned);
     let parameters =
         map.optional("parameters").and_then(|node| node.entries("`parameters`", context.problems));
+    let finds_zeros =
+        map.optional("finds_zeros").and_then(|node| node.list("`finds_zeros`", context.problems));
     let steps = map.required("steps").and_then(|node| read_steps(node, context));
     map.finish();
     let parameters =
         parameters.unwrap_or_default().iter().filter_map(|(key, node)| read_parameter(key, node, context));
     let parameters = parameters.collect();
+    let robot = |node: &Node| Some((node.text("a robot", context.problems)?.to_owned(), node.place));
+    let finds_zeros = finds_zeros.unwrap_or_default().iter().filter_map(robot).collect();
     let (name, _) = name?;
     let title = title.unwrap_or_else(|| name.clone());
     Some(Procedure {
@@ -104,6 +108,7 @@ fn read_procedure(root: &Node, file: &Path, context: &ReadContext<'_>) -> Option
         title,
         about,
         parameters,
+        finds_zeros,
         steps: steps?,
         called: Vec::new(),
     })

@@ -28,6 +28,8 @@ pub struct Procedure {
     pub about: Option<String>,
     /// What can be set when it is run.
     pub parameters: Vec<Parameter>,
+    /// Robots whose zeros it is to find: until it has, what their drives say is not trusted, and their keep-out planes are not watched.
+    pub finds_zeros: Vec<(String, Place)>,
     /// What it does.
     pub steps: Vec<Step>,
     /// The procedures its steps call, by the file name used in the call.
@@ -55,6 +57,12 @@ impl Procedure {
     /// The procedure a call of this one names.
     pub fn called(&self, file: &str) -> Option<&Arc<Procedure>> {
         self.called.iter().find(|(name, _)| name == file).map(|(_, procedure)| procedure)
+    }
+
+    /// Robots whose zeros this procedure, or one it calls, is to find.
+    pub fn finds_zeros_of(&self) -> Vec<String> {
+        let own = self.finds_zeros.iter().map(|(robot, _)| robot.clone());
+        own.chain(self.called.iter().flat_map(|(_, called)| called.finds_zeros_of())).collect()
     }
 
     /// This procedure and all it calls, each file once.

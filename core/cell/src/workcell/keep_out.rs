@@ -1,7 +1,14 @@
-//! Planes no part of a robot may pass.
+//! Planes no part of a robot may pass, and whether a way keeps clear of them. Checked in the cell before a move, and in the robot's host again.
+
+use plumb_host::MoveGuard;
+use plumb_kinematics::{Chain, Convention, Joint, Posture};
+use plumb_plugin::{JointVector, RobotDescription, Value};
+use serde::{Deserialize, Serialize};
+
+use super::RobotSetting;
 
 /// The points p with normal . p < offset are out of bounds. In the robot's base frame.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct KeepOutPlane {
     /// What people call it.
     pub name: String,
@@ -18,5 +25,252 @@ impl KeepOutPlane {
     pub fn clearance(&self, point: [f64; 3]) -> f64 {
         let along: f64 = self.normal.iter().zip(point).map(|(n, p)| n * p).sum();
         along - self.offset_mm
+    }
+}
+
+/// A part of a robot would come past a plane.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "on the way the end of link {link} would come {depth_mm:.1} mm past {plane}; raise the arm, or take another way"
+)]
+pub struct Trespass {
+    /// The link whose end it is.
+    pub link: String,
+    /// The plane.
+    pub plane: String,
+    /// How far, mm.
+    pub depth_mm: f64,
+}
+
+/// One joint of the model, as far as its place goes: a mm, alpha rad, d mm, theta rad, sign.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Row {
+    name: String,
+    numbers: [f64; 5],
+}
+
+/// Whether a way of one robot keeps clear of its planes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct KeepOut {
+    distal: bool,
+    rows: Vec<Row>,
+    /// The model's joints from the drive's: coefficients in the order of `joints`, then the constant.
+    from_drive: Vec<Vec<f64>>,
+    /// The drive's joints the model's are made of.
+    joints: Vec<String>,
+    planes: Vec<KeepOutPlane>,
+    /// What is added to the drive's numbers to get attitudes, in the order of `joints`; rad.
+    zeros: Vec<f64>,
+}
+
+impl KeepOut {
+    /// The check of a robot; none without planes or model.
+    pub(crate) fn of(setting: &RobotSetting, planes: &[KeepOutPlane]) -> Option<Self> {
+        let planes: Vec<KeepOutPlane> =
+            planes.iter().filter(|plane| plane.robot == setting.device).cloned().collect();
+        let model = setting.model.as_ref().filter(|_| !planes.is_empty())?;
+        let chain = model.chain().ok()?;
+        let row = |joint: &Joint| Row {
+            name: joint.name.clone(),
+            numbers: [joint.a, joint.alpha, joint.d, joint.theta, joint.sign],
+        };
+        Some(Self {
+            distal: chain.convention == Convention::Distal,
+            rows: chain.joints.iter().map(row).collect(),
+            from_drive: model.from_drive.clone(),
+            joints: setting.joints.iter().map(|(joint, _)| joint.clone()).collect(),
+            planes,
+            zeros: vec![0.0; setting.joints.len()],
+        })
+    }
+
+    /// The same with these zeros, given for each joint by name; rad.
+    pub(crate) fn with_zeros(mut self, zero_of: impl Fn(&str) -> f64) -> Self {
+        self.zeros = self.joints.iter().map(|joint| zero_of(joint)).collect();
+        self
+    }
+
+    /// For the host: null-free JSON that [`guard`] reads.
+    pub(crate) fn to_value(&self) -> Value {
+        serde_json::to_value(self).unwrap_or(Value::Null)
+    }
+
+    fn chain(&self) -> Result<Chain, String> {
+        let joint = |row: &Row| {
+            let [a, alpha, d, theta, sign] = row.numbers;
+            Joint { sign, ..Joint::turning(&row.name, a, alpha, d, theta) }
+        };
+        let convention = if self.distal { Convention::Distal } else { Convention::Proximal };
+        Chain::new(convention, self.rows.iter().map(joint).collect()).map_err(|error| error.to_string())
+    }
+
+    /// Binds the check to a robot's joints.
+    ///
+    /// # Errors
+    /// A sentence, when the robot lacks a joint or the model is no chain.
+    pub(crate) fn bind(&self, description: &RobotDescription) -> Result<BoundKeepOut, String> {
+        let column = |joint: &String| {
+            let found = description.joints.iter().position(|known| known.name == *joint);
+            found.ok_or_else(|| format!("the robot has no joint `{joint}`"))
+        };
+        let columns: Result<Vec<usize>, String> = self.joints.iter().map(column).collect();
+        Ok(BoundKeepOut { check: self.clone(), chain: self.chain()?, columns: columns? })
+    }
+}
+
+/// The check of moves of one robot, its joints in the drive's order.
+#[derive(Debug, Clone)]
+pub(crate) struct BoundKeepOut {
+    check: KeepOut,
+    chain: Chain,
+    columns: Vec<usize>,
+}
+
+/// The way between two looks, rad or mm of the joint that moves furthest.
+const LOOK_EVERY: f64 = 0.03;
+
+impl BoundKeepOut {
+    pub(crate) fn set_zeros(&mut self, zero_of: impl Fn(&str) -> f64) {
+        self.check.zeros = self.check.joints.iter().map(|joint| zero_of(joint)).collect();
+    }
+
+    /// Looks along the straight way in joint space. A robot that stands beyond a plane may leave it.
+    pub(crate) fn check(&self, from: &JointVector, to: &JointVector) -> Result<(), Trespass> {
+        let furthest =
+            from.as_slice().iter().zip(to.as_slice()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let pieces = (furthest / LOOK_EVERY).ceil().clamp(1.0, 400.0) as usize;
+        let start = self.link_ends(from, to, 0.0);
+        for piece in 1..=pieces {
+            let here = self.link_ends(from, to, piece as f64 / pieces as f64);
+            for ((row, point), before) in self.check.rows.iter().zip(here).zip(&start) {
+                for plane in &self.check.planes {
+                    let clearance = plane.clearance(point);
+                    if clearance < -1e-6 && clearance < plane.clearance(*before) - 1e-6 {
+                        return Err(Trespass {
+                            link: row.name.clone(),
+                            plane: plane.name.clone(),
+                            depth_mm: -clearance,
+                        });
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn link_ends(&self, from: &JointVector, to: &JointVector, fraction: f64) -> Vec<[f64; 3]> {
+        let at = |(column, zero): (&usize, &f64)| {
+            let (a, b) = (from.get(*column).unwrap_or(0.0), to.get(*column).unwrap_or(0.0));
+            a + fraction * (b - a) + zero
+        };
+        let attitudes: Vec<f64> = self.columns.iter().zip(&self.check.zeros).map(at).collect();
+        let joints: Vec<f64> =
+            self.check.from_drive.iter().map(|row| super::model_file::model_joint(row, &attitudes)).collect();
+        let posture = Posture::of(&self.chain, &joints, &[]);
+        posture.joints.iter().map(|frame| frame.end.translation.vector.into()).collect()
+    }
+}
+
+impl MoveGuard for BoundKeepOut {
+    fn check(&self, from: &JointVector, to: &JointVector) -> Result<(), String> {
+        BoundKeepOut::check(self, from, to).map_err(|trespass| trespass.to_string())
+    }
+}
+
+/// The check of moves a robot's host makes of what the cell gave it.
+///
+/// # Errors
+/// A sentence that says what does not fit.
+pub fn guard(value: &Value, robot: &RobotDescription) -> Result<Box<dyn MoveGuard>, String> {
+    if value.is_null() {
+        return Ok(Box::new(plumb_host::NoGuard));
+    }
+    let check: KeepOut = serde_json::from_value(value.clone())
+        .map_err(|error| format!("the check of moves cannot be read: {error}"))?;
+    Ok(Box::new(check.bind(robot)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumb_plugin::{JointDescription, JointUnit, RobotCapabilities};
+
+    /// An arm of two links of 100 mm, turning in a vertical plane 150 mm over the table.
+    fn check() -> KeepOut {
+        let row = |name: &str, numbers| Row { name: name.to_owned(), numbers };
+        KeepOut {
+            distal: true,
+            rows: vec![
+                row("waist", [0.0, std::f64::consts::FRAC_PI_2, 150.0, 0.0, 1.0]),
+                row("shoulder", [100.0, 0.0, 0.0, 0.0, 1.0]),
+                row("elbow", [100.0, 0.0, 0.0, 0.0, 1.0]),
+            ],
+            from_drive: vec![vec![1.0, 0.0, 0.0, 0.0], vec![0.0, 1.0, 0.0, 0.0], vec![0.0, 0.0, 1.0, 0.0]],
+            joints: ["waist", "shoulder", "elbow"].map(str::to_owned).to_vec(),
+            planes: vec![KeepOutPlane {
+                name: "the table".into(),
+                robot: "arm".into(),
+                normal: [0.0, 0.0, 1.0],
+                offset_mm: 0.0,
+            }],
+            zeros: vec![0.0; 3],
+        }
+    }
+
+    fn robot() -> RobotDescription {
+        let joint = |name: &str| JointDescription {
+            name: name.to_owned(),
+            unit: JointUnit::Radian,
+            lower: -3.0,
+            upper: 3.0,
+            resolution: 0.0,
+            max_speed: 1.0,
+            home: 0.0,
+        };
+        RobotDescription {
+            model: "two links".into(),
+            joints: ["waist", "shoulder", "elbow"].map(joint).to_vec(),
+            inputs: Vec::new(),
+            outputs: Vec::new(),
+            capabilities: RobotCapabilities::default(),
+        }
+    }
+
+    fn pose(shoulder_deg: f64, elbow_deg: f64) -> JointVector {
+        JointVector::from_slice(&[0.0, shoulder_deg.to_radians(), elbow_deg.to_radians()]).unwrap()
+    }
+
+    #[test]
+    fn a_way_through_the_table_is_refused_although_both_its_ends_are_above() {
+        let guard = guard(&check().to_value(), &robot()).unwrap();
+        assert_eq!(guard.check(&pose(0.0, 0.0), &pose(-30.0, 0.0)), Ok(()));
+        let refused = guard.check(&pose(-45.0, 45.0), &pose(-45.0, -225.0)).unwrap_err();
+        assert!(
+            refused.contains("the end of link elbow would come") && refused.contains("past the table"),
+            "{refused}"
+        );
+    }
+
+    #[test]
+    fn a_robot_beyond_a_plane_may_leave_it_but_go_no_deeper() {
+        let bound = check().bind(&robot()).unwrap();
+        let beyond = pose(-60.0, 0.0);
+        assert!(bound.check(&beyond, &pose(-20.0, 0.0)).is_ok());
+        assert!(bound.check(&beyond, &pose(-70.0, 0.0)).is_err());
+    }
+
+    #[test]
+    fn the_zeros_in_force_decide_where_the_robot_is() {
+        let lower = pose(-40.0, 0.0);
+        assert!(check().bind(&robot()).unwrap().check(&pose(0.0, 0.0), &lower).is_ok());
+        let shifted = check().with_zeros(|joint| if joint == "shoulder" { -0.2 } else { 0.0 });
+        let trespass = shifted.bind(&robot()).unwrap().check(&pose(0.0, 0.0), &lower).unwrap_err();
+        assert_eq!(trespass.link, "elbow");
+    }
+
+    #[test]
+    fn a_check_that_cannot_be_read_is_told() {
+        let refused = guard(&serde_json::json!({"planes": 3}), &robot()).err().unwrap();
+        assert!(refused.contains("cannot be read"), "{refused}");
     }
 }

@@ -14,7 +14,8 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-pub use keep_out::KeepOutPlane;
+pub(crate) use keep_out::{BoundKeepOut, KeepOut};
+pub use keep_out::{KeepOutPlane, Trespass, guard};
 pub use load::load_workcell;
 pub use model_file::ModelFile;
 pub(crate) use model_file::check_model;

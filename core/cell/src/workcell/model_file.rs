@@ -32,16 +32,7 @@ pub struct ModelFile {
 impl ModelFile {
     /// The model's joint angles (rad) for the drive's (rad), in the order of the cell's list of joints.
     pub fn model_joints(&self, drive: &[f64]) -> Vec<f64> {
-        self.from_drive
-            .iter()
-            .map(|row| {
-                let (constant, coefficients) = match row.split_last() {
-                    Some((constant, coefficients)) => (*constant, coefficients),
-                    None => (0.0, row.as_slice()),
-                };
-                constant + coefficients.iter().zip(drive).map(|(c, q)| c * q).sum::<f64>()
-            })
-            .collect()
+        self.from_drive.iter().map(|row| model_joint(row, drive)).collect()
     }
 
     /// Its chain of joints.
@@ -89,6 +80,16 @@ pub(super) struct ModelRows {
     pub(super) convention: String,
     pub(super) joints: Vec<String>,
     pub(super) quantities: Map<String, Value>,
+}
+
+/// A model joint's angle (rad) from the drive's (rad): coefficients, then the constant.
+pub(super) fn model_joint(row: &[f64], drive: &[f64]) -> f64 {
+    match row.split_last() {
+        Some((constant, coefficients)) => {
+            constant + coefficients.iter().zip(drive).map(|(c, q)| c * q).sum::<f64>()
+        }
+        None => 0.0,
+    }
 }
 
 /// Checks a model file whole, as the model lab reads it.

@@ -3,6 +3,8 @@
 
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its part")]
 
+pub mod running;
+
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
@@ -230,7 +232,7 @@ impl SensorLink for Eye {
 pub struct Devices(pub Arc<World>);
 
 impl DeviceLinks for Devices {
-    fn connect(&mut self, device: &DeviceSetting) -> Result<Link, DeviceError> {
+    fn connect(&mut self, device: &DeviceSetting, _guard: plumb_plugin::Value) -> Result<Link, DeviceError> {
         let world = Arc::clone(&self.0);
         world.connections.fetch_add(1, Ordering::SeqCst);
         Ok(match device.name.as_str() {

@@ -1,0 +1,196 @@
+//! One step, tried until it passes or something else is decided.
+
+use std::time::Instant;
+
+use plumb_record::RecordError;
+use serde_json::Value;
+
+use super::Engine;
+use super::journal::{Attempt, AttemptEnd};
+use super::plan::Entry;
+use super::run_loop::{RunEnd, describe};
+use super::step_context::{Done, StepContext};
+use super::step_error::StepError;
+use crate::event::{LogLevel, RunOutcome, StepOutcome, StepPath};
+use crate::prompt::Decision;
+use crate::step::OnError;
+
+/// What a failed attempt leads to.
+enum After {
+    Again,
+    GoOn,
+    End(RunEnd),
+}
+
+impl Engine {
+    /// Carries out one step, again where that is decided; gives the end of the run if it ends here.
+    pub(super) fn run_leaf(&mut self, entry: &Entry) -> Result<Option<RunEnd>, RecordError> {
+        loop {
+            self.take_in_log(Some(&entry.path))?;
+            if let Some(end) = self.wait_where_asked(entry)? {
+                return Ok(Some(end));
+            }
+            let attempt = self.journal.begin(&entry.path)?;
+            let intent = if attempt.number > 1 {
+                self.journal.record.intent(self.journal.run, &entry.path.0)?
+            } else {
+                None
+            };
+            let at = StepContext {
+                path: entry.path.clone(),
+                title: entry.step.title.clone(),
+                answer_name: entry.answer_name.clone(),
+                scope: entry.scope,
+                attempt,
+                intent,
+                deadline: entry.step.time_limit.map(|limit| Instant::now() + limit),
+            };
+            let carried_out = match self.is_needed(entry) {
+                Ok(true) => self.execute(&entry.step, &at).map(Some),
+                Ok(false) => Ok(None),
+                Err(error) => Err(error),
+            };
+            self.take_in_log(Some(&entry.path))?;
+            match carried_out {
+                Ok(Some(done)) => {
+                    self.passed(entry, attempt, done)?;
+                    return Ok(None);
+                }
+                Ok(None) => {
+                    self.end_not_needed(entry, attempt)?;
+                    return Ok(None);
+                }
+                Err(error) => match self.not_passed(entry, &at, error)? {
+                    After::Again => {}
+                    After::GoOn => return Ok(None),
+                    After::End(end) => return Ok(Some(end)),
+                },
+            }
+        }
+    }
+
+    /// Writes down what the devices had to say.
+    pub(super) fn take_in_log(&mut self, step: Option<&StepPath>) -> Result<(), RecordError> {
+        for line in self.links.log_lines() {
+            self.journal.log(line.level, &line.device, step, &line.message)?;
+        }
+        Ok(())
+    }
+
+    fn passed(&mut self, entry: &Entry, attempt: Attempt, done: Done) -> Result<(), RecordError> {
+        self.note_poses()?;
+        let end = AttemptEnd {
+            outcome: StepOutcome::Passed,
+            message: &done.message,
+            result: &done.result,
+            values: done.values,
+        };
+        self.journal.end(&entry.path, attempt, end)?;
+        self.set_result(entry, done.result);
+        Ok(())
+    }
+
+    fn not_passed(
+        &mut self,
+        entry: &Entry,
+        at: &StepContext,
+        error: StepError,
+    ) -> Result<After, RecordError> {
+        let (outcome, message) = match error {
+            StepError::Record(error) => return Err(error),
+            StepError::Interrupted { interrupt, reason } => {
+                self.end_attempt(entry, at, StepOutcome::Interrupted, &reason)?;
+                return Ok(match self.handle_interrupt(interrupt, &reason, entry)? {
+                    Some(end) => After::End(end),
+                    None => After::Again,
+                });
+            }
+            StepError::NeedsOperator(message) => {
+                self.end_attempt(entry, at, StepOutcome::Error, &message)?;
+                return Ok(After::End(RunEnd { outcome: RunOutcome::NeedsOperator, message }));
+            }
+            StepError::Lost { device, message } => {
+                if let Err(StepError::Record(error)) = self.note_lost(&device, &entry.path, &message) {
+                    return Err(error);
+                }
+                (StepOutcome::Error, message)
+            }
+            StepError::Failed(message) => (StepOutcome::Failed, message),
+            StepError::Error(message) => (StepOutcome::Error, message),
+        };
+        self.end_attempt(entry, at, outcome, &message)?;
+        self.after_failure(entry, at, outcome, &message)
+    }
+
+    fn end_attempt(
+        &mut self,
+        entry: &Entry,
+        at: &StepContext,
+        outcome: StepOutcome,
+        message: &str,
+    ) -> Result<(), RecordError> {
+        self.note_poses()?;
+        let end = AttemptEnd { outcome, message, result: &Value::Null, values: Vec::new() };
+        self.journal.end(&entry.path, at.attempt, end)
+    }
+
+    /// Does what is decided about a step that failed.
+    fn after_failure(
+        &mut self,
+        entry: &Entry,
+        at: &StepContext,
+        outcome: StepOutcome,
+        message: &str,
+    ) -> Result<After, RecordError> {
+        let decision = match self.decide(&entry.step, at, message) {
+            Ok(decision) => decision,
+            Err(StepError::Record(error)) => return Err(error),
+            Err(StepError::Interrupted { interrupt, reason }) => {
+                return Ok(match self.handle_interrupt(interrupt, &reason, entry)? {
+                    Some(end) => After::End(end),
+                    // A pause in a question is followed by the question again.
+                    None => return self.after_failure(entry, at, outcome, message),
+                });
+            }
+            Err(other) => {
+                let message = describe(&other);
+                return Ok(After::End(RunEnd { outcome: RunOutcome::Error, message }));
+            }
+        };
+        match decision {
+            Decision::Retry => match self.reconnect_lost() {
+                Ok(()) => Ok(After::Again),
+                Err(StepError::Record(error)) => Err(error),
+                Err(other) => {
+                    let message = describe(&other);
+                    self.journal.log(LogLevel::Error, "engine", Some(&entry.path), &message)?;
+                    // A person is asked again; what was decided beforehand has been tried.
+                    match self.unattended
+                        || entry.step.on_error.is_some_and(|on_error| on_error != OnError::Ask)
+                    {
+                        true => Ok(After::End(RunEnd { outcome: RunOutcome::Error, message })),
+                        false => self.after_failure(entry, at, outcome, &message),
+                    }
+                }
+            },
+            Decision::Skip => {
+                if outcome == StepOutcome::Failed {
+                    self.failed_check.get_or_insert_with(|| message.to_owned());
+                }
+                let attempt = self.journal.begin(&entry.path)?;
+                let end = AttemptEnd {
+                    outcome: StepOutcome::Skipped,
+                    message: "left out",
+                    result: &Value::Null,
+                    values: Vec::new(),
+                };
+                self.journal.end(&entry.path, attempt, end)?;
+                Ok(After::GoOn)
+            }
+            Decision::Abort => {
+                let end = if outcome == StepOutcome::Failed { RunOutcome::Failed } else { RunOutcome::Error };
+                Ok(After::End(RunEnd { outcome: end, message: format!("step `{}`: {message}", entry.path) }))
+            }
+        }
+    }
+}

@@ -1,0 +1,444 @@
+//! Single kinds of steps, and what is decided about those that fail, with an arm in memory.
+
+#![expect(clippy::expect_used, clippy::panic, reason = "a failed expectation is how a test fails")]
+
+mod support;
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use plumb_cell::RunHandle;
+use plumb_cell::answers::load_answers;
+use plumb_cell::command::{Command, PauseWhen};
+use plumb_cell::engine::{StartError, start_run};
+use plumb_cell::event::{Event, RunOutcome, StepOutcome};
+use plumb_cell::prompt::{Answer, Decision, PromptKind};
+use plumb_record::{Record, RunId};
+use support::running::{
+    ZERO_ERROR_DEG, cell_with_steps, message_of, operator, request, start, watch, workcell,
+};
+use support::{Devices, World};
+use tempfile::TempDir;
+
+fn place() -> TempDir {
+    tempfile::tempdir().expect("a directory")
+}
+
+/// Runs the steps with somebody there who answers by `watcher`.
+fn run_attended(
+    steps: &str,
+    mut watcher: impl FnMut(&Event, &RunHandle),
+) -> (RunOutcome, Vec<Event>, TempDir, Arc<World>) {
+    let place = place();
+    let cell = cell_with_steps(&place, steps);
+    let world = World::new(ZERO_ERROR_DEG);
+    let mut run = request(&cell, &place);
+    run.unattended = false;
+    let (outcome, events) = watch(start(run, &world), |event, handle| watcher(event, handle));
+    (outcome, events, place, world)
+}
+
+fn readings(place: &TempDir) -> Vec<(String, f64)> {
+    let readings = Record::open(place.path()).expect("the record").readings(RunId(1)).expect("the readings");
+    readings.into_iter().map(|reading| (reading.name, reading.value)).collect()
+}
+
+fn outcomes(events: &[Event]) -> Vec<(String, StepOutcome)> {
+    let finished = events.iter().filter_map(|event| match event {
+        Event::StepFinished { step, outcome, .. } => Some((step.0.clone(), *outcome)),
+        _ => None,
+    });
+    finished.collect()
+}
+
+#[test]
+fn answers_are_there_for_later_expressions_and_texts() {
+    let steps = "
+parameters: {h_mm: 8}
+steps:
+  - {id: paper, do: {prompt: {text: Which?, choice: {light: Light, dark: Dark}}}}
+  - {id: gauge, do: {prompt: {text: 'How high, near {h_mm}?', number: {unit: mm, minimum: h_mm - 2, maximum: h_mm + 2}}}}
+  - id: sums
+    do:
+      compute:
+        script: let twice = 2 * gauge.value;
+        values: {twice_mm: twice, half: gauge.value / 2, is_light: 'paper.choice == \"light\"'}
+  - {id: told, do: {check: {that: 'sums.is_light && sums.twice_mm > 17', otherwise: never}}}
+";
+    let mut texts = Vec::new();
+    let (outcome, events, place, _) = run_attended(steps, |event, handle| {
+        let Event::PromptAsked { prompt } = event else { return };
+        texts.push(prompt.text.clone());
+        let answer = match &prompt.kind {
+            PromptKind::Choice { .. } => Answer::Choice { key: "light".to_owned() },
+            PromptKind::Number { minimum, maximum, .. } => {
+                assert_eq!((*minimum, *maximum), (Some(6.0), Some(10.0)));
+                Answer::Number { value: 8.75 }
+            }
+            other => panic!("{other:?} was not expected"),
+        };
+        handle.send(Command::Answer { prompt: prompt.id, answer, by: "ada".to_owned() });
+    });
+    assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
+    assert_eq!(texts, ["Which?", "How high, near 8?"]);
+    assert_eq!(readings(&place), [("twice".to_owned(), 17.5), ("half".to_owned(), 4.375)]);
+}
+
+#[test]
+fn a_repetition_ends_when_it_is_told_and_says_which_turns_were_not_needed() {
+    let steps = "
+steps:
+  - id: again
+    do:
+      repeat:
+        times: 5
+        until: count.n >= 2
+        steps:
+          - {id: count, do: {compute: {values: {n: again.turn}}}}
+          - {id: odd, when: again.turn != 2, do: {compute: {values: {m: all.count.len()}}}}
+";
+    let (outcome, events, place, _) = run_attended(steps, |_, _| {});
+    assert_eq!(outcome, RunOutcome::Passed);
+    assert_eq!(readings(&place), [("n".to_owned(), 1.0), ("m".to_owned(), 1.0), ("n".to_owned(), 2.0)]);
+    let not_needed = outcomes(&events).into_iter().filter(|(_, outcome)| *outcome == StepOutcome::NotNeeded);
+    assert_eq!(not_needed.count(), 1 + 2 * 3);
+}
+
+#[test]
+fn a_search_that_finds_nothing_says_how_far_it_looked_and_asks_what_to_do() {
+    let steps = "
+steps:
+  - {id: lower, do: {search: {robot: arm, joint: shoulder, travel_deg: 2, until: {sensor: eye, is: on}}}}
+  - {id: after, do: {move: {robot: arm, by_deg: {waist: 1}}}}
+";
+    let (outcome, events, _, _) = run_attended(steps, operator(Decision::Skip));
+    assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
+    let error = events.iter().find_map(|event| match event {
+        Event::StepFinished { outcome: StepOutcome::Error, message, .. } => Some(message.clone()),
+        _ => None,
+    });
+    let error = error.expect("an error");
+    assert!(error.starts_with("eye never came on within 2.00 deg of shoulder"), "{error}");
+    let lower: Vec<_> = outcomes(&events)
+        .into_iter()
+        .filter(|(step, _)| step == "lower")
+        .map(|(_, outcome)| outcome)
+        .collect();
+    assert_eq!(lower, [StepOutcome::Error, StepOutcome::Skipped]);
+}
+
+#[test]
+fn a_search_that_is_there_already_says_so_or_backs_off_first() {
+    let search = |extra: &str| {
+        format!(
+            "
+steps:
+  - {{id: lower, do: {{search: {{robot: arm, joint: shoulder, travel_deg: -40, until: {{sensor: eye, is: on}}}}}}}}
+  - {{id: press, do: {{move: {{robot: arm, by_deg: {{shoulder: -1}}}}}}}}
+  - {{id: again, do: {{search: {{robot: arm, joint: shoulder, travel_deg: -40, until: {{sensor: eye, is: on}}{extra}}}}}}}
+"
+        )
+    };
+    let (outcome, events, _, _) = run_attended(&search(""), operator(Decision::Abort));
+    assert_eq!(outcome, RunOutcome::Error);
+    assert!(
+        message_of(&events).contains("eye is on already where the search begins"),
+        "{}",
+        message_of(&events)
+    );
+    let (outcome, events, _, _) =
+        run_attended(&search(", already_there: back_off"), operator(Decision::Abort));
+    assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
+}
+
+#[test]
+fn a_failed_check_that_is_left_out_still_fails_the_run_at_its_end() {
+    let steps = "
+steps:
+  - {id: first, do: {check: {that: 1 > 2, otherwise: one is not more than two}}, on_error: skip}
+  - {id: second, do: {compute: {values: {x: 1}}}}
+";
+    let (outcome, events, place, _) = run_attended(steps, |_, _| {});
+    assert_eq!((outcome, message_of(&events)), (RunOutcome::Failed, "one is not more than two"));
+    assert_eq!(readings(&place).len(), 1, "the run went on to its end");
+}
+
+#[test]
+fn a_retry_decided_beforehand_is_tried_as_often_as_said_and_no_oftener() {
+    let steps = "
+steps:
+  - {id: never, do: {check: {that: false, otherwise: never}}, on_error: retry, retries: 2}
+";
+    let (outcome, events, _, _) = run_attended(steps, |_, _| {});
+    assert_eq!((outcome, message_of(&events)), (RunOutcome::Failed, "step `never`: never"));
+    assert_eq!(outcomes(&events).len(), 3, "once, and two retries");
+}
+
+#[test]
+fn a_prompt_that_nobody_answers_fails_at_its_time_limit() {
+    let steps = "
+steps:
+  - {id: ready, do: {prompt: {text: Ready?}}, time_limit_s: 0.05, on_error: abort}
+";
+    let (outcome, events, _, _) = run_attended(steps, |_, _| {});
+    assert_eq!(outcome, RunOutcome::Error);
+    assert!(message_of(&events).contains("nobody answered within its time limit"), "{}", message_of(&events));
+    assert!(events.iter().any(|event| matches!(event, Event::PromptWithdrawn { .. })));
+}
+
+#[test]
+fn a_pause_before_the_next_step_lets_the_step_in_hand_end() {
+    let steps = "
+steps:
+  - {id: first, do: {move: {robot: arm, by_deg: {waist: 1}}}}
+  - {id: second, do: {move: {robot: arm, by_deg: {waist: 1}}}}
+";
+    let place = place();
+    let cell = cell_with_steps(&place, steps);
+    let world = World::new(ZERO_ERROR_DEG);
+    let mut run = request(&cell, &place);
+    run.unattended = false;
+    let running = start(run, &world);
+    let handle = running.handle.clone();
+    let pause: support::OnMove = Box::new(move |number| {
+        if number == 1 {
+            handle.send(Command::Pause { when: PauseWhen::BeforeNextStep });
+        }
+    });
+    *world.on_move.lock().expect("the hook") = Some(pause);
+    let mut order = Vec::new();
+    let (outcome, _) = watch(running, |event, handle| match event {
+        Event::StepFinished { step, outcome, .. } => order.push(format!("{step} {outcome:?}")),
+        Event::Paused { step, .. } => {
+            order.push(format!("paused before {}", step.as_ref().expect("a step")));
+            handle.send(Command::Resume);
+        }
+        _ => {}
+    });
+    assert_eq!(outcome, RunOutcome::Passed);
+    assert_eq!(order, ["first Passed", "paused before second", "second Passed"]);
+}
+
+#[test]
+fn an_interrupted_relative_move_ends_where_it_was_to_end_at_first() {
+    let steps = "
+steps:
+  - {id: turn, do: {move: {robot: arm, by_deg: {waist: 10}}}}
+";
+    let place = place();
+    let cell = cell_with_steps(&place, steps);
+    let world = World::new([0.0; 3]);
+    let mut run = request(&cell, &place);
+    run.unattended = false;
+    let running = start(run, &world);
+    let handle = running.handle.clone();
+    let stop: support::OnMove = Box::new(move |number| {
+        if number <= 2 {
+            handle.send(Command::Stop);
+        }
+    });
+    *world.on_move.lock().expect("the hook") = Some(stop);
+    let (outcome, _) = watch(running, |event, handle| {
+        if matches!(event, Event::Paused { .. }) {
+            handle.send(Command::Resume);
+        }
+    });
+    assert_eq!(outcome, RunOutcome::Passed);
+    assert_eq!(world.moves.load(Ordering::SeqCst), 3);
+    assert!((world.truth_deg()[0] - 21.0).abs() < 1e-9, "{:?}", world.truth_deg());
+}
+
+#[test]
+fn the_operator_jogs_within_limits_and_is_held_to_the_goal() {
+    let steps = "
+steps:
+  - {id: place, do: {prompt: {text: There, jog_to: {robot: arm, within_deg: {waist: [12, 14]}}}}}
+";
+    let mut stage = 0;
+    let mut refused = Vec::new();
+    let place = place();
+    let cell = cell_with_steps(&place, steps);
+    let world = World::new([0.0; 3]);
+    let mut run = request(&cell, &place);
+    run.unattended = false;
+    let (outcome, _) = watch(start(run, &world), |event, handle| {
+        let send_done =
+            |prompt| handle.send(Command::Answer { prompt, answer: Answer::Done, by: "ada".to_owned() });
+        match event {
+            Event::PromptAsked { prompt } => {
+                send_done(prompt.id);
+            }
+            Event::AnswerRefused { prompt, reason } => {
+                refused.push(reason.clone());
+                stage += 1;
+                match stage {
+                    1 => handle.send(Command::Jog { prompt: *prompt, joint: "wasit".to_owned(), by: 1.0 }),
+                    2 => handle.send(Command::Jog { prompt: *prompt, joint: "waist".to_owned(), by: 500.0 }),
+                    _ => {
+                        handle.send(Command::Jog { prompt: *prompt, joint: "waist".to_owned(), by: 2.0 });
+                        send_done(*prompt)
+                    }
+                };
+            }
+            _ => {}
+        }
+    });
+    assert_eq!(outcome, RunOutcome::Passed);
+    assert!(
+        refused[0].contains("waist stands at 11.00 deg; it has to be between 12.00 and 14.00 deg"),
+        "{refused:?}"
+    );
+    assert!(refused[1].contains("did you mean `waist`?"), "{refused:?}");
+    assert!(refused[2].contains("waist would go to 511.000 deg"), "{refused:?}");
+    assert!((world.truth_deg()[0] - 13.0).abs() < 1e-9);
+}
+
+#[test]
+fn once_its_zeros_are_known_no_part_of_the_arm_is_sent_through_the_table() {
+    let place = place();
+    let steps = "
+steps:
+  - {id: down, do: {move: {robot: arm, by_deg: {shoulder: -30}}}}
+";
+    let without_zeros = {
+        let cell = cell_with_steps(&place, steps);
+        let world = World::new([0.0; 3]);
+        let mut run = request(&cell, &place);
+        run.unattended = true;
+        watch(start(run, &world), |_, _| {}).0
+    };
+    assert_eq!(without_zeros, RunOutcome::Passed, "where it is cannot be known: limits alone are watched");
+
+    let initialized = tempfile::tempdir().expect("a directory");
+    let whole = workcell("cell.yaml");
+    assert_eq!(
+        watch(start(request(&whole, &initialized), &World::new(ZERO_ERROR_DEG)), |_, _| {}).0,
+        RunOutcome::Passed
+    );
+    let cell = cell_with_steps(&place, steps);
+    let world = World::new(ZERO_ERROR_DEG);
+    let (outcome, events) = watch(start(request(&cell, &initialized), &world), |_, _| {});
+    assert_eq!(outcome, RunOutcome::Error);
+    let message = message_of(&events);
+    assert!(
+        message.contains("the end of link wrist_roll would come") && message.contains("past the table"),
+        "{message}"
+    );
+    assert_eq!(world.moves.load(Ordering::SeqCst), 0);
+}
+
+#[test]
+fn an_implausible_correction_is_an_error_and_is_not_applied() {
+    let steps = "
+steps:
+  - {id: shift, do: {apply: {robot: arm, joint_zero: {waist: {shift_deg: 40, uncertainty_deg: 0.1, plausible_deg: 20}}}}, on_error: abort}
+";
+    let (outcome, events, place, _) = run_attended(steps, |_, _| {});
+    assert_eq!(outcome, RunOutcome::Error);
+    assert!(
+        message_of(&events).contains("more than the 20 deg that are plausible"),
+        "{}",
+        message_of(&events)
+    );
+    let record = Record::open(place.path()).expect("the record");
+    assert!(record.corrections_in_force("teachmover", "arm").expect("corrections").is_empty());
+}
+
+#[test]
+fn a_rejected_correction_stays_a_proposal() {
+    let steps = "
+steps:
+  - {id: shift, do: {apply: {robot: arm, joint_zero: {waist: {shift_deg: 4, uncertainty_deg: 0.1}}}}}
+  - {id: told, do: {check: {that: '!shift.applied', otherwise: never}}}
+";
+    let (outcome, _, place, _) = run_attended(steps, |event, handle| {
+        if let Event::PromptAsked { prompt } = event {
+            let answer = Answer::Choice { key: "reject".to_owned() };
+            handle.send(Command::Answer { prompt: prompt.id, answer, by: "ada".to_owned() });
+        }
+    });
+    assert_eq!(outcome, RunOutcome::Passed);
+    let record = Record::open(place.path()).expect("the record");
+    assert!(record.corrections_in_force("teachmover", "arm").expect("corrections").is_empty());
+    assert_eq!(record.corrections_of_run(RunId(1)).expect("corrections").len(), 1);
+}
+
+#[test]
+fn an_unattended_run_refuses_a_step_that_would_ask_what_to_do() {
+    let place = place();
+    let steps = "
+steps:
+  - {id: lower, do: {move: {robot: arm, by_deg: {waist: 1}}}, on_error: ask}
+";
+    let cell = cell_with_steps(&place, steps);
+    let world = World::new([0.0; 3]);
+    let devices = Devices(Arc::clone(&world));
+    let error = start_run(request(&cell, &place), |_| Ok(Box::new(devices))).err().expect("refused");
+    assert!(matches!(error, StartError::NeedsOperator(_)), "{error}");
+    assert!(error.to_string().contains("step `lower` says `on_error: ask`"), "{error}");
+
+    std::fs::write(place.path().join("answers.yaml"), "answers: {}\non_error: {lower: abort}\n")
+        .expect("written");
+    let mut decided = request(&cell, &place);
+    let procedures: Vec<_> = cell.procedures.iter().map(AsRef::as_ref).collect();
+    decided.answers =
+        Some(load_answers(&place.path().join("answers.yaml"), &procedures).expect("good answers"));
+    assert_eq!(watch(start(decided, &world), |_, _| {}).0, RunOutcome::Passed);
+}
+
+#[test]
+fn a_resumed_run_asks_a_person_whether_the_arm_stands_where_it_was_left() {
+    let place = place();
+    let steps = "
+steps:
+  - {id: first, do: {move: {robot: arm, by_deg: {waist: 1}}}}
+  - {id: second, do: {move: {robot: arm, by_deg: {waist: 1}}}}
+";
+    let cell = cell_with_steps(&place, steps);
+    let world = World::new([0.0; 3]);
+    world.lose_arm_at_move.store(2, Ordering::SeqCst);
+    let (outcome, _) = watch(start(request(&cell, &place), &world), |_, _| {});
+    assert_eq!(outcome, RunOutcome::Error);
+    let mut again = request(&cell, &place);
+    again.resume = Some(RunId(1));
+    again.unattended = false;
+    let mut asked = 0;
+    let moves = world.moves.load(Ordering::SeqCst);
+    let mut answer = operator(Decision::Abort);
+    let (outcome, events) = watch(start(again, &world), |event, handle| {
+        if let Event::PromptAsked { prompt } = event {
+            assert!(matches!(prompt.kind, PromptKind::ConfirmPose { .. }), "{:?}", prompt.kind);
+            assert_eq!(world.moves.load(Ordering::SeqCst), moves, "nothing moves before somebody has looked");
+            asked += 1;
+        }
+        answer(event, handle);
+    });
+    assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
+    assert_eq!(asked, 1);
+    assert!((world.truth_deg()[0] - 13.0).abs() < 1e-9, "{:?}", world.truth_deg());
+}
+
+#[test]
+fn an_unattended_resume_with_an_arm_that_was_moved_needs_an_operator() {
+    let place = place();
+    let steps = "
+steps:
+  - {id: first, do: {move: {robot: arm, by_deg: {waist: 1}}}}
+  - {id: second, do: {move: {robot: arm, by_deg: {waist: 1}}}}
+";
+    let cell = cell_with_steps(&place, steps);
+    let world = World::new([0.0; 3]);
+    world.lose_arm_at_move.store(2, Ordering::SeqCst);
+    watch(start(request(&cell, &place), &world), |_, _| {});
+    let mut again = request(&cell, &place);
+    again.resume = Some(RunId(1));
+    let another = World::new([0.0, 3.0, 0.0]);
+    let (outcome, events) = watch(start(again, &another), |_, _| {});
+    assert_eq!(outcome, RunOutcome::NeedsOperator);
+    assert!(
+        message_of(&events).contains("arm says its shoulder stands at 38.000; the run left it at 41.000"),
+        "{}",
+        message_of(&events)
+    );
+    assert_eq!(another.moves.load(Ordering::SeqCst), 0);
+}

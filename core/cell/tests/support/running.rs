@@ -1,0 +1,103 @@
+//! Running a procedure in the cell in memory and watching it.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use plumb_cell::RunHandle;
+use plumb_cell::answers::load_answers;
+use plumb_cell::command::Command;
+use plumb_cell::engine::{RunRequest, RunningRun, start_run};
+use plumb_cell::event::{Event, RunOutcome};
+use plumb_cell::expression::Calculator;
+use plumb_cell::prompt::{Answer, Decision, PromptKind};
+use plumb_cell::workcell::{Workcell, load_workcell};
+use tempfile::TempDir;
+
+use super::{Devices, World};
+
+pub const ZERO_ERROR_DEG: [f64; 3] = [1.7, -2.4, 1.3];
+
+pub fn workcell(file: &str) -> Arc<Workcell> {
+    load(&workcells().join(file))
+}
+
+fn workcells() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../workcells/teachmover")
+}
+
+fn load(path: &Path) -> Arc<Workcell> {
+    match load_workcell(path, &Calculator::new()) {
+        Ok(cell) => Arc::new(cell),
+        Err(problems) => panic!("{}", problems.iter().map(ToString::to_string).collect::<String>()),
+    }
+}
+
+pub fn request(cell: &Arc<Workcell>, record: &TempDir) -> RunRequest {
+    let procedure = cell.procedures.first().cloned().expect("a procedure");
+    let procedures: Vec<_> = cell.procedures.iter().map(AsRef::as_ref).collect();
+    let answers = cell.answers.as_ref().map(|file| load_answers(file, &procedures).expect("good answers"));
+    RunRequest {
+        cell: Arc::clone(cell),
+        procedure,
+        parameters: BTreeMap::new(),
+        answers,
+        unattended: true,
+        operator: "test".to_owned(),
+        record_directory: record.path().to_owned(),
+        resume: None,
+        settings: serde_json::Value::Null,
+        other_files: Vec::new(),
+    }
+}
+
+pub fn start(request: RunRequest, world: &Arc<World>) -> RunningRun {
+    let devices = Devices(Arc::clone(world));
+    start_run(request, |_| Ok(Box::new(devices))).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Lets a run go on to its end; `watch` may answer it.
+pub fn watch(mut running: RunningRun, mut watch: impl FnMut(&Event, &RunHandle)) -> (RunOutcome, Vec<Event>) {
+    let mut events = Vec::new();
+    while let Some(stamped) = running.events.blocking_recv() {
+        watch(&stamped.event, &running.handle);
+        events.push(stamped.event);
+    }
+    (running.thread.join().expect("the engine"), events)
+}
+
+pub fn message_of(events: &[Event]) -> &str {
+    match events.last() {
+        Some(Event::RunEnded { message, .. }) => message,
+        other => panic!("the last event ends the run, not {other:?}"),
+    }
+}
+
+/// Answers every prompt of the initialization as an operator would, and decisions by `decide`.
+pub fn operator(decide: Decision) -> impl FnMut(&Event, &RunHandle) {
+    move |event, handle| {
+        let Event::PromptAsked { prompt } = event else { return };
+        let answer = match &prompt.kind {
+            PromptKind::Acknowledge { .. } | PromptKind::JogTo { .. } => Answer::Done,
+            PromptKind::Choice { .. } => Answer::Choice { key: "accept".to_owned() },
+            PromptKind::ConfirmPose { .. } => Answer::Confirmed,
+            PromptKind::Decision { .. } => Answer::Decision { decision: decide },
+            PromptKind::Number { .. } => Answer::Number { value: 0.0 },
+        };
+        handle.send(Command::Answer { prompt: prompt.id, answer, by: "ada".to_owned() });
+    }
+}
+
+/// A copy of the cell in which `steps` are the only procedure, called `extra`.
+pub fn cell_with_steps(place: &TempDir, steps: &str) -> Arc<Workcell> {
+    let source = workcells();
+    let text = std::fs::read_to_string(source.join("cell.yaml")).expect("the cell file");
+    let head = text.split("procedures:").next().expect("its beginning");
+    let head = head.replace("world: {file: world-ideal.yaml, pace: real}\n", "");
+    std::fs::copy(source.join("teachmover.model.yaml"), place.path().join("teachmover.model.yaml"))
+        .expect("copied");
+    std::fs::write(place.path().join("cell.yaml"), format!("{head}procedures: [extra.yaml]\n"))
+        .expect("written");
+    std::fs::write(place.path().join("extra.yaml"), format!("procedure: extra\n{steps}")).expect("written");
+    load(&place.path().join("cell.yaml"))
+}
