@@ -1,5 +1,6 @@
 //! `plumb run`: a procedure in a cell, on the screens or without anybody.
 
+mod emulated_controller;
 mod headless;
 mod prepare;
 mod simulated_world;

@@ -150,7 +150,7 @@ impl Configuration {
     /// # Errors
     /// [`PluginError::Refused`], naming the key and what would be right.
     pub fn read(config: &Value) -> Result<Self, PluginError> {
-        if config.is_null() {
+        if config.get("port").is_none() {
             return Err(PluginError::Refused(
                 "config: name the serial port the arm is on, such as `config: {port: /dev/ttyUSB0}`"
                     .to_owned(),

@@ -46,6 +46,8 @@ enum Mode {
     Doubtful(String),
     /// The operator has it, at the pendant.
     HandControl,
+    /// The operator has ended hand control at the pendant, and nobody has asked for the arm back yet.
+    HandControlEnded,
 }
 
 impl Robot for TeachMover {
@@ -93,7 +95,7 @@ impl Robot for TeachMover {
     fn read_joints(&mut self) -> Result<JointState, PluginError> {
         self.refuse_under_hand_control()?;
         self.observe(None)?;
-        Ok(self.joint_state(false))
+        self.tell_rest()
     }
 
     fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError> {
@@ -106,6 +108,7 @@ impl Robot for TeachMover {
         if self.host.should_stop() {
             return Err(PluginError::stopped());
         }
+        self.mode = Mode::Ready;
         let moved = self.travel(motion);
         if let Err(error) = &moved {
             self.doubt_after(error);
@@ -121,7 +124,9 @@ impl Robot for TeachMover {
     fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
         self.refuse_under_hand_control()?;
         self.observe(None)?;
-        Ok(self.inputs_at_rest())
+        let inputs = self.inputs_at_rest();
+        self.host.emit("inputs", &inputs)?;
+        Ok(inputs)
     }
 
     fn write_outputs(&mut self, levels: u64) -> Result<(), PluginError> {

@@ -275,14 +275,15 @@ fn on_a_line_that_damages_bytes_no_move_follows_an_error_and_the_registers_come_
 }
 
 #[test]
-fn an_input_changes_somewhere_between_the_poses_before_and_after_a_piece() {
+fn an_input_that_changes_while_the_arm_stands_changes_where_it_stands() {
     let mut cell = Cell::quick();
     cell.emulator.tell(Event::Line { bit: 2, level: true });
     cell.arm.read_joints().unwrap();
     let at_rest = cell.recording.emitted::<DigitalInputs>("inputs");
-    assert_eq!(at_rest.len(), 1);
+    assert_eq!(at_rest.len(), 2);
     assert_eq!((at_rest[0].levels, at_rest[0].changed), (0b100, 0b100));
     assert_eq!(at_rest[0].joints_half_width, JointVector::zeros(6));
+    assert_eq!((at_rest[1].levels, at_rest[1].changed), (0b100, 0));
 }
 
 #[test]

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use plumb_cell::device::World;
 use plumb_cell::workcell::{Pace, WorldSetting};
+use super::emulated_controller::EmulatedController;
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::{self, Verb};
 
@@ -40,6 +41,8 @@ pub(super) enum WorldError {
 /// A world that runs as a process of its own. It outlives this program, unless it is ended.
 pub(super) struct SimulatedWorld {
     socket: PathBuf,
+    pace: Pace,
+    controllers: Vec<EmulatedController>,
 }
 
 impl SimulatedWorld {
@@ -48,7 +51,7 @@ impl SimulatedWorld {
         let socket = PathBuf::from(socket);
         let mut client = WorldClient::connect(&socket, "plumb").ok()?;
         client.call(Verb::Pace { pace: spoken(pace) }, || false, |_| ()).ok()?;
-        Some(Self { socket })
+        Some(Self { socket, pace, controllers: Vec::new() })
     }
 
     /// A new world, in place of one that still listens there.
@@ -56,7 +59,7 @@ impl SimulatedWorld {
         if let Some(parent) = socket.parent() {
             fs::create_dir_all(parent)?;
         }
-        let world = Self { socket: socket.to_owned() };
+        let world = Self { socket: socket.to_owned(), pace, controllers: Vec::new() };
         if socket.exists() {
             world.shut_down();
         }
@@ -122,7 +125,20 @@ impl World for SimulatedWorld {
         self.socket.clone()
     }
 
+    fn emulate(&mut self, device: &str, controller: &str) -> Result<PathBuf, String> {
+        self.controllers.retain_mut(EmulatedController::is_working);
+        if let Some(working) = self.controllers.iter().find(|known| known.device == device) {
+            return Ok(working.port.clone());
+        }
+        let started = EmulatedController::start(device, controller, &self.socket, self.pace);
+        let started = started.map_err(|error| error.to_string())?;
+        let port = started.port.clone();
+        self.controllers.push(started);
+        Ok(port)
+    }
+
     fn end(&mut self) {
+        self.controllers.clear();
         self.shut_down();
         let _ = fs::remove_file(self.socket.with_extension("log"));
         if let Some(parent) = self.socket.parent() {

@@ -38,6 +38,12 @@ pub trait World: Send {
     /// Where it listens.
     fn socket(&self) -> PathBuf;
 
+    /// The port of an emulated controller of the world's arm for a device; it is started unless it works already.
+    ///
+    /// # Errors
+    /// A sentence that says why there is none, and what would be right.
+    fn emulate(&mut self, device: &str, controller: &str) -> Result<PathBuf, String>;
+
     /// Ends it.
     fn end(&mut self);
 }
@@ -76,7 +82,7 @@ impl HostedDevices {
     fn spawn(&mut self, device: &DeviceSetting, guard: Value) -> Result<HostProcess, String> {
         let plugin = self.catalogue.find(&device.plugin).map_err(|error| error.to_string())?.clone();
         let mut arguments = HostArguments::new(&device.name, &self.domain, &plugin);
-        arguments.config = self.config_of(device, &plugin.manifest.config);
+        arguments.config = self.config_of(device, &plugin.manifest.config)?;
         arguments.guard = guard;
         arguments.inputs = wired_inputs(&self.cell, device, &self.catalogue)?;
         if let Some(robot) = self.cell.robot(&device.name) {
@@ -97,19 +103,25 @@ impl HostedDevices {
         HostProcess::spawn(self.bus()?, &arguments, command).map_err(|error| error.to_string())
     }
 
-    /// The device's configuration, with the world's socket for a plugin that asks for one.
-    fn config_of(&self, device: &DeviceSetting, schema: &Value) -> Value {
+    /// The device's configuration, with the world's socket for a plugin that asks for one, and the port of an emulated controller.
+    fn config_of(&mut self, device: &DeviceSetting, schema: &Value) -> Result<Value, String> {
         let mut config = device.config.clone();
-        let asks = schema.get("properties").and_then(|properties| properties.get("world")).is_some();
-        if let Some(world) = self.world.as_ref().filter(|_| asks) {
+        let Some(world) = &mut self.world else { return Ok(config) };
+        let mut set = |key: &str, path: PathBuf| {
             if config.is_null() {
                 config = Value::Object(serde_json::Map::new());
             }
             if let Some(entries) = config.as_object_mut() {
-                entries.insert("world".to_owned(), world.socket().display().to_string().into());
+                entries.insert(key.to_owned(), path.display().to_string().into());
             }
+        };
+        if schema.get("properties").and_then(|properties| properties.get("world")).is_some() {
+            set("world", world.socket());
         }
-        config
+        if let Some(controller) = &device.emulate {
+            set("port", world.emulate(&device.name, controller)?);
+        }
+        Ok(config)
     }
 }
 

@@ -56,7 +56,7 @@ impl Loader<'_> {
             .world
             .and_then(|world| Some(WorldSetting { file: self.existing(&world.file)?, pace: world.pace }));
         let devices: Vec<DeviceSetting> =
-            raw.devices.iter().map(|device| self.device(device, &raw.devices)).collect();
+            raw.devices.iter().map(|device| self.device(device, &raw.devices, world.is_some())).collect();
         let robots: Vec<RobotSetting> =
             raw.robots.into_iter().map(|robot| self.robot(robot, &devices)).collect();
         let keep_out = raw.keep_out.into_iter().filter_map(|plane| self.keep_out(plane, &robots)).collect();
@@ -100,8 +100,18 @@ impl Loader<'_> {
         None
     }
 
-    fn device(&self, raw: &RawDevice, all: &[RawDevice]) -> DeviceSetting {
+    fn device(&self, raw: &RawDevice, all: &[RawDevice], simulated: bool) -> DeviceSetting {
         let problems = self.context.problems;
+        if let Some((_, place)) = &raw.emulate {
+            if !simulated {
+                let message = "a controller is emulated only over the arm of a simulated world";
+                problems.add(*place, message, "add `world: {file: ...}` to the cell, or take `emulate` away");
+            }
+            if raw.config.get("port").is_some() {
+                let message = "the port of an emulated controller is known when it has been started";
+                problems.add(*place, message, "take `port` out of the device's `config`");
+            }
+        }
         let inputs = raw.inputs.iter().filter_map(|(input, stream, place)| {
             let Some((device, stream)) = stream.split_once('/') else {
                 problems.add(
@@ -130,6 +140,7 @@ impl Loader<'_> {
             inputs: inputs.collect(),
             plugin: raw.plugin.0.clone(),
             config: raw.config.clone(),
+            emulate: raw.emulate.as_ref().map(|(controller, _)| controller.clone()),
         }
     }
 

@@ -88,6 +88,8 @@ pub struct DeviceSetting {
     pub plugin: String,
     /// What the plugin is told.
     pub config: Value,
+    /// The controller that stands in for a real one, over the arm of the simulated world: the device's port leads to it.
+    pub emulate: Option<String>,
     /// Which streams of other devices it takes in.
     pub inputs: Vec<Wire>,
 }

@@ -26,6 +26,7 @@ pub(super) struct RawDevice {
     pub(super) name: Key,
     pub(super) plugin: (String, Place),
     pub(super) config: Value,
+    pub(super) emulate: Option<(String, Place)>,
     pub(super) inputs: Vec<(String, String, Place)>,
 }
 
@@ -106,6 +107,9 @@ fn read_device(name: &Key, node: &Node, context: &ReadContext<'_>) -> Option<Raw
     let mut map = MapReader::new(node, "a device", context.problems)?;
     let plugin = context.required_text(&mut map, "plugin");
     let config = map.optional("config").map_or(Value::Null, Node::to_json);
+    let emulate = map
+        .optional("emulate")
+        .and_then(|node| Some((node.text("`emulate`", context.problems)?.to_owned(), node.place)));
     let wires = map
         .optional("inputs")
         .and_then(|node| node.entries("`inputs`", context.problems))
@@ -115,7 +119,7 @@ fn read_device(name: &Key, node: &Node, context: &ReadContext<'_>) -> Option<Raw
         let stream = node.text("a stream", context.problems)?;
         Some((input.name.clone(), stream.to_owned(), node.place))
     });
-    Some(RawDevice { name: name.clone(), inputs: inputs.collect(), plugin: plugin?, config })
+    Some(RawDevice { name: name.clone(), inputs: inputs.collect(), plugin: plugin?, config, emulate })
 }
 
 fn read_robot(device: &Key, node: &Node, context: &ReadContext<'_>) -> Option<RawRobot> {

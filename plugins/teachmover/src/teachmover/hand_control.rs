@@ -9,9 +9,16 @@ use crate::protocol::Command;
 impl TeachMover {
     /// Hands the arm to the pendant, or looks whether the operator has ended it.
     pub(super) fn drive_by_hand(&mut self) -> Result<JogState, PluginError> {
-        if !matches!(self.mode, Mode::HandControl) {
-            self.begin()?;
-            return Ok(self.under_way());
+        match self.mode {
+            Mode::HandControl => {}
+            Mode::HandControlEnded => {
+                self.observe(None)?;
+                return Ok(self.finished());
+            }
+            Mode::Ready | Mode::Doubtful(_) => {
+                self.begin()?;
+                return Ok(self.under_way());
+            }
         }
         match self.controller.reply_at_hand(&Command::HandControl) {
             Ok(None) => Ok(self.under_way()),
@@ -32,7 +39,11 @@ impl TeachMover {
             if state.finished == 0 {
                 self.refuse_under_hand_control()?;
             }
+            self.mode = Mode::Ready;
             return Ok(state);
+        }
+        if matches!(self.mode, Mode::HandControlEnded) {
+            self.mode = Mode::Ready;
         }
         self.observe(None)?;
         Ok(self.finished())
@@ -72,13 +83,11 @@ impl TeachMover {
     }
 
     fn ended(&mut self) -> Result<JogState, PluginError> {
-        self.mode = Mode::Ready;
+        self.mode = Mode::HandControlEnded;
         self.observe(None)?;
         // The operator ends it with the STOP key.
         self.stop_key = false;
-        let state = self.finished();
-        self.host.emit("joints", &state.state)?;
-        self.host.emit("inputs", &self.inputs_at_rest())?;
+        let state = JogState { state: self.tell_rest()?, ..self.finished() };
         self.host.log(LogLevel::Info, &format!("hand control has ended: {}", self.pose_in_words()));
         Ok(state)
     }

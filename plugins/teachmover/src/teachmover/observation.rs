@@ -64,6 +64,18 @@ impl TeachMover {
         JointState::new(self.host.now_ns(), vector(&self.joints()), moving)
     }
 
+    /// Tells the streams where the arm stands, and that its inputs have been seen up to then: whoever waits for the inputs to be as new as the
+    /// state finds them so.
+    ///
+    /// # Errors
+    /// What the host says.
+    pub(super) fn tell_rest(&self) -> Result<JointState, PluginError> {
+        let state = self.joint_state(false);
+        self.host.emit("joints", &state)?;
+        self.host.emit("inputs", &self.inputs_at_rest())?;
+        Ok(state)
+    }
+
     /// The inputs as they were reported last, with nothing changed.
     pub(super) fn inputs_at_rest(&self) -> DigitalInputs {
         DigitalInputs {

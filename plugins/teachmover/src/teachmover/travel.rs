@@ -55,7 +55,7 @@ impl TeachMover {
             }
             self.host.progress((index + 1) as f64 / count as f64, "moving");
         }
-        self.come_to_rest()
+        self.tell_rest()
     }
 
     /// Makes one piece of a move and reads where it led.
@@ -92,17 +92,9 @@ impl TeachMover {
         Ok(())
     }
 
-    /// Tells the streams that the arm stands, and where.
-    fn come_to_rest(&mut self) -> Result<JointState, PluginError> {
-        let state = self.joint_state(false);
-        self.host.emit("joints", &state)?;
-        self.host.emit("inputs", &self.inputs_at_rest())?;
-        Ok(state)
-    }
-
     /// A move that ended early with the arm at rest.
     fn stopped(&mut self, what: &str) -> PluginError {
-        match self.come_to_rest() {
+        match self.tell_rest() {
             Ok(_) => PluginError::Stopped(format!("{what}; the arm stands at {}", self.pose_in_words())),
             Err(error) => error,
         }

@@ -103,8 +103,8 @@ impl Engine {
         loop {
             match self.hear(&prompt, at) {
                 Ok(Heard::Answer(answer, by)) => {
-                    self.pendant(robot, has_pendant, false)?;
-                    let here = match self.bring_to(robot, &answer, at) {
+                    let taken_back = self.pendant(robot, has_pendant, false);
+                    let here = match taken_back.and_then(|()| self.bring_to(robot, &answer, at)) {
                         Ok(here) => here,
                         Err(StepError::Error(reason)) => {
                             self.refuse(&prompt, &reason);

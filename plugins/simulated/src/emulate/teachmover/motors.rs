@@ -113,6 +113,14 @@ pub trait Motors: Send {
         Ok(None)
     }
 
+    /// Whether the arm is still there.
+    ///
+    /// # Errors
+    /// [`MotorsError`] when it is gone.
+    fn check(&mut self) -> Result<(), MotorsError> {
+        Ok(())
+    }
+
     /// An input line takes a level; `false` where the world sets its own.
     fn set_input(&mut self, _bit: u32, _level: bool) -> bool {
         false

@@ -20,6 +20,9 @@ use super::terminal::{Terminal, TerminalError};
 use super::wire::Wire;
 use crate::physics::random::Random;
 
+/// How often a controller that has nothing to do looks whether its arm is still there.
+const CHECK: Duration = Duration::from_secs(1);
+
 /// How the line of an emulated controller is.
 #[derive(Debug, Clone, Default)]
 pub struct EmulatorOptions {
@@ -182,8 +185,13 @@ impl Service {
     }
 
     fn serve(&mut self, woken: &UnixStream, events: &Receiver<Option<Event>>) -> Result<(), EmulatorError> {
+        let mut checked = Instant::now();
         loop {
             self.wait(woken)?;
+            if checked.elapsed() >= CHECK {
+                checked = Instant::now();
+                self.controller.motors().check()?;
+            }
             for event in events.try_iter() {
                 match event {
                     Some(event) => self.happen(event)?,
@@ -199,9 +207,9 @@ impl Service {
     fn wait(&self, woken: &UnixStream) -> Result<(), EmulatorError> {
         let now = self.now();
         let due = [self.to_arm.next(), self.from_arm.next(), self.controller.next(now)];
-        let timeout = due.into_iter().flatten().min().map(|due| {
-            TimeSpec::from_duration(Duration::from_nanos(due.saturating_sub(now)).min(Duration::from_secs(1)))
-        });
+        let due = due.into_iter().flatten().min();
+        let left = due.map_or(CHECK, |due| Duration::from_nanos(due.saturating_sub(now)).min(CHECK));
+        let timeout = Some(TimeSpec::from_duration(left));
         let mut polled = vec![PollFd::new(woken.as_fd(), PollFlags::POLLIN)];
         if let Some(terminal) = &self.terminal {
             polled.push(PollFd::new(terminal.wait_on(), PollFlags::POLLIN));

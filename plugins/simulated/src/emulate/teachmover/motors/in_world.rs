@@ -147,6 +147,10 @@ impl Motors for MotorsInWorld {
         Ok(Some(Pendant { key: u8::try_from(reading.key).unwrap_or(0), drives: reading.pendant }))
     }
 
+    fn check(&mut self) -> Result<(), MotorsError> {
+        self.ask(Verb::Read {}).map(drop)
+    }
+
     fn put_between_fingers(&mut self, width_mm: f64) -> Result<bool, MotorsError> {
         match self.client.call(Verb::Hold { width_mm }, || false, |_| {}) {
             Ok(Say::Reading(reading)) => {
