@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use super::emulated_controller::EmulatedController;
 use plumb_cell::device::World;
 use plumb_cell::workcell::{Pace, WorldSetting};
-use super::emulated_controller::EmulatedController;
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::{self, Verb};
 
