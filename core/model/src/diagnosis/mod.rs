@@ -42,8 +42,9 @@ impl Laboratory {
         let floor = Floor::among(&machine, returns.as_ref());
         let split = returns.as_ref().and_then(|returns| repeatable::find_split(&machine, returns));
         let comparison = self.comparison(&machine, &fit, progress)?;
-        let probes = search::probes(self);
-        let finding = self.find(&floor, &probes, progress)?;
+        let candidates =
+            search::Candidates { listed: search::probes(self), unlisted: unlisted::probes(self) };
+        let finding = self.find(&floor, &candidates, progress)?;
         let mut remaining = Remaining::default();
         let mut verdict = finding.verdict;
         if let Some(split) = split {

@@ -1,6 +1,8 @@
 //! Efficient scores: what every candidate would explain of the residuals, beyond what the fitted parameters could, from
 //! one pass over the rows and without refitting.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::effect::{Effect, EffectId, Search, Size};
@@ -10,7 +12,7 @@ use crate::statistics::f_tail;
 /// A candidate effect ready to be scored.
 pub(crate) struct Probe {
     pub(crate) id: EffectId,
-    pub(crate) effect: Box<dyn Effect>,
+    pub(crate) effect: Arc<dyn Effect>,
     /// What inside it is searched for.
     pub(crate) search: Search,
     /// Probes that differ only in what is searched for share a number.

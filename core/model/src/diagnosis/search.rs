@@ -1,5 +1,7 @@
 //! The search: which effects, jointly, the data ask for, and which one of them first.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use super::score::{Probe, Score, score};
@@ -20,8 +22,9 @@ pub(crate) const CLOSE: f64 = 6.0;
 /// Refitted for real in one round, at most.
 const HANDFUL: usize = 8;
 
-/// Candidates asked which rows are wild.
+/// Candidates of either kind asked which rows are wild, and how improbable their scores must be.
 const JUDGES: usize = 3;
+const PROMISING: f64 = 1e-3;
 
 /// Effects one diagnosis takes in at most.
 const DEEPEST: usize = 5;
@@ -64,6 +67,14 @@ pub(crate) struct Stage<'a> {
     pub(crate) contenders: Vec<Contender>,
 }
 
+/// Everything that could be at work.
+pub(crate) struct Candidates {
+    /// Effects of the library.
+    pub(crate) listed: Vec<Probe>,
+    /// Mechanisms without a name.
+    pub(crate) unlisted: Vec<Probe>,
+}
+
 /// All candidates a table could show, ready to be scored.
 pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
     let survey: Survey<'_> = lab.survey();
@@ -82,7 +93,7 @@ pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
                 let rare = id.order.is_some_and(|order| order > 4.0);
                 probes.push(Probe {
                     id,
-                    effect: built,
+                    effect: Arc::from(built),
                     search: kind.search,
                     family,
                     weight: if rare { 0.1 } else { 1.0 },
@@ -149,11 +160,12 @@ impl Laboratory {
         &'a self,
         taken: Vec<AddedEffect>,
         near: Option<&Fitted<'_>>,
-        probes: &[Probe],
+        candidates: &Candidates,
         progress: &Progress,
     ) -> Result<Stage<'a>, LaboratoryError> {
+        let probes = &candidates.listed;
         let robust = self.fit_with(&taken, near, progress)?;
-        let kept = self.tame_rows(&robust, &taken, probes, progress)?;
+        let kept = self.tame_rows(&robust, &taken, candidates, progress)?;
         let fitted = self.refit_plain(robust, &kept, progress)?;
         let scores = score(&fitted.machine, &fitted.fit, probes);
         let mut open = best_variants(probes, scores);
@@ -194,35 +206,35 @@ impl Laboratory {
         Ok(stage)
     }
 
-    /// Rows that are not wild even when the effect that explains most is in: outliers are judged jointly with what may
-    /// explain them, never before.
+    /// Rows that are not wild even when the effect that explains most is in, whether it has a name or not: outliers are
+    /// judged jointly with what may explain them, never before.
     fn tame_rows(
         &self,
         robust: &Fitted<'_>,
         taken: &[AddedEffect],
-        probes: &[Probe],
+        candidates: &Candidates,
         progress: &Progress,
     ) -> Result<Vec<usize>, LaboratoryError> {
-        let scores = best_variants(probes, score(&robust.machine, &robust.fit, probes));
-        let open = |probe: &&Probe| !taken.iter().any(|known| known.id.same_as(&probe.id));
-        let mut best: Vec<(&Probe, Score)> = scores
-            .into_iter()
-            .filter_map(|(index, score)| Some((probes.get(index).filter(open)?, score)))
-            .collect();
-        best.sort_by(|left, right| left.1.p.total_cmp(&right.1.p));
-        let mut rows = robust.tame();
-        let mut scale = robust.fit.scale;
-        for (probe, score) in best.into_iter().take(JUDGES).filter(|(_, score)| score.p < 1e-3) {
-            progress.check()?;
-            let mut more = taken.to_vec();
-            more.push(AddedEffect { id: probe.id.clone(), values: score.values });
-            let with = self.fit_with(&more, Some(robust), progress)?;
-            if with.fit.scale < scale {
-                scale = with.fit.scale;
-                rows = with.tame();
+        let mut fits = Vec::new();
+        for probes in [&candidates.listed, &candidates.unlisted] {
+            let scores = best_variants(probes, score(&robust.machine, &robust.fit, probes));
+            let open = |probe: &&Probe| !taken.iter().any(|known| known.id.same_as(&probe.id));
+            let mut best: Vec<(&Probe, Score)> = scores
+                .into_iter()
+                .filter_map(|(index, score)| Some((probes.get(index).filter(open)?, score)))
+                .filter(|(_, score)| score.p < PROMISING)
+                .collect();
+            best.sort_by(|left, right| left.1.p.total_cmp(&right.1.p));
+            for (probe, score) in best.into_iter().take(JUDGES) {
+                progress.check()?;
+                fits.push(self.fit_probe(taken, probe, score.values, robust, progress)?);
             }
         }
-        Ok(rows)
+        let scale = fits.iter().map(|fit| fit.fit.scale).fold(robust.fit.scale, f64::min).max(1e-300);
+        let equations = robust.fit.normal.equations as f64;
+        let own = |fit: &Fitted<'_>| bic(fit.loss(scale), equations, fit.fit.rank() as f64, 0.0);
+        let best = fits.iter().map(|fit| (own(fit), fit)).min_by(|left, right| left.0.total_cmp(&right.0));
+        Ok(best.filter(|(best, _)| *best < own(robust)).map_or_else(|| robust.tame(), |(_, fit)| fit.tame()))
     }
 
     /// Plain least squares on some rows, from where a fit already is.
@@ -268,17 +280,17 @@ impl Laboratory {
     /// Takes in one effect after another, as long as one passes; the stages, the first with none taken in.
     pub(crate) fn forward(
         &self,
-        probes: &[Probe],
+        candidates: &Candidates,
         progress: &Progress,
     ) -> Result<Vec<Stage<'_>>, LaboratoryError> {
-        let mut stages = vec![self.stage(Vec::new(), None, probes, progress)?];
+        let mut stages = vec![self.stage(Vec::new(), None, candidates, progress)?];
         while stages.len() <= DEEPEST {
             progress.report(0.2 + 0.1 * stages.len() as f64, "searching")?;
             let Some(last) = stages.last() else { break };
             let Some(best) = last.contenders.iter().find(|contender| contender.passes()) else { break };
             let mut taken = last.taken.clone();
             taken.push(AddedEffect { id: best.id.clone(), values: best.values.clone() });
-            let next = self.stage(taken, Some(&last.fitted), probes, progress)?;
+            let next = self.stage(taken, Some(&last.fitted), candidates, progress)?;
             stages.push(next);
         }
         Ok(stages)

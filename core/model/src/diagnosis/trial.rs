@@ -1,8 +1,11 @@
 //! A candidate refitted for real, jointly with everything else, and judged on rows it has not seen.
 
+use std::sync::Arc;
+
+use super::score::Probe;
 use crate::effect::EffectId;
 use crate::file::AddedEffect;
-use crate::fit::{Distances, Fit, FitOptions, Machine};
+use crate::fit::{Distances, Fit, FitOptions, Machine, State, corner};
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::progress::Progress;
 use crate::statistics::chi_squared_quantile;
@@ -34,6 +37,16 @@ impl Gain {
 const TAME: f64 = 0.9995;
 
 impl Fitted<'_> {
+    /// Huber's loss over the fitted rows, squared sigmas, for a scatter of `scale` sigmas.
+    pub(crate) fn loss(&self, scale: f64) -> f64 {
+        let distances = Distances::of(&self.machine, &self.fit.residuals);
+        let loss = |(norm, equations): &(f64, usize)| {
+            let edge = scale * corner(*equations);
+            if *norm <= edge { norm * norm } else { 2.0 * edge * norm - edge * edge }
+        };
+        self.fit.rows.iter().filter_map(|row| distances.rows.get(*row)).map(loss).sum()
+    }
+
     /// Fitted rows that are not wild.
     pub(crate) fn tame(&self) -> Vec<usize> {
         let distances = Distances::of(&self.machine, &self.fit.residuals);
@@ -59,6 +72,21 @@ pub(crate) fn bic(loss: f64, equations: f64, parameters: f64, search_cost: f64) 
     equations * (loss.max(1e-300) / equations).ln() + parameters * equations.ln() + search_cost
 }
 
+/// An earlier fit's state for another machine: effects both share keep their values, the others start where they were
+/// put.
+fn start_near(machine: &Machine<'_>, near: &Fitted<'_>) -> State {
+    let mut start = near.fit.state.clone();
+    start.effects = machine.start().effects;
+    for (index, part) in machine.parts.iter().enumerate() {
+        let same = near.machine.parts.iter().position(|other| other.id == part.id);
+        let known = same.and_then(|same| near.fit.state.effects.get(same));
+        if let (Some(slot), Some(known)) = (start.effects.get_mut(index), known) {
+            slot.clone_from(known);
+        }
+    }
+    start
+}
+
 impl Laboratory {
     /// Fits the model with `more` effects to some rows with these weights, starting from an earlier fit's state.
     pub(crate) fn fit_near<'a>(
@@ -70,17 +98,25 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
         let machine = self.machine(more)?;
-        let mut start = near.fit.state.clone();
-        start.effects = machine.start().effects;
-        // Effects both share keep their values; the others start where they were put.
-        for (index, part) in machine.parts.iter().enumerate() {
-            let same = near.machine.parts.iter().position(|other| other.id == part.id);
-            let known = same.and_then(|same| near.fit.state.effects.get(same));
-            if let (Some(slot), Some(known)) = (start.effects.get_mut(index), known) {
-                slot.clone_from(known);
-            }
-        }
+        let start = start_near(&machine, near);
         let fit = machine.refit(&start, rows, weights, options, progress)?;
+        Ok(Fitted { machine, fit })
+    }
+
+    /// Fits the model with `more` effects and a probe, robustly, to all rows that are not locked away.
+    pub(crate) fn fit_probe<'a>(
+        &'a self,
+        more: &[AddedEffect],
+        probe: &Probe,
+        values: Vec<f64>,
+        near: &Fitted<'_>,
+        progress: &Progress,
+    ) -> Result<Fitted<'a>, LaboratoryError> {
+        let mut machine = self.machine(more)?;
+        machine.admit(probe.id.clone(), Arc::clone(&probe.effect), values);
+        let start = start_near(&machine, near);
+        let ones = vec![1.0; self.table().len()];
+        let fit = machine.refit(&start, &self.measured_rows(), &ones, self.options().fit, progress)?;
         Ok(Fitted { machine, fit })
     }
 

@@ -1,6 +1,8 @@
 //! Mechanisms the library has no name for. They are never named or added; they tell when a named effect would be an
 //! impostor, and where the real one sits.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::score::Probe;
@@ -98,7 +100,7 @@ pub(super) fn probes(lab: &Laboratory) -> Vec<Probe> {
         for (joint, spot, shape) in variants {
             probes.push(Probe {
                 id: EffectId::at("unlisted", spot),
-                effect: Box::new(Unlisted::new(joint, shape)),
+                effect: Arc::new(Unlisted::new(joint, shape)),
                 search: Search::Jumps,
                 family,
                 weight: 1.0,

@@ -3,9 +3,8 @@
 use super::misfit::Misfit;
 use super::outcome::{Candidate, EffectPlace, Located, Named, Verdict};
 use super::score::{Score, score};
-use super::search::{CLOSE, Contender, LEVEL, Stage, best_variants};
+use super::search::{CLOSE, Candidates, Contender, LEVEL, Stage, best_variants};
 use super::trial::bic;
-use super::unlisted;
 use crate::effect::{EffectId, Search, Spot};
 use crate::fit::Machine;
 use crate::floor::Floor;
@@ -38,25 +37,29 @@ impl Laboratory {
     pub(crate) fn find<'a>(
         &'a self,
         floor: &Floor,
-        probes: &[Probe],
+        candidates: &Candidates,
         progress: &Progress,
     ) -> Result<Finding<'a>, LaboratoryError> {
-        let mut stages = self.forward(probes, progress)?;
+        let mut stages = self.forward(candidates, progress)?;
         let last = stages.len() - 1;
         let left_now = stages.first().and_then(|stage| Misfit::of(&stage.fitted, floor));
-        let unlisted = unlisted::probes(self);
         let (left_over, strangers, taken) = match stages.get(last) {
-            Some(full) => (Misfit::of(&full.fitted, floor), strangers(full, &unlisted), full.taken.clone()),
+            Some(full) => {
+                (Misfit::of(&full.fitted, floor), strangers(full, &candidates.unlisted), full.taken.clone())
+            }
             None => (None, Vec::new(), Vec::new()),
         };
         let stage = match taken.len() {
             0 | 1 => stages.swap_remove(0),
             _ => {
                 progress.report(0.7, "weighing what was found")?;
-                self.most_needed(stages.swap_remove(last), probes, progress)?
+                let full = stages.swap_remove(last);
+                let needed = self.most_needed(&full, candidates, progress)?;
+                // The first stage's own finding stands if what was found later does not.
+                needed.unwrap_or_else(|| stages.swap_remove(0))
             }
         };
-        let rivals = strangers_against(&stage, &unlisted);
+        let rivals = strangers_against(&stage, &candidates.unlisted);
         let besides = stage.taken.iter().map(|taken| taken.id.clone()).collect();
         let close = close_contenders(&stage);
         let evidence = Evidence { misfit: Misfit::of(&stage.fitted, floor), left_over, strangers, rivals };
@@ -64,24 +67,33 @@ impl Laboratory {
         Ok(Finding { stage, left_over, left_now, verdict, place, close, besides })
     }
 
-    /// Of the effects a stage has taken in, the one it would miss most: the stage without it.
+    /// Of the effects a stage has taken in, the one it would miss most and that still passes with the others in: the stage
+    /// without it.
     fn most_needed<'a>(
         &'a self,
-        full: Stage<'a>,
-        probes: &[Probe],
+        full: &Stage<'_>,
+        candidates: &Candidates,
         progress: &Progress,
-    ) -> Result<Stage<'a>, LaboratoryError> {
+    ) -> Result<Option<Stage<'a>>, LaboratoryError> {
         let mut best: Option<(f64, Stage<'a>)> = None;
         for index in 0..full.taken.len() {
             let mut others = full.taken.clone();
             others.remove(index);
-            let without = self.stage(others, Some(&full.fitted), probes, progress)?;
-            let needed = without.bic - full.bic;
-            if best.as_ref().is_none_or(|(least, _)| needed > *least) {
+            let without = self.stage(others, Some(&full.fitted), candidates, progress)?;
+            let own = full
+                .taken
+                .get(index)
+                .and_then(|taken| without.contenders.iter().find(|other| other.id.same_as(&taken.id)));
+            let needed = without.bic - own.map_or(without.bic, |own| own.bic);
+            let passes = close_contenders(&without)
+                .first()
+                .and_then(|first| without.contenders.get(*first))
+                .is_some_and(Contender::passes);
+            if passes && best.as_ref().is_none_or(|(least, _)| needed > *least) {
                 best = Some((needed, without));
             }
         }
-        Ok(best.map_or(full, |(_, stage)| stage))
+        Ok(best.map(|(_, stage)| stage))
     }
 }
 

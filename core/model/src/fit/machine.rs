@@ -1,6 +1,8 @@
 //! The machine as a function: from a state to what would be read in every row, and how that moves with every free
 //! number.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use plumb_kinematics::{Deviation, Knob, Posture, Weights};
 
@@ -14,7 +16,7 @@ use crate::table::Table;
 #[derive(Debug)]
 pub(crate) struct Part {
     pub(crate) id: EffectId,
-    pub(crate) effect: Box<dyn Effect>,
+    pub(crate) effect: Arc<dyn Effect>,
 }
 
 /// A model and a table, ready to be compared.
@@ -85,7 +87,7 @@ impl<'a> Machine<'a> {
             let built = effect::build(&added.id, model)?;
             let mut values = added.values.clone();
             values.resize(built.parameters().len(), 0.0);
-            parts.push(Part { id: added.id.clone(), effect: built });
+            parts.push(Part { id: added.id.clone(), effect: Arc::from(built) });
             start_values.push(values);
         }
         let order = table.order();
@@ -111,6 +113,13 @@ impl<'a> Machine<'a> {
         };
         machine.slots = machine.free_slots();
         Ok(machine)
+    }
+
+    /// Lets one more effect take part, from these values on.
+    pub(crate) fn admit(&mut self, id: EffectId, effect: Arc<dyn Effect>, values: Vec<f64>) {
+        self.parts.push(Part { id, effect });
+        self.start_values.push(values);
+        self.slots = self.free_slots();
     }
 
     fn free_slots(&self) -> Vec<Slot> {

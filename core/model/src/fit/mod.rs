@@ -20,7 +20,7 @@ pub use state::{Slot, State};
 pub(crate) use linear::Factor;
 pub(crate) use machine::Part;
 pub(crate) use normal::{Normal, over_rows};
-pub(crate) use robust::Distances;
+pub(crate) use robust::{Distances, corner};
 
 use crate::progress::Progress;
 
