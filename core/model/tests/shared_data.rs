@@ -49,6 +49,18 @@ fn the_ur5s_error_on_rows_not_fitted_falls_as_zeros_and_geometry_are_freed() {
 }
 
 #[test]
+fn one_split_of_the_ur5_falls_to_the_published_figures() {
+    let holdout = Holdout::Random { share: 0.3, seed: 1 };
+    let ladder: [(&[&str], f64); 3] =
+        [(&[], 0.679), (&["joint_zero(*)"], 0.546), (&["joint_zero(*)", "geometry(*)"], 0.112)];
+    for (free, expected) in ladder {
+        let Some(found) = compare("real/ur5.yaml", "real/ur5-grid.csv", holdout, free) else { return };
+        let check = found.rms_mm.check.unwrap();
+        assert!((check - expected).abs() < 0.001, "{free:?}: {check}");
+    }
+}
+
+#[test]
 fn freedoms_of_the_ur5_that_no_tracker_can_see_are_named() {
     let holdout = Holdout::Random { share: 0.3, seed: 1 };
     let Some(found) = compare("real/ur5.yaml", "real/ur5-grid.csv", holdout, &["joint_zero(*)"]) else {
@@ -109,4 +121,25 @@ fn nothing_is_named_where_nothing_is_hidden() {
 fn returns_that_split_in_two_for_no_recorded_reason_are_the_hardwares_fault() {
     let Some(diagnosis) = diagnose("h") else { return };
     assert_eq!(diagnosis.verdict, Verdict::NotRepeatable, "{}", diagnosis.sentence);
+}
+
+#[test]
+fn a_link_that_warms_up_is_named() {
+    named("d", "warm_up", "wrist_roll");
+}
+
+#[test]
+fn two_effects_at_once_are_found_one_after_the_other() {
+    let Some(folder) = shared("blind/case-e") else { return };
+    let laboratory =
+        Laboratory::open(&folder.join("model.yaml"), &folder.join("table.csv"), Options::default()).unwrap();
+    let growth = laboratory.grow(&Progress::unwatched()).unwrap();
+    let mut added: Vec<(&str, &str)> = growth
+        .steps
+        .iter()
+        .map(|step| (step.added.effect.effect.as_str(), step.added.effect.place.as_str()))
+        .collect();
+    added.sort_unstable();
+    assert_eq!(added, [("joint_backlash", "elbow"), ("joint_compliance", "shoulder")]);
+    assert_eq!(growth.diagnosis.verdict, Verdict::AtFloor, "{}", growth.diagnosis.sentence);
 }

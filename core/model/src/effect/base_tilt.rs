@@ -1,14 +1,18 @@
-//! The base stands turned against the frame of the measurements.
+//! The base stands tilted in the frame of the measurements.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
+use plumb_kinematics::{Motion, Posture};
 
 use super::registry::{Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
 use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
+use crate::file::Model;
 
 #[derive(Debug)]
 struct BaseTilt {
-    parameters: [Parameter; 3],
+    /// The base's own axes, in the frame of the measurements.
+    axes: Vec<Vector3<f64>>,
+    parameters: Vec<Parameter>,
 }
 
 impl Effect for BaseTilt {
@@ -17,11 +21,13 @@ impl Effect for BaseTilt {
     }
 
     fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
-        drives.extend((0..3).map(|axis| Drive {
-            parameter: axis,
-            handle: Handle::BaseTurn(axis),
-            rate: 1.0,
-        }));
+        for (parameter, axis) in self.axes.iter().enumerate() {
+            drives.extend(axis.iter().enumerate().map(|(part, rate)| Drive {
+                parameter,
+                handle: Handle::BaseTurn(part),
+                rate: *rate,
+            }));
+        }
     }
 
     fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
@@ -34,6 +40,13 @@ impl Effect for BaseTilt {
     }
 }
 
+/// Whether the first joint turns about the base's z: its zero is then the base's heading, and bears that name.
+fn first_joint_is_heading(model: &Model) -> bool {
+    let turns = model.chain.joints.first().is_some_and(|joint| joint.motion == Motion::Turns);
+    let posture = Posture::of(&model.chain, &[], &[]);
+    turns && posture.joints.first().is_some_and(|joint| joint.axis.cross(&Vector3::z()).norm() < 1e-3)
+}
+
 pub(super) const KIND: Kind = Kind {
     name: "base_tilt",
     family: Family::Geometry,
@@ -41,12 +54,15 @@ pub(super) const KIND: Kind = Kind {
     geometry_group: false,
     depends_on_conditions: false,
     search: Search::Nothing,
-    sentence: "The base stands turned or tilted against the frame of the measurements.",
+    sentence: "The base stands tilted in the frame of the measurements (a wrong heading is the first joint's zero).",
     how_to_see: "Poses all around the arm.",
-    build: |_: &Setting<'_>| {
-        let parameters =
-            ["x_deg", "y_deg", "z_deg"].map(|name| Parameter::new(name, Unit::DEG, (-0.35, 0.35)));
-        Ok(Box::new(BaseTilt { parameters }))
+    build: |setting: &Setting<'_>| {
+        let count = if first_joint_is_heading(setting.model) { 2 } else { 3 };
+        let base = setting.model.base.pose.rotation;
+        let axes = (0..count).map(|axis| base * Vector3::ith(axis, 1.0)).collect();
+        let names = ["x_deg", "y_deg", "z_deg"].into_iter().take(count);
+        let parameters = names.map(|name| Parameter::new(name, Unit::DEG, (-0.35, 0.35))).collect();
+        Ok(Box::new(BaseTilt { axes, parameters }))
     },
     candidates: |survey| match survey.model.base.free {
         true => Vec::new(),

@@ -1,0 +1,5 @@
+//! The laboratory through its public face: small made-up machines, tables and files.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod fixed_machines;
+mod made_up;
