@@ -115,14 +115,15 @@ fn a_sealed_world_works_and_keeps_its_faults_to_itself() {
     let plain = std::fs::read_to_string(world_path("world-worn.yaml")).unwrap();
     let sealed = seal(&plain);
     assert!(!sealed.contains("backlash") && !sealed.contains("zero_error"));
+    assert_eq!(sealed.lines().nth(1), Some("world: sealed"), "told from other files by its key");
     let world = parse("sealed.world", &sealed).unwrap();
     assert_eq!(world.sealed_text.as_deref(), Some(plain.as_str()));
     let open = read(&world_path("world-worn.yaml")).unwrap();
     assert_eq!((world.arm, world.scene), (open.arm, open.scene));
 
     let cut: String = sealed.chars().take(sealed.len() - 700).collect();
-    let (heading, digits) = sealed.split_once('\n').unwrap();
-    let edited = |from: char, to: &str| format!("{heading}\n{}", digits.replace(from, to));
+    let (heading, digits) = sealed.split_once('|').unwrap();
+    let edited = |from: char, to: &str| format!("{heading}|{}", digits.replace(from, to));
     for broken in [cut, edited('a', "b"), edited('0', "x")] {
         let error = parse("sealed.world", &broken).unwrap_err();
         assert_eq!(error.to_string(), "sealed.world: the sealed world does not open: it was edited or cut");

@@ -7,6 +7,8 @@ use super::WorldFileError;
 /// The first line of a sealed file.
 const HEADING: &str =
     "# plumb world, sealed (a seal, not a cipher): its faults stay hidden until it is revealed";
+/// The keys with which it is a world file to whoever tells files by their keys.
+const KEYS: &str = "world: sealed\nsealed: |";
 const COLUMNS: usize = 100;
 
 /// Whether a text is a sealed world file.
@@ -17,10 +19,11 @@ pub(super) fn is_sealed(text: &str) -> bool {
 /// Seals the text of a world file.
 pub fn seal(text: &str) -> String {
     let digits: String = veiled(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
-    let mut sealed = format!("{HEADING}\n");
+    let mut sealed = format!("{HEADING}\n{KEYS}\n");
     let mut rest = digits.as_str();
     while !rest.is_empty() {
         let (line, after) = rest.split_at(rest.len().min(COLUMNS));
+        sealed.push_str("  ");
         sealed.push_str(line);
         sealed.push('\n');
         rest = after;
@@ -31,7 +34,8 @@ pub fn seal(text: &str) -> String {
 /// The text under a seal; `file` is the name its errors bear.
 pub(super) fn open(file: &str, sealed: &str) -> Result<String, WorldFileError> {
     let broken = || WorldFileError::BrokenSeal { file: file.to_owned() };
-    let digits: String = sealed.lines().skip(1).collect();
+    let body = sealed.strip_prefix(HEADING).and_then(|rest| rest.trim_start().strip_prefix(KEYS));
+    let digits: String = body.ok_or_else(broken)?.split_whitespace().collect();
     let hidden = digits
         .as_bytes()
         .chunks(2)
