@@ -73,6 +73,19 @@ fn a_wrong_diagnosis_ends_with_one_and_a_right_one_with_zero() {
 }
 
 #[test]
+fn the_lab_names_what_a_trial_hides_and_the_seal_agrees() {
+    let home = tempfile::tempdir().unwrap();
+    let hide = "joint_compliance(shoulder)=3x";
+    plumb(&["trial", "new", "--seed", "5", "--arm", "puma560", "--effect", hide, "-o", "t"], home.path());
+    let diagnose =
+        plumb(&["model", "diagnose", "t/model.yaml", "--data", "t/table.csv", "--json"], home.path());
+    assert_eq!(diagnose.status.code(), Some(0), "{}", complained(&diagnose));
+    fs::write(home.path().join("d.json"), &diagnose.stdout).unwrap();
+    let reveal = plumb(&["trial", "reveal", "t", "--diagnosis", "d.json"], home.path());
+    assert_eq!(reveal.status.code(), Some(0), "{}", said(&reveal));
+}
+
+#[test]
 fn a_batch_is_reproducible_and_can_be_opened_at_once() {
     let home = tempfile::tempdir().unwrap();
     for name in ["a", "b"] {

@@ -164,6 +164,38 @@ fn heights_and_distances_are_one_reading_a_row() {
 }
 
 #[test]
+fn a_ball_sits_in_its_socket_however_the_arm_comes() {
+    use plumb_simulated::physics::machine::{Conditions, Machine};
+    let specification =
+        Specification { reading: Reading::Touch, ..hiding("puma560", &[("joint_backlash", 3.0)]) };
+    let made = case(&specification, 3);
+    assert!(made.table_csv().lines().next().unwrap().ends_with("time_s,repeat,touch"));
+    assert!(made.model_yaml().contains("touch: {p: p1, distances: [{between: [s1, s2], mm: "));
+    let all: Vec<_> = made.nuisances.iter().chain(&made.imperfections).cloned().collect();
+    let mut machine = Machine::new(&made.specification.arm, &all);
+    let mut seated: Vec<Vec<[f64; 3]>> = vec![Vec::new(); 6];
+    for (visit, off) in made.visits.iter().zip(&made.readings) {
+        machine.go(&visit.beyond(), visit.time_s);
+        machine.go(&visit.commanded, visit.time_s);
+        let conditions = Conditions {
+            time_s: visit.time_s,
+            temperature_c: visit.temperature_c,
+            payload_kg: visit.payload_kg,
+        };
+        let target: [f64; 3] = machine.stand(&conditions).unwrap().posture.target.into();
+        let place = [target[0] - off[0], target[1] - off[1], target[2] - off[2]];
+        seated[visit.touch.unwrap()].push(place);
+    }
+    assert!(seated.iter().all(|places| places.len() >= 5));
+    for places in seated {
+        for axis in 0..3 {
+            let spread = places.iter().map(|place| (place[axis] - places[0][axis]).abs()).fold(0.0, f64::max);
+            assert!(spread < 0.1, "a ball wanders by {spread} mm: joint angles have thousandths of a degree");
+        }
+    }
+}
+
+#[test]
 fn accepted_verdicts_follow_from_what_is_hidden() {
     assert_eq!(case(&usual("puma560"), 1).truth.accept_verdict, [Verdict::AtFloor]);
     assert_eq!(

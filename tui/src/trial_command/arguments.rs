@@ -74,6 +74,7 @@ enum ReadingArgument {
     Height,
     Distance,
     Tilt,
+    Touch,
 }
 
 impl CampaignArguments {
@@ -113,6 +114,7 @@ impl CampaignArguments {
             ReadingArgument::Height => Reading::Height,
             ReadingArgument::Distance => Reading::Distance,
             ReadingArgument::Tilt => Reading::Tilt,
+            ReadingArgument::Touch => Reading::Touch,
         };
         Ok(specification)
     }

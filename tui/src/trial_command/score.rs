@@ -69,6 +69,12 @@ impl Candidate {
     }
 }
 
+impl Candidate {
+    fn is(&self, effect: &str, place: &str) -> bool {
+        self.effect == effect && self.place == place
+    }
+}
+
 /// A place without a mechanism.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub(crate) struct Located {
@@ -100,6 +106,8 @@ pub(crate) struct Score {
     pub(crate) truth_in_set: bool,
     /// Everything hidden that has a name is named, tied or found besides.
     pub(crate) all_found: bool,
+    /// What `grow` added is just what is hidden; for a diagnosis, whether nothing is hidden.
+    pub(crate) grown_exactly: bool,
     /// What is named or located sits where something hidden sits.
     pub(crate) place_right: bool,
     /// Something was named that is not hidden.
@@ -125,7 +133,7 @@ impl Score {
             named.iter().any(|one| at_hidden(&one.place)) || located.is_some_and(|one| at_hidden(&one.place));
         let false_name = named.iter().any(|one| !hides(one));
         let all_found = truth.effects.iter().all(|(effect, place)| {
-            let is = |one: &Candidate| one.effect == *effect && one.place == *place;
+            let is = |one: &Candidate| one.is(effect, place);
             let besides = |text: &String| {
                 text.split(['(', ',', ')']).map(str::trim).take(2).eq([effect.as_str(), place.as_str()])
             };
@@ -133,6 +141,10 @@ impl Score {
                 || diagnosis.tied.iter().any(is)
                 || diagnosis.besides.iter().any(besides)
         });
+        let grown = |one: &Hidden| diagnosis.steps.iter().any(|step| step.added.is(&one.effect, &one.place));
+        let only_hidden =
+            diagnosis.steps.iter().all(|step| is_hidden(truth, &step.added.effect, &step.added.place));
+        let grown_exactly = only_hidden && truth.hidden.iter().all(grown);
         let substance = match diagnosis.verdict {
             Verdict::Named => !false_name && !named.is_empty(),
             Verdict::Located => place_right,
@@ -141,7 +153,8 @@ impl Score {
         };
         let size = named.iter().find_map(|one| Some((*one, hidden(truth, &one.effect, &one.place)?)));
         Self {
-            right: verdict_right && substance && (diagnosis.steps.is_empty() || all_found),
+            right: if diagnosis.steps.is_empty() { verdict_right && substance } else { grown_exactly },
+            grown_exactly,
             all_found,
             verdict_right,
             truth_first: diagnosis.candidates.first().or(diagnosis.named.as_ref()).is_some_and(hides),
@@ -237,6 +250,19 @@ mod tests {
             score(&format!(r#"{{"verdict": "located", "located": {{"where": "{place}", "family": []}}}}"#))
         };
         assert!(located("elbow").right && !located("waist").right);
+    }
+
+    #[test]
+    fn growing_is_right_when_it_adds_just_what_is_hidden() {
+        let grown = |effects: &[&str]| {
+            let steps: Vec<String> = effects
+                .iter()
+                .map(|effect| format!(r#"{{"added": {{"effect": "{effect}", "where": "elbow"}}}}"#))
+                .collect();
+            score(&format!(r#"{{"verdict": "at_floor", "steps": [{}]}}"#, steps.join(", "))).right
+        };
+        assert!(grown(&["joint_backlash"]));
+        assert!(!grown(&["joint_backlash", "joint_gain"]) && !grown(&["joint_gain"]));
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod nuisance;
 pub mod poses;
 pub mod seal;
 pub mod specification;
+mod touch;
 
 use super::imperfection::{Imperfection, Kind};
 use super::machine::{Conditions, Machine, NoEquilibrium};
@@ -21,7 +22,7 @@ pub use case::{Case, Hidden, Truth, Verdict};
 use catalogue::ChoiceError;
 use instrument::Instrument;
 use poses::{Chosen, Visit};
-use specification::Specification;
+use specification::{Reading, Specification};
 
 /// Why a campaign could not be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -74,6 +75,9 @@ pub enum GenerateError {
         /// Where it was to sit.
         place: String,
     },
+    /// Chosen poses do not say which socket they touch.
+    #[error("further poses cannot be chosen where the arm touches sockets: take more poses from the start")]
+    NoFurtherTouch,
     /// No poses.
     #[error("a campaign needs at least one pose (to read tilts: one with the flange's z pointing up)")]
     NoPoses,
@@ -101,6 +105,9 @@ pub fn generate_further(
     for wanted in &specification.hidden {
         hidden.push(hide::hide(&audit, wanted, specification, &hidden, &mut random)?);
     }
+    if specification.reading == Reading::Touch && !chosen.is_empty() {
+        return Err(GenerateError::NoFurtherTouch);
+    }
     visits.extend(poses::further(specification, seed, &visits, chosen));
     let audit = Audit::new(specification, &visits, &nuisances)?;
     let all: Vec<Imperfection> = nuisances.iter().chain(&hidden).cloned().collect();
@@ -117,7 +124,15 @@ pub fn generate_further(
         };
         described.push(case::describe(specification, one, strength));
     }
-    let (readings, outliers) = observe(specification, &clean, seed);
+    let (readings, outliers) = match specification.reading {
+        Reading::Touch => {
+            // The noise is how badly the ball sits: it moves the pose, and the pose is all that is read.
+            let (off, outliers) = observe(specification, &vec![vec![0.0; 3]; visits.len()], seed);
+            touch::seat(specification, seed, &mut visits, &all, &off)?;
+            (off, outliers)
+        }
+        _ => observe(specification, &clean, seed),
+    };
     let outlier_rows = outliers.into_iter().map(|row| row + 1).collect();
     let truth = Truth {
         seed,

@@ -48,6 +48,9 @@ pub(super) fn summary(cell: &'static str, analyst: Analyst, trials: Vec<Trial>) 
     if trials.iter().any(|trial| !trial.hidden.is_empty()) {
         tell("place_right", &|trial| trial.score.place_right);
     }
+    if trials.iter().any(|trial| trial.grown.is_some()) {
+        shares.insert("grown_exactly", Share::of(trials.iter().filter_map(|trial| trial.grown)));
+    }
     let sized: Vec<f64> = trials.iter().filter_map(|trial| trial.score.size_error_over_se).collect();
     if !sized.is_empty() {
         shares.insert("size_within_3_errors", Share::of(sized.iter().map(|error| error.abs() <= 3.0)));
@@ -96,7 +99,7 @@ fn told(hidden: &Hidden) -> String {
 }
 
 /// The table's columns: title, and the share it shows.
-const COLUMNS: [(&str, &str); 7] = [
+const COLUMNS: [(&str, &str); 8] = [
     ("right", "right"),
     ("named", "named"),
     ("false name", "falsely_named"),
@@ -104,6 +107,7 @@ const COLUMNS: [(&str, &str); 7] = [
     ("truth in set", "truth_in_set"),
     ("place", "place_right"),
     ("size in 3 se", "size_within_3_errors"),
+    ("grown exactly", "grown_exactly"),
 ];
 
 /// The table's heading.

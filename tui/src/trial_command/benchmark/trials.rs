@@ -63,6 +63,8 @@ pub(super) struct Trial {
     pub(super) verdict: Verdict,
     pub(super) said: Vec<String>,
     pub(super) score: Score,
+    /// Whether growing the model added just what is hidden; asked where several effects are.
+    pub(super) grown: Option<bool>,
     pub(super) seconds: f64,
 }
 
@@ -110,10 +112,15 @@ fn judge(case: &Case, analysts: &[Analyst]) -> Result<Vec<Trial>, TrialError> {
     let label = |one: &Candidate| format!("{}({})", one.effect, one.place);
     let judged = analysts.iter().map(|analyst| {
         let start = Instant::now();
-        let diagnosis = analyst
-            .diagnose(case, &evidence)
-            .map_err(|source| TrialError::Lab { seed: truth.seed, source: Box::new(source) })?;
+        let refused = |source| TrialError::Lab { seed: truth.seed, source: Box::new(source) };
+        let diagnosis = analyst.diagnose(case, &evidence).map_err(refused)?;
         let seconds = start.elapsed().as_secs_f64();
+        let grown = match analyst {
+            Analyst::Lab if truth.grow => {
+                Some(Score::of(&lab::grow(case).map_err(refused)?, truth).grown_exactly)
+            }
+            _ => None,
+        };
         let said = match &diagnosis.located {
             Some(located) if diagnosis.named.is_none() => {
                 vec![format!("{}: {}", located.place, located.family.join(", "))]
@@ -131,6 +138,7 @@ fn judge(case: &Case, analysts: &[Analyst]) -> Result<Vec<Trial>, TrialError> {
                 .chain(diagnosis.besides.iter().map(|one| format!("besides {one}")))
                 .collect(),
             score: Score::of(&diagnosis, truth),
+            grown,
             seconds,
         })
     });

@@ -8,6 +8,7 @@ use super::case::Case;
 use super::instrument::{DISTANCE_POINT, TABLE_HEIGHT};
 use super::nuisance::{frees_base, frees_target};
 use super::specification::{Free, Reading};
+use super::touch;
 
 impl Case {
     /// The measurement table, CSV in the lab's format.
@@ -36,7 +37,10 @@ impl Case {
         cells.push(format!("{:.2}", visit.temperature_c));
         cells.push(format!("{:.0}", visit.time_s));
         cells.push(visit.repeat.map_or_else(String::new, |number| format!("r{number}")));
-        cells.extend(reading.iter().map(|value| format!("{value:.4}")));
+        match visit.touch {
+            Some(socket) => cells.push(socket_name(socket)),
+            None => cells.extend(reading.iter().map(|value| format!("{value:.4}"))),
+        }
         cells.extend(self.specification.reading.against().map(str::to_owned));
         cells.join(",") + "\n"
     }
@@ -45,8 +49,22 @@ impl Case {
     pub fn model_yaml(&self) -> String {
         let specification = &self.specification;
         let (base, target) = (frees_base(specification), frees_target(specification));
-        model_yaml(&specification.arm, specification.free, base, target, specification.reading)
+        let mut text =
+            model_yaml(&specification.arm, specification.free, base, target, specification.reading);
+        if specification.reading == Reading::Touch
+            && let [first, second, ..] = touch::sockets(specification, self.truth.seed)[..]
+        {
+            let (one, other) = (socket_name(0), socket_name(1));
+            let apart = plain((first - second).norm());
+            let _ =
+                writeln!(text, "touch: {{p: p1, distances: [{{between: [{one}, {other}], mm: {apart}}}]}}");
+        }
+        text
     }
+}
+
+fn socket_name(socket: usize) -> String {
+    format!("s{}", socket + 1)
 }
 
 /// Writes an arm as a model file.
@@ -100,7 +118,7 @@ fn model_yaml(
     };
     let _ = writeln!(text, "free: [{free}]\neffects: []");
     match reading {
-        Reading::Position => {}
+        Reading::Position | Reading::Touch => {}
         Reading::Height => {
             let _ = writeln!(
                 text,

@@ -44,7 +44,8 @@ impl Instrument {
         let scale = self.scale;
         let seen = Vector::new(seen.x * (1.0 + scale.x), seen.y * (1.0 + scale.y), seen.z * (1.0 + scale.z));
         match self.reading {
-            Reading::Position => vec![seen.x, seen.y, seen.z],
+            // Where a touching target is, is not read; this is what the touching constrains.
+            Reading::Position | Reading::Touch => vec![seen.x, seen.y, seen.z],
             Reading::Height => vec![seen.z - TABLE_HEIGHT],
             Reading::Distance => vec![(seen - DISTANCE_POINT).norm()],
             Reading::Tilt => {

@@ -7,6 +7,7 @@ use crate::physics::shape::Shape;
 
 use super::catalogue::drawn_travel;
 use super::specification::{Approach, Reading, Specification, Spread};
+use super::touch;
 
 /// How far a joint goes too far before it comes back, rad.
 const OVERSHOOT: f64 = 3.0 * std::f64::consts::PI / 180.0;
@@ -33,6 +34,8 @@ pub struct Visit {
     pub payload_kg: f64,
     /// Number of the pose among the repeated ones, from 1.
     pub repeat: Option<usize>,
+    /// Which socket the target sits in, from 0, where it sits in one.
+    pub touch: Option<usize>,
 }
 
 impl Visit {
@@ -46,7 +49,14 @@ impl Visit {
             temperature_c: 20.0,
             payload_kg: 0.0,
             repeat: None,
+            touch: None,
         }
+    }
+
+    /// Commands another pose (degrees; rounded to thousandths).
+    pub(super) fn command(&mut self, commanded_deg: Vec<f64>) {
+        self.commanded_deg = commanded_deg.into_iter().map(|angle| rounded(angle, 1000.0)).collect();
+        self.commanded = self.commanded_deg.iter().map(|angle| angle.to_radians()).collect();
     }
 
     /// Where each joint goes before it comes back, rad.
@@ -59,6 +69,9 @@ impl Visit {
 pub fn plan(specification: &Specification, seed: u64) -> Vec<Visit> {
     let mut random = Random::new(seed, "poses");
     let windows = windows(specification, &mut random);
+    if specification.reading == Reading::Touch {
+        return touching(specification, seed, &mut random);
+    }
     let mut poses: Vec<(Option<usize>, Vec<f64>)> = match specification.spread {
         Spread::Grid => grid(&windows, specification.poses, &mut random),
         Spread::Wide | Spread::Narrow => {
@@ -80,6 +93,19 @@ pub fn plan(specification: &Specification, seed: u64) -> Vec<Visit> {
         random.shuffle(&mut poses);
     }
     visits(specification, poses, seed)
+}
+
+/// Visits to sockets, in random order.
+fn touching(specification: &Specification, seed: u64, random: &mut Random) -> Vec<Visit> {
+    let mut found = touch::poses(specification, seed, random);
+    random.shuffle(&mut found);
+    let (sockets, poses): (Vec<usize>, Vec<_>) =
+        found.into_iter().map(|(socket, pose)| (socket, (None, pose))).unzip();
+    let mut visits = visits(specification, poses, seed);
+    for (visit, socket) in visits.iter_mut().zip(sockets) {
+        visit.touch = Some(socket);
+    }
+    visits
 }
 
 /// A pose someone chose to measure besides.
@@ -201,7 +227,7 @@ impl Day {
 }
 
 /// From where to where each joint goes in this campaign, degrees.
-fn windows(specification: &Specification, random: &mut Random) -> Vec<[f64; 2]> {
+pub(super) fn windows(specification: &Specification, random: &mut Random) -> Vec<[f64; 2]> {
     let arm: &ArmDescription = &specification.arm;
     let window = |joint: usize| {
         let [low, high] = drawn_travel(arm, joint);
@@ -217,7 +243,7 @@ fn windows(specification: &Specification, random: &mut Random) -> Vec<[f64; 2]> 
     (0..arm.joints.len()).map(window).collect()
 }
 
-fn anywhere(windows: &[[f64; 2]], random: &mut Random) -> Vec<f64> {
+pub(super) fn anywhere(windows: &[[f64; 2]], random: &mut Random) -> Vec<f64> {
     windows.iter().map(|[low, high]| rounded(random.between(*low, *high), 1000.0)).collect()
 }
 

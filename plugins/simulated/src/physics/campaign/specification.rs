@@ -52,6 +52,8 @@ pub enum Reading {
     Distance,
     /// How far the flange leans about its own x and y.
     Tilt,
+    /// Nothing but that the target sits in a socket, which recurs; the joint angles are what is read.
+    Touch,
 }
 
 impl Reading {
@@ -67,6 +69,7 @@ impl Reading {
             Self::Height => &["height_mm", "on"],
             Self::Distance => &["distance_mm", "distance_to"],
             Self::Tilt => &["tilt_x_deg", "tilt_y_deg"],
+            Self::Touch => &["touch"],
         }
     }
 
@@ -75,7 +78,7 @@ impl Reading {
         match self {
             Self::Height => Some("table"),
             Self::Distance => Some("post"),
-            Self::Position | Self::Tilt => None,
+            Self::Position | Self::Tilt | Self::Touch => None,
         }
     }
 }
