@@ -223,7 +223,7 @@ impl Engine {
             true => format!(", and {} goes no further", step.joint),
             false => String::new(),
         };
-        StepError::error(format!(
+        StepError::Failed(format!(
             "{} never {state} within {way:.2} {} of {}{why}: bring the arm nearer, or allow a longer travel",
             step.sensor,
             unit.symbol(),
