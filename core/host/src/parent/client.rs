@@ -39,7 +39,8 @@ impl Asking {
         if let Some(reason) = self.shared.end() {
             return Err(died(reason));
         }
-        let call = Call { time_limit, span: self.shared.spans.enter_current() };
+        let span = self.shared.spans.enter_current();
+        let call = Call { time_limit, span: span.number() };
         let client = self.client.lock().unwrap_or_else(PoisonError::into_inner);
         let result = client.call_while(request, call, || self.shared.end().is_none());
         match result {

@@ -79,7 +79,7 @@ pub(super) fn read_output(output: impl Read, shared: &Shared) {
                 let text = String::from_utf8_lossy(&line).trim_end().to_owned();
                 if !text.is_empty() {
                     shared.tail.push(text.clone());
-                    shared.tell(0, &HostEvent::Output { text });
+                    shared.tell(shared.spans.under_way(), &HostEvent::Output { text });
                 }
             }
         }

@@ -162,6 +162,26 @@ fn what_a_plugin_logs_and_prints_is_carried() {
 }
 
 #[test]
+fn what_a_plugin_logs_carries_the_span_of_the_call_it_served() {
+    // The one subscriber of this test program: it keeps spans, and writes nothing.
+    let _ = tracing::subscriber::set_global_default(tracing_subscriber::registry());
+    let place = Place::new();
+    let config = serde_json::json!({"fault": "chatter", "in": "read"});
+    let (events, received) = std::sync::mpsc::channel();
+    let command = crate::place::command().on_event(move |_, event| {
+        let span = tracing::Span::current().metadata().map(|span| span.name());
+        drop(events.send((event.clone(), span)));
+    });
+    let arguments = place.arguments("arm", "misbehaving_robot", config);
+    let host = plumb_host::HostProcess::spawn(place.bus(), &arguments, command).unwrap();
+    tracing::info_span!("step").in_scope(|| host.robot().unwrap().read_joints().unwrap());
+    host.finish(LONG);
+    let events: Vec<(HostEvent, Option<&str>)> = received.iter().collect();
+    let log = HostEvent::Log { level: LogLevel::Info, text: "logged by the plugin".to_owned() };
+    assert!(events.contains(&(log, Some("step"))), "{events:?}");
+}
+
+#[test]
 fn two_terminals_may_ask_the_same_robot() {
     let place = Place::new();
     let host = place.robot(Value::Null);

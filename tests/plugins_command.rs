@@ -1,0 +1,69 @@
+//! `plumb plugins` and `plumb host`, as a person meets them.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn plumb(arguments: &[&str], directory: &Path) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
+    command.args(arguments).current_dir(directory).stdin(Stdio::null()).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn the_plugins_of_the_project_are_found_and_good() {
+    let elsewhere = tempfile::tempdir().unwrap();
+    let listed = plumb(&["plugins", "list"], elsewhere.path());
+    let list = text(&listed.stdout);
+    assert!(listed.status.success(), "{list}");
+    for (id, kind) in [("simulated", "robot"), ("ir-proximity", "sensor"), ("teachmover", "robot")] {
+        let row = list.lines().find(|line| line.starts_with(id));
+        assert!(row.is_some_and(|row| row.contains(kind) && row.contains("contract 1.0")), "{list}");
+    }
+    let verified = plumb(&["plugins", "verify", "simulated", "ir-proximity", "teachmover"], elsewhere.path());
+    assert_eq!(text(&verified.stdout), "simulated: good\nir-proximity: good\nteachmover: good\n");
+    assert!(verified.status.success());
+}
+
+#[test]
+fn a_bad_plugin_is_one_line_and_does_not_hide_the_others() {
+    let directory = tempfile::tempdir().unwrap();
+    let old = directory.path().join("old");
+    fs::create_dir(&old).unwrap();
+    fs::write(old.join("plugin.yaml"), "id: old-arm\ncontract: [0, 3]\nheadline: An arm of long ago\n")
+        .unwrap();
+    let listed = plumb(&["plugins", "list", "--plugins", "."], directory.path());
+    let list = text(&listed.stdout);
+    assert_eq!(listed.status.code(), Some(1), "{list}");
+    let row = list.lines().find(|line| line.starts_with("unusable: ")).unwrap();
+    assert_eq!(
+        row,
+        "unusable: ./old/plugin.yaml: plugin 'old-arm' was built for contract 0.3; this program speaks 1.0: \
+         rebuild the plugin against contract 1.x"
+    );
+    assert!(list.contains("simulated"), "{list}");
+}
+
+#[test]
+fn an_unknown_plugin_is_named_with_those_there_are() {
+    let elsewhere = tempfile::tempdir().unwrap();
+    let verified = plumb(&["plugins", "verify", "simulatd"], elsewhere.path());
+    let answer = text(&verified.stdout);
+    assert_eq!(verified.status.code(), Some(1));
+    assert!(answer.starts_with("simulatd: there is no plugin 'simulatd'; there are "), "{answer}");
+    assert!(answer.contains("simulated"), "{answer}");
+}
+
+#[test]
+fn a_host_started_by_hand_says_what_it_is_for() {
+    let elsewhere = tempfile::tempdir().unwrap();
+    let host = plumb(&["host"], elsewhere.path());
+    assert_eq!(host.status.code(), Some(70));
+    let complaint = text(&host.stderr);
+    assert!(complaint.starts_with("plumb host is started by plumb itself: "), "{complaint}");
+}
