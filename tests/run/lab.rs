@@ -92,6 +92,17 @@ impl Lab {
     }
 }
 
+/// What a test killed is removed with it: nothing of a cell outlives its folder.
+impl Drop for Lab {
+    fn drop(&mut self) {
+        let files =
+            fs::read_dir(self.path(".")).into_iter().flatten().flatten().map(|entry| entry.file_name());
+        let cells: Vec<_> = files.filter(|name| name.to_string_lossy().starts_with("cell")).collect();
+        let cleaned = self.command(&["doctor", "--clean"]).args(cells).stdout(Stdio::null()).status();
+        drop(cleaned);
+    }
+}
+
 fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
@@ -122,7 +133,7 @@ impl Said {
     }
 
     pub(crate) fn all(&self) -> String {
-        self.out() + &self.err()
+        format!("{}{}", self.out(), self.err())
     }
 }
 
@@ -208,6 +219,13 @@ impl Running {
     }
 }
 
+/// The living processes whose command line names this.
+pub(crate) fn processes_of(text: &str) -> Vec<u32> {
+    let numbers =
+        fs::read_dir("/proc").unwrap().filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
+    numbers.filter(|number| command_of(*number).contains(text)).collect()
+}
+
 fn children_of(process: u32) -> Vec<u32> {
     let mut children = Vec::new();
     let tasks = fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten().flatten();
@@ -218,7 +236,7 @@ fn children_of(process: u32) -> Vec<u32> {
     children
 }
 
-fn command_of(process: u32) -> String {
+pub(crate) fn command_of(process: u32) -> String {
     let line = fs::read(format!("/proc/{process}/cmdline")).unwrap_or_default();
     String::from_utf8_lossy(&line).trim_end_matches('\0').replace('\0', " ")
 }

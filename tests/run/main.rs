@@ -3,7 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
 
 mod broken;
+mod doctor;
 mod interrupted;
 mod lab;
+mod left_behind;
 mod passed;
+mod plugins;
 mod refused;

@@ -4,6 +4,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
@@ -40,6 +41,17 @@ impl Bench {
         let mut arguments = vec!["run", &cell, "--record", &record, "--operator", "ada"];
         arguments.extend(more);
         Session::start(plumb(), &arguments, columns, rows)
+    }
+}
+
+/// What a test left running is ended with it, once its program has gone.
+impl Drop for Bench {
+    fn drop(&mut self) {
+        let cell = self.folder.path().join("cell/cell.yaml");
+        let record = self.folder.path().join("record");
+        let mut command = Command::new(plumb());
+        command.args(["doctor", "--clean", "--record"]).arg(record).arg(cell).stdout(Stdio::null());
+        drop(command.status());
     }
 }
 

@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 mod check_command;
+mod doctor_command;
 mod emulate_command;
 mod failure;
 mod history_command;
@@ -42,6 +43,7 @@ enum Command {
     #[command(subcommand)]
     Emulate(emulate_command::EmulateCommand),
     Check(check_command::Arguments),
+    Doctor(doctor_command::Arguments),
     History(history_command::Arguments),
     Run(run_command::Arguments),
     Show(show_command::Arguments),
@@ -64,6 +66,7 @@ fn main() -> ExitCode {
         Command::Model(command) => model_command::run(&command),
         Command::Emulate(command) => emulate_command::run(&command),
         Command::Check(arguments) => check_command::run(&arguments),
+        Command::Doctor(arguments) => doctor_command::run(&arguments),
         Command::History(arguments) => history_command::run(&arguments),
         Command::Run(arguments) => run_command::run(&arguments),
         Command::Show(arguments) => show_command::run(&arguments),

@@ -3,7 +3,7 @@
 mod emulated_controller;
 mod headless;
 mod prepare;
-mod simulated_world;
+pub(crate) mod simulated_world;
 
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
@@ -99,7 +99,9 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         let handle = running.handle.clone();
         let shown = screens::operate(running.events, handle.clone(), &prepared.operator, &prepared.cell);
         if let Ok(Left::Kept) = shown {
-            // The robots are at rest and the run waits; its thread and the devices' processes end with this one.
+            handle.send(Command::Keep);
+            // The robots come to rest and the devices' processes end; a simulated world waits for the resume.
+            let _left_by_the_operator = running.thread.join();
             println!("Run {} is kept; go on with: plumb run --resume {}", running.run.0, running.run.0);
             return Ok(ExitCode::from(RunOutcome::NeedsOperator.exit_code()));
         }

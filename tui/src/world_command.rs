@@ -28,6 +28,9 @@ pub(crate) struct Arguments {
     /// The world ends when nobody has been there for so long.
     #[arg(long, value_name = "MINUTES", default_value_t = 15.0, value_parser = minutes)]
     idle_minutes: f64,
+    /// The socket's directory is this world's alone, and goes with it.
+    #[arg(long, requires = "socket")]
+    owns_directory: bool,
 }
 
 /// What is wanted of the world file.
@@ -68,7 +71,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         // The world outlives whoever started it: what a terminal sends to a cell's processes must not end it. Started from a shell
         // by hand it leads a group already, is refused this, and obeys the keyboard.
         let _leads_already = nix::unistd::setsid();
-        serve(&ServeOptions {
+        let served = serve(&ServeOptions {
             file: arguments.file.clone(),
             socket: socket.clone(),
             seed: arguments.seed,
@@ -77,7 +80,12 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
                 Pace::Fast => protocol::Pace::Fast,
             },
             idle: Duration::from_secs_f64(arguments.idle_minutes * 60.0),
-        })?;
+        });
+        if let (Ok(()), true, Some(directory)) = (&served, arguments.owns_directory, socket.parent()) {
+            // Whoever ended this world may be removing it as well.
+            let _removed = std::fs::remove_dir_all(directory);
+        }
+        served?;
     }
     Ok(ExitCode::SUCCESS)
 }

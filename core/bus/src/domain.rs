@@ -1,5 +1,6 @@
 //! Where one cell's shared memory lies.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::ErrorKind;
 use std::os::unix::fs::MetadataExt;
@@ -15,6 +16,9 @@ const SHARED_MEMORY: &str = "/dev/shm";
 
 /// What the directories of cells' domains begin with.
 const DIRECTORY_PREFIX: &str = "plumb-cell-";
+
+/// How many digits the number of a cell's domain has.
+const DIGITS: usize = 16;
 
 /// The longest directory of a domain: the sockets in it have long names, and a socket's path ends at 108 bytes.
 const LONGEST_ROOT: usize = 60;
@@ -69,11 +73,14 @@ impl Domain {
         Self::new(&format!("plumb_{number}_"), &directory.join(format!("{DIRECTORY_PREFIX}{number}")))
     }
 
-    /// The domains of cells that are on this machine now, in use or left behind.
+    /// The domains of cells of which something is on this machine now, in use or left behind: shared memory, the directory, or what lies
+    /// beside the directory under its name.
     pub fn all() -> Vec<Self> {
         let Ok(entries) = fs::read_dir(SHARED_MEMORY) else { return Vec::new() };
-        let numbered = |name: &str| Self::numbered(name.strip_prefix(DIRECTORY_PREFIX)?).ok();
-        entries.filter_map(|entry| numbered(entry.ok()?.file_name().to_str()?)).collect()
+        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        let numbers: BTreeSet<String> =
+            names.filter_map(|name| number_of(&name).map(str::to_owned)).collect();
+        numbers.iter().filter_map(|number| Self::numbered(number).ok()).collect()
     }
 
     /// The beginning of the names in shared memory.
@@ -137,6 +144,14 @@ fn removed(path: &Path, result: std::io::Result<()>) -> Result<(), DomainError> 
     }
 }
 
+/// The number of the domain that a file in shared memory belongs to.
+fn number_of(name: &str) -> Option<&str> {
+    let after = name.strip_prefix(DIRECTORY_PREFIX).or_else(|| name.strip_prefix("plumb_"))?;
+    let (number, rest) = after.split_at_checked(DIGITS)?;
+    let hexadecimal = number.chars().all(|c| matches!(c, '0'..='9' | 'a'..='f'));
+    (hexadecimal && (rest.is_empty() || rest.starts_with(['.', '_']))).then_some(number)
+}
+
 /// The 64-bit FNV-1a hash (Fowler, Noll, Vo): the same in every build, which the standard library's hash does not promise.
 fn fnv1a(bytes: &[u8]) -> u64 {
     bytes
@@ -169,6 +184,14 @@ mod tests {
         let first = Domain::of_cell(Path::new("/a/cell.yaml")).unwrap();
         assert_eq!(first, Domain::of_cell(Path::new("/a/cell.yaml")).unwrap());
         assert_ne!(first, Domain::of_cell(Path::new("/b/cell.yaml")).unwrap());
+    }
+
+    #[test]
+    fn files_tell_the_number_of_their_cell() {
+        assert_eq!(number_of("plumb-cell-0123456789abcdef.lock"), Some("0123456789abcdef"));
+        assert_eq!(number_of("plumb_0123456789abcdef_x.data"), Some("0123456789abcdef"));
+        assert_eq!(number_of("plumb-cell-0123456789abcdef0"), None, "a longer number is another's");
+        assert_eq!(number_of("plumb_hello"), None);
     }
 
     #[test]

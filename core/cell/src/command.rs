@@ -39,6 +39,8 @@ pub enum Command {
     Stop,
     /// Ends the run early in good order, as passed with what it has (Bluesky's `stop`).
     Finish,
+    /// Leaves the run as it stands, to be resumed later: everything is brought to rest and the devices are put away.
+    Keep,
 }
 
 /// When a pause takes effect.

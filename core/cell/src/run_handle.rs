@@ -55,7 +55,11 @@ impl RunHandle {
     pub fn send(&self, command: Command) -> bool {
         let ends_motion = matches!(
             command,
-            Command::Stop | Command::Abort | Command::Finish | Command::Pause { when: PauseWhen::Now }
+            Command::Stop
+                | Command::Abort
+                | Command::Finish
+                | Command::Keep
+                | Command::Pause { when: PauseWhen::Now }
         );
         let taken = self.commands.send(command).is_ok();
         if ends_motion {

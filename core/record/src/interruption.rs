@@ -23,6 +23,8 @@ pub enum Interruption {
     AbortAsked,
     /// Someone asked to finish it early.
     FinishAsked,
+    /// Someone left it as it stood, to be resumed later.
+    Left,
     /// A device's process was lost.
     DeviceLost,
 }
@@ -36,6 +38,7 @@ impl Interruption {
             Interruption::Stopped => "stopped",
             Interruption::AbortAsked => "abort_asked",
             Interruption::FinishAsked => "finish_asked",
+            Interruption::Left => "left",
             Interruption::DeviceLost => "device_lost",
         }
     }

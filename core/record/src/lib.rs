@@ -32,7 +32,7 @@ mod schema;
 mod step;
 mod trigger;
 
-pub use cell_lock::CellLock;
+pub use cell_lock::{CellLock, LockHolder};
 pub use correction::{AppliedCorrection, CorrectionKey, NewCorrection, StoredCorrection};
 pub use error::RecordError;
 pub use interruption::{Interruption, StoredInterruption, StoredLogLine};

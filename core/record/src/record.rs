@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use rusqlite::Connection;
 
+use crate::error::During as _;
 use crate::{RecordError, schema};
 
 /// An open record. Each writing method is durable when it returns.
@@ -30,6 +31,29 @@ impl Record {
         connection.pragma_update(None, "foreign_keys", "ON").map_err(open)?;
         schema::migrate(&mut connection, &path)?;
         Ok(Self { connection, directory: directory.to_owned() })
+    }
+
+    /// What SQLite finds wrong with the database; nothing when it is sound.
+    ///
+    /// # Errors
+    /// When the record cannot be read.
+    pub fn damage(&self) -> Result<Vec<String>, RecordError> {
+        let mut statement = self.connection.prepare("PRAGMA integrity_check").during("check itself")?;
+        let rows = statement.query_map([], |row| row.get::<_, String>(0)).during("check itself")?;
+        let found: Vec<String> = rows.collect::<Result<_, _>>().during("check itself")?;
+        Ok(found.into_iter().filter(|line| line != "ok").collect())
+    }
+
+    /// How many runs it holds.
+    ///
+    /// # Errors
+    /// When the record cannot be read.
+    pub fn number_of_runs(&self) -> Result<u64, RecordError> {
+        let count: i64 = self
+            .connection
+            .query_row("SELECT count(*) FROM runs", [], |row| row.get(0))
+            .during("count the runs")?;
+        Ok(count.unsigned_abs())
     }
 
     /// The directory it lies in.

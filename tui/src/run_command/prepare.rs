@@ -5,9 +5,8 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use plumb_bus::Domain;
 use plumb_cell::answers::{Answers, load_answers};
-use plumb_cell::device::{HostedDevices, World, check_plugins, hashed, plugin_files};
+use plumb_cell::device::{CellPlace, HostedDevices, World, check_plugins, hashed, plugin_files};
 use plumb_cell::engine::{RunRequest, RunningRun, StartError, start_run};
 use plumb_cell::expression::Calculator;
 use plumb_cell::procedure::Procedure;
@@ -71,8 +70,8 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
     let answers = answers_of(&cell, arguments, unattended, resumed.as_ref())?;
     let operator = operator(arguments);
     let pace = pace_of(&cell, arguments);
-    let domain = Domain::of_cell(&cell.file)?;
-    let lock = CellLock::take_file(&beside(domain.root(), "lock"), &cell.name)?;
+    let place = CellPlace::of_cell(&cell.file)?;
+    let lock = place.lock(&cell.name, &absolute(&cell.file))?;
     let mut other_files = plugin_files(&cell, &catalogue);
     other_files.extend(cell.world.as_ref().and_then(|world| hashed("world", &world.file)));
     let request = RunRequest {
@@ -88,7 +87,8 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
         other_files,
     };
     let shown = Arc::clone(&cell);
-    let socket = beside(domain.root(), "world").join("socket");
+    let socket = place.world_socket();
+    let domain = place.domain().clone();
     let running = start_run(request, |left_world| {
         let world: Option<Box<dyn World>> = match &cell.world {
             None => None,
@@ -201,12 +201,4 @@ fn pace_of(cell: &Workcell, arguments: &Arguments) -> Pace {
 
 fn absolute(path: &Path) -> String {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
-}
-
-/// A path beside a cell's directory of sockets, which is removed when the run ends.
-fn beside(root: &Path, ending: &str) -> PathBuf {
-    let mut name = root.as_os_str().to_owned();
-    name.push(".");
-    name.push(ending);
-    PathBuf::from(name)
 }

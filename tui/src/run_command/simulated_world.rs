@@ -18,7 +18,7 @@ const READY_WITHIN: Duration = Duration::from_secs(15);
 
 /// Why there is no world.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum WorldError {
+pub(crate) enum WorldError {
     /// Its process cannot be started.
     #[error("the simulated world cannot be started: {0}")]
     Start(#[from] io::Error),
@@ -39,7 +39,7 @@ pub(super) enum WorldError {
 }
 
 /// A world that runs as a process of its own. It outlives this program, unless it is ended.
-pub(super) struct SimulatedWorld {
+pub(crate) struct SimulatedWorld {
     socket: PathBuf,
     pace: Pace,
     controllers: Vec<EmulatedController>,
@@ -56,12 +56,12 @@ impl SimulatedWorld {
 
     /// A new world, in place of one that still listens there.
     pub(super) fn start(setting: &WorldSetting, pace: Pace, socket: &Path) -> Result<Self, WorldError> {
-        if let Some(parent) = socket.parent() {
-            fs::create_dir_all(parent)?;
-        }
         let world = Self { socket: socket.to_owned(), pace, controllers: Vec::new() };
         if socket.exists() {
             world.shut_down();
+        }
+        if let Some(parent) = socket.parent() {
+            fs::create_dir_all(parent)?;
         }
         let mut said = File::options()
             .create(true)
@@ -77,7 +77,8 @@ impl SimulatedWorld {
             .arg("--socket")
             .arg(socket)
             .arg("--pace")
-            .arg(pace.name());
+            .arg(pace.name())
+            .arg("--owns-directory");
         command.stdin(Stdio::null()).stdout(said.try_clone()?).stderr(said.try_clone()?);
         // A group of its own: the keyboard's interrupt, meant for this program, does not end the world.
         command.process_group(0);
@@ -104,15 +105,21 @@ impl SimulatedWorld {
         Err(WorldError::Silent { socket: socket.display().to_string() })
     }
 
+    /// Ends the world that listens at `socket`, and removes its directory. One that has gone leaves only that.
+    pub(crate) fn end_at(socket: &Path) {
+        World::end(&mut Self { socket: socket.to_owned(), pace: Pace::Fast, controllers: Vec::new() });
+    }
+
     fn shut_down(&self) {
         match WorldClient::connect(&self.socket, "plumb") {
             Ok(mut client) => {
+                let process = client.welcome().pid;
                 if let Err(error) = client.call(Verb::Shutdown {}, || false, |_| ()) {
                     tracing::debug!("the simulated world did not confirm its end: {error}");
                 }
                 let begin = Instant::now();
-                while self.socket.exists() && begin.elapsed() < Duration::from_secs(5) {
-                    std::thread::sleep(Duration::from_millis(5));
+                while is_alive(process) && begin.elapsed() < Duration::from_secs(5) {
+                    std::thread::sleep(Duration::from_millis(2));
                 }
             }
             Err(error) => tracing::debug!("the simulated world had gone: {error}"),
@@ -140,11 +147,17 @@ impl World for SimulatedWorld {
     fn end(&mut self) {
         self.controllers.clear();
         self.shut_down();
-        let _ = fs::remove_file(self.socket.with_extension("log"));
+        // What cannot be removed now is found by `plumb doctor`.
         if let Some(parent) = self.socket.parent() {
-            let _ = fs::remove_dir(parent);
+            let _ = fs::remove_dir_all(parent);
         }
     }
+}
+
+/// Whether a process is there and has not ended; one that nobody has waited for has ended all the same.
+pub(crate) fn is_alive(process: u32) -> bool {
+    let Ok(state) = fs::read_to_string(format!("/proc/{process}/stat")) else { return false };
+    !matches!(state.rsplit_once(") ").and_then(|(_, rest)| rest.chars().next()), Some('Z' | 'X'))
 }
 
 /// Waits for the end of a child in the background, so that it leaves no zombie while this program lives.

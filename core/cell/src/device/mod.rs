@@ -1,11 +1,13 @@
 //! Devices as the engine uses them. Behind these traits stand host processes; in tests, an arm in memory.
 
+mod cell_place;
 mod hosted;
 mod watcher;
 mod wiring;
 
 use std::time::Duration;
 
+pub use cell_place::{CellPlace, PlaceState, Remains};
 pub use hosted::{HostedDevices, World, hashed, plugin_files};
 pub use watcher::PoseListener;
 pub use wiring::check_plugins;

@@ -17,6 +17,8 @@ pub(crate) enum Interrupt {
     Abort,
     /// End early, in good order.
     Finish,
+    /// Leave the run as it stands, to be resumed.
+    Keep,
 }
 
 /// More answers than this at once come from nobody who looks.
@@ -61,6 +63,7 @@ impl Inbox {
             Command::Stop => Some(Interrupt::Stop),
             Command::Abort => Some(Interrupt::Abort),
             Command::Finish => Some(Interrupt::Finish),
+            Command::Keep => Some(Interrupt::Keep),
             Command::Answer { .. } | Command::Jog { .. } | Command::Resume => None,
         }
     }

@@ -191,6 +191,7 @@ fn interrupted(interrupt: Interrupt) -> StepError {
         Interrupt::Stop => "stopped by the operator",
         Interrupt::Abort => "aborted by the operator",
         Interrupt::Finish => "finished early by the operator",
+        Interrupt::Keep => "left by the operator",
     };
     StepError::Interrupted { interrupt, reason: reason.to_owned() }
 }

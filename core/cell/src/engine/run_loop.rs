@@ -222,6 +222,7 @@ impl Engine {
         }
         let (kind, outcome) = match interrupt {
             Interrupt::Finish => (Interruption::FinishAsked, RunOutcome::Passed),
+            Interrupt::Keep => (Interruption::Left, RunOutcome::NeedsOperator),
             _ => (Interruption::AbortAsked, RunOutcome::Aborted),
         };
         self.journal.interruption(kind, Some(&entry.path), reason)?;

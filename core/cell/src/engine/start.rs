@@ -13,7 +13,7 @@ use serde_json::{Map, Value};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::event_sender::EventSender;
-use super::inbox::Inbox;
+use super::inbox::{Inbox, Interrupt};
 use super::journal::Journal;
 use super::plan::{PlanError, make_plan, number_value};
 use super::run_loop::{RunEnd, describe};
@@ -375,7 +375,9 @@ impl Engine {
 
 fn end_of_preparation(error: StepError) -> RunEnd {
     let outcome = match &error {
-        StepError::NeedsOperator(_) => RunOutcome::NeedsOperator,
+        StepError::NeedsOperator(_) | StepError::Interrupted { interrupt: Interrupt::Keep, .. } => {
+            RunOutcome::NeedsOperator
+        }
         StepError::Interrupted { interrupt, .. } if !prompting::is_pause(*interrupt) => RunOutcome::Aborted,
         _ => RunOutcome::Error,
     };

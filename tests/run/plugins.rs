@@ -1,7 +1,5 @@
 //! `plumb plugins` and `plumb host`, as a person meets them.
 
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

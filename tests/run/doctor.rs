@@ -1,0 +1,55 @@
+//! `plumb doctor`, as a person with a machine that does not work meets it.
+
+use std::fs;
+
+use crate::lab::Lab;
+
+#[test]
+fn a_machine_that_is_right_is_told_part_by_part() {
+    let lab = Lab::new();
+    let said = lab.plumb(&["doctor", "cell.yaml"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    for part in [
+        "shared memory  good",
+        "cells          good",
+        "serial ports ",
+        "terminal       note",
+        "record         good",
+    ] {
+        assert!(said.out().contains(part), "{part}: {}", said.out());
+    }
+    assert!(said.out().contains("plugins        good   simulated"), "{}", said.out());
+    assert!(said.out().ends_with("nothing is wrong\n"), "{}", said.out());
+}
+
+#[test]
+fn what_is_wrong_is_told_with_how_to_mend_it_and_ends_with_one() {
+    let lab = Lab::new();
+    let old = lab.path("plugins/old");
+    fs::create_dir_all(&old).unwrap();
+    fs::write(old.join("plugin.yaml"), "id: old-arm\ncontract: [0, 3]\n").unwrap();
+    fs::create_dir(lab.path("record")).unwrap();
+    fs::write(lab.path("record/plumb.sqlite3"), "no database at all, ".repeat(200)).unwrap();
+    lab.edit("cell.yaml", "config: {bit: 0}", "config: {bit: 0, port: /dev/ttyUSB77}");
+    let said = lab.plumb(&["doctor", "cell.yaml", "--plugins", "plugins", "--record", "record"]);
+    assert_eq!(said.code(), 1, "{}", said.all());
+    for (what, mend) in [
+        ("plugin 'old-arm' was built for contract 0.3", "plumb plugins verify tells more"),
+        ("file is not a database", "the last copy that `plumb record backup` made"),
+        ("/dev/ttyUSB77 is not there", "switch the controller on"),
+    ] {
+        assert!(said.out().contains(what) && said.out().contains(mend), "{what}: {}", said.out());
+    }
+    assert!(said.out().ends_with("3 things are wrong\n"), "{}", said.out());
+    let json = lab.plumb(&["doctor", "cell.yaml", "--json", "--plugins", "plugins"]);
+    let wrong = json.out().lines().filter(|line| line.contains(r#""mark":"wrong""#)).count();
+    assert_eq!((json.code(), wrong), (1, 2), "{}", json.out());
+}
+
+#[test]
+fn a_cell_file_that_is_not_there_is_named() {
+    let lab = Lab::new();
+    let said = lab.plumb(&["doctor", "--clean", "cel.yaml"]);
+    assert_eq!(said.code(), 2, "{}", said.all());
+    assert!(said.err().contains("there is no cell file cel.yaml"), "{}", said.err());
+}

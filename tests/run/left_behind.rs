@@ -1,0 +1,95 @@
+//! What stays on the machine when a run is over: nothing.
+
+use std::fs;
+use std::path::PathBuf;
+
+use nix::sys::signal::Signal;
+use plumb_cell::device::CellPlace;
+
+use crate::lab::{Lab, command_of, processes_of};
+
+/// Everything in shared memory that belongs to the lab's cell.
+fn in_shared_memory(lab: &Lab) -> Vec<PathBuf> {
+    let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
+    let name = place.domain().root().file_name().unwrap().to_str().unwrap().to_owned();
+    let number = name.strip_prefix("plumb-cell-").unwrap().to_owned();
+    let entries = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().path());
+    entries.filter(|path| path.to_string_lossy().contains(&number)).collect()
+}
+
+/// The lab's processes, by what they were started as.
+fn processes(lab: &Lab) -> Vec<String> {
+    let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
+    processes_of(&place.world_socket().display().to_string()).into_iter().map(command_of).collect()
+}
+
+fn assert_nothing_is_left(lab: &Lab, after: &str) {
+    assert_eq!(in_shared_memory(lab), [] as [PathBuf; 0], "after {after}");
+    assert_eq!(processes(lab), [] as [&str; 0], "after {after}");
+}
+
+#[test]
+fn a_run_that_ended_leaves_nothing_however_it_ended() {
+    let lab = Lab::new();
+    let run = lab.plumb(&["run", "cell.yaml"]);
+    assert_eq!(run.code(), 0, "{}", run.all());
+    assert_nothing_is_left(&lab, "a run that passed");
+
+    let mut running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
+    running.until_moving_in("waist.lower");
+    assert!(
+        !in_shared_memory(&lab).is_empty() && !processes(&lab).is_empty(),
+        "this test can see what is there"
+    );
+    running.signal(Signal::SIGTERM);
+    assert_eq!(running.end().1, Some(3));
+    assert_nothing_is_left(&lab, "a run that was aborted");
+
+    lab.edit("answers.yaml", "place: done", "place: {pose_deg: {shoulder: 50, elbow: -65}}");
+    assert_eq!(lab.plumb(&["run", "cell.yaml"]).code(), 1);
+    assert_nothing_is_left(&lab, "a run that failed");
+}
+
+#[test]
+fn what_a_killed_run_leaves_is_told_and_removed_by_the_doctor() {
+    let lab = Lab::new();
+    let mut running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
+    running.until_moving_in("waist.lower");
+    let program = running.process();
+    let while_it_runs = lab.plumb(&["doctor", "--clean", "cell.yaml"]);
+    assert!(
+        while_it_runs.out().contains(&format!("cell.yaml is run by process {program}")),
+        "{}",
+        while_it_runs.all()
+    );
+    running.signal(Signal::SIGKILL);
+    running.end();
+
+    let told = lab.plumb(&["doctor", "cell.yaml"]);
+    assert_eq!(told.code(), 1, "{}", told.all());
+    assert!(
+        told.out().contains(&format!("left behind by process {program}, which was killed")),
+        "{}",
+        told.out()
+    );
+    assert!(told.out().contains("a simulated world (process "), "{}", told.out());
+    assert!(told.out().contains("plumb run --resume goes on with the run"), "{}", told.out());
+
+    let cleaned = lab.plumb(&["doctor", "--clean", "cell.yaml"]);
+    assert_eq!(cleaned.code(), 0, "{}", cleaned.all());
+    assert!(cleaned.out().contains("cell.yaml: what it left behind is removed"), "{}", cleaned.out());
+    assert_nothing_is_left(&lab, "the doctor");
+}
+
+#[test]
+fn a_run_that_can_be_resumed_keeps_its_world_alone() {
+    let lab = Lab::new();
+    lab.write("procedures/broken.yaml", "procedure: broken\nsteps:\n  - {id: sum, do: {compute: {values: {a_mm: 1.0 / arm.joints.waist_deg * 0.0 + sqrt(-1.0)}}}}\n");
+    lab.edit("cell.yaml", "procedures: [", "procedures: [procedures/broken.yaml, ");
+    let run = lab.plumb(&["run", "cell.yaml", "broken"]);
+    assert_eq!(run.code(), 2, "{}", run.all());
+    let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
+    assert_eq!(in_shared_memory(&lab), [place.world_socket().parent().unwrap()]);
+    let told = lab.plumb(&["doctor", "cell.yaml"]);
+    assert!(told.out().contains("waits for a run to be resumed"), "{}", told.out());
+}

@@ -1,0 +1,70 @@
+//! `plumb doctor`: what is wrong with this machine and what runs left behind, each with how to mend it.
+
+mod cells;
+mod finding;
+mod plugins;
+mod processes;
+mod record;
+mod serial_ports;
+mod shared_memory;
+mod terminal;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use finding::Mark;
+
+use crate::failure::CommandResult;
+
+/// Look at shared memory, cells and their processes, serial ports, the terminal, plugins and the record, and say how to mend what is wrong.
+/// Nothing is changed without --clean. Ends with 1 when something is wrong.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Only these cells, instead of all of this machine; their serial ports are looked at too.
+    cells: Vec<PathBuf>,
+    /// Remove what runs that were killed have left behind, and end their simulated worlds. Nothing of a cell that runs is touched.
+    #[arg(long)]
+    clean: bool,
+    /// One finding a line, as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Where the record lies.
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
+    /// Look for plugins here too.
+    #[arg(long, value_name = "DIR")]
+    plugins: Vec<PathBuf>,
+}
+
+/// Exit code when something is wrong.
+const WRONG: u8 = 1;
+
+/// Looks at everything, and cleans up first if that is asked for.
+pub(crate) fn run(arguments: &Arguments) -> CommandResult {
+    let mut findings = Vec::new();
+    if arguments.clean {
+        findings.extend(cells::clean(&arguments.cells)?);
+    }
+    findings.extend(shared_memory::look());
+    findings.extend(cells::look(&arguments.cells)?);
+    findings.extend(processes::look());
+    findings.extend(serial_ports::look(&arguments.cells));
+    findings.extend(terminal::look());
+    findings.extend(plugins::look(&arguments.plugins));
+    findings.extend(record::look(arguments.record.as_ref()));
+    for finding in &findings {
+        match arguments.json {
+            true => println!("{}", serde_json::to_string(finding)?),
+            false => println!("{finding}"),
+        }
+    }
+    let wrong = findings.iter().filter(|finding| finding.mark == Mark::Wrong).count();
+    if !arguments.json {
+        match wrong {
+            0 => println!("\nnothing is wrong"),
+            1 => println!("\none thing is wrong"),
+            many => println!("\n{many} things are wrong"),
+        }
+    }
+    Ok(if wrong == 0 { ExitCode::SUCCESS } else { ExitCode::from(WRONG) })
+}

@@ -1,0 +1,75 @@
+//! Worlds and hosts that nobody looks after.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use plumb_cell::device::{CellPlace, PlaceState};
+
+use super::finding::Finding;
+
+const TOPIC: &str = "processes";
+
+/// One process of this program.
+struct Process {
+    number: u32,
+    parent: u32,
+    arguments: Vec<String>,
+}
+
+pub(super) fn look() -> Vec<Finding> {
+    let of_cells: Vec<PathBuf> = CellPlace::all().iter().map(CellPlace::world_socket).collect();
+    let runs_somewhere = CellPlace::all().iter().any(|place| matches!(place.state(), PlaceState::InUse(_)));
+    let mut findings = Vec::new();
+    for process in processes() {
+        match process.arguments.get(1).map(String::as_str) {
+            Some("host") if process.parent == 1 => findings.push(Finding::wrong(
+                TOPIC,
+                format!(
+                    "process {}: the host of a device, without the program that started it",
+                    process.number
+                ),
+                format!(
+                    "it ends by itself once its device is put away; if it does not: kill {}",
+                    process.number
+                ),
+            )),
+            Some("world") if !of_cells.iter().any(|socket| process.names(socket)) => findings.push(
+                Finding::note(TOPIC, format!("process {}: a simulated world of no cell", process.number))
+                    .mend(format!("one that was started by hand is right; else: kill {}", process.number)),
+            ),
+            _ => {}
+        }
+    }
+    if findings.is_empty() {
+        let text = if runs_somewhere {
+            "all belong to cells that run"
+        } else {
+            "no hosts and no worlds without a cell"
+        };
+        findings.push(Finding::good(TOPIC, text));
+    }
+    findings
+}
+
+impl Process {
+    fn names(&self, path: &Path) -> bool {
+        self.arguments.iter().any(|argument| Path::new(argument) == path)
+    }
+}
+
+/// The living processes of this program.
+fn processes() -> Vec<Process> {
+    let Ok(entries) = fs::read_dir("/proc") else { return Vec::new() };
+    let numbers = entries.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
+    numbers.filter_map(process).collect()
+}
+
+fn process(number: u32) -> Option<Process> {
+    let line = fs::read(format!("/proc/{number}/cmdline")).ok()?;
+    let arguments: Vec<String> =
+        line.split(|byte| *byte == 0).map(|word| String::from_utf8_lossy(word).into_owned()).collect();
+    let program = Path::new(arguments.first()?).file_name()?;
+    let state = fs::read_to_string(format!("/proc/{number}/stat")).ok()?;
+    let parent = state.rsplit_once(") ")?.1.split_whitespace().nth(1)?.parse().ok()?;
+    (program == "plumb").then_some(Process { number, parent, arguments })
+}
