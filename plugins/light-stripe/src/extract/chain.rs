@@ -1,0 +1,79 @@
+//! The stripe in a component: the longest way down it, one run a row. What branches off and ends, a spur, is left behind.
+
+use super::components::{Component, Components};
+use super::runs::{Run, Runs};
+
+/// The runs of a stripe, from the top, one a row.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Chain {
+    /// Row of the first run.
+    pub(super) top: usize,
+    /// The runs.
+    pub(super) runs: Vec<Run>,
+    steps: Vec<Step>,
+}
+
+/// A run on its way down.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    run: Run,
+    row: u32,
+    /// Rows of the longest way that ends here.
+    length: u32,
+    /// The step before, in `steps`; its own place at the beginning of a way.
+    before: u32,
+}
+
+impl Chain {
+    /// Finds the longest way down a component.
+    pub(super) fn follow(&mut self, component: &Component, components: &Components, runs: &Runs) {
+        self.steps.clear();
+        let mut above = 0..0;
+        let mut longest = 0_usize;
+        for row in component.top as usize..=component.bottom as usize {
+            let begin = self.steps.len();
+            for place in runs.of_row(row) {
+                if components.root(place) == component.root {
+                    let step = self.step(runs.all()[place], row as u32, above.clone());
+                    self.steps.push(step);
+                }
+            }
+            above = begin..self.steps.len();
+            // The later row wins only where it is truly longer: of two ways of one length the first found stands.
+            for step in above.clone() {
+                if self.steps[step].length > self.steps[longest].length {
+                    longest = step;
+                }
+            }
+        }
+        self.collect(longest);
+    }
+
+    /// The run as the end of the longest way to it; of several, that with the most in common with the run above.
+    fn step(&self, run: Run, row: u32, above: std::ops::Range<usize>) -> Step {
+        let common = |upper: Run| i32::from(run.end.min(upper.end)) - i32::from(run.start.max(upper.start));
+        let mut best = Step { run, row, length: 1, before: self.steps.len() as u32 };
+        let mut most = i32::MIN;
+        for place in above {
+            let upper = &self.steps[place];
+            let longer = (upper.length + 1, common(upper.run));
+            if upper.run.touches(run) && longer > (best.length, most) {
+                best = Step { run, row, length: upper.length + 1, before: place as u32 };
+                most = longer.1;
+            }
+        }
+        best
+    }
+
+    fn collect(&mut self, longest: usize) {
+        self.runs.clear();
+        let Some(end) = self.steps.get(longest).copied() else { return };
+        self.runs.resize(end.length as usize, end.run);
+        self.top = (end.row + 1 - end.length) as usize;
+        let mut at = longest;
+        for run in self.runs.iter_mut().rev() {
+            *run = self.steps[at].run;
+            at = self.steps[at].before as usize;
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Connected components of runs, corners included.
+
+use super::runs::Runs;
+
+/// A connected component.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Component {
+    /// Its name: the place of its first run.
+    pub(super) root: u32,
+    /// Its first row.
+    pub(super) top: u32,
+    /// Its last row.
+    pub(super) bottom: u32,
+    /// Its lit pixels.
+    pub(super) pixels: u32,
+}
+
+impl Component {
+    /// Rows from its first to its last.
+    pub(super) fn height(&self) -> u32 {
+        self.bottom - self.top + 1
+    }
+}
+
+/// Which component every run belongs to. Its memory is kept from picture to picture.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Components {
+    /// For every run an earlier run of the same component, or itself.
+    earlier: Vec<u32>,
+    found: Vec<Component>,
+    /// For every run that is a root, its component's place.
+    place_of_root: Vec<u32>,
+}
+
+impl Components {
+    /// Joins the runs of a picture.
+    pub(super) fn find(&mut self, runs: &Runs) {
+        let all = runs.all();
+        self.earlier.clear();
+        self.earlier.extend(0..all.len() as u32);
+        for row in 1..runs.rows() {
+            let (mut above, mut here) = (runs.of_row(row - 1), runs.of_row(row));
+            while let (Some(upper), Some(lower)) = (all.get(above.start), all.get(here.start)) {
+                if above.is_empty() || here.is_empty() {
+                    break;
+                }
+                if upper.touches(*lower) {
+                    self.join(above.start as u32, here.start as u32);
+                }
+                if upper.end < lower.end {
+                    above.start += 1;
+                } else {
+                    here.start += 1;
+                }
+            }
+        }
+        self.collect(runs);
+    }
+
+    /// The components, from the top.
+    pub(super) fn all(&self) -> &[Component] {
+        &self.found
+    }
+
+    /// The name of a run's component.
+    #[inline]
+    pub(super) fn root(&self, run: usize) -> u32 {
+        self.earlier.get(run).copied().unwrap_or(u32::MAX)
+    }
+
+    #[inline]
+    fn earliest(&mut self, run: u32) -> u32 {
+        let mut at = run as usize;
+        loop {
+            let next = self.earlier[at] as usize;
+            if next == at {
+                return at as u32;
+            }
+            self.earlier[at] = self.earlier[next];
+            at = next;
+        }
+    }
+
+    #[inline]
+    fn join(&mut self, one: u32, other: u32) {
+        let (one, other) = (self.earliest(one), self.earliest(other));
+        let (first, second) = (one.min(other), one.max(other));
+        self.earlier[second as usize] = first;
+    }
+
+    /// Gives every run its component's root, and measures the components.
+    fn collect(&mut self, runs: &Runs) {
+        self.found.clear();
+        self.place_of_root.clear();
+        self.place_of_root.resize(self.earlier.len(), 0);
+        for row in 0..runs.rows() {
+            for run in runs.of_row(row) {
+                // A root lies before all others of its component, so that what it points to is settled already.
+                let root = self.earlier[self.earlier[run] as usize];
+                self.earlier[run] = root;
+                let length = u32::from(runs.all()[run].length());
+                if root as usize == run {
+                    self.place_of_root[run] = self.found.len() as u32;
+                    self.found.push(Component { root, top: row as u32, bottom: row as u32, pixels: length });
+                } else {
+                    let component = &mut self.found[self.place_of_root[root as usize] as usize];
+                    component.bottom = row as u32;
+                    component.pixels += length;
+                }
+            }
+        }
+    }
+}
