@@ -30,7 +30,8 @@ pub use error::PluginError;
 pub use host::{Host, HostInterface, LogLevel};
 pub use manifest::{ContractVersion, DeviceKind, Manifest, ManifestError};
 pub use message::{
-    DigitalInputs, Health, JogState, JointState, JointVector, MAX_JOINTS, Message, Motion, ProximityEdge,
+    DigitalInputs, FrameHeader, Health, JogState, JointState, JointVector, MAX_JOINTS, Message, MessageError,
+    Motion, ProximityEdge, StripeFault, StripeHeader, StripePoint,
 };
 pub use reading::{Quantity, Reading};
 pub use request::{Description, Reply, Request, WireError};

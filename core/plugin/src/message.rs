@@ -5,25 +5,41 @@
 //! a gap in it is how a receiver knows that messages were lost.
 
 mod digital_inputs;
+mod frame;
 mod health;
 mod jog_state;
 mod joint_state;
 mod joint_vector;
 mod motion;
 mod proximity_edge;
+mod stripe_points;
 
 pub use digital_inputs::DigitalInputs;
+pub use frame::FrameHeader;
 pub use health::Health;
 pub use jog_state::JogState;
 pub use joint_state::JointState;
 pub use joint_vector::{JointVector, MAX_JOINTS, TooManyJoints};
 pub use motion::Motion;
 pub use proximity_edge::ProximityEdge;
+pub use stripe_points::{StripeFault, StripeHeader, StripePoint};
 
 /// A message of a stream: a plain block of bytes that begins with `time_ns` and `sequence`.
 pub trait Message: bytemuck::Pod {
     /// The name and version of the layout, such as `joint-state/1`. A changed layout is a new name.
     const TYPE_NAME: &'static str;
+}
+
+/// A message whose length is not what its header says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a message of {type_name} has {length} bytes; its header says {needed}")]
+pub struct MessageError {
+    /// Its layout.
+    pub type_name: &'static str,
+    /// What it should have.
+    pub needed: usize,
+    /// What it has.
+    pub length: usize,
 }
 
 /// Where the host writes a message's number: after the eight bytes of its time.

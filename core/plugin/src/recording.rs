@@ -59,6 +59,11 @@ impl RecordingHost {
         messages.iter().filter_map(|bytes| bytemuck::try_pod_read_unaligned(bytes).ok()).collect()
     }
 
+    /// The bytes of the messages emitted on a stream so far.
+    pub fn emitted_bytes(&self, stream: &str) -> Vec<Vec<u8>> {
+        self.shared.book().emitted.get(stream).cloned().unwrap_or_default()
+    }
+
     /// The streams something was emitted on, in order of name.
     pub fn streams(&self) -> Vec<String> {
         let mut names: Vec<String> = self.shared.book().emitted.keys().cloned().collect();
@@ -68,8 +73,12 @@ impl RecordingHost {
 
     /// Puts a message on a wired input.
     pub fn feed<M: Message>(&self, input: &str, message: &M) {
-        let bytes = bytemuck::bytes_of(message).to_vec();
-        self.shared.book().inputs.entry(input.to_owned()).or_default().push_back(Ok(bytes));
+        self.feed_bytes(input, bytemuck::bytes_of(message));
+    }
+
+    /// Puts a message on a wired input, given as its bytes.
+    pub fn feed_bytes(&self, input: &str, message: &[u8]) {
+        self.shared.book().inputs.entry(input.to_owned()).or_default().push_back(Ok(message.to_vec()));
     }
 
     /// Makes a wired input report that messages were lost.

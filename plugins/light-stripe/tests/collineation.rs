@@ -1,5 +1,7 @@
 //! Agin's collineation, from his matrices and from the plane, against points whose place is known.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use nalgebra::{
     Isometry3, Matrix4, Point3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3, Vector4,
 };

@@ -1,5 +1,7 @@
 //! What is found in pictures whose stripe is known: against the Cramer-Rao bound, in clutter, and where there is none.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use plumb_light_stripe::extract::{
     Centre, Extractor, Image, NoStripe, Noise, Pieces, RowPoint, Settings, Threshold,
 };

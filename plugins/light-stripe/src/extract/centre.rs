@@ -52,7 +52,7 @@ impl Default for Noise {
     }
 }
 
-/// The grey level from which on a pixel counts as saturated.
+/// The grey level of a saturated pixel.
 const SATURATION: u8 = 255;
 
 /// Two edges, each somewhere in a pixel.
@@ -64,7 +64,7 @@ pub(super) fn binary(row: u32, run: Run, pixels: &[u8]) -> RowPoint {
     let peak = lit.iter().fold(0, |peak: u8, pixel| peak.max(*pixel));
     RowPoint {
         row,
-        flags: if peak >= SATURATION { RowPoint::SATURATED } else { 0 },
+        flags: if peak == SATURATION { RowPoint::SATURATED } else { 0 },
         centre: (f32::from(run.start) + f32::from(run.end) - 1.0) / 2.0,
         sigma: BINARY_SIGMA,
         width: f32::from(run.length()),
@@ -83,7 +83,7 @@ pub(super) fn centroid(row: u32, run: Run, pixels: &[u8], threshold: u8, noise: 
         sum += above;
         moment += above * place as u32;
         peak = peak.max(*pixel);
-        saturated += u32::from(*pixel >= SATURATION);
+        saturated += u32::from(*pixel == SATURATION);
     }
     let sum = sum.max(1) as f32;
     let from_start = moment as f32 / sum;

@@ -10,12 +10,14 @@ mod components;
 mod image;
 mod point;
 mod runs;
+mod spot;
 mod threshold;
 
 pub use centre::{Centre, Noise};
 pub use image::{Image, ImageError, LARGEST_SIDE};
 pub use point::RowPoint;
 pub use runs::{InstructionSet, Run, instruction_set};
+pub use spot::{NoSpot, Spot, SpotFinder};
 pub use threshold::Threshold;
 
 use chain::Chain;

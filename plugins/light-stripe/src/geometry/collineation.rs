@@ -60,7 +60,7 @@ impl Collineation {
         let lens = image_to_frame.column(2).into_owned();
         let pierced = (sheet * lens).x;
         let distance = if lens.w == 0.0 { pierced } else { pierced / lens.w };
-        if !(distance.abs() >= LEAST_DISTANCE) {
+        if distance.is_nan() || distance.abs() < LEAST_DISTANCE {
             return Err(CollineationError::LensInSheet { distance_mm: distance });
         }
         let others = Matrix4x3::from_columns(&[
@@ -85,7 +85,7 @@ impl Collineation {
         let rays = frame_from_camera.rotation.to_rotation_matrix().into_inner() * ray_from_pixel;
         let lens = frame_from_camera.translation.vector;
         let distance = plane.normal.dot(&lens) + plane.d_mm;
-        if !(distance.abs() >= LEAST_DISTANCE) {
+        if distance.is_nan() || distance.abs() < LEAST_DISTANCE {
             return Err(CollineationError::LensInSheet { distance_mm: distance });
         }
         let across = plane.normal.transpose() * rays;
