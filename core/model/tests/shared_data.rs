@@ -78,7 +78,7 @@ fn sockets_alone_bring_a_panda_true_without_an_instrument() {
     let Some(nominal) = compare(files.0, files.1, Holdout::Session, &[]) else { return };
     let Some(fitted) = compare(files.0, files.1, Holdout::Session, &geometry) else { return };
     assert!(nominal.rms_mm.check.unwrap() > 7.0, "{:?}", nominal.rms_mm);
-    assert!(fitted.rms_mm.check.unwrap() < 0.95, "{:?}", fitted.rms_mm);
+    assert!(fitted.rms_mm.check.unwrap() < 0.90, "{:?}", fitted.rms_mm);
 }
 
 fn named(case: &str, effect: &str, place: &str) {

@@ -1,5 +1,6 @@
 //! Model files: what the machine is believed to be, in YAML people and scripts write by hand.
 
+mod contradiction;
 mod error;
 mod model;
 mod raw;

@@ -6,6 +6,7 @@ use nalgebra::{Rotation3, Vector3};
 use plumb_kinematics::{Chain, Convention, Joint, Mass, Motion};
 use serde_yaml::{Location, Spanned};
 
+use super::contradiction::contradiction;
 use super::error::{ModelFileError, Place, suggestion};
 use super::model::{
     AddedEffect, Base, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, SurfaceShape, Target,
@@ -339,6 +340,11 @@ impl Checker<'_> {
             }
             distances
                 .push(TouchDistance { between: distance.between.value.clone(), length: distance.mm.value });
+        }
+        if let Some((entry, reason)) = contradiction(&distances)
+            && let Some(raw) = raw.distances.get(entry)
+        {
+            return self.fail(&raw.between.referenced, reason);
         }
         Ok(Touch { target, distances })
     }

@@ -68,6 +68,9 @@ pub enum FitError {
         /// Independent unknowns.
         parameters: usize,
     },
+    /// A single row.
+    #[error("only one row is left to fit; measure more poses")]
+    OneRow,
     /// Every row has the same pose.
     #[error("all {rows} rows have the same pose; a fit needs different ones")]
     OnePose {
@@ -172,6 +175,9 @@ fn difference(left: &[f64], right: &[f64], row: usize) -> f64 {
 
 fn check(machine: &Machine<'_>, rows: &[usize]) -> Result<(), FitError> {
     let Some(first) = rows.first() else { return Err(FitError::NoRows) };
+    if rows.len() == 1 {
+        return Err(FitError::OneRow);
+    }
     let same = |row: &usize| machine.table.q_of(*row) == machine.table.q_of(*first);
     if rows.iter().all(same) {
         return Err(FitError::OnePose { rows: rows.len() });

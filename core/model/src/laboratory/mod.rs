@@ -2,11 +2,13 @@
 
 mod addition;
 mod comparison;
+mod plausible;
 mod preview;
 mod rows;
 
 pub use addition::{Addition, without};
 pub use comparison::{Comparison, EffectValue, Rms};
+pub use plausible::ImplausibleError;
 pub use preview::Preview;
 pub(crate) use rows::row_square;
 pub use rows::{RowResidual, Series};
@@ -45,6 +47,9 @@ pub enum LaboratoryError {
     /// They do not go together.
     #[error(transparent)]
     Observations(#[from] ObservationsError),
+    /// Numbers that cannot be meant.
+    #[error(transparent)]
+    Implausible(#[from] ImplausibleError),
     /// An effect's name or place.
     #[error(transparent)]
     Effect(#[from] EffectNameError),
@@ -94,7 +99,7 @@ impl Laboratory {
     ///
     /// # Errors
     /// They do not go together, or the held-out set cannot be chosen.
-    pub fn new(mut model: Model, table: Table, options: Options) -> Result<Self, LaboratoryError> {
+    pub fn new(mut model: Model, mut table: Table, options: Options) -> Result<Self, LaboratoryError> {
         if let Some(free) = &options.free {
             for pattern in free {
                 effect::expand(pattern, &model)?;
@@ -102,6 +107,11 @@ impl Laboratory {
             model.free.clone_from(free);
         }
         let observations = Observations::new(&model, &table)?;
+        for odd in plausible::check(&model, &table)? {
+            if !table.warnings.contains(&odd) {
+                table.warnings.push(odd);
+            }
+        }
         let split = Split::new(&table, options.holdout)?;
         let passport = Passport::of(&model, &table);
         Ok(Self { model, table, observations, passport, split, options })

@@ -55,7 +55,7 @@ pub enum TableError {
         reason: String,
     },
     /// A row has more or fewer cells than the header.
-    #[error("{path}: line {line}: {found} cells where the header has {expected}")]
+    #[error("{path}: line {line}: {found} cells where the header has {expected}{hint}")]
     RowLength {
         /// The file.
         path: String,
@@ -65,6 +65,8 @@ pub enum TableError {
         found: usize,
         /// Cells in the header.
         expected: usize,
+        /// What may be the reason.
+        hint: &'static str,
     },
     /// Not text that can be split into cells.
     #[error("{path}: {reason}")]
@@ -230,6 +232,7 @@ fn push_row(
             line,
             found: record.len(),
             expected: columns.len(),
+            hint: length_hint(columns.len(), record, mark),
         });
     }
     let row = table.len();
@@ -274,6 +277,18 @@ fn push_row(
     table.session.push(session);
     table.repeat.push(repeat);
     Ok(())
+}
+
+/// What may have gone wrong with a row that is too long or too short.
+fn length_hint(expected: usize, record: &StringRecord, mark: DecimalMark) -> &'static str {
+    let whole = |cell: &str| cell.trim_start_matches('-').bytes().all(|byte| byte.is_ascii_digit());
+    if mark == DecimalMark::Point && record.iter().any(|cell| cell.contains(';')) {
+        "; the rows are separated by semicolons and the header by commas: use one of them throughout"
+    } else if mark == DecimalMark::Point && record.len() > expected && record.iter().all(whole) {
+        "; if the commas are decimal commas, separate the columns by semicolons"
+    } else {
+        "; give every row one cell a column, empty where nothing was measured"
+    }
 }
 
 /// A number for a word, the same for the same word, so that text covariates can be told apart.

@@ -62,3 +62,28 @@ pub(crate) fn two_links_tip(shoulder: f64, elbow: f64) -> (f64, f64) {
     let (first, second) = (shoulder.to_radians(), (shoulder + elbow).to_radians());
     (200.0 * first.cos() + 150.0 * second.cos(), 200.0 * first.sin() + 150.0 * second.sin())
 }
+
+/// A column that turns, and two links in a vertical plane: 300 high, 200 and 150 mm long.
+pub(crate) const COLUMN_ARM: &str = "
+arm: column
+convention: distal
+joints:
+  - {name: waist, d_mm: 300, alpha_deg: 90}
+  - {name: shoulder, a_mm: 200}
+  - {name: elbow, a_mm: 150}
+";
+
+/// Where the column arm's tip is, mm, for joint angles in degrees.
+pub(crate) fn column_tip(q: [f64; 3]) -> [f64; 3] {
+    let [waist, shoulder, elbow] = q.map(f64::to_radians);
+    let radius = 200.0 * shoulder.cos() + 150.0 * (shoulder + elbow).cos();
+    let height = 300.0 + 200.0 * shoulder.sin() + 150.0 * (shoulder + elbow).sin();
+    [radius * waist.cos(), radius * waist.sin(), height]
+}
+
+/// Many poses of the column arm, degrees.
+pub(crate) fn column_poses(count: usize, seed: u64) -> Vec<[f64; 3]> {
+    let mut dice = Dice::seeded(seed);
+    let mut pose = || [dice.between(-150.0, 150.0), dice.between(-20.0, 100.0), dice.between(-120.0, -10.0)];
+    (0..count).map(|_| pose()).collect()
+}

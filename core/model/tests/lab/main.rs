@@ -1,5 +1,8 @@
 //! The laboratory through its public face: small made-up machines, tables and files.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod bad_input;
 mod fixed_machines;
 mod made_up;
+mod measurement_kinds;
+mod spreadsheets;
