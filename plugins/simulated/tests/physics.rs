@@ -213,7 +213,7 @@ fn heat_and_time_change_the_shape_as_they_should() {
 }
 
 #[test]
-fn lost_steps_stay_lost() {
+fn a_joint_that_jumped_stays_where_it_is() {
     let arm = pendulum();
     let lost = [Imperfection { mechanism: Mechanism::JointStep { joint: 0, at_s: 50.0 }, size: 0.01 }];
     let mut machine = Machine::new(&arm, &lost);
@@ -222,7 +222,7 @@ fn lost_steps_stay_lost() {
         machine.stand(&QUIET).unwrap().angles[0]
     };
     assert_eq!([angle(10.0), angle(49.0)], [0.3, 0.3]);
-    assert_eq!([angle(50.0), angle(900.0)], [0.29, 0.29]);
+    assert_eq!([angle(50.0), angle(900.0)], [0.31, 0.31]);
 }
 
 #[test]

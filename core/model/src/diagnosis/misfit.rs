@@ -23,18 +23,23 @@ impl Misfit {
     pub(crate) fn of(fitted: &Fitted<'_>, floor: &Floor) -> Option<Self> {
         let scale = floor.scale?;
         let noise = Noise::of(&fitted.machine, &fitted.fit);
-        let ratio = noise.variance / (scale * scale);
-        let p = match floor.source {
-            FloorSource::Repeats => f_tail(ratio, noise.freedom, floor.dof as f64),
-            FloorSource::Declared | FloorSource::Unknown => {
-                chi_squared_tail(ratio * noise.freedom, noise.freedom)
-            }
-        };
-        Some(Self { ratio: ratio.sqrt(), p })
+        let p = chance(noise.variance * noise.freedom, noise.freedom, floor)?;
+        Some(Self { ratio: noise.variance.sqrt() / scale, p })
     }
 
     /// Whether more than noise remains.
     pub(crate) fn fires(&self) -> bool {
         self.p < MISFIT_LEVEL
     }
+}
+
+/// Probability of such a sum of squares (declared sigmas squared) if nothing but noise is left; nothing if the floor is not
+/// known.
+pub(crate) fn chance(squares: f64, freedom: f64, floor: &Floor) -> Option<f64> {
+    let scale = floor.scale?;
+    let ratio = squares / freedom.max(1.0) / (scale * scale);
+    Some(match floor.source {
+        FloorSource::Repeats => f_tail(ratio, freedom, floor.dof as f64),
+        FloorSource::Declared | FloorSource::Unknown => chi_squared_tail(ratio * freedom, freedom),
+    })
 }

@@ -1,5 +1,6 @@
 //! Diagnosis: what, if anything, the model lacks; in the order passport, floor, audit, score, refit, ties, verdict.
 
+mod bearing;
 mod growth;
 mod misfit;
 mod outcome;
@@ -16,6 +17,7 @@ pub(crate) use trial::Fitted;
 pub use growth::{Growth, Step, StepRms};
 pub use outcome::{Candidate, Diagnosis, EffectPlace, Located, Named, NextPose, Remaining, Verdict};
 
+use crate::effect::{EffectId, Spot};
 use crate::floor::{Floor, Returns};
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::progress::Progress;
@@ -46,11 +48,15 @@ impl Laboratory {
             search::Candidates { listed: search::probes(self), unlisted: unlisted::probes(self) };
         let finding = self.find(&floor, &candidates, progress)?;
         let mut remaining = Remaining::default();
+        if matches!(finding.verdict, Verdict::Located | Verdict::Unknown) {
+            let place = |spot: &Spot| EffectId::at("", *spot).place(self.model());
+            remaining.places = finding.places.iter().map(place).collect();
+        }
         let mut verdict = finding.verdict;
         if let Some(split) = split {
             verdict = Verdict::NotRepeatable;
             let joint = self.model().chain.joints.get(split.joint).map_or("?", |joint| joint.name.as_str());
-            remaining.places.push(joint.to_owned());
+            remaining.places = vec![joint.to_owned()];
             remaining.shape = format!(
                 "returns to one pose fall into two camps about {} deg apart at {joint}, for no reason the table records",
                 wording::figure(split.apart.to_degrees())

@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use crate::fit::Machine;
-use crate::floor::{Returns, allow};
+use crate::floor::{Returns, SIDE_OF_APPROACH, Scatter, allow};
 use crate::statistics::median;
 
 /// Returns that fall into two camps.
@@ -43,8 +43,21 @@ pub(crate) fn find_split(machine: &Machine<'_>, returns: &Returns) -> Option<Spl
         wanted.extend(returns.candidates.get(index).map_or(0..0, |(_, range)| range.clone()));
         ways.push(returns.scatter(&wanted));
     }
+    // Or the camps are the two sides of approach of some joint, with a gap that differs from pose to pose: one number a
+    // group, each of which must earn its keep.
+    let sides: Vec<Scatter> = returns
+        .candidates
+        .iter()
+        .filter(|(id, _)| id.name == SIDE_OF_APPROACH)
+        .map(|(_, range)| returns.scatter(&wanted.iter().copied().chain(range.clone()).collect::<Vec<_>>()))
+        .collect();
+    let price = 0.5 * returns.groups as f64 * (returns.members.len().max(1) as f64).ln();
     let found = (0..joints).filter_map(|joint| {
         let one = Lines::along(returns, &scatter.deviations, &kept, joint)?.one_camp();
+        let by_side = sides.iter().filter_map(|side| {
+            Some(Lines::along(returns, &side.deviations, &kept, joint)?.one_camp() - price)
+        });
+        let one = by_side.fold(one, f64::max);
         let camps =
             ways.iter().filter_map(|way| Lines::along(returns, &way.deviations, &kept, joint)?.judge(one));
         let best = camps.max_by(|left, right| left.1.total_cmp(&right.1))?;

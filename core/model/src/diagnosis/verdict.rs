@@ -1,11 +1,13 @@
 //! From stages to one verdict.
 
+use super::bearing;
 use super::misfit::Misfit;
 use super::outcome::{Candidate, EffectPlace, Located, Named, Verdict};
 use super::score::{Score, score};
 use super::search::{CLOSE, Candidates, Contender, LEVEL, Stage, best_variants};
 use super::trial::bic;
 use crate::effect::{EffectId, Search, Spot};
+use crate::file::AddedEffect;
 use crate::fit::Machine;
 use crate::floor::Floor;
 use crate::laboratory::{Laboratory, LaboratoryError};
@@ -30,6 +32,8 @@ pub(crate) struct Finding<'a> {
     pub(crate) close: Vec<usize>,
     /// Effects that belong besides the one in question.
     pub(crate) besides: Vec<EffectId>,
+    /// Places where, by its direction, all may sit that the model lacks; the likeliest first.
+    pub(crate) places: Vec<Spot>,
 }
 
 impl Laboratory {
@@ -43,13 +47,17 @@ impl Laboratory {
         let mut stages = self.forward(candidates, progress)?;
         let last = stages.len() - 1;
         let left_now = stages.first().and_then(|stage| Misfit::of(&stage.fitted, floor));
-        let (left_over, strangers, taken) = match stages.get(last) {
-            Some(full) => {
-                (Misfit::of(&full.fitted, floor), strangers(full, &candidates.unlisted), full.taken.clone())
-            }
-            None => (None, Vec::new(), Vec::new()),
-        };
-        let stage = match taken.len() {
+        let mut evidence = Evidence::default();
+        if let (Some(first), Some(full)) = (stages.first(), stages.get(last)) {
+            evidence.left_over = Misfit::of(&full.fitted, floor);
+            evidence.strangers = strangers(full, &candidates.unlisted);
+            let alone = self.bearings(&first.fitted, floor)?;
+            evidence.alone = bearing::places(&alone, floor);
+            evidence.padded = padded(&full.taken);
+            let rest = if last == 0 { alone } else { self.bearings(&full.fitted, floor)? };
+            evidence.uneven = rest.iter().filter(|one| one.along() < UNEVEN).map(|one| one.spot).collect();
+        }
+        let stage = match stages.get(last).map_or(0, |full| full.taken.len()) {
             0 | 1 => stages.swap_remove(0),
             _ => {
                 progress.report(0.7, "weighing what was found")?;
@@ -59,12 +67,21 @@ impl Laboratory {
                 needed.unwrap_or_else(|| stages.swap_remove(0))
             }
         };
-        let rivals = strangers_against(&stage, &candidates.unlisted);
+        evidence.rivals = strangers_against(&stage, &candidates.unlisted);
+        evidence.misfit = Misfit::of(&stage.fitted, floor);
         let besides = stage.taken.iter().map(|taken| taken.id.clone()).collect();
         let close = close_contenders(&stage);
-        let evidence = Evidence { misfit: Misfit::of(&stage.fitted, floor), left_over, strangers, rivals };
         let (verdict, place) = judge(&stage, &close, &evidence, floor);
-        Ok(Finding { stage, left_over, left_now, verdict, place, close, besides })
+        Ok(Finding {
+            stage,
+            left_over: evidence.left_over,
+            left_now,
+            verdict,
+            place,
+            close,
+            besides,
+            places: evidence.alone,
+        })
     }
 
     /// Of the effects a stage has taken in, the one it would miss most and that still passes with the others in: the stage
@@ -98,6 +115,7 @@ impl Laboratory {
 }
 
 /// What a verdict rests on besides the contenders.
+#[derive(Default)]
 struct Evidence {
     /// What is left without the effect in question.
     misfit: Option<Misfit>,
@@ -107,6 +125,24 @@ struct Evidence {
     strangers: Vec<Spot>,
     /// Place of something without a name that does better than the effect in question.
     rivals: Option<Spot>,
+    /// Places where, by its direction, all may sit that the model as it stands lacks; the likeliest first.
+    alone: Vec<Spot>,
+    /// Places along whose motion more is left than across it when everything that passed is in.
+    uneven: Vec<Spot>,
+    /// Joint on which more than one of the effects sits that can imitate anything.
+    padded: Option<Spot>,
+}
+
+/// Probability below which more is left along a joint's motion than across it.
+const UNEVEN: f64 = 0.003;
+
+/// Effects of no mechanism of their own: sums of them imitate anything at their joint.
+const FILLERS: [&str; 3] = ["joint_gain", "joint_harmonic", "joint_coupling"];
+
+/// The joint on which more than one filler sits.
+fn padded(taken: &[AddedEffect]) -> Option<Spot> {
+    let fillers = || taken.iter().map(|taken| &taken.id).filter(|id| FILLERS.contains(&id.name.as_str()));
+    fillers().map(|id| id.spot).find(|spot| fillers().filter(|other| other.spot == *spot).count() > 1)
 }
 
 /// Holm's level for something without a name.
@@ -127,7 +163,7 @@ fn strangers(stage: &Stage<'_>, unlisted: &[Probe]) -> Vec<Spot> {
     found.into_iter().map(|(_, spot)| spot).collect()
 }
 
-/// Where something without a name does better than every contender, clearly.
+/// Where something without a name does better than every contender, clearly, and is no chance find itself.
 fn strangers_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Spot> {
     let best =
         stage.contenders.iter().filter(|contender| contender.score.plausible).map(|contender| contender.bic);
@@ -135,13 +171,15 @@ fn strangers_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Spot> {
     let fit = &stage.fitted.fit;
     let (squares, equations, rank) = (fit.normal.squares, fit.normal.equations as f64, fit.rank() as f64);
     let scores = best_variants(unlisted, score(&stage.fitted.machine, fit, unlisted));
-    let rival = |(index, score): &(usize, Score)| {
+    let p_values: Vec<f64> = scores.iter().map(|(_, score)| score.p).collect();
+    let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
+    let rival = |((index, score), p): (&(usize, Score), f64)| {
         let promised = (squares - score.gain).max(squares * 1e-9);
         let cost = Search::Smooth.cost(equations);
         let own = bic(promised, equations, rank + score.freedom as f64, cost);
-        Some((own, unlisted.get(*index)?.id.spot))
+        Some((own, unlisted.get(*index)?.id.spot)).filter(|_| score.freedom > 0 && p < STRANGE)
     };
-    let strongest = scores.iter().filter(|(_, score)| score.freedom > 0).filter_map(rival);
+    let strongest = scores.iter().zip(adjusted).filter_map(rival);
     let (own, spot) = strongest.min_by(|left, right| left.0.total_cmp(&right.0))?;
     (own < best - CLOSE && own < stage.bic - CLOSE).then_some(spot)
 }
@@ -165,38 +203,52 @@ fn close_contenders(stage: &Stage<'_>) -> Vec<usize> {
 /// only in tables of many hundred poses.
 const OVERWHELMING: f64 = 20.0;
 
+/// Holm's level below which something is there, even if it is so slight that the sum of all residuals does not show it.
+const SURE: f64 = 1e-4;
+
 /// The verdict, and the place if only that is known.
 fn judge(stage: &Stage<'_>, close: &[usize], evidence: &Evidence, floor: &Floor) -> (Verdict, Option<Spot>) {
     let contenders: Vec<&Contender> = close.iter().filter_map(|index| stage.contenders.get(*index)).collect();
-    let noisy = evidence.misfit.is_some_and(|misfit| misfit.fires());
+    let sure = contenders.first().is_some_and(|best| best.holm_p < SURE);
+    let noisy = evidence.misfit.is_some_and(|misfit| misfit.fires() || sure);
     let quiet = match (evidence.misfit, floor.scale) {
         (Some(_), Some(_)) => Verdict::AtFloor,
         _ => Verdict::FloorUnknown,
     };
-    let Some(best) = contenders.first() else {
-        return match (noisy, evidence.rivals.or(evidence.strangers.first().copied())) {
-            (false, _) => (quiet, None),
-            (true, Some(spot)) => (Verdict::Located, Some(spot)),
-            (true, None) => (Verdict::Unknown, None),
-        };
+    // Something is there that nothing may be named for: it sits where its direction says, else where `otherwise` does.
+    let nameless = |otherwise: Option<Spot>| {
+        let allowed = |spot: &Spot| evidence.alone.is_empty() || evidence.alone.contains(spot);
+        match otherwise.filter(allowed).or(evidence.alone.first().copied()) {
+            Some(spot) => (Verdict::Located, Some(spot)),
+            None => (Verdict::Unknown, None),
+        }
     };
-    if let Some(spot) = evidence.rivals {
-        return (Verdict::Located, Some(spot));
+    let stranger = evidence.rivals.or(evidence.strangers.first().copied());
+    let Some(best) = contenders.first() else {
+        return if noisy { nameless(stranger) } else { (quiet, None) };
+    };
+    if evidence.rivals.is_some() {
+        return nameless(evidence.rivals);
     }
     let one_place = contenders.iter().all(|contender| contender.id.spot == best.id.spot);
     if !best.passes() {
         // What does not predict rows it has not seen is no finding, unless something must be there.
         return match (noisy, one_place) {
             (false, _) => (quiet, None),
-            (true, true) => (Verdict::Located, Some(best.id.spot)),
-            (true, false) => (Verdict::Tied, None),
+            (true, true) => nameless(Some(best.id.spot)),
+            (true, false) => match evidence.alone.as_slice() {
+                [spot] => (Verdict::Located, Some(*spot)),
+                _ => (Verdict::Tied, None),
+            },
         };
     }
     let overwhelming = best.gains.iter().all(|gain| gain.total > OVERWHELMING * gain.error);
-    let unfinished = evidence.left_over.is_some_and(|misfit| misfit.fires()) && !overwhelming;
-    let impostor = evidence.strangers.contains(&best.id.spot);
+    let unfinished = evidence.left_over.is_some_and(|misfit| misfit.fires());
+    let impostor = evidence.strangers.contains(&best.id.spot)
+        || evidence.uneven.contains(&best.id.spot)
+        || evidence.padded == Some(best.id.spot);
     match (contenders.len(), one_place) {
-        _ if unfinished || impostor => (Verdict::Located, Some(best.id.spot)),
+        _ if !overwhelming && (unfinished || impostor) => nameless(Some(best.id.spot)),
         (1, _) => (Verdict::Named, None),
         (_, true) => (Verdict::Located, Some(best.id.spot)),
         _ => (Verdict::Tied, None),

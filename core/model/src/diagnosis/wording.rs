@@ -46,11 +46,12 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
             )
         }),
         Verdict::Located => diagnosis.located.as_ref().map_or_else(String::new, |located| {
-            format!(
-                "The error of {miss:.3} mm sits in {}, but these data cannot tell {} apart.",
-                located.place,
-                listed(&located.family, "and")
-            )
+            let why = match located.family.as_slice() {
+                [] => "nothing in the library explains it".to_owned(),
+                [one] => format!("{one} comes nearest and does not explain all of it"),
+                several => format!("these data cannot tell {} apart", listed(several, "and")),
+            };
+            format!("The error of {miss:.3} mm sits in {}, but {why}.", located.place)
         }),
         Verdict::Tied => {
             let labels: Vec<String> =

@@ -21,6 +21,7 @@ pub(crate) use linear::Factor;
 pub(crate) use machine::Part;
 pub(crate) use normal::{Normal, over_rows};
 pub(crate) use robust::{Distances, corner};
+pub(crate) use state::square_to;
 
 use crate::progress::Progress;
 

@@ -4,8 +4,8 @@
 mod returns;
 mod scatter;
 
-pub(crate) use returns::Returns;
-use scatter::Scatter;
+pub(crate) use returns::{Returns, SIDE_OF_APPROACH};
+pub(crate) use scatter::Scatter;
 
 use serde::Serialize;
 

@@ -7,6 +7,9 @@ use nalgebra::{DMatrix, DVector};
 use crate::effect::{self, Effect, EffectId, Spot, Survey};
 use crate::fit::{Fit, Machine};
 
+/// Stands for a gap between the two sides from which a joint arrives that may differ from pose to pose.
+pub(crate) const SIDE_OF_APPROACH: &str = "side_of_approach";
+
 /// What returns to one pose say: deviations from their own mean, and the columns of effects that depend on conditions.
 pub(crate) struct Returns {
     /// Row of the table and group of each member.
@@ -56,6 +59,16 @@ impl Returns {
                 (id.clone(), range)
             })
             .collect();
+        // A gap between the two sides may differ from pose to pose: worn teeth, friction.
+        let gaps: Vec<usize> =
+            (0..zeros.len()).filter(|joint| survey.passport.has_both_sides(*joint)).collect();
+        let known = first;
+        let mut candidates = candidates;
+        for joint in &gaps {
+            let range = first..first + groups.len();
+            first = range.end;
+            candidates.push((EffectId::at(SIDE_OF_APPROACH, Spot::Joint(*joint)), range));
+        }
         let ones = vec![1.0; machine.table.len()];
         let (mut members, mut residuals, mut columns, mut motions) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -68,8 +81,15 @@ impl Returns {
                 let block = machine.block(&fit.state, &[*row], &ones, &probes);
                 members.push((*row, group));
                 residuals.push(DVector::from_vec(block.residuals));
-                columns.push(block.jacobian.rows(own, first).transpose());
-                let motion = |joint| block.jacobian.row(own + first + joint).transpose();
+                let motion = |joint| block.jacobian.row(own + known + joint).transpose();
+                let mut own_columns = DMatrix::zeros(block.jacobian.ncols(), first);
+                own_columns.columns_mut(0, known).copy_from(&block.jacobian.rows(own, known).transpose());
+                for (place, joint) in gaps.iter().enumerate() {
+                    let side = f64::from(machine.table.approach_of(*row, *joint));
+                    let column = known + place * groups.len() + group;
+                    own_columns.column_mut(column).copy_from(&(motion(*joint) * side));
+                }
+                columns.push(own_columns);
                 motions.push((0..zeros.len()).map(motion).collect());
             }
         }

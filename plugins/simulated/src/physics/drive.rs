@@ -34,7 +34,7 @@ fn part(arm: &ArmDescription, imperfection: &Imperfection) -> Option<(u8, Box<dy
     let size = imperfection.size;
     Some(match imperfection.mechanism {
         Mechanism::JointStep { joint, at_s } => {
-            (0, Box::new(lost_steps::LostSteps { joint, lost: size, at_s }))
+            (0, Box::new(lost_steps::LostSteps { joint, lost: -size, at_s }))
         }
         Mechanism::JointHarmonic { joint, per_turn, phase } => {
             (1, Box::new(EccentricWheel { joint, eccentricity: size * per_turn, per_turn, phase }))

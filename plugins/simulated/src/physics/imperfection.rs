@@ -62,7 +62,7 @@ pub enum Mechanism {
     JointSettling { joint: usize, forgetting_s: f64 },
     /// Turning `driver` drags `joint`; rad per rad.
     JointCoupling { joint: usize, driver: usize },
-    /// The motor loses steps at a time; rad.
+    /// The joint jumps at a time, as when the motor loses steps; rad, in its own sense.
     JointStep { joint: usize, at_s: f64 },
     /// The link after the joint bends as a beam; 1/(N m2), the reciprocal of its bending stiffness.
     LinkSag { joint: usize },
