@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::misfit::{MISFIT_LEVEL, chance};
 use super::trial::Fitted;
 use crate::effect::{Drive, Effect, Handle, LooksAt, Parameter, Situation, Spot, Unit};
-use crate::fit::{Factor, corner};
+use crate::fit::Factor;
 use crate::floor::Floor;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::statistics::{chi_squared_quantile, f_tail, median};
@@ -194,17 +194,18 @@ fn view(rows: &[Projected], full: &DVector<f64>) -> View {
 /// Share of rows that lie nearer than a wild one when nothing is wild.
 const TAME: f64 = 0.9995;
 
-/// Huber's loss of all rows for a common scatter, less what noise alone would make it: a place that calls rows wild which
-/// another explains pays for them.
+/// What all rows are off for a common scatter, less what noise alone would make it. A wild row costs the same however wild
+/// it is and whatever is left of it: a place that calls rows wild which another explains pays for them.
 fn surplus(rows: &[Projected], view: &View, scale: f64) -> f64 {
-    let loss = |(row, off): (&Projected, &f64)| {
-        let edge = corner(row.equations as usize);
-        let off = off / scale;
-        let own = if off <= edge { off * off } else { 2.0 * edge * off - edge * edge };
-        own - row.equations
+    let cost = |(row, off): (&Projected, &f64)| {
+        let squares = (off / scale).powi(2);
+        if squares > chi_squared_quantile(TAME, row.equations) { WILD } else { squares - row.equations }
     };
-    rows.iter().zip(&view.distances).filter(|(row, _)| row.equations > 0.0).map(loss).sum()
+    rows.iter().zip(&view.distances).filter(|(row, _)| row.equations > 0.0).map(cost).sum()
 }
+
+/// Price of a wild row, in squared sigmas.
+const WILD: f64 = 12.0;
 
 impl Laboratory {
     /// Tries every joint, and the base, as the one place where everything sits that is not noise. The likeliest first;

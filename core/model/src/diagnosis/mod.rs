@@ -4,6 +4,7 @@ mod bearing;
 mod growth;
 mod misfit;
 mod outcome;
+mod refine;
 mod repeatable;
 mod score;
 mod search;

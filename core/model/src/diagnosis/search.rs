@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::score::{Probe, Score, score};
+use super::score::{Noise, Probe, Score, score};
 use super::trial::{Fitted, Gain, bic, gains};
 use crate::effect::{self, EffectId, Search, Survey};
 use crate::file::AddedEffect;
 use crate::fit::FitOptions;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::progress::Progress;
-use crate::statistics::holm;
+use crate::statistics::{f_tail, holm};
 
 /// Holm's level for a name.
 pub(crate) const LEVEL: f64 = 0.01;
@@ -44,6 +44,10 @@ pub(crate) struct Contender {
     /// Cross-validated gains; empty if it was not refitted.
     pub(crate) gains: Vec<Gain>,
     pub(crate) refitted: bool,
+    /// Stands only on the rows that were chosen, not with all of them in.
+    pub(crate) outvoted: bool,
+    /// Sum of squares it leaves, declared sigmas squared, and their degrees of freedom.
+    pub(crate) left: (f64, f64),
 }
 
 impl Contender {
@@ -52,6 +56,7 @@ impl Contender {
         self.holm_p < LEVEL
             && self.score.plausible
             && self.refitted
+            && !self.outvoted
             && !self.gains.is_empty()
             && self.gains.iter().all(Gain::counts)
     }
@@ -166,7 +171,9 @@ impl Laboratory {
         let probes = &candidates.listed;
         let robust = self.fit_with(&taken, near, progress)?;
         let kept = self.tame_rows(&robust, &taken, candidates, progress)?;
-        let fitted = self.refit_plain(robust, &kept, progress)?;
+        let ones = vec![1.0; self.table().len()];
+        let plain = FitOptions { robust: false, ..self.options().fit };
+        let fitted = self.fit_near(&taken, &robust, (&kept, &ones), plain, progress)?;
         let scores = score(&fitted.machine, &fitted.fit, probes);
         let mut open = best_variants(probes, scores);
         open.retain(|(index, _)| {
@@ -196,6 +203,8 @@ impl Laboratory {
                     covariance: score.covariance.clone(),
                     gains: Vec::new(),
                     refitted: false,
+                    outvoted: false,
+                    left: score.left,
                     score,
                 }
             })
@@ -203,6 +212,8 @@ impl Laboratory {
         contenders.sort_by(|left, right| left.bic.total_cmp(&right.bic));
         let mut stage = Stage { taken, fitted, bic: own, contenders };
         self.refit_handful(&mut stage, progress)?;
+        self.ask_all_rows(&mut stage, &robust, progress)?;
+        self.refine(&mut stage, progress)?;
         Ok(stage)
     }
 
@@ -237,17 +248,31 @@ impl Laboratory {
         Ok(best.filter(|(best, _)| *best < own(robust)).map_or_else(|| robust.tame(), |(_, fit)| fit.tame()))
     }
 
-    /// Plain least squares on some rows, from where a fit already is.
-    fn refit_plain<'a>(
+    /// Sends contenders away whose evidence lies in the choice of wild rows: with every row in and none judged, each pulling
+    /// no harder than one at the edge of the scatter, they must stand as well.
+    fn ask_all_rows(
         &self,
-        from: Fitted<'a>,
-        rows: &[usize],
+        stage: &mut Stage<'_>,
+        robust: &Fitted<'_>,
         progress: &Progress,
-    ) -> Result<Fitted<'a>, LaboratoryError> {
-        let ones = vec![1.0; self.table().len()];
-        let options = FitOptions { robust: false, ..self.options().fit };
-        let fit = from.machine.refit(&from.fit.state, rows, &ones, options, progress)?;
-        Ok(Fitted { machine: from.machine, fit })
+    ) -> Result<(), LaboratoryError> {
+        if stage.fitted.fit.rows.len() == robust.fit.rows.len() {
+            return Ok(());
+        }
+        for contender in stage.contenders.iter_mut().filter(|contender| contender.passes()).take(JUDGES) {
+            progress.check()?;
+            let mut more = stage.taken.clone();
+            more.push(AddedEffect { id: contender.id.clone(), values: contender.values.clone() });
+            let with = self.fit_with(&more, Some(robust), progress)?;
+            let noise = Noise::of(&with.machine, &with.fit);
+            let gain = (robust.loss(with.fit.scale) - with.loss(with.fit.scale)).max(0.0);
+            let freedom = contender.score.freedom.max(1) as f64;
+            let p = f_tail(gain / freedom / noise.variance.max(1e-300), freedom, noise.freedom);
+            // What the search and the number of candidates cost is the same as on the chosen rows.
+            let charge = if contender.score.p > 0.0 { contender.holm_p / contender.score.p } else { 1.0 };
+            contender.outvoted = p * charge.max(1.0) >= LEVEL;
+        }
+        Ok(())
     }
 
     /// Refits the best contenders for real, on the stage's rows.
@@ -266,6 +291,8 @@ impl Laboratory {
                 bic(refit.fit.normal.squares, equations, refit.fit.rank() as f64, contender.search_cost);
             contender.gains = gains(&stage.fitted, &refit, &contender.id);
             contender.refitted = true;
+            let squares = refit.fit.normal.squares;
+            contender.left = (squares, f64::max(equations - refit.fit.rank() as f64, 1.0));
             if let Some(values) = refit.fit.state.effects.last() {
                 contender.values.clone_from(values);
                 let slots = refit.machine.slots().len();

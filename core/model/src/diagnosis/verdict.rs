@@ -1,7 +1,7 @@
 //! From stages to one verdict.
 
 use super::bearing;
-use super::misfit::Misfit;
+use super::misfit::{MISFIT_LEVEL, Misfit, chance};
 use super::outcome::{Candidate, EffectPlace, Located, Named, Verdict};
 use super::score::{Score, score};
 use super::search::{CLOSE, Candidates, Contender, LEVEL, Stage, best_variants};
@@ -236,10 +236,15 @@ fn judge(stage: &Stage<'_>, close: &[usize], evidence: &Evidence, floor: &Floor)
         return match (noisy, one_place) {
             (false, _) => (quiet, None),
             (true, true) => nameless(Some(best.id.spot)),
-            (true, false) => match evidence.alone.as_slice() {
-                [spot] => (Verdict::Located, Some(*spot)),
-                _ => (Verdict::Tied, None),
-            },
+            (true, false) => {
+                // What does not reach the floor is no explanation to be tied with others.
+                let (squares, freedom) = best.left;
+                let explains = chance(squares, freedom, floor).is_none_or(|p| p >= MISFIT_LEVEL);
+                match evidence.alone.as_slice() {
+                    [spot] if !explains => (Verdict::Located, Some(*spot)),
+                    _ => (Verdict::Tied, None),
+                }
+            }
         };
     }
     let overwhelming = best.gains.iter().all(|gain| gain.total > OVERWHELMING * gain.error);
@@ -356,6 +361,8 @@ impl Finding<'_> {
             "no real machine has such a size or sign".to_owned()
         } else if close && self.close.len() > 1 {
             "others explain it as well".to_owned()
+        } else if contender.outvoted {
+            "it stands only when some rows are called wild".to_owned()
         } else if contender.refitted && !contender.gains.iter().all(super::trial::Gain::counts) {
             "it does not predict rows it has not seen".to_owned()
         } else {

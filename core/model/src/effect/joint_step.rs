@@ -4,7 +4,7 @@ use super::registry::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Unit};
 
 /// Moments that are tried at most.
-const MOMENTS: usize = 60;
+pub(crate) const MOMENTS: usize = 60;
 /// Rows there must be on either side of the jump.
 const EITHER_SIDE: usize = 4;
 

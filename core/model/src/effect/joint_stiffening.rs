@@ -14,6 +14,16 @@ struct JointStiffening {
     parameters: [Parameter; 1],
 }
 
+/// How far a cubic spring winds (`share = wound + wound^3`, the usual law of harmonic drives: Spong 1987), by Newton's
+/// method from outside, where it never overshoots.
+fn wound(share: f64) -> f64 {
+    let mut turn = share.abs().cbrt().min(share.abs());
+    for _ in 0..8 {
+        turn -= (turn + turn.powi(3) - share.abs()) / (1.0 + 3.0 * turn * turn);
+    }
+    turn.copysign(share)
+}
+
 impl Effect for JointStiffening {
     fn parameters(&self) -> &[Parameter] {
         &self.parameters
@@ -21,7 +31,7 @@ impl Effect for JointStiffening {
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         let share = situation.moment(self.joint) / self.knee;
-        drives.push(situation.turn_joint(self.joint, 0, self.knee * share.asinh()));
+        drives.push(situation.turn_joint(self.joint, 0, self.knee * wound(share)));
     }
 
     fn looks_at(&self) -> LooksAt {
@@ -64,3 +74,16 @@ pub(super) const KIND: Kind = Kind {
         .collect()
     },
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cubic_spring_balances_its_moment() {
+        for share in [-300.0, -1.0, 0.0, 1e-6, 0.4, 7.0, 1e4] {
+            let turn = wound(share);
+            assert!((turn + turn.powi(3) - share).abs() < 1e-9 * (1.0 + share.abs()), "{share}: {turn}");
+        }
+    }
+}

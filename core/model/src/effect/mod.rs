@@ -16,7 +16,7 @@ mod joint_coupling;
 mod joint_gain;
 mod joint_harmonic;
 mod joint_settling;
-mod joint_step;
+pub(crate) mod joint_step;
 mod joint_stiffening;
 mod joint_zero;
 mod link_length;

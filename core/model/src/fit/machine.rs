@@ -196,6 +196,12 @@ impl<'a> Machine<'a> {
         }
     }
 
+    /// What steps in time are dated by in a row; nothing where a logged time is not finite.
+    pub(crate) fn clock(&self, row: usize) -> Option<f64> {
+        let clock = self.table.time.as_ref().map_or(Some(row as f64), |time| time.get(row).copied());
+        clock.filter(|clock| clock.is_finite())
+    }
+
     /// Everything with weight in a row.
     fn weights(&self, state: &State, row: usize) -> Weights<'_> {
         let load = self.table.payload.as_ref().and_then(|loads| loads.get(row)).copied();

@@ -33,6 +33,13 @@ impl Returns {
         if groups.is_empty() {
             return None;
         }
+        // A jump between two returns is dated by the returns themselves.
+        let mut passport = survey.passport.clone();
+        let mut clocks: Vec<f64> = groups.iter().flatten().filter_map(|row| machine.clock(*row)).collect();
+        clocks.sort_by(f64::total_cmp);
+        clocks.dedup();
+        passport.clocks = clocks;
+        let survey = &Survey { model: survey.model, passport: &passport };
         let ids: Vec<EffectId> = effect::kinds()
             .iter()
             .filter(|kind| kind.depends_on_conditions)

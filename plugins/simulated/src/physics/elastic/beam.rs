@@ -7,7 +7,8 @@ use crate::physics::rigid::{Rigid, Rotation, Vector};
 /// The link after a joint, of bending stiffness `1 / flexibility` N m2, straight from the joint's axis to the next.
 ///
 /// A force F and a moment M at the free end of a cantilever of length L along u turn it by `(L M + L^2/2 u x F) / EI` and shift it by
-/// `(L^2/2 M x u + L^3/3 F) / EI`, parts along u left out; its own weight P at distance b adds `b^2/2 u x P` and `b^2 (3L - b)/6 P`.
+/// `(L^2/2 M x u + L^3/3 F) / EI`, parts along u left out; its own weight P at distance b adds `b^2/2 u x P` and `b^2 (3L - b)/6 P`, and where
+/// its centre stands off the line by r, the moment m = r x P there adds `b m` and `b (L - b/2) m x u`.
 pub(super) struct Beam {
     pub(super) joint: usize,
     pub(super) flexibility: f64,
@@ -34,10 +35,12 @@ impl ElasticPart for Beam {
             let mut own = Load::default();
             own.hang(weight.mass, Vector::ZERO);
             let pull = own.weight().across(along);
-            let at = (motion.apply(weight.centre) - axis.point).dot(along) * 1e-3;
-            let at = at.clamp(0.0, length);
-            turn += along.cross(pull) * (0.5 * at * at);
-            shift += pull * (at * at * (3.0 * length - at) / 6.0);
+            let out = (motion.apply(weight.centre) - axis.point) * 1e-3;
+            let at = out.dot(along).clamp(0.0, length);
+            let twist = (out - along * at).cross(own.weight()).across(along);
+            turn += along.cross(pull) * (0.5 * at * at) + twist * at;
+            shift += pull * (at * at * (3.0 * length - at) / 6.0)
+                + twist.cross(along) * (at * (length - 0.5 * at));
         }
         let home_from_world = motion.rotation.inverse();
         let turn = home_from_world.apply(turn * self.flexibility);

@@ -1,0 +1,124 @@
+//! What was searched for on a coarse grid (a time constant, the moment at which a joint stiffens) is settled, and what is not
+//! known of it widens the error of the size.
+
+use nalgebra::DVector;
+
+use super::search::Stage;
+use super::trial::bic;
+use crate::effect::{self, EffectId, Search, joint_step};
+use crate::file::AddedEffect;
+use crate::fit::FitOptions;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::progress::Progress;
+
+/// Steps of the logarithm of what is searched for, from coarse to fine.
+const STEPS: [f64; 3] = [0.35, 0.2, 0.1];
+
+/// How far the logarithm may move in one of them.
+const FARTHEST: f64 = 0.7;
+
+/// A refit with what is searched for at one place.
+struct Tried {
+    squares: f64,
+    rank: f64,
+    values: DVector<f64>,
+    covariance: nalgebra::DMatrix<f64>,
+}
+
+impl Laboratory {
+    /// Settles what the likeliest contender searched for.
+    pub(super) fn refine(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
+        let Some(first) = stage.contenders.first().filter(|first| first.passes()) else { return Ok(()) };
+        match effect::kind(&first.id.name).map(|kind| kind.search) {
+            Some(Search::Smooth) => self.settle(stage, progress),
+            Some(Search::Jumps) => self.date(stage, progress),
+            _ => Ok(()),
+        }
+    }
+
+    /// The moment of a jump, to the row: all moments between the neighbours of the one that was tried.
+    fn date(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
+        let Some(first) = stage.contenders.first() else { return Ok(()) };
+        let Some(tried) = first.id.inner else { return Ok(()) };
+        let (id, start) = (first.id.clone(), first.values.clone());
+        let clocks = &self.passport().clocks;
+        let place = clocks.partition_point(|clock| *clock < tried);
+        let near = clocks.len().div_ceil(2 * joint_step::MOMENTS).max(1);
+        let mut best: Option<(Tried, f64)> = None;
+        for at in clocks.iter().skip(place.saturating_sub(near)).take(2 * near + 1) {
+            let there = EffectId { inner: Some(*at), ..id.clone() };
+            let there = self.tried(stage, &there, start.clone(), progress)?;
+            if best.as_ref().is_none_or(|(best, _)| there.squares < best.squares) {
+                best = Some((there, *at));
+            }
+        }
+        let equations = stage.fitted.fit.normal.equations as f64;
+        if let (Some((best, at)), Some(first)) = (best, stage.contenders.first_mut()) {
+            first.bic = bic(best.squares, equations, best.rank, first.search_cost);
+            first.values = best.values.iter().copied().collect();
+            first.covariance = best.covariance;
+            first.id.inner = Some(at);
+        }
+        Ok(())
+    }
+
+    /// A number on which the effect depends smoothly: its logarithm goes to the bottom of the parabola.
+    fn settle(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
+        let Some(first) = stage.contenders.first() else { return Ok(()) };
+        let Some(mut middle) = first.id.inner.filter(|inner| *inner > 0.0) else { return Ok(()) };
+        let (id, start) = (first.id.clone(), first.values.clone());
+        let at = |inner: f64| {
+            self.tried(stage, &EffectId { inner: Some(inner), ..id.clone() }, start.clone(), progress)
+        };
+        let mut best = at(middle)?;
+        for step in STEPS {
+            let (low, high) = (at(middle * (-step).exp())?, at(middle * step.exp())?);
+            let bend = low.squares + high.squares - 2.0 * best.squares;
+            let slope = 0.5 * (high.squares - low.squares);
+            let farthest = if bend > 0.0 { -slope / bend * step } else { -slope.signum() * FARTHEST };
+            let moved = middle * farthest.clamp(-FARTHEST, FARTHEST).exp();
+            let there = at(moved)?;
+            if there.squares < best.squares {
+                (middle, best) = (moved, there);
+            }
+        }
+        let step: f64 = 0.1;
+        let (low, high) = (at(middle * (-step).exp())?, at(middle * step.exp())?);
+        let bend = (low.squares + high.squares - 2.0 * best.squares) / (step * step);
+        let freedom = (stage.fitted.fit.normal.equations as f64 - best.rank - 1.0).max(1.0);
+        // Of what is searched for nothing is known beyond a factor of e when the squares do not bend.
+        let variance = (2.0 * best.squares / freedom / bend.max(1e-300)).clamp(0.0, 1.0);
+        let slope = (high.values - low.values) / (2.0 * step);
+        let equations = stage.fitted.fit.normal.equations as f64;
+        if let Some(first) = stage.contenders.first_mut() {
+            first.bic = bic(best.squares, equations, best.rank, first.search_cost);
+            first.values = best.values.iter().copied().collect();
+            first.covariance = best.covariance + &slope * slope.transpose() * variance;
+            first.id.inner = Some(middle);
+        }
+        Ok(())
+    }
+
+    fn tried(
+        &self,
+        stage: &Stage<'_>,
+        id: &EffectId,
+        values: Vec<f64>,
+        progress: &Progress,
+    ) -> Result<Tried, LaboratoryError> {
+        progress.check()?;
+        let mut more = stage.taken.clone();
+        more.push(AddedEffect { id: id.clone(), values });
+        let (fit, options) = (&stage.fitted.fit, FitOptions { robust: false, ..self.options().fit });
+        let refit = self.fit_near(&more, &stage.fitted, (&fit.rows, &fit.weights), options, progress)?;
+        let values = refit.fit.state.effects.last().cloned().unwrap_or_default();
+        let slots = refit.machine.slots().len();
+        let own: Vec<usize> = (slots.saturating_sub(values.len())..slots).collect();
+        Ok(Tried {
+            squares: refit.fit.normal.squares,
+            rank: refit.fit.rank() as f64,
+            covariance: refit.fit.covariance.select_rows(&own).select_columns(&own),
+            values: DVector::from_vec(values),
+        })
+    }
+}
