@@ -25,11 +25,11 @@ impl Watch {
         config: &Config,
         message: &DigitalInputs,
     ) -> Result<Vec<ProximityEdge>, PluginError> {
-        let fired = message.level(config.bit) == (config.active == Active::High);
+        let fired = message.level(config.bit()) == (config.active == Active::High);
         self.seen_ns = self.seen_ns.max(message.time_ns);
         let mut certain = Vec::new();
         certain.extend(self.certain_at(message.time_ns, config.debounce_ns()));
-        if message.has_changed(config.bit) {
+        if message.has_changed(config.bit()) {
             let edge = ProximityEdge {
                 time_ns: message.time_ns,
                 fired: u32::from(fired),
@@ -46,8 +46,8 @@ impl Watch {
             self.forget();
             return Err(PluginError::InputLost(format!(
                 "line {} went to {} in no message: one must have been lost",
-                config.bit,
-                u8::from(message.level(config.bit))
+                config.bit(),
+                u8::from(message.level(config.bit()))
             )));
         }
         self.fired = Some(fired);
@@ -81,7 +81,7 @@ mod tests {
     use plumb_plugin::JointVector;
 
     fn config(debounce_ms: f64) -> Config {
-        Config { bit: 2, active: Active::High, debounce_ms }
+        Config::of_bit(2, Active::High, debounce_ms)
     }
 
     fn message(time_ms: u64, level: bool, changed: bool) -> DigitalInputs {
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn a_line_that_is_active_low_fires_when_it_falls() {
-        let config = Config { active: Active::Low, ..config(0.0) };
+        let config = Config::of_bit(2, Active::Low, 0.0);
         assert_eq!(edges(&config, &[message(1, true, false), message(2, false, true)]), [(2, true)]);
     }
 

@@ -82,7 +82,7 @@ fn a_change_of_the_settings_takes_effect() {
 fn bad_configurations_are_refused_with_what_would_be_right() {
     for (config, said) in [
         (Value::Null, "invalid type: null"),
-        (json!({}), "missing field `bit`"),
+        (json!({}), "say where the sensor's line ends, once: `bit: 0` for an input of the robot"),
         (json!({"bit": 64}), "`bit` is 64; a line's bit is 0 to 63"),
         (json!({"bit": 0, "polarity": "low"}), "unknown field `polarity`"),
         (json!({"bit": 0, "active": "left"}), "unknown variant `left`, expected `high` or `low`"),
