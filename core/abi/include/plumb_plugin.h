@@ -202,7 +202,8 @@ typedef struct plumb_robot_functions {
     uint32_t reserved;
 
     /* Writes the description as JSON: {"model", "joints": [{"name", "unit": "rad"|"mm", "lower", "upper", "resolution", "max_speed",
-     * "home"}], "inputs": [{"name", "bit"}], "outputs": [...], "capabilities": {"interruptible", "stop_time_ms", "jog", "set_zero"}}. */
+     * "home"}], "inputs": [{"name", "bit"}], "outputs": [...], "capabilities": {"interruptible", "stop_time_ms", "jog", "only_pendant_ends_jog",
+     * "set_zero"}}. */
     plumb_status (*describe)(plumb_instance *instance, const plumb_sink *answer);
 
     /* Makes ready to move. Clears an earlier stop. */

@@ -26,6 +26,11 @@ pub enum Command {
         /// How far, relative, in degrees (mm for a linear joint).
         by: f64,
     },
+    /// Hands the arm of an open `jog_to` prompt to its pendant, where nothing but the pendant can end that.
+    HandOver {
+        /// The open prompt.
+        prompt: PromptId,
+    },
     /// Waits. What moved is stopped where `when` says now; the step in hand begins again on resume.
     Pause {
         /// At once or before the next step.

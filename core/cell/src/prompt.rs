@@ -63,6 +63,10 @@ pub enum PromptKind {
         goals: Vec<JogGoal>,
         /// Joints a jog command may name, with where they stand now.
         joints: Vec<NamedValue>,
+        /// Whether [`Command::HandOver`](crate::command::Command::HandOver) hands the arm to its pendant, which alone stops it and gives it
+        /// back then.
+        #[serde(default)]
+        hand_over: bool,
     },
     /// A run goes on after an interruption: does the arm stand where it was left?
     ConfirmPose {

@@ -17,7 +17,7 @@ use plumb_record::{Record, RunId};
 use support::running::{
     ZERO_ERROR_DEG, cell_with_steps, message_of, operator, request, start, watch, workcell,
 };
-use support::{Devices, World};
+use support::{Devices, PendantHas, World};
 use tempfile::TempDir;
 
 fn place() -> TempDir {
@@ -291,6 +291,57 @@ steps:
     assert!(refused[1].contains("did you mean `waist`?"), "{refused:?}");
     assert!(refused[2].contains("waist would go to 511.000 deg"), "{refused:?}");
     assert!((world.truth_deg()[0] - 13.0).abs() < 1e-9);
+}
+
+#[test]
+fn an_arm_that_only_its_pendant_gives_back_is_handed_over_on_request_and_not_moved_until_then() {
+    let steps = "
+steps:
+  - {id: place, do: {prompt: {text: There, jog_to: {robot: arm}}}}
+";
+    let place = place();
+    let cell = cell_with_steps(&place, steps);
+    let world = World::new([0.0; 3]);
+    world.only_pendant_ends_jog.store(true, Ordering::SeqCst);
+    let mut run = request(&cell, &place);
+    run.unattended = false;
+    let mut said = Vec::new();
+    let (outcome, _) = watch(start(run, &world), |event, handle| {
+        let jog = |prompt| handle.send(Command::Jog { prompt, joint: "waist".to_owned(), by: 2.0 });
+        match event {
+            Event::PromptAsked { prompt } => {
+                assert!(matches!(prompt.kind, PromptKind::JogTo { hand_over: true, .. }));
+                // It moves from here before anybody has asked for the pendant.
+                jog(prompt.id);
+                handle.send(Command::HandOver { prompt: prompt.id });
+            }
+            Event::AnswerRefused { prompt, reason } => {
+                said.push(reason.clone());
+                match said.len() {
+                    1 => {
+                        jog(*prompt);
+                    }
+                    2 => *world.pendant.lock().expect("the pendant") = PendantHas::GivenItBack,
+                    _ => {
+                        jog(*prompt);
+                        let answer = Answer::Done;
+                        handle.send(Command::Answer { prompt: *prompt, answer, by: "ada".to_owned() });
+                    }
+                }
+            }
+            _ => {}
+        }
+    });
+    assert_eq!(outcome, RunOutcome::Passed);
+    assert_eq!(
+        said,
+        [
+            "the pendant has the arm: only STOP on the pendant stops it, and gives it back",
+            "arm: press STOP on the pendant",
+            "the pendant has given the arm back",
+        ]
+    );
+    assert_eq!(world.moves.load(Ordering::SeqCst), 2, "the jog under hand control moved nothing");
 }
 
 #[test]

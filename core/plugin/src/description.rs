@@ -84,6 +84,9 @@ pub struct RobotCapabilities {
     /// Whether an operator can jog it from a pendant through [`Robot::jog`](crate::Robot::jog).
     #[serde(default)]
     pub jog: bool,
+    /// Whether nothing but its pendant ends a jog: until then no stop reaches the robot, and it is handed over only when an operator asks for it.
+    #[serde(default)]
+    pub only_pendant_ends_jog: bool,
     /// Whether its zero can be set through [`Robot::set_zero`](crate::Robot::set_zero).
     #[serde(default)]
     pub set_zero: bool,

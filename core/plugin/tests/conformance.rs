@@ -110,8 +110,7 @@ impl Robot for TestRobot {
             capabilities: RobotCapabilities {
                 interruptible: true,
                 stop_time_ms: 20,
-                jog: false,
-                set_zero: false,
+                ..RobotCapabilities::default()
             },
         }
     }

@@ -243,6 +243,7 @@ fn description(world: &WorldClient) -> RobotDescription {
             interruptible: true,
             stop_time_ms: STOP_TIME_MS,
             jog: true,
+            only_pendant_ends_jog: false,
             set_zero: true,
         },
     }

@@ -115,6 +115,8 @@ pub(crate) enum Command {
     JogMore,
     /// Make the step of the jog smaller.
     JogLess,
+    /// Hand the arm to its pendant.
+    HandOver,
     /// Show the prompt in letters to be read from the arm.
     Large,
     /// Look at errors in the next plane.
@@ -411,6 +413,14 @@ pub(crate) const BINDINGS: &[Binding] = &[
         command: Command::JogLess,
         footer: "step",
         help: "Smaller jog steps.",
+    },
+    Binding {
+        keys: &[letter('h')],
+        shown: "h",
+        place: Place::Jog,
+        command: Command::HandOver,
+        footer: "",
+        help: "Hand the arm to its pendant, where only that can end it; asks first.",
     },
     Binding {
         keys: &[letter('f')],

@@ -139,6 +139,7 @@ fn obey_in_run(state: &mut State, command: Command) -> Vec<Action> {
         }
         Command::JogForwards => return jog(state, 1.0),
         Command::JogBackwards => return jog(state, -1.0),
+        Command::HandOver => return hand_over(state),
         Command::JogMore | Command::JogLess => {
             if let Some(prompt) = prompt(state) {
                 prompt.change_step(if command == Command::JogMore { 1 } else { -1 });
@@ -174,6 +175,19 @@ fn decided(prompt: &mut OpenPrompt, decision: Decision) -> Result<Answer, String
 
 fn jog(state: &mut State, sign: f64) -> Vec<Action> {
     prompt(state).and_then(|prompt| prompt.jog(sign)).map(Action::Tell).into_iter().collect()
+}
+
+fn hand_over(state: &mut State) -> Vec<Action> {
+    match prompt(state).map(OpenPrompt::hand_over) {
+        Some(Ok(command)) => vec![Action::Tell(command)],
+        Some(Err(reason)) => {
+            if let Some(prompt) = prompt(state) {
+                prompt.refuse(&reason);
+            }
+            vec![Action::Bell]
+        }
+        None => Vec::new(),
+    }
 }
 
 fn prompt(state: &mut State) -> Option<&mut OpenPrompt> {

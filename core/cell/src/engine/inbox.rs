@@ -44,7 +44,8 @@ impl Inbox {
             if let Some(interrupt) = self.as_interrupt(&command) {
                 return Some(interrupt);
             }
-            let for_a_prompt = matches!(command, Command::Answer { .. } | Command::Jog { .. });
+            let for_a_prompt =
+                matches!(command, Command::Answer { .. } | Command::Jog { .. } | Command::HandOver { .. });
             if for_a_prompt && self.passed_over.len() < MOST_PASSED_OVER {
                 self.passed_over.push_back(command);
             }
@@ -64,7 +65,7 @@ impl Inbox {
             Command::Abort => Some(Interrupt::Abort),
             Command::Finish => Some(Interrupt::Finish),
             Command::Keep => Some(Interrupt::Keep),
-            Command::Answer { .. } | Command::Jog { .. } | Command::Resume => None,
+            Command::Answer { .. } | Command::Jog { .. } | Command::HandOver { .. } | Command::Resume => None,
         }
     }
 

@@ -26,12 +26,15 @@ impl Engine {
             self.journal.show(Event::Stopped { reason: reason.to_owned() });
         }
         self.journal.interruption(Interruption::Paused, step, reason)?;
+        let mut reason = reason.to_owned();
         for arm in self.arms.iter_mut().filter(|arm| !self.lost.contains(&arm.name)) {
-            // One that cannot be brought to rest is found out by the step that uses it next.
-            let _ = arm.link.deactivate();
+            if let Err(error) = arm.link.deactivate() {
+                reason = format!("{reason}; {error}");
+            }
         }
         self.show_robots(DeviceState::Inactive);
-        self.journal.show(Event::Paused { step: step.cloned(), reason: reason.to_owned() });
+        self.take_in_log(step)?;
+        self.journal.show(Event::Paused { step: step.cloned(), reason });
         loop {
             match self.inbox.next(Duration::from_millis(200)) {
                 Some(Command::Resume) => break,

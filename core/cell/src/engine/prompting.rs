@@ -21,6 +21,8 @@ pub(super) enum Heard {
     Answer(Answer, String),
     /// One joint is to be moved a little.
     Jog { joint: String, by: f64 },
+    /// The robot is to be handed to its pendant.
+    HandOver,
     /// Nothing for a while.
     Silence,
 }
@@ -43,7 +45,9 @@ impl Engine {
                     self.journal.answered(&prompt, &answer, &by)?;
                     return Ok(answer);
                 }
-                Heard::Jog { .. } => self.refuse(&prompt, "nothing is jogged in this prompt"),
+                Heard::Jog { .. } | Heard::HandOver => {
+                    self.refuse(&prompt, "nothing is jogged in this prompt");
+                }
                 Heard::Silence => {}
             }
         }
@@ -73,6 +77,7 @@ impl Engine {
 
     /// Waits a little for something that concerns the prompt.
     pub(super) fn hear(&mut self, prompt: &Prompt, at: &StepContext) -> Result<Heard, StepError> {
+        self.take_in_log(Some(&at.path))?;
         if at.time_left().is_err() {
             self.journal.withdrawn(prompt)?;
             return Err(StepError::error("nobody answered within its time limit"));
@@ -87,6 +92,7 @@ impl Engine {
             Some(Command::Jog { prompt: id, joint, by }) if id == prompt.id => {
                 return Ok(Heard::Jog { joint, by });
             }
+            Some(Command::HandOver { prompt: id }) if id == prompt.id => return Ok(Heard::HandOver),
             Some(other) => {
                 if let Some(interrupt) = self.inbox.as_interrupt(&other) {
                     self.journal.withdrawn(prompt)?;

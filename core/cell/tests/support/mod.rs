@@ -43,6 +43,18 @@ pub struct World {
     pub connections: AtomicUsize,
     /// Called at the beginning of each move with its number.
     pub on_move: Mutex<Option<OnMove>>,
+    /// Whether the arm, once handed to its pendant, is given back by that alone.
+    pub only_pendant_ends_jog: AtomicBool,
+    /// What that pendant has.
+    pub pendant: Mutex<PendantHas>,
+}
+
+/// What the pendant has of an arm that it alone gives back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PendantHas {
+    Nothing,
+    TheArm,
+    GivenItBack,
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -70,6 +82,8 @@ impl World {
             stopped: AtomicBool::new(false),
             connections: AtomicUsize::new(0),
             on_move: Mutex::new(None),
+            only_pendant_ends_jog: AtomicBool::new(false),
+            pendant: Mutex::new(PendantHas::Nothing),
         };
         Arc::new(world)
     }
@@ -192,8 +206,21 @@ impl RobotLink for Arm {
         Ok(self.world.state())
     }
 
-    fn jog(&mut self, _on: bool) -> Result<JogState, DeviceError> {
-        Ok(JogState { state: self.world.state(), ..JogState::default() })
+    fn jog(&mut self, on: bool) -> Result<JogState, DeviceError> {
+        let mut pendant = lock(&self.world.pendant);
+        if self.world.only_pendant_ends_jog.load(Ordering::SeqCst) {
+            match (*pendant, on) {
+                (PendantHas::TheArm, false) => {
+                    let error = PluginError::NotReady("press STOP on the pendant".to_owned());
+                    return Err(DeviceError::Refused { device: "arm".to_owned(), error });
+                }
+                (PendantHas::Nothing, true) => *pendant = PendantHas::TheArm,
+                (PendantHas::GivenItBack, false) => *pendant = PendantHas::Nothing,
+                _ => {}
+            }
+        }
+        let finished = u32::from(*pendant != PendantHas::TheArm);
+        Ok(JogState { state: self.world.state(), key: 0, finished })
     }
 
     fn stop_action(&self) -> StopAction {
@@ -236,7 +263,12 @@ impl DeviceLinks for Devices {
         let world = Arc::clone(&self.0);
         world.connections.fetch_add(1, Ordering::SeqCst);
         Ok(match device.name.as_str() {
-            "arm" => Link::Robot(Box::new(Arm { world, description: arm_description() })),
+            "arm" => {
+                let mut description = arm_description();
+                description.capabilities.only_pendant_ends_jog =
+                    world.only_pendant_ends_jog.load(Ordering::SeqCst);
+                Link::Robot(Box::new(Arm { world, description }))
+            }
             _ => Link::Sensor(Box::new(Eye {
                 world,
                 description: SensorDescription {
@@ -276,6 +308,11 @@ fn arm_description() -> RobotDescription {
         joints: JOINTS.map(joint).to_vec(),
         inputs: Vec::new(),
         outputs: Vec::new(),
-        capabilities: RobotCapabilities { interruptible: true, stop_time_ms: 0, jog: true, set_zero: false },
+        capabilities: RobotCapabilities {
+            interruptible: true,
+            stop_time_ms: 0,
+            jog: true,
+            ..RobotCapabilities::default()
+        },
     }
 }

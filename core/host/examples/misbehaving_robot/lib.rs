@@ -159,8 +159,8 @@ impl Robot for MisbehavingRobot {
             capabilities: RobotCapabilities {
                 interruptible: true,
                 stop_time_ms: 20,
-                jog: false,
                 set_zero: true,
+                ..RobotCapabilities::default()
             },
         }
     }

@@ -27,6 +27,7 @@ impl TeachMover {
                 interruptible: true,
                 stop_time_ms: stop_time_ms.max(self.configuration.stop_within_ms),
                 jog: self.configuration.hand_control,
+                only_pendant_ends_jog: true,
                 set_zero: true,
             },
         }

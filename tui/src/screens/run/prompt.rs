@@ -20,6 +20,8 @@ pub(crate) struct OpenPrompt {
     pub chosen: usize,
     /// Which of [`JOG_STEPS`].
     pub jog_step: usize,
+    /// The operator has asked once to hand the arm to its pendant.
+    pub handing_over: bool,
     /// Why the last answer was not taken.
     pub refused: Option<String>,
     /// An answer was given and the engine has not replied yet.
@@ -40,7 +42,16 @@ impl OpenPrompt {
             _ => 0,
         };
         let offered = !field.is_empty();
-        Self { prompt, field, offered, chosen, jog_step: 2, refused: None, answered: false }
+        Self {
+            prompt,
+            field,
+            offered,
+            chosen,
+            jog_step: 2,
+            handing_over: false,
+            refused: None,
+            answered: false,
+        }
     }
 
     /// Whether digits go into the answer.
@@ -115,6 +126,21 @@ impl OpenPrompt {
         let PromptKind::JogTo { joints, .. } = &self.prompt.kind else { return None };
         let joint = joints.get(self.chosen)?.name.clone();
         Some(Command::Jog { prompt: self.prompt.id, joint, by: sign * self.step() })
+    }
+
+    /// The command that hands the arm to its pendant, once the operator has said twice that it shall.
+    pub(crate) fn hand_over(&mut self) -> Result<Command, String> {
+        if !matches!(self.prompt.kind, PromptKind::JogTo { hand_over: true, .. }) {
+            return Err("this arm is not handed over here: jog it with the keys, or with its pendant if that moves it".to_owned());
+        }
+        if !std::mem::replace(&mut self.handing_over, true) {
+            return Err(
+                "From then on nothing stops the arm but STOP on its pendant: no key here, and not the end of this program. If you stand at it, press h again."
+                    .to_owned(),
+            );
+        }
+        self.handing_over = false;
+        Ok(Command::HandOver { prompt: self.prompt.id })
     }
 
     /// Size of one jog, in the joint's unit.

@@ -143,6 +143,12 @@ fn jog(prompt: &OpenPrompt, goals: &[JogGoal], joints: &[NamedValue], theme: &Th
         Span::styled("\u{2191} \u{2193}", theme.key),
         Span::styled(" joint", theme.text),
     ]));
+    if matches!(prompt.prompt.kind, PromptKind::JogTo { hand_over: true, .. }) {
+        lines.push(Line::from(vec![
+            Span::styled("h", theme.key),
+            Span::styled(" hand it to its pendant, which alone stops it then", theme.text),
+        ]));
+    }
     lines.push(button("the arm stands where it should", theme));
     lines
 }

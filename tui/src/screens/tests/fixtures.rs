@@ -150,6 +150,7 @@ pub(super) fn jog_asked() -> Event {
                 unit: "deg".to_owned(),
             }],
             joints: joints(35.5, -60.0),
+            hand_over: false,
         },
     )
 }

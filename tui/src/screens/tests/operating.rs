@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use plumb_cell::command::{Command as Tell, PauseWhen};
 use plumb_cell::event::{Event, RunOutcome};
-use plumb_cell::prompt::{Answer, Decision, PromptId};
+use plumb_cell::prompt::{Answer, Decision, PromptId, PromptKind};
 use ratatui::crossterm::event::KeyCode;
 
 use super::fixtures::{
@@ -116,6 +116,24 @@ fn a_jog_moves_the_chosen_joint_by_the_chosen_step_and_shows_where_it_stands() {
     tell(&mut state, posed(35.5, -80.0, false));
     assert!(page(&state, 120, 40).contains("\u{2713} elbow between -107.25 and -72.75 deg"));
     assert_eq!(answers(&press(&mut state, KeyCode::Enter)), [&Answer::Done]);
+}
+
+#[test]
+fn an_arm_is_handed_to_its_pendant_only_when_that_was_said_twice() {
+    let mut state = begun();
+    let Event::PromptAsked { mut prompt } = jog_asked() else { panic!("a prompt") };
+    tell(&mut state, Event::PromptAsked { prompt: prompt.clone() });
+    assert_eq!(press(&mut state, KeyCode::Char('h')), [Action::Bell]);
+    assert!(page(&state, 120, 40).contains("this arm is not handed over here"));
+    if let PromptKind::JogTo { hand_over, .. } = &mut prompt.kind {
+        *hand_over = true;
+    }
+    tell(&mut state, Event::PromptAsked { prompt });
+    assert!(page(&state, 120, 40).contains("h hand it to its pendant, which alone stops it then"));
+    assert_eq!(press(&mut state, KeyCode::Char('h')), [Action::Bell]);
+    assert!(page(&state, 120, 40).contains("From then on nothing stops the arm but STOP on its pendant"));
+    let actions = press(&mut state, KeyCode::Char('h'));
+    assert_eq!(actions, [Action::Tell(Tell::HandOver { prompt: PromptId(41) })]);
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod apply;
 mod check;
 mod compute;
 mod move_joints;
+mod pendant;
 mod prompt;
 mod search;
 

@@ -3,6 +3,7 @@
 use plumb_plugin::JointVector;
 use serde_json::{Value, json};
 
+use super::pendant::Pendant;
 use crate::engine::Engine;
 use crate::engine::journal::Question as Asked;
 use crate::engine::prompting::Heard;
@@ -72,7 +73,9 @@ impl Engine {
                 }
                 let state = self.read_pose(robot)?;
                 let joints = self.arm(robot)?.named(&state.joints);
-                PromptKind::JogTo { device: robot.clone(), goals: bounds, joints }
+                let arm = self.arm(robot)?;
+                let hand_over = Pendant::of(&arm.description.capabilities).is_on_request();
+                PromptKind::JogTo { device: robot.clone(), goals: bounds, joints, hand_over }
             }
         })
     }
@@ -99,11 +102,11 @@ impl Engine {
             self.journal.answered(&prompt, &answer, &by)?;
             return self.jog_done(robot, &here);
         }
-        let has_pendant = self.arm(robot)?.description.capabilities.jog;
+        let mut pendant = Pendant::of(&self.arm(robot)?.description.capabilities);
         loop {
             match self.hear(&prompt, at) {
                 Ok(Heard::Answer(answer, by)) => {
-                    let taken_back = self.pendant(robot, has_pendant, false);
+                    let taken_back = self.take_back(robot, &mut pendant);
                     let here = match taken_back.and_then(|()| self.bring_to(robot, &answer, at)) {
                         Ok(here) => here,
                         Err(StepError::Error(reason)) => {
@@ -120,28 +123,20 @@ impl Engine {
                         Err(reason) => self.refuse(&prompt, &reason),
                     }
                 }
-                Ok(Heard::Jog { joint, by }) => {
-                    self.pendant(robot, has_pendant, false)?;
-                    self.jog_joint(robot, &joint, by, &prompt, at)?;
-                }
-                Ok(Heard::Silence) => self.pendant(robot, has_pendant, true)?,
+                Ok(Heard::Jog { joint, by }) => match self.take_back(robot, &mut pendant) {
+                    Ok(()) => self.jog_joint(robot, &joint, by, &prompt, at)?,
+                    Err(StepError::Error(reason)) => self.refuse(&prompt, &reason),
+                    Err(other) => return Err(other),
+                },
+                Ok(Heard::HandOver) => self.hand_over(robot, &mut pendant, &prompt)?,
+                Ok(Heard::Silence) => self.look_on(robot, &mut pendant, &prompt)?,
                 Err(error) => {
-                    let _ = self.pendant(robot, has_pendant, false);
+                    // What ends the prompt counts, not whether the pendant gives the robot back.
+                    let _ = self.take_back(robot, &mut pendant);
                     return Err(error);
                 }
             }
         }
-    }
-
-    /// Hands the robot to its pendant or takes it back, and shows where it stands.
-    fn pendant(&mut self, robot: &str, has_pendant: bool, on: bool) -> Result<(), StepError> {
-        if !has_pendant {
-            self.read_pose(robot)?;
-            return Ok(());
-        }
-        let state = self.arm(robot)?.link.jog(on);
-        let state = state.map_err(|error| self.device_error(error))?.state;
-        self.show_pose(robot, &state)
     }
 
     fn jog_joint(
