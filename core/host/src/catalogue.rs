@@ -52,12 +52,19 @@ pub enum CatalogueError {
         looked_in: Vec<PathBuf>,
     },
     /// No plugin of that name.
-    #[error("there is no plugin '{id}'{}; looked in {}", suggestion(known), list(looked_in))]
+    #[error(
+        "there is no plugin '{id}'{}{}; looked in {}",
+        suggestion(known),
+        unusable(broken),
+        list(looked_in)
+    )]
     Unknown {
         /// The name asked for.
         id: String,
         /// The plugins there are.
         known: Vec<String>,
+        /// What is wrong with those that were found and cannot be used.
+        broken: Vec<String>,
         /// The directories searched.
         looked_in: Vec<PathBuf>,
     },
@@ -69,6 +76,10 @@ fn list(paths: &[PathBuf]) -> String {
 
 fn suggestion(known: &[String]) -> String {
     if known.is_empty() { String::new() } else { format!("; there are {}", known.join(", ")) }
+}
+
+fn unusable(broken: &[String]) -> String {
+    broken.iter().map(|reason| format!("; one cannot be used: {reason}")).collect()
 }
 
 /// How many directories above the program a `plugins` directory is looked for: a program built from source lies in `target/debug/deps`.
@@ -132,6 +143,11 @@ impl Catalogue {
         self.plugins().find(|plugin| plugin.manifest.id == id).ok_or_else(|| CatalogueError::Unknown {
             id: id.to_owned(),
             known: self.plugins().map(|plugin| plugin.manifest.id.clone()).collect(),
+            broken: self
+                .rows
+                .iter()
+                .filter_map(|row| row.plugin.as_ref().err().map(ToString::to_string))
+                .collect(),
             looked_in: self.directories.clone(),
         })
     }

@@ -127,7 +127,12 @@ impl HostedDevices {
 
 impl DeviceLinks for HostedDevices {
     fn connect(&mut self, device: &DeviceSetting, guard: Value) -> Result<Link, DeviceError> {
-        let failed = |cause: String| DeviceError::Start { device: device.name.clone(), cause };
+        let failed = |cause: String| {
+            // The host names the device too, and the sentence does already.
+            let cause =
+                cause.strip_prefix(&format!("{}: ", device.name)).map_or(cause.clone(), str::to_owned);
+            DeviceError::Start { device: device.name.clone(), cause }
+        };
         if let Some(old) = self.hosts.remove(&device.name) {
             old.finish(PUTTING_AWAY);
         }
@@ -216,7 +221,7 @@ fn log_line(device: &str, event: &HostEvent) -> Option<DeviceLog> {
             (level, text.clone())
         }
         HostEvent::Output { text } => (event::LogLevel::Warning, text.clone()),
-        HostEvent::Ended { reason } if !reason.is_orderly() => {
+        HostEvent::Ended { reason } if !reason.is_orderly() && !reason.is_told() => {
             (event::LogLevel::Error, format!("its host {reason}"))
         }
         HostEvent::Progress { .. } | HostEvent::Ended { .. } => return None,

@@ -30,6 +30,11 @@ impl ExitReason {
         Self { code: status.code(), signal, killed_because, last_output }
     }
 
+    /// Whether it ended because its device could not be made ready, which its orchestrator was told in words.
+    pub fn is_told(&self) -> bool {
+        self.code == Some(i32::from(exit_code::FAILED))
+    }
+
     /// Whether it ended in good order.
     pub fn is_orderly(&self) -> bool {
         self.code == Some(0)
