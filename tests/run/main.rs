@@ -10,3 +10,4 @@ mod left_behind;
 mod passed;
 mod plugins;
 mod refused;
+mod serial;

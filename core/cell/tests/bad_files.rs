@@ -71,7 +71,9 @@ fn the_files_the_cases_stand_among_are_good() {
 fn the_cells_that_come_with_the_program_are_in_order() {
     let workcells = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../workcells/teachmover");
     let calculator = Calculator::new();
-    for cell in ["cell.yaml", "cell-backlash.yaml", "cell-paper.yaml", "cell-serial.yaml"] {
+    for cell in
+        ["cell.yaml", "cell-backlash.yaml", "cell-paper.yaml", "cell-serial.yaml", "cell-hardware.yaml"]
+    {
         let file = workcells.join(cell);
         let result =
             kind_of_file(&file).map_err(|p| vec![p]).and_then(|kind| check_file(&file, kind, &calculator));

@@ -21,7 +21,13 @@ pub(super) fn watch(mut running: RunningRun, json: bool) -> io::Result<RunOutcom
         loop {
             tokio::select! {
                 event = running.events.recv() => match event {
-                    Some(event) => printer.print(&event)?,
+                    Some(event) => {
+                        printer.print(&event)?;
+                        if matches!(event.event, Event::Paused { .. }) {
+                            // Stopped at the arm itself, and nobody is here to resume: kept, for who comes.
+                            handle.send(Command::Keep);
+                        }
+                    }
                     None => return Ok(()),
                 },
                 _ = interrupted.recv() => { handle.send(Command::Abort); }
