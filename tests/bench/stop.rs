@@ -1,22 +1,23 @@
-//! How long a stop takes at 9600 baud: from the stop being rung, as a key rings it, to the last half-step of the emulated controller.
+//! How long a stop takes at 9600 baud, to the last half-step of the emulated controller; with a driver that works, hangs, or crashes.
 //!
 //! The whole way is in these figures: the bell on the bus, the host process, the plugin, and a pseudo-terminal whose bytes keep the line's
-//! time. Stops come at random moments of long moves. Run on a machine that has nothing else to do:
-//!
-//! ```console
-//! $ cargo build --release && cargo run --release -p plumb --example stop_latency -- 200
-//! ```
+//! time. Stops come at random moments of long moves.
 
 use std::error::Error;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
-use plumb_bus::{Bus, Domain};
-use plumb_host::{HostArguments, HostCommand, HostProcess, Plugin, RobotClient, StopHandle};
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use plumb_host::{HostProcess, RobotClient, StopHandle, StopOutcome};
 use plumb_plugin::Motion;
 use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, EmulatorOptions};
 use plumb_simulated::physics::random::Random;
 use serde_json::json;
+
+use crate::parts::{Place, plugin};
+use crate::statistics::{ms, quantile};
+use crate::stop_key::stops_by_key;
+use crate::{LONG, Measured};
 
 /// The gripper's place among the joints: the one in mm.
 const GRIPPER: usize = 5;
@@ -34,10 +35,11 @@ const HOME: [f64; 6] = [0.0, 0.0, -45.0, -60.0, 0.0, 30.0];
 /// How long after a stop the last half-step is looked for.
 const SETTLED: Duration = Duration::from_millis(300);
 
-/// Longer than any of these moves takes.
-const LONG: Duration = Duration::from_secs(60);
+/// How long a robot may take to confirm a stop before its host is killed: what its plugin states, and the engine's grace.
+const CONFIRMED_WITHIN: Duration = Duration::from_millis(500);
 
 /// What became of the stops of one kind of move.
+#[derive(Default)]
 struct Figures {
     /// From the stop to the last half-step; zero where none came after it.
     latencies: Vec<Duration>,
@@ -45,15 +47,28 @@ struct Figures {
     elapsed: Duration,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let stops = std::env::args().nth(1).map_or(Ok(100), |count| count.parse())?;
-    println!("{stops} stops each, 9600 baud, speed code 220, pieces cut for a stop within 100 ms");
-    println!("{:<14}{:>9}{:>9}{:>9}{:>9}{:>18}", "move", "median", "95 %", "worst", "<= 100", "share moving");
+pub(crate) fn measure(stops: usize) -> Measured {
+    println!("9600 baud, speed code 220, pieces cut for a stop within 100 ms");
+    println!("{:<40}{:>9}{:>9}{:>9}{:>9}{:>15}", "", "median", "95 %", "worst", "<= 100", "share moving");
     let mut random = Random::new(1, "moments of stops");
     for (name, by) in MOVES {
         let figures = Bench::start()?.measure(by, stops, &mut random)?;
+        print(&format!("stop rung, {name}"), figures);
+    }
+    let by_key = stops_by_key(stops, &mut random)?;
+    print("Esc in the terminal, one joint", Figures { latencies: by_key, ..Figures::default() });
+    for (name, signal) in
+        [("plugin hangs, then the stop", Signal::SIGSTOP), ("plugin crashes, no stop", Signal::SIGSEGV)]
+    {
+        let mut figures = Figures::default();
+        for _ in 0..stops.div_ceil(3) {
+            Bench::start()?.lose_the_host(signal, &mut random, &mut figures)?;
+        }
         print(name, figures);
     }
+    println!(
+        "After each of the last two the host was gone, and no half-step was made in the second that followed."
+    );
     Ok(())
 }
 
@@ -62,45 +77,68 @@ struct Bench {
     emulator: Emulator,
     host: HostProcess,
     robot: RobotClient,
-    domain: Domain,
-    _folder: tempfile::TempDir,
+    _place: Place,
 }
 
 impl Bench {
     fn start() -> Result<Self, Box<dyn Error>> {
         let options = EmulatorOptions { baud: Some(9600), ..EmulatorOptions::default() };
         let emulator = Emulator::start(options, Box::new(BareMotors::new(false, 40.0)))?;
-        let folder = tempfile::tempdir()?;
-        let domain =
-            Domain::new(&format!("plumbstop_{}_", std::process::id()), &folder.path().join("domain"))?;
-        let bus = Bus::open(&domain, "stop latency")?;
-        let mut arguments = HostArguments::new("arm", &domain, &plugin()?);
+        let place = Place::new()?;
         let [waist_deg, shoulder_deg, elbow_deg, wrist_pitch_deg, wrist_roll_deg, gripper_mm] = HOME;
-        arguments.config = json!({
+        let config = json!({
             "port": emulator.standing().port,
             "registers_zero": {
                 "waist_deg": waist_deg, "shoulder_deg": shoulder_deg, "elbow_deg": elbow_deg,
                 "wrist_pitch_deg": wrist_pitch_deg, "wrist_roll_deg": wrist_roll_deg, "gripper_mm": gripper_mm,
             },
         });
-        let program = std::env::current_exe()?.with_file_name("../plumb");
-        let host = HostProcess::spawn(&bus, &arguments, HostCommand::new(program, ["host"]))?;
+        let host = place.host("arm", &plugin("teachmover")?, config, Vec::new())?;
         let robot = host.robot()?;
-        Ok(Self { emulator, host, robot, domain, _folder: folder })
+        Ok(Self { emulator, host, robot, _place: place })
+    }
+
+    /// Lets the driver's host hang or crash in the middle of a move, and stops it.
+    fn lose_the_host(self, signal: Signal, random: &mut Random, figures: &mut Figures) -> Measured {
+        let Self { emulator, host, robot, _place } = self;
+        robot.activate()?;
+        let motion = motion(MOVES[0].1, &robot)?;
+        let (stop, process) = (host.stop_handle()?, Pid::from_raw(i32::try_from(host.process())?));
+        let wait = Duration::from_secs_f64(random.between(0.3, 1.2));
+        let lost = std::thread::spawn(move || {
+            std::thread::sleep(wait);
+            let asked = Instant::now();
+            let sent = kill(process, signal);
+            (asked, sent, stop.stop(CONFIRMED_WITHIN))
+        });
+        let moved = robot.move_joints(&motion, LONG);
+        let (asked, sent, outcome) = lost.join().map_err(|_| "the stopper panicked")?;
+        sent?;
+        if moved.is_ok() || !matches!(outcome, StopOutcome::Killed | StopOutcome::HostGone) {
+            return Err(format!("the host lives on: {outcome:?}").into());
+        }
+        std::thread::sleep(Duration::from_secs(1));
+        let last = emulator.standing().last_half_step.ok_or("nothing moved")?;
+        std::thread::sleep(Duration::from_millis(200));
+        if emulator.standing().last_half_step != Some(last) {
+            return Err("the arm moves although its host is gone".into());
+        }
+        figures.latencies.push(last.saturating_duration_since(asked));
+        drop(robot);
+        host.finish(LONG);
+        Ok(emulator.stop()?)
     }
 
     fn measure(self, by: [f64; 6], stops: usize, random: &mut Random) -> Result<Figures, Box<dyn Error>> {
-        let mut figures = Figures { latencies: Vec::new(), turned: Duration::ZERO, elapsed: Duration::ZERO };
+        let mut figures = Figures::default();
         for _ in 0..stops {
             let wait = Duration::from_secs_f64(random.between(0.15, 1.2));
             self.stop_once(by, wait, &mut figures)?;
         }
-        figures.latencies.sort();
-        let Self { emulator, host, robot, domain, .. } = self;
+        let Self { emulator, host, robot, _place } = self;
         drop(robot);
         host.finish(LONG);
         emulator.stop()?;
-        domain.remove()?;
         Ok(figures)
     }
 
@@ -136,12 +174,6 @@ fn stop_after(wait: Duration, stop: StopHandle) -> std::thread::JoinHandle<Insta
     })
 }
 
-fn plugin() -> Result<Plugin, Box<dyn Error>> {
-    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins/teachmover/plugin.yaml");
-    let library = std::env::current_exe()?.with_file_name("../deps/libplumb_teachmover.so");
-    Ok(Plugin::at_library(&manifest, &library)?)
-}
-
 /// A move to whichever end of the way is further, so that no move ends before it is stopped.
 fn motion(by: [f64; 6], robot: &RobotClient) -> Result<Motion, Box<dyn Error>> {
     let here = robot.read_joints()?.joints;
@@ -168,22 +200,13 @@ fn in_units(joint: usize, value: f64) -> f64 {
     if joint == GRIPPER { value } else { value.to_radians() }
 }
 
-fn print(name: &str, figures: Figures) {
-    let at = |share: f64| {
-        let place = ((figures.latencies.len() as f64 * share).ceil() as usize).saturating_sub(1);
-        figures.latencies.get(place).copied().unwrap_or_default()
-    };
+fn print(name: &str, mut figures: Figures) {
     let within = figures.latencies.iter().filter(|latency| **latency <= Duration::from_millis(100)).count();
-    println!(
-        "{name:<14}{:>6.1} ms{:>6.1} ms{:>6.1} ms{:>7.1} %{:>16.1} %",
-        ms(at(0.5)),
-        ms(at(0.95)),
-        ms(at(1.0)),
-        100.0 * within as f64 / figures.latencies.len().max(1) as f64,
-        100.0 * figures.turned.as_secs_f64() / figures.elapsed.as_secs_f64(),
-    );
-}
-
-fn ms(duration: Duration) -> f64 {
-    duration.as_secs_f64() * 1e3
+    let within = 100.0 * within as f64 / figures.latencies.len().max(1) as f64;
+    let [median, most, worst] = [0.5, 0.95, 1.0].map(|share| ms(quantile(&mut figures.latencies, share)));
+    let share = match figures.elapsed.is_zero() {
+        true => String::new(),
+        false => format!("{:.1} %", 100.0 * figures.turned.as_secs_f64() / figures.elapsed.as_secs_f64()),
+    };
+    println!("{name:<40}{median:>6.1} ms{most:>6.1} ms{worst:>6.1} ms{within:>7.1} %{share:>15}");
 }

@@ -1,0 +1,66 @@
+//! From `plumb run` to the first motion, and where the time goes.
+
+use std::io::{BufRead as _, BufReader};
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::Measured;
+use crate::parts::Cells;
+use crate::statistics::{ms, quantile};
+
+/// What is waited for on the way: its name, and the first event of it.
+type Mark = (&'static str, fn(&Value) -> bool);
+
+const MARKS: [Mark; 4] = [
+    ("the run is in the record", |event| event["event"] == "run_started"),
+    ("every device is ready", |event| event["event"] == "planned"),
+    ("the first step begins", |event| event["event"] == "step_started"),
+    ("the first motion", |event| event["event"] == "joints" && event["moving"] == true),
+];
+
+pub(crate) fn measure(count: usize) -> Measured {
+    for cell in ["cell.yaml", "cell-serial.yaml"] {
+        let cells = Cells::new()?;
+        let mut times: Vec<Vec<Duration>> = vec![Vec::new(); MARKS.len()];
+        for _ in 0..count {
+            for (times, time) in times.iter_mut().zip(first_motion(&cells, cell)?) {
+                times.extend(time);
+            }
+        }
+        println!("{cell:<34}{:>12}{:>12}", "median", "worst");
+        for ((name, _), times) in MARKS.iter().zip(&mut times) {
+            let (median, worst) = (ms(quantile(times, 0.5)), ms(quantile(times, 1.0)));
+            println!("  {name:<32}{median:>9.0} ms{worst:>9.0} ms");
+        }
+    }
+    println!("aim: 500 ms");
+    Ok(())
+}
+
+/// When each mark was reached, from the start of the program; the run is aborted then.
+fn first_motion(cells: &Cells, cell: &str) -> Result<Vec<Option<Duration>>, Box<dyn std::error::Error>> {
+    let mut reached = vec![None; MARKS.len()];
+    let began = Instant::now();
+    let mut command = cells.plumb(&["run", cell, "initialize", "--json", "--pace", "real"]);
+    let mut run = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?;
+    let output = run.stdout.take().ok_or("no output")?;
+    for line in BufReader::new(output).lines() {
+        let (event, now) = (serde_json::from_str::<Value>(&line?)?, began.elapsed());
+        for (reached, (_, is_it)) in reached.iter_mut().zip(MARKS) {
+            if reached.is_none() && is_it(&event) {
+                *reached = Some(now);
+            }
+        }
+        if reached.last().is_some_and(Option::is_some) {
+            break;
+        }
+    }
+    nix::sys::signal::kill(
+        nix::unistd::Pid::from_raw(i32::try_from(run.id())?),
+        nix::sys::signal::Signal::SIGINT,
+    )?;
+    run.wait()?;
+    Ok(reached)
+}
