@@ -2,7 +2,11 @@
 
 #![expect(clippy::expect_used, clippy::panic, reason = "a failed expectation is how a test fails")]
 
+#[path = "engine_steps/simulated_operator.rs"]
+mod simulated_operator;
 mod support;
+#[path = "engine_steps/unsteady_light.rs"]
+mod unsteady_light;
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;

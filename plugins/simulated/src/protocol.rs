@@ -153,6 +153,23 @@ pub enum Verb {
         /// Its width, mm; 0 for nothing.
         width_mm: f64,
     },
+    /// The operator turns the trim resistor until the sensor just fires at what it sees; ends with [`Say::Reading`].
+    TrimToFire {},
+    /// The operator lowers the hand by the shoulder onto a gauge block under the sensor and takes the block away; ends with
+    /// [`Say::Reading`].
+    RestOnGauge {
+        /// The block's height, mm.
+        height_mm: f64,
+    },
+    /// The operator brings the sensor's face over a point with the pendant, as well as he sees; ends with [`Say::Reading`].
+    PlaceHand {
+        /// Away from the waist's axis, along its zero, mm.
+        x_mm: f64,
+        /// Across, mm.
+        y_mm: f64,
+        /// Height over the table, mm; it is felt or gauged, not seen.
+        z_mm: f64,
+    },
     /// The operator measures; ends with [`Say::Measured`].
     Measure {
         /// With what.
@@ -160,6 +177,12 @@ pub enum Verb {
     },
     /// Breaks the seal of a sealed world, so that `look` is answered; ends with [`Say::Revealed`].
     Reveal {},
+    /// Lets the world begin again as its file describes it, what is left to chance drawn from this seed; its clock runs on. Ends with
+    /// [`Say::Reading`].
+    Again {
+        /// In place of the file's.
+        seed: u64,
+    },
     /// Ends the world; ends with [`Say::Done`].
     Shutdown {},
 }

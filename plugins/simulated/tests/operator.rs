@@ -148,3 +148,70 @@ fn what_is_true_in_a_sealed_world_is_told_once_it_is_revealed() {
     assert!(text.contains("backlash: {waist_deg: 0.4"));
     client.look().unwrap();
 }
+
+#[test]
+fn a_gauge_block_and_the_trim_resistor_set_the_sensor_to_a_height() {
+    let served = Served::start("world-worn.yaml", Pace::Fast);
+    let mut client = served.connect();
+    client.read(Verb::RestOnGauge { height_mm: 9.5 }).unwrap();
+    let height = client.look().unwrap().sensor_mm[2];
+    // As near as half-steps of the shoulder come: 0.16 mm each.
+    assert!((height - 9.5).abs() < 0.1, "{height}");
+    assert_eq!(client.read(Verb::Read {}).unwrap().inputs, 0);
+    assert_eq!(client.read(Verb::TrimToFire {}).unwrap().inputs, 1, "it just fires");
+    client.read(Verb::RestOnGauge { height_mm: 14.0 }).unwrap();
+    assert_eq!(client.read(Verb::Read {}).unwrap().inputs, 0, "and lets go higher up");
+    let refused = client.read(Verb::RestOnGauge { height_mm: 900.0 }).unwrap_err();
+    assert_eq!(refused.to_string(), "the shoulder cannot bring the hand to that height");
+}
+
+#[test]
+fn the_hand_is_placed_over_a_point_as_well_as_the_eye_tells() {
+    let point = Verb::PlaceHand { x_mm: 127.0, y_mm: 10.0, z_mm: 5.0 };
+    let served = Served::start("world-ideal.yaml", Pace::Fast);
+    let mut client = served.connect();
+    client.read(point.clone()).unwrap();
+    let there = client.look().unwrap().sensor_mm;
+    let off = [there[0] - 127.0, there[1] - 10.0, there[2] - 5.0];
+    assert!(off.iter().all(|part| part.abs() < 1e-6), "{off:?}");
+    let far = client.read(Verb::PlaceHand { x_mm: 700.0, y_mm: 0.0, z_mm: 5.0 }).unwrap_err();
+    assert_eq!(far.to_string(), "the arm does not reach that point");
+
+    let text = std::fs::read_to_string(world_path("world-ideal.yaml")).unwrap();
+    let file = served.directory().join("blurred.yaml");
+    std::fs::write(&file, format!("{text}instruments: {{eye: {{error_mm: 0.5}}}}\n")).unwrap();
+    let served = Served::start_file(&file, Pace::Fast);
+    let mut client = served.connect();
+    let mut seen = Vec::new();
+    for _ in 0..30 {
+        client.read(point.clone()).unwrap();
+        let there = client.look().unwrap().sensor_mm;
+        seen.push((there[0] - 127.0, there[1] - 10.0, there[2] - 5.0));
+    }
+    assert!(seen.iter().all(|off| off.2.abs() < 1e-6 && off.0.abs() < 2.5 && off.1.abs() < 2.5), "{seen:?}");
+    let across = (seen.iter().map(|off| off.1 * off.1).sum::<f64>() / 30.0).sqrt();
+    assert!((0.3..0.8).contains(&across), "{across}");
+}
+
+#[test]
+fn a_world_that_begins_again_is_as_it_was_and_its_clock_runs_on() {
+    let served = Served::start("world-worn.yaml", Pace::Fast);
+    let mut client = served.connect();
+    let lowered = |client: &mut WorldClient| {
+        client.read(Verb::RestOnGauge { height_mm: 8.0 }).unwrap();
+        client.read(Verb::Wait { ms: 400 }).unwrap();
+        let truth = client.look().unwrap();
+        (truth.attitudes, truth.reckoned, truth.lost_half_steps)
+    };
+    client.read(Verb::Again { seed: 5 }).unwrap();
+    let first = lowered(&mut client);
+    client.read(Verb::Trim { by: 0.2 }).unwrap();
+    let before = client.read(Verb::Read {}).unwrap().time_ns;
+    let mut changes = 0;
+    client.call(Verb::Again { seed: 5 }, || false, |_| changes += 1).unwrap();
+    let begun = client.read(Verb::Read {}).unwrap();
+    assert!(begun.time_ns >= before && begun.inputs == 0, "the sensor stands high over the table again");
+    assert_eq!(lowered(&mut client), first, "the same seed, the same world");
+    client.read(Verb::Again { seed: 6 }).unwrap();
+    assert_eq!(client.read(Verb::Read {}).unwrap().inputs, 0);
+}

@@ -81,7 +81,8 @@ fn fits(answer: &WrittenAnswer, kind: &AskedKind<'_>) -> Result<(), String> {
             }
             (Question::Choice { .. }, _) => Err("write the key of one of its options".to_owned()),
             (Question::Number { .. }, WrittenAnswer::Number(_)) => Ok(()),
-            (Question::Number { .. }, _) => Err("write a number".to_owned()),
+            (Question::Number { .. }, WrittenAnswer::Word(word)) if word == "offered" => Ok(()),
+            (Question::Number { .. }, _) => Err("write a number, or `offered`".to_owned()),
             (Question::JogTo { .. }, WrittenAnswer::Pose(_)) => Ok(()),
             (Question::JogTo { .. }, WrittenAnswer::Word(word)) => word_of(word, &["done"]),
             (Question::JogTo { .. }, _) => Err("write a pose, as in `{pose_deg: {shoulder: 45}}`".to_owned()),

@@ -5,6 +5,7 @@
 //!   ready: done                                   # an acknowledgement
 //!   paper: light                                  # a choice, by its key
 //!   gauge: 8.02                                   # a number, in the prompt's unit
+//!   level: offered                                # the number the prompt offers, as a simulated instrument reads it
 //!   start: {pose_deg: {shoulder: 45, elbow: -70}} # a jog: where the arm is to be brought
 //!   reading: [8.1, 8.0, 8.2]                      # asked in every turn of a repetition: one answer each
 //!   waist.ready: done                             # a prompt of a procedure called by the step `waist`
@@ -101,6 +102,10 @@ impl WrittenAnswer {
             }
             (PromptKind::Choice { .. }, Self::Word(key)) => Ok(Answer::Choice { key: key.clone() }),
             (PromptKind::Number { .. }, Self::Number(value)) => Ok(Answer::Number { value: *value }),
+            (PromptKind::Number { default, .. }, Self::Word(word)) if word == "offered" => match default {
+                Some(value) => Ok(Answer::Number { value: *value }),
+                None => Err("no number is offered here: write one".to_owned()),
+            },
             (PromptKind::JogTo { .. }, Self::Pose(joints)) => Ok(Answer::Pose { joints: joints.clone() }),
             (kind, _) => Err(format!("this prompt is answered by {}", wanted(kind))),
         }
@@ -114,7 +119,7 @@ fn wanted(kind: &PromptKind) -> String {
             let keys: Vec<String> = options.iter().map(|option| format!("`{}`", option.key)).collect();
             format!("one of {}", keys.join(", "))
         }
-        PromptKind::Number { .. } => "a number".to_owned(),
+        PromptKind::Number { .. } => "a number, or `offered` for the one that is offered".to_owned(),
         PromptKind::JogTo { .. } => "a pose, as in `{pose_deg: {shoulder: 45}}`, or `done`".to_owned(),
         PromptKind::ConfirmPose { .. } => "a person who looks at the arm".to_owned(),
         PromptKind::Decision { .. } => "`retry`, `skip` or `abort`".to_owned(),

@@ -44,6 +44,12 @@ pub trait World: Send {
     /// A sentence that says why there is none, and what would be right.
     fn emulate(&mut self, device: &str, controller: &str) -> Result<PathBuf, String>;
 
+    /// Does there what an operator would do in a real cell, and tells what an instrument reads.
+    ///
+    /// # Errors
+    /// A sentence that says why it cannot be done, and what would be right.
+    fn operate(&mut self, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String>;
+
     /// Ends it.
     fn end(&mut self);
 }
@@ -55,7 +61,7 @@ pub struct HostedDevices {
     domain: Domain,
     bus: Option<Bus>,
     world: Option<Box<dyn World>>,
-    hosts: BTreeMap<String, HostProcess>,
+    hosts: BTreeMap<String, (HostProcess, Value)>,
     log_in: Sender<DeviceLog>,
     log_out: Receiver<DeviceLog>,
 }
@@ -125,40 +131,61 @@ impl HostedDevices {
     }
 }
 
-impl DeviceLinks for HostedDevices {
-    fn connect(&mut self, device: &DeviceSetting, guard: Value) -> Result<Link, DeviceError> {
-        let failed = |cause: String| {
-            // The host names the device too, and the sentence does already.
-            let cause =
-                cause.strip_prefix(&format!("{}: ", device.name)).map_or(cause.clone(), str::to_owned);
-            DeviceError::Start { device: device.name.clone(), cause }
-        };
-        if let Some(old) = self.hosts.remove(&device.name) {
-            old.finish(PUTTING_AWAY);
+impl HostedDevices {
+    /// As [`DeviceLinks::connect`], to the host that serves the device already if it lives and makes the same check of moves.
+    ///
+    /// # Errors
+    /// [`DeviceError::Start`]
+    pub fn connect_kept(&mut self, device: &DeviceSetting, guard: Value) -> Result<Link, DeviceError> {
+        let lives = |(host, known): &(HostProcess, Value)| host.end().is_none() && *known == guard;
+        match self.hosts.get(&device.name).is_some_and(lives) {
+            true => self.link(device),
+            false => self.connect(device, guard),
         }
-        let host = self.spawn(device, guard).map_err(failed)?;
-        let link = match host.description().clone() {
+    }
+
+    /// A line to the host of a device.
+    fn link(&mut self, device: &DeviceSetting) -> Result<Link, DeviceError> {
+        let failed = |cause: String| cannot_start(device, &cause);
+        let bus = self.bus().map_err(failed)?.clone();
+        let Some((host, _)) = self.hosts.get(&device.name) else {
+            return Err(failed("it has no host".to_owned()));
+        };
+        Ok(match host.description().clone() {
             Description::Robot(description) => {
                 let client = host.robot().map_err(|error| failed(error.to_string()))?;
                 let stop = host.stop_handle().map_err(|error| failed(error.to_string()))?;
                 let stream = host.manifest().streams.iter().find(|stream| stream.name == "joints").cloned();
-                let bus = self.bus().map_err(failed)?.clone();
-                Link::Robot(Box::new(HostedRobot {
-                    client,
-                    description,
-                    stop: Arc::new(stop),
-                    bus,
-                    stream,
-                    watcher: None,
-                }))
+                let stop = Arc::new(stop);
+                Link::Robot(Box::new(HostedRobot { client, description, stop, bus, stream, watcher: None }))
             }
             Description::Sensor(description) => {
                 let client = host.sensor().map_err(|error| failed(error.to_string()))?;
                 Link::Sensor(Box::new(HostedSensor { client, description }))
             }
-        };
-        self.hosts.insert(device.name.clone(), host);
-        Ok(link)
+        })
+    }
+}
+
+/// The host names the device too, and the sentence does already.
+fn cannot_start(device: &DeviceSetting, cause: &str) -> DeviceError {
+    let cause = cause.strip_prefix(&format!("{}: ", device.name)).unwrap_or(cause).to_owned();
+    DeviceError::Start { device: device.name.clone(), cause }
+}
+
+impl DeviceLinks for HostedDevices {
+    fn connect(&mut self, device: &DeviceSetting, guard: Value) -> Result<Link, DeviceError> {
+        let failed = |cause: String| cannot_start(device, &cause);
+        if let Some((old, _)) = self.hosts.remove(&device.name) {
+            old.finish(PUTTING_AWAY);
+        }
+        let host = self.spawn(device, guard.clone()).map_err(failed)?;
+        self.hosts.insert(device.name.clone(), (host, guard));
+        self.link(device)
+    }
+
+    fn simulate(&mut self, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String> {
+        self.world.as_mut().map_or(Ok(None), |world| world.operate(act, values))
     }
 
     fn world_socket(&self) -> Option<String> {
@@ -170,7 +197,7 @@ impl DeviceLinks for HostedDevices {
     }
 
     fn shut_down(&mut self, keep_world: bool) {
-        for (_, host) in std::mem::take(&mut self.hosts) {
+        for (_, (host, _)) in std::mem::take(&mut self.hosts) {
             host.finish(PUTTING_AWAY);
         }
         self.bus = None;

@@ -2,6 +2,7 @@
 
 mod cell_place;
 mod hosted;
+mod kept;
 mod watcher;
 mod wiring;
 
@@ -9,6 +10,7 @@ use std::time::Duration;
 
 pub use cell_place::{CellPlace, PlaceState, Remains};
 pub use hosted::{HostedDevices, World, hashed, plugin_files};
+pub use kept::KeptDevices;
 pub use watcher::PoseListener;
 pub use wiring::check_plugins;
 
@@ -151,6 +153,15 @@ pub trait DeviceLinks: Send {
     /// What the devices and their hosts have had to say since this was asked last.
     fn log_lines(&mut self) -> Vec<DeviceLog> {
         Vec::new()
+    }
+
+    /// Does in a simulated world what an operator would do in a real one, and tells what an instrument reads, for an act that reads one.
+    /// Nothing in a cell that is not simulated: there people do it.
+    ///
+    /// # Errors
+    /// A sentence that says why it cannot be done, and what would be right.
+    fn simulate(&mut self, _act: &str, _values: &[(String, f64)]) -> Result<Option<f64>, String> {
+        Ok(None)
     }
 
     /// Where the simulated world of the cell can be reached, for the record.

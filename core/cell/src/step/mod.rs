@@ -18,7 +18,7 @@ pub use check::CheckStep;
 pub use compute::ComputeStep;
 pub use joint_targets::{JointTarget, JointTargets};
 pub use move_joints::MoveStep;
-pub use prompt::{PromptStep, Question};
+pub use prompt::{PromptStep, Question, SimulatedAct};
 pub use repeat::RepeatStep;
 pub use search::{Approach, SearchStep};
 
@@ -242,6 +242,7 @@ impl Step {
             Action::Prompt(step) => step.result_shape(joints_of),
             Action::Move(step) => Shape::Map(vec![("joints".to_owned(), joints_of(&step.robot))]),
             Action::Search(step) => Shape::Map(vec![
+                single("found"),
                 ("joints".to_owned(), joints_of(&step.robot)),
                 single("half_width_deg"),
                 single("half_width_mm"),

@@ -14,6 +14,17 @@ pub struct PromptStep {
     pub help: Option<Template>,
     /// What counts as an answer.
     pub question: Question,
+    /// In a simulated cell, what the operator's hands do when this is answered, or what the instrument reads that is asked for.
+    pub simulated: Option<SimulatedAct>,
+}
+
+/// Something an operator does in a simulated world: the world knows it by name. Where the world is real, people do it.
+#[derive(Debug, Clone)]
+pub struct SimulatedAct {
+    /// Its name.
+    pub act: String,
+    /// Its numbers.
+    pub values: Vec<(String, Expression)>,
 }
 
 /// What counts as an answer.
@@ -77,6 +88,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<PromptStep>
     let default = map.optional("default");
     let number = map.optional("number");
     let jog_to = map.optional("jog_to");
+    let simulated = map.optional("simulated").and_then(|node| read_simulated(node, context));
     let place = map.place();
     map.finish();
     let given = [acknowledge, choice, number, jog_to].iter().flatten().count();
@@ -97,7 +109,21 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<PromptStep>
             Some(Question::Acknowledge { label: label.to_owned() })
         }
     };
-    Some(PromptStep { text: text?, help, question: question? })
+    Some(PromptStep { text: text?, help, question: question?, simulated })
+}
+
+fn read_simulated(node: &Node, context: &ReadContext<'_>) -> Option<SimulatedAct> {
+    let entries = node.entries("`simulated`", context.problems)?;
+    let [(act, values)] = entries else {
+        let help = "write the act and its numbers, as in `simulated: {rest_on_gauge: {height_mm: h_mm}}`";
+        context.problems.add(node.place, "a simulated operator does one thing", help);
+        return None;
+    };
+    let values = values.entries("the numbers of an act", context.problems)?;
+    let values = values.iter().filter_map(|(key, node)| {
+        Some((key.name.clone(), context.expression(node, &format!("`{}`", key.name))?))
+    });
+    Some(SimulatedAct { act: act.name.clone(), values: values.collect() })
 }
 
 fn read_choice(node: &Node, default: Option<&Node>, context: &ReadContext<'_>) -> Option<Question> {
@@ -182,6 +208,9 @@ impl PromptStep {
         context.check_template(&self.text);
         if let Some(help) = &self.help {
             context.check_template(help);
+        }
+        for (_, value) in self.simulated.iter().flat_map(|simulated| &simulated.values) {
+            context.check_expression(value);
         }
         match &self.question {
             Question::Number { minimum, maximum, default, .. } => {

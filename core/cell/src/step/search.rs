@@ -33,6 +33,8 @@ pub struct SearchStep {
     pub back_off: f64,
     /// When the sensor is there already at the start: go back by `back_off` until it is not, rather than fail.
     pub back_off_first: bool,
+    /// When the sensor does not change on the whole way: go on, and say so in the result, rather than fail.
+    pub may_find_nothing: bool,
 }
 
 /// How a search approaches.
@@ -64,6 +66,10 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<SearchStep>
         .optional("already_there")
         .and_then(|node| node.word("way to begin", &["fail", "back_off"], context.problems))
         == Some(1);
+    let may_find_nothing = map
+        .optional("nothing_found")
+        .and_then(|node| node.word("way to end", &["fail", "go_on"], context.problems))
+        == Some(1);
     map.finish();
     let (robot, robot_place) = robot?;
     let (joint, joint_place) = joint?;
@@ -83,6 +89,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<SearchStep>
         slow,
         back_off,
         back_off_first,
+        may_find_nothing,
     })
 }
 

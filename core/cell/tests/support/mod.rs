@@ -41,6 +41,10 @@ pub struct World {
     pub stop_at_move: AtomicUsize,
     stopped: AtomicBool,
     pub connections: AtomicUsize,
+    /// The heights (mm) at which the sensor fires, one after the other; then 8.
+    pub fires_at: Mutex<Vec<f64>>,
+    /// What the simulated operator was told to do.
+    pub acts: Mutex<Vec<(String, Vec<(String, f64)>)>>,
     /// Called at the beginning of each move with its number.
     pub on_move: Mutex<Option<OnMove>>,
     /// Whether the arm, once handed to its pendant, is given back by that alone.
@@ -81,6 +85,8 @@ impl World {
             stop_at_move: AtomicUsize::new(usize::MAX),
             stopped: AtomicBool::new(false),
             connections: AtomicUsize::new(0),
+            fires_at: Mutex::new(Vec::new()),
+            acts: Mutex::new(Vec::new()),
             on_move: Mutex::new(None),
             only_pendant_ends_jog: AtomicBool::new(false),
             pendant: Mutex::new(PendantHas::Nothing),
@@ -102,7 +108,8 @@ impl World {
 
     fn is_on(&self, drive: &[f64; 6], was: bool) -> bool {
         let (height, white) = self.light(drive);
-        white && height <= if was { 10.0 } else { 8.0 }
+        let fires_at = lock(&self.fires_at).first().copied().unwrap_or(8.0);
+        white && height <= if was { 10.0 } else { fires_at }
     }
 
     /// Moves along a straight line in joint space up to `share` of the way, noting every edge at its exact place.
@@ -129,6 +136,11 @@ impl World {
                 if self.is_on(&at(middle), was) == was { before = middle } else { after = middle }
             }
             self.fired.store(now, Ordering::SeqCst);
+            let mut heights = lock(&self.fires_at);
+            if now && !heights.is_empty() {
+                heights.remove(0);
+            }
+            drop(heights);
             let time_ns = self.tick();
             let joints = vector(&at(after));
             lock(&self.edges).push(ProximityEdge {
@@ -148,6 +160,12 @@ impl World {
 
     pub fn state(&self) -> JointState {
         JointState::new(self.tick(), vector(&lock(&self.joints)), false)
+    }
+
+    /// Height of the sensor over the table, mm.
+    pub fn height(&self) -> f64 {
+        let joints = *lock(&self.joints);
+        self.light(&joints).0
     }
 
     /// True joint angles, degrees.
@@ -278,6 +296,15 @@ impl DeviceLinks for Devices {
                 },
             })),
         })
+    }
+
+    fn simulate(&mut self, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String> {
+        lock(&self.0.acts).push((act.to_owned(), values.to_vec()));
+        match act {
+            "read_level" => Ok(Some(0.25)),
+            "dance" => Err("the simulated operator does not know `dance`".to_owned()),
+            _ => Ok(None),
+        }
     }
 
     fn world_socket(&self) -> Option<String> {

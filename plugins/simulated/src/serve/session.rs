@@ -9,8 +9,8 @@ use serde::de::DeserializeOwned;
 
 use super::shared::{Order, Shared, State};
 use crate::lines::{Lines, Received};
-use crate::protocol::{Answer, Call, Hello, Instrument, PROTOCOL, Pace, Reading, Say, Verb};
-use crate::world::{HalfSteps, Joints, MotionOrder, Resolution};
+use crate::protocol::{Answer, Call, Hello, Instrument, PROTOCOL, Pace, Reading, Say, SomeJoints, Verb};
+use crate::world::{HalfSteps, Joints, MotionOrder, Point, Resolution};
 
 /// How often a client that says nothing is asked whether the world ends.
 const LISTEN: Duration = Duration::from_millis(100);
@@ -120,6 +120,14 @@ impl Session {
                 self.answer_motion(id, &Order::HalfSteps(HalfSteps(half_steps), rate))
             }
             Verb::Place { joints } => self.answer_place(id, &joints),
+            Verb::RestOnGauge { height_mm } => {
+                let resting = self.shared.now().world.attitudes_at_height(height_mm);
+                self.answer_operator(id, resting, "the shoulder cannot bring the hand to that height")
+            }
+            Verb::PlaceHand { x_mm, y_mm, z_mm } => {
+                let there = self.shared.now().world.attitudes_over(&Point { x: x_mm, y: y_mm, z: z_mm });
+                self.answer_operator(id, there, "the arm does not reach that point")
+            }
             Verb::Wait { ms } => self.answer_wait(id, ms),
             Verb::Read {} => self.finish(id, false),
             Verb::Stop {} => self.act(id, |state| state.halt()),
@@ -130,6 +138,8 @@ impl Session {
             Verb::Pendant { on } => self.act(id, |state| state.hand_over(on)),
             Verb::Key { key } => self.act(id, |state| state.press(key)),
             Verb::Pace { pace } => self.act(id, |state| state.set_pace(pace)),
+            Verb::TrimToFire {} => self.change(id, trim_to_fire),
+            Verb::Again { seed } => self.change(id, |state| state.begin_again(seed)),
             Verb::Trim { by } => self.change(id, |state| turn_trim(state, by)),
             Verb::Hold { width_mm } => self.change(id, |state| put_between_fingers(state, width_mm)),
             Verb::Measure { with } => self.tell(id, |state| measure(state, with)),
@@ -167,6 +177,14 @@ impl Session {
         match self.make_motion(id, order)? {
             Ok(ended) => self.finish(id, matches!(ended, Ended::CutShort)),
             Err(why) => self.say(id, Say::Refused { why }),
+        }
+    }
+
+    /// The operator drives where he wants to be, if there is a way.
+    fn answer_operator(&mut self, id: u64, attitudes: Option<SomeJoints>, why_not: &str) -> Result<(), Gone> {
+        match attitudes {
+            Some(attitudes) => self.answer_place(id, &attitudes),
+            None => self.say(id, Say::Refused { why: why_not.to_owned() }),
         }
     }
 
@@ -325,6 +343,11 @@ impl Session {
 
 fn turn_trim(state: &mut State, by: f64) -> Result<(), String> {
     let turned = state.world.turn_trim(by);
+    turned.then_some(()).ok_or_else(|| "this sensor has no trim resistor".to_owned())
+}
+
+fn trim_to_fire(state: &mut State) -> Result<(), String> {
+    let turned = state.world.trim_to_fire();
     turned.then_some(()).ok_or_else(|| "this sensor has no trim resistor".to_owned())
 }
 

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use crate::protocol::{JointFacts, PROTOCOL, Pace, PendantKey, Reading, Welcome};
 use crate::world::{
     AXES, HalfSteps, Joint, Joints, LineChange, MotionOrder, MotionRefused, Resolution, World,
+    WorldDescription,
 };
 
 /// The world, its clock and its pendant.
@@ -18,6 +19,8 @@ pub(super) struct Shared {
 /// What is behind the lock.
 pub(super) struct State {
     pub(super) world: World,
+    /// As the file describes it, before anybody turned or held anything.
+    original: WorldDescription,
     pace: Pace,
     /// A moment of the wall's clock, and the world's time at that moment.
     wall: Instant,
@@ -44,6 +47,7 @@ impl Shared {
         let now = Instant::now();
         let world_ns = world.reading().time_ns;
         let state = State {
+            original: world.description().clone(),
             revealed: world.description().sealed_text.is_none(),
             world,
             pace,
@@ -115,6 +119,19 @@ impl State {
             Order::HalfSteps(travel, rate) => self.world.begin_half_steps(travel, *rate)?,
         }
         self.catch_up();
+        Ok(())
+    }
+
+    /// Lets the world begin again, drawn from another seed.
+    pub(super) fn begin_again(&mut self, seed: u64) -> Result<(), String> {
+        if self.world.reading().moving {
+            return Err("the arm is moving; wait for it or stop it first".to_owned());
+        }
+        let description = WorldDescription { seed, ..self.original.clone() };
+        self.world = World::in_place_of(&self.world, description);
+        self.pendant = false;
+        self.key = None;
+        self.set_clock();
         Ok(())
     }
 

@@ -176,7 +176,7 @@ impl World {
 
     /// How far the sensor, as its line stands, is past switching it.
     fn excess(&self, seen: &Seen, time_ns: u64) -> f64 {
-        let noise = self.description.scene.noise(self.description.seed, time_ns);
+        let noise = self.noise_at(time_ns);
         let past_firing = if self.near { seen.past_firing_near } else { seen.past_firing };
         if self.fired { -(seen.past_release + noise) } else { past_firing + noise }
     }

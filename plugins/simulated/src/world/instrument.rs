@@ -9,6 +9,8 @@ pub struct Instruments {
     pub level: Instrument,
     /// From the table up to the sensor's face, mm.
     pub ruler: Instrument,
+    /// With which the operator brings the hand over a mark: how far off it ends along each axis, mm.
+    pub eye: Instrument,
 }
 
 /// How well an instrument tells.

@@ -14,6 +14,7 @@ mod instrument;
 mod mechanism;
 mod motion;
 mod play;
+mod reach;
 mod sensor;
 mod stance;
 mod target;
@@ -146,6 +147,8 @@ pub enum MotionRefused {
 pub struct World {
     description: WorldDescription,
     time_ns: u64,
+    /// When it began.
+    began_ns: u64,
     registers: HalfSteps,
     slip: HalfSteps,
     lost: HalfSteps,
@@ -175,6 +178,7 @@ impl World {
         let stance = Stance::standing(&description, rotors, carried);
         World {
             time_ns: BEGINS_NS,
+            began_ns: BEGINS_NS,
             registers,
             slip: rotors.minus(&registers),
             lost: HalfSteps::default(),
@@ -189,6 +193,18 @@ impl World {
             readings_taken: 0,
             description,
         }
+    }
+
+    /// A world that begins where another was: its clock and the count of its line's changes run on, nothing else is left of the other.
+    pub fn in_place_of(other: &World, description: WorldDescription) -> World {
+        let mut world = World::new(description);
+        world.time_ns = other.time_ns;
+        world.began_ns = other.time_ns;
+        world.changes_seen = other.changes_seen;
+        world.fired = other.fired;
+        // Whoever watches the line hears of it if it is another now.
+        world.watch_at_rest();
+        world
     }
 
     /// How the world was described.
@@ -346,6 +362,22 @@ impl World {
             self.look_again();
             true
         }
+    }
+
+    /// Turns the trim resistor until the sensor just fires at what it sees now. False when the sensor has none.
+    pub fn trim_to_fire(&mut self) -> bool {
+        // A touch below, as the last digit must not decide.
+        let signal = (self.stance.seen.signal + self.noise_at(self.time_ns)) * (1.0 - 1e-9);
+        self.description.scene.sensor.trim_to(signal) && {
+            self.look_again();
+            true
+        }
+    }
+
+    /// The noise of the sensor's signal at a moment, the same after every beginning.
+    fn noise_at(&self, time_ns: u64) -> f64 {
+        let since = BEGINS_NS.saturating_add(time_ns.saturating_sub(self.began_ns));
+        self.description.scene.noise(self.description.seed, since)
     }
 
     /// Puts something of this width (mm) between the fingers, or nothing (0). The fingers must stand open wider. False when they

@@ -183,6 +183,17 @@ impl Scene {
 }
 
 impl ProximitySensor {
+    /// Turns the trim resistor until the sensor just fires at this signal. False for a sensor that has none.
+    pub fn trim_to(&mut self, signal: f64) -> bool {
+        match &mut self.optics {
+            Optics::Ideal { .. } => false,
+            Optics::Spot(spot) => {
+                spot.firing_level = signal.clamp(0.0, 1.0);
+                true
+            }
+        }
+    }
+
     /// Turns the trim resistor: the level at which the sensor fires changes by this, and stays between 0 and 1. False for a
     /// sensor that has none.
     pub fn turn_trim(&mut self, by: f64) -> bool {

@@ -25,12 +25,20 @@ impl Engine {
         let values = self.values(at.scope, &expressions)?;
         let text = step.text.fill(&self.calculator, &values)?;
         let help = step.help.as_ref().map(|help| help.fill(&self.calculator, &values)).transpose()?;
-        let kind = self.prompt_kind(&step.question, at)?;
+        let mut kind = self.prompt_kind(&step.question, at)?;
+        if let PromptKind::Number { default, .. } = &mut kind
+            && let Some(read) = self.simulate(step, at)?
+        {
+            *default = Some(read);
+        }
         let question = Asked { step: &at.path, title: &at.title, text, help, kind };
         if let Question::JogTo { robot, .. } = &step.question {
-            return self.jog_to(robot, question, at);
+            return self.jog_to(robot, step, question, at);
         }
         let answer = self.ask(question, at)?;
+        if !matches!(step.question, Question::Number { .. }) {
+            self.simulate(step, at)?;
+        }
         Ok(match answer {
             Answer::Choice { key } => {
                 Done { result: json!({"choice": key}), message: format!("chosen: {key}"), ..Done::default() }
@@ -46,6 +54,16 @@ impl Engine {
             }
             _ => Done { result: json!({}), message: "done".to_owned(), ..Done::default() },
         })
+    }
+
+    /// In a simulated cell, does what the operator does there, and tells what an instrument reads.
+    fn simulate(&mut self, step: &PromptStep, at: &StepContext) -> Result<Option<f64>, StepError> {
+        let Some(simulated) = &step.simulated else { return Ok(None) };
+        let mut values = Vec::new();
+        for (name, value) in &simulated.values {
+            values.push((name.clone(), self.number(at.scope, value)?));
+        }
+        self.links.simulate(&simulated.act, &values).map_err(StepError::Error)
     }
 
     fn prompt_kind(&mut self, question: &Question, at: &StepContext) -> Result<PromptKind, StepError> {
@@ -89,7 +107,14 @@ impl Engine {
     }
 
     /// The operator brings the arm somewhere: with its pendant, or joint by joint from here.
-    fn jog_to(&mut self, robot: &str, question: Asked<'_>, at: &StepContext) -> Result<Done, StepError> {
+    fn jog_to(
+        &mut self,
+        robot: &str,
+        step: &PromptStep,
+        question: Asked<'_>,
+        at: &StepContext,
+    ) -> Result<Done, StepError> {
+        let before = self.read_pose(robot)?.joints;
         let goals = match &question.kind {
             PromptKind::JogTo { goals, .. } => goals.clone(),
             _ => Vec::new(),
@@ -97,6 +122,7 @@ impl Engine {
         let prompt = self.journal.ask(question)?;
         if self.unattended {
             let (answer, by) = self.answer_from_file(&prompt, at)?;
+            self.simulate_unless_moved(robot, step, &before, &answer, at)?;
             let here = self.bring_to(robot, &answer, at)?;
             self.goals_met(robot, &here, &goals).map_err(StepError::Error)?;
             self.journal.answered(&prompt, &answer, &by)?;
@@ -107,7 +133,9 @@ impl Engine {
             match self.hear(&prompt, at) {
                 Ok(Heard::Answer(answer, by)) => {
                     let taken_back = self.take_back(robot, &mut pendant);
-                    let here = match taken_back.and_then(|()| self.bring_to(robot, &answer, at)) {
+                    let simulated = taken_back
+                        .and_then(|()| self.simulate_unless_moved(robot, step, &before, &answer, at));
+                    let here = match simulated.and_then(|()| self.bring_to(robot, &answer, at)) {
                         Ok(here) => here,
                         Err(StepError::Error(reason)) => {
                             self.refuse(&prompt, &reason);
@@ -137,6 +165,21 @@ impl Engine {
                 }
             }
         }
+    }
+
+    /// Whoever says it is done without having moved the arm leaves the driving to the simulated operator.
+    fn simulate_unless_moved(
+        &mut self,
+        robot: &str,
+        step: &PromptStep,
+        before: &JointVector,
+        answer: &Answer,
+        at: &StepContext,
+    ) -> Result<(), StepError> {
+        if *answer == Answer::Done && self.read_pose(robot)?.joints == *before {
+            self.simulate(step, at)?;
+        }
+        Ok(())
     }
 
     fn jog_joint(

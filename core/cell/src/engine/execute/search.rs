@@ -14,6 +14,9 @@ use crate::engine::step_error::StepError;
 use crate::event::{Event, NamedValue};
 use crate::step::{Approach, SearchStep};
 
+/// The first step of a drive without steps that creeps on towards its edge, rad or mm: far below what any pose is known to.
+const FINEST_CREEP: f64 = 1e-12;
+
 /// A search with its numbers, in the drive's units.
 struct Search<'a> {
     step: &'a SearchStep,
@@ -33,11 +36,15 @@ impl Engine {
         let search = self.plan_search(step, at, &start)?;
         self.sensor(&step.sensor)?.link.arm().map_err(|error| self.device_error(error))?;
         let start = self.clear_start(&search, at, start)?;
-        let fast = self.approach(&search, at, start, search.end, &step.fast, false)?;
+        let Some(fast) = self.approach(&search, at, start, search.end, &step.fast, false)? else {
+            return self.nothing_found(&search, start);
+        };
         let behind = self.back_off(&search, at, &fast)?;
         let beyond = fast.joints.get(search.column).unwrap_or(0.0)
             + search.direction * (search.back_off + self.chunk(&search, &step.fast));
-        let fine = self.approach(&search, at, behind, beyond, &step.slow, true)?;
+        let Some(fine) = self.approach(&search, at, behind, beyond, &step.slow, true)? else {
+            return Err(self.not_there_again(&search, self.chunk(&search, &step.fast)));
+        };
         self.return_to_trigger(&search, at, &fine)?;
         self.search_done(&search, &fine, &fast)
     }
@@ -179,7 +186,7 @@ impl Engine {
         self.move_arm(&search.step.robot, here, &target, speed, at)
     }
 
-    /// Moves in pieces until the sensor changes as wanted; gives the edge.
+    /// Moves in pieces until the sensor changes as wanted; gives the edge, or none when it came to the end without.
     fn approach(
         &mut self,
         search: &Search<'_>,
@@ -188,7 +195,7 @@ impl Engine {
         end: f64,
         approach: &Approach,
         fine: bool,
-    ) -> Result<ProximityEdge, StepError> {
+    ) -> Result<Option<ProximityEdge>, StepError> {
         let chunk = self.chunk(search, approach);
         let from = start.get(search.column).unwrap_or(0.0);
         let mut here = start;
@@ -196,7 +203,7 @@ impl Engine {
             let now = here.get(search.column).unwrap_or(0.0);
             let left = (end - now) * search.direction;
             if left <= 1e-9 {
-                return Err(self.nothing_found(search, from, now));
+                return Ok(None);
             }
             let place = if left <= chunk { end } else { now + search.direction * chunk };
             here = self.step_to(search, at, &here, place, approach.speed)?;
@@ -209,26 +216,32 @@ impl Engine {
             }
             if let Some(edge) = reading.edges.iter().find(|edge| edge.has_fired() == search.step.until_on) {
                 self.note_trigger(search, at, edge, fine)?;
-                return Ok(*edge);
+                return Ok(Some(*edge));
             }
         }
     }
 
-    fn nothing_found(&mut self, search: &Search<'_>, from: f64, now: f64) -> StepError {
+    /// The sensor did not change on the whole way: an error, unless the procedure wants to know just that.
+    fn nothing_found(&mut self, search: &Search<'_>, start: JointVector) -> Result<Done, StepError> {
         let step = search.step;
         let unit = step.unit;
-        let way = unit.from_internal((now - from).abs());
+        let here = self.read_pose(&step.robot)?.joints;
+        let moved = here.get(search.column).unwrap_or(0.0) - start.get(search.column).unwrap_or(0.0);
+        let way = unit.from_internal(moved.abs());
         let state = if step.until_on { "came on" } else { "went off" };
         let why = match search.ends_at_limit {
             true => format!(", and {} goes no further", step.joint),
             false => String::new(),
         };
-        StepError::Failed(format!(
-            "{} never {state} within {way:.2} {} of {}{why}: bring the arm nearer, or allow a longer travel",
-            step.sensor,
-            unit.symbol(),
-            step.joint
-        ))
+        let what =
+            format!("{} never {state} within {way:.2} {} of {}{why}", step.sensor, unit.symbol(), step.joint);
+        if !step.may_find_nothing {
+            return Err(StepError::Failed(format!("{what}: bring the arm nearer, or allow a longer travel")));
+        }
+        let joints = joints_value(&self.arm(&step.robot)?.named(&here));
+        let half_width = format!("half_width_{}", unit.symbol());
+        let result = json!({"found": false, "joints": joints, "fast_joints": joints, half_width: 0.0});
+        Ok(Done { result, values: Vec::new(), message: what })
     }
 
     /// Goes back to where the sensor is as it was before, on the side the search came from.
@@ -258,8 +271,9 @@ impl Engine {
         Err(StepError::error(message))
     }
 
-    /// Ends at the pose of the edge, coming from the same side as the search. A drive that moves in steps may end one short of it: then it
-    /// goes on until the sensor is as wanted again.
+    /// Ends at the pose of the edge, coming from the same side as the search. There the sensor need not be again what it was: the light is
+    /// unsteady, a drive moves in steps, play lets the arm end short. What comes next counts on it, so the arm then creeps on until the sensor
+    /// is as wanted, no further than the fast approach may have overshot. The edge's own pose and half-width stay what is recorded.
     fn return_to_trigger(
         &mut self,
         search: &Search<'_>,
@@ -276,18 +290,36 @@ impl Engine {
         }
         here = self.step_to(search, at, &here, trigger, step.slow.speed)?;
         let resolution = self.arm(&step.robot)?.resolution(search.column);
-        let furthest = trigger + search.direction * self.chunk(search, &step.slow);
-        while resolution > 0.0 && !self.is_there(search)? {
-            let place = here.get(search.column).unwrap_or(0.0) + search.direction * resolution;
-            if (furthest - place) * search.direction < 0.0 {
-                return Err(StepError::error(format!(
-                    "{} changed at {}'s slow approach, but does not when it comes there again: something moves, or the light is unsteady",
-                    step.sensor, step.joint
-                )));
+        let allowance = self.chunk(search, &step.fast).max(self.chunk(search, &step.slow));
+        let furthest = trigger + search.direction * allowance;
+        let mut creep = resolution.max(FINEST_CREEP);
+        while !self.is_there(search)? {
+            let now = here.get(search.column).unwrap_or(0.0);
+            let left = (furthest - now) * search.direction;
+            if left < FINEST_CREEP {
+                return Err(self.not_there_again(search, allowance));
             }
-            here = self.step_to(search, at, &here, place, step.slow.speed)?;
+            here =
+                self.step_to(search, at, &here, now + search.direction * creep.min(left), step.slow.speed)?;
+            // A drive without steps looks for the way that is just enough, from nothing upwards.
+            if resolution == 0.0 {
+                creep *= 2.0;
+            }
         }
         Ok(())
+    }
+
+    fn not_there_again(&self, search: &Search<'_>, allowance: f64) -> StepError {
+        let step = search.step;
+        let (was, is) = if step.until_on { ("came on", "stays off") } else { ("went off", "stays on") };
+        StepError::error(format!(
+            "{} {was} on {}'s slow approach, but {is} when it comes there again, even {:.2} {} further: something moves, or the light is too \
+             unsteady for the sensor's hysteresis",
+            step.sensor,
+            step.joint,
+            step.unit.from_internal(allowance),
+            step.unit.symbol()
+        ))
     }
 
     fn note_trigger(
@@ -329,8 +361,7 @@ impl Engine {
         let half_width =
             arm.named_value(search.column, fine.joints_half_width.get(search.column).unwrap_or(0.0)).value;
         let unit = step.unit.symbol();
-        let mut result =
-            json!({"joints": joints_value(&joints), "fast_joints": joints_value(&arm.named(&fast.joints))});
+        let mut result = json!({"found": true, "joints": joints_value(&joints), "fast_joints": joints_value(&arm.named(&fast.joints))});
         if let Some(entries) = result.as_object_mut() {
             entries.insert(format!("half_width_{unit}"), half_width.into());
         }

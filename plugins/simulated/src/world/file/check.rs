@@ -239,6 +239,7 @@ impl Checker<'_> {
                 error: ruler("error_mm", &raw.ruler.error_mm)?,
                 division: ruler("division_mm", &raw.ruler.division_mm)?,
             },
+            eye: Instrument { error: ruler("error_mm", &raw.eye.error_mm)?, division: 0.0 },
         })
     }
 

@@ -224,6 +224,15 @@ pub(super) struct Instruments {
     pub(super) level: Level,
     #[serde(default)]
     pub(super) ruler: Ruler,
+    #[serde(default)]
+    pub(super) eye: Eye,
+}
+
+/// The operator's eye.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Eye {
+    pub(super) error_mm: Option<Number>,
 }
 
 /// A spirit level.

@@ -1,0 +1,50 @@
+//! Devices that outlive a run, so that the next run in the same cell need not start them again.
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use plumb_plugin::Value;
+
+use super::{DeviceError, DeviceLinks, DeviceLog, HostedDevices, Link};
+use crate::workcell::DeviceSetting;
+
+/// The devices of a cell for one run of many.
+pub struct KeptDevices {
+    devices: Arc<Mutex<HostedDevices>>,
+    /// Those that were connected in this run: one that is connected again is to be started anew.
+    connected: BTreeSet<String>,
+}
+
+impl KeptDevices {
+    /// For a run that begins. The devices are ended by whoever keeps them.
+    pub fn new(devices: &Arc<Mutex<HostedDevices>>) -> Self {
+        Self { devices: Arc::clone(devices), connected: BTreeSet::new() }
+    }
+
+    fn devices(&self) -> MutexGuard<'_, HostedDevices> {
+        self.devices.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl DeviceLinks for KeptDevices {
+    fn connect(&mut self, device: &DeviceSetting, guard: Value) -> Result<Link, DeviceError> {
+        match self.connected.insert(device.name.clone()) {
+            true => self.devices().connect_kept(device, guard),
+            false => self.devices().connect(device, guard),
+        }
+    }
+
+    fn log_lines(&mut self) -> Vec<DeviceLog> {
+        self.devices().log_lines()
+    }
+
+    fn simulate(&mut self, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String> {
+        self.devices().simulate(act, values)
+    }
+
+    fn world_socket(&self) -> Option<String> {
+        self.devices().world_socket()
+    }
+
+    fn shut_down(&mut self, _keep_world: bool) {}
+}

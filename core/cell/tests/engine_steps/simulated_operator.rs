@@ -1,0 +1,67 @@
+//! Prompts in a simulated cell: what people do with their hands there, the world does when they say it is done.
+
+use plumb_cell::RunHandle;
+use plumb_cell::command::Command;
+use plumb_cell::event::{Event, RunOutcome};
+use plumb_cell::prompt::{Answer, Decision, PromptKind};
+
+use super::run_attended;
+use super::support::running::{message_of, operator};
+
+const STEPS: &str = "
+parameters: {h_mm: 8}
+steps:
+  - {id: level, do: {prompt: {text: How far?, number: {unit: deg}, simulated: {read_level: {}}}}}
+  - {id: gauge, do: {prompt: {text: Lay the block., simulated: {rest_on_gauge: {height_mm: h_mm + 1}}}}}
+  - {id: over, do: {prompt: {text: Drive there., jog_to: {robot: arm}, simulated: {place_hand: {}}}}}
+";
+
+fn jogs_first(event: &Event, handle: &RunHandle) {
+    if let Event::PromptAsked { prompt } = event
+        && let PromptKind::JogTo { .. } = &prompt.kind
+    {
+        handle.send(Command::Jog { prompt: prompt.id, joint: "waist".to_owned(), by: 1.0 });
+        handle.send(Command::Answer { prompt: prompt.id, answer: Answer::Done, by: "ada".to_owned() });
+        return;
+    }
+    operator(Decision::Abort)(event, handle);
+}
+
+#[test]
+fn a_simulated_operator_does_what_is_said_to_be_done_and_instruments_offer_what_they_read() {
+    let mut offered = None;
+    let mut answers = operator(Decision::Abort);
+    let (outcome, events, _, world) = run_attended(STEPS, |event, handle| {
+        if let Event::PromptAsked { prompt } = event
+            && let PromptKind::Number { default, .. } = &prompt.kind
+        {
+            offered = *default;
+        }
+        answers(event, handle);
+    });
+    assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
+    assert_eq!(offered, Some(0.25));
+    let acts = world.acts.lock().unwrap().clone();
+    let names: Vec<&str> = acts.iter().map(|(act, _)| act.as_str()).collect();
+    assert_eq!(names, ["read_level", "rest_on_gauge", "place_hand"]);
+    assert_eq!(acts[1].1, [("height_mm".to_owned(), 9.0)]);
+}
+
+#[test]
+fn whoever_drives_the_arm_there_is_not_driven_elsewhere() {
+    let (outcome, events, _, world) = run_attended(STEPS, jogs_first);
+    assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
+    let acts = world.acts.lock().unwrap().clone();
+    assert!(acts.iter().all(|(act, _)| act != "place_hand"), "{acts:?}");
+}
+
+#[test]
+fn an_act_the_world_does_not_know_fails_the_step_with_its_reason() {
+    let steps = "
+steps:
+  - {id: odd, do: {prompt: {text: Dance., simulated: {dance: {}}}}}
+";
+    let (outcome, events, _, _) = run_attended(steps, operator(Decision::Abort));
+    assert_eq!(outcome, RunOutcome::Error);
+    assert!(message_of(&events).contains("does not know `dance`"), "{}", message_of(&events));
+}
