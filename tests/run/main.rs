@@ -9,5 +9,7 @@ mod lab;
 mod left_behind;
 mod passed;
 mod plugins;
+mod procedures;
 mod refused;
 mod serial;
+mod studies;

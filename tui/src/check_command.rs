@@ -1,5 +1,6 @@
 //! `plumb check`: everything that can be known about a file before anything is connected.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -12,8 +13,9 @@ use plumb_host::Catalogue;
 use plumb_model::table::Table;
 
 use crate::failure::CommandResult;
+use crate::study_command;
 
-/// Check cell, procedure, answers, model and world files, tables of measurements (CSV), and everything they name. Nothing is connected and
+/// Check cell, procedure, answers, model, world and study files, tables of measurements (CSV), and everything they name. Nothing is connected and
 /// nothing moves.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -32,8 +34,9 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     for file in &arguments.files {
         match check(file, arguments, &calculator) {
             Ok((what, notes)) => {
-                println!("{}: {what} is in order", file.display());
-                notes.iter().for_each(|note| println!("  {note}"));
+                let mut out = std::io::stdout();
+                writeln!(out, "{}: {what} is in order", file.display())?;
+                notes.iter().try_for_each(|note| writeln!(out, "  {note}"))?;
             }
             Err(problems) => {
                 all_good = false;
@@ -57,6 +60,9 @@ fn check(
     let kind = kind_of_file(file).map_err(|problems| problems.to_string())?;
     if kind == FileKind::World {
         plumb_simulated::world::file::read(file).map_err(|error| error.to_string())?;
+    }
+    if kind == FileKind::Study {
+        study_command::check(file).map_err(|error| error.to_string())?;
     }
     let checked = check_file(file, kind, calculator).map_err(|problems| in_words(&problems))?;
     if kind == FileKind::Workcell {

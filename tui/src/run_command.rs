@@ -3,6 +3,7 @@
 mod emulated_controller;
 mod headless;
 mod prepare;
+mod simulated_operator;
 pub(crate) mod simulated_world;
 
 use std::io::IsTerminal as _;
@@ -71,7 +72,7 @@ impl Arguments {
 }
 
 /// Reads `NAME=VALUE`.
-fn parameter(text: &str) -> Result<(String, f64), String> {
+pub(crate) fn parameter(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.split_once('=').ok_or("write NAME=VALUE, as in Br_deg=5")?;
     let value = value.trim().parse::<f64>().ok().filter(|value| value.is_finite());
     let value = value.ok_or("the value is a number; its unit is the end of the parameter's name")?;

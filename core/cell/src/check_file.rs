@@ -31,9 +31,12 @@ pub enum FileKind {
     World,
     /// `arm:`
     Model,
+    /// `study:`; it names a cell and lays numbers over its world.
+    Study,
 }
 
-const KINDS: [(&str, FileKind); 5] = [
+const KINDS: [(&str, FileKind); 6] = [
+    ("study", FileKind::Study),
     ("cell", FileKind::Workcell),
     ("procedure", FileKind::Procedure),
     ("answers", FileKind::Answers),
@@ -70,7 +73,8 @@ fn unknown_kind(file: &Path, text: &str, root: &Node, keys: &[&str]) -> FileProb
     }
 }
 
-/// Checks a cell, procedure, answers or model file with everything it names; a world file is read by the world alone. A procedure or answers file is checked against the cells in its own
+/// Checks a cell, procedure, answers or model file with everything it names; a world file is read by the world alone, a study by the
+/// program. A procedure or answers file is checked against the cells in its own
 /// and the parent folder that name it.
 ///
 /// # Errors
@@ -88,6 +92,7 @@ pub fn check_file(
             .map(|()| CheckedFile { what: "model".to_owned(), notes: Vec::new() })
             .map_err(|problems| vec![problems]),
         FileKind::World => Ok(CheckedFile { what: "world".to_owned(), notes: Vec::new() }),
+        FileKind::Study => Ok(CheckedFile { what: "study".to_owned(), notes: Vec::new() }),
     }
 }
 

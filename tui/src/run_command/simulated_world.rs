@@ -8,6 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use super::emulated_controller::EmulatedController;
+use super::simulated_operator;
 use plumb_cell::device::World;
 use plumb_cell::workcell::{Pace, WorldSetting};
 use plumb_simulated::client::WorldClient;
@@ -47,7 +48,7 @@ pub(crate) struct SimulatedWorld {
 
 impl SimulatedWorld {
     /// The world a resumed run left, when it still lives.
-    pub(super) fn found(socket: &str, pace: Pace) -> Option<Self> {
+    pub(crate) fn found(socket: &str, pace: Pace) -> Option<Self> {
         let socket = PathBuf::from(socket);
         let mut client = WorldClient::connect(&socket, "plumb").ok()?;
         client.call(Verb::Pace { pace: spoken(pace) }, || false, |_| ()).ok()?;
@@ -55,7 +56,7 @@ impl SimulatedWorld {
     }
 
     /// A new world, in place of one that still listens there.
-    pub(super) fn start(setting: &WorldSetting, pace: Pace, socket: &Path) -> Result<Self, WorldError> {
+    pub(crate) fn start(setting: &WorldSetting, pace: Pace, socket: &Path) -> Result<Self, WorldError> {
         let world = Self { socket: socket.to_owned(), pace, controllers: Vec::new() };
         if socket.exists() {
             world.shut_down();
@@ -142,6 +143,10 @@ impl World for SimulatedWorld {
         let port = started.port.clone();
         self.controllers.push(started);
         Ok(port)
+    }
+
+    fn operate(&mut self, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String> {
+        simulated_operator::operate(&self.socket, act, values)
     }
 
     fn end(&mut self) {

@@ -1,13 +1,17 @@
 //! One figure of the study as an SVG picture and as a table.
 
 use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
 
 use plotters::prelude::*;
 
+use super::StudyError;
 use super::curves::Figure;
 
 const SIZE: (u32, u32) = (800, 480);
-const INK: [RGBColor; 3] = [RGBColor(0, 90, 160), RGBColor(190, 80, 0), RGBColor(60, 130, 60)];
+const INK: [RGBColor; 4] =
+    [RGBColor(0, 90, 160), RGBColor(190, 80, 0), RGBColor(60, 130, 60), RGBColor(120, 60, 140)];
 
 /// The smallest and largest of `values` with a margin of a twentieth on both sides.
 fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
@@ -35,15 +39,20 @@ fn draw(figure: &Figure, document: &mut String) -> Result<(), Box<dyn std::error
     area.fill(&WHITE)?;
     let points = || figure.curves.iter().flat_map(|curve| &curve.points);
     let mut chart = ChartBuilder::on(&area)
-        .caption(figure.title, ("sans-serif", 18))
+        .caption(&figure.title, ("sans-serif", 18))
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(72)
         .build_cartesian_2d(range(points().map(|point| point.0)), range(points().map(|point| point.1)))?;
-    chart.configure_mesh().light_line_style(WHITE).x_desc(figure.across).y_desc(figure.up).draw()?;
+    chart.configure_mesh().light_line_style(WHITE).x_desc(&figure.across).y_desc(&figure.up).draw()?;
     for (curve, colour) in figure.curves.iter().zip(INK.into_iter().cycle()) {
-        chart
-            .draw_series(LineSeries::new(curve.points.iter().copied(), colour.stroke_width(2)))?
+        let drawn = if figure.scattered {
+            let points = curve.points.iter().map(|point| Circle::new(*point, 3, colour.filled()));
+            chart.draw_series(points)?
+        } else {
+            chart.draw_series(LineSeries::new(curve.points.iter().copied(), colour.stroke_width(2)))?
+        };
+        drawn
             .label(&curve.name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
     }
@@ -64,4 +73,28 @@ pub(crate) fn csv(figure: &Figure) -> String {
         }
     }
     text
+}
+
+/// Writes a figure as SVG and as CSV.
+///
+/// # Errors
+/// It cannot be drawn, or the folder cannot be written.
+pub(crate) fn write(folder: &Path, figure: &Figure) -> Result<(), StudyError> {
+    let drawing =
+        svg(figure).map_err(|cause| StudyError::Draw { figure: figure.file_name.clone(), cause })?;
+    for (ending, content) in [("svg", drawing), ("csv", csv(figure))] {
+        write_file(folder, &format!("{}.{ending}", figure.file_name), &content)?;
+    }
+    Ok(())
+}
+
+/// Writes a file into a folder, which is made where there is none.
+///
+/// # Errors
+/// The folder cannot be written.
+pub(crate) fn write_file(folder: &Path, name: &str, content: &str) -> Result<(), StudyError> {
+    let path = folder.join(name);
+    fs::create_dir_all(folder)
+        .and_then(|()| fs::write(&path, content))
+        .map_err(|cause| StudyError::Write { path, cause })
 }

@@ -1,30 +1,78 @@
-//! `plumb study`: Yang & Siegel's table and figures, computed anew.
+//! `plumb study`: the paper's own analysis, and what many runs through the real engine show of the method.
 
+mod bench;
 mod curves;
 mod figure;
+mod imperfect;
+mod interrupt;
+mod paper;
+mod repeatability;
+mod runs;
+mod statistics;
+mod study_file;
+mod table;
+mod truth;
 
-use std::fs;
-use std::io::{self, Write as _};
-use std::path::{Path, PathBuf};
+use std::io;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{Args, Subcommand};
 use thiserror::Error;
 
 use crate::failure::CommandResult;
+use crate::run_command::simulated_world::WorldError;
+use study_file::StudyFileError;
 
-/// Table 2-1, figures 5 to 10 and 12, and the single numbers of Yang & Siegel 1987, computed from plumb's own kinematics.
+/// Table 2-1, figures and single numbers of Yang & Siegel 1987, computed anew; or, with a word more, many runs through the real engine.
 #[derive(Args)]
 pub(crate) struct StudyArguments {
+    #[command(subcommand)]
+    study: Option<Study>,
     /// Write each figure there as SVG and CSV.
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", global = true)]
     output: Option<PathBuf>,
 }
 
-/// Why a study could not be written.
+/// What is studied.
+#[derive(Subcommand)]
+enum Study {
+    Repeatability(repeatability::Arguments),
+    /// What each imperfection of arm and sensor costs, alone: 100 random starts each.
+    Imperfections(Chosen),
+    /// The paper's method and its rivals, with the arm's lengths known rightly and wrongly: error, time, steps.
+    Methods(Chosen),
+    /// The reviewer's doubts, a figure each.
+    Doubts(Chosen),
+}
+
+/// A study that is described in a file.
+#[derive(Args)]
+struct Chosen {
+    /// The study's file; that of the TeachMover if left out.
+    file: Option<PathBuf>,
+    #[command(flatten)]
+    many: Many,
+}
+
+/// How many runs, and drawn from where.
+#[derive(Args)]
+struct Many {
+    /// How many runs each line of the table rests on; as the study's file says if left out.
+    #[arg(short = 'n', long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    runs: Option<u32>,
+    /// Draw the starts and everything left to chance from here on.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Look for plugins here too.
+    #[arg(long, value_name = "DIR")]
+    plugins: Vec<PathBuf>,
+}
+
+/// Why there is no study.
 #[derive(Debug, Error)]
 pub(crate) enum StudyError {
-    /// A figure could not be written.
+    /// A file could not be written.
     #[error("cannot write {path}: {cause}; name a folder you may write to with --output")]
     Write {
         /// The file.
@@ -36,99 +84,68 @@ pub(crate) enum StudyError {
     #[error("cannot draw {figure}: {cause}")]
     Draw {
         /// The figure.
-        figure: &'static str,
+        figure: String,
         /// What the drawing library said.
         cause: String,
     },
+    /// The output, or a file in passing.
+    #[error("it cannot be written or read: {0}")]
+    Output(#[from] io::Error),
+    /// The study's file.
+    #[error(transparent)]
+    File(#[from] StudyFileError),
+    /// The cell is not in order.
+    #[error("{0}")]
+    Cell(String),
+    /// The world does not start.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// The world does not answer, or tells nothing.
+    #[error("the simulated world: {0}")]
+    Truth(#[from] plumb_simulated::client::ClientError),
+    /// A run does not start.
+    #[error(transparent)]
+    Start(#[from] plumb_cell::engine::StartError),
+    /// The record.
+    #[error(transparent)]
+    Record(#[from] plumb_record::RecordError),
+    /// The cell's place in shared memory.
+    #[error(transparent)]
+    Domain(#[from] plumb_bus::DomainError),
+    /// The keyboard.
+    #[error("interrupted")]
+    Interrupted,
 }
 
-/// Prints the study and, where asked, writes its figures.
+/// Reads a study's file as far as can be known without running it.
 ///
 /// # Errors
-/// The folder cannot be written.
-pub(crate) fn run(arguments: &StudyArguments) -> CommandResult {
-    let mut output = io::stdout().lock();
-    output.write_all(report().as_bytes())?;
-    if let Some(folder) = &arguments.output {
-        for figure in curves::figures() {
-            write(folder, &figure)?;
-        }
-        writeln!(output, "\nfigures written to {}", folder.display())?;
-    }
-    Ok(ExitCode::SUCCESS)
-}
-
-fn report() -> String {
-    let mut text = String::from(
-        "Yang & Siegel 1987, computed from plumb's kinematics (L1 = L2 = 177.8, H = 195.0, L3 = 109 mm)\n\n\
-         Table 2-1: vertical error of the initialization, micron (Bi = 290, Br = 5 deg, K = 140, D = 117 mm)\n\
-         further cycles            error\n",
-    );
-    for (cycle, error) in curves::table_2_1().iter().enumerate() {
-        text.push_str(&format!("{cycle:>14} {:>16}\n", six_digits(*error)));
-    }
-    text.push('\n');
-    for statement in curves::statements() {
-        text.push_str(&format!(
-            "{}\n    paper {:<14} here {}\n",
-            statement.what, statement.paper, statement.ours
-        ));
-    }
-    text
-}
-
-/// Six digits that count, in plain notation while that stays readable.
-fn six_digits(value: f64) -> String {
-    let magnitude = value.abs().log10().floor();
-    if magnitude < -3.0 {
-        format!("{value:.5e}")
-    } else {
-        format!("{value:.*}", (5.0 - magnitude).max(0.0) as usize)
-    }
-}
-
-fn write(folder: &Path, figure: &curves::Figure) -> Result<(), StudyError> {
-    let drawing =
-        figure::svg(figure).map_err(|cause| StudyError::Draw { figure: figure.file_name, cause })?;
-    for (ending, content) in [("svg", drawing), ("csv", figure::csv(figure))] {
-        let path = folder.join(figure.file_name).with_extension(ending);
-        fs::create_dir_all(folder)
-            .and_then(|()| fs::write(&path, content))
-            .map_err(|cause| StudyError::Write { path, cause })?;
-    }
+/// Its first mistake.
+pub(crate) fn check(file: &std::path::Path) -> Result<(), StudyError> {
+    let name = file.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    study_file::StudyFile::read(file, &name)?;
     Ok(())
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_report_holds_the_papers_digits() {
-        let report = report();
-        for expected in ["-10138.6", "178.245", "-5.63521", "0.176579", "17 deg 15.2 min", "0.0909 deg"] {
-            assert!(report.contains(expected), "{expected} is missing in:\n{report}");
+/// Makes the study.
+///
+/// # Errors
+/// [`StudyError`]
+pub(crate) fn run(arguments: &StudyArguments) -> CommandResult {
+    let folder = arguments.output.as_deref();
+    let made = match &arguments.study {
+        None => paper::run(folder),
+        Some(Study::Repeatability(study)) => repeatability::run(study, folder),
+        Some(Study::Imperfections(chosen)) => imperfect::run("imperfections", chosen, folder),
+        Some(Study::Methods(chosen)) => imperfect::run("methods", chosen, folder),
+        Some(Study::Doubts(chosen)) => imperfect::run("doubts", chosen, folder),
+    };
+    match made {
+        Ok(()) => Ok(ExitCode::SUCCESS),
+        Err(StudyError::Interrupted) => {
+            eprintln!("plumb: interrupted; what was running has been put away");
+            Ok(ExitCode::from(plumb_cell::event::RunOutcome::Aborted.exit_code()))
         }
-    }
-
-    #[test]
-    fn every_figure_is_drawn_and_tabled() {
-        let folder = tempfile::tempdir().unwrap();
-        run(&StudyArguments { output: Some(folder.path().to_owned()) }).unwrap();
-        for number in ["05", "06", "07", "08", "09", "10", "12"] {
-            let names: Vec<_> = fs::read_dir(folder.path())
-                .unwrap()
-                .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-                .filter(|name| name.starts_with(&format!("figure-{number}")))
-                .collect();
-            assert_eq!(names.len(), 2, "figure {number}: {names:?}");
-        }
-    }
-
-    #[test]
-    fn a_folder_that_cannot_be_written_is_named() {
-        let file = tempfile::NamedTempFile::new().unwrap();
-        let error = run(&StudyArguments { output: Some(file.path().join("below")) }).unwrap_err();
-        assert!(error.to_string().contains("--output"), "{error}");
+        Err(error) => Err(error.into()),
     }
 }

@@ -198,11 +198,13 @@ impl Engine {
     ) -> Result<Option<ProximityEdge>, StepError> {
         let chunk = self.chunk(search, approach);
         let from = start.get(search.column).unwrap_or(0.0);
+        let resolution = self.arm(&search.step.robot)?.resolution(search.column);
         let mut here = start;
         loop {
             let now = here.get(search.column).unwrap_or(0.0);
             let left = (end - now) * search.direction;
-            if left <= 1e-9 {
+            // A drive that moves in steps ends short of what is less than half a step away, and would for ever.
+            if left <= resolution / 2.0 + 1e-9 {
                 return Ok(None);
             }
             let place = if left <= chunk { end } else { now + search.direction * chunk };
@@ -296,7 +298,7 @@ impl Engine {
         while !self.is_there(search)? {
             let now = here.get(search.column).unwrap_or(0.0);
             let left = (furthest - now) * search.direction;
-            if left < FINEST_CREEP {
+            if left < FINEST_CREEP.max(resolution / 2.0) {
                 return Err(self.not_there_again(search, allowance));
             }
             here =
