@@ -140,11 +140,7 @@ fn a_search_that_ends_between_two_half_steps_ends() {
         "procedure: short\nsteps:\n  - id: lower\n    do: {search: {robot: arm, joint: shoulder, travel_deg: -0.98, until: {sensor: eye, is: \"on\"}}}\n    \
          time_limit_s: 60\n    on_error: abort\n",
     );
-    lab.edit(
-        "cell-worn.yaml",
-        "  - procedures/initialize.yaml",
-        "  - procedures/short.yaml\n  - procedures/initialize.yaml",
-    );
+    lab.edit("cell-worn.yaml", "procedures: [", "procedures: [procedures/short.yaml, ");
     let run = lab.plumb(&["run", "cell-worn.yaml"]);
     assert_eq!(run.code(), 1, "{}", run.all());
     assert!(run.all().contains("eye never came on within 0.97 deg of shoulder"), "{}", run.all());
