@@ -12,7 +12,9 @@ pub mod procedure;
 pub mod prompt;
 mod read_context;
 mod run_handle;
+pub mod schema;
 pub mod step;
+pub mod trigger_table;
 pub mod workcell;
 pub mod yaml;
 

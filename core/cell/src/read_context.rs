@@ -58,6 +58,8 @@ pub(crate) struct CheckContext<'a> {
 pub(crate) struct RobotNames {
     pub(crate) name: String,
     pub(crate) joints: Vec<(String, DegOrMm)>,
+    /// Surfaces of its model file.
+    pub(crate) surfaces: Vec<String>,
 }
 
 /// How people write a joint's numbers.

@@ -76,6 +76,20 @@ pub enum RecordError {
         /// Its process number, as it wrote it down.
         process: String,
     },
+    /// The copy would overwrite something.
+    #[error("{path} is there already: give a new file for the copy")]
+    BackupExists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The copy cannot be written.
+    #[error("the copy {path} cannot be written: {cause}")]
+    Backup {
+        /// The file.
+        path: PathBuf,
+        /// What SQLite says.
+        cause: rusqlite::Error,
+    },
     /// The lock file cannot be made.
     #[error("the lock {path} of the cell cannot be taken: {cause}")]
     Lock {

@@ -17,13 +17,18 @@
 //! # }
 //! ```
 
+mod backup;
 mod cell_lock;
 mod correction;
 mod error;
+mod history;
+mod instrument;
 mod interruption;
 mod loaded;
 mod location;
 mod model_revision;
+mod note;
+mod offer;
 mod prompt;
 mod reading;
 mod record;
@@ -35,10 +40,14 @@ mod trigger;
 pub use cell_lock::{CellLock, LockHolder};
 pub use correction::{AppliedCorrection, CorrectionKey, NewCorrection, StoredCorrection};
 pub use error::RecordError;
+pub use history::{RunFilter, TrendPoint};
+pub use instrument::{Instrument, is_day, today};
 pub use interruption::{Interruption, StoredInterruption, StoredLogLine};
 pub use loaded::{LoadedFile, sha256_hex};
 pub use location::default_directory;
 pub use model_revision::StoredModelRevision;
+pub use note::StoredNote;
+pub use offer::Offer;
 pub use prompt::{StoredAnswer, StoredPrompt};
 pub use reading::{Reading, StoredReading};
 pub use record::{Record, timestamp};

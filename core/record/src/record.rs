@@ -78,7 +78,7 @@ mod tests {
         record.connection.pragma_update(None, "user_version", 99).expect("a newer version");
         drop(record);
         let error = Record::open(directory.path()).err().expect("refused").to_string();
-        assert!(error.contains("schema 99") && error.contains("knows up to 1"), "{error}");
+        assert!(error.contains("schema 99") && error.contains("knows up to 2"), "{error}");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::error::During;
 use crate::record::timestamp;
-use crate::{Record, RecordError};
+use crate::{Record, RecordError, RunFilter};
 
 /// Number of a run in its record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -145,7 +145,7 @@ pub struct StoredPose {
     pub joints: Value,
 }
 
-const COLUMNS: &str = "id, cell, cell_file, procedure, procedure_file, title, operator, unattended, parameters, settings, \
+pub(crate) const COLUMNS: &str = "id, cell, cell_file, procedure, procedure_file, title, operator, unattended, parameters, settings, \
                        program, world, started, ended, state, message";
 
 impl Record {
@@ -232,12 +232,7 @@ impl Record {
     /// # Errors
     /// When the record cannot be read.
     pub fn history(&self, limit: u32) -> Result<Vec<RunSummary>, RecordError> {
-        let mut statement = self
-            .connection
-            .prepare(&format!("SELECT {COLUMNS} FROM runs ORDER BY id DESC LIMIT ?1"))
-            .during("list the runs")?;
-        let rows = statement.query_map(params![limit], summary).during("list the runs")?;
-        rows.collect::<Result<_, _>>().during("list the runs")
+        self.find_runs(&RunFilter { limit, ..RunFilter::default() })
     }
 
     /// The newest run of `cell` that has not ended, if any.
@@ -288,7 +283,7 @@ impl Record {
     }
 }
 
-fn summary(row: &Row<'_>) -> rusqlite::Result<RunSummary> {
+pub(crate) fn summary(row: &Row<'_>) -> rusqlite::Result<RunSummary> {
     Ok(RunSummary {
         run: RunId(row.get(0)?),
         cell: row.get(1)?,

@@ -29,6 +29,12 @@ pub struct Trigger<'a> {
     pub half_width: f64,
     /// Unit of the half width.
     pub unit: &'a str,
+    /// Which way the searched joint went: 1 or -1.
+    pub direction: i8,
+    /// What the sensor stood over, as the robot's model file calls it, where the procedure says.
+    pub surface: Option<&'a str>,
+    /// How high over it, mm.
+    pub height_mm: Option<f64>,
 }
 
 /// A trigger pose as the record holds it.
@@ -54,6 +60,12 @@ pub struct StoredTrigger {
     pub half_width: f64,
     /// Unit of the half width.
     pub unit: String,
+    /// Which way the searched joint went: 1 or -1; not known of runs of older programs.
+    pub direction: Option<i8>,
+    /// What the sensor stood over, as the robot's model file calls it.
+    pub surface: Option<String>,
+    /// How high over it, mm.
+    pub height_mm: Option<f64>,
 }
 
 impl Record {
@@ -64,8 +76,8 @@ impl Record {
     pub fn note_trigger(&mut self, run: RunId, step: &str, trigger: &Trigger<'_>) -> Result<(), RecordError> {
         self.connection
             .execute(
-                "INSERT INTO triggers (run, step, device, sensor, fired, fine, time_ns, joint, joints, half_width, unit) \
-                 VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
+                "INSERT INTO triggers (run, step, device, sensor, fired, fine, time_ns, joint, joints, half_width, unit, \
+                 surface, height_mm, direction) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)",
                 params![
                     run.0,
                     step,
@@ -77,7 +89,10 @@ impl Record {
                     trigger.joint,
                     trigger.joints.to_string(),
                     trigger.half_width,
-                    trigger.unit
+                    trigger.unit,
+                    trigger.surface,
+                    trigger.height_mm,
+                    trigger.direction
                 ],
             )
             .during("note a trigger pose")?;
@@ -92,7 +107,7 @@ impl Record {
         let mut statement = self
             .connection
             .prepare(
-                "SELECT step, device, sensor, fired, fine, time_ns, joint, joints, half_width, unit FROM triggers \
+                "SELECT step, device, sensor, fired, fine, time_ns, joint, joints, half_width, unit, surface, height_mm, direction FROM triggers \
                  WHERE run = ?1 ORDER BY id",
             )
             .during("read the trigger poses of a run")?;
@@ -109,6 +124,9 @@ impl Record {
                     joints: json_column(row, 7)?,
                     half_width: row.get(8)?,
                     unit: row.get(9)?,
+                    surface: row.get(10)?,
+                    height_mm: row.get(11)?,
+                    direction: row.get(12)?,
                 })
             })
             .during("read the trigger poses of a run")?;

@@ -3,8 +3,8 @@
 #![expect(clippy::expect_used, reason = "a failed expectation is how a test fails")]
 
 use plumb_record::{
-    CorrectionKey, Interruption, NewCorrection, NewRun, PlannedRow, Record, RunEnd, RunState, StepEnd,
-    Trigger,
+    CorrectionKey, Instrument, Interruption, NewCorrection, NewRun, PlannedRow, Record, RunEnd, RunState,
+    StepEnd, Trigger,
 };
 use serde_json::json;
 
@@ -57,6 +57,9 @@ fn what_one_program_wrote_another_reads_although_the_first_never_closed_it() {
         fired: true,
         fine: true,
         time_ns: 5,
+        surface: Some("table"),
+        height_mm: Some(8.0),
+        direction: -1,
         joint: "shoulder",
         joints: &json!([{"name": "shoulder", "drive": 1.0, "value": 1.5, "unit": "deg"}]),
         half_width: 0.02,
@@ -159,4 +162,56 @@ fn a_model_is_noted_once_until_it_changes() {
     assert_eq!(record.note_model("teachmover", "arm", None, "arm: a", "loaded").expect("noted"), first);
     assert_ne!(record.note_model("teachmover", "arm", None, "arm: b", "loaded").expect("noted"), first);
     assert_eq!(record.model_revisions("teachmover", "arm").expect("models").len(), 2);
+}
+
+/// A record as plumb 0.1.0 wrote it before there were instruments, notes and answers from elsewhere, as SQL.
+const OLDER: &str = include_str!("older/schema-1.sql");
+
+#[test]
+fn a_record_of_an_older_program_is_brought_up_to_date_and_keeps_everything() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let older = rusqlite::Connection::open(directory.path().join("plumb.sqlite3")).expect("a file");
+    older.execute_batch(OLDER).expect("the older record");
+    older.pragma_update(None, "user_version", 1).expect("its version");
+    drop(older);
+
+    let mut record = Record::open(directory.path()).expect("brought up to date");
+    assert!(record.damage().expect("checked").is_empty());
+    let run = record.history(10).expect("the runs").remove(0);
+    assert_eq!((run.operator.as_str(), run.state), ("ada", RunState::Ended(RunEnd::Passed)));
+    let trigger = record.triggers(run.run).expect("trigger poses").pop().expect("one");
+    assert_eq!((trigger.joint.as_str(), trigger.surface, trigger.direction), ("waist", None, None));
+    let zero = record.corrections_in_force("teachmover", "arm").expect("corrections").remove(0);
+    assert!((zero.value - 1.7).abs() < 1e-6, "{zero:?}");
+
+    record.add_note(run.run, "bob", "written years later").expect("a note");
+    let gauge = Instrument { name: "gauge".into(), what: "gauge block".into(), ..Instrument::default() };
+    record.note_instruments(run.run, std::slice::from_ref(&gauge)).expect("an instrument");
+    drop(record);
+    let again = Record::open(directory.path()).expect("opened again");
+    assert_eq!(again.notes(run.run).expect("notes").remove(0).text, "written years later");
+    assert_eq!(again.instruments(run.run).expect("instruments"), [gauge]);
+}
+
+#[test]
+fn an_answer_from_elsewhere_waits_until_it_is_taken_or_refused() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut asking = Record::open(directory.path()).expect("a record");
+    let run = new_run(&mut asking);
+    let prompt = asking.ask_prompt(run, "hand", |id| json!({"id": id})).expect("a prompt");
+    let mut elsewhere = Record::open(directory.path()).expect("the same record");
+    assert_eq!(elsewhere.open_prompt(run).expect("read").map(|prompt| prompt.id), Some(prompt));
+    let first = elsewhere.offer_answer(prompt, &json!(25), "bob").expect("offered");
+    let second = elsewhere.offer_answer(prompt, &json!(8), "bob").expect("offered");
+    assert_eq!(
+        asking.offer_to(prompt).expect("read").map(|offer| offer.id),
+        Some(first),
+        "the first comes first"
+    );
+    asking.refuse_offer(first, "out of range").expect("refused");
+    assert_eq!(elsewhere.why_refused(first).expect("read").as_deref(), Some("out of range"));
+    let offer = asking.offer_to(prompt).expect("read").expect("the second");
+    assert_eq!((offer.id, offer.answer.clone()), (second, json!(8)));
+    assert!(asking.answer_prompt(prompt, &offer.answer, &offer.by).expect("answered"));
+    assert_eq!(elsewhere.open_prompt(run).expect("read"), None);
 }

@@ -3,6 +3,7 @@
 use plumb_host::{Catalogue, Plugin, WiredInput};
 use plumb_plugin::{InputDescription, StreamDescription};
 
+use super::configuration;
 use crate::workcell::{DeviceSetting, Workcell};
 use crate::yaml::{FileProblems, Problems, did_you_mean};
 
@@ -20,6 +21,15 @@ pub fn check_plugins(cell: &Workcell, catalogue: &Catalogue) -> Result<(), FileP
                 continue;
             }
         };
+        // The cell fills these in where they are wanted.
+        let given: &[&str] = match (&cell.world, &device.emulate) {
+            (Some(_), Some(_)) => &["world", "port"],
+            (Some(_), None) => &["world"],
+            _ => &[],
+        };
+        for (message, help) in configuration::mistakes(&device.config, &plugin.manifest.config, given) {
+            problems.add(device.place, format!("device `{}`: {message}", device.name), help);
+        }
         for wire in &device.inputs {
             let wired = input_of(plugin, &wire.input).and_then(|input| {
                 let stream = stream_of(cell, catalogue, &wire.device, &wire.stream)?;

@@ -3,15 +3,45 @@
 use serde_json::{Map, Value};
 
 use super::Engine;
-use super::plan::{Entry, Work};
+use super::plan::{Entry, Plan, Work};
 use crate::event::PlannedStep;
-use crate::expression::Expression;
-use crate::step::{Action, MoveStep, SearchStep};
+use crate::expression::{Calculator, Expression};
+use crate::step::{Action, MoveStep, Question, SearchStep};
 
 /// Time a joint takes for a request and its answer, seconds.
 const EXCHANGE_S: f64 = 0.02;
 
+/// Full speed of a joint that has not told its own, rad/s (or mm/s).
+const TYPICAL_SPEED: f64 = 0.3;
+
+/// What the times of a plan are worked out from.
+pub(super) struct Estimator<'a> {
+    pub(super) plan: &'a Plan,
+    pub(super) calculator: &'a Calculator,
+    /// What the robots' model files give to expressions.
+    pub(super) models: Map<String, Value>,
+    /// Full speed of a robot's joint, rad/s or mm/s, where the robot has told it.
+    pub(super) full_speed: Box<dyn Fn(&str, &str) -> Option<f64> + 'a>,
+}
+
 impl Engine {
+    /// The plan as it is shown, and the estimated time of all of it, seconds.
+    pub(super) fn planned_steps(&self) -> (Vec<PlannedStep>, f64) {
+        let full_speed = |robot: &str, joint: &str| {
+            let arm = self.arms.iter().find(|arm| arm.name == robot)?;
+            arm.description.joints.iter().find(|known| known.name == joint).map(|joint| joint.max_speed)
+        };
+        Estimator {
+            plan: &self.plan,
+            calculator: &self.calculator,
+            models: self.model_values(),
+            full_speed: Box::new(full_speed),
+        }
+        .planned_steps()
+    }
+}
+
+impl Estimator<'_> {
     /// The plan as it is shown, and the estimated time of all of it, seconds.
     pub(super) fn planned_steps(&self) -> (Vec<PlannedStep>, f64) {
         let mut steps = Vec::new();
@@ -25,42 +55,40 @@ impl Engine {
                 kind: entry.step.action.kind().to_owned(),
                 depth: entry.depth,
                 moves: moved_by(&entry.step.action),
-                asks: matches!(&entry.step.action, Action::Prompt(_))
-                    || matches!(&entry.step.action, Action::Apply(apply) if apply.ask),
+                asks: asks(&entry.step.action),
                 estimate_s,
             });
         }
         (steps, total)
     }
 
+    /// The values that are known to an entry before the run.
+    pub(super) fn values(&self, entry: &Entry) -> Map<String, Value> {
+        let scope = self.plan.scopes.get(entry.scope);
+        scope.map(|scope| scope.plan_values(self.models.clone())).unwrap_or_default()
+    }
+
     fn estimate(&self, entry: &Entry) -> Option<f64> {
         if matches!(entry.work, Work::Begin { .. }) {
             return Some(0.0);
         }
-        let values = self
-            .plan
-            .scopes
-            .get(entry.scope)
-            .map(|scope| scope.plan_values(self.model_values()))
-            .unwrap_or_default();
         match &entry.step.action {
             Action::Prompt(_) => None,
-            Action::Move(step) => Some(self.estimate_move(step, &values)),
-            Action::Search(step) => Some(self.estimate_search(step, &values)),
+            Action::Move(step) => Some(self.estimate_move(step, &self.values(entry))),
+            Action::Search(step) => Some(self.estimate_search(step, &self.values(entry))),
             Action::Compute(_) | Action::Check(_) | Action::Apply(_) => Some(0.01),
             Action::Repeat(_) | Action::Call(_) => Some(0.0),
         }
     }
 
-    fn known(&self, expression: &Expression, values: &Map<String, Value>) -> Option<f64> {
-        expression.number(&self.calculator, values).ok()
+    /// What an expression comes to, where that is known before the run.
+    pub(super) fn known(&self, expression: &Expression, values: &Map<String, Value>) -> Option<f64> {
+        expression.number(self.calculator, values).ok()
     }
 
     /// Full speed of a joint, in the unit inside, a second.
     fn full_speed(&self, robot: &str, joint: &str) -> f64 {
-        let arm = self.arms.iter().find(|arm| arm.name == robot);
-        let joint = arm.and_then(|arm| arm.description.joints.iter().find(|known| known.name == joint));
-        joint.map_or(0.3, |joint| joint.max_speed.max(1e-3))
+        (self.full_speed)(robot, joint).map_or(TYPICAL_SPEED, |speed| speed.max(1e-3))
     }
 
     fn estimate_move(&self, step: &MoveStep, values: &Map<String, Value>) -> f64 {
@@ -90,12 +118,17 @@ impl Engine {
     }
 }
 
+/// Whether a step asks somebody.
+pub(super) fn asks(action: &Action) -> bool {
+    matches!(action, Action::Prompt(_)) || matches!(action, Action::Apply(apply) if apply.ask)
+}
+
 fn moved_by(action: &Action) -> Vec<String> {
     match action {
         Action::Move(step) => vec![step.robot.clone()],
         Action::Search(step) => vec![step.robot.clone()],
         Action::Prompt(step) => match &step.question {
-            crate::step::Question::JogTo { robot, .. } => vec![robot.clone()],
+            Question::JogTo { robot, .. } => vec![robot.clone()],
             _ => Vec::new(),
         },
         _ => Vec::new(),

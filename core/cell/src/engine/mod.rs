@@ -4,6 +4,7 @@ mod arm;
 mod attempts;
 mod connect;
 mod decide;
+mod dry_run;
 mod estimate;
 mod event_sender;
 mod execute;
@@ -26,6 +27,7 @@ use std::sync::Arc;
 use plumb_plugin::{JointState, JointVector};
 use serde_json::{Map, Value};
 
+pub use dry_run::{DryRun, DryStep, PlannedMotion, dry_run};
 pub use event_sender::EventSender;
 pub use plan::PlanError;
 pub use start::{Connected, RunRequest, RunningRun, StartError, start_run};
@@ -41,6 +43,7 @@ use crate::answers::Answers;
 use crate::device::{DeviceError, DeviceLinks, SensorLink};
 use crate::event::Event;
 use crate::expression::{Calculator, Expression};
+use crate::prompt::PromptId;
 use crate::run_handle::StopActions;
 use crate::workcell::Workcell;
 
@@ -63,6 +66,8 @@ pub(crate) struct Engine {
     answers: Option<Answers>,
     unattended: bool,
     plan: Plan,
+    /// The prompt and the number of an answer from elsewhere that is being looked at.
+    offered: Option<(PromptId, i64)>,
     /// A check did not hold and the run went on all the same.
     failed_check: Option<String>,
 }

@@ -99,12 +99,37 @@ impl Engine {
                     return Err(interrupted(interrupt));
                 }
             }
-            None => {}
+            None => return self.hear_elsewhere(prompt),
         }
         Ok(Heard::Silence)
     }
 
+    /// Takes an answer that another program has put into the record, or says there why it cannot be taken.
+    fn hear_elsewhere(&mut self, prompt: &Prompt) -> Result<Heard, StepError> {
+        let Some(offer) = self.journal.record.offer_to(prompt.id.0)? else { return Ok(Heard::Silence) };
+        let answer = serde_json::from_value::<Answer>(offer.answer)
+            .map_err(|error| error.to_string())
+            .and_then(|answer| check_answer(&answer, &prompt.kind).map(|()| answer));
+        match answer {
+            Ok(answer) => {
+                self.offered = Some((prompt.id, offer.id));
+                Ok(Heard::Answer(answer, offer.by))
+            }
+            Err(reason) => {
+                self.journal.record.refuse_offer(offer.id, &reason)?;
+                self.journal.show(Event::AnswerRefused { prompt: prompt.id, reason });
+                Ok(Heard::Silence)
+            }
+        }
+    }
+
+    /// Says why an answer is not taken, to whoever gave it.
     pub(super) fn refuse(&mut self, prompt: &Prompt, reason: &str) {
+        if let Some((_, offer)) = self.offered.take().filter(|(asked, _)| *asked == prompt.id)
+            && let Err(error) = self.journal.record.refuse_offer(offer, reason)
+        {
+            tracing::error!("a refusal cannot be written down: {error}");
+        }
         self.journal.show(Event::AnswerRefused { prompt: prompt.id, reason: reason.to_owned() });
     }
 

@@ -7,7 +7,7 @@ use std::sync::mpsc::channel;
 use std::thread::JoinHandle;
 
 use plumb_record::{
-    CellLock, Interruption, LoadedFile, NewRun, Record, RecordError, RunId, RunState, sha256_hex,
+    CellLock, Interruption, LoadedFile, NewRun, Record, RecordError, RunId, RunState, sha256_hex, today,
 };
 use serde_json::{Map, Value};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
@@ -21,7 +21,7 @@ use super::step_error::StepError;
 use super::{Engine, prompting};
 use crate::answers::{Answers, missing_answers};
 use crate::device::DeviceLinks;
-use crate::event::{Event, RunOutcome, StampedEvent, StepPath};
+use crate::event::{Event, LogLevel, RunOutcome, StampedEvent, StepPath};
 use crate::expression::Calculator;
 use crate::procedure::Procedure;
 use crate::run_handle::{RunHandle, StopActions};
@@ -49,6 +49,8 @@ pub struct RunRequest {
     pub resume: Option<RunId>,
     /// What else the program needs to know when the run is resumed; kept in the record.
     pub settings: Value,
+    /// What the operator wants remembered with the run.
+    pub notes: Vec<String>,
     /// Other files that were loaded, such as plugins and the world's, for the record.
     pub other_files: Vec<LoadedFile>,
 }
@@ -162,6 +164,7 @@ pub fn start_run(
         answers: request.answers.clone(),
         unattended: request.unattended,
         plan,
+        offered: None,
         failed_check: None,
     };
     let thread = std::thread::Builder::new().name("engine".to_owned()).spawn(move || {
@@ -173,7 +176,7 @@ pub fn start_run(
     Ok(RunningRun { run, events, handle, thread })
 }
 
-fn parameters_of(request: &RunRequest) -> Result<Map<String, Value>, StartError> {
+pub(super) fn parameters_of(request: &RunRequest) -> Result<Map<String, Value>, StartError> {
     let procedure = &request.procedure;
     for name in request.parameters.keys() {
         if !procedure.parameters.iter().any(|parameter| parameter.name == *name) {
@@ -196,7 +199,7 @@ fn parameters_of(request: &RunRequest) -> Result<Map<String, Value>, StartError>
 }
 
 /// An unattended run knows beforehand that it will not have to ask.
-fn check_unattended(request: &RunRequest) -> Result<(), StartError> {
+pub(super) fn check_unattended(request: &RunRequest) -> Result<(), StartError> {
     let missing = missing_answers(request.answers.as_ref(), &request.procedure);
     if !missing.is_empty() {
         let names: Vec<String> = missing.iter().map(|name| format!("`{name}`")).collect();
@@ -252,6 +255,10 @@ fn start_in_record(
         program: env!("CARGO_PKG_VERSION").to_owned(),
     })?;
     record.note_loaded(run, &loaded_files(request))?;
+    record.note_instruments(run, &request.cell.instruments)?;
+    for note in &request.notes {
+        record.add_note(run, &request.operator, note)?;
+    }
     for robot in &request.cell.robots {
         if let Some(model) = &robot.model {
             record.note_model(&request.cell.name, &robot.device, Some(run), &model.text, "loaded")?;
@@ -332,11 +339,27 @@ impl Engine {
             unattended: self.unattended,
             resumed_at,
         });
+        self.warn_of_overdue_instruments()?;
         match self.prepare(first_time, &stored) {
             Ok((position, open)) => Ok(self.run_from(position, open)?),
             Err(StepError::Record(error)) => Err(StepError::Record(error)),
             Err(error) => Ok(end_of_preparation(error)),
         }
+    }
+
+    /// A calibration that was due is no reason not to run, but one to know of.
+    fn warn_of_overdue_instruments(&mut self) -> Result<(), StepError> {
+        let cell = Arc::clone(&self.cell);
+        let today = today();
+        for one in cell.instruments.iter().filter(|one| one.is_overdue(&today)) {
+            let due = one.calibration_due.as_deref().unwrap_or_default();
+            let message = format!(
+                "the calibration of {} ({}) was due on {due}: have it calibrated",
+                one.name, one.what
+            );
+            self.journal.log(LogLevel::Warning, "instruments", None, &message)?;
+        }
+        Ok(())
     }
 
     /// The first step that is not done.

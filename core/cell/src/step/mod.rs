@@ -20,7 +20,7 @@ pub use joint_targets::{JointTarget, JointTargets};
 pub use move_joints::MoveStep;
 pub use prompt::{PromptStep, Question, SimulatedAct};
 pub use repeat::RepeatStep;
-pub use search::{Approach, SearchStep};
+pub use search::{Approach, Finds, SearchStep};
 
 use crate::expression::{Expression, Names, Shape};
 use crate::prompt::Decision;

@@ -2,7 +2,7 @@
 
 use crate::expression::Expression;
 use crate::read_context::{CheckContext, DegOrMm, ReadContext};
-use crate::yaml::{MapReader, Node, Place};
+use crate::yaml::{MapReader, Node, Place, did_you_mean};
 
 /// A declared search.
 #[derive(Debug, Clone)]
@@ -35,6 +35,19 @@ pub struct SearchStep {
     pub back_off_first: bool,
     /// When the sensor does not change on the whole way: go on, and say so in the result, rather than fail.
     pub may_find_nothing: bool,
+    /// What the sensor stands over when it changes, for who fits a model to the trigger poses.
+    pub finds: Option<Finds>,
+}
+
+/// What the sensor stands over when it changes.
+#[derive(Debug, Clone)]
+pub struct Finds {
+    /// The surface or line, as the robot's model file calls it.
+    pub surface: String,
+    /// Where its name stands.
+    pub place: Place,
+    /// How high over it the hand is then, mm.
+    pub height_mm: Option<Expression>,
 }
 
 /// How a search approaches.
@@ -70,6 +83,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<SearchStep>
         .optional("nothing_found")
         .and_then(|node| node.word("way to end", &["fail", "go_on"], context.problems))
         == Some(1);
+    let finds = map.optional("finds").and_then(|node| read_finds(node, context));
     map.finish();
     let (robot, robot_place) = robot?;
     let (joint, joint_place) = joint?;
@@ -90,6 +104,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<SearchStep>
         back_off,
         back_off_first,
         may_find_nothing,
+        finds,
     })
 }
 
@@ -101,6 +116,15 @@ fn read_until(node: &Node, context: &ReadContext<'_>) -> Option<(String, Place, 
     map.finish();
     let (sensor, place) = sensor?;
     Some((sensor, place, is? == 0))
+}
+
+fn read_finds(node: &Node, context: &ReadContext<'_>) -> Option<Finds> {
+    let mut map = MapReader::new(node, "`finds`", context.problems)?;
+    let surface = context.required_text(&mut map, "on");
+    let height_mm = map.optional("height_mm").and_then(|node| context.expression(node, "`height_mm`"));
+    map.finish();
+    let (surface, place) = surface?;
+    Some(Finds { surface, place, height_mm })
 }
 
 fn read_approach(
@@ -126,8 +150,16 @@ fn read_approach(
 impl SearchStep {
     pub(super) fn check(&self, context: &CheckContext<'_>) {
         context.check_expression(&self.travel);
+        if let Some(height) = self.finds.as_ref().and_then(|finds| finds.height_mm.as_ref()) {
+            context.check_expression(height);
+        }
         context.sensor(&self.sensor, self.sensor_place);
         let Some(robot) = context.robot(&self.robot, self.robot_place) else { return };
+        if let Some(finds) = self.finds.as_ref().filter(|finds| !robot.surfaces.contains(&finds.surface)) {
+            let message = format!("the model of {} has no surface `{}`", robot.name, finds.surface);
+            let help = did_you_mean(&finds.surface, robot.surfaces.iter().map(String::as_str));
+            context.problems.add(finds.place, message, help);
+        }
         if let Some(unit) = context.joint(robot, &self.joint, self.joint_place)
             && unit != self.unit
         {

@@ -84,6 +84,7 @@ impl Loader<'_> {
             devices,
             robots,
             keep_out,
+            instruments: raw.instruments,
             procedures,
             answers,
         }
@@ -194,7 +195,7 @@ impl Loader<'_> {
     fn model(&mut self, model: &(String, Place), raw: &RawRobot, joints: &[String]) -> Option<ModelFile> {
         let file = self.existing(model)?;
         match read_rows(&file) {
-            Ok(ModelRows { text, convention, joints: model_joints, quantities }) => {
+            Ok(ModelRows { text, convention, joints: model_joints, quantities, surfaces }) => {
                 for joint in &model_joints {
                     let given = raw.model_from_drive.iter().any(|(name, _)| name.name == *joint);
                     if !given && !joints.contains(joint) {
@@ -205,7 +206,15 @@ impl Loader<'_> {
                     }
                 }
                 let from_drive = read_from_drive(&model_joints, joints, &raw.model_from_drive, &self.context);
-                Some(ModelFile { file, text, convention, joints: model_joints, quantities, from_drive })
+                Some(ModelFile {
+                    file,
+                    text,
+                    convention,
+                    joints: model_joints,
+                    quantities,
+                    surfaces,
+                    from_drive,
+                })
             }
             Err(problems) => {
                 self.wrong.push(problems);

@@ -3,6 +3,7 @@
 //! A file is read in two stages: [`raw`](self) holds what was typed, with its places; [`Workcell`] holds what is true: every name in it leads
 //! somewhere, every file it names was read and fits.
 
+mod instruments;
 mod keep_out;
 mod load;
 mod model_file;
@@ -12,6 +13,7 @@ mod robot;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use plumb_record::Instrument;
 use serde_json::Value;
 
 pub(crate) use keep_out::{BoundKeepOut, KeepOut};
@@ -43,6 +45,8 @@ pub struct Workcell {
     pub robots: Vec<RobotSetting>,
     /// Where no part of a robot may go.
     pub keep_out: Vec<KeepOutPlane>,
+    /// What the operator measures with.
+    pub instruments: Vec<Instrument>,
     /// What it can run; the first is what it runs unless told otherwise.
     pub procedures: Vec<Arc<Procedure>>,
     /// Answers for unattended runs.

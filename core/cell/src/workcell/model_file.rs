@@ -24,6 +24,8 @@ pub struct ModelFile {
     pub joints: Vec<String>,
     /// The numbers of each joint's row: `{"shoulder": {"a_mm": 177.8, ...}, ...}`.
     pub quantities: Map<String, Value>,
+    /// Names of the surfaces that trigger poses and stripes lie on.
+    pub surfaces: Vec<String>,
     /// The model's joints from the drive's: coefficients, one row a model joint, one column a joint of the cell's list, then the constant
     /// (rad). Turning joints only.
     pub from_drive: Vec<Vec<f64>>,
@@ -80,6 +82,7 @@ pub(super) struct ModelRows {
     pub(super) convention: String,
     pub(super) joints: Vec<String>,
     pub(super) quantities: Map<String, Value>,
+    pub(super) surfaces: Vec<String>,
 }
 
 /// A model joint's angle (rad) from the drive's (rad): coefficients, then the constant.
@@ -152,7 +155,10 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
     }
     problems.into_result(file, &text)?;
     check_model(file)?;
-    Ok(ModelRows { text, convention: convention.to_owned(), joints, quantities })
+    let surfaces = Model::parse(&file.display().to_string(), &text)
+        .map(|model| model.surfaces.into_iter().map(|surface| surface.name).collect())
+        .unwrap_or_default();
+    Ok(ModelRows { text, convention: convention.to_owned(), joints, quantities, surfaces })
 }
 
 /// Reads `model_from_drive`: for each model joint an expression that is linear in the drive's joints. A model joint that is not named is

@@ -1,8 +1,9 @@
 //! What was typed in a workcell file: its form is right; whether its names lead somewhere is not known yet.
 
+use plumb_record::Instrument;
 use serde_json::Value;
 
-use super::Pace;
+use super::{Pace, instruments};
 use crate::read_context::{DegOrMm, ReadContext};
 use crate::yaml::{Key, MapReader, Node, Place};
 
@@ -13,6 +14,7 @@ pub(super) struct RawWorkcell {
     pub(super) devices: Vec<RawDevice>,
     pub(super) robots: Vec<RawRobot>,
     pub(super) keep_out: Vec<RawKeepOut>,
+    pub(super) instruments: Vec<Instrument>,
     pub(super) procedures: Vec<(String, Place)>,
     pub(super) answers: Option<(String, Place)>,
 }
@@ -59,6 +61,10 @@ pub(super) fn read(root: &Node, context: &ReadContext<'_>) -> Option<RawWorkcell
         map.optional("robots").and_then(|node| node.entries("`robots`", problems)).unwrap_or_default();
     let keep_out =
         map.optional("keep_out").and_then(|node| node.list("`keep_out`", problems)).unwrap_or_default();
+    let instruments = map
+        .optional("instruments")
+        .and_then(|node| node.entries("`instruments`", problems))
+        .unwrap_or_default();
     let procedures =
         map.required("procedures").map(|node| texts(node, "`procedures`", context)).unwrap_or_default();
     let answers = map
@@ -80,6 +86,10 @@ pub(super) fn read(root: &Node, context: &ReadContext<'_>) -> Option<RawWorkcell
         devices: devices.iter().filter_map(|(key, node)| read_device(key, node, context)).collect(),
         robots: robots.iter().filter_map(|(key, node)| read_robot(key, node, context)).collect(),
         keep_out: keep_out.iter().filter_map(|node| read_keep_out(node, context)).collect(),
+        instruments: instruments
+            .iter()
+            .filter_map(|(key, node)| instruments::read(key, node, context))
+            .collect(),
         procedures,
         answers,
     })

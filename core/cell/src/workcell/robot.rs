@@ -20,7 +20,8 @@ pub struct RobotSetting {
 
 impl RobotSetting {
     pub(crate) fn names(&self) -> RobotNames {
-        RobotNames { name: self.device.clone(), joints: self.joints.clone() }
+        let surfaces = self.model.as_ref().map(|model| model.surfaces.clone()).unwrap_or_default();
+        RobotNames { name: self.device.clone(), joints: self.joints.clone(), surfaces }
     }
 
     /// How people write a joint's numbers.

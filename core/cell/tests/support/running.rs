@@ -38,6 +38,7 @@ pub fn request(cell: &Arc<Workcell>, record: &TempDir) -> RunRequest {
     let procedures: Vec<_> = cell.procedures.iter().map(AsRef::as_ref).collect();
     let answers = cell.answers.as_ref().map(|file| load_answers(file, &procedures).expect("good answers"));
     RunRequest {
+        notes: Vec::new(),
         cell: Arc::clone(cell),
         procedure,
         parameters: BTreeMap::new(),

@@ -332,6 +332,8 @@ impl Engine {
         fine: bool,
     ) -> Result<(), StepError> {
         let step = search.step;
+        let height = step.finds.as_ref().and_then(|finds| finds.height_mm.as_ref());
+        let height_mm = height.map(|height| self.number(at.scope, height)).transpose()?;
         let arm = self.arm(&step.robot)?;
         let recorded = arm.recorded(&edge.joints);
         let named = arm.named(&edge.joints);
@@ -347,6 +349,9 @@ impl Engine {
             joints: &recorded,
             half_width: half_width.value,
             unit: step.unit.symbol(),
+            surface: step.finds.as_ref().map(|finds| finds.surface.as_str()),
+            height_mm,
+            direction: search.direction.signum() as i8,
         };
         Ok(self.journal.trigger(&at.path, &trigger, named, half_width.clone())?)
     }

@@ -1,0 +1,186 @@
+//! What a plugin is told, held against the schema in its manifest. The part of JSON Schema that manifests use: `type`, `properties`, `required`,
+//! `additionalProperties: false`, `enum`, `minimum`, `maximum`, `minLength`, `maxLength`, `items`; the plugin itself has the last word.
+
+use serde_json::Value;
+
+use crate::yaml::did_you_mean;
+
+/// A mistake, and what would be right.
+pub(super) type Mistake = (String, String);
+
+/// Every mistake in a configuration. `given` are keys that are filled in later.
+pub(super) fn mistakes(config: &Value, schema: &Value, given: &[&str]) -> Vec<Mistake> {
+    let mut found = Vec::new();
+    let empty = Value::Object(serde_json::Map::new());
+    let config = if config.is_null() { &empty } else { config };
+    if schema.is_null() {
+        if config.as_object().is_none_or(|entries| !entries.is_empty()) {
+            found.push(("the plugin takes no `config`".to_owned(), "take it away".to_owned()));
+        }
+        return found;
+    }
+    check(config, schema, "config", given, &mut found);
+    found
+}
+
+fn check(value: &Value, schema: &Value, name: &str, given: &[&str], found: &mut Vec<Mistake>) {
+    let about = schema.get("description").and_then(Value::as_str).unwrap_or_default();
+    if let Some(kind) = schema.get("type").and_then(Value::as_str)
+        && !is_of_type(value, kind)
+    {
+        found.push((format!("`{name}` is {}; it is {}", shown(value), in_words(kind)), about.to_owned()));
+        return;
+    }
+    if let Some(allowed) = schema.get("enum").and_then(Value::as_array)
+        && !allowed.contains(value)
+    {
+        let words: Vec<String> = allowed.iter().map(shown).collect();
+        let help = match value.as_str() {
+            Some(word) => did_you_mean(word, allowed.iter().filter_map(Value::as_str)),
+            None => format!("it is one of {}", words.join(", ")),
+        };
+        found.push((format!("`{name}` is {}", shown(value)), help));
+    }
+    check_bounds(value, schema, name, found);
+    if let (Some(entries), Some(properties)) =
+        (value.as_object(), schema.get("properties").and_then(Value::as_object))
+    {
+        let is_closed = schema.get("additionalProperties") == Some(&Value::Bool(false));
+        for (key, inner) in entries {
+            match properties.get(key) {
+                Some(schema) => check(inner, schema, &format!("{name}.{key}"), &[], found),
+                None if is_closed => {
+                    let help = did_you_mean(key, properties.keys().map(String::as_str));
+                    found.push((format!("`{name}` has no key `{key}`"), help));
+                }
+                None => {}
+            }
+        }
+        let required =
+            schema.get("required").and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_str);
+        for key in required.filter(|key| !entries.contains_key(*key) && !given.contains(key)) {
+            let about =
+                properties.get(key).and_then(|schema| schema.get("description")).and_then(Value::as_str);
+            found.push((format!("`{name}` needs the key `{key}`"), about.unwrap_or_default().to_owned()));
+        }
+    }
+    if let (Some(items), Some(schema)) = (value.as_array(), schema.get("items")) {
+        items.iter().for_each(|item| check(item, schema, name, &[], found));
+    }
+}
+
+fn check_bounds(value: &Value, schema: &Value, name: &str, found: &mut Vec<Mistake>) {
+    let bound = |key: &str| schema.get(key).and_then(Value::as_f64);
+    let (size, least, most, what) = match value {
+        Value::Number(number) => (number.as_f64(), bound("minimum"), bound("maximum"), "it lies"),
+        Value::String(text) => {
+            (Some(text.chars().count() as f64), bound("minLength"), bound("maxLength"), "its length lies")
+        }
+        _ => return,
+    };
+    let Some(size) = size else { return };
+    let (low, high) = (least.unwrap_or(f64::NEG_INFINITY), most.unwrap_or(f64::INFINITY));
+    if (low..=high).contains(&size) {
+        return;
+    }
+    let right = match (least, most) {
+        (Some(least), Some(most)) => format!("{what} between {least} and {most}"),
+        (Some(least), None) => format!("{what} at {least} or above"),
+        _ => format!("{what} at {high} or below"),
+    };
+    found.push((format!("`{name}` is {}", shown(value)), right));
+}
+
+fn is_of_type(value: &Value, kind: &str) -> bool {
+    match kind {
+        "object" => value.is_object(),
+        "array" => value.is_array(),
+        "string" => value.is_string(),
+        "boolean" => value.is_boolean(),
+        "number" => value.is_number(),
+        "integer" => value.as_f64().is_some_and(|number| number.fract() == 0.0),
+        // A type of a later schema: the plugin knows.
+        _ => true,
+    }
+}
+
+fn in_words(kind: &str) -> &'static str {
+    match kind {
+        "object" => "a map",
+        "array" => "a list",
+        "string" => "a text",
+        "boolean" => "`true` or `false`",
+        "integer" => "a whole number",
+        _ => "a number",
+    }
+}
+
+fn shown(value: &Value) -> String {
+    match value {
+        Value::String(text) => format!("`{text}`"),
+        Value::Object(_) => "a map".to_owned(),
+        Value::Array(_) => "a list".to_owned(),
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn first(config: Value) -> Option<Mistake> {
+        let schema = json!({
+            "type": "object",
+            "additionalProperties": false,
+            "required": ["bit", "world"],
+            "properties": {
+                "bit": {"type": "integer", "minimum": 0, "maximum": 63},
+                "active": {"enum": ["high", "low"]},
+                "mark": {"type": "string", "maxLength": 1},
+                "zero": {"type": "object", "additionalProperties": false, "properties": {"waist_deg": {"type": "number"}}},
+                "world": {"type": "string"}
+            }
+        });
+        mistakes(&config, &schema, &["world"]).into_iter().next()
+    }
+
+    fn says(message: &str, help: &str) -> Option<Mistake> {
+        Some((message.to_owned(), help.to_owned()))
+    }
+
+    #[test]
+    fn a_configuration_that_fits_its_schema_has_no_mistakes() {
+        assert_eq!(first(json!({"bit": 3, "active": "low", "mark": "@", "zero": {"waist_deg": 1.5}})), None);
+    }
+
+    #[test]
+    fn each_mistake_says_what_would_be_right() {
+        assert_eq!(first(Value::Null), says("`config` needs the key `bit`", ""));
+        assert_eq!(first(json!({"bit": 64})), says("`config.bit` is 64", "it lies between 0 and 63"));
+        assert_eq!(first(json!({"bit": 0.5})), says("`config.bit` is 0.5; it is a whole number", ""));
+        assert_eq!(
+            first(json!({"bit": 0, "activ": "low"})),
+            says("`config` has no key `activ`", "did you mean `active`?")
+        );
+        assert_eq!(
+            first(json!({"bit": 0, "active": "hihg"})),
+            says("`config.active` is `hihg`", "did you mean `high`?")
+        );
+        assert_eq!(
+            first(json!({"bit": 0, "mark": "@@"})),
+            says("`config.mark` is `@@`", "its length lies at 1 or below")
+        );
+        assert_eq!(
+            first(json!({"bit": 0, "zero": {"waist": 1}})),
+            says("`config.zero` has no key `waist`", "did you mean `waist_deg`?")
+        );
+    }
+
+    #[test]
+    fn a_plugin_that_takes_nothing_is_told_nothing() {
+        assert_eq!(mistakes(&Value::Null, &Value::Null, &[]), []);
+        assert_eq!(mistakes(&json!({"a": 1}), &Value::Null, &[]).len(), 1);
+    }
+}

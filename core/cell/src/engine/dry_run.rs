@@ -1,0 +1,199 @@
+//! A run as it would go, without anything being started.
+
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use super::estimate::{Estimator, asks};
+use super::plan::{Entry, make_plan};
+use super::start::{check_unattended, model_values, parameters_of};
+use super::{RunRequest, StartError};
+use crate::expression::{Calculator, Expression};
+use crate::read_context::DegOrMm;
+use crate::step::{Action, Question};
+use crate::workcell::{RobotSetting, Workcell};
+
+/// What a run would do.
+#[derive(Debug, Clone, Serialize)]
+pub struct DryRun {
+    /// The cell.
+    pub cell: String,
+    /// The procedure.
+    pub procedure: String,
+    /// Its title.
+    pub title: String,
+    /// The parameters it would run with.
+    pub parameters: Map<String, Value>,
+    /// Every step, repetitions unrolled.
+    pub steps: Vec<DryStep>,
+    /// About how long it would take, prompts left out, seconds. Robots that are not started have not told their speeds: typical ones are taken.
+    pub estimate_s: f64,
+    /// What watches over the robots' ways, in words.
+    pub safety: Vec<String>,
+    /// Why it would not start without somebody there; none when it would.
+    pub needs_operator: Option<String>,
+}
+
+/// One step of it.
+#[derive(Debug, Clone, Serialize)]
+pub struct DryStep {
+    /// Its path.
+    pub step: String,
+    /// For people.
+    pub title: String,
+    /// What kind of step.
+    pub kind: String,
+    /// How deep in repetitions and calls.
+    pub depth: u32,
+    /// It asks somebody.
+    pub asks: bool,
+    /// Only when this holds.
+    pub when: Option<String>,
+    /// About how long it would take, seconds.
+    pub estimate_s: Option<f64>,
+    /// What it would move.
+    pub moves: Vec<PlannedMotion>,
+}
+
+/// One joint that would move.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PlannedMotion {
+    /// The robot.
+    pub robot: String,
+    /// The joint; none where the operator chooses.
+    pub joint: Option<String>,
+    /// How, in words: `by 5 deg`, `by at most -40 deg until eye is on`.
+    pub how: String,
+    /// Part of full speed.
+    pub speed: f64,
+    /// Within what, in words.
+    pub limits: String,
+}
+
+/// Works out what a run would do.
+///
+/// # Errors
+/// [`StartError`] as for a run, but for one that would need an operator: that is told in the plan.
+pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
+    let calculator = Calculator::new();
+    let parameters = parameters_of(request)?;
+    let models = model_values(&request.cell);
+    let plan = make_plan(&request.procedure, parameters.clone(), &models, &calculator)?;
+    let estimator =
+        Estimator { plan: &plan, calculator: &calculator, models, full_speed: Box::new(|_, _| None) };
+    let (planned, estimate_s) = estimator.planned_steps();
+    let entries = plan.entries.iter().filter(|entry| entry.is_shown());
+    let steps = entries.zip(planned).map(|(entry, planned)| DryStep {
+        step: planned.step.0,
+        title: planned.title,
+        kind: planned.kind,
+        depth: planned.depth,
+        asks: asks(&entry.step.action),
+        when: entry.step.when.as_ref().map(|when| when.text().to_owned()),
+        estimate_s: planned.estimate_s,
+        moves: motions(entry, &request.cell, &estimator),
+    });
+    let needs_operator = match check_unattended(request) {
+        Err(StartError::NeedsOperator(reason)) if request.unattended => Some(reason),
+        _ => None,
+    };
+    Ok(DryRun {
+        cell: request.cell.name.clone(),
+        procedure: request.procedure.name.clone(),
+        title: request.procedure.title.clone(),
+        parameters,
+        steps: steps.collect(),
+        estimate_s,
+        safety: safety(request),
+        needs_operator,
+    })
+}
+
+fn motions(entry: &Entry, cell: &Workcell, estimator: &Estimator<'_>) -> Vec<PlannedMotion> {
+    let values = estimator.values(entry);
+    let amount = |expression: &Expression, unit: DegOrMm| match estimator.known(expression, &values) {
+        Some(number) => format!("{} {}", rounded(number), unit.symbol()),
+        None => format!("`{}` {}, known in the run", expression.text(), unit.symbol()),
+    };
+    match &entry.step.action {
+        Action::Move(step) => {
+            let way = if step.relative { "by" } else { "to" };
+            let motion = |target: &crate::step::JointTarget| PlannedMotion {
+                robot: step.robot.clone(),
+                joint: Some(target.joint.clone()),
+                how: format!("{way} {}", amount(&target.value, target.unit)),
+                speed: step.speed,
+                limits: limits(cell, &step.robot, &target.joint),
+            };
+            step.targets.iter().map(motion).collect()
+        }
+        Action::Search(step) => {
+            let state = if step.until_on { "on" } else { "off" };
+            let travel = amount(&step.travel, step.unit);
+            vec![PlannedMotion {
+                robot: step.robot.clone(),
+                joint: Some(step.joint.clone()),
+                how: format!("by at most {travel} until {} is {state}", step.sensor),
+                speed: step.fast.speed,
+                limits: limits(cell, &step.robot, &step.joint),
+            }]
+        }
+        Action::Prompt(step) => match &step.question {
+            Question::JogTo { robot, .. } => vec![PlannedMotion {
+                robot: robot.clone(),
+                joint: None,
+                how: "where the operator jogs it".to_owned(),
+                speed: 0.5,
+                limits: "the limits of each joint".to_owned(),
+            }],
+            _ => Vec::new(),
+        },
+        _ => Vec::new(),
+    }
+}
+
+fn limits(cell: &Workcell, robot: &str, joint: &str) -> String {
+    let setting = cell.robot(robot);
+    let of_cell = setting.and_then(|setting| setting.limits.iter().find(|(name, ..)| name == joint));
+    match of_cell {
+        Some((_, least, most)) => {
+            let unit = setting.and_then(|setting| setting.unit(joint)).unwrap_or(DegOrMm::Deg);
+            let number = |internal: f64| rounded(unit.from_internal(internal));
+            format!("{} to {} {}, and the robot's own", number(*least), number(*most), unit.symbol())
+        }
+        None => "the robot's own".to_owned(),
+    }
+}
+
+fn safety(request: &RunRequest) -> Vec<String> {
+    let cell = &request.cell;
+    let finds_zeros = request.procedure.finds_zeros_of();
+    let watched = |robot: &RobotSetting| {
+        let planes: Vec<&str> = cell
+            .keep_out
+            .iter()
+            .filter(|plane| plane.robot == robot.device)
+            .map(|plane| plane.name.as_str())
+            .collect();
+        let planes = planes.join(", ");
+        let name = &robot.device;
+        match (planes.is_empty(), finds_zeros.contains(name)) {
+            (true, _) => {
+                format!("{name} is kept within its joints' limits; the cell names no keep-out planes")
+            }
+            (false, true) => format!(
+                "{name} is kept within its joints' limits; its keep-out planes ({planes}) are not watched while this finds its zeros"
+            ),
+            (false, false) => {
+                format!(
+                    "{name} is kept within its joints' limits and clear of {planes}, once its zeros are known"
+                )
+            }
+        }
+    };
+    cell.robots.iter().map(watched).collect()
+}
+
+/// A number for people, without the tail that binary arithmetic leaves.
+fn rounded(number: f64) -> f64 {
+    (number * 1e6).round() / 1e6
+}
