@@ -157,6 +157,13 @@ impl Running {
         }
     }
 
+    /// The next event; none when the program has closed its output, perhaps in the middle of one.
+    pub(crate) fn event_if_whole(&mut self) -> Option<Value> {
+        let mut line = String::new();
+        self.lines.read_line(&mut line).ok().filter(|length| *length > 0)?;
+        serde_json::from_str(&line).ok()
+    }
+
     /// Reads on to the first event that fits.
     pub(crate) fn until(&mut self, fits: impl Fn(&Value) -> bool) -> Value {
         loop {
@@ -204,10 +211,7 @@ impl Running {
     }
 
     pub(crate) fn hosts(&self) -> Vec<u32> {
-        children_of(self.process())
-            .into_iter()
-            .filter(|process| command_of(*process).ends_with("host"))
-            .collect()
+        hosts_of(self.process())
     }
 
     fn complaint(&mut self) -> String {
@@ -217,6 +221,11 @@ impl Running {
         }
         text
     }
+}
+
+/// The hosts that a program has started.
+pub(crate) fn hosts_of(program: u32) -> Vec<u32> {
+    children_of(program).into_iter().filter(|process| command_of(*process).ends_with("host")).collect()
 }
 
 /// The living processes whose command line names this.

@@ -82,6 +82,27 @@ fn what_a_killed_run_leaves_is_told_and_removed_by_the_doctor() {
 }
 
 #[test]
+fn the_controllers_of_a_killed_run_end_with_it_and_the_doctor_ends_its_world() {
+    let lab = Lab::new();
+    let mut running = lab.start(&["run", "cell-serial.yaml", "--pace", "real"]);
+    running.until(|event| event["event"] == "step_started" && event["step"] == "target");
+    let place = CellPlace::of_cell(&lab.path("cell-serial.yaml")).unwrap();
+    let socket = place.world_socket().display().to_string();
+    let of_cell = || processes_of(&socket).into_iter().map(command_of).collect::<Vec<_>>();
+    assert!(of_cell().iter().any(|command| command.contains("emulate")), "{:?}", of_cell());
+    running.signal(Signal::SIGKILL);
+    running.end();
+    let begin = std::time::Instant::now();
+    while of_cell().iter().any(|command| command.contains("emulate")) {
+        assert!(begin.elapsed() < crate::lab::PATIENCE, "{:?}", of_cell());
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let cleaned = lab.plumb(&["doctor", "--clean", "cell-serial.yaml"]);
+    assert_eq!(cleaned.code(), 0, "{}", cleaned.all());
+    assert_eq!(of_cell(), [] as [&str; 0]);
+}
+
+#[test]
 fn a_run_that_can_be_resumed_keeps_its_world_alone() {
     let lab = Lab::new();
     lab.write("procedures/broken.yaml", "procedure: broken\nsteps:\n  - {id: sum, do: {compute: {values: {a_mm: 1.0 / arm.joints.waist_deg * 0.0 + sqrt(-1.0)}}}}\n");

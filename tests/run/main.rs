@@ -2,14 +2,21 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
 
+mod answering;
+mod bad_plugins;
 mod broken;
+mod campaign;
 mod doctor;
+mod dry_run;
 mod interrupted;
+mod killed;
 mod lab;
 mod left_behind;
 mod passed;
 mod plugins;
 mod procedures;
 mod refused;
+mod remembering;
+mod schema;
 mod serial;
 mod studies;

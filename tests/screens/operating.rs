@@ -150,6 +150,33 @@ fn a_run_that_is_kept_goes_on_where_it_was_left_once_the_pose_is_confirmed() {
 }
 
 #[test]
+fn a_run_is_watched_in_one_terminal_and_answered_from_another() {
+    let bench = Bench::new();
+    let cell = bench.folder.path().join("cell/cell.yaml").display().to_string();
+    let record = bench.folder.path().join("record").display().to_string();
+    let mut run = Command::new(plumb());
+    run.args(["run", &cell, "--attended", "--record", &record]).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut run = run.spawn().expect("the run starts");
+    let answer = |words: &[&str]| {
+        let mut command = Command::new(plumb());
+        command.args(["answer", "--record", &record]).args(words).stdout(Stdio::null()).stderr(Stdio::null());
+        command.status().expect("plumb answers").success()
+    };
+    while !answer(&[]) {
+        assert!(run.try_wait().expect("the run is there").is_none(), "the run ended before it asked");
+    }
+    let mut session = Session::start(plumb(), &["watch", "1", "--record", &record], 80, 24);
+    session.wait_for(PROMPTS[0]);
+    assert!(answer(&["done"]));
+    session.wait_for(PROMPTS[1]);
+    kill(Pid::from_raw(run.id().cast_signed()), Signal::SIGTERM).expect("the run takes signals");
+    run.wait().expect("the run ends");
+    session.wait_for("\u{25a0} aborted");
+    session.press("q");
+    assert!(session.wait_for_end().success());
+}
+
+#[test]
 fn a_termination_stops_the_arm_gives_the_terminal_back_and_keeps_the_run() {
     let bench = Bench::new();
     let mut session = bench.run(&["--pace", "real"], 80, 24);

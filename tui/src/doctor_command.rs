@@ -52,11 +52,18 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     findings.extend(terminal::look());
     findings.extend(plugins::look(&arguments.plugins));
     findings.extend(record::look(arguments.record.as_ref()));
+    let mut last_mend = None;
     for finding in &findings {
-        match arguments.json {
-            true => println!("{}", serde_json::to_string(finding)?),
-            false => println!("{finding}"),
+        if arguments.json {
+            println!("{}", serde_json::to_string(finding)?);
+            continue;
         }
+        println!("{}", finding.line());
+        // What mends several things in a row is said once.
+        if let Some(mend) = finding.mend.as_ref().filter(|mend| last_mend != Some(*mend)) {
+            println!("{:22}{mend}", "");
+        }
+        last_mend = finding.mend.as_ref();
     }
     let wrong = findings.iter().filter(|finding| finding.mark == Mark::Wrong).count();
     if !arguments.json {

@@ -1,13 +1,15 @@
-//! `plumb history`: the runs in the record.
+//! `plumb history`: the runs in the record, and how corrections went over time.
+
+mod trend;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use plumb_record::{Record, RunEnd, RunState, RunSummary, default_directory};
+use plumb_record::{Record, RunEnd, RunFilter, RunState, RunSummary, default_directory, is_day};
 
 use crate::failure::CommandResult;
 
-/// List the runs in the record, the newest first.
+/// List the runs in the record, the newest first; or, with --trend, what runs found for one joint over time.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Where the record lies.
@@ -16,23 +18,100 @@ pub(crate) struct Arguments {
     /// At most so many.
     #[arg(short = 'n', long, default_value_t = 20)]
     number: u32,
-    /// As JSON, one run a line.
-    #[arg(long)]
+    /// Only runs of this cell.
+    #[arg(long, value_name = "NAME")]
+    cell: Option<String>,
+    /// Only runs of this procedure.
+    #[arg(long, value_name = "NAME", conflicts_with = "trend")]
+    procedure: Option<String>,
+    /// Only runs by this operator.
+    #[arg(long, value_name = "NAME", conflicts_with = "trend")]
+    operator: Option<String>,
+    /// Only runs that ended so; `open` for those that have not.
+    #[arg(long, value_enum, conflicts_with = "trend")]
+    ended: Option<Ended>,
+    /// Only runs of this day or later, as 2026-11-21 (UTC).
+    #[arg(long, value_name = "DAY", value_parser = day)]
+    since: Option<String>,
+    /// Only runs of this day or earlier.
+    #[arg(long, value_name = "DAY", value_parser = day)]
+    until: Option<String>,
+    /// What runs found for one joint over time, as in arm.waist.
+    #[arg(long, value_name = "DEVICE.JOINT")]
+    trend: Option<String>,
+    /// As JSON, one run (or one finding) a line.
+    #[arg(long, conflicts_with = "csv")]
     json: bool,
+    /// As CSV.
+    #[arg(long)]
+    csv: bool,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum Ended {
+    Passed,
+    Failed,
+    Error,
+    Aborted,
+    NeedsOperator,
+    Open,
+}
+
+impl Ended {
+    /// As the record writes it.
+    fn state(self) -> &'static str {
+        match self {
+            Ended::Passed => RunEnd::Passed.name(),
+            Ended::Failed => RunEnd::Failed.name(),
+            Ended::Error => RunEnd::Error.name(),
+            Ended::Aborted => RunEnd::Aborted.name(),
+            Ended::NeedsOperator => RunEnd::NeedsOperator.name(),
+            Ended::Open => "running",
+        }
+    }
+}
+
+fn day(text: &str) -> Result<String, String> {
+    match is_day(text) {
+        true => Ok(text.to_owned()),
+        false => Err("write year, month and day, as in 2026-11-21".to_owned()),
+    }
 }
 
 /// Prints the list.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let directory = record_directory(arguments.record.as_ref())?;
-    let runs = Record::open(&directory)?.history(arguments.number)?;
+    let record = Record::open(&directory)?;
+    if let Some(place) = &arguments.trend {
+        return trend::print(&record, place, arguments);
+    }
+    let filter = RunFilter {
+        cell: arguments.cell.clone(),
+        procedure: arguments.procedure.clone(),
+        operator: arguments.operator.clone(),
+        state: arguments.ended.map(|ended| ended.state().to_owned()),
+        since: arguments.since.clone(),
+        until: arguments.until.clone(),
+        limit: arguments.number,
+    };
+    let runs = record.find_runs(&filter)?;
     if arguments.json {
         for run in &runs {
             println!("{}", serde_json::to_string(run)?);
         }
         return Ok(ExitCode::SUCCESS);
     }
+    if arguments.csv {
+        println!("run,started,ended,outcome,cell,procedure,operator,message");
+        runs.iter().for_each(|run| println!("{}", csv_row(run)));
+        return Ok(ExitCode::SUCCESS);
+    }
     if runs.is_empty() {
-        println!("no runs in {}", directory.display());
+        let such =
+            if filter == (RunFilter { limit: filter.limit, ..RunFilter::default() }) { "" } else { "such " };
+        println!("no {such}runs in {}", directory.display());
         return Ok(ExitCode::SUCCESS);
     }
     println!(
@@ -50,6 +129,28 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     Ok(ExitCode::SUCCESS)
 }
 
+fn csv_row(run: &RunSummary) -> String {
+    let fields = [
+        run.run.to_string(),
+        run.started.clone(),
+        run.ended.clone().unwrap_or_default(),
+        state_in_words(run).to_owned(),
+        run.cell.clone(),
+        run.procedure.clone(),
+        run.operator.clone(),
+        run.message.clone().unwrap_or_default(),
+    ];
+    fields.map(|field| csv_field(&field)).join(",")
+}
+
+/// A field of a CSV file (RFC 4180), in quotation marks where it needs them.
+pub(crate) fn csv_field(text: &str) -> String {
+    match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
+}
+
 /// The directory given, or the default.
 pub(crate) fn record_directory(given: Option<&PathBuf>) -> Result<PathBuf, plumb_record::RecordError> {
     match given {
@@ -64,5 +165,16 @@ pub(crate) fn state_in_words(run: &RunSummary) -> &'static str {
         RunState::Running => "not ended",
         RunState::Ended(RunEnd::NeedsOperator) => "needs operator",
         RunState::Ended(end) => end.name(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_with_commas_and_quotation_marks_survive_a_spreadsheet() {
+        assert_eq!(csv_field("all steps passed"), "all steps passed");
+        assert_eq!(csv_field("step `a`: \"no\", said the arm"), "\"step `a`: \"\"no\"\", said the arm\"");
     }
 }

@@ -8,6 +8,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod answer_command;
+mod certificate_command;
 mod check_command;
 mod doctor_command;
 mod emulate_command;
@@ -15,8 +17,11 @@ mod failure;
 mod history_command;
 mod host_command;
 mod model_command;
+mod note_command;
 mod plugins_command;
+mod record_command;
 mod run_command;
+mod schema_command;
 mod screens;
 mod show_command;
 mod study_command;
@@ -42,10 +47,17 @@ enum Command {
     /// The controller of an arm on a pseudo-terminal, to try its driver without the arm.
     #[command(subcommand)]
     Emulate(emulate_command::EmulateCommand),
+    Answer(answer_command::Arguments),
+    Certificate(certificate_command::Arguments),
     Check(check_command::Arguments),
     Doctor(doctor_command::Arguments),
     History(history_command::Arguments),
+    Note(note_command::Arguments),
+    /// Look after the record: copy it, check it.
+    #[command(subcommand)]
+    Record(record_command::RecordCommand),
     Run(run_command::Arguments),
+    Schema(schema_command::Arguments),
     Show(show_command::Arguments),
     Study(study_command::StudyArguments),
     /// Blind trials: measurements of an arm that hides something, and the answer under seal.
@@ -65,9 +77,14 @@ fn main() -> ExitCode {
     let result: CommandResult = match Arguments::parse().command {
         Command::Model(command) => model_command::run(&command),
         Command::Emulate(command) => emulate_command::run(&command),
+        Command::Answer(arguments) => answer_command::run(&arguments),
+        Command::Certificate(arguments) => certificate_command::run(&arguments),
         Command::Check(arguments) => check_command::run(&arguments),
         Command::Doctor(arguments) => doctor_command::run(&arguments),
         Command::History(arguments) => history_command::run(&arguments),
+        Command::Note(arguments) => note_command::run(&arguments),
+        Command::Record(command) => record_command::run(&command),
+        Command::Schema(arguments) => schema_command::run(&arguments),
         Command::Run(arguments) => run_command::run(&arguments),
         Command::Show(arguments) => show_command::run(&arguments),
         Command::Study(arguments) => study_command::run(&arguments),

@@ -1,8 +1,9 @@
 //! `plumb run`: a procedure in a cell, on the screens or without anybody.
 
+mod dry;
 mod emulated_controller;
 mod headless;
-mod prepare;
+pub(crate) mod prepare;
 mod simulated_operator;
 pub(crate) mod simulated_world;
 
@@ -50,6 +51,15 @@ pub(crate) struct Arguments {
     /// Who runs it, for the record; your login name if left out.
     #[arg(long, value_name = "NAME")]
     operator: Option<String>,
+    /// Without screens, but with somebody there: prompts wait for `plumb answer` from another terminal. Implies --headless.
+    #[arg(long, conflicts_with = "answers")]
+    attended: bool,
+    /// Print what the run would do, about how long it would take and what it would move within what limits. Nothing is started.
+    #[arg(long, conflicts_with = "resume")]
+    dry_run: bool,
+    /// Something to be remembered with the run; can be given several times.
+    #[arg(long, value_name = "TEXT")]
+    note: Vec<String>,
     /// Look for plugins here too.
     #[arg(long, value_name = "DIR")]
     plugins: Vec<PathBuf>,
@@ -65,9 +75,14 @@ enum PaceArgument {
 }
 
 impl Arguments {
-    /// Nobody is there to look and to answer.
+    /// There are no screens.
     fn is_headless(&self) -> bool {
-        self.headless || self.json || !std::io::stdout().is_terminal()
+        self.headless || self.json || self.attended || !std::io::stdout().is_terminal()
+    }
+
+    /// Nobody is there to answer.
+    fn is_unattended(&self) -> bool {
+        self.is_headless() && !self.attended
     }
 }
 
@@ -79,23 +94,36 @@ pub(crate) fn parameter(text: &str) -> Result<(String, f64), String> {
     Ok((name.trim().to_owned(), value))
 }
 
+/// Says why a run does not start.
+fn told(refused: Refused) -> CommandResult {
+    match refused {
+        Refused::Files(problems) => {
+            problems.iter().for_each(|problems| eprintln!("{problems}"));
+            Ok(ExitCode::from(RunOutcome::Error.exit_code()))
+        }
+        Refused::NeedsOperator(reason) => {
+            eprintln!("plumb: {reason}");
+            Ok(ExitCode::from(RunOutcome::NeedsOperator.exit_code()))
+        }
+        Refused::Other(error) => Err(error),
+    }
+}
+
 /// Runs it; the exit code says how it ended.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
+    if arguments.dry_run {
+        return match dry::plan(arguments) {
+            Ok(code) => Ok(code),
+            Err(refused) => told(refused),
+        };
+    }
     let prepared = match prepare::prepare(arguments) {
         Ok(prepared) => prepared,
-        Err(Refused::Files(problems)) => {
-            problems.iter().for_each(|problems| eprintln!("{problems}"));
-            return Ok(ExitCode::from(RunOutcome::Error.exit_code()));
-        }
-        Err(Refused::NeedsOperator(reason)) => {
-            eprintln!("plumb: {reason}");
-            return Ok(ExitCode::from(RunOutcome::NeedsOperator.exit_code()));
-        }
-        Err(Refused::Other(error)) => return Err(error),
+        Err(refused) => return told(refused),
     };
     let running = prepared.running;
     let outcome = if arguments.is_headless() {
-        headless::watch(running, arguments.json)?
+        headless::watch(running, arguments.json, arguments.attended)?
     } else {
         let handle = running.handle.clone();
         let shown = screens::operate(running.events, handle.clone(), &prepared.operator, &prepared.cell);

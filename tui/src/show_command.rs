@@ -1,5 +1,7 @@
 //! `plumb show`: what the record holds of one run.
 
+mod measurements;
+mod numbers;
 mod tables;
 
 use std::path::PathBuf;
@@ -7,6 +9,8 @@ use std::process::ExitCode;
 
 use plumb_record::{Record, RunId};
 use serde_json::json;
+
+pub(crate) use tables::answer_in_words;
 
 use crate::failure::CommandResult;
 use crate::history_command::{record_directory, state_in_words};
@@ -20,8 +24,20 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
     /// Everything as one JSON object.
-    #[arg(long)]
+    #[arg(long, group = "form")]
     json: bool,
+    /// Every number of the run as CSV: values, trigger poses, answers and corrections, one a line.
+    #[arg(long, group = "form")]
+    csv: bool,
+    /// The trigger poses as a measurement table (CSV), which `plumb model` reads with the cell's model file.
+    #[arg(long, group = "form")]
+    table: bool,
+    /// With --table: joints by the zeros the run found, rather than by those in force when it began.
+    #[arg(long, requires = "table")]
+    as_left: bool,
+    /// With --table: which robot, where the cell has several.
+    #[arg(long, value_name = "ROBOT", requires = "table")]
+    robot: Option<String>,
 }
 
 /// The record holds no run at all.
@@ -40,10 +56,18 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
             newest.ok_or_else(|| NoRuns(directory.display().to_string()))?
         }
     };
+    if arguments.csv {
+        return numbers::print(&record, &run);
+    }
+    if arguments.table {
+        return measurements::print(&record, &run, arguments);
+    }
     if arguments.json {
         let id = run.run;
         let everything = json!({
             "run": run,
+            "instruments": record.instruments(id)?,
+            "notes": record.notes(id)?,
             "loaded": record.loaded(id)?,
             "plan": record.plan(id)?,
             "steps": record.steps(id)?,
@@ -74,6 +98,8 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     tables::readings(&record.readings(run.run)?);
     tables::corrections(&record.corrections_of_run(run.run)?);
     tables::interruptions(&record.interruptions(run.run)?);
+    tables::instruments(&record.instruments(run.run)?, run.started.get(..10).unwrap_or_default());
+    tables::notes(&record.notes(run.run)?);
     tables::files(&record.loaded(run.run)?);
     Ok(ExitCode::SUCCESS)
 }

@@ -1,4 +1,6 @@
-//! `plumb watch`: the screens of a run that goes on somewhere else, or went, read from its events as JSON lines.
+//! `plumb watch`: the screens of a run that goes on somewhere else, or went, read from the record or from its events as JSON lines.
+
+mod from_record;
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -10,13 +12,18 @@ use plumb_cell::event::{Event, LogLevel, StampedEvent};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use crate::failure::CommandResult;
+use crate::history_command::record_directory;
 use crate::screens;
 
-/// Show the screens of a run from its events: a file written by `plumb run --json`, or a pipe from it. Only watches.
+/// Show the screens of a run that goes on in another terminal, or went. Only watches; `plumb answer` answers its prompts.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// JSON lines, one event each, as `plumb run --json` writes them; `-` reads standard input.
+    /// The number of a run, as `plumb history` gives it; or a file of events, as `plumb run --json` writes them (`-` reads standard input).
+    #[arg(value_name = "RUN|EVENTS")]
     events: PathBuf,
+    /// Where the record lies.
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
 }
 
 /// Why a run cannot be watched.
@@ -44,6 +51,12 @@ enum WatchError {
 
 /// Shows the screens until the operator leaves.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
+    let number = arguments.events.to_str().and_then(|text| text.parse::<i64>().ok());
+    if let Some(run) = number.filter(|_| !arguments.events.exists()) {
+        let events = from_record::follow(&record_directory(arguments.record.as_ref())?, run)?;
+        screens::watch(events)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let source: Box<dyn Read + Send> = if arguments.events == Path::new("-") {
         Box::new(io::stdin())
     } else {

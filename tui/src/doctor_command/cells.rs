@@ -55,6 +55,15 @@ fn left_behind(remains: &Remains) -> Finding {
             "plumb run --resume goes on there; it ends by itself after a while; plumb doctor --clean ends it",
         );
     }
+    if let (None, Some(holder), true, 1) =
+        (&remains.world, &remains.holder, remains.users.is_empty(), remains.files)
+    {
+        let text = format!(
+            "{name}: the lock of process {}, which has gone; the next run takes it over",
+            holder.process
+        );
+        return Finding::note(TOPIC, text).mend("plumb doctor --clean removes it");
+    }
     let mut what = vec![format!("{} files in shared memory", remains.files)];
     what.extend(world.map(|world| format!("a simulated world (process {})", world.welcome().pid)));
     what.extend(remains.users.iter().map(|user| format!("the {user}")));

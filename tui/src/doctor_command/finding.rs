@@ -1,7 +1,5 @@
 //! One thing the doctor has looked at.
 
-use std::fmt;
-
 use serde::Serialize;
 
 /// How it is.
@@ -42,24 +40,19 @@ impl Finding {
         Self { mark: Mark::Wrong, ..Self::good(topic, text) }.mend(mend)
     }
 
-    pub(super) fn mend(mut self, how: impl Into<String>) -> Self {
-        self.mend = Some(how.into());
-        self
-    }
-}
-
-impl fmt::Display for Finding {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// What was seen, as a line.
+    pub(super) fn line(&self) -> String {
         let mark = match self.mark {
             Mark::Good => "good",
             Mark::Note => "note",
             Mark::Wrong => "WRONG",
         };
-        write!(formatter, "{:<14} {mark:<5}  {}", self.topic, self.text)?;
-        match &self.mend {
-            Some(mend) => write!(formatter, "\n{:22}{mend}", ""),
-            None => Ok(()),
-        }
+        format!("{:<14} {mark:<5}  {}", self.topic, self.text)
+    }
+
+    pub(super) fn mend(mut self, how: impl Into<String>) -> Self {
+        self.mend = Some(how.into());
+        self
     }
 }
 
@@ -86,12 +79,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_finding_says_how_to_mend_it_below_what_was_seen() {
+    fn a_finding_begins_with_its_part_and_how_it_is() {
         let finding = Finding::wrong("terminal", "60 columns, 20 rows", "make it larger");
-        assert_eq!(
-            finding.to_string(),
-            "terminal       WRONG  60 columns, 20 rows\n                      make it larger"
-        );
+        assert_eq!(finding.line(), "terminal       WRONG  60 columns, 20 rows");
+        assert_eq!(Finding::note("cells", "waits").line(), "cells          note   waits");
     }
 
     #[test]

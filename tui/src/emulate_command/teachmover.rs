@@ -27,6 +27,9 @@ pub(crate) struct Arguments {
     /// The socket of the world whose arm it drives. Left out, it drives motors on a bench.
     #[arg(long, value_name = "SOCKET")]
     world: Option<PathBuf>,
+    /// Ends when the program that started it ends, however that ends.
+    #[arg(long, hide = true)]
+    ends_with_parent: bool,
     /// The rate whose timing is kept, byte for byte.
     #[arg(long, default_value_t = 9600, value_parser = baud)]
     baud: u32,
@@ -60,6 +63,9 @@ enum Typed {
 
 /// Works as the controller until SIGTERM, SIGINT or `quit`.
 pub(super) fn run(arguments: &Arguments) -> CommandResult {
+    if arguments.ends_with_parent {
+        nix::sys::prctl::set_pdeathsig(Signal::SIGTERM)?;
+    }
     // Before any thread is there, so that the signals come here and nowhere else.
     let mut signals = SigSet::empty();
     signals.add(Signal::SIGTERM);

@@ -57,7 +57,7 @@ impl EmulatedController {
             return Err(ControllerError::Unknown { wanted: controller.to_owned() });
         }
         let mut command = Command::new(std::env::current_exe()?);
-        command.arg("emulate").arg(controller).arg("--world").arg(world);
+        command.arg("emulate").arg(controller).arg("--world").arg(world).arg("--ends-with-parent");
         if pace == Pace::Fast {
             command.arg("--as-fast-as-possible");
         }

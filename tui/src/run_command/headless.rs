@@ -5,19 +5,22 @@ use std::io::{self, Write};
 use plumb_cell::command::Command;
 use plumb_cell::engine::RunningRun;
 use plumb_cell::event::{Event, LogLevel, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath};
+use plumb_cell::prompt::Prompt;
 use tokio::signal::unix::{SignalKind, signal};
+
+use crate::answer_command::ways_to_answer;
 
 /// Prints what happens until the run has ended. An interrupt from the keyboard, or a termination, stops every robot and aborts the run.
 ///
 /// # Errors
 /// Standard output cannot be written; the run was aborted.
-pub(super) fn watch(mut running: RunningRun, json: bool) -> io::Result<RunOutcome> {
+pub(super) fn watch(mut running: RunningRun, json: bool, attended: bool) -> io::Result<RunOutcome> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let handle = running.handle.clone();
     let printed = runtime.block_on(async {
         let mut interrupted = signal(SignalKind::interrupt())?;
         let mut terminated = signal(SignalKind::terminate())?;
-        let mut printer = Printer { json, plan: Vec::new() };
+        let mut printer = Printer { json, attended, plan: Vec::new() };
         loop {
             tokio::select! {
                 event = running.events.recv() => match event {
@@ -44,6 +47,8 @@ pub(super) fn watch(mut running: RunningRun, json: bool) -> io::Result<RunOutcom
 
 struct Printer {
     json: bool,
+    /// Somebody answers from another terminal.
+    attended: bool,
     plan: Vec<PlannedStep>,
 }
 
@@ -75,6 +80,8 @@ impl Printer {
                 format!("{} steps, about {}, prompts left out", steps.len(), duration(*estimate_s))
             }
             Event::StepFinished { step, outcome, message, .. } => self.finished(step, *outcome, message)?,
+            Event::PromptAsked { prompt } if self.attended => asked(prompt),
+            Event::AnswerRefused { reason, .. } => format!("        not taken: {reason}"),
             Event::PromptAnswered { step, by, .. } => format!("        {step}: answered by {by}"),
             Event::CorrectionProposed { correction: c } => format!(
                 "        {} of {}: {:.4} -> {:.4} {} (+- {:.1e})",
@@ -118,6 +125,17 @@ impl Printer {
     }
 }
 
+/// A question, for who answers it from another terminal.
+fn asked(prompt: &Prompt) -> String {
+    let text = prompt.text.replace('\n', "\n            ");
+    format!(
+        "        {} asks: {}\n            {text}\n            answer from another terminal: plumb answer {}",
+        prompt.step,
+        prompt.title,
+        ways_to_answer(&prompt.kind)
+    )
+}
+
 fn in_words(outcome: RunOutcome) -> &'static str {
     match outcome {
         RunOutcome::Passed => "passed",
@@ -128,7 +146,7 @@ fn in_words(outcome: RunOutcome) -> &'static str {
     }
 }
 
-fn duration(seconds: f64) -> String {
+pub(super) fn duration(seconds: f64) -> String {
     let whole = seconds.round().max(0.0) as u64;
     match whole / 60 {
         0 => format!("{whole} s"),

@@ -56,8 +56,15 @@ enum RunError {
     NothingToResume { record: String },
 }
 
-/// Reads the files, starts the world where there is one, and starts the run.
-pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
+/// What was asked for on the command line, with every file it names read.
+pub(super) struct Wanted {
+    pub(super) request: RunRequest,
+    catalogue: Catalogue,
+    pace: Pace,
+}
+
+/// Reads the files.
+pub(super) fn wanted(arguments: &Arguments) -> Result<Wanted, Refused> {
     let record_directory = record_directory(arguments.record.as_ref())?;
     let resumed = resumed_run(arguments, &record_directory)?;
     let calculator = Calculator::new();
@@ -66,26 +73,35 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
     let catalogue = Catalogue::search(&arguments.plugins);
     check_plugins(&cell, &catalogue).map_err(|problems| Refused::Files(vec![problems]))?;
     let procedure = procedure_of(&cell, arguments, resumed.as_ref())?;
-    let unattended = arguments.is_headless();
+    let unattended = arguments.is_unattended();
     let answers = answers_of(&cell, arguments, unattended, resumed.as_ref())?;
-    let operator = operator(arguments);
+    let operator = operator(arguments.operator.as_ref());
     let pace = pace_of(&cell, arguments);
-    let place = CellPlace::of_cell(&cell.file)?;
-    let lock = place.lock(&cell.name, &absolute(&cell.file))?;
     let mut other_files = plugin_files(&cell, &catalogue);
     other_files.extend(cell.world.as_ref().and_then(|world| hashed("world", &world.file)));
     let request = RunRequest {
-        cell: Arc::clone(&cell),
+        cell,
         procedure,
         parameters: parameters_of(arguments, resumed.as_ref()),
         settings: json!({"answers": answers.as_ref().map(|answers| absolute(&answers.file))}),
         answers,
         unattended,
-        operator: operator.clone(),
+        operator,
+        notes: arguments.note.clone(),
         record_directory,
         resume: resumed.as_ref().map(|run| run.run),
         other_files,
     };
+    Ok(Wanted { request, catalogue, pace })
+}
+
+/// Reads the files, starts the world where there is one, and starts the run.
+pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
+    let Wanted { request, catalogue, pace } = wanted(arguments)?;
+    let cell = Arc::clone(&request.cell);
+    let operator = request.operator.clone();
+    let place = CellPlace::of_cell(&cell.file)?;
+    let lock = place.lock(&cell.name, &absolute(&cell.file))?;
     let shown = Arc::clone(&cell);
     let socket = place.world_socket();
     let domain = place.domain().clone();
@@ -184,9 +200,10 @@ fn answers_of(
     load_answers(&file, &procedures).map(Some).map_err(|problems| Refused::Files(vec![problems]))
 }
 
-fn operator(arguments: &Arguments) -> String {
+/// Who sits there: as given, or the login name.
+pub(crate) fn operator(given: Option<&String>) -> String {
     let login = || std::env::var("USER").ok().or_else(|| std::env::var("LOGNAME").ok());
-    arguments.operator.clone().or_else(login).unwrap_or_else(|| "unknown".to_owned())
+    given.cloned().or_else(login).unwrap_or_else(|| "unknown".to_owned())
 }
 
 fn pace_of(cell: &Workcell, arguments: &Arguments) -> Pace {

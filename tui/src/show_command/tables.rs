@@ -1,7 +1,8 @@
 //! The parts of a run as tables of text.
 
 use plumb_record::{
-    LoadedFile, StoredCorrection, StoredInterruption, StoredPrompt, StoredReading, StoredStep, StoredTrigger,
+    Instrument, LoadedFile, StoredCorrection, StoredInterruption, StoredNote, StoredPrompt, StoredReading,
+    StoredStep, StoredTrigger,
 };
 use serde_json::Value;
 
@@ -33,7 +34,8 @@ pub(super) fn answers(prompts: &[StoredPrompt]) {
     }
 }
 
-fn answer_in_words(answer: &Value) -> String {
+/// An answer as it would be typed.
+pub(crate) fn answer_in_words(answer: &Value) -> String {
     let kind = answer.get("kind").and_then(Value::as_str).unwrap_or_default();
     match answer.get("key").or_else(|| answer.get("value")).or_else(|| answer.get("decision")) {
         Some(Value::String(word)) => word.clone(),
@@ -181,6 +183,36 @@ pub(super) fn interruptions(interruptions: &[StoredInterruption]) {
             one.step.as_deref().unwrap_or(""),
             one.reason
         );
+    }
+}
+
+/// What was measured with.
+pub(super) fn instruments(instruments: &[Instrument], day: &str) {
+    if instruments.is_empty() {
+        return;
+    }
+    println!("\ninstruments");
+    for one in instruments {
+        let serial = one.serial.as_deref().map(|serial| format!(", no. {serial}")).unwrap_or_default();
+        let unit = one.unit.as_deref().unwrap_or_default();
+        let uncertainty = one.uncertainty.map(|value| format!(", +- {value} {unit}")).unwrap_or_default();
+        let due = match &one.calibration_due {
+            Some(due) if one.is_overdue(day) => format!(", calibration OVERDUE since {due}"),
+            Some(due) => format!(", calibrated until {due}"),
+            None => String::new(),
+        };
+        println!("  {:<20} {}{serial}{uncertainty}{due}", one.name, one.what);
+    }
+}
+
+/// What people wanted remembered.
+pub(super) fn notes(notes: &[StoredNote]) {
+    if notes.is_empty() {
+        return;
+    }
+    println!("\nnotes");
+    for note in notes {
+        println!("  {}  {}: {}", note.time, note.author, note.text);
     }
 }
 

@@ -1,0 +1,60 @@
+//! Prompts answered from a second terminal: two programs, one record.
+
+use serde_json::Value;
+
+use crate::lab::{Lab, Running};
+
+fn until_asked(running: &mut Running, step: &str) {
+    running.until(|event| event["event"] == "prompt_asked" && event["prompt"]["step"] == step);
+}
+
+#[test]
+fn a_run_is_led_through_its_prompts_from_another_terminal() {
+    let lab = Lab::new();
+    let mut running = lab.start(&["run", "cell.yaml", "--attended", "--operator", "ada", "--pace", "fast"]);
+    until_asked(&mut running, "target");
+    let shown = lab.plumb(&["answer"]);
+    assert_eq!(shown.code(), 0, "{}", shown.all());
+    assert!(shown.out().contains("run 1 asks at target: Lay the target"), "{}", shown.out());
+    assert!(shown.out().contains("answer with: plumb answer done"), "{}", shown.out());
+
+    let wrong = lab.plumb(&["answer", "yes"]);
+    assert_eq!(wrong.code(), 2);
+    assert!(wrong.err().contains("`yes` is no answer to `Lay the target`: write done"), "{}", wrong.err());
+    assert_eq!(lab.plumb(&["answer", "done", "--operator", "bob"]).code(), 0);
+    until_asked(&mut running, "hand");
+    assert_eq!(lab.plumb(&["answer", "1", "done", "--operator", "bob"]).code(), 0);
+
+    until_asked(&mut running, "place");
+    let far = lab.plumb(&["answer", "waist=500"]);
+    assert_eq!(far.code(), 2, "{}", far.all());
+    assert!(far.err().contains("the answer was not taken: waist would go to 500.000 deg"), "{}", far.err());
+    let unknown = lab.plumb(&["answer", "wasit=5"]);
+    assert!(unknown.err().contains("there is no joint wasit in deg"), "{}", unknown.err());
+    assert_eq!(lab.plumb(&["answer", "done"]).code(), 0);
+    for step in ["waist.apply_waist", "shoulder_elbow.apply_zeros"] {
+        until_asked(&mut running, step);
+        let answered = lab.plumb(&["answer", "accept"]);
+        assert_eq!(answered.code(), 0, "{}", answered.all());
+    }
+    let (last, code) = running.end();
+    assert_eq!((code, &last["outcome"]), (Some(0), &Value::from("passed")));
+    lab.assert_zeros_found("1");
+    let shown = lab.shown("1");
+    let by: Vec<&Value> =
+        shown["prompts"].as_array().unwrap().iter().map(|prompt| &prompt["answer"]["by"]).collect();
+    assert_eq!(by[..2], ["bob", "bob"]);
+    let over = lab.plumb(&["answer", "1", "done"]);
+    assert_eq!(over.code(), 2);
+    assert!(over.err().contains("run 1 has ended; nothing waits for an answer"), "{}", over.err());
+}
+
+#[test]
+fn an_answer_to_nothing_says_so() {
+    let lab = Lab::new();
+    let nothing = lab.plumb(&["answer", "done"]);
+    assert_eq!(nothing.code(), 2);
+    assert!(nothing.err().contains("no run goes on in"), "{}", nothing.err());
+    let no_run = lab.plumb(&["answer", "seven", "done"]);
+    assert!(no_run.err().contains("`seven` is no number of a run"), "{}", no_run.err());
+}

@@ -1,0 +1,68 @@
+//! `plumb run --dry-run`: what a run would do, with nothing started.
+
+use plumb_cell::device::{CellPlace, PlaceState};
+use serde_json::Value;
+
+use crate::lab::Lab;
+
+#[test]
+fn the_plan_says_what_each_step_would_move_within_what_limits_and_starts_nothing() {
+    let lab = Lab::new();
+    lab.edit("cell.yaml", "    initialize:", "    limits_deg: {waist: [-80, 70.5]}\n    initialize:");
+    let plan = lab.plumb(&["run", "cell.yaml", "--dry-run", "--set", "cycles=1"]);
+    assert_eq!(plan.code(), 0, "{}", plan.all());
+    for line in [
+        "initialize in teachmover: Initialize the arm over a T target",
+        "cycles = 1",
+        "at typical speeds, prompts left out; nothing was started",
+        "waist.find_a: Turn the waist until line A is found (search, about",
+        "moves arm waist by at most -30 deg until eye is off, at 60 % of full speed, within -80 to 70.5 deg, and the robot's own",
+        "moves arm shoulder by 5 deg, at 50 % of full speed, within the robot's own",
+        "only when cycle.turn <= cycles",
+        "place: Bring the hand over the white quadrant (prompt, asks)",
+        "its keep-out planes (the table) are not watched while this finds its zeros",
+    ] {
+        assert!(plan.out().contains(line), "{line}: {}", plan.out());
+    }
+    assert!(
+        plan.out().contains("shoulder_elbow.cycle[2].edge") && !plan.out().contains("cycle[3]"),
+        "{}",
+        plan.out()
+    );
+    assert!(lab.plumb(&["history"]).out().contains("no runs"));
+    assert_eq!(CellPlace::of_cell(&lab.path("cell.yaml")).unwrap().state(), PlaceState::Empty);
+}
+
+#[test]
+fn a_plan_as_json_has_the_same_steps_as_the_run() {
+    let lab = Lab::new();
+    let plan = lab.plumb(&["run", "cell.yaml", "--dry-run", "--json"]);
+    let plan: Value = serde_json::from_str(&plan.out()).unwrap();
+    let planned: Vec<&Value> = plan["steps"].as_array().unwrap().iter().map(|step| &step["step"]).collect();
+    assert_eq!(lab.plumb(&["run", "cell.yaml"]).code(), 0);
+    let shown = lab.shown("1");
+    let ran: Vec<&Value> = shown["plan"].as_array().unwrap().iter().map(|step| &step["step"]).collect();
+    assert_eq!(planned, ran);
+    assert!(plan["estimate_s"].as_f64().unwrap() > 5.0, "{}", plan["estimate_s"]);
+}
+
+#[test]
+fn a_plan_that_would_have_to_ask_is_shown_and_ends_with_four() {
+    let lab = Lab::new();
+    lab.edit("answers.yaml", "  hand: done\n", "");
+    let plan = lab.plumb(&["run", "cell.yaml", "--dry-run"]);
+    assert_eq!(plan.code(), 4, "{}", plan.all());
+    assert!(
+        plan.out().contains("waist.lower") && plan.err().contains("no answers are given for `hand`"),
+        "{}",
+        plan.all()
+    );
+}
+
+#[test]
+fn a_mistake_ends_a_dry_run_as_it_ends_a_run() {
+    let lab = Lab::new();
+    let plan = lab.plumb(&["run", "cell.yaml", "--dry-run", "--set", "Br_deg=200"]);
+    assert_eq!(plan.code(), 2, "{}", plan.all());
+    assert!(plan.err().contains("`Br_deg` is 200; it lies between 1 and 15"), "{}", plan.err());
+}

@@ -1,0 +1,124 @@
+//! `plumb history --trend arm.waist`: what runs found for one place over time.
+
+use std::process::ExitCode;
+
+use plumb_record::{Record, TrendPoint};
+
+use super::Arguments;
+use crate::failure::CommandResult;
+
+/// Columns of the little plot.
+const WIDTH: usize = 31;
+
+/// A place no run has found anything for.
+#[derive(Debug, thiserror::Error)]
+enum TrendError {
+    #[error("`{0}` is no place: write the device and the joint, as in arm.waist")]
+    Form(String),
+    #[error("no run found anything for {place}; {there}")]
+    Nothing { place: String, there: String },
+}
+
+/// Prints it.
+pub(super) fn print(record: &Record, place: &str, arguments: &Arguments) -> CommandResult {
+    let (device, joint) = place.split_once('.').ok_or_else(|| TrendError::Form(place.to_owned()))?;
+    let mut points = record.trend(device, joint, arguments.cell.as_deref())?;
+    let day = |point: &TrendPoint| point.time.get(..10).unwrap_or_default().to_owned();
+    points.retain(|point| arguments.since.as_ref().is_none_or(|since| day(point) >= *since));
+    points.retain(|point| arguments.until.as_ref().is_none_or(|until| day(point) <= *until));
+    if points.is_empty() {
+        let places = record.corrected_places()?;
+        let there = match places.is_empty() {
+            true => "no run has found any correction yet".to_owned(),
+            false => format!("there is {}", places.join(", ")),
+        };
+        return Err(TrendError::Nothing { place: place.to_owned(), there }.into());
+    }
+    points.drain(..points.len().saturating_sub(arguments.number as usize));
+    if arguments.json {
+        for point in &points {
+            println!("{}", serde_json::to_string(point)?);
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
+    if arguments.csv {
+        println!("run,time,cell,quantity,old,new,uncertainty,unit,in_force");
+        for point in &points {
+            let TrendPoint { time, cell, quantity, old, new, uncertainty, unit, in_force, .. } = point;
+            println!(
+                "{},{time},{cell},{quantity},{old},{new},{uncertainty},{unit},{in_force}",
+                run_number(point)
+            );
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
+    print_for_people(place, &points);
+    Ok(ExitCode::SUCCESS)
+}
+
+fn print_for_people(place: &str, points: &[TrendPoint]) {
+    let Some(newest) = points.last() else { return };
+    let unit = &newest.unit;
+    let (least, most) = range(points);
+    println!("{} of {place}, {unit}; the newest last", newest.quantity.replace('_', " "));
+    println!("{:>5}  {:<16}  {:>11}  {:>9}  {:>10}  in force", "run", "found (UTC)", "value", "+-", "change");
+    for point in points {
+        let time = point.time.get(..16).unwrap_or(&point.time).replace('T', " ");
+        println!(
+            "{:>5}  {time:<16}  {:>11.4}  {:>9.1e}  {:>+10.4}  {:<8}  {}",
+            run_number(point),
+            point.new,
+            point.uncertainty,
+            point.new - point.old,
+            if point.in_force { "yes" } else { "no" },
+            dot(point.new, least, most)
+        );
+    }
+    if points.len() > 1 {
+        let (mean, spread) = statistics(points);
+        println!(
+            "{} findings: mean {mean:.4} {unit}, spread {spread:.4} {unit} (1 sigma), from {least:.4} to {most:.4}",
+            points.len()
+        );
+    }
+}
+
+fn run_number(point: &TrendPoint) -> String {
+    point.run.map_or_else(|| "-".to_owned(), |run| run.to_string())
+}
+
+fn range(points: &[TrendPoint]) -> (f64, f64) {
+    let values = points.iter().map(|point| point.new);
+    values
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(value), most.max(value)))
+}
+
+/// Where a value stands between the least and the most.
+fn dot(value: f64, least: f64, most: f64) -> String {
+    let part = if most > least { (value - least) / (most - least) } else { 0.5 };
+    let column = (part * (WIDTH - 1) as f64).round() as usize;
+    let mut line = "·".repeat(column.min(WIDTH - 1));
+    line.push('●');
+    line.push_str(&"·".repeat(WIDTH - 1 - column.min(WIDTH - 1)));
+    line
+}
+
+/// Mean and standard deviation (of a sample).
+fn statistics(points: &[TrendPoint]) -> (f64, f64) {
+    let count = points.len() as f64;
+    let mean = points.iter().map(|point| point.new).sum::<f64>() / count;
+    let squares: f64 = points.iter().map(|point| (point.new - mean).powi(2)).sum();
+    (mean, (squares / (count - 1.0)).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_stand_between_the_least_and_the_most() {
+        assert!(dot(1.0, 1.0, 3.0).starts_with('●'));
+        assert!(dot(3.0, 1.0, 3.0).ends_with('●'));
+        assert_eq!(dot(2.0, 2.0, 2.0).chars().position(|c| c == '●'), Some(15));
+    }
+}

@@ -1,0 +1,78 @@
+//! `plumb record`: looking after the record itself.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Subcommand;
+use plumb_record::Record;
+
+use crate::failure::CommandResult;
+use crate::history_command::record_directory;
+
+/// What to do with the record.
+#[derive(Subcommand)]
+pub(crate) enum RecordCommand {
+    /// Copy the record into a new file, whole although runs go on meanwhile. To go back to it, put it in place of `plumb.sqlite3`.
+    Backup(Backup),
+    /// Check that the record is sound.
+    Check(Check),
+}
+
+/// Where to.
+#[derive(clap::Args)]
+pub(crate) struct Backup {
+    /// The new file.
+    to: PathBuf,
+    #[command(flatten)]
+    place: Place,
+}
+
+/// Which.
+#[derive(clap::Args)]
+pub(crate) struct Check {
+    #[command(flatten)]
+    place: Place,
+}
+
+/// Where the record lies.
+#[derive(clap::Args)]
+struct Place {
+    /// Where the record lies.
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
+}
+
+/// Exit code of a record that is damaged.
+const DAMAGED: u8 = 1;
+
+/// Does it.
+pub(crate) fn run(command: &RecordCommand) -> CommandResult {
+    let place = match command {
+        RecordCommand::Backup(backup) => &backup.place,
+        RecordCommand::Check(check) => &check.place,
+    };
+    let directory = record_directory(place.record.as_ref())?;
+    let record = Record::open(&directory)?;
+    match command {
+        RecordCommand::Backup(backup) => {
+            record.back_up(&backup.to)?;
+            let size = std::fs::metadata(&backup.to)?.len();
+            println!(
+                "{}: {} runs, {} kB",
+                backup.to.display(),
+                record.number_of_runs()?,
+                size.div_ceil(1000)
+            );
+            Ok(ExitCode::SUCCESS)
+        }
+        RecordCommand::Check(_) => {
+            let damage = record.damage()?;
+            if damage.is_empty() {
+                println!("{}: sound; {} runs", directory.display(), record.number_of_runs()?);
+                return Ok(ExitCode::SUCCESS);
+            }
+            damage.iter().for_each(|line| println!("{line}"));
+            Ok(ExitCode::from(DAMAGED))
+        }
+    }
+}

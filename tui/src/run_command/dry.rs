@@ -1,0 +1,73 @@
+//! `plumb run --dry-run`: the plan, with nothing started.
+
+use std::process::ExitCode;
+
+use plumb_cell::engine::{DryRun, DryStep, PlannedMotion, dry_run};
+use plumb_cell::event::RunOutcome;
+
+use super::Arguments;
+use super::headless::duration;
+use super::prepare::{Refused, Wanted, wanted};
+
+/// Prints what the run would do. The exit code is 4 when it could not start without somebody there.
+pub(super) fn plan(arguments: &Arguments) -> Result<ExitCode, Refused> {
+    let Wanted { request, .. } = wanted(arguments)?;
+    let plan = dry_run(&request)?;
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&plan)?);
+    } else {
+        print(&plan);
+    }
+    Ok(match &plan.needs_operator {
+        None => ExitCode::SUCCESS,
+        Some(reason) => {
+            eprintln!("plumb: this would need an operator: {reason}");
+            ExitCode::from(RunOutcome::NeedsOperator.exit_code())
+        }
+    })
+}
+
+fn print(plan: &DryRun) {
+    println!("{} in {}: {}", plan.procedure, plan.cell, plan.title);
+    let parameters: Vec<String> =
+        plan.parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+    if !parameters.is_empty() {
+        println!("parameters: {}", parameters.join(", "));
+    }
+    let asks = plan.steps.iter().filter(|step| step.asks).count();
+    println!(
+        "{} steps, {asks} of which ask; about {} at typical speeds, prompts left out; nothing was started",
+        plan.steps.len(),
+        duration(plan.estimate_s)
+    );
+    println!();
+    for (index, step) in plan.steps.iter().enumerate() {
+        print_step(index + 1, plan.steps.len(), step);
+    }
+    println!();
+    plan.safety.iter().for_each(|sentence| println!("{sentence}"));
+}
+
+fn print_step(number: usize, all: usize, step: &DryStep) {
+    let width = all.to_string().len();
+    let time = match step.estimate_s {
+        Some(seconds) if seconds >= 0.5 => format!(", about {}", duration(seconds)),
+        _ => String::new(),
+    };
+    let asks = if step.asks { ", asks" } else { "" };
+    let indent = "  ".repeat(step.depth as usize);
+    println!("[{number:>width$}/{all}] {indent}{}: {} ({}{asks}{time})", step.step, step.title, step.kind);
+    let margin = " ".repeat(2 * width + 4);
+    if let Some(when) = &step.when {
+        println!("{margin}{indent}only when {when}");
+    }
+    for motion in &step.moves {
+        println!("{margin}{indent}{}", moved(motion));
+    }
+}
+
+fn moved(motion: &PlannedMotion) -> String {
+    let PlannedMotion { robot, joint, how, speed, limits } = motion;
+    let joint = joint.as_ref().map(|joint| format!("{joint} ")).unwrap_or_default();
+    format!("moves {robot} {joint}{how}, at {:.0} % of full speed, within {limits}", speed * 100.0)
+}

@@ -1,0 +1,58 @@
+//! `plumb show --table`: trigger poses for the model lab.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use plumb_cell::expression::Calculator;
+use plumb_cell::trigger_table::{Zeros, trigger_table};
+use plumb_cell::workcell::load_workcell;
+use plumb_cell::yaml::did_you_mean;
+use plumb_record::{Record, RunSummary};
+
+use super::Arguments;
+use crate::failure::CommandResult;
+
+/// Which robot is meant.
+#[derive(Debug, thiserror::Error)]
+enum RobotError {
+    #[error("the cell has no robot `{wanted}`: {help}")]
+    Unknown { wanted: String, help: String },
+    #[error("the cell has several robots: say which with --robot; there are {0}")]
+    Several(String),
+    #[error("the cell names no robots, so nothing has a pose")]
+    None,
+}
+
+/// Prints the table. The cell file is read as it is now; a run stands on the model it was made with, so a changed one is told.
+pub(super) fn print(record: &Record, run: &RunSummary, arguments: &Arguments) -> CommandResult {
+    let cell = match load_workcell(Path::new(&run.cell_file), &Calculator::new()) {
+        Ok(cell) => cell,
+        Err(problems) => {
+            problems.iter().for_each(|problems| eprintln!("{problems}"));
+            return Ok(ExitCode::from(2));
+        }
+    };
+    let robot = match (&arguments.robot, cell.robots.as_slice()) {
+        (Some(wanted), robots) => cell.robot(wanted).ok_or_else(|| RobotError::Unknown {
+            wanted: wanted.clone(),
+            help: did_you_mean(wanted, robots.iter().map(|robot| robot.device.as_str())),
+        })?,
+        (None, [robot]) => robot,
+        (None, []) => return Err(RobotError::None.into()),
+        (None, several) => {
+            let names: Vec<&str> = several.iter().map(|robot| robot.device.as_str()).collect();
+            return Err(RobotError::Several(names.join(", ")).into());
+        }
+    };
+    if let Some(model) = &robot.model {
+        let now = plumb_record::sha256_hex(model.text.as_bytes());
+        if !record.loaded(run.run)?.iter().any(|file| file.sha256 == now) {
+            eprintln!("plumb: {} was changed since run {}", model.file.display(), run.run);
+        }
+    }
+    let zeros = if arguments.as_left { Zeros::AsLeft } else { Zeros::AsFound };
+    let table =
+        trigger_table(robot, &record.triggers(run.run)?, &record.corrections_of_run(run.run)?, zeros)?;
+    print!("{table}");
+    Ok(ExitCode::SUCCESS)
+}
