@@ -55,6 +55,13 @@ fn an_answer_to_nothing_says_so() {
     let nothing = lab.plumb(&["answer", "done"]);
     assert_eq!(nothing.code(), 2);
     assert!(nothing.err().contains("no run goes on in"), "{}", nothing.err());
+    let mut running = lab.start(&["run", "cell.yaml", "--attended"]);
+    until_asked(&mut running, "target");
+    running.signal(nix::sys::signal::Signal::SIGKILL);
+    running.end();
+    let killed = lab.plumb(&["answer", "1", "done"]);
+    assert_eq!(killed.code(), 2);
+    assert!(killed.err().contains("has gone: `plumb run --resume 1` goes on with it"), "{}", killed.err());
     let no_run = lab.plumb(&["answer", "seven", "done"]);
     assert!(no_run.err().contains("`seven` is no number of a run"), "{}", no_run.err());
 }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
 
 mod answering;
-mod bad_plugins;
+mod bad_input;
 mod broken;
 mod campaign;
 mod doctor;

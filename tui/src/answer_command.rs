@@ -1,12 +1,13 @@
 //! `plumb answer`: answers the prompt of a run that goes on in another terminal.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
+use plumb_cell::device::{CellPlace, PlaceState};
 use plumb_cell::event::NamedValue;
 use plumb_cell::prompt::{Answer, Decision, Prompt, PromptKind};
-use plumb_record::{Record, RunId, RunState, RunSummary};
+use plumb_record::{Record, RunFilter, RunId, RunState, RunSummary};
 
 use crate::failure::CommandResult;
 use crate::history_command::record_directory;
@@ -44,6 +45,8 @@ enum AnswerError {
     NoRun(String),
     #[error("run {0} has ended; nothing waits for an answer")]
     Ended(i64),
+    #[error("the program that ran run {0} has gone: `plumb run --resume {0}` goes on with it")]
+    Killed(i64),
     #[error("run {0} asks nothing now")]
     NothingAsked(i64),
     #[error("`{given}` is no answer to `{title}`: {right}")]
@@ -77,6 +80,9 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     if run.state != RunState::Running {
         return Err(AnswerError::Ended(run.run.0).into());
     }
+    if !is_alive(&run) {
+        return Err(AnswerError::Killed(run.run.0).into());
+    }
     let stored = record.open_prompt(run.run)?.ok_or(AnswerError::NothingAsked(run.run.0))?;
     let prompt: Prompt = serde_json::from_value(stored.description)?;
     let Some(answer) = answer else {
@@ -98,24 +104,28 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
 
 /// The run that goes on, when it is the only one.
 fn the_one_that_goes_on(record: &Record) -> Result<Option<RunSummary>, Box<dyn std::error::Error>> {
-    let filter =
-        plumb_record::RunFilter { state: Some("running".to_owned()), limit: 100, ..Default::default() };
-    let mut asking = Vec::new();
-    let going_on = record.find_runs(&filter)?;
-    for run in &going_on {
-        if record.open_prompt(run.run)?.is_some() {
-            asking.push(run.clone());
+    let filter = RunFilter { state: Some("running".to_owned()), limit: 1000, ..RunFilter::default() };
+    let mut going_on: Vec<RunSummary> = Vec::new();
+    for run in record.find_runs(&filter)? {
+        // Of one cell only the newest can go on: those before it were killed.
+        if is_alive(&run) && going_on.iter().all(|newer| newer.cell_file != run.cell_file) {
+            going_on.push(run);
         }
     }
-    // Of those that were killed long ago none asks; where none asks, the newest is meant.
-    match asking.as_slice() {
-        [] => Ok(going_on.into_iter().next()),
+    match going_on.as_slice() {
+        [] => Ok(None),
         [run] => Ok(Some(run.clone())),
         [first, ..] => {
-            let numbers: Vec<String> = asking.iter().map(|run| run.run.to_string()).collect();
+            let numbers: Vec<String> = going_on.iter().map(|run| run.run.to_string()).collect();
             Err(AnswerError::Several(numbers.join(", "), first.run.0).into())
         }
     }
+}
+
+/// Whether a program runs the cell of a run now.
+fn is_alive(run: &RunSummary) -> bool {
+    let place = CellPlace::of_cell(Path::new(&run.cell_file));
+    place.is_ok_and(|place| matches!(place.state(), PlaceState::InUse(_)))
 }
 
 fn await_taken(

@@ -51,6 +51,12 @@ pub enum CatalogueError {
         /// Where it was looked for.
         looked_in: Vec<PathBuf>,
     },
+    /// A plugin of that name is there, but cannot be used.
+    #[error("{reason}")]
+    Unusable {
+        /// Why, and what would be right.
+        reason: String,
+    },
     /// No plugin of that name.
     #[error(
         "there is no plugin '{id}'{}{}; looked in {}",
@@ -138,9 +144,15 @@ impl Catalogue {
     /// The plugin of a name.
     ///
     /// # Errors
-    /// [`CatalogueError::Unknown`] with the names there are.
+    /// [`CatalogueError::Unusable`] when it is found and cannot be used, [`CatalogueError::Unknown`] with the names there are.
     pub fn find(&self, id: &str) -> Result<&Plugin, CatalogueError> {
-        self.plugins().find(|plugin| plugin.manifest.id == id).ok_or_else(|| CatalogueError::Unknown {
+        if let Some(plugin) = self.plugins().find(|plugin| plugin.manifest.id == id) {
+            return Ok(plugin);
+        }
+        if let Some(reason) = self.rows.iter().find_map(|row| row.why_unusable(id)) {
+            return Err(CatalogueError::Unusable { reason });
+        }
+        Err(CatalogueError::Unknown {
             id: id.to_owned(),
             known: self.plugins().map(|plugin| plugin.manifest.id.clone()).collect(),
             broken: self
@@ -150,6 +162,22 @@ impl Catalogue {
                 .collect(),
             looked_in: self.directories.clone(),
         })
+    }
+}
+
+impl CatalogueRow {
+    /// Why the plugin of this name cannot be used, if it is the one here: by the name in its manifest, or where that cannot be read, its folder's.
+    fn why_unusable(&self, wanted: &str) -> Option<String> {
+        let error = self.plugin.as_ref().err()?;
+        let is_it = match error {
+            CatalogueError::NoLibrary { id, .. }
+            | CatalogueError::Manifest(ManifestError::Contract { id, .. }) => id == wanted,
+            _ => {
+                let folder = self.manifest_path.parent().and_then(Path::file_name);
+                folder.is_some_and(|folder| folder == wanted)
+            }
+        };
+        is_it.then(|| error.to_string())
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the operator measured with.
 
-use rusqlite::params;
+use rusqlite::{Transaction, params};
 use serde::Serialize;
 
 use crate::error::During;
@@ -42,24 +42,6 @@ pub fn is_day(text: &str) -> bool {
 }
 
 impl Record {
-    /// Notes the instruments of a run.
-    ///
-    /// # Errors
-    /// When the record cannot be written.
-    pub fn note_instruments(&mut self, run: RunId, instruments: &[Instrument]) -> Result<(), RecordError> {
-        let transaction = self.connection.transaction().during("note the instruments of a run")?;
-        for one in instruments {
-            transaction
-                .execute(
-                    "INSERT OR REPLACE INTO instruments (run, name, what, serial, uncertainty, unit, calibration_due) \
-                     VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
-                    params![run.0, one.name, one.what, one.serial, one.uncertainty, one.unit, one.calibration_due],
-                )
-                .during("note the instruments of a run")?;
-        }
-        transaction.commit().during("note the instruments of a run")
-    }
-
     /// The instruments of a run, by name.
     ///
     /// # Errors
@@ -85,6 +67,21 @@ impl Record {
             .during("read the instruments of a run")?;
         rows.collect::<Result<_, _>>().during("read the instruments of a run")
     }
+}
+
+pub(crate) fn insert(
+    transaction: &Transaction<'_>,
+    run: RunId,
+    instruments: &[Instrument],
+) -> rusqlite::Result<()> {
+    for one in instruments {
+        transaction.execute(
+            "INSERT OR REPLACE INTO instruments (run, name, what, serial, uncertainty, unit, calibration_due) \
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+            params![run.0, one.name, one.what, one.serial, one.uncertainty, one.unit, one.calibration_due],
+        )?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

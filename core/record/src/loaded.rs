@@ -1,6 +1,6 @@
 //! What a run was made of: every file read, by its hash.
 
-use rusqlite::params;
+use rusqlite::{Transaction, params};
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
@@ -27,23 +27,6 @@ pub fn sha256_hex(bytes: &[u8]) -> String {
 }
 
 impl Record {
-    /// Notes the files of a run.
-    ///
-    /// # Errors
-    /// When the record cannot be written.
-    pub fn note_loaded(&mut self, run: RunId, files: &[LoadedFile]) -> Result<(), RecordError> {
-        let transaction = self.connection.transaction().during("note the files of a run")?;
-        for file in files {
-            transaction
-                .execute(
-                    "INSERT INTO loaded (run, role, path, sha256, content) VALUES (?1, ?2, ?3, ?4, ?5)",
-                    params![run.0, file.role, file.path, file.sha256, file.content],
-                )
-                .during("note the files of a run")?;
-        }
-        transaction.commit().during("note the files of a run")
-    }
-
     /// The files of a run, as they were.
     ///
     /// # Errors
@@ -65,6 +48,20 @@ impl Record {
             .during("read the files of a run")?;
         rows.collect::<Result<_, _>>().during("read the files of a run")
     }
+}
+
+pub(crate) fn insert(
+    transaction: &Transaction<'_>,
+    run: RunId,
+    files: &[LoadedFile],
+) -> rusqlite::Result<()> {
+    for file in files {
+        transaction.execute(
+            "INSERT INTO loaded (run, role, path, sha256, content) VALUES (?1, ?2, ?3, ?4, ?5)",
+            params![run.0, file.role, file.path, file.sha256, file.content],
+        )?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

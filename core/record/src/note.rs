@@ -1,6 +1,6 @@
 //! Notes: what a person wants to be remembered with a run.
 
-use rusqlite::params;
+use rusqlite::{Connection, params};
 use serde::Serialize;
 
 use crate::error::During;
@@ -18,6 +18,11 @@ pub struct StoredNote {
     pub text: String,
 }
 
+pub(crate) fn insert(connection: &Connection, run: RunId, author: &str, text: &str) -> rusqlite::Result<()> {
+    let statement = "INSERT INTO notes (run, time, author, text) VALUES (?1, ?2, ?3, ?4)";
+    connection.execute(statement, params![run.0, timestamp(), author, text]).map(|_| ())
+}
+
 impl Record {
     /// Adds a note to a run.
     ///
@@ -25,13 +30,7 @@ impl Record {
     /// [`RecordError::NoSuchRun`], or when the record cannot be written.
     pub fn add_note(&mut self, run: RunId, author: &str, text: &str) -> Result<(), RecordError> {
         self.run(run)?;
-        self.connection
-            .execute(
-                "INSERT INTO notes (run, time, author, text) VALUES (?1, ?2, ?3, ?4)",
-                params![run.0, timestamp(), author, text],
-            )
-            .during("add a note")?;
-        Ok(())
+        insert(&self.connection, run, author, text).during("add a note")
     }
 
     /// The notes of a run, in the order they were written.

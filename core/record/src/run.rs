@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::error::During;
 use crate::record::timestamp;
-use crate::{Record, RecordError, RunFilter};
+use crate::{Instrument, LoadedFile, Record, RecordError, RunFilter, instrument, loaded, note};
 
 /// Number of a run in its record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -42,6 +42,12 @@ pub struct NewRun {
     pub settings: Value,
     /// Version of the program.
     pub program: String,
+    /// The files it is made of.
+    pub loaded: Vec<LoadedFile>,
+    /// What is measured with.
+    pub instruments: Vec<Instrument>,
+    /// What the operator wants remembered.
+    pub notes: Vec<String>,
 }
 
 /// How a run ended.
@@ -149,12 +155,13 @@ pub(crate) const COLUMNS: &str = "id, cell, cell_file, procedure, procedure_file
                        program, world, started, ended, state, message";
 
 impl Record {
-    /// Begins a run and gives its number.
+    /// Begins a run, with everything that is known of it, and gives its number.
     ///
     /// # Errors
     /// When the record cannot be written.
     pub fn start_run(&mut self, run: &NewRun) -> Result<RunId, RecordError> {
-        self.connection
+        let transaction = self.connection.transaction().during("start a run")?;
+        transaction
             .execute(
                 "INSERT INTO runs (cell, cell_file, procedure, procedure_file, title, operator, unattended, parameters, \
                  settings, program, started, state) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, 'running')",
@@ -173,7 +180,14 @@ impl Record {
                 ],
             )
             .during("start a run")?;
-        Ok(RunId(self.connection.last_insert_rowid()))
+        let id = RunId(transaction.last_insert_rowid());
+        loaded::insert(&transaction, id, &run.loaded).during("start a run")?;
+        instrument::insert(&transaction, id, &run.instruments).during("start a run")?;
+        for note in &run.notes {
+            note::insert(&transaction, id, &run.operator, note).during("start a run")?;
+        }
+        transaction.commit().during("start a run")?;
+        Ok(id)
     }
 
     /// Notes the socket of the run's simulated world, or that it has gone.

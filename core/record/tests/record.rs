@@ -186,11 +186,13 @@ fn a_record_of_an_older_program_is_brought_up_to_date_and_keeps_everything() {
 
     record.add_note(run.run, "bob", "written years later").expect("a note");
     let gauge = Instrument { name: "gauge".into(), what: "gauge block".into(), ..Instrument::default() };
-    record.note_instruments(run.run, std::slice::from_ref(&gauge)).expect("an instrument");
+    let newer =
+        NewRun { instruments: vec![gauge.clone()], notes: vec!["a new one".into()], ..NewRun::default() };
+    let newer = record.start_run(&newer).expect("a run");
     drop(record);
     let again = Record::open(directory.path()).expect("opened again");
     assert_eq!(again.notes(run.run).expect("notes").remove(0).text, "written years later");
-    assert_eq!(again.instruments(run.run).expect("instruments"), [gauge]);
+    assert_eq!(again.instruments(newer).expect("instruments"), [gauge]);
 }
 
 #[test]

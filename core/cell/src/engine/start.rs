@@ -253,12 +253,10 @@ fn start_in_record(
         parameters: Value::Object(parameters),
         settings: request.settings.clone(),
         program: env!("CARGO_PKG_VERSION").to_owned(),
+        loaded: loaded_files(request),
+        instruments: request.cell.instruments.clone(),
+        notes: request.notes.clone(),
     })?;
-    record.note_loaded(run, &loaded_files(request))?;
-    record.note_instruments(run, &request.cell.instruments)?;
-    for note in &request.notes {
-        record.add_note(run, &request.operator, note)?;
-    }
     for robot in &request.cell.robots {
         if let Some(model) = &robot.model {
             record.note_model(&request.cell.name, &robot.device, Some(run), &model.text, "loaded")?;
@@ -383,7 +381,9 @@ impl Engine {
         let socket = self.links.world_socket();
         self.journal.record.set_world(self.journal.run, socket.as_deref())?;
         let (steps, estimate_s) = self.planned_steps();
-        self.journal.planned(steps, estimate_s, first_time)?;
+        // A program that was killed before it wrote the plan down left none.
+        let is_new = first_time || self.journal.record.plan(self.journal.run)?.is_empty();
+        self.journal.planned(steps, estimate_s, is_new)?;
         let point = self.replay(stored)?;
         let something_left = point.position < self.plan.entries.len();
         if !first_time && something_left {

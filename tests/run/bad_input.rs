@@ -1,9 +1,15 @@
 //! Plugins and files that are no good: one clear message, the right exit code, and nothing moves.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::Write as _;
+use std::os::fd::{AsRawFd as _, OwnedFd};
 use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
 
-use crate::lab::Lab;
+use crate::lab::{Lab, Said};
 
 /// A plugin in a folder of the lab: its manifest, and the library beside it if one is given.
 fn plugin(lab: &Lab, contract: &str, library: Option<&[u8]>) {
@@ -26,6 +32,7 @@ fn assert_refused(lab: &Lab, message: &str) {
     let run = lab.plumb(&["run", "cell.yaml", "--plugins", "plugins"]);
     assert_eq!(run.code(), 2, "{}", run.all());
     assert!(run.all().contains(message), "{message}: {}", run.all());
+    assert!(!run.all().contains("there is no plugin"), "it is there: {}", run.all());
     assert!(!run.out().contains("waist.lower"), "{}", run.out());
 }
 
@@ -82,6 +89,71 @@ fn a_serial_port_that_is_not_there_ends_the_run_with_what_to_check() {
     assert_eq!(run.code(), 2, "{}", run.all());
     assert!(run.all().contains("/dev/ttyUSB77"), "{}", run.all());
     assert!(!run.out().contains("waist.lower"), "{}", run.out());
+}
+
+/// The other end of a serial line: a pseudo-terminal, and the path under which the cell finds it.
+struct Line {
+    here: File,
+    _there: OwnedFd,
+    path: String,
+}
+
+impl Line {
+    fn new() -> Self {
+        let pair = nix::pty::openpty(None, None).unwrap();
+        let path = fs::read_link(format!("/proc/self/fd/{}", pair.slave.as_raw_fd())).unwrap();
+        Self { here: File::from(pair.master), path: path.display().to_string(), _there: pair.slave }
+    }
+
+    /// Runs a cell whose arm is at this line.
+    fn run(&self, lab: &Lab) -> Said {
+        let arm = format!("{{plugin: teachmover, config: {{port: {}, reply_within_ms: 300}}}}", self.path);
+        lab.edit("cell.yaml", "{plugin: simulated, config: {arm: teachmover}}", &arm);
+        lab.plumb(&["run", "cell.yaml"])
+    }
+}
+
+#[test]
+fn a_silent_serial_line_ends_the_run_with_what_to_check() {
+    let lab = Lab::new();
+    let run = Line::new().run(&lab);
+    assert_eq!(run.code(), 2, "{}", run.all());
+    assert!(run.all().contains("ms; check that the arm is switched on, the cable"), "{}", run.all());
+    assert!(!run.out().contains("waist.lower"), "{}", run.out());
+}
+
+#[test]
+fn a_babbling_serial_line_ends_the_run_with_what_to_check() {
+    let lab = Lab::new();
+    let line = Line::new();
+    let mut babbler = line.here.try_clone().unwrap();
+    let babbling = Arc::new(AtomicBool::new(true));
+    let goes_on = Arc::clone(&babbling);
+    let thread = thread::spawn(move || {
+        while goes_on.load(Ordering::Relaxed) && babbler.write_all(b"%&Q17 ~~ ").is_ok() {
+            thread::sleep(Duration::from_millis(2));
+        }
+    });
+    let run = line.run(&lab);
+    babbling.store(false, Ordering::Relaxed);
+    drop(line);
+    let _ended = thread.join();
+    assert_eq!(run.code(), 2, "{}", run.all());
+    assert!(run.all().contains("check that the device is a TeachMover, and the rate"), "{}", run.all());
+    assert!(!run.out().contains("waist.lower"), "{}", run.out());
+}
+
+#[test]
+fn a_mistake_in_a_devices_configuration_is_shown_before_anything_starts() {
+    let lab = Lab::new();
+    lab.edit("cell.yaml", "config: {bit: 0}", "config: {bti: 0}");
+    for command in ["check", "run"] {
+        let said = lab.plumb(&[command, "cell.yaml"]);
+        assert_eq!(said.code(), 2, "{}", said.all());
+        assert!(said.err().contains("device `eye`: `config` has no key `bti`"), "{}", said.err());
+        assert!(said.err().contains("did you mean `bit`?"), "{}", said.err());
+    }
+    assert!(lab.plumb(&["history"]).out().contains("no runs"));
 }
 
 #[test]
