@@ -1,15 +1,9 @@
 //! Plugins and files that are no good: one clear message, the right exit code, and nothing moves.
 
-use std::fs::{self, File};
-use std::io::Write as _;
-use std::os::fd::{AsRawFd as _, OwnedFd};
+use std::fs;
 use std::process::Command;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
-use std::time::Duration;
 
-use crate::lab::{Lab, Said};
+use crate::lab::Lab;
 
 /// A plugin in a folder of the lab: its manifest, and the library beside it if one is given.
 fn plugin(lab: &Lab, contract: &str, library: Option<&[u8]>) {
@@ -75,72 +69,6 @@ fn a_plugin_whose_library_is_gone_is_named() {
     let lab = Lab::new();
     plugin(&lab, "[1, 0]", None);
     assert_refused(&lab, "libbad_arm.so");
-}
-
-#[test]
-fn a_serial_port_that_is_not_there_ends_the_run_with_what_to_check() {
-    let lab = Lab::new();
-    lab.edit(
-        "cell.yaml",
-        "{plugin: simulated, config: {arm: teachmover}}",
-        "{plugin: teachmover, config: {port: /dev/ttyUSB77}}",
-    );
-    let run = lab.plumb(&["run", "cell.yaml"]);
-    assert_eq!(run.code(), 2, "{}", run.all());
-    assert!(run.all().contains("/dev/ttyUSB77"), "{}", run.all());
-    assert!(!run.out().contains("waist.lower"), "{}", run.out());
-}
-
-/// The other end of a serial line: a pseudo-terminal, and the path under which the cell finds it.
-struct Line {
-    here: File,
-    _there: OwnedFd,
-    path: String,
-}
-
-impl Line {
-    fn new() -> Self {
-        let pair = nix::pty::openpty(None, None).unwrap();
-        let path = fs::read_link(format!("/proc/self/fd/{}", pair.slave.as_raw_fd())).unwrap();
-        Self { here: File::from(pair.master), path: path.display().to_string(), _there: pair.slave }
-    }
-
-    /// Runs a cell whose arm is at this line.
-    fn run(&self, lab: &Lab) -> Said {
-        let arm = format!("{{plugin: teachmover, config: {{port: {}, reply_within_ms: 300}}}}", self.path);
-        lab.edit("cell.yaml", "{plugin: simulated, config: {arm: teachmover}}", &arm);
-        lab.plumb(&["run", "cell.yaml"])
-    }
-}
-
-#[test]
-fn a_silent_serial_line_ends_the_run_with_what_to_check() {
-    let lab = Lab::new();
-    let run = Line::new().run(&lab);
-    assert_eq!(run.code(), 2, "{}", run.all());
-    assert!(run.all().contains("ms; check that the arm is switched on, the cable"), "{}", run.all());
-    assert!(!run.out().contains("waist.lower"), "{}", run.out());
-}
-
-#[test]
-fn a_babbling_serial_line_ends_the_run_with_what_to_check() {
-    let lab = Lab::new();
-    let line = Line::new();
-    let mut babbler = line.here.try_clone().unwrap();
-    let babbling = Arc::new(AtomicBool::new(true));
-    let goes_on = Arc::clone(&babbling);
-    let thread = thread::spawn(move || {
-        while goes_on.load(Ordering::Relaxed) && babbler.write_all(b"%&Q17 ~~ ").is_ok() {
-            thread::sleep(Duration::from_millis(2));
-        }
-    });
-    let run = line.run(&lab);
-    babbling.store(false, Ordering::Relaxed);
-    drop(line);
-    let _ended = thread.join();
-    assert_eq!(run.code(), 2, "{}", run.all());
-    assert!(run.all().contains("check that the device is a TeachMover, and the rate"), "{}", run.all());
-    assert!(!run.out().contains("waist.lower"), "{}", run.out());
 }
 
 #[test]

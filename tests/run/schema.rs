@@ -80,8 +80,8 @@ fn mistakes_are_found_while_one_types() {
         ),
         (
             "cell",
-            device(json!({"plugin": "ir-proximity", "config": {"bit": 0}})),
-            "\"inputs\" is a required property",
+            device(json!({"plugin": "ir-proximity", "config": {"bit": 0}, "inputs": {"lime": "arm/inputs"}})),
+            "'lime' was unexpected",
         ),
         ("cell", device(json!({"plugin": "teachmover", "config": {"prot": "/dev/ttyUSB0"}})), "prot"),
         (

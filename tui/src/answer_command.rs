@@ -251,6 +251,7 @@ mod tests {
         let kind = PromptKind::JogTo {
             device: "arm".into(),
             goals: Vec::new(),
+            hand_over: false,
             joints: vec![joint("shoulder", "deg"), joint("gripper", "mm")],
         };
         let Ok(Answer::Pose { joints }) = read("shoulder=45, gripper=-1.5", &kind) else { panic!("a pose") };

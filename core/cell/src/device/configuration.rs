@@ -1,17 +1,18 @@
 //! What a plugin is told, held against the schema in its manifest. The part of JSON Schema that manifests use: `type`, `properties`, `required`,
-//! `additionalProperties: false`, `enum`, `minimum`, `maximum`, `minLength`, `maxLength`, `items`; the plugin itself has the last word.
+//! `additionalProperties: false`, `enum`, `minimum`, `maximum`, `minLength`, `maxLength`, `items`, and `oneOf` over
+//! keys; the plugin itself has the last word.
 
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use crate::yaml::did_you_mean;
 
 /// A mistake, and what would be right.
-pub(super) type Mistake = (String, String);
+pub(crate) type Mistake = (String, String);
 
 /// Every mistake in a configuration. `given` are keys that are filled in later.
-pub(super) fn mistakes(config: &Value, schema: &Value, given: &[&str]) -> Vec<Mistake> {
+pub(crate) fn mistakes(config: &Value, schema: &Value, given: &[&str]) -> Vec<Mistake> {
     let mut found = Vec::new();
-    let empty = Value::Object(serde_json::Map::new());
+    let empty = Value::Object(Map::new());
     let config = if config.is_null() { &empty } else { config };
     if schema.is_null() {
         if config.as_object().is_none_or(|entries| !entries.is_empty()) {
@@ -58,6 +59,7 @@ fn check(value: &Value, schema: &Value, name: &str, given: &[&str], found: &mut 
         }
         let required =
             schema.get("required").and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_str);
+        check_alternatives(entries, schema, name, found);
         for key in required.filter(|key| !entries.contains_key(*key) && !given.contains(key)) {
             let about =
                 properties.get(key).and_then(|schema| schema.get("description")).and_then(Value::as_str);
@@ -67,6 +69,23 @@ fn check(value: &Value, schema: &Value, name: &str, given: &[&str], found: &mut 
     if let (Some(items), Some(schema)) = (value.as_array(), schema.get("items")) {
         items.iter().for_each(|item| check(item, schema, name, &[], found));
     }
+}
+
+/// Of keys that stand for each other exactly one is given.
+fn check_alternatives(entries: &Map<String, Value>, schema: &Value, name: &str, found: &mut Vec<Mistake>) {
+    let alternatives = schema.get("oneOf").and_then(Value::as_array).into_iter().flatten();
+    let keys: Vec<&str> =
+        alternatives.filter_map(|one| one.get("required")?.as_array()?.first()?.as_str()).collect();
+    let given = keys.iter().filter(|key| entries.contains_key(**key)).count();
+    if keys.is_empty() || given == 1 {
+        return;
+    }
+    let quoted: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
+    let message = match given {
+        0 => format!("`{name}` needs one of the keys {}", quoted.join(", ")),
+        _ => format!("`{name}` has more than one of the keys {}", quoted.join(", ")),
+    };
+    found.push((message, "give exactly one of them".to_owned()));
 }
 
 fn check_bounds(value: &Value, schema: &Value, name: &str, found: &mut Vec<Mistake>) {
@@ -175,6 +194,19 @@ mod tests {
         assert_eq!(
             first(json!({"bit": 0, "zero": {"waist": 1}})),
             says("`config.zero` has no key `waist`", "did you mean `waist_deg`?")
+        );
+    }
+
+    #[test]
+    fn of_keys_that_stand_for_each_other_one_is_given() {
+        let schema = json!({"type": "object", "oneOf": [{"required": ["bit"]}, {"required": ["gpio"]}]});
+        let first =
+            |config: Value| mistakes(&config, &schema, &[]).into_iter().next().map(|(message, _)| message);
+        assert_eq!(first(json!({"bit": 0})), None);
+        assert_eq!(first(Value::Null).as_deref(), Some("`config` needs one of the keys `bit`, `gpio`"));
+        assert_eq!(
+            first(json!({"bit": 0, "gpio": {}})).as_deref(),
+            Some("`config` has more than one of the keys `bit`, `gpio`")
         );
     }
 

@@ -1,7 +1,7 @@
 //! Devices as the engine uses them. Behind these traits stand host processes; in tests, an arm in memory.
 
 mod cell_place;
-mod configuration;
+pub(crate) mod configuration;
 mod hosted;
 mod kept;
 mod watcher;

@@ -14,6 +14,9 @@ const EXCHANGE_S: f64 = 0.02;
 /// Full speed of a joint that has not told its own, rad/s (or mm/s).
 const TYPICAL_SPEED: f64 = 0.3;
 
+/// Full speed of a robot's joint.
+type FullSpeed<'a> = Box<dyn Fn(&str, &str) -> Option<f64> + 'a>;
+
 /// What the times of a plan are worked out from.
 pub(super) struct Estimator<'a> {
     pub(super) plan: &'a Plan,
@@ -21,7 +24,7 @@ pub(super) struct Estimator<'a> {
     /// What the robots' model files give to expressions.
     pub(super) models: Map<String, Value>,
     /// Full speed of a robot's joint, rad/s or mm/s, where the robot has told it.
-    pub(super) full_speed: Box<dyn Fn(&str, &str) -> Option<f64> + 'a>,
+    pub(super) full_speed: FullSpeed<'a>,
 }
 
 impl Engine {

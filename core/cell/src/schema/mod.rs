@@ -6,6 +6,7 @@ use plumb_plugin::Manifest;
 use serde_json::{Map, Value, json};
 
 use crate::FileKind;
+use crate::device::configuration::mistakes;
 
 /// The schema of a kind of file; none of model and world files, which the model lab and the world read. `plugins` are those installed.
 ///
@@ -50,7 +51,8 @@ fn part_of(plugin: &Manifest) -> Value {
         }
         properties.insert("config".to_owned(), config);
     }
-    if plugin.config.get("required").and_then(Value::as_array).is_some_and(|keys| !keys.is_empty()) {
+    // The world's socket and an emulated controller's port are given by the cell.
+    if !mistakes(&Value::Null, &plugin.config, &["world", "port"]).is_empty() {
         required.push("config");
     }
     let stream = |message: &str| json!({"description": format!("A stream of {message}."), "type": "string"});
