@@ -43,9 +43,9 @@ fn check(value: &Value, schema: &Value, name: &str, given: &[&str], found: &mut 
         found.push((format!("`{name}` is {}", shown(value)), help));
     }
     check_bounds(value, schema, name, found);
-    if let (Some(entries), Some(properties)) =
-        (value.as_object(), schema.get("properties").and_then(Value::as_object))
-    {
+    if let Some(entries) = value.as_object() {
+        let none = Map::new();
+        let properties = schema.get("properties").and_then(Value::as_object).unwrap_or(&none);
         let is_closed = schema.get("additionalProperties") == Some(&Value::Bool(false));
         for (key, inner) in entries {
             match properties.get(key) {
