@@ -109,6 +109,7 @@ impl<'a> Bench<'a> {
         let begin = self.world.read(Verb::Again { seed })?;
         let record_directory = self.place.0.join("record");
         let request = RunRequest {
+            notes: Vec::new(),
             cell: Arc::clone(&self.cell),
             procedure: Arc::clone(&self.procedure),
             parameters: self.parameters(),

@@ -17,7 +17,7 @@ pub fn schema(kind: FileKind, plugins: &[Manifest]) -> Result<Option<Value>, ser
         FileKind::Workcell => include_str!("cell.json"),
         FileKind::Procedure => include_str!("procedure.json"),
         FileKind::Answers => include_str!("answers.json"),
-        FileKind::World | FileKind::Model => return Ok(None),
+        FileKind::World | FileKind::Model | FileKind::Study => return Ok(None),
     };
     let mut schema: Value = serde_json::from_str(text)?;
     if kind == FileKind::Workcell
