@@ -176,3 +176,77 @@ fn the_benchmark_runs_and_writes_its_figures() {
     assert_eq!(figures["rows"][0]["trials"], 10);
     assert!(figures["rows"][0]["shares"]["truth_first"]["count"].as_u64().unwrap() >= 5);
 }
+
+/// What the lab says of a trial with these options.
+fn diagnosed(home: &Path, name: &str, options: &[&str]) -> serde_json::Value {
+    let new = plumb(&[&["trial", "new", "--heat", "-o", name][..], options].concat(), home);
+    assert_eq!(new.status.code(), Some(0), "{}", complained(&new));
+    let (model, table) = (format!("{name}/model.yaml"), format!("{name}/table.csv"));
+    let said = plumb(&["model", "diagnose", &model, "--data", &table, "--json"], home);
+    assert_eq!(said.status.code(), Some(0), "{}", complained(&said));
+    serde_json::from_slice(&said.stdout).unwrap()
+}
+
+#[test]
+fn what_the_library_has_no_name_for_is_located_by_its_direction_and_not_padded_with_names() {
+    let home = tempfile::tempdir().unwrap();
+    for (seed, arm, effect, place) in [
+        ("13403652896558072272", "ur10", "worn_gear=3x", "wrist3"),
+        ("14973018471622387101", "ur5", "cable_wind_up=3x", "elbow"),
+        ("5239455094129380578", "teachmover", "cable_wind_up=3x", "shoulder"),
+        ("15930849103339168175", "puma560", "rocking_base=3x", "base"),
+        ("6108241920527692793", "irb1600", "stick_slip=3x", "axis1"),
+    ] {
+        let said = diagnosed(home.path(), seed, &["--seed", seed, "--arm", arm, "--effect", effect]);
+        assert_eq!(said["verdict"], "located", "{arm} {effect}: {}", said["sentence"]);
+        assert_eq!(said["located"]["where"], place, "{arm} {effect}: {}", said["sentence"]);
+        assert_eq!(said["remaining"]["where"][0], place, "{arm} {effect}: {}", said["sentence"]);
+    }
+}
+
+#[test]
+fn wild_rows_make_no_harmonic_where_nothing_is_hidden() {
+    let home = tempfile::tempdir().unwrap();
+    for (seed, arm) in [
+        ("16253423048685897608", "puma560"),
+        ("3343462347399892745", "ur5"),
+        ("9423606308594488464", "panda"),
+    ] {
+        let options = ["--seed", seed, "--arm", arm, "--effect", "none", "--outliers", "0.08"];
+        let said = diagnosed(home.path(), seed, &options);
+        assert_eq!(said["verdict"], "at_floor", "{arm}: {}", said["sentence"]);
+    }
+}
+
+#[test]
+fn a_joint_that_jumped_once_is_dated_and_not_called_unrepeatable() {
+    let home = tempfile::tempdir().unwrap();
+    for (seed, arm, joint) in
+        [("770206031772917615", "irb1600", "axis1"), ("3626386745217948269", "iiwa7", "a5")]
+    {
+        let said = diagnosed(home.path(), seed, &["--seed", seed, "--arm", arm, "--effect", "joint_step=3x"]);
+        assert_eq!(said["verdict"], "named", "{arm}: {}", said["sentence"]);
+        assert_eq!(
+            (&said["named"]["effect"], &said["named"]["where"]),
+            (&"joint_step".into(), &joint.into())
+        );
+    }
+}
+
+#[test]
+fn a_size_known_only_after_a_search_has_an_error_that_counts_the_search() {
+    let home = tempfile::tempdir().unwrap();
+    let options = ["--seed", "11", "--arm", "ur5", "--effect", "joint_stiffening(lift)=3x"];
+    let said = diagnosed(home.path(), "t", &options);
+    assert_eq!(said["named"]["effect"], "joint_stiffening", "{}", said["sentence"]);
+    let hidden = said_of_seal(home.path());
+    let (size, se) = (said["named"]["size"].as_f64().unwrap(), said["named"]["se"].as_f64().unwrap());
+    assert!((size - hidden).abs() < 3.0 * se, "{size} +- {se}, hidden {hidden}");
+}
+
+/// The size the seal of trial `t` tells.
+fn said_of_seal(home: &Path) -> f64 {
+    let told = said(&plumb(&["trial", "reveal", "t"], home));
+    let size = told.split(", ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap_or_default();
+    size.parse().unwrap_or_else(|_| panic!("no size in: {told}"))
+}

@@ -1,5 +1,7 @@
 //! Do returns to one pose split in two for no recorded reason? Then no model can be right: the hardware has two places.
 
+use std::ops::Range;
+
 use nalgebra::DVector;
 
 use crate::fit::Machine;
@@ -51,13 +53,28 @@ pub(crate) fn find_split(machine: &Machine<'_>, returns: &Returns) -> Option<Spl
         .filter(|(id, _)| id.name == SIDE_OF_APPROACH)
         .map(|(_, range)| returns.scatter(&wanted.iter().copied().chain(range.clone()).collect::<Vec<_>>()))
         .collect();
-    let price = 0.5 * returns.groups as f64 * (returns.members.len().max(1) as f64).ln();
+    let a_number = 0.5 * (returns.members.len().max(1) as f64).ln();
+    let price = a_number * returns.groups as f64;
+    let allowed = a_number * wanted.len() as f64;
     let found = (0..joints).filter_map(|joint| {
-        let one = Lines::along(returns, &scatter.deviations, &kept, joint)?.one_camp();
+        let one = Lines::along(returns, &scatter.deviations, &kept, joint)?.one_camp() - allowed;
         let by_side = sides.iter().filter_map(|side| {
-            Some(Lines::along(returns, &side.deviations, &kept, joint)?.one_camp() - price)
+            Some(Lines::along(returns, &side.deviations, &kept, joint)?.one_camp() - allowed - price)
         });
-        let one = by_side.fold(one, f64::max);
+        // Or the joint jumped once, at a moment between two of the returns.
+        let jumps: Vec<&Range<usize>> = returns
+            .candidates
+            .iter()
+            .filter(|(id, _)| id.name == "joint_step" && id.joint() == Some(joint))
+            .map(|(_, range)| range)
+            .collect();
+        let jump_price = a_number + (jumps.len().max(1) as f64).ln();
+        let by_jump = jumps.iter().filter_map(|range| {
+            let columns: Vec<usize> = wanted.iter().copied().chain((*range).clone()).collect();
+            let jumped = returns.scatter(&columns);
+            Some(Lines::along(returns, &jumped.deviations, &kept, joint)?.one_camp() - allowed - jump_price)
+        });
+        let one = by_side.chain(by_jump).fold(one, f64::max);
         let camps =
             ways.iter().filter_map(|way| Lines::along(returns, &way.deviations, &kept, joint)?.judge(one));
         let best = camps.max_by(|left, right| left.1.total_cmp(&right.1))?;

@@ -25,7 +25,8 @@ impl Effect for ToolOffset {
     }
 }
 
-/// The length of a vector of shifts, mm.
+/// The length of a vector of shifts, mm. A component that the table cannot see (its variance is exactly zero beside others
+/// that are not) may be as large as those it does see, and the error says so.
 pub(super) fn length_of(values: &[f64], covariance: &DMatrix<f64>) -> Size {
     let value = values.iter().map(|value| value * value).sum::<f64>().sqrt();
     let mut variance = 0.0;
@@ -35,7 +36,10 @@ pub(super) fn length_of(values: &[f64], covariance: &DMatrix<f64>) -> Size {
             variance += if value > 0.0 { left * right * entry / (value * value) } else { 0.0 };
         }
     }
-    Size { value, unit: "mm", error: variance.max(0.0).sqrt() }
+    let known = |row: usize| covariance.get((row, row)).is_some_and(|variance| *variance > 0.0);
+    let seen = (0..values.len()).filter(|row| known(*row)).count();
+    let unseen = if seen > 0 && seen < values.len() { value } else { 0.0 };
+    Size { value, unit: "mm", error: variance.max(0.0).sqrt().hypot(unseen) }
 }
 
 pub(super) const KIND: Kind = Kind {
@@ -56,3 +60,17 @@ pub(super) const KIND: Kind = Kind {
         fixed.map(|(index, _)| EffectId::at("tool_offset", Spot::Target(index))).collect()
     },
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_component_that_cannot_be_seen_widens_the_error_of_the_length() {
+        let seen = |variances: [f64; 3]| {
+            length_of(&[3.0, 4.0, 0.0], &DMatrix::from_diagonal(&variances.to_vec().into())).error
+        };
+        assert!((seen([0.01, 0.01, 0.01]) - 0.1).abs() < 1e-12);
+        assert!(seen([0.01, 0.01, 0.0]) > 5.0);
+    }
+}

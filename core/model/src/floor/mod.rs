@@ -125,7 +125,14 @@ pub(crate) fn allow(returns: &Returns) -> (Vec<usize>, Scatter) {
             })
             .collect();
         let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
-        let best = (0..p_values.len()).min_by(|left, right| p_values[*left].total_cmp(&p_values[*right]));
+        // A gap that differs from pose to pose has so many numbers that a few joints' gaps would explain anything.
+        let gap = |index: usize| {
+            returns.candidates.get(index).is_some_and(|(id, _)| id.name == returns::SIDE_OF_APPROACH)
+        };
+        let gaps = chosen.iter().filter(|index| gap(**index)).count();
+        let best = (0..p_values.len())
+            .filter(|index| gaps == 0 || !gap(*index))
+            .min_by(|left, right| p_values[*left].total_cmp(&p_values[*right]));
         match best.filter(|best| adjusted[*best] < ALLOWED_BELOW && !chosen.contains(best)) {
             Some(index) => {
                 chosen.push(index);

@@ -1,0 +1,189 @@
+#!/usr/bin/env python3
+"""How long the fit of the UR5's geometry takes, against scipy's least_squares and Ceres, in turns in one run.
+
+    cargo build --release -p plumb-model --example fit_time
+    python3 tests/bench/fit.py MODEL.yaml TABLE.csv [ROUNDS]
+
+Needs numpy and scipy, and pyceres for Ceres. Everyone fits the same 39 parameters (zeros, lengths, offsets, twists and
+skews of six joints, base and target) to the same rows, from the nominal arm with the base brought near by a rigid motion
+(which the program finds itself, within its time). The peers' residuals are vectorised over the rows; their derivatives are
+what the peers make of them: scipy's finite differences, and for Ceres a Jacobian by complex steps, since its automatic
+derivatives cannot be reached from Python. Nobody is told which parameters the table cannot determine.
+"""
+
+import os
+import re
+import statistics
+import subprocess
+import sys
+import time
+
+import numpy as np
+from scipy.optimize import least_squares
+
+try:
+    import pyceres
+except ImportError:
+    pyceres = None
+
+PROGRAM = os.path.join(os.path.dirname(__file__), "../../target/release/examples/fit_time")
+
+
+def read(model, table):
+    """DH rows (a, alpha, d, theta), tool, joints (rad) and points (mm)."""
+    text = open(model).read()
+    number = lambda line, key: float(re.search(rf"\b{key}: ([-\d.e]+)", line).group(1))
+    rows = np.array(
+        [
+            [number(l, "a_mm"), np.radians(number(l, "alpha_deg")), number(l, "d_mm"), np.radians(number(l, "theta_deg"))]
+            for l in re.findall(r"- \{name: .*\}", text)
+        ]
+    )
+    tool = np.array([float(x) for x in re.search(r"p1: \{xyz_mm: \[(.*?)\]", text).group(1).split(",")])
+    with open(table) as file:
+        names = file.readline().strip().split(",")
+        cells = np.array([[float(x) for x in line.split(",")] for line in file])
+    q = np.radians(cells[:, [names.index(f"q{j + 1}_deg") for j in range(len(rows))]])
+    p = cells[:, [names.index(f"p1_{axis}_mm") for axis in "xyz"]]
+    return rows, tool, q, p
+
+
+def turn_z(turns, rotation):
+    c, s = np.cos(turns), np.sin(turns)
+    x, y = rotation[..., 0], rotation[..., 1]
+    return np.stack([x * c[:, None] + y * s[:, None], y * c[:, None] - x * s[:, None], rotation[..., 2]], -1)
+
+
+def turn_x(angle, rotation):
+    c, s = np.cos(angle), np.sin(angle)
+    y, z = rotation[..., 1], rotation[..., 2]
+    return np.stack([rotation[..., 0], y * c + z * s, z * c - y * s], -1)
+
+
+def turn_y(angle, rotation):
+    c, s = np.cos(angle), np.sin(angle)
+    x, z = rotation[..., 0], rotation[..., 2]
+    return np.stack([x * c - z * s, rotation[..., 1], z * c + x * s], -1)
+
+
+def small_rotation(v):
+    """Rotation by the vector v, by its power series: holds for complex steps as well."""
+    k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    total = np.eye(3, dtype=k.dtype)
+    term = total
+    for n in range(1, 12):
+        term = term @ k / n
+        total = total + term
+    return total
+
+
+class Arm:
+    def __init__(self, rows, tool, q, p):
+        self.rows, self.tool, self.q, self.p = rows, tool, q, p
+        self.rotation, self.origin = np.eye(3), np.zeros(3)
+        inside = self.points(np.zeros(39))
+        a, b = inside - inside.mean(0), p - p.mean(0)
+        u, _, vt = np.linalg.svd(b.T @ a)
+        self.rotation = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+        self.origin = p.mean(0) - self.rotation @ inside.mean(0)
+
+    def points(self, x):
+        count = len(self.q)
+        rotation = np.tile(np.eye(3, dtype=x.dtype), (count, 1, 1))
+        place = np.zeros((count, 3), dtype=x.dtype)
+        for j, (a, alpha, d, theta) in enumerate(self.rows):
+            zero, length, offset, twist, skew = x[9 + 5 * j : 14 + 5 * j]
+            rotation = turn_y(skew, rotation)
+            rotation = turn_z(self.q[:, j] + theta + zero, rotation)
+            place = place + (d + offset) * rotation[..., 2] + (a + length) * rotation[..., 0]
+            rotation = turn_x(alpha + twist, rotation)
+        inside = place + rotation @ (self.tool + x[6:9])
+        return inside @ (small_rotation(x[3:6]) @ self.rotation).T + self.origin + x[0:3]
+
+    def residuals(self, x):
+        return (self.p - self.points(x)).ravel()
+
+    def jacobian(self, x):
+        columns = []
+        for index in range(len(x)):
+            moved = x.astype(complex)
+            moved[index] += 1e-30j
+            columns.append(self.residuals(moved).imag / 1e-30)
+        return np.stack(columns, -1)
+
+    def rms(self, x):
+        return float(np.sqrt((self.residuals(x) ** 2).sum() / len(self.q)))
+
+
+class Cost(pyceres.CostFunction if pyceres else object):
+    def __init__(self, arm):
+        super().__init__()
+        self.arm = arm
+        self.set_num_residuals(3 * len(arm.q))
+        self.set_parameter_block_sizes([39])
+
+    def Evaluate(self, parameters, residuals, jacobians):
+        x = np.array(parameters[0])
+        residuals[:] = self.arm.residuals(x)
+        if jacobians is not None:
+            jacobians[0][:] = self.arm.jacobian(x).ravel()
+        return True
+
+
+def by_ceres(arm):
+    x = np.zeros(39)
+    problem = pyceres.Problem()
+    problem.add_residual_block(Cost(arm), None, [x])
+    options = pyceres.SolverOptions()
+    options.linear_solver_type = pyceres.LinearSolverType.DENSE_QR
+    options.max_num_iterations = 200
+    pyceres.solve(options, problem, pyceres.SolverSummary())
+    return x
+
+
+def main():
+    model, table = sys.argv[1:3]
+    rounds = int(sys.argv[3]) if len(sys.argv) > 3 else 5
+    program = subprocess.Popen([PROGRAM, model, table], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    fitted = [int(row) for row in program.stdout.readline().split()]
+    rows, tool, q, p = read(model, table)
+    arm = Arm(rows, tool, q[fitted], p[fitted])
+    print(f"{len(fitted)} rows, 39 parameters, {rounds} rounds in turns; seconds: least, median, most; RMS mm")
+
+    def plumb():
+        program.stdin.write("\n")
+        program.stdin.flush()
+        seconds, rms, *_ = program.stdout.readline().split()
+        return float(seconds), float(rms)
+
+    def timed(solve):
+        start = time.perf_counter()
+        x = solve()
+        return time.perf_counter() - start, arm.rms(x)
+
+    zeros = np.zeros(39)
+    contest = {
+        "plumb": plumb,
+        "scipy trf": lambda: timed(lambda: least_squares(arm.residuals, zeros, x_scale="jac").x),
+        "scipy lm": lambda: timed(lambda: least_squares(arm.residuals, zeros, x_scale="jac", method="lm").x),
+        "scipy trf, complex-step Jacobian": lambda: timed(
+            lambda: least_squares(arm.residuals, zeros, jac=arm.jacobian, x_scale="jac").x
+        ),
+    }
+    if pyceres:
+        contest["Ceres, complex-step Jacobian"] = lambda: timed(lambda: by_ceres(arm))
+    results = {name: [] for name in contest}
+    for _ in range(rounds):
+        for name, solve in contest.items():
+            results[name].append(solve())
+    program.stdin.close()
+    program.wait()
+    base = statistics.median(seconds for seconds, _ in results["plumb"])
+    for name, runs in results.items():
+        seconds = [run[0] for run in runs]
+        middle = statistics.median(seconds)
+        print(f"{name:34} {min(seconds):9.4f} {middle:9.4f} {max(seconds):9.4f}  rms {runs[-1][1]:.4f}  {middle / base:7.1f} times plumb")
+
+
+if __name__ == "__main__":
+    main()
