@@ -2,7 +2,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod bad_input;
+mod defined_effects;
+mod families;
 mod fixed_machines;
 mod made_up;
 mod measurement_kinds;
+mod next_poses;
+mod reports;
 mod spreadsheets;
