@@ -21,6 +21,7 @@ mod step_context;
 mod step_error;
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use plumb_plugin::{JointState, JointVector};
@@ -63,6 +64,8 @@ pub(crate) struct Engine {
     answers: Option<Answers>,
     unattended: bool,
     plan: Plan,
+    /// Where what a run makes, such as clouds of points, is put.
+    outputs: PathBuf,
     /// A check did not hold and the run went on all the same.
     failed_check: Option<String>,
 }

@@ -162,6 +162,7 @@ pub fn start_run(
         answers: request.answers.clone(),
         unattended: request.unattended,
         plan,
+        outputs: request.record_directory.join(format!("run-{}", run.0)),
         failed_check: None,
     };
     let thread = std::thread::Builder::new().name("engine".to_owned()).spawn(move || {
