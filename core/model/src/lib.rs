@@ -11,5 +11,6 @@ pub mod progress;
 pub mod revision;
 pub mod split;
 pub mod statistics;
+pub mod stripe;
 pub mod table;
 mod validation;
