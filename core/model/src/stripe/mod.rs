@@ -9,6 +9,8 @@ mod adjust;
 mod parameter;
 mod rig;
 mod surface;
+#[cfg(test)]
+mod tests;
 
 pub use adjust::{AdjustError, Adjustment, Found, Options, adjust};
 pub use parameter::RigParameter;

@@ -26,17 +26,18 @@ pub enum RigParameter {
 }
 
 impl RigParameter {
-    /// What a calibration with surfaces alone can always tell: without the turn about the flange's axis, which is the last joint's zero.
+    /// Where camera and light are, each once: the camera's attitude and place, and the sheet. With the last joint's zero beside them, their common
+    /// turn about the flange's axis could not be told.
     pub const USUAL: [RigParameter; 9] = [
         Self::CameraAim(0),
+        Self::CameraAim(1),
         Self::CameraRoll,
         Self::StripePlane(0),
         Self::StripePlane(1),
         Self::StripePlane(2),
-        Self::HandEyeTurn(0),
-        Self::HandEyeTurn(1),
         Self::HandEyeShift(0),
         Self::HandEyeShift(1),
+        Self::HandEyeShift(2),
     ];
 
     /// As files and screens call it.
