@@ -2,6 +2,7 @@
 
 pub mod answers;
 mod check_file;
+pub mod cloud;
 pub mod command;
 pub mod device;
 pub mod engine;

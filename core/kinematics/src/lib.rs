@@ -7,9 +7,11 @@
 
 mod chain;
 mod gravity;
+mod inverse;
 mod posture;
 pub mod yang_siegel;
 
 pub use chain::{Chain, ChainError, Convention, Joint, Motion};
 pub use gravity::{GRAVITY, Mass, Sag, Weights};
+pub use inverse::{OutOfReach, inverse};
 pub use posture::{Deviation, JointFrame, Knob, Posture, Twist};

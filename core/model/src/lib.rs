@@ -12,6 +12,7 @@ pub mod report;
 pub mod revision;
 pub mod split;
 pub mod statistics;
+pub mod stripe;
 pub mod table;
 pub mod template;
 mod validation;

@@ -6,6 +6,7 @@
 
 pub mod client;
 pub mod emulate;
+pub mod light;
 mod lines;
 pub mod physics;
 pub mod protocol;

@@ -7,19 +7,20 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use plumb_bus::{Bus, CallError, Domain};
+use plumb_bus::{Bus, CallError, Domain, Subscriber};
 use plumb_host::{
     Catalogue, HostArguments, HostCommand, HostEvent, HostProcess, JointRange, RobotClient, SensorClient,
     StopHandle,
 };
 use plumb_plugin::{
-    Description, JogState, JointState, LogLevel, Motion, Reading, RobotDescription, SensorDescription, Value,
+    Description, JogState, JointState, LogLevel, Message as _, Motion, PluginError, Reading,
+    RobotDescription, SensorDescription, StripeHeader, Value,
 };
 use plumb_record::{LoadedFile, sha256_hex};
 
 use super::watcher::{JointWatcher, PoseListener};
 use super::wiring::wired_inputs;
-use super::{DeviceError, DeviceLinks, DeviceLog, Link, RobotLink, SensorLink};
+use super::{DeviceError, DeviceLinks, DeviceLog, Link, RobotLink, SensorLink, Stripe};
 use crate::event;
 use crate::run_handle::StopAction;
 use crate::workcell::{DeviceSetting, Workcell};
@@ -109,10 +110,11 @@ impl HostedDevices {
         HostProcess::spawn(self.bus()?, &arguments, command).map_err(|error| error.to_string())
     }
 
-    /// The device's configuration, with the world's socket for a plugin that asks for one, and the port of an emulated controller.
+    /// The device's configuration, with the cell file's directory and the world's socket for a plugin that asks for them, and the port of an
+    /// emulated controller.
     fn config_of(&mut self, device: &DeviceSetting, schema: &Value) -> Result<Value, String> {
         let mut config = device.config.clone();
-        let Some(world) = &mut self.world else { return Ok(config) };
+        let asks = |key: &str| schema.get("properties").and_then(|properties| properties.get(key)).is_some();
         let mut set = |key: &str, path: PathBuf| {
             if config.is_null() {
                 config = Value::Object(serde_json::Map::new());
@@ -121,7 +123,13 @@ impl HostedDevices {
                 entries.insert(key.to_owned(), path.display().to_string().into());
             }
         };
-        if schema.get("properties").and_then(|properties| properties.get("world")).is_some() {
+        if asks("cell_directory")
+            && let Some(directory) = self.cell.file.parent()
+        {
+            set("cell_directory", std::path::absolute(directory).unwrap_or_else(|_| directory.to_owned()));
+        }
+        let Some(world) = &mut self.world else { return Ok(config) };
+        if asks("world") {
             set("world", world.socket());
         }
         if let Some(controller) = &device.emulate {
@@ -161,7 +169,12 @@ impl HostedDevices {
             }
             Description::Sensor(description) => {
                 let client = host.sensor().map_err(|error| failed(error.to_string()))?;
-                Link::Sensor(Box::new(HostedSensor { client, description }))
+                let streams = &host.manifest().streams;
+                let stream = streams.iter().find(|stream| stream.message == StripeHeader::TYPE_NAME).cloned();
+                let bus = self.bus().map_err(failed)?;
+                let stripes = stream.map(|stream| bus.subscriber(&device.name, &stream)).transpose();
+                let stripes = stripes.map_err(|error| failed(error.to_string()))?;
+                Link::Sensor(Box::new(HostedSensor { client, description, stripes }))
             }
         })
     }
@@ -339,6 +352,8 @@ fn stop_limit(description: &RobotDescription) -> Duration {
 struct HostedSensor {
     client: SensorClient,
     description: SensorDescription,
+    /// The stripes of a light stripe sensor.
+    stripes: Option<Subscriber>,
 }
 
 impl SensorLink for HostedSensor {
@@ -356,5 +371,25 @@ impl SensorLink for HostedSensor {
 
     fn read(&mut self, after_ns: u64) -> Result<Reading, DeviceError> {
         self.client.read(after_ns, SEEING).map_err(|error| told(self.client.device(), error))
+    }
+
+    fn configure(&mut self, settings: &Value) -> Result<(), DeviceError> {
+        self.client.configure(settings).map_err(|error| told(self.client.device(), error))
+    }
+
+    fn stripes(&mut self) -> Result<Vec<Stripe>, DeviceError> {
+        let device = self.client.device().to_owned();
+        let lost = |cause: String| DeviceError::Refused {
+            device: device.clone(),
+            error: PluginError::InputLost(cause),
+        };
+        let mut stripes = Vec::new();
+        let Some(subscriber) = &mut self.stripes else { return Ok(stripes) };
+        while let Some(read) =
+            subscriber.receive_with(StripeHeader::read).map_err(|error| lost(error.to_string()))?
+        {
+            stripes.push(read.map_err(|error| lost(error.to_string()))?);
+        }
+        Ok(stripes)
     }
 }

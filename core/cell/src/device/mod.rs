@@ -16,7 +16,8 @@ pub use watcher::PoseListener;
 pub use wiring::check_plugins;
 
 use plumb_plugin::{
-    JogState, JointState, Motion, PluginError, Reading, RobotDescription, SensorDescription, Value,
+    JogState, JointState, Motion, PluginError, Reading, RobotDescription, SensorDescription, StripeHeader,
+    StripePoint, Value,
 };
 
 use crate::event::LogLevel;
@@ -121,7 +122,25 @@ pub trait SensorLink: Send {
     /// # Errors
     /// [`DeviceError`]
     fn read(&mut self, after_ns: u64) -> Result<Reading, DeviceError>;
+    /// Changes settings: only the keys that change.
+    ///
+    /// # Errors
+    /// [`DeviceError`]
+    fn configure(&mut self, _settings: &Value) -> Result<(), DeviceError> {
+        let error = PluginError::unsupported("be configured while it runs");
+        Err(DeviceError::Refused { device: self.description().model.clone(), error })
+    }
+    /// The stripes a light stripe sensor has emitted since this was asked last; none of another sensor.
+    ///
+    /// # Errors
+    /// [`DeviceError`] when some were lost.
+    fn stripes(&mut self) -> Result<Vec<Stripe>, DeviceError> {
+        Ok(Vec::new())
+    }
 }
+
+/// A light stripe: what is known of it as a whole, and its points.
+pub type Stripe = (StripeHeader, Vec<StripePoint>);
 
 /// A device that was connected.
 pub enum Link {

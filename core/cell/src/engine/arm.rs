@@ -3,6 +3,8 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use nalgebra::IsometryMatrix3;
+use plumb_kinematics::{Chain, Posture, inverse};
 use plumb_plugin::{JointState, JointUnit, JointVector, Motion, RobotDescription};
 use plumb_record::AppliedCorrection;
 use serde_json::{Value, json};
@@ -11,7 +13,7 @@ use crate::device::{DeviceError, RobotLink};
 use crate::engine::EventSender;
 use crate::event::{Event, NamedValue};
 use crate::read_context::DegOrMm;
-use crate::workcell::{BoundKeepOut, KeepOut, RobotSetting, Trespass};
+use crate::workcell::{BoundKeepOut, KeepOut, ModelFile, RobotSetting, Trespass};
 
 /// The zeros in force, one a joint, shared with who shows where the robot is.
 pub(crate) type Zeros = Arc<Mutex<Vec<f64>>>;
@@ -126,6 +128,50 @@ impl Arm {
     /// Where the joints are taken to stand, for what the drive says.
     pub(crate) fn corrected(&self, drive: &JointVector) -> Vec<f64> {
         drive.as_slice().iter().enumerate().map(|(column, value)| value + self.zero(column)).collect()
+    }
+
+    /// Where the flange is in the base frame, for what the drive says.
+    ///
+    /// # Errors
+    /// A sentence: without a model nobody knows.
+    pub(crate) fn flange(&self, drive: &JointVector) -> Result<IsometryMatrix3<f64>, String> {
+        let (model, chain) = self.geometry()?;
+        Ok(flange_of(model, &chain, &self.cell_joints(&self.corrected(drive))))
+    }
+
+    /// What the drive has to be told to bring the flange there from where it says it stands.
+    ///
+    /// # Errors
+    /// A sentence: out of reach, or there is no model.
+    pub(crate) fn joints_for(
+        &self,
+        wanted: &IsometryMatrix3<f64>,
+        from: &JointVector,
+    ) -> Result<JointVector, String> {
+        let (model, chain) = self.geometry()?;
+        let start = self.cell_joints(&self.corrected(from));
+        let found = inverse(|joints| flange_of(model, &chain, joints), wanted, &start);
+        let found = found.map_err(|error| error.to_string())?;
+        let mut target = *from;
+        for ((joint, _), value) in self.setting.joints.iter().zip(found) {
+            if let Some(column) = self.column(joint) {
+                target.set(column, value - self.zero(column));
+            }
+        }
+        Ok(target)
+    }
+
+    fn geometry(&self) -> Result<(&ModelFile, Chain), String> {
+        let model = self.setting.model.as_ref();
+        let model =
+            model.ok_or_else(|| format!("the cell names no model of {}: give `model:`", self.name))?;
+        Ok((model, model.chain()?))
+    }
+
+    /// Values in the drive's order as the cell lists the joints.
+    fn cell_joints(&self, values: &[f64]) -> Vec<f64> {
+        let value = |joint: &str| self.column(joint).and_then(|column| values.get(column)).copied();
+        self.setting.joints.iter().map(|(joint, _)| value(joint).unwrap_or(0.0)).collect()
     }
 
     /// Shows where the robot is while it moves.
@@ -257,6 +303,11 @@ impl Arm {
 pub(crate) fn zero_in_force(corrections: &[AppliedCorrection], joint: &str) -> Option<f64> {
     let found = corrections.iter().find(|known| known.key.quantity == JOINT_ZERO && known.key.place == joint);
     found.map(|known| known.value)
+}
+
+/// Where the flange is for the joints as the cell lists them, rad.
+fn flange_of(model: &ModelFile, chain: &Chain, joints: &[f64]) -> IsometryMatrix3<f64> {
+    Posture::of(chain, &model.model_joints(joints), &[]).flange
 }
 
 fn lock(zeros: &Zeros) -> MutexGuard<'_, Vec<f64>> {

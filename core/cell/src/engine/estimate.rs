@@ -6,7 +6,7 @@ use super::Engine;
 use super::plan::{Entry, Plan, Work};
 use crate::event::PlannedStep;
 use crate::expression::{Calculator, Expression};
-use crate::step::{Action, MoveStep, Question, SearchStep};
+use crate::step::{Action, MoveStep, Question, ScanStep, SearchStep};
 
 /// Time a joint takes for a request and its answer, seconds.
 const EXCHANGE_S: f64 = 0.02;
@@ -79,6 +79,9 @@ impl Estimator<'_> {
             Action::Prompt(_) => None,
             Action::Move(step) => Some(self.estimate_move(step, &self.values(entry))),
             Action::Search(step) => Some(self.estimate_search(step, &self.values(entry))),
+            Action::Scan(step) => Some(self.estimate_scan(step, &self.values(entry))),
+            Action::Measure(_) => Some(4.0 * EXCHANGE_S),
+            Action::Configure(_) => Some(EXCHANGE_S),
             Action::Compute(_) | Action::Check(_) | Action::Apply(_) => Some(0.01),
             Action::Repeat(_) | Action::Call(_) => Some(0.0),
         }
@@ -106,6 +109,18 @@ impl Estimator<'_> {
         times.fold(EXCHANGE_S, f64::max)
     }
 
+    /// Every stripe takes a short move, its settling and a picture.
+    fn estimate_scan(&self, step: &ScanStep, values: &Map<String, Value>) -> f64 {
+        let numbers = |place: &[Expression; 3]| place.each_ref().map(|axis| self.known(axis, values));
+        let way = |from: [Option<f64>; 3], to: [Option<f64>; 3]| {
+            let squares = from.iter().zip(to).map(|(from, to)| Some((to? - (*from)?).powi(2)));
+            squares.sum::<Option<f64>>().map(f64::sqrt)
+        };
+        let length = way(numbers(&step.from), numbers(&step.to)).unwrap_or(100.0);
+        let stripes = (length / self.known(&step.step, values).unwrap_or(10.0).max(0.01)).floor() + 1.0;
+        stripes * (4.0 * EXCHANGE_S + 0.2)
+    }
+
     fn estimate_search(&self, step: &SearchStep, values: &Map<String, Value>) -> f64 {
         let full = self.full_speed(&step.robot, &step.joint);
         let fast = step.unit.to_internal(step.fast.chunk);
@@ -130,6 +145,7 @@ fn moved_by(action: &Action) -> Vec<String> {
     match action {
         Action::Move(step) => vec![step.robot.clone()],
         Action::Search(step) => vec![step.robot.clone()],
+        Action::Scan(step) => vec![step.robot.clone()],
         Action::Prompt(step) => match &step.question {
             Question::JogTo { robot, .. } => vec![robot.clone()],
             _ => Vec::new(),

@@ -22,6 +22,7 @@ mod step_context;
 mod step_error;
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use plumb_plugin::{JointState, JointVector};
@@ -68,6 +69,8 @@ pub(crate) struct Engine {
     plan: Plan,
     /// The prompt and the number of an answer from elsewhere that is being looked at.
     offered: Option<(PromptId, i64)>,
+    /// Where what a run makes, such as clouds of points, is put.
+    outputs: PathBuf,
     /// A check did not hold and the run went on all the same.
     failed_check: Option<String>,
 }

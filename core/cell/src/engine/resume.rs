@@ -196,6 +196,9 @@ impl Engine {
                 step.targets.iter().map(|target| target.joint.clone()).collect()
             }
             Some(Action::Search(step)) if step.robot == robot => vec![step.joint.clone()],
+            Some(Action::Scan(step)) if step.robot == robot => {
+                drive_numbers(recorded).into_iter().map(|(joint, _)| joint).collect()
+            }
             _ => Vec::new(),
         };
         for (before, now) in drive_numbers(recorded).into_iter().zip(drive_numbers(reported)) {

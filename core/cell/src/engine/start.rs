@@ -165,6 +165,7 @@ pub fn start_run(
         unattended: request.unattended,
         plan,
         offered: None,
+        outputs: request.record_directory.join(format!("run-{}", run.0)),
         failed_check: None,
     };
     let thread = std::thread::Builder::new().name("engine".to_owned()).spawn(move || {

@@ -4,10 +4,13 @@ mod apply;
 mod call;
 mod check;
 mod compute;
+mod configure;
 mod joint_targets;
+mod measure;
 mod move_joints;
 mod prompt;
 mod repeat;
+mod scan;
 mod search;
 
 use std::time::Duration;
@@ -16,10 +19,13 @@ pub use apply::{ApplyStep, ZeroShift};
 pub use call::CallStep;
 pub use check::CheckStep;
 pub use compute::ComputeStep;
+pub use configure::ConfigureStep;
 pub use joint_targets::{JointTarget, JointTargets};
+pub use measure::MeasureStep;
 pub use move_joints::MoveStep;
 pub use prompt::{PromptStep, Question, SimulatedAct};
 pub use repeat::RepeatStep;
+pub use scan::{Fitted, ScanStep};
 pub use search::{Approach, Finds, SearchStep};
 
 use crate::expression::{Expression, Names, Shape};
@@ -66,6 +72,12 @@ pub enum Action {
     Move(MoveStep),
     /// Move until a sensor changes.
     Search(SearchStep),
+    /// Change a sensor's settings.
+    Configure(ConfigureStep),
+    /// Read a sensor's values.
+    Measure(MeasureStep),
+    /// Carry a light stripe sensor over something and gather points.
+    Scan(ScanStep),
     /// Do steps several times.
     Repeat(RepeatStep),
     /// Work something out.
@@ -89,6 +101,12 @@ pub const KINDS: &[(&str, &str)] = &[
         "search",
         "moves one joint until a sensor changes: fast, back off, slow from the same side, and back to where it changed",
     ),
+    ("configure", "changes settings of a sensor"),
+    ("measure", "reads the values of a sensor"),
+    (
+        "scan",
+        "carries a light stripe sensor along a line, a stripe at each place, and makes a cloud of points of them",
+    ),
     ("repeat", "does its steps several times"),
     ("compute", "works out values from parameters and earlier results"),
     ("check", "ends the run as failed unless something holds"),
@@ -103,6 +121,9 @@ impl Action {
             Action::Prompt(_) => "prompt",
             Action::Move(_) => "move",
             Action::Search(_) => "search",
+            Action::Configure(_) => "configure",
+            Action::Measure(_) => "measure",
+            Action::Scan(_) => "scan",
             Action::Repeat(_) => "repeat",
             Action::Compute(_) => "compute",
             Action::Apply(_) => "apply",
@@ -180,6 +201,9 @@ fn read_action(node: &Node, context: &ReadContext<'_>) -> Option<Action> {
         "prompt" => prompt::read(body, context).map(Action::Prompt),
         "move" => move_joints::read(body, context).map(Action::Move),
         "search" => search::read(body, context).map(Action::Search),
+        "configure" => configure::read(body, context).map(Action::Configure),
+        "measure" => measure::read(body, context).map(Action::Measure),
+        "scan" => scan::read(body, context).map(Action::Scan),
         "repeat" => repeat::read(body, context).map(Action::Repeat),
         "compute" => compute::read(body, context).map(Action::Compute),
         "apply" => apply::read(body, context).map(Action::Apply),
@@ -221,6 +245,9 @@ impl Step {
             Action::Compute(step) => step.check(context),
             Action::Apply(step) => step.check(context),
             Action::Check(step) => step.check(context),
+            Action::Configure(step) => step.check(context),
+            Action::Measure(step) => step.check(context),
+            Action::Scan(step) => step.check(context),
             Action::Repeat(_) | Action::Call(_) => {}
         }
     }
@@ -248,6 +275,9 @@ impl Step {
                 single("half_width_mm"),
                 ("fast_joints".to_owned(), joints_of(&step.robot)),
             ]),
+            Action::Configure(_) => Shape::Map(vec![single("configured")]),
+            Action::Measure(_) => Shape::Anything,
+            Action::Scan(step) => step.result_shape(),
             Action::Repeat(_) => Shape::Map(vec![single("turn"), single("turns")]),
             Action::Compute(step) => step.result_shape(),
             Action::Apply(_) => Shape::Map(vec![single("revision"), single("applied")]),

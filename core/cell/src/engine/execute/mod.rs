@@ -3,9 +3,12 @@
 mod apply;
 mod check;
 mod compute;
+mod configure;
+mod measure;
 mod move_joints;
 mod pendant;
 mod prompt;
+mod scan;
 mod search;
 
 use super::Engine;
@@ -23,6 +26,9 @@ impl Engine {
             Action::Compute(compute) => self.execute_compute(compute, at),
             Action::Check(check) => self.execute_check(check, at),
             Action::Apply(apply) => self.execute_apply(apply, at),
+            Action::Configure(configure) => self.execute_configure(configure),
+            Action::Measure(measure) => self.execute_measure(measure),
+            Action::Scan(scan) => self.execute_scan(scan, at),
             Action::Repeat(_) | Action::Call(_) => Ok(Done::default()),
         }
     }

@@ -1,0 +1,139 @@
+//! A cloud as files: PLY, PCD, and the two tables the model lab reads.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::{Cloud, CloudPoint};
+
+/// Why a cloud was not written.
+#[derive(Debug, thiserror::Error)]
+#[error("{} cannot be written: {cause}", path.display())]
+pub struct SaveError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What the system said.
+    pub cause: io::Error,
+}
+
+/// What a point has beside its place, in single precision.
+const SCALARS: [&str; 5] = ["intensity", "width", "sigma", "stripe", "row"];
+
+fn scalars(point: &CloudPoint) -> [f32; 5] {
+    let seen = &point.seen;
+    [seen.intensity, seen.width_px, seen.sigma_mm, point.stripe as f32, seen.v_px]
+}
+
+impl Cloud {
+    /// Writes `name.ply`, `name.pcd`, and for the model lab `name.poses.csv` and `name.stripes.csv`, in which the surface is called `on`. `joints` are
+    /// the names of the robot's.
+    ///
+    /// # Errors
+    /// [`SaveError`]
+    pub fn save(&self, folder: &Path, name: &str, joints: &[String], on: &str) -> Result<(), SaveError> {
+        let failed = |path: &Path| {
+            let path = path.to_owned();
+            move |cause| SaveError { path, cause }
+        };
+        fs::create_dir_all(folder).map_err(failed(folder))?;
+        let write = |ending: &str, bytes: &[u8]| {
+            let path = folder.join(format!("{name}.{ending}"));
+            fs::write(&path, bytes).map_err(failed(&path))
+        };
+        write("ply", &self.ply())?;
+        write("pcd", &self.pcd())?;
+        write("poses.csv", self.poses_table(joints).as_bytes())?;
+        write("stripes.csv", self.stripes_table(on).as_bytes())
+    }
+
+    /// Binary PLY in single precision, which every reader takes; grey as colour beside the scalars, so that every viewer shows something.
+    pub fn ply(&self) -> Vec<u8> {
+        let mut head = format!(
+            "ply\nformat binary_little_endian 1.0\ncomment units mm\nelement vertex {}\n\
+             property float x\nproperty float y\nproperty float z\n",
+            self.points.len()
+        );
+        for scalar in SCALARS {
+            let _ = writeln!(head, "property float {scalar}");
+        }
+        head.push_str("property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n");
+        let mut bytes = head.into_bytes();
+        for point in &self.points {
+            push_floats(&mut bytes, point);
+            bytes.extend([point.seen.intensity.clamp(0.0, 255.0) as u8; 3]);
+        }
+        bytes
+    }
+
+    /// Binary PCD of version 0.7.
+    pub fn pcd(&self) -> Vec<u8> {
+        let count = self.points.len();
+        let fields = SCALARS.join(" ");
+        let eight = |word: &str| [word; 8].join(" ");
+        let head = format!(
+            "# units mm\nVERSION 0.7\nFIELDS x y z {fields}\nSIZE {}\nTYPE {}\nCOUNT {}\nWIDTH {count}\nHEIGHT 1\n\
+             VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {count}\nDATA binary\n",
+            eight("4"),
+            eight("F"),
+            eight("1")
+        );
+        let mut bytes = head.into_bytes();
+        self.points.iter().for_each(|point| push_floats(&mut bytes, point));
+        bytes
+    }
+
+    /// The joints at each stripe: a measurement table of the lab.
+    fn poses_table(&self, joints: &[String]) -> String {
+        let columns: Vec<String> = (1..=joints.len()).map(|joint| format!("q{joint}_deg")).collect();
+        let mut text = format!("{}\n", columns.join(","));
+        for pose in &self.poses {
+            let values: Vec<String> = pose.iter().map(|joint| format!("{:.9}", joint.to_degrees())).collect();
+            let _ = writeln!(text, "{}", values.join(","));
+        }
+        text
+    }
+
+    /// The stripes' points in their pictures; `row` counts the rows of the first table from 1.
+    fn stripes_table(&self, on: &str) -> String {
+        let mut text = "row,u_px,v_px,sigma_px,on\n".to_owned();
+        for point in &self.points {
+            let seen = &point.seen;
+            let _ = writeln!(
+                text,
+                "{},{:.5},{:.1},{:.5},{on}",
+                point.stripe + 1,
+                seen.u_px,
+                seen.v_px,
+                seen.sigma_px
+            );
+        }
+        text
+    }
+}
+
+fn push_floats(bytes: &mut Vec<u8>, point: &CloudPoint) {
+    let place = point.place.coords.map(|axis| axis as f32);
+    for value in place.iter().copied().chain(scalars(point)) {
+        bytes.extend(value.to_le_bytes());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point3;
+
+    #[test]
+    fn both_formats_hold_as_many_bytes_as_their_headers_say() {
+        let point = CloudPoint { place: Point3::new(1.0, 2.0, 3.0), stripe: 4, seen: Default::default() };
+        let cloud = Cloud { points: vec![point; 7], poses: vec![vec![0.5; 6]] };
+        let after = |bytes: &[u8], mark: &[u8]| {
+            let at = bytes.windows(mark.len()).position(|window| window == mark).unwrap();
+            bytes.len() - at - mark.len()
+        };
+        assert_eq!(after(&cloud.ply(), b"end_header\n"), 7 * (8 * 4 + 3));
+        assert_eq!(after(&cloud.pcd(), b"DATA binary\n"), 7 * 8 * 4);
+        assert!(String::from_utf8_lossy(&cloud.ply()).contains("comment units mm"));
+    }
+}

@@ -1,0 +1,32 @@
+//! Clouds of points: what a scan has made, as files and as fitted surfaces.
+
+mod file;
+mod pyramid;
+mod surface;
+
+use nalgebra::Point3;
+use plumb_plugin::StripePoint;
+
+pub use file::SaveError;
+pub use pyramid::PyramidFit;
+pub use surface::{FitError, PlaneFit, SphereFit};
+
+/// A point of a cloud.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CloudPoint {
+    /// Where, mm in the robot's base frame.
+    pub place: Point3<f64>,
+    /// The stripe it is of.
+    pub stripe: u32,
+    /// How it was seen.
+    pub seen: StripePoint,
+}
+
+/// What a scan has made.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Cloud {
+    /// The points.
+    pub points: Vec<CloudPoint>,
+    /// The joints at each stripe, as the drive's with the zeros in force, rad.
+    pub poses: Vec<Vec<f64>>,
+}

@@ -1,0 +1,226 @@
+//! `scan`: a stripe at each place of a line, turned into points by the pose at the moment of its exposure.
+
+use std::time::Instant;
+
+use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
+use plumb_plugin::StripeFault;
+use serde_json::{Map, Value, json};
+
+use crate::cloud::{Cloud, CloudPoint};
+use crate::engine::Engine;
+use crate::engine::step_context::{Done, StepContext};
+use crate::engine::step_error::StepError;
+use crate::event::NamedValue;
+use crate::expression::Expression;
+use crate::step::{Fitted, ScanStep};
+
+/// A scan with its numbers.
+struct Scan {
+    from: Vector3<f64>,
+    way: Vector3<f64>,
+    stripes: usize,
+    attitude: Rotation3<f64>,
+    aim: Vector3<f64>,
+}
+
+/// More stripes are a mistake.
+const MOST_STRIPES: f64 = 10_000.0;
+
+impl Engine {
+    pub(super) fn execute_scan(&mut self, step: &ScanStep, at: &StepContext) -> Result<Done, StepError> {
+        let begin = Instant::now();
+        let scan = self.plan_scan(step, at)?;
+        self.sensor(&step.sensor)?.link.arm().map_err(|error| self.device_error(error))?;
+        // What was emitted before this scan is none of it.
+        let _ = self.sensor(&step.sensor)?.link.stripes();
+        let mut cloud = Cloud::default();
+        let mut empty = 0;
+        for stripe in 0..scan.stripes {
+            let share = if scan.stripes > 1 { stripe as f64 / (scan.stripes - 1) as f64 } else { 0.0 };
+            self.go_to_stripe(step, at, &scan, share)?;
+            empty += self.take_stripe(step, at, stripe, &mut cloud)?;
+            let text = format!("stripe {} of {}, {} points", stripe + 1, scan.stripes, cloud.points.len());
+            self.journal.progress(&at.path, Some((stripe + 1) as f64 / scan.stripes as f64), text);
+        }
+        if cloud.points.is_empty() {
+            return Err(StepError::error(format!(
+                "none of the {} pictures showed a stripe: is the laser on, the filter in, the aim right?",
+                scan.stripes
+            )));
+        }
+        let seconds = begin.elapsed().as_secs_f64();
+        let mut result = Map::from_iter([
+            ("points".to_owned(), json!(cloud.points.len())),
+            ("stripes".to_owned(), json!(scan.stripes)),
+            ("empty".to_owned(), json!(empty)),
+            ("seconds".to_owned(), json!(seconds)),
+        ]);
+        let mut message =
+            format!("{} points of {} stripes ({empty} without one)", cloud.points.len(), scan.stripes);
+        if let Some(fitted) = step.fit {
+            message.push_str(&fit(fitted, &cloud, &mut result)?);
+        }
+        if let Some(name) = &step.save {
+            let folder = self.outputs.clone();
+            let joints = self.joint_names(&step.robot)?;
+            cloud
+                .save(&folder, name, &joints, step.on.as_deref().unwrap_or(name))
+                .map_err(|error| StepError::error(error.to_string()))?;
+            message.push_str(&format!(", in {}", folder.join(format!("{name}.ply")).display()));
+        }
+        let values = result
+            .iter()
+            .filter_map(|(name, value)| {
+                Some(NamedValue {
+                    name: name.clone(),
+                    value: value.as_f64()?,
+                    unit: if name.ends_with("_mm") { "mm".to_owned() } else { String::new() },
+                    uncertainty: None,
+                })
+            })
+            .collect();
+        Ok(Done { result: Value::Object(result), values, message })
+    }
+
+    fn plan_scan(&mut self, step: &ScanStep, at: &StepContext) -> Result<Scan, StepError> {
+        let from = self.place(&step.from, at)?;
+        let way = self.place(&step.to, at)? - from;
+        let pitch = self.number(at.scope, &step.step)?;
+        let stripes = (way.norm() / pitch + 1e-9).floor() + 1.0;
+        if !(pitch > 0.0 && stripes <= MOST_STRIPES) {
+            return Err(StepError::error(format!(
+                "a step of {pitch} mm on a way of {:.1} mm makes no scan: give `step_mm` above 0, for {MOST_STRIPES} stripes at most",
+                way.norm()
+            )));
+        }
+        let way = if way.norm() > 0.0 { way.normalize() * (pitch * (stripes - 1.0)) } else { way };
+        let mut angle = |expression: &Option<Expression>| match expression {
+            None => Ok(0.0),
+            Some(expression) => self.number(at.scope, expression).map(f64::to_radians),
+        };
+        let (tilt, azimuth, turn) = (angle(&step.tilt)?, angle(&step.azimuth)?, angle(&step.turn)?);
+        let about_z = |angle: f64| Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
+        let down = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+        // Tilted so that the flange stands in the direction of the azimuth and looks back at the place.
+        let tilted =
+            about_z(azimuth) * Rotation3::from_axis_angle(&Vector3::y_axis(), tilt) * about_z(-azimuth);
+        Ok(Scan {
+            from,
+            way,
+            stripes: stripes as usize,
+            attitude: tilted * about_z(turn) * down,
+            aim: Vector3::from(step.aim_mm),
+        })
+    }
+
+    fn place(&mut self, place: &[Expression; 3], at: &StepContext) -> Result<Vector3<f64>, StepError> {
+        let [x, y, z] = place;
+        Ok(Vector3::new(self.number(at.scope, x)?, self.number(at.scope, y)?, self.number(at.scope, z)?))
+    }
+
+    fn go_to_stripe(
+        &mut self,
+        step: &ScanStep,
+        at: &StepContext,
+        scan: &Scan,
+        share: f64,
+    ) -> Result<(), StepError> {
+        let place = scan.from + scan.way * share;
+        let origin = place - scan.attitude * scan.aim;
+        let wanted = IsometryMatrix3::from_parts(Translation3::from(origin), scan.attitude);
+        let here = self.read_pose(&step.robot)?.joints;
+        let arm = self.arm(&step.robot)?;
+        let target = arm.joints_for(&wanted, &here).map_err(|cause| {
+            StepError::error(format!(
+                "no stripe at [{:.1}, {:.1}, {:.1}] mm: {cause}",
+                place.x, place.y, place.z
+            ))
+        })?;
+        arm.check_move(&here, &target).map_err(|reason| StepError::error(reason.to_string()))?;
+        self.move_arm(&step.robot, &here, &target, step.speed, at).map(drop)
+    }
+
+    /// Takes a stripe where the arm stands; 1 when there was none to see.
+    fn take_stripe(
+        &mut self,
+        step: &ScanStep,
+        at: &StepContext,
+        stripe: usize,
+        cloud: &mut Cloud,
+    ) -> Result<usize, StepError> {
+        let trigger = step.trigger.as_ref().map(|(name, _)| name.as_str());
+        self.take_reading(&step.sensor, trigger)?;
+        let taken = self.sensor(&step.sensor)?.link.stripes();
+        let taken = taken.map_err(|error| self.device_error(error))?;
+        let Some((header, points)) = taken.last() else {
+            return Err(StepError::error(format!(
+                "{} has told no stripe: it is no light stripe sensor, or looks for something else",
+                step.sensor
+            )));
+        };
+        if let Some(fault) = StripeFault::from_code(header.fault) {
+            self.journal.progress(&at.path, None, format!("stripe {}: {}", stripe + 1, fault.name()));
+        }
+        let joints = match header.joints.len() {
+            0 => self.read_pose(&step.robot)?.joints,
+            _ => header.joints,
+        };
+        let arm = self.arm(&step.robot)?;
+        let base_from_flange = arm.flange(&joints).map_err(StepError::error)?;
+        cloud.poses.push(arm.corrected(&joints));
+        for point in points {
+            let [x, y, z] = point.flange_mm.map(f64::from);
+            let place = base_from_flange * Point3::new(x, y, z);
+            if place.iter().all(|axis| axis.is_finite()) {
+                cloud.points.push(CloudPoint { place, stripe: stripe as u32, seen: *point });
+            }
+        }
+        Ok(usize::from(points.is_empty()))
+    }
+
+    fn joint_names(&mut self, robot: &str) -> Result<Vec<String>, StepError> {
+        let arm = self.arm(robot)?;
+        Ok(arm.description.joints.iter().map(|joint| joint.name.clone()).collect())
+    }
+}
+
+/// Fits a surface and adds what was found to the result; a sentence about it.
+fn fit(fitted: Fitted, cloud: &Cloud, result: &mut Map<String, Value>) -> Result<String, StepError> {
+    let wrong = |error: crate::cloud::FitError| StepError::error(error.to_string());
+    let mut add = |name: &str, value: f64| {
+        result.insert(name.to_owned(), json!(value));
+    };
+    Ok(match fitted {
+        Fitted::Plane => {
+            let plane = cloud.fit_plane().map_err(wrong)?;
+            add("rms_mm", plane.rms_mm);
+            add("thickness_mm", plane.thickness_mm);
+            for (name, value) in ["normal_x", "normal_y", "normal_z"].into_iter().zip(plane.normal.iter()) {
+                add(name, *value);
+            }
+            add("offset_mm", plane.offset_mm);
+            format!(", {:.3} mm rms from a plane, edge-on {:.3} mm thick", plane.rms_mm, plane.thickness_mm)
+        }
+        Fitted::Pyramid => {
+            let pyramid = cloud.fit_pyramid().map_err(wrong)?;
+            add("rms_mm", pyramid.rms_mm);
+            for (name, value) in ["apex_x_mm", "apex_y_mm", "apex_z_mm"].into_iter().zip(pyramid.apex.iter())
+            {
+                add(name, *value);
+            }
+            let [x, y, z] = pyramid.apex.coords.into();
+            format!(", apex at [{x:.3}, {y:.3}, {z:.3}] mm, {:.3} mm rms from its faces", pyramid.rms_mm)
+        }
+        Fitted::Sphere => {
+            let sphere = cloud.fit_sphere().map_err(wrong)?;
+            add("rms_mm", sphere.rms_mm);
+            for (name, value) in
+                ["centre_x_mm", "centre_y_mm", "centre_z_mm"].into_iter().zip(sphere.centre.iter())
+            {
+                add(name, *value);
+            }
+            add("radius_mm", sphere.radius_mm);
+            format!(", a ball of {:.3} mm radius, {:.3} mm rms from it", sphere.radius_mm, sphere.rms_mm)
+        }
+    })
+}

@@ -1,0 +1,136 @@
+//! The rig as the lab has it: camera and sheet of light in the flange's frame.
+
+use nalgebra::{Isometry3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
+
+use super::RigParameter;
+
+/// Camera and sheet of light on a flange.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StripeRig {
+    /// Focal lengths, px.
+    pub focal_px: [f64; 2],
+    /// Principal point, px.
+    pub principal_px: [f64; 2],
+    /// Distortion k1, k2, p1, p2, k3.
+    pub distortion: [f64; 5],
+    /// Where the camera is.
+    pub flange_from_camera: Isometry3<f64>,
+    /// Of the sheet n.x + d = 0 in the flange's frame, length one.
+    pub normal: Vector3<f64>,
+    /// Of the sheet, mm.
+    pub d_mm: f64,
+    /// The sheet is n.x + d = bow s^2, with s the place along it across the camera's view, mm from the flange's axis; 1/mm.
+    pub bow: f64,
+    /// A picture is exposed so much later than its time says, s.
+    pub clock_skew_s: f64,
+}
+
+impl StripeRig {
+    /// Two directions in the sheet, about which it tilts.
+    fn in_sheet(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let down = self.flange_from_camera.rotation * Vector3::y();
+        let first = (down - self.normal * self.normal.dot(&down)).normalize();
+        (first, self.normal.cross(&first))
+    }
+
+    /// The same rig with one of its numbers moved.
+    #[must_use]
+    pub fn moved(&self, parameter: RigParameter, by: f64) -> Self {
+        let mut rig = self.clone();
+        let axes = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
+        let axis = |place: usize| axes.get(place).copied().unwrap_or(Vector3::z_axis());
+        match parameter {
+            RigParameter::CameraAim(place) => rig.turn_camera(axis(place), by),
+            RigParameter::CameraRoll => rig.turn_camera(axis(2), by),
+            RigParameter::CameraScale(place) => {
+                if let Some(focal) = rig.focal_px.get_mut(place) {
+                    *focal *= 1.0 + by;
+                }
+            }
+            RigParameter::PrincipalPoint(place) => {
+                if let Some(principal) = rig.principal_px.get_mut(place) {
+                    *principal += by;
+                }
+            }
+            RigParameter::LensDistortion(power) => {
+                if let Some(radial) = rig.distortion.get_mut(power) {
+                    *radial += by;
+                }
+            }
+            RigParameter::StripePlane(2) => rig.d_mm += by,
+            RigParameter::StripePlane(which) => {
+                // It tilts about where it meets the principal ray, so that tilt and shift stay apart.
+                let (first, second) = rig.in_sheet();
+                let about = Unit::new_normalize(if which == 0 { first } else { second });
+                let pivot = rig.on_principal_ray();
+                rig.normal = Rotation3::from_axis_angle(&about, by) * rig.normal;
+                rig.d_mm = -rig.normal.dot(&pivot);
+            }
+            RigParameter::StripeBow => rig.bow += by,
+            RigParameter::HandEyeShift(place) => {
+                let shift = axis(place).into_inner() * by;
+                rig.flange_from_camera.translation.vector += shift;
+                rig.d_mm -= rig.normal.dot(&shift);
+            }
+            RigParameter::HandEyeTurn(place) => {
+                let turn = UnitQuaternion::from_axis_angle(&axis(place), by);
+                rig.flange_from_camera = turn * rig.flange_from_camera;
+                rig.normal = turn * rig.normal;
+            }
+            RigParameter::ClockSkew => rig.clock_skew_s += by,
+        }
+        rig
+    }
+
+    fn turn_camera(&mut self, axis: Unit<Vector3<f64>>, by: f64) {
+        self.flange_from_camera.rotation *= UnitQuaternion::from_axis_angle(&axis, by);
+    }
+
+    fn on_principal_ray(&self) -> Vector3<f64> {
+        let lens = self.flange_from_camera.translation.vector;
+        let toward = self.flange_from_camera.rotation * Vector3::z();
+        let falling = self.normal.dot(&toward);
+        let distance =
+            if falling.abs() > 1e-9 { -(self.normal.dot(&lens) + self.d_mm) / falling } else { 300.0 };
+        lens + toward * distance
+    }
+
+    /// The point of the sheet a pixel shows, in the flange's frame, mm; none where the ray misses it.
+    pub fn point(&self, u_px: f64, v_px: f64) -> Option<Point3<f64>> {
+        let bent = [
+            (u_px - self.principal_px[0]) / self.focal_px[0],
+            (v_px - self.principal_px[1]) / self.focal_px[1],
+        ];
+        let [x, y] = self.straighten(bent);
+        let toward = self.flange_from_camera.rotation * Vector3::new(x, y, 1.0);
+        let lens = self.flange_from_camera.translation.vector;
+        let falling = self.normal.dot(&toward);
+        let height = self.normal.dot(&lens) + self.d_mm;
+        if falling.abs() < 1e-9 {
+            return None;
+        }
+        let (along, _) = self.in_sheet();
+        let mut distance = -height / falling;
+        for _ in 0..if self.bow == 0.0 { 0 } else { 4 } {
+            let place = (lens + toward * distance).dot(&along);
+            distance = (self.bow * place * place - height) / falling;
+        }
+        (distance > 0.0).then(|| Point3::from(lens + toward * distance))
+    }
+
+    fn straighten(&self, bent: [f64; 2]) -> [f64; 2] {
+        let [k1, k2, p1, p2, k3] = self.distortion;
+        if self.distortion == [0.0; 5] {
+            return bent;
+        }
+        let [mut x, mut y] = bent;
+        for _ in 0..10 {
+            let square = x * x + y * y;
+            let swell = 1.0 + square * (k1 + square * (k2 + square * k3));
+            let aside_x = 2.0 * p1 * x * y + p2 * (square + 2.0 * x * x);
+            let aside_y = p1 * (square + 2.0 * y * y) + 2.0 * p2 * x * y;
+            (x, y) = ((bent[0] - aside_x) / swell, (bent[1] - aside_y) / swell);
+        }
+        [x, y]
+    }
+}
