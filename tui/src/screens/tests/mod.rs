@@ -3,3 +3,4 @@
 mod fixtures;
 mod operating;
 mod pages;
+mod panicking;
