@@ -110,6 +110,12 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         handle.send(Command::Abort);
         let outcome = running.thread.join().unwrap_or(RunOutcome::Error);
         shown?;
+        println!(
+            "Run {} {}; the record keeps it: plumb show {}",
+            running.run.0,
+            headless::in_words(outcome),
+            running.run.0
+        );
         outcome
     };
     Ok(ExitCode::from(outcome.exit_code()))

@@ -118,7 +118,7 @@ impl Printer {
     }
 }
 
-fn in_words(outcome: RunOutcome) -> &'static str {
+pub(super) fn in_words(outcome: RunOutcome) -> &'static str {
     match outcome {
         RunOutcome::Passed => "passed",
         RunOutcome::Failed => "failed",

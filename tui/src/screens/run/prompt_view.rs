@@ -17,8 +17,10 @@ pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, frame: &mut Frame, area: 
     let area = padded(area);
     let width = usize::from(area.width);
     let controls = controls(prompt, theme, width);
+    let style =
+        if matches!(prompt.prompt.kind, PromptKind::Decision { .. }) { theme.bad } else { theme.text };
     let mut text: Vec<Line> =
-        question(prompt, width).into_iter().map(|line| Line::styled(line, theme.text)).collect();
+        question(prompt, width).into_iter().map(|line| Line::styled(line, style)).collect();
     if let Some(help) = &prompt.prompt.help {
         text.push(Line::default());
         text.extend(wrapped(&reflowed(help), width).into_iter().map(|line| Line::styled(line, theme.faint)));

@@ -90,7 +90,7 @@ fn attention(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
         Phase::Starting => {
             paragraph(frame, area, theme, "Starting", "Starting the devices of the cell.", false)
         }
-        Phase::Running => doing(run, theme, frame, area),
+        Phase::Running => doing(state, run, frame, area),
         Phase::Paused { reason } => {
             let text = format!(
                 "{reason}\n\nNothing moves until you press r to resume.\nThe step in hand begins again."
@@ -114,7 +114,8 @@ fn paragraph(frame: &mut Frame, area: Rect, theme: &Theme, title: &str, text: &s
 }
 
 /// The step under way: what it is, how far, what it says.
-fn doing(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
+fn doing(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
+    let theme = &state.theme;
     let Some((_, step)) = run.current() else {
         return paragraph(frame, area, theme, "Running", "Between two steps.", false);
     };
@@ -132,7 +133,8 @@ fn doing(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
     let mut lines = vec![Line::raw(step.message.clone())];
     if !moves.is_empty() {
         lines.push(Line::default());
-        lines.push(Line::styled(format!("Moves {moves}: keep clear. Esc stops."), theme.warning));
+        let stops = if state.only_watches() { "" } else { " Esc stops." };
+        lines.push(Line::styled(format!("Moves {moves}: keep clear.{stops}"), theme.warning));
     }
     frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), text);
 }
