@@ -36,7 +36,11 @@ impl Bench {
     }
 
     fn run(&self, more: &[&str], columns: u16, rows: u16) -> Session {
-        let cell = self.folder.path().join("cell/cell.yaml").display().to_string();
+        self.run_cell("cell.yaml", more, columns, rows)
+    }
+
+    fn run_cell(&self, cell: &str, more: &[&str], columns: u16, rows: u16) -> Session {
+        let cell = self.folder.path().join("cell").join(cell).display().to_string();
         let record = self.folder.path().join("record").display().to_string();
         let mut arguments = vec!["run", &cell, "--record", &record, "--operator", "ada"];
         arguments.extend(more);
@@ -85,9 +89,54 @@ fn a_new_user_finishes_an_initialization_with_enter_alone() {
     for correction in ["\u{2713} waist zero", "\u{2713} shoulder zero", "\u{2713} elbow zero"] {
         assert!(page.contains(correction), "{correction} is in force:\n{page}");
     }
+    session.press("4");
+    session.wait_for("Runs (1)");
+    session.wait_for("waist zero of arm, deg");
+    session.press("\r");
+    let page = session.wait_for("joint zero of arm waist");
+    assert!(page.contains("corrections"), "one run in full:\n{page}");
+    session.press("\x7f");
+    session.wait_for("Runs (1)");
     session.press("q");
     assert_eq!(session.wait_for_end().exit_code(), 0);
     is_given_back(&session);
+}
+
+#[test]
+fn every_ordinary_cell_refuses_a_forearm_too_far_from_vertical_and_says_why() {
+    for cell in ["cell.yaml", "cell-backlash.yaml"] {
+        let bench = Bench::new();
+        let mut session = bench.run_cell(cell, &["--pace", "fast"], 100, 30);
+        answer(&mut session, 2);
+        session.wait_for(PROMPTS[2]);
+        // Waist, shoulder, elbow: the forearm outwards by steps of ten degrees.
+        session.press("\x1b[B");
+        session.press("\x1b[B");
+        session.press("]");
+        session.press("]");
+        session.wait_for("jog by 10 deg");
+        session.press("\x1b[C");
+        session.wait_for("elbow          -69.");
+        session.press("\r");
+        let page = session.wait_for("\u{2717} failed");
+        for reason in ["has to start within 270 +- 17.25 degrees", "out the hand would strike it"] {
+            assert!(page.contains(reason), "{reason}:\n{page}");
+        }
+        session.press("q");
+        assert_eq!(session.wait_for_end().exit_code(), 1);
+    }
+}
+
+#[test]
+fn a_click_jogs_nothing_and_answers_only_on_the_button() {
+    let bench = Bench::new();
+    let mut session = bench.run(&["--pace", "fast"], 80, 24);
+    let page = session.wait_for(PROMPTS[0]);
+    session.click_on("The target lies");
+    session.wait_for(PROMPTS[1]);
+    assert!(page.contains("The target lies"));
+    session.click_on("4 History");
+    session.wait_for("not ended");
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use plumb_record::{Record, RunEnd, RunState, RunSummary, default_directory};
 
 use crate::failure::CommandResult;
+use crate::screens;
 
 /// List the runs in the record, the newest first.
 #[derive(clap::Args)]
@@ -19,11 +20,18 @@ pub(crate) struct Arguments {
     /// As JSON, one run a line.
     #[arg(long)]
     json: bool,
+    /// On a screen: runs with a filter, one in full, corrections over time.
+    #[arg(long, conflicts_with = "json")]
+    screen: bool,
 }
 
 /// Prints the list.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let directory = record_directory(arguments.record.as_ref())?;
+    if arguments.screen {
+        screens::browse(directory)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let runs = Record::open(&directory)?.history(arguments.number)?;
     if arguments.json {
         for run in &runs {

@@ -98,7 +98,13 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         headless::watch(running, arguments.json)?
     } else {
         let handle = running.handle.clone();
-        let shown = screens::operate(running.events, handle.clone(), &prepared.operator, &prepared.cell);
+        let shown = screens::operate(
+            running.events,
+            handle.clone(),
+            &prepared.operator,
+            &prepared.cell,
+            &prepared.record,
+        );
         if let Ok(Left::Kept) = shown {
             handle.send(Command::Keep);
             // The robots come to rest and the devices' processes end; a simulated world waits for the resume.

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use plumb_cell::command::Command;
 use plumb_cell::engine::RunningRun;
 use plumb_cell::event::{Event, LogLevel, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath};
+use plumb_cell::give_or_take;
 use tokio::signal::unix::{SignalKind, signal};
 
 /// Prints what happens until the run has ended. An interrupt from the keyboard, or a termination, stops every robot and aborts the run.
@@ -77,13 +78,13 @@ impl Printer {
             Event::StepFinished { step, outcome, message, .. } => self.finished(step, *outcome, message)?,
             Event::PromptAnswered { step, by, .. } => format!("        {step}: answered by {by}"),
             Event::CorrectionProposed { correction: c } => format!(
-                "        {} of {}: {:.4} -> {:.4} {} (+- {:.1e})",
+                "        {} of {}: {:.4} -> {:.4} {} ({})",
                 c.quantity.replace('_', " "),
                 c.place,
                 c.old,
                 c.new,
                 c.unit,
-                c.uncertainty
+                give_or_take(c.uncertainty, &c.unit)
             ),
             Event::Paused { reason, .. } => format!("paused: {reason}"),
             Event::Resumed => "resumed".to_owned(),

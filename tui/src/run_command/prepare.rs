@@ -25,6 +25,8 @@ pub(super) struct Prepared {
     pub(super) running: RunningRun,
     pub(super) operator: String,
     pub(super) cell: Arc<Workcell>,
+    /// Where the record lies.
+    pub(super) record: PathBuf,
     /// Held while the cell is run.
     _lock: CellLock,
 }
@@ -86,7 +88,7 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
         resume: resumed.as_ref().map(|run| run.run),
         other_files,
     };
-    let shown = Arc::clone(&cell);
+    let (shown, record) = (Arc::clone(&cell), request.record_directory.clone());
     let socket = place.world_socket();
     let domain = place.domain().clone();
     let running = start_run(request, |left_world| {
@@ -104,7 +106,7 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
         Ok(Box::new(HostedDevices::new(Arc::clone(&cell), catalogue, domain, world)))
     });
     match running {
-        Ok(running) => Ok(Prepared { running, operator, cell: shown, _lock: lock }),
+        Ok(running) => Ok(Prepared { running, operator, cell: shown, record, _lock: lock }),
         Err(StartError::NeedsOperator(reason)) => {
             Err(Refused::NeedsOperator(StartError::NeedsOperator(reason).to_string()))
         }

@@ -13,7 +13,7 @@ pub(crate) use table::BINDINGS;
 pub(crate) enum Place {
     /// Everywhere: in prompts, in overlays, while typing.
     Everywhere,
-    /// Everywhere but where a name is being written.
+    /// Everywhere but where a name or a filter is being written.
     NotWriting,
     /// Everywhere but where a number or a name is being typed.
     NotTyping,
@@ -37,6 +37,12 @@ pub(crate) enum Place {
     Model,
     /// On the Model screen while the name of an effect is being written.
     Naming,
+    /// On the History screen.
+    History,
+    /// On the History screen while the filter is being written.
+    Filtering,
+    /// On the History screen while a run is open.
+    OpenedRun,
     /// On the Log screen.
     Log,
 }
@@ -46,7 +52,7 @@ impl Place {
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Everywhere => "everywhere",
-            Self::NotWriting => "not while writing a name",
+            Self::NotWriting => "not while writing",
             Self::NotTyping => "not while typing",
             Self::Overlay => "help",
             Self::Leaving => "leaving",
@@ -58,6 +64,9 @@ impl Place {
             Self::Decision => "Run, failed step",
             Self::Model => "Model",
             Self::Naming => "Model, naming an effect",
+            Self::History => "History",
+            Self::Filtering => "History, filter",
+            Self::OpenedRun => "History, one run",
             Self::Log => "Log",
         }
     }
@@ -138,6 +147,22 @@ pub(crate) enum Command {
     AddNamed,
     /// Step the scale of the plots.
     Scale,
+    /// Give up what the lab is doing.
+    Cancel,
+    /// Judge what could explain the rest, where that was given up.
+    Judge,
+    /// Open the chosen run.
+    OpenRun,
+    /// Close the run that is open.
+    CloseRun,
+    /// Write the words runs are filtered by.
+    Filter,
+    /// Leave the filter as it is.
+    FilterDone,
+    /// Draw the next corrected quantity over time.
+    NextTrend,
+    /// Draw the one before.
+    PreviousTrend,
 }
 
 /// One row of the key table.

@@ -8,11 +8,12 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use super::state::{Card, CardStanding, ModelState};
+use crate::screens::hits::{Hit, Hits};
 use crate::screens::pane::{self, columns, fitted, wrapped};
 use crate::screens::theme::Theme;
 
 /// Draws the cards, the chosen one in full.
-pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: Rect) {
+pub(crate) fn view(model: &ModelState, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
     let inner = pane::open(frame, area, theme, "What could explain it", true);
     let Some(standing) = &model.standing else { return };
     let width = usize::from(inner.width);
@@ -40,6 +41,10 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
             break;
         }
         first -= 1;
+    }
+    let mut rows = inner.rows();
+    for (place, block) in blocks.iter().enumerate().skip(first) {
+        rows.by_ref().take(block.len()).for_each(|row| hits.note(row, Hit::Card(place)));
     }
     let lines: Vec<Line<'static>> = blocks.into_iter().skip(first).flatten().take(room).collect();
     frame.render_widget(Paragraph::new(lines), inner);

@@ -13,7 +13,7 @@ mod waterfall;
 
 pub(crate) use lab::{Desk, Lab, LabAnswer, LabRequest};
 pub(crate) use state::ModelState;
-pub(crate) use update::{choose, obey, take, write};
+pub(crate) use update::{choose, choose_at, note_progress, obey, take, write};
 pub(crate) use view::view;
 
 /// What tests need to make a model's standing by hand.

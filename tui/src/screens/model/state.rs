@@ -33,7 +33,7 @@ pub(crate) struct ModelState {
 }
 
 /// What the lab is doing.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Busy {
     /// In words.
     pub doing: String,
@@ -41,6 +41,15 @@ pub(crate) struct Busy {
     pub since: Duration,
     /// It only judges candidates, and gives that up for anything else it is asked.
     pub only_judges: bool,
+    /// How far it is, 0 to 1, and with what, once it has said so.
+    pub progress: Option<(f64, String)>,
+}
+
+impl Busy {
+    /// The lab begins with something at `since`.
+    pub(crate) fn with(doing: &str, since: Duration, only_judges: bool) -> Self {
+        Self { doing: doing.to_owned(), since, only_judges, progress: None }
+    }
 }
 
 /// What adding a candidate would leave.
@@ -134,11 +143,7 @@ impl ModelState {
             plane: 0,
             plots_scrolled: 0,
             scale: None,
-            busy: Some(Busy {
-                doing: "fitting the model".to_owned(),
-                since: Duration::ZERO,
-                only_judges: false,
-            }),
+            busy: Some(Busy::with("fitting the model", Duration::ZERO, false)),
         }
     }
 
@@ -150,6 +155,11 @@ impl ModelState {
     /// Whether an effect was added that can be taken away again.
     pub(crate) fn can_undo(&self) -> bool {
         self.standing.as_ref().is_some_and(|standing| standing.fall.len() > 1)
+    }
+
+    /// Whether judging the candidates was given up, so that it can be asked for.
+    pub(crate) fn can_judge(&self) -> bool {
+        self.busy.is_none() && self.standing.as_ref().is_some_and(|standing| standing.verdict.is_empty())
     }
 
     /// One standard deviation of the noise along an axis, mm, where it is known.
