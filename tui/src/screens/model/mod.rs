@@ -1,10 +1,12 @@
 //! The Model screen: what could explain the error, ranked; the residuals, on a scale tied to the noise floor; the fall of
 //! the error; one plain sentence.
 
+mod arm_view;
 mod cards;
 mod lab;
 mod plots;
 mod residuals;
+mod sketch;
 mod standing;
 mod state;
 mod update;

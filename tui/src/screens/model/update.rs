@@ -20,7 +20,9 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         Command::NextPlane => model.plane = (model.plane + 1) % PLANES.len(),
         Command::PreviousPlane => model.plane = (model.plane + PLANES.len() - 1) % PLANES.len(),
         Command::NameEffect => model.naming = Some(String::new()),
-        Command::Scale => model.scale = Some((model.scale.unwrap_or(0) + 1) % SCALES.len()),
+        Command::Scale => {
+            (model.scale, model.scale_kept) = ((model.scale + 1) % SCALES.len(), true);
+        }
         Command::Cancel if model.busy.is_some() => return vec![Action::CancelLab],
         Command::Preview if model.preview.is_some() => model.preview = None,
         Command::Preview | Command::Add | Command::AddNamed | Command::Undo | Command::Judge => {
