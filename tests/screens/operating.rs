@@ -227,3 +227,46 @@ fn without_colours_the_screen_has_none() {
         }
     });
 }
+
+/// A procedure that asks for a number and a choice and moves nothing.
+const ASKING: &str = "procedure: ask
+title: Set the sensor up
+steps:
+  - id: gauge
+    title: Read the gauge
+    do:
+      prompt:
+        text: Put the gauge block under the hand and read its height.
+        number: {unit: mm, minimum: 7, maximum: 9}
+  - id: paper
+    title: Which paper
+    do:
+      prompt:
+        text: Which paper lies under the target?
+        choice: {white: White copy paper, grey: Grey board}
+        default: white
+";
+
+#[test]
+fn a_wrong_answer_is_refused_in_words_and_the_right_one_taken() {
+    let bench = Bench::new();
+    let folder = bench.folder.path().join("cell");
+    fs::write(folder.join("procedures/ask.yaml"), ASKING).expect("the procedure is written");
+    let cell = fs::read_to_string(folder.join("cell.yaml")).expect("the cell can be read");
+    let kept = cell.lines().filter(|line| !line.starts_with("procedures:") && !line.starts_with("answers:"));
+    let cell = kept.chain(["procedures: [procedures/ask.yaml]", ""]).collect::<Vec<_>>().join("\n");
+    fs::write(folder.join("cell-ask.yaml"), cell).expect("the cell is written");
+    let mut session = bench.run_cell("cell-ask.yaml", &["--pace", "fast"], 80, 24);
+    session.wait_for("Put the gauge block under the hand");
+    session.press("12\r");
+    session.wait_for("12 mm is too large: between 7 and 9 mm");
+    session.press("\x7f\x7f8,02\r");
+    session.wait_for("Which paper lies under the target?");
+    session.press("\x1b[B\r");
+    session.wait_for("\u{2713} passed");
+    session.press("4");
+    session.wait_for("Runs (1)");
+    session.press("\r");
+    let page = session.wait_for("grey by ada");
+    assert!(page.contains("8.02 by ada"), "the record keeps what was answered:\n{page}");
+}

@@ -30,7 +30,7 @@ pub(crate) fn examined(comparison: &Comparison, diagnosis: &Diagnosis, fall: &[F
         sentence: diagnosis.sentence.clone(),
         warnings: diagnosis.warnings.clone(),
         cards: cards(diagnosis),
-        next: diagnosis.next.iter().map(|pose| next_pose(pose)).collect(),
+        next: diagnosis.next.iter().map(next_pose).collect(),
         ..compared(comparison, fall)
     }
 }

@@ -50,7 +50,9 @@ pub(crate) fn note_hits(prompt: &OpenPrompt, scrolled: usize, hits: &Hits, area:
         PromptKind::Choice { options, .. } => (options.len(), None),
         PromptKind::Decision { options, .. } => (options.len(), None),
         PromptKind::Number { .. } => (0, None),
-        PromptKind::JogTo { goals, joints, .. } => (joints.len(), Some(joints.len() + goals.len() + 1)),
+        PromptKind::JogTo { goals, joints, hand_over, .. } => {
+            (joints.len(), Some(joints.len() + goals.len() + 1 + usize::from(*hand_over)))
+        }
         PromptKind::ConfirmPose { recorded, .. } => (0, Some(recorded.len() + 1)),
     };
     for (place, row) in area.rows().enumerate().map(|(row, area)| (row + scrolled, area)) {
