@@ -36,7 +36,11 @@ impl Bench {
     }
 
     fn run(&self, more: &[&str], columns: u16, rows: u16) -> Session {
-        let cell = self.folder.path().join("cell/cell.yaml").display().to_string();
+        self.run_cell("cell.yaml", more, columns, rows)
+    }
+
+    fn run_cell(&self, cell: &str, more: &[&str], columns: u16, rows: u16) -> Session {
+        let cell = self.folder.path().join("cell").join(cell).display().to_string();
         let record = self.folder.path().join("record").display().to_string();
         let mut arguments = vec!["run", &cell, "--record", &record, "--operator", "ada"];
         arguments.extend(more);
@@ -85,9 +89,54 @@ fn a_new_user_finishes_an_initialization_with_enter_alone() {
     for correction in ["\u{2713} waist zero", "\u{2713} shoulder zero", "\u{2713} elbow zero"] {
         assert!(page.contains(correction), "{correction} is in force:\n{page}");
     }
+    session.press("4");
+    session.wait_for("Runs (1)");
+    session.wait_for("waist zero of arm, deg");
+    session.press("\r");
+    let page = session.wait_for("joint zero of arm waist");
+    assert!(page.contains("corrections"), "one run in full:\n{page}");
+    session.press("\x7f");
+    session.wait_for("Runs (1)");
     session.press("q");
     assert_eq!(session.wait_for_end().exit_code(), 0);
     is_given_back(&session);
+}
+
+#[test]
+fn every_ordinary_cell_refuses_a_forearm_too_far_from_vertical_and_says_why() {
+    for cell in ["cell.yaml", "cell-backlash.yaml"] {
+        let bench = Bench::new();
+        let mut session = bench.run_cell(cell, &["--pace", "fast"], 100, 30);
+        answer(&mut session, 2);
+        session.wait_for(PROMPTS[2]);
+        // Waist, shoulder, elbow: the forearm outwards by steps of ten degrees.
+        session.press("\x1b[B");
+        session.press("\x1b[B");
+        session.press("]");
+        session.press("]");
+        session.wait_for("jog by 10 deg");
+        session.press("\x1b[C");
+        session.wait_for("elbow          -69.");
+        session.press("\r");
+        let page = session.wait_for("\u{2717} failed");
+        for reason in ["has to start within 270 +- 17.25 degrees", "out the hand would strike it"] {
+            assert!(page.contains(reason), "{reason}:\n{page}");
+        }
+        session.press("q");
+        assert_eq!(session.wait_for_end().exit_code(), 1);
+    }
+}
+
+#[test]
+fn a_click_jogs_nothing_and_answers_only_on_the_button() {
+    let bench = Bench::new();
+    let mut session = bench.run(&["--pace", "fast"], 80, 24);
+    let page = session.wait_for(PROMPTS[0]);
+    session.click_on("The target lies");
+    session.wait_for(PROMPTS[1]);
+    assert!(page.contains("The target lies"));
+    session.click_on("4 History");
+    session.wait_for("not ended");
 }
 
 #[test]
@@ -204,4 +253,47 @@ fn without_colours_the_screen_has_none() {
             }
         }
     });
+}
+
+/// A procedure that asks for a number and a choice and moves nothing.
+const ASKING: &str = "procedure: ask
+title: Set the sensor up
+steps:
+  - id: gauge
+    title: Read the gauge
+    do:
+      prompt:
+        text: Put the gauge block under the hand and read its height.
+        number: {unit: mm, minimum: 7, maximum: 9}
+  - id: paper
+    title: Which paper
+    do:
+      prompt:
+        text: Which paper lies under the target?
+        choice: {white: White copy paper, grey: Grey board}
+        default: white
+";
+
+#[test]
+fn a_wrong_answer_is_refused_in_words_and_the_right_one_taken() {
+    let bench = Bench::new();
+    let folder = bench.folder.path().join("cell");
+    fs::write(folder.join("procedures/ask.yaml"), ASKING).expect("the procedure is written");
+    let cell = fs::read_to_string(folder.join("cell.yaml")).expect("the cell can be read");
+    let kept = cell.lines().filter(|line| !line.starts_with("procedures:") && !line.starts_with("answers:"));
+    let cell = kept.chain(["procedures: [procedures/ask.yaml]", ""]).collect::<Vec<_>>().join("\n");
+    fs::write(folder.join("cell-ask.yaml"), cell).expect("the cell is written");
+    let mut session = bench.run_cell("cell-ask.yaml", &["--pace", "fast"], 80, 24);
+    session.wait_for("Put the gauge block under the hand");
+    session.press("12\r");
+    session.wait_for("12 mm is too large: between 7 and 9 mm");
+    session.press("\x7f\x7f8,02\r");
+    session.wait_for("Which paper lies under the target?");
+    session.press("\x1b[B\r");
+    session.wait_for("\u{2713} passed");
+    session.press("4");
+    session.wait_for("Runs (1)");
+    session.press("\r");
+    let page = session.wait_for("grey by ada");
+    assert!(page.contains("8.02 by ada"), "the record keeps what was answered:\n{page}");
 }

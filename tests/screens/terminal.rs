@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use portable_pty::{Child, CommandBuilder, ExitStatus, MasterPty, PtySize, native_pty_system};
 
 /// How long a condition may take to come true before the test fails.
-const DEADLINE: Duration = Duration::from_secs(120);
+const DEADLINE: Duration = Duration::from_secs(60);
 
 /// A running program and the terminal it draws on.
 pub(crate) struct Session {
@@ -82,6 +82,19 @@ impl Session {
     pub(crate) fn press(&mut self, keys: &str) {
         self.keys.write_all(keys.as_bytes()).expect("the terminal takes keys");
         self.keys.flush().expect("the terminal takes keys");
+    }
+
+    /// Clicks with the left button on the first place where `text` stands.
+    #[track_caller]
+    pub(crate) fn click_on(&mut self, text: &str) {
+        let page = self.wait_for(text);
+        let place = page.lines().enumerate().find_map(|(row, line)| {
+            let (before, _) = line.split_once(text)?;
+            Some((before.chars().count() + 1, row + 1))
+        });
+        let (column, row) = place.expect("the text stands on one line");
+        // As a terminal reports it: SGR mouse mode, counted from 1.
+        self.press(&format!("\x1b[<0;{column};{row}M\x1b[<0;{column};{row}m"));
     }
 
     /// Waits until the screen holds `text`, and gives the whole screen.

@@ -22,9 +22,9 @@ fn pages_and_help_open_and_close() {
     session.press("1");
     session.wait_for("Devices");
     session.press("?");
-    session.wait_for("Esc stops every robot at once");
+    session.wait_for("Nothing can be stopped from here: this program moves no robot.");
     session.press("\r");
-    session.wait_until_gone("Esc stops every robot at once");
+    session.wait_until_gone("Nothing can be stopped from here: this program moves no robot.");
     session.press("q");
     assert!(session.wait_for_end().success());
     is_given_back(&session);

@@ -23,7 +23,7 @@ pub(crate) fn exit_code(result: CommandResult) -> ExitCode {
 }
 
 /// The error's message, followed by those of its causes that it does not already repeat.
-fn with_causes(error: &dyn Error) -> String {
+pub(crate) fn with_causes(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
     while let Some(error) = cause {

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use plumb_record::{Record, RunEnd, RunFilter, RunState, RunSummary, default_directory, is_day};
 
 use crate::failure::CommandResult;
+use crate::screens;
 
 /// List the runs in the record, the newest first; or, with --trend, what runs found for one joint over time.
 #[derive(clap::Args)]
@@ -45,6 +46,9 @@ pub(crate) struct Arguments {
     /// As CSV.
     #[arg(long)]
     csv: bool,
+    /// On a screen: runs with a filter, one in full, corrections over time.
+    #[arg(long, conflicts_with_all = ["json", "csv", "trend"])]
+    screen: bool,
 }
 
 /// How a run ended.
@@ -83,6 +87,10 @@ fn day(text: &str) -> Result<String, String> {
 /// Prints the list.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let directory = record_directory(arguments.record.as_ref())?;
+    if arguments.screen {
+        screens::browse(directory)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let record = Record::open(&directory)?;
     if let Some(place) = &arguments.trend {
         return trend::print(&record, place, arguments);

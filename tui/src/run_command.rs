@@ -126,7 +126,13 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         headless::watch(running, arguments.json, arguments.attended)?
     } else {
         let handle = running.handle.clone();
-        let shown = screens::operate(running.events, handle.clone(), &prepared.operator, &prepared.cell);
+        let shown = screens::operate(
+            running.events,
+            handle.clone(),
+            &prepared.operator,
+            &prepared.cell,
+            &prepared.record,
+        );
         if let Ok(Left::Kept) = shown {
             handle.send(Command::Keep);
             // The robots come to rest and the devices' processes end; a simulated world waits for the resume.
@@ -138,6 +144,12 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         handle.send(Command::Abort);
         let outcome = running.thread.join().unwrap_or(RunOutcome::Error);
         shown?;
+        println!(
+            "Run {} {}; the record keeps it: plumb show {}",
+            running.run.0,
+            headless::in_words(outcome),
+            running.run.0
+        );
         outcome
     };
     Ok(ExitCode::from(outcome.exit_code()))

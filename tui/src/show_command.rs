@@ -7,7 +7,7 @@ mod tables;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use plumb_record::{Record, RunId};
+use plumb_record::{Record, RecordError, RunId, RunSummary};
 use serde_json::json;
 
 pub(crate) use tables::answer_in_words;
@@ -81,25 +81,38 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         println!("{}", serde_json::to_string_pretty(&everything)?);
         return Ok(ExitCode::SUCCESS);
     }
-    println!("run {} of {}: {}", run.run, run.cell, run.title);
-    let ended = run.ended.as_deref().unwrap_or("-");
-    println!("started {}, ended {ended}, by {}: {}", run.started, run.operator, state_in_words(&run));
-    if let Some(message) = &run.message {
-        println!("{message}");
+    for line in report(&record, &run)? {
+        println!("{line}");
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// All the record holds of a run, as text, one string a line. Headings stand at the margin, what they head is indented.
+///
+/// # Errors
+/// The record cannot be read.
+pub(crate) fn report(record: &Record, run: &RunSummary) -> Result<Vec<String>, RecordError> {
+    let ended = run.ended.as_deref().unwrap_or("-");
+    let mut lines = vec![
+        format!("run {} of {}: {}", run.run, run.cell, run.title),
+        format!("started {}, ended {ended}, by {}: {}", run.started, run.operator, state_in_words(run)),
+    ];
+    lines.extend(run.message.clone());
     let parameters = run.parameters.as_object().into_iter().flatten();
     let parameters: Vec<String> = parameters.map(|(name, value)| format!("{name} = {value}")).collect();
     if !parameters.is_empty() {
-        println!("parameters: {}", parameters.join(", "));
+        lines.push(format!("parameters: {}", parameters.join(", ")));
     }
-    tables::steps(&record.steps(run.run)?);
-    tables::answers(&record.prompts(run.run)?);
-    tables::triggers(&record.triggers(run.run)?);
-    tables::readings(&record.readings(run.run)?);
-    tables::corrections(&record.corrections_of_run(run.run)?);
-    tables::interruptions(&record.interruptions(run.run)?);
-    tables::instruments(&record.instruments(run.run)?, run.started.get(..10).unwrap_or_default());
-    tables::notes(&record.notes(run.run)?);
-    tables::files(&record.loaded(run.run)?);
-    Ok(ExitCode::SUCCESS)
+    let id = run.run;
+    tables::corrections(&mut lines, &record.corrections_of_run(id)?);
+    tables::steps(&mut lines, &record.steps(id)?);
+    tables::answers(&mut lines, &record.prompts(id)?);
+    tables::triggers(&mut lines, &record.triggers(id)?);
+    tables::readings(&mut lines, &record.readings(id)?);
+    tables::interruptions(&mut lines, &record.interruptions(id)?);
+    let day = run.started.get(..10).unwrap_or_default();
+    tables::instruments(&mut lines, &record.instruments(id)?, day);
+    tables::notes(&mut lines, &record.notes(id)?);
+    tables::files(&mut lines, &record.loaded(id)?);
+    Ok(lines)
 }

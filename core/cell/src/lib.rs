@@ -9,6 +9,7 @@ pub mod engine;
 pub mod event;
 pub mod expression;
 mod file;
+mod in_words;
 pub mod procedure;
 pub mod prompt;
 mod read_context;
@@ -20,5 +21,6 @@ pub mod workcell;
 pub mod yaml;
 
 pub use check_file::{CheckedFile, FileKind, check_file, kind_of_file};
+pub use in_words::give_or_take;
 pub use read_context::DegOrMm;
 pub use run_handle::{RunHandle, StopAction, StopActions};

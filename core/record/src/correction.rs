@@ -258,6 +258,27 @@ impl Record {
         )
     }
 
+    /// Everything that ever had a value put in force: the cell and what of it, in the order of their first corrections.
+    ///
+    /// # Errors
+    /// When the record cannot be read.
+    pub fn corrected(&self) -> Result<Vec<(String, CorrectionKey)>, RecordError> {
+        let mut statement = self
+            .connection
+            .prepare(
+                "SELECT cell, device, quantity, place FROM corrections WHERE revision IS NOT NULL \
+                 GROUP BY cell, device, quantity, place ORDER BY MIN(id)",
+            )
+            .during("list what was corrected")?;
+        let rows = statement.query_map([], |row| {
+            Ok((
+                row.get(0)?,
+                CorrectionKey { device: row.get(1)?, quantity: row.get(2)?, place: row.get(3)? },
+            ))
+        });
+        rows.and_then(Iterator::collect).during("list what was corrected")
+    }
+
     fn corrections_where(
         &self,
         condition: &str,

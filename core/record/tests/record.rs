@@ -134,6 +134,13 @@ fn a_proposal_is_not_in_force_and_a_rollback_is_a_new_revision() {
     assert!(third > second);
     assert_eq!(in_force(&record), vec![("elbow".to_owned(), 0.0), ("waist".to_owned(), 1.0)]);
     let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: "waist".into() };
+    let corrected = record.corrected().expect("what was corrected");
+    assert_eq!(
+        corrected.first(),
+        Some(&("teachmover".to_owned(), key.clone())),
+        "waist came into force first"
+    );
+    assert_eq!(corrected.len(), 2);
     let values: Vec<f64> =
         record.correction_history("teachmover", &key).expect("history").iter().map(|c| c.new).collect();
     assert_eq!(values, vec![1.0, 1.25, 1.0], "nothing was overwritten");

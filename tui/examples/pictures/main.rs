@@ -28,6 +28,7 @@ fn main() -> io::Result<()> {
     let arguments: Vec<PathBuf> =
         std::env::args_os().skip(1).map(std::path::absolute).collect::<Result<_, _>>()?;
     studio.initialization()?;
+    studio.history()?;
     studio.trial()?;
     match arguments.as_slice() {
         [model, table] => studio.measured(model, table),
@@ -82,6 +83,34 @@ impl Studio {
         session.press("\r");
         session.wait_for("\u{2713} passed");
         self.keep(&session, "run-passed")?;
+        session.press("q");
+        session.wait_for_end();
+        Ok(())
+    }
+
+    /// The record after some more runs without anybody, over gears with play.
+    fn history(&self) -> io::Result<()> {
+        let cells = Path::new(env!("CARGO_MANIFEST_DIR")).join("../workcells/teachmover");
+        let record = self.folder.path().join("record").display().to_string();
+        for turns in ["1", "2", "3", "5"] {
+            let cell = cells.join("cell-backlash.yaml").display().to_string();
+            let turns = format!("cycles={turns}");
+            let arguments =
+                ["run", &cell, "--headless", "--record", &record, "--operator", "grace", "--set", &turns];
+            let ran = Command::new(&self.program).args(arguments).stdout(Stdio::null()).status()?;
+            if !ran.success() {
+                return Err(io::Error::other("a run without anybody did not pass"));
+            }
+        }
+        let mut session =
+            Session::start(&self.program, &["history", "--screen", "--record", &record], 110, 30);
+        session.wait_for("Runs (5)");
+        // Past the zeros of the first cell, to a joint of the second that was corrected four times.
+        for _ in 0..4 {
+            session.press("\x1b[C");
+        }
+        session.wait_for("(5 of 6)");
+        self.keep(&session, "history")?;
         session.press("q");
         session.wait_for_end();
         Ok(())

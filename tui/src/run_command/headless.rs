@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use plumb_cell::command::Command;
 use plumb_cell::engine::RunningRun;
 use plumb_cell::event::{Event, LogLevel, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath};
+use plumb_cell::give_or_take;
 use plumb_cell::prompt::Prompt;
 use tokio::signal::unix::{SignalKind, signal};
 
@@ -84,13 +85,13 @@ impl Printer {
             Event::AnswerRefused { reason, .. } => format!("        not taken: {reason}"),
             Event::PromptAnswered { step, by, .. } => format!("        {step}: answered by {by}"),
             Event::CorrectionProposed { correction: c } => format!(
-                "        {} of {}: {:.4} -> {:.4} {} (+- {:.1e})",
+                "        {} of {}: {:.4} -> {:.4} {} ({})",
                 c.quantity.replace('_', " "),
                 c.place,
                 c.old,
                 c.new,
                 c.unit,
-                c.uncertainty
+                give_or_take(c.uncertainty, &c.unit)
             ),
             Event::Paused { reason, .. } => format!("paused: {reason}"),
             Event::Resumed => "resumed".to_owned(),
@@ -136,7 +137,7 @@ fn asked(prompt: &Prompt) -> String {
     )
 }
 
-fn in_words(outcome: RunOutcome) -> &'static str {
+pub(super) fn in_words(outcome: RunOutcome) -> &'static str {
     match outcome {
         RunOutcome::Passed => "passed",
         RunOutcome::Failed => "failed",

@@ -25,6 +25,8 @@ pub(super) struct Prepared {
     pub(super) running: RunningRun,
     pub(super) operator: String,
     pub(super) cell: Arc<Workcell>,
+    /// Where the record lies.
+    pub(super) record: PathBuf,
     /// Held while the cell is run.
     _lock: CellLock,
 }
@@ -102,7 +104,7 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
     let operator = request.operator.clone();
     let place = CellPlace::of_cell(&cell.file)?;
     let lock = place.lock(&cell.name, &absolute(&cell.file))?;
-    let shown = Arc::clone(&cell);
+    let (shown, record) = (Arc::clone(&cell), request.record_directory.clone());
     let socket = place.world_socket();
     let domain = place.domain().clone();
     let running = start_run(request, |left_world| {
@@ -120,7 +122,7 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
         Ok(Box::new(HostedDevices::new(Arc::clone(&cell), catalogue, domain, world)))
     });
     match running {
-        Ok(running) => Ok(Prepared { running, operator, cell: shown, _lock: lock }),
+        Ok(running) => Ok(Prepared { running, operator, cell: shown, record, _lock: lock }),
         Err(StartError::NeedsOperator(reason)) => {
             Err(Refused::NeedsOperator(StartError::NeedsOperator(reason).to_string()))
         }

@@ -5,6 +5,7 @@
 //! stands between the stop key and the robots.
 
 use std::io;
+use std::sync::mpsc::Sender;
 use std::time::Duration;
 
 use futures_util::StreamExt as _;
@@ -16,6 +17,7 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 
+use super::history::{Archive, ArchiveAnswer, ArchiveRequest};
 use super::keys::{Command, Place, command_for};
 use super::message::{Action, Message};
 use super::model::{Desk, Lab, LabAnswer, LabRequest};
@@ -32,6 +34,7 @@ const TICK: Duration = Duration::from_millis(250);
 const BATCH: usize = 256;
 
 /// What the screens are joined to.
+#[derive(Default)]
 pub(crate) struct Sources {
     /// What the engine says; closed when the run is over.
     pub events: Option<UnboundedReceiver<StampedEvent>>,
@@ -39,6 +42,8 @@ pub(crate) struct Sources {
     pub handle: Option<RunHandle>,
     /// The model lab.
     pub lab: Option<Lab>,
+    /// The record.
+    pub archive: Option<Archive>,
 }
 
 /// Shows the screens until the operator leaves or a signal ends the program; gives back the state they were left in.
@@ -46,7 +51,11 @@ pub(crate) struct Sources {
 /// # Errors
 /// The terminal cannot be used, or was lost; robots were told to stop.
 pub(crate) async fn show(mut state: State, mut sources: Sources) -> io::Result<State> {
-    let outside = Outside { handle: sources.handle.take(), lab: sources.lab.as_ref().map(Lab::desk) };
+    let outside = Outside {
+        handle: sources.handle.take(),
+        lab: sources.lab.as_ref().map(Lab::desk),
+        archive: sources.archive.as_ref().map(Archive::desk),
+    };
     let shown = run(&mut state, &mut sources, &outside).await;
     if shown.is_err() {
         outside.stop();
@@ -94,7 +103,19 @@ async fn run(state: &mut State, sources: &mut Sources, outside: &Outside) -> io:
                     Vec::new()
                 }
             },
-            _ = tick.tick() => update(state, Message::Tick(opened.elapsed())),
+            answer = read(&mut sources.archive), if sources.archive.is_some() => match answer {
+                Some(answer) => update(state, Message::Archive(answer)),
+                None => {
+                    sources.archive = None;
+                    Vec::new()
+                }
+            },
+            _ = tick.tick() => {
+                if let Some((fraction, doing)) = outside.lab.as_ref().and_then(Desk::how_far) {
+                    update(state, Message::LabProgress(fraction, doing));
+                }
+                update(state, Message::Tick(opened.elapsed()))
+            }
         };
         dirty = true;
         for action in actions {
@@ -104,6 +125,8 @@ async fn run(state: &mut State, sources: &mut Sources, outside: &Outside) -> io:
                 Action::Stop => outside.stop(),
                 Action::Tell(command) => outside.tell(command),
                 Action::Lab(request) => outside.lab(request),
+                Action::CancelLab => outside.cancel_lab(),
+                Action::Archive(request) => outside.archive(request),
             }
         }
     }
@@ -113,6 +136,7 @@ async fn run(state: &mut State, sources: &mut Sources, outside: &Outside) -> io:
 struct Outside {
     handle: Option<RunHandle>,
     lab: Option<Desk>,
+    archive: Option<Sender<ArchiveRequest>>,
 }
 
 impl Outside {
@@ -132,12 +156,32 @@ impl Outside {
             lab.ask(request);
         }
     }
+
+    fn cancel_lab(&self) {
+        if let Some(lab) = &self.lab {
+            lab.cancel();
+        }
+    }
+
+    /// Asks the record. One whose reader has ended takes nothing, and has said why.
+    fn archive(&self, request: ArchiveRequest) {
+        if let Some(archive) = &self.archive {
+            let _ended = archive.send(request);
+        }
+    }
 }
 
 async fn heard(from: &mut Option<UnboundedReceiver<StampedEvent>>, events: &mut Vec<StampedEvent>) -> usize {
     match from {
         Some(from) => from.recv_many(events, BATCH).await,
         None => 0,
+    }
+}
+
+async fn read(archive: &mut Option<Archive>) -> Option<ArchiveAnswer> {
+    match archive {
+        Some(archive) => archive.answer().await,
+        None => None,
     }
 }
 

@@ -114,6 +114,10 @@ fn applies(state: &State, command: Command) -> bool {
         Command::Abort => matches!(phase, Some(Phase::Running | Phase::Paused { .. })),
         Command::Large => state.run.as_ref().is_some_and(|run| run.prompt.is_some()),
         Command::NextScreen => state.screens().len() > 1,
+        Command::Cancel => state.model.as_ref().is_some_and(|model| model.busy.is_some()),
+        Command::Judge => state.model.as_ref().is_some_and(|model| model.can_judge()),
+        Command::OpenRun => state.history.as_ref().is_some_and(|history| history.run().is_some()),
+        Command::NextTrend => state.history.as_ref().is_some_and(|history| history.trends.len() > 1),
         Command::Undo => state.model.as_ref().is_some_and(|model| model.can_undo()),
         _ => true,
     }

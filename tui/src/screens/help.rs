@@ -14,6 +14,9 @@ use super::theme::Theme;
 const STOP: &str = "Esc stops every robot at once, wherever you are in the program. It is software and no emergency \
                     stop: stand where you reach the real one, and keep people out of the arm's reach.";
 
+/// What it says to who only watches, or looks at a model alone.
+const WATCHING: &str = "Nothing can be stopped from here: this program moves no robot.";
+
 /// How far the help can be scrolled; no less than its lines in a terminal forty columns wide.
 pub(crate) fn lines() -> u16 {
     u16::try_from(4 * BINDINGS.len()).unwrap_or(u16::MAX)
@@ -31,8 +34,9 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect, scrolled: u16) 
     first.sort_by_key(|binding| here.iter().position(|place| *place == binding.place));
     then.sort_by_key(|binding| !is_everywhere(binding.place));
     let width = usize::from(inner.width);
+    let stop = if state.only_watches() { WATCHING } else { STOP };
     let mut text: Vec<Line> =
-        wrapped(STOP, width).into_iter().map(|line| Line::styled(line, state.theme.bad)).collect();
+        wrapped(stop, width).into_iter().map(|line| Line::styled(line, state.theme.bad)).collect();
     rows(&mut text, "On this page", first, width, &state.theme);
     let mut left = then;
     while let Some(place) = left.first().map(|binding| binding.place) {

@@ -3,7 +3,8 @@
 
 use std::collections::VecDeque;
 
-use plumb_cell::event::{Event, LogLevel, StampedEvent};
+use plumb_cell::event::{Correction, Event, LogLevel, StampedEvent};
+use plumb_cell::give_or_take;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
@@ -11,6 +12,7 @@ use ratatui::widgets::Paragraph;
 
 use super::pane;
 use super::state::State;
+use super::theme::Theme;
 
 /// Lines kept.
 const KEPT: usize = 5000;
@@ -72,10 +74,11 @@ fn line_of(event: &Event) -> Option<(LogLevel, String, String)> {
         Event::Planned { steps, estimate_s } => {
             run(format!("{} steps planned, about {estimate_s:.0} s", steps.len()))
         }
-        Event::StepStarted { step, attempt: 1 } => run(format!("{step} begins")),
-        Event::StepStarted { step, attempt } => run(format!("{step} begins, attempt {attempt}")),
+        Event::StepStarted { step, attempt: 2.. } => run(format!("{step} begins again")),
         Event::StepFinished { step, outcome, message, seconds, .. } => {
-            run(format!("{step} {} after {seconds:.1} s: {message}", super::run::outcome_word(*outcome)))
+            let (outcome, comma) =
+                (super::run::outcome_word(*outcome), if message.is_empty() { "" } else { ": " });
+            run(format!("{step} {outcome} after {seconds:.1} s{comma}{message}"))
         }
         Event::PromptAsked { prompt } => run(format!("asks: {}", prompt.title)),
         Event::PromptAnswered { step, by, .. } => run(format!("{step} answered by {by}")),
@@ -86,18 +89,9 @@ fn line_of(event: &Event) -> Option<(LogLevel, String, String)> {
             let state = super::cell::state_word(*state);
             Some((LogLevel::Info, device.clone(), format!("{state} {text}").trim_end().to_owned()))
         }
-        Event::TriggerFound { step, device, half_width, .. } => {
-            let text = format!(
-                "{step} found its edge, {} within \u{b1}{:.2e} {}",
-                half_width.name, half_width.value, half_width.unit
-            );
-            Some((LogLevel::Info, device.clone(), text))
-        }
-        Event::CorrectionProposed { correction } => {
-            run(format!("proposes {} {}", correction.quantity, correction.place))
-        }
+        Event::CorrectionProposed { correction } => run(format!("proposes {}", in_words(correction))),
         Event::CorrectionApplied { correction, revision } => {
-            run(format!("{} {} in force, revision {revision}", correction.quantity, correction.place))
+            run(format!("in force, revision {revision}: {}", in_words(correction)))
         }
         Event::Paused { reason, .. } => run(format!("paused: {reason}")),
         Event::Resumed => run("goes on".to_owned()),
@@ -106,33 +100,69 @@ fn line_of(event: &Event) -> Option<(LogLevel, String, String)> {
         }
         Event::Log { level, source, message, .. } => Some((*level, source.clone(), message.clone())),
         Event::RunEnded { message, .. } => run(message.clone()),
+        // The line that says how a step ended says that it had begun, and what it found.
+        Event::StepStarted { .. } | Event::TriggerFound { .. } => None,
         Event::StepProgress { .. } | Event::Joints { .. } | Event::Signal { .. } => None,
     }
 }
 
-/// Draws the page.
+fn in_words(correction: &Correction) -> String {
+    let what = correction.quantity.strip_prefix("joint_").unwrap_or(&correction.quantity).replace('_', " ");
+    format!(
+        "{what} of {} {:.4} -> {:.4} {} ({})",
+        correction.place,
+        correction.old,
+        correction.new,
+        correction.unit,
+        give_or_take(correction.uncertainty, &correction.unit)
+    )
+}
+
+/// Draws the page: the newest lines that fit, long ones on as many rows as they take.
 pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
     let inner = pane::open(frame, area, &state.theme, "Log, times in UTC", false);
-    let shown = usize::from(inner.height);
+    let (room, width) = (usize::from(inner.height), usize::from(inner.width));
     let log = &state.log;
-    let end = log.lines.len().saturating_sub(log.scrolled_back).max(shown.min(log.lines.len()));
-    let lines: Vec<Line> = log
-        .lines
-        .range(end.saturating_sub(shown)..end)
-        .map(|line| {
-            let (word, style) = match line.level {
-                LogLevel::Debug => ("debug: ", state.theme.faint),
-                LogLevel::Info => ("", state.theme.text),
-                LogLevel::Warning => ("warning: ", state.theme.warning),
-                LogLevel::Error => ("error: ", state.theme.bad),
-            };
-            Line::from(vec![
-                Span::styled(format!("{:<8} ", line.time), state.theme.faint),
-                Span::styled(format!("{:<6} ", line.source), state.theme.heading),
-                Span::styled(word, style),
-                Span::styled(line.message.clone(), style),
-            ])
+    let end = log.lines.len().saturating_sub(log.scrolled_back);
+    let mut rows: VecDeque<Line> = VecDeque::new();
+    for line in log.lines.range(..end).rev() {
+        if rows.len() >= room {
+            break;
+        }
+        for row in rows_of(line, width, &state.theme).into_iter().rev() {
+            rows.push_front(row);
+        }
+    }
+    // Of the oldest of these only its last rows may fit.
+    let cut = rows.len().saturating_sub(room);
+    // Scrolled back to the first line, the page stays full from there on.
+    for line in log.lines.range(end..) {
+        if rows.len() >= room {
+            break;
+        }
+        rows.extend(rows_of(line, width, &state.theme));
+    }
+    frame.render_widget(Paragraph::new(rows.into_iter().skip(cut).collect::<Vec<_>>()), inner);
+}
+
+/// One line of the log on as many rows as it takes; those after the first are indented to where its message begins.
+fn rows_of(line: &LogLine, width: usize, theme: &Theme) -> Vec<Line<'static>> {
+    let (word, style) = match line.level {
+        LogLevel::Debug => ("debug: ", theme.faint),
+        LogLevel::Info => ("", theme.text),
+        LogLevel::Warning => ("warning: ", theme.warning),
+        LogLevel::Error => ("error: ", theme.bad),
+    };
+    let (time, source) = (format!("{:<8} ", line.time), format!("{:<6} ", line.source));
+    let margin = pane::columns(&time) + pane::columns(&source);
+    let message = format!("{word}{}", line.message);
+    let parts = pane::wrapped(&message, width.saturating_sub(margin).max(20));
+    let mut head = Some((Span::styled(time, theme.faint), Span::styled(source, theme.heading)));
+    parts
+        .into_iter()
+        .map(|part| match head.take() {
+            Some((time, source)) => Line::from(vec![time, source, Span::styled(part, style)]),
+            None => Line::from(vec![Span::raw(" ".repeat(margin)), Span::styled(part, style)]),
         })
-        .collect();
-    frame.render_widget(Paragraph::new(lines), inner);
+        .collect()
 }

@@ -6,6 +6,7 @@ use plumb_cell::command::Command;
 use plumb_cell::event::StampedEvent;
 use ratatui::crossterm::event::KeyEvent;
 
+use super::history::{ArchiveAnswer, ArchiveRequest};
 use super::model::{LabAnswer, LabRequest};
 
 /// Something that happened outside the screens.
@@ -38,6 +39,10 @@ pub(crate) enum Message {
     Engine(StampedEvent),
     /// The model lab has finished a piece of work.
     Lab(LabAnswer),
+    /// How far the lab is with the work in hand: a fraction, and what it does.
+    LabProgress(f64, String),
+    /// The record was read.
+    Archive(ArchiveAnswer),
     /// Time since the screens opened.
     Tick(Duration),
 }
@@ -51,6 +56,10 @@ pub(crate) enum Action {
     Tell(Command),
     /// Give the model lab a piece of work.
     Lab(LabRequest),
+    /// End what the model lab is doing.
+    CancelLab,
+    /// Read something in the record.
+    Archive(ArchiveRequest),
     /// Ring the terminal's bell: somebody is needed.
     Bell,
     /// Close the screens.

@@ -7,6 +7,8 @@ mod cell;
 mod event_loop;
 mod footer;
 mod help;
+mod history;
+mod hits;
 pub(crate) mod keys;
 mod log;
 mod message;
@@ -21,6 +23,7 @@ mod view;
 
 use std::error::Error;
 use std::io;
+use std::path::{Path, PathBuf};
 
 use plumb_cell::RunHandle;
 use plumb_cell::event::StampedEvent;
@@ -30,6 +33,7 @@ use tokio::sync::mpsc::UnboundedReceiver;
 
 use cell::ArmShape;
 use event_loop::Sources;
+use history::{Archive, ArchiveRequest};
 use model::Lab;
 use state::State;
 use theme::Theme;
@@ -42,10 +46,21 @@ use crate::model_command::arguments::Opened;
 /// An earlier revision of the model cannot be read; the terminal cannot be used, or was lost.
 pub(crate) fn explore(opened: Opened, data: String) -> Result<(), Box<dyn Error>> {
     let (lab, model) = Lab::open(opened, data)?;
-    let sources = Sources { events: None, handle: None, lab: Some(lab) };
+    let sources = Sources { lab: Some(lab), ..Sources::default() };
     let state = State::of_model(model, Theme::from_environment());
     Runtime::new()?.block_on(event_loop::show(state, sources))?;
     Ok(())
+}
+
+/// Shows the runs of the record in `directory` until the operator leaves.
+///
+/// # Errors
+/// The terminal cannot be used, or was lost.
+pub(crate) fn browse(directory: PathBuf) -> io::Result<()> {
+    let archive = Archive::open(directory);
+    let _ended = archive.desk().send(ArchiveRequest::List);
+    let sources = Sources { archive: Some(archive), ..Sources::default() };
+    Runtime::new()?.block_on(event_loop::show(State::of_record(Theme::from_environment()), sources)).map(drop)
 }
 
 /// Shows the screens of a run that somebody else controls, until the operator leaves.
@@ -53,7 +68,7 @@ pub(crate) fn explore(opened: Opened, data: String) -> Result<(), Box<dyn Error>
 /// # Errors
 /// The terminal cannot be used, or was lost.
 pub(crate) fn watch(events: UnboundedReceiver<StampedEvent>) -> io::Result<()> {
-    let sources = Sources { events: Some(events), handle: None, lab: None };
+    let sources = Sources { events: Some(events), ..Sources::default() };
     Runtime::new()?
         .block_on(event_loop::show(State::of_watcher(Theme::from_environment()), sources))
         .map(drop)
@@ -77,8 +92,10 @@ pub(crate) fn operate(
     handle: RunHandle,
     operator: &str,
     cell: &Workcell,
+    record: &Path,
 ) -> io::Result<Left> {
-    let sources = Sources { events: Some(events), handle: Some(handle), lab: None };
+    let archive = Some(Archive::open(record.to_owned()));
+    let sources = Sources { events: Some(events), handle: Some(handle), archive, ..Sources::default() };
     let state = State::of_cell(operator, ArmShape::of_cell(cell), Theme::from_environment());
     let state = Runtime::new()?.block_on(event_loop::show(state, sources))?;
     let aborts = state.leaving.is_some_and(|leaving| leaving.aborts);

@@ -86,6 +86,34 @@ pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
+/// `text` cut into lines of at most `width` columns with its spaces kept, as tables need it; what did not fit follows
+/// indented.
+pub(crate) fn folded(text: &str, width: usize) -> Vec<String> {
+    const INDENT: &str = "      ";
+    let mut lines = vec![String::new()];
+    for character in text.chars() {
+        let full = lines
+            .last()
+            .is_some_and(|line| columns(line) + columns(character.encode_utf8(&mut [0; 4])) > width);
+        if full && width > INDENT.len() {
+            lines.push(INDENT.to_owned());
+        } else if full {
+            break;
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push(character);
+        }
+    }
+    lines
+}
+
+/// A bar `width` columns long, filled up to `fraction` (0 to 1).
+pub(crate) fn bar(fraction: f64, width: usize) -> String {
+    // Between 0 and the width.
+    let filled = (fraction.clamp(0.0, 1.0) * width as f64).round() as usize;
+    format!("{}{}", "\u{2588}".repeat(filled), "\u{2591}".repeat(width.saturating_sub(filled)))
+}
+
 /// Columns a text takes on the screen.
 pub(crate) fn columns(text: &str) -> usize {
     Span::raw(text).width()
@@ -112,6 +140,13 @@ mod tests {
             "zero of waist: 1 deg\nzero of elbow: 2 deg"
         );
         assert_eq!(reflowed(&format!("{long}\n\nup")), format!("{long}\n\nup"));
+    }
+
+    #[test]
+    fn a_folded_line_keeps_its_spaces_and_goes_on_indented() {
+        assert_eq!(folded("  waist     1.7 deg", 40), ["  waist     1.7 deg"]);
+        assert_eq!(folded("a  bcdefghijkl", 9), ["a  bcdefg", "      hij", "      kl"]);
+        assert_eq!(folded("abcdef", 3), ["abc"]);
     }
 
     #[test]

@@ -3,6 +3,8 @@
 use std::time::Duration;
 
 use super::cell::{ArmShape, CellState};
+use super::history::HistoryState;
+use super::hits::Hits;
 use super::keys::Place;
 use super::log::LogState;
 use super::model::ModelState;
@@ -18,13 +20,15 @@ pub(crate) enum Screen {
     Run,
     /// The model lab: candidates, residuals, the fall of the error.
     Model,
+    /// The runs in the record, and how corrections moved over time.
+    History,
     /// What happened, line by line.
     Log,
 }
 
 impl Screen {
     /// All pages in the order of their tabs.
-    pub(crate) const ALL: [Self; 4] = [Self::Cell, Self::Run, Self::Model, Self::Log];
+    pub(crate) const ALL: [Self; 5] = [Self::Cell, Self::Run, Self::Model, Self::History, Self::Log];
 
     /// The name on the tab.
     pub(crate) fn name(self) -> &'static str {
@@ -32,6 +36,7 @@ impl Screen {
             Self::Cell => "Cell",
             Self::Run => "Run",
             Self::Model => "Model",
+            Self::History => "History",
             Self::Log => "Log",
         }
     }
@@ -105,20 +110,35 @@ pub(crate) struct State {
     pub run: Option<RunState>,
     /// The model lab; none when no model and table were given.
     pub model: Option<ModelState>,
+    /// The record; none where nothing is recorded.
+    pub history: Option<HistoryState>,
     /// What happened.
     pub log: LogState,
+    /// What can be clicked in the frame drawn last.
+    pub hits: Hits,
 }
 
 impl State {
     /// The screens of a cell whose run is about to start.
     pub(crate) fn of_cell(operator: &str, shape: Option<ArmShape>, theme: Theme) -> Self {
         let cell = CellState { shape, ..CellState::default() };
-        Self { cell, run: Some(RunState::default()), screen: Screen::Run, ..Self::empty(operator, theme) }
+        Self {
+            cell,
+            run: Some(RunState::default()),
+            history: Some(HistoryState::default()),
+            screen: Screen::Run,
+            ..Self::empty(operator, theme)
+        }
     }
 
     /// The screens of a run that somebody else controls.
     pub(crate) fn of_watcher(theme: Theme) -> Self {
-        Self::of_cell("", None, theme)
+        Self { history: None, ..Self::of_cell("", None, theme) }
+    }
+
+    /// The screen of the record alone.
+    pub(crate) fn of_record(theme: Theme) -> Self {
+        Self { history: Some(HistoryState::default()), screen: Screen::History, ..Self::empty("", theme) }
     }
 
     /// The screens of a model and a table of measurements.
@@ -139,7 +159,9 @@ impl State {
             cell: CellState::default(),
             run: None,
             model: None,
+            history: None,
             log: LogState::default(),
+            hits: Hits::default(),
         }
     }
 
@@ -148,7 +170,8 @@ impl State {
         let shown = |screen: &Screen| match screen {
             Screen::Cell | Screen::Run => self.run.is_some(),
             Screen::Model => self.model.is_some(),
-            Screen::Log => true,
+            Screen::History => self.history.is_some(),
+            Screen::Log => self.run.is_some() || self.model.is_some(),
         };
         Screen::ALL.into_iter().filter(shown).collect()
     }
@@ -168,11 +191,16 @@ impl State {
         if self.is_naming() {
             return vec![Place::Naming, Place::Everywhere];
         }
+        if self.is_filtering() {
+            return vec![Place::Filtering, Place::Everywhere];
+        }
         let mut places = match (self.screen, &self.run) {
             (Screen::Cell, _) => vec![Place::Cell],
             (Screen::Run, Some(run)) => run.places(),
             (Screen::Run, None) => Vec::new(),
             (Screen::Model, _) => vec![Place::Model],
+            (Screen::History, _) if self.has_opened_run() => vec![Place::OpenedRun],
+            (Screen::History, _) => vec![Place::History],
             (Screen::Log, _) => vec![Place::Log],
         };
         if !self.is_typing() {
@@ -185,6 +213,16 @@ impl State {
     /// Whether letters go into the name of an effect.
     pub(crate) fn is_naming(&self) -> bool {
         self.screen == Screen::Model && self.model.as_ref().is_some_and(|model| model.naming.is_some())
+    }
+
+    /// Whether letters go into the filter of the runs.
+    pub(crate) fn is_filtering(&self) -> bool {
+        self.screen == Screen::History && self.history.as_ref().is_some_and(|history| history.filtering)
+    }
+
+    /// Whether a run of the record is open over the list.
+    fn has_opened_run(&self) -> bool {
+        self.history.as_ref().is_some_and(|history| history.opened.is_some())
     }
 
     /// Whether digits go into an answer.

@@ -4,10 +4,13 @@
 use std::time::Duration;
 
 use plumb_cell::command::{Command as Tell, PauseWhen};
-use plumb_cell::event::{Event, LogLevel, RunOutcome, StampedEvent};
+use plumb_cell::event::{Event, LogLevel, RunOutcome, StampedEvent, StepOutcome};
 use plumb_cell::prompt::{Answer, Decision};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use ratatui::layout::Position;
 
+use super::history;
+use super::hits::Hit;
 use super::keys::{Command, command_for};
 use super::message::{Action, Message};
 use super::model;
@@ -25,10 +28,7 @@ const LONGEST_LEAVING: Duration = Duration::from_secs(5);
 pub(crate) fn update(state: &mut State, message: Message) -> Vec<Action> {
     match message {
         Message::Key(event) => key(state, &event),
-        Message::StopKey { leave } => {
-            note_stop(state, leave);
-            Vec::new()
-        }
+        Message::StopKey { leave } => note_stop(state, leave),
         Message::Click { column, row } => click(state, column, row),
         Message::Scroll(lines) => scroll(state, if lines < 0 { -3 } else { 3 }),
         Message::Resized { width, height } => {
@@ -37,6 +37,14 @@ pub(crate) fn update(state: &mut State, message: Message) -> Vec<Action> {
         }
         Message::Engine(event) => engine(state, &event),
         Message::Lab(answer) => model::take(state, answer),
+        Message::LabProgress(fraction, doing) => {
+            model::note_progress(state, fraction, doing);
+            Vec::new()
+        }
+        Message::Archive(answer) => {
+            history::take(state, answer);
+            Vec::new()
+        }
         Message::Tick(now) => {
             state.now = now;
             leave_when_at_rest(state)
@@ -50,6 +58,8 @@ fn key(state: &mut State, event: &KeyEvent) -> Vec<Action> {
     }
     if state.is_naming() {
         model::write(state, event.code);
+    } else if state.is_filtering() {
+        history::write(state, event.code);
     } else if state.is_typing()
         && !event.modifiers.intersects(KeyModifiers::CONTROL | KeyModifiers::ALT)
         && let Some(prompt) = prompt(state)
@@ -66,15 +76,31 @@ fn key(state: &mut State, event: &KeyEvent) -> Vec<Action> {
 }
 
 fn click(state: &mut State, column: u16, row: u16) -> Vec<Action> {
-    command_at(state, column, row).map_or_else(Vec::new, |command| obey(state, command))
+    if let Some(command) = command_at(state, column, row) {
+        return obey(state, command);
+    }
+    // What lies over the page takes no clicks but those on its keys.
+    match state.hits.at(Position::new(column, row)).filter(|_| state.overlay.is_none()) {
+        Some(Hit::Option(place)) => {
+            if let Some(prompt) = prompt(state) {
+                prompt.choose_at(place);
+            }
+        }
+        Some(Hit::Answer) => return obey(state, Command::Answer),
+        Some(Hit::Card(place)) => return model::choose_at(state, place),
+        Some(Hit::Run(place)) => history::choose(state, place),
+        None => {}
+    }
+    Vec::new()
 }
 
 /// Does what a key or a click asks for.
 pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
     match command {
         Command::Stop | Command::StopAndLeave => {
-            note_stop(state, command == Command::StopAndLeave);
-            return vec![Action::Stop];
+            let mut actions = vec![Action::Stop];
+            actions.extend(note_stop(state, command == Command::StopAndLeave));
+            return actions;
         }
         Command::Help => {
             state.overlay = match state.overlay {
@@ -86,9 +112,9 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         Command::Leave if state.has_open_run() => state.overlay = Some(Overlay::Leave),
         Command::Leave | Command::LeaveNow => return leave(state, false),
         Command::AbortAndLeave => return leave(state, true),
-        Command::Show(screen) => show(state, screen),
-        Command::NextScreen => show_beside(state, 1),
-        Command::PreviousScreen => show_beside(state, -1),
+        Command::Show(screen) => return show(state, screen),
+        Command::NextScreen => return show_beside(state, 1),
+        Command::PreviousScreen => return show_beside(state, -1),
         Command::Up => return scroll(state, -1),
         Command::Down => return scroll(state, 1),
         Command::PageUp => return scroll(state, -PAGE),
@@ -100,9 +126,15 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         | Command::AddNamed
         | Command::NextPlane
         | Command::PreviousPlane
-        | Command::Scale => {
-            return model::obey(state, command);
-        }
+        | Command::Scale
+        | Command::Cancel
+        | Command::Judge => return model::obey(state, command),
+        Command::OpenRun
+        | Command::CloseRun
+        | Command::Filter
+        | Command::FilterDone
+        | Command::NextTrend
+        | Command::PreviousTrend => return history::obey(state, command),
         _ => return obey_in_run(state, command),
     }
     Vec::new()
@@ -194,27 +226,33 @@ fn prompt(state: &mut State) -> Option<&mut OpenPrompt> {
     state.run.as_mut().and_then(|run| run.prompt.as_mut())
 }
 
-fn show(state: &mut State, screen: Screen) {
+fn show(state: &mut State, screen: Screen) -> Vec<Action> {
     if state.screens().contains(&screen) {
         state.screen = screen;
         state.overlay = None;
         state.notice = None;
+        if screen == Screen::History {
+            return history::asked();
+        }
     } else {
         let text = match screen {
             Screen::Model => "No model and table are open: plumb model screen MODEL --data CSV opens them.",
+            Screen::History => "No record is open: plumb history --screen opens it.",
             _ => "No cell is open: plumb run CELL opens one.",
         };
         state.say(Gravity::Calm, text);
     }
+    Vec::new()
 }
 
-fn show_beside(state: &mut State, by: isize) {
+fn show_beside(state: &mut State, by: isize) -> Vec<Action> {
     let screens = state.screens();
     let here = screens.iter().position(|screen| *screen == state.screen).unwrap_or(0);
     let count = isize::try_from(screens.len()).unwrap_or(1).max(1);
     let there = (isize::try_from(here).unwrap_or(0) + by).rem_euclid(count);
-    if let Some(screen) = usize::try_from(there).ok().and_then(|place| screens.get(place)) {
-        show(state, *screen);
+    match usize::try_from(there).ok().and_then(|place| screens.get(place)) {
+        Some(screen) => show(state, *screen),
+        None => Vec::new(),
     }
 }
 
@@ -231,15 +269,20 @@ fn scroll(state: &mut State, by: isize) -> Vec<Action> {
             }
         }
         Screen::Model => return model::choose(state, by),
+        Screen::History => history::scroll(state, by),
         Screen::Log => state.log.scroll(by),
         Screen::Cell => {}
     }
     Vec::new()
 }
 
-fn note_stop(state: &mut State, leave: bool) {
-    if let Some(model) = &mut state.model {
+fn note_stop(state: &mut State, leave: bool) -> Vec<Action> {
+    let works = state.model.as_mut().is_some_and(|model| {
         model.naming = None;
+        model.busy.is_some()
+    });
+    if let Some(history) = &mut state.history {
+        history.filtering = false;
     }
     state.overlay = if !leave {
         None
@@ -258,6 +301,7 @@ fn note_stop(state: &mut State, leave: bool) {
         };
         state.say(Gravity::Attention, text);
     }
+    if works { vec![Action::CancelLab] } else { Vec::new() }
 }
 
 fn engine(state: &mut State, stamped: &StampedEvent) -> Vec<Action> {
@@ -269,6 +313,10 @@ fn engine(state: &mut State, stamped: &StampedEvent) -> Vec<Action> {
     let mut actions = leave_when_at_rest(state);
     if needed {
         actions.push(Action::Bell);
+    }
+    let changed = matches!(stamped.event, Event::RunEnded { .. } | Event::CorrectionApplied { .. });
+    if changed && state.screen == Screen::History {
+        actions.extend(history::asked());
     }
     actions
 }
@@ -305,7 +353,7 @@ fn leave_when_at_rest(state: &State) -> Vec<Action> {
 /// Puts what an operator must not miss on the line above the footer, and shows the page that needs them.
 fn tell_news(state: &mut State, event: &Event) {
     match event {
-        Event::PromptAsked { .. } if state.screen == Screen::Cell || state.screen == Screen::Log => {
+        Event::PromptAsked { .. } if state.screen != Screen::Run => {
             state.say(Gravity::Attention, "The run asks something: 2 shows it.");
         }
         Event::Stopped { reason } => state.say(Gravity::Attention, format!("Stopped: {reason}")),
@@ -313,6 +361,10 @@ fn tell_news(state: &mut State, event: &Event) {
             state.say(Gravity::Attention, format!("Paused: {reason}. Nothing moves until r resumes."));
         }
         Event::Resumed => state.notice = None,
+        // What went wrong before is mended once a step has passed again.
+        Event::StepFinished { outcome: StepOutcome::Passed, .. } => {
+            state.notice.take_if(|notice| notice.grave == Gravity::Fault);
+        }
         Event::Log { level: LogLevel::Error, source, message, .. } => {
             state.say(Gravity::Fault, format!("{source}: {message}"));
         }

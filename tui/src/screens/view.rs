@@ -8,7 +8,7 @@ use ratatui::widgets::{Clear, Paragraph, Wrap};
 use super::keys::Command;
 use super::run::Phase;
 use super::state::{Gravity, Overlay, Screen, State};
-use super::{cell, footer, help, log, model, pane, run};
+use super::{cell, footer, help, history, log, model, pane, run};
 
 /// Below this width or height there is room for the stop key and no page.
 const SMALLEST: (u16, u16) = (24, 6);
@@ -36,6 +36,7 @@ fn rows(state: &State, area: Rect) -> Rows {
 
 /// Draws everything.
 pub(crate) fn view(state: &State, frame: &mut Frame) {
+    state.hits.clear();
     let area = frame.area();
     if area.width < SMALLEST.0 || area.height < SMALLEST.1 {
         too_small(state, frame, area);
@@ -47,6 +48,7 @@ pub(crate) fn view(state: &State, frame: &mut Frame) {
         Screen::Cell => cell::view(state, frame, rows.body),
         Screen::Run => run::view(state, frame, rows.body),
         Screen::Model => model::view(state, frame, rows.body),
+        Screen::History => history::view(state, frame, rows.body),
         Screen::Log => log::view(state, frame, rows.body),
     }
     if let Some(notice) = &state.notice {
@@ -89,7 +91,7 @@ pub(crate) fn command_at(state: &State, column: u16, row: u16) -> Option<Command
 
 /// The name of the cell or model, the tabs, and how the run stands.
 fn header(state: &State, frame: &mut Frame, area: Rect) {
-    frame.render_widget(Line::styled(title(state), state.theme.heading), area);
+    frame.render_widget(Line::styled(title(state, area), state.theme.heading), area);
     for (screen, area) in tabs(state, area) {
         let style = if screen == state.screen { state.theme.chosen } else { state.theme.text };
         let number = Screen::ALL.iter().position(|other| *other == screen).map_or(0, |place| place + 1);
@@ -104,18 +106,25 @@ fn header(state: &State, frame: &mut Frame, area: Rect) {
     }
 }
 
-fn title(state: &State) -> String {
+/// Columns kept free at the right of the header for how the run stands.
+const STANDING: u16 = 24;
+
+/// The program and the name of what it shows, cut where tabs and standing need the room.
+fn title(state: &State, area: Rect) -> String {
     let name = match (&state.run, &state.model) {
         (Some(_), _) => state.cell.name.as_str(),
         (None, Some(model)) => model.arm.as_str(),
-        (None, None) => "",
+        (None, None) => "the record",
     };
-    format!(" plumb \u{b7} {name}")
+    let tabs: u16 = state.screens().iter().map(|screen| tab_width(*screen)).sum();
+    let standing = if state.run.is_some() { STANDING } else { 0 };
+    let room = area.width.saturating_sub(tabs.saturating_add(standing).saturating_add(2));
+    pane::fitted(&format!(" plumb \u{b7} {name}"), usize::from(room))
 }
 
 /// The tabs and where they stand; only as many as fit.
 fn tabs(state: &State, area: Rect) -> Vec<(Screen, Rect)> {
-    let title = u16::try_from(Span::raw(title(state)).width()).unwrap_or(0);
+    let title = u16::try_from(Span::raw(title(state, area)).width()).unwrap_or(0);
     let mut left = area.left().saturating_add(title).saturating_add(2);
     let widths: u16 = state.screens().iter().map(|screen| tab_width(*screen)).sum();
     if left.saturating_add(widths) > area.right() {

@@ -1,28 +1,34 @@
-//! The parts of a run as tables of text.
+//! The parts of a run as tables of text, one string a line. A heading stands at the margin, its rows are indented.
 
+use plumb_cell::give_or_take;
 use plumb_record::{
     Instrument, LoadedFile, StoredCorrection, StoredInterruption, StoredNote, StoredPrompt, StoredReading,
     StoredStep, StoredTrigger,
 };
 use serde_json::Value;
 
+/// Begins a table.
+fn head(lines: &mut Vec<String>, title: &str) {
+    lines.extend([String::new(), title.to_owned()]);
+}
+
 /// Every attempt at every step.
-pub(super) fn steps(steps: &[StoredStep]) {
-    println!("\nsteps");
+pub(super) fn steps(lines: &mut Vec<String>, steps: &[StoredStep]) {
+    head(lines, "steps");
     for step in steps {
         let outcome = step.outcome.as_deref().unwrap_or("not ended");
         let again = if step.attempt > 1 { format!(" (attempt {})", step.attempt) } else { String::new() };
         let message = step.message.as_deref().unwrap_or_default();
-        println!("  {:<34} {outcome:<12} {message}{again}", step.step);
+        lines.push(format!("  {:<34} {outcome:<12} {message}{again}", step.step));
     }
 }
 
 /// Who answered what.
-pub(super) fn answers(prompts: &[StoredPrompt]) {
+pub(super) fn answers(lines: &mut Vec<String>, prompts: &[StoredPrompt]) {
     if prompts.is_empty() {
         return;
     }
-    println!("\nanswers");
+    head(lines, "answers");
     for prompt in prompts {
         let text = match &prompt.answer {
             Some(answer) => {
@@ -30,7 +36,7 @@ pub(super) fn answers(prompts: &[StoredPrompt]) {
             }
             None => "not answered".to_owned(),
         };
-        println!("  {:<34} {text}", prompt.step);
+        lines.push(format!("  {:<34} {text}", prompt.step));
     }
 }
 
@@ -45,23 +51,22 @@ pub(crate) fn answer_in_words(answer: &Value) -> String {
 }
 
 /// Where the arm stood when the sensor changed.
-pub(super) fn triggers(triggers: &[StoredTrigger]) {
+pub(super) fn triggers(lines: &mut Vec<String>, triggers: &[StoredTrigger]) {
     let fine: Vec<&StoredTrigger> = triggers.iter().filter(|trigger| trigger.fine).collect();
     if fine.is_empty() {
         return;
     }
-    println!("\ntrigger poses (slow approach)");
+    head(lines, "trigger poses (slow approach)");
     for trigger in fine {
         let change = if trigger.fired { "on" } else { "off" };
-        println!(
-            "  {:<34} {} {change:<3} {}  ({} +- {:.1e} {})",
+        lines.push(format!(
+            "  {:<34} {} {change:<3} {}  ({} {})",
             trigger.step,
             trigger.sensor,
             pose_in_words(&trigger.joints),
             trigger.joint,
-            trigger.half_width,
-            trigger.unit
-        );
+            give_or_take(trigger.half_width, &trigger.unit)
+        ));
     }
 }
 
@@ -77,7 +82,7 @@ fn pose_in_words(joints: &Value) -> String {
 }
 
 /// Values that steps worked out. Those a step works out in every turn of a repetition stand in one table, a row a turn.
-pub(super) fn readings(readings: &[StoredReading]) {
+pub(super) fn readings(lines: &mut Vec<String>, readings: &[StoredReading]) {
     let mut groups: Vec<(String, Vec<&StoredReading>)> = Vec::new();
     for reading in readings {
         let group = without_turns(&reading.step);
@@ -88,9 +93,9 @@ pub(super) fn readings(readings: &[StoredReading]) {
     }
     for (group, members) in groups {
         let columns = columns_of(&members);
-        println!("\nvalues of {group}");
+        head(lines, &format!("values of {group}"));
         let heads: Vec<String> = columns.iter().map(|column| format!("{column:>18}")).collect();
-        println!("  {:<24}{}", "", heads.join(""));
+        lines.push(format!("  {:<24}{}", "", heads.join("")));
         let mut steps: Vec<&str> = members.iter().map(|reading| reading.step.as_str()).collect();
         steps.dedup();
         for step in steps {
@@ -99,7 +104,7 @@ pub(super) fn readings(readings: &[StoredReading]) {
                     members.iter().rev().find(|reading| reading.step == step && head_of(reading) == *column);
                 found.map_or_else(|| " ".repeat(18), |reading| format!("{:>18}", number(reading.value)))
             };
-            println!("  {step:<24}{}", columns.iter().map(cell).collect::<String>());
+            lines.push(format!("  {step:<24}{}", columns.iter().map(cell).collect::<String>()));
         }
     }
 }
@@ -147,51 +152,51 @@ fn without_turns(step: &str) -> String {
 }
 
 /// What the run found out about the machine.
-pub(super) fn corrections(corrections: &[StoredCorrection]) {
+pub(super) fn corrections(lines: &mut Vec<String>, corrections: &[StoredCorrection]) {
     if corrections.is_empty() {
         return;
     }
-    println!("\ncorrections");
+    head(lines, "corrections");
     for one in corrections {
         let state = one
             .revision
             .map_or("not put in force".to_owned(), |revision| format!("in force since revision {revision}"));
-        println!(
-            "  {} of {} {:<12} {:>10.4} -> {:>10.4} {} +- {:.1e}  ({state})",
+        lines.push(format!(
+            "  {} of {} {:<12} {:>10.4} -> {:>10.4} {} ({}; {state})",
             one.key.quantity.replace('_', " "),
             one.key.device,
             one.key.place,
             one.old,
             one.new,
             one.unit,
-            one.uncertainty
-        );
+            give_or_take(one.uncertainty, &one.unit)
+        ));
     }
 }
 
 /// Pauses, stops, losses and resumes.
-pub(super) fn interruptions(interruptions: &[StoredInterruption]) {
+pub(super) fn interruptions(lines: &mut Vec<String>, interruptions: &[StoredInterruption]) {
     if interruptions.len() < 2 {
         return;
     }
-    println!("\ninterruptions");
+    head(lines, "interruptions");
     for one in interruptions {
-        println!(
+        lines.push(format!(
             "  {}  {:<14} {:<30} {}",
             one.time,
             one.kind.replace('_', " "),
             one.step.as_deref().unwrap_or(""),
             one.reason
-        );
+        ));
     }
 }
 
 /// What was measured with.
-pub(super) fn instruments(instruments: &[Instrument], day: &str) {
+pub(super) fn instruments(lines: &mut Vec<String>, instruments: &[Instrument], day: &str) {
     if instruments.is_empty() {
         return;
     }
-    println!("\ninstruments");
+    head(lines, "instruments");
     for one in instruments {
         let serial = one.serial.as_deref().map(|serial| format!(", no. {serial}")).unwrap_or_default();
         let unit = one.unit.as_deref().unwrap_or_default();
@@ -201,26 +206,31 @@ pub(super) fn instruments(instruments: &[Instrument], day: &str) {
             Some(due) => format!(", calibrated until {due}"),
             None => String::new(),
         };
-        println!("  {:<20} {}{serial}{uncertainty}{due}", one.name, one.what);
+        lines.push(format!("  {:<20} {}{serial}{uncertainty}{due}", one.name, one.what));
     }
 }
 
 /// What people wanted remembered.
-pub(super) fn notes(notes: &[StoredNote]) {
+pub(super) fn notes(lines: &mut Vec<String>, notes: &[StoredNote]) {
     if notes.is_empty() {
         return;
     }
-    println!("\nnotes");
+    head(lines, "notes");
     for note in notes {
-        println!("  {}  {}: {}", note.time, note.author, note.text);
+        lines.push(format!("  {}  {}: {}", note.time, note.author, note.text));
     }
 }
 
 /// What the run was made of.
-pub(super) fn files(files: &[LoadedFile]) {
-    println!("\nloaded");
+pub(super) fn files(lines: &mut Vec<String>, files: &[LoadedFile]) {
+    head(lines, "loaded");
     for file in files {
-        println!("  {:<10} {}  {}", file.role, file.sha256.get(..12).unwrap_or(&file.sha256), file.path);
+        lines.push(format!(
+            "  {:<10} {}  {}",
+            file.role,
+            file.sha256.get(..12).unwrap_or(&file.sha256),
+            file.path
+        ));
     }
 }
 

@@ -459,6 +459,16 @@ impl<'a> Machine<'a> {
         joints.chain([flange.translation.vector]).chain(targets).all(clear)
     }
 
+    /// The points along the arm in a row, from the base's origin to the first target, mm, frame of the measurements.
+    pub(crate) fn points_along(&self, state: &State, row: usize) -> Vec<Vector3<f64>> {
+        let mut scratch = Scratch::default();
+        self.assume(state, row, &mut scratch);
+        let (turn, origin) = self.base(state, &scratch);
+        let ends = scratch.posture.joints.iter().map(|joint| origin + turn * joint.end.translation.vector);
+        let tip = self.point(state, 0, &scratch).0;
+        std::iter::once(origin).chain(ends).chain([tip]).collect()
+    }
+
     /// Moments of gravity of a row, and how its first target moves with each joint.
     pub(crate) fn row_details(&self, state: &State, row: usize) -> RowDetails {
         let mut scratch = Scratch::default();

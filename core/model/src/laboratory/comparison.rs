@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::rows::{RowResidual, Series, row_residuals, row_square, series};
+use super::rows::{RowResidual, Series, arm_in_the_middle, row_residuals, row_square, series};
 use super::{Laboratory, LaboratoryError};
 use crate::fit::{Convergence, Fit, Gauge, Machine, Slot};
 use crate::floor::Floor;
@@ -79,6 +79,9 @@ pub struct Comparison {
     /// What is left, against everything it may be drawn against.
     #[serde(skip)]
     pub series: Vec<Series>,
+    /// Points along the arm in the pose nearest the middle of all, mm, frame of the measurements: what a drawing shows.
+    #[serde(skip)]
+    pub arm_points_mm: Vec<[f64; 3]>,
     /// What the reader and the fit noticed.
     pub warnings: Vec<String>,
     /// One plain sentence.
@@ -149,6 +152,7 @@ impl Laboratory {
                 .collect(),
             convergence: fit.convergence,
             series: series(machine, fit, &rows),
+            arm_points_mm: arm_in_the_middle(machine, fit, &rows),
             rows,
             warnings,
             sentence: sentence(&floor, &rms_mm),

@@ -80,6 +80,18 @@ pub(super) fn row_residuals(machine: &Machine<'_>, fit: &Fit, held_out: &[bool])
         .collect()
 }
 
+/// The points along the arm in the row whose target stands nearest the middle of all targets.
+pub(super) fn arm_in_the_middle(machine: &Machine<'_>, fit: &Fit, rows: &[RowResidual]) -> Vec<[f64; 3]> {
+    let points = || rows.iter().map(|row| Vector3::from(row.point_mm));
+    let middle = points().sum::<Vector3<f64>>() / (rows.len().max(1) as f64);
+    let nearest = points()
+        .map(|point| (point - middle).norm())
+        .enumerate()
+        .min_by(|one, other| one.1.total_cmp(&other.1));
+    let Some((row, _)) = nearest else { return Vec::new() };
+    machine.points_along(&fit.state, row).into_iter().map(Into::into).collect()
+}
+
 /// Residuals drawn against every joint, every moment of gravity that varies, approach, order and temperature.
 pub(super) fn series(machine: &Machine<'_>, fit: &Fit, rows: &[RowResidual]) -> Vec<Series> {
     let mut all = Vec::new();

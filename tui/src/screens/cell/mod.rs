@@ -3,6 +3,7 @@
 mod arm_drawing;
 mod arm_shape;
 mod state;
+mod trace;
 mod view;
 
 pub(crate) use arm_drawing::side_view;

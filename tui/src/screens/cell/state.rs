@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use plumb_cell::event::{DeviceState, Event, NamedValue};
 
 use super::ArmShape;
+use super::trace::Trace;
 
 /// Changes of signals kept for the list on the screen.
 const KEPT_EDGES: usize = 200;
@@ -24,6 +25,8 @@ pub(crate) struct CellState {
     pub triggers: VecDeque<Vec<NamedValue>>,
     /// The arm to draw, where its lengths are known.
     pub shape: Option<ArmShape>,
+    /// Clock of the cell at the newest reading, nanoseconds.
+    pub now_ns: u64,
 }
 
 /// One device.
@@ -39,6 +42,8 @@ pub(crate) struct Device {
     pub message: String,
     /// Where its joints are, for a robot.
     pub joints: Vec<NamedValue>,
+    /// How each of them moved of late, in the same order.
+    pub joint_traces: Vec<Trace>,
     /// It moves.
     pub moving: bool,
     /// Clock of the cell at its last joint reading, nanoseconds.
@@ -48,7 +53,7 @@ pub(crate) struct Device {
 }
 
 /// The level of one line.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Signal {
     /// As the device calls it.
     pub name: String,
@@ -56,6 +61,8 @@ pub(crate) struct Signal {
     pub on: bool,
     /// Changes seen.
     pub changes: u64,
+    /// The level of late: 0 off, 1 on.
+    pub trace: Trace,
 }
 
 /// A signal that changed.
@@ -88,7 +95,12 @@ impl CellState {
                 }
             }
             Event::Joints { device, time_ns, moving, joints } => {
+                self.now_ns = self.now_ns.max(*time_ns);
                 let known = self.device(device);
+                known.joint_traces.resize(joints.len(), Trace::default());
+                for (trace, joint) in known.joint_traces.iter_mut().zip(joints) {
+                    trace.push(*time_ns, joint.value);
+                }
                 known.joints.clone_from(joints);
                 known.joints_at_ns = *time_ns;
                 known.moving = *moving;
@@ -112,14 +124,21 @@ impl CellState {
     }
 
     fn take_signal(&mut self, device: &str, name: &str, on: bool, time_ns: u64) {
+        self.now_ns = self.now_ns.max(time_ns);
         let signals = &mut self.device(device).signals;
+        let level = f64::from(u8::from(on));
         match signals.iter_mut().find(|signal| signal.name == name) {
             Some(signal) if signal.on == on => return,
             Some(signal) => {
                 signal.on = on;
+                signal.trace.push(time_ns, level);
                 signal.changes = signal.changes.saturating_add(1);
             }
-            None => signals.push(Signal { name: name.to_owned(), on, changes: 0 }),
+            None => {
+                let mut trace = Trace::default();
+                trace.push(time_ns, level);
+                signals.push(Signal { name: name.to_owned(), on, changes: 0, trace });
+            }
         }
         let edge = Edge { device: device.to_owned(), signal: name.to_owned(), on, time_ns };
         push_bounded(&mut self.edges, edge, KEPT_EDGES);
@@ -142,6 +161,7 @@ impl Device {
             state: DeviceState::Unconfigured,
             message: String::new(),
             joints: Vec::new(),
+            joint_traces: Vec::new(),
             moving: false,
             joints_at_ns: 0,
             signals: Vec::new(),

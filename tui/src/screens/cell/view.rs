@@ -8,6 +8,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::state::Device;
+use super::trace::Trace;
 use super::{CellState, side_view};
 use crate::screens::pane;
 use crate::screens::state::State;
@@ -26,14 +27,21 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
     let said = cell.devices.iter().filter(|device| !device.message.is_empty()).count();
     let devices = rows((cell.devices.len() + said).max(1));
     let joints = rows(cell.devices.iter().map(|device| device.joints.len()).sum::<usize>().max(1));
-    let moving = if cell.is_moving() { "Joints \u{b7} moving" } else { "Joints" };
+    let moving =
+        if cell.is_moving() { "Joints, the last 30 s \u{b7} moving" } else { "Joints, the last 30 s" };
     let [top, middle, bottom] =
         Layout::vertical([Constraint::Max(devices), Constraint::Max(joints), Constraint::Fill(1)])
             .areas(lists);
     list(frame, top, &state.theme, "Devices", device_lines(cell, &state.theme, usize::from(top.width)));
-    list(frame, middle, &state.theme, moving, joint_lines(cell, &state.theme));
+    list(frame, middle, &state.theme, moving, joint_lines(cell, &state.theme, usize::from(middle.width)));
     let room = usize::from(bottom.height.saturating_sub(2));
-    list(frame, bottom, &state.theme, "Signals", signal_lines(cell, &state.theme, room));
+    list(
+        frame,
+        bottom,
+        &state.theme,
+        "Signals",
+        signal_lines(cell, &state.theme, room, usize::from(bottom.width)),
+    );
     if let Some(area) = drawing {
         let inner = pane::open(frame, area, &state.theme, "Arm from the side", false);
         side_view(cell, &state.theme, frame, inner);
@@ -77,14 +85,20 @@ fn device_lines(cell: &CellState, theme: &Theme, width: usize) -> Vec<Line<'stat
         .collect()
 }
 
-fn joint_lines(cell: &CellState, theme: &Theme) -> Vec<Line<'static>> {
+fn joint_lines(cell: &CellState, theme: &Theme, width: usize) -> Vec<Line<'static>> {
     let robots: Vec<&Device> = cell.devices.iter().filter(|device| !device.joints.is_empty()).collect();
     let many = robots.len() > 1;
-    let line = |robot: &Device, joint: &NamedValue| {
+    let line = |robot: &Device, (joint, trace): (&NamedValue, &Trace)| {
         let name = if many { format!("{} {}", robot.name, joint.name) } else { joint.name.clone() };
-        joint_line(&name, joint, theme)
+        let mut line = joint_line(&name, joint, theme);
+        let room = width.saturating_sub(line.width() + 5).min(60);
+        line.push_span(Span::styled(format!("  {}", trace.drawn(cell.now_ns, room)), theme.measured));
+        line
     };
-    robots.iter().flat_map(|robot| robot.joints.iter().map(|joint| line(robot, joint))).collect()
+    robots
+        .iter()
+        .flat_map(|robot| robot.joints.iter().zip(&robot.joint_traces).map(|joint| line(robot, joint)))
+        .collect()
 }
 
 /// One joint: its name, its value, its unit.
@@ -97,21 +111,26 @@ pub(crate) fn joint_line(name: &str, joint: &NamedValue, theme: &Theme) -> Line<
 }
 
 /// The level of every signal, then the newest changes.
-fn signal_lines(cell: &CellState, theme: &Theme, room: usize) -> Vec<Line<'static>> {
+fn signal_lines(cell: &CellState, theme: &Theme, room: usize, width: usize) -> Vec<Line<'static>> {
     let levels =
         cell.devices.iter().flat_map(|device| device.signals.iter().map(move |signal| (device, signal)));
     let mut lines: Vec<Line<'static>> = levels
         .map(|(device, signal)| {
             let (sign, word, style) = level_look(signal.on, theme);
-            Line::from(vec![
+            let changes =
+                format!("{:>3} change{}", signal.changes, if signal.changes == 1 { " " } else { "s" });
+            let mut line = Line::from(vec![
                 Span::styled(format!("{sign} "), style),
-                Span::styled(format!("{:<14}", format!("{} {}", device.name, signal.name)), theme.heading),
+                Span::styled(format!("{:<12}", format!("{} {}", device.name, signal.name)), theme.heading),
                 Span::styled(format!("{word:<4}"), style),
-                Span::styled(
-                    format!("{:>6} change{}", signal.changes, if signal.changes == 1 { "" } else { "s" }),
-                    theme.faint,
-                ),
-            ])
+                Span::styled(changes, theme.faint),
+            ]);
+            let room = width.saturating_sub(line.width() + 4).min(60);
+            line.push_span(Span::styled(
+                format!("  {}", signal.trace.drawn(cell.now_ns, room)),
+                theme.measured,
+            ));
+            line
         })
         .collect();
     let room = room.saturating_sub(lines.len());

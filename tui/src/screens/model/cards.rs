@@ -7,20 +7,26 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
+use super::sketch;
 use super::state::{Card, CardStanding, ModelState};
+use crate::screens::hits::{Hit, Hits};
 use crate::screens::pane::{self, columns, fitted, wrapped};
 use crate::screens::theme::Theme;
 
+/// Rows of the pane from which the chosen card shows its sketch.
+const ROOM_FOR_A_SKETCH: u16 = 22;
+
 /// Draws the cards, the chosen one in full.
-pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: Rect) {
+pub(crate) fn view(model: &ModelState, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
     let inner = pane::open(frame, area, theme, "What could explain it", true);
     let Some(standing) = &model.standing else { return };
     let width = usize::from(inner.width);
+    let roomy = inner.height >= ROOM_FOR_A_SKETCH;
     let blocks: Vec<Vec<Line<'static>>> = standing
         .cards
         .iter()
         .enumerate()
-        .map(|(place, card)| card_lines(place, card, place == model.chosen, theme, width))
+        .map(|(place, card)| card_lines(place, card, place == model.chosen, roomy, theme, width))
         .collect();
     if blocks.is_empty() {
         let text = match &model.busy {
@@ -41,11 +47,23 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
         }
         first -= 1;
     }
+    let mut rows = inner.rows();
+    for (place, block) in blocks.iter().enumerate().skip(first) {
+        rows.by_ref().take(block.len()).for_each(|row| hits.note(row, Hit::Card(place)));
+    }
     let lines: Vec<Line<'static>> = blocks.into_iter().skip(first).flatten().take(room).collect();
     frame.render_widget(Paragraph::new(lines), inner);
 }
 
-fn card_lines(place: usize, card: &Card, chosen: bool, theme: &Theme, width: usize) -> Vec<Line<'static>> {
+/// The lines of a card: two, or all there is to say of the chosen one; its sketch where the pane is `roomy`.
+fn card_lines(
+    place: usize,
+    card: &Card,
+    chosen: bool,
+    roomy: bool,
+    theme: &Theme,
+    width: usize,
+) -> Vec<Line<'static>> {
     let (sign, word, style) = look(card.standing, theme);
     let head = format!("{:>2} {sign} {}", place + 1, card.effect);
     let whole = format!("{head} {}", card.place);
@@ -65,6 +83,14 @@ fn card_lines(place: usize, card: &Card, chosen: bool, theme: &Theme, width: usi
     }
     if !fits {
         lines.extend(indented(format!("at {}", card.place), theme.heading));
+    }
+    if roomy {
+        if let Some(sketch) = sketch::of(&card.effect) {
+            lines.extend(sketch.map(|line| Line::styled(format!("     {line}"), theme.machine)));
+        }
+        if let Some(kind) = plumb_model::effect::kind(&card.effect) {
+            lines.extend(indented(kind.sentence.to_owned(), theme.faint));
+        }
     }
     lines.extend(indented(card.size.clone(), theme.text));
     if let Some(gain) = card.gain_mm {

@@ -25,6 +25,8 @@ pub(crate) enum LabRequest {
     Add(String),
     /// Take what was added last away.
     Undo,
+    /// What could explain the rest?
+    Judge,
 }
 
 /// Why a piece of work was not done.
@@ -60,6 +62,11 @@ pub(crate) enum LabAnswer {
     Previewed(Box<Preview>),
     /// A revision was written: what was done, and what came with it.
     Did(Vec<String>),
+    /// It was told to give up.
+    GaveUp {
+        /// It was judging the candidates.
+        judging: bool,
+    },
     /// It could not be done, and why.
     Failed(String),
 }
@@ -83,6 +90,17 @@ impl Desk {
     pub(crate) fn ask(&self, request: LabRequest) {
         self.progress().cancel();
         let _ended = self.requests.send(request);
+    }
+
+    /// Has the lab give up what it is doing.
+    pub(crate) fn cancel(&self) {
+        self.progress().cancel();
+    }
+
+    /// How far the work in hand is, 0 to 1, and what it does; nothing before it has said so.
+    pub(crate) fn how_far(&self) -> Option<(f64, String)> {
+        let (fraction, doing) = self.progress().state();
+        (!doing.is_empty()).then_some((fraction, doing))
     }
 
     fn progress(&self) -> Progress {
@@ -113,8 +131,16 @@ impl Lab {
         let progress = Arc::default();
         let desk = Desk { requests, progress: Arc::clone(&progress) };
         let layers = Vec::new();
-        let worker =
-            Worker { family: opened.family, data, layers, to_look_at, judged: false, to_screens, progress };
+        let worker = Worker {
+            family: opened.family,
+            data,
+            layers,
+            to_look_at,
+            judged: false,
+            judging: false,
+            to_screens,
+            progress,
+        };
         thread::spawn(move || worker.run(&to_do));
         Ok((Self { desk, answers }, state))
     }
@@ -154,6 +180,8 @@ struct Worker {
     to_look_at: VecDeque<(Laboratory, u32, String)>,
     /// The candidates for what the newest model leaves were judged.
     judged: bool,
+    /// It is at that.
+    judging: bool,
     to_screens: UnboundedSender<LabAnswer>,
     progress: Arc<Mutex<Progress>>,
 }
@@ -167,6 +195,7 @@ impl Worker {
                 LabRequest::Preview(effect) => worker.preview(&effect),
                 LabRequest::Add(effect) => worker.add(&effect),
                 LabRequest::Undo => worker.undo(),
+                LabRequest::Judge => Ok(()),
             });
             // Judging that was given up for a request that changed nothing is taken up again.
             if !self.judged {
@@ -178,8 +207,12 @@ impl Worker {
     /// Does a piece of work and says what went wrong with it, if something did.
     fn answer(&mut self, work: impl FnOnce(&mut Self) -> Result<(), LabError>) {
         *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = Progress::default();
+        self.judging = false;
         match work(self) {
-            Ok(()) | Err(LabError::Laboratory(LaboratoryError::Cancelled(_))) => {}
+            Ok(()) => {}
+            Err(LabError::Laboratory(LaboratoryError::Cancelled(_))) => {
+                self.say(LabAnswer::GaveUp { judging: self.judging });
+            }
             Err(error) => self.say(LabAnswer::Failed(error.to_string())),
         }
     }
@@ -207,7 +240,7 @@ impl Worker {
 
     /// Shows what the newest model leaves, then judges what could explain that.
     fn judge(&mut self, comparison: &Comparison) -> Result<(), LabError> {
-        self.judged = false;
+        (self.judged, self.judging) = (false, true);
         let Some(top) = self.layers.last() else { return Ok(()) };
         let fall: Vec<FallStep> = self.layers.iter().map(|layer| layer.step.clone()).collect();
         self.say(LabAnswer::Compared(Box::new(standing::compared(comparison, &fall))));

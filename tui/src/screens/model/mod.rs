@@ -1,10 +1,12 @@
 //! The Model screen: what could explain the error, ranked; the residuals, on a scale tied to the noise floor; the fall of
 //! the error; one plain sentence.
 
+mod arm_view;
 mod cards;
 mod lab;
 mod plots;
 mod residuals;
+mod sketch;
 mod standing;
 mod state;
 mod update;
@@ -13,7 +15,7 @@ mod waterfall;
 
 pub(crate) use lab::{Desk, Lab, LabAnswer, LabRequest};
 pub(crate) use state::ModelState;
-pub(crate) use update::{choose, obey, take, write};
+pub(crate) use update::{choose, choose_at, note_progress, obey, take, write};
 pub(crate) use view::view;
 
 /// What tests need to make a model's standing by hand.

@@ -1,6 +1,7 @@
 //! The residuals in fixed small plots: against each joint along that joint's own motion, as a bull's eye with the floor's
-//! ring, as whiskers over the work space, as a histogram, against every condition. All share one scale tied to the noise
-//! floor; what lies outside is drawn on the rim and counted, so that one gross error squashes nothing.
+//! ring, as a histogram, against moments of gravity, sides of approach, order and every other condition. All share one
+//! scale tied to the noise floor; what lies outside is drawn on the rim and counted, so that one gross error squashes
+//! nothing.
 
 use plumb_model::laboratory::Series;
 use ratatui::Frame;
@@ -10,15 +11,14 @@ use ratatui::symbols::Marker;
 use ratatui::text::{Line as TextLine, Span};
 use ratatui::widgets::canvas::{Canvas, Circle, Context, Line, Points};
 
-use super::residuals::{AXES, PLANES, Residuals, is_of_joint, is_of_size, varies};
+use super::arm_view;
+use super::residuals::{AXES, PLANES, Residuals, Subject, is_of_size, varies};
 use super::state::ModelState;
 use crate::screens::pane::{self, fitted};
 use crate::screens::theme::Theme;
 
 /// The least a plot takes, in columns and rows.
 const SMALLEST: (u16, u16) = (26, 5);
-/// Whiskers drawn at most; of more, every n-th.
-const MOST_WHISKERS: usize = 100;
 
 /// Points to be drawn, mm upwards.
 type Dots = Vec<(f64, f64)>;
@@ -30,8 +30,6 @@ enum Plot<'a> {
     Against(&'a Series),
     /// Errors in a plane, one axis over the other.
     BullsEye,
-    /// Errors in a plane as whiskers where the target stood.
-    Whiskers,
     /// How often which size.
     Histogram,
 }
@@ -62,7 +60,10 @@ struct Drawn {
     outside: usize,
 }
 
-/// Draws as many plots as there is room for.
+/// Rows of the pane from which the arm with its whiskers gets a third of them.
+const ROOM_FOR_THE_ARM: u16 = 18;
+
+/// Draws the arm with its whiskers, and below it as many plots as there is room for.
 pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: Rect) {
     let title = format!("Residuals \u{b1}{:.3} mm, {}", model.half_height_mm(), times(model));
     let title = fitted(&title, usize::from(area.width.saturating_sub(4)));
@@ -81,6 +82,10 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
             outside: colour(theme.bad),
         },
     };
+    let drawn = if inner.height >= ROOM_FOR_THE_ARM { inner.height * 2 / 5 } else { 0 };
+    let [arm, inner] = Layout::vertical([Constraint::Length(drawn), Constraint::Fill(1)]).areas(inner);
+    let arm_mm = model.standing.as_ref().map_or(&[][..], |standing| standing.arm_mm.as_slice());
+    arm_view::view(residuals, arm_mm, sheet.plane, sheet.inks.points, theme, frame, arm);
     let plots = order(residuals);
     let cells = grid(inner, plots.len());
     let first = model.plots_scrolled.min(plots.len().saturating_sub(cells.len()));
@@ -105,13 +110,17 @@ fn times(model: &ModelState) -> String {
     }
 }
 
-/// The plots in the order in which they are shown: joints first, then bull's eye, whiskers and histogram, then the rest.
+/// The plots in the order in which they are shown: joints, bull's eye and histogram, moments of gravity, sides of approach,
+/// then order, time, temperature and the rest.
 fn order(residuals: &Residuals) -> Vec<Plot<'_>> {
+    let mut series: Vec<&Series> =
+        residuals.series.iter().filter(|series| varies(series, &residuals.series)).collect();
+    series.sort_by_key(|series| Subject::of(series));
     let (joints, others): (Vec<&Series>, Vec<&Series>) =
-        residuals.series.iter().filter(|series| varies(series)).partition(|series| is_of_joint(series));
+        series.into_iter().partition(|series| Subject::of(series) == Subject::Joint);
     let mut plots: Vec<Plot> = joints.into_iter().map(Plot::Against).collect();
     if residuals.rows.iter().any(|row| row.vector_mm != [0.0; 3]) {
-        plots.extend([Plot::BullsEye, Plot::Whiskers]);
+        plots.push(Plot::BullsEye);
     }
     plots.push(Plot::Histogram);
     plots.extend(others.into_iter().map(Plot::Against));
@@ -137,7 +146,6 @@ fn draw(plot: Plot, sheet: &Sheet, theme: &Theme, frame: &mut Frame, area: Rect)
     let drawn = match plot {
         Plot::Against(series) => against(series, sheet, frame, body),
         Plot::BullsEye => bulls_eye(sheet, frame, body),
-        Plot::Whiskers => whiskers(sheet, frame, body),
         Plot::Histogram => histogram(sheet, frame, body),
     };
     let count = if drawn.outside > 0 { format!("{} off", drawn.outside) } else { String::new() };
@@ -165,7 +173,7 @@ fn against(series: &Series, sheet: &Sheet, frame: &mut Frame, area: Rect) -> Dra
     let Some((left, right)) = span(points.iter().map(|point| point.0)) else {
         return Drawn { title: series.against.clone(), outside: 0 };
     };
-    let [low, high] = if is_of_size(series) { [0.0, 2.0 * sheet.half] } else { [-sheet.half, sheet.half] };
+    let [low, high] = if is_of_size(series) { [0.0, sheet.half] } else { [-sheet.half, sheet.half] };
     let (inside, rim) = parted(points, f64::INFINITY, low, high);
     let margin = 0.02 * (right - left).max(1e-9);
     let x = [left - margin, right + margin];
@@ -178,9 +186,19 @@ fn against(series: &Series, sheet: &Sheet, frame: &mut Frame, area: Rect) -> Dra
         });
     frame.render_widget(canvas, area);
     Drawn {
-        title: format!("{} {left:.0}\u{2026}{right:.0} {}", series.against, series.unit),
+        title: format!("{} {} {}", series.against, from_to(left, right), series.unit),
         outside: rim.len(),
     }
+}
+
+/// The ends of an axis with the digits that tell them apart.
+fn from_to(left: f64, right: f64) -> String {
+    // Between 0 and 4.
+    let decimals = (1.0 - (right - left).abs().max(1e-12).log10().floor()).clamp(0.0, 4.0) as usize;
+    let decimals = if right - left >= 10.0 { 0 } else { decimals };
+    // A negative nothing is nothing.
+    let shown = |value: f64| if value.abs() < 1e-9 { 0.0 } else { value };
+    format!("{:.decimals$}\u{2026}{:.decimals$}", shown(left), shown(right))
 }
 
 /// The line of no error, and the floor above and below it.
@@ -219,57 +237,13 @@ fn bulls_eye(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
 }
 
 /// The plane as `x across, z up`.
-fn plane_name(plane: [usize; 2]) -> String {
+pub(super) fn plane_name(plane: [usize; 2]) -> String {
     let axis = |place: usize| AXES.get(place).copied().unwrap_or("");
     format!("{} across, {} up", axis(plane[0]), axis(plane[1]))
 }
 
-fn whiskers(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
-    let [first, second] = sheet.plane;
-    let placed: Vec<[f64; 4]> = sheet
-        .residuals
-        .rows
-        .iter()
-        .filter_map(|row| {
-            let (point, error) = (&row.point_mm, &row.vector_mm);
-            Some([*point.get(first)?, *point.get(second)?, *error.get(first)?, *error.get(second)?])
-        })
-        .filter(|whisker| whisker.iter().all(|value| value.is_finite()))
-        .collect();
-    let title = format!("whiskers, {}", plane_name(sheet.plane));
-    let xs = span(placed.iter().map(|whisker| whisker[0]));
-    let ys = span(placed.iter().map(|whisker| whisker[1]));
-    let (Some((left, right)), Some((below, above))) = (xs, ys) else { return Drawn { title, outside: 0 } };
-    let (across, up) = (2.0 * f64::from(area.width), 4.0 * f64::from(area.height));
-    let dot = ((right - left) / across).max((above - below) / up).max(1e-9) * 1.08;
-    let (middle_x, middle_y) = (f64::midpoint(left, right), f64::midpoint(below, above));
-    let times = magnification(8.0 * dot / sheet.residuals.typical_mm().max(1e-12));
-    let every = placed.len().div_ceil(MOST_WHISKERS).max(1);
-    let canvas = Canvas::default()
-        .marker(Marker::Braille)
-        .x_bounds([middle_x - 0.5 * dot * across, middle_x + 0.5 * dot * across])
-        .y_bounds([middle_y - 0.5 * dot * up, middle_y + 0.5 * dot * up])
-        .paint(|context| {
-            for [x, y, across, up] in placed.iter().step_by(every) {
-                let (x2, y2) = (x + times * across, y + times * up);
-                context.draw(&Line { x1: *x, y1: *y, x2, y2, color: sheet.inks.points });
-            }
-        });
-    frame.render_widget(canvas, area);
-    Drawn { title: format!("\u{d7}{times:.0} {title}"), outside: 0 }
-}
-
-/// The round magnification below `wanted`: 1, 2 or 5 times a power of ten.
-fn magnification(wanted: f64) -> f64 {
-    if !wanted.is_finite() || wanted <= 0.0 {
-        return 1.0;
-    }
-    let power = 10_f64.powf(wanted.log10().floor());
-    [5.0, 2.0, 1.0].into_iter().map(|step| step * power).find(|step| *step <= wanted).unwrap_or(power)
-}
-
 fn histogram(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
-    let most_mm = 2.0 * sheet.half;
+    let most_mm = sheet.half;
     let bins = usize::from(area.width) * 2;
     let mut counts = vec![0_u32; bins];
     let mut outside = 0;
@@ -306,7 +280,7 @@ fn histogram(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
 }
 
 /// Least and greatest of what is finite.
-fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+pub(super) fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.filter(|value| value.is_finite()).fold(None, |span, value| match span {
         None => Some((value, value)),
         Some((low, high)) => Some((f64::min(low, value), f64::max(high, value))),
@@ -318,10 +292,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn magnifications_are_round() {
-        assert_eq!(magnification(7.3), 5.0);
-        assert_eq!(magnification(430.0), 200.0);
-        assert!((magnification(0.15) - 0.1).abs() < 1e-12);
-        assert_eq!(magnification(f64::NAN), 1.0);
+    fn the_ends_of_an_axis_are_told_apart() {
+        assert_eq!(from_to(-150.2, 149.8), "-150\u{2026}150");
+        assert_eq!(from_to(20.1, 23.4), "20.1\u{2026}23.4");
+        assert_eq!(from_to(-1e-15, 0.31), "0.00\u{2026}0.31");
     }
 }

@@ -44,16 +44,54 @@ impl Residuals {
     }
 }
 
-/// Whether a series goes against a joint's own angle; those come first on the screen.
-pub(crate) fn is_of_joint(series: &Series) -> bool {
-    matches!(series.unit.as_str(), "deg" | "mm") && !series.against.contains(' ')
+/// What a series goes against, in the order in which the plots are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Subject {
+    /// A joint's own coordinate.
+    Joint,
+    /// A moment of gravity.
+    Moment,
+    /// The side from which a joint arrived.
+    Approach,
+    /// The order of the rows.
+    Order,
+    /// Anything else: time, temperature, load, what else the table holds.
+    Condition,
 }
 
-/// Whether what a series goes against varies enough to be drawn.
-pub(crate) fn varies(series: &Series) -> bool {
+impl Subject {
+    /// What this series goes against.
+    pub(crate) fn of(series: &Series) -> Self {
+        match (series.unit.as_str(), series.against.as_str()) {
+            ("N m", _) => Self::Moment,
+            ("side", _) => Self::Approach,
+            ("row", _) => Self::Order,
+            ("deg" | "mm", against) if !against.contains(' ') => Self::Joint,
+            _ => Self::Condition,
+        }
+    }
+}
+
+/// A moment of gravity that varies less than this share of the greatest one is nothing but rounding.
+const SMALL_MOMENT: f64 = 0.01;
+
+/// Whether what a series goes against varies enough to be drawn beside the others.
+pub(crate) fn varies(series: &Series, all: &[Series]) -> bool {
+    let least = match Subject::of(series) {
+        Subject::Moment => {
+            let moments = all.iter().filter(|other| Subject::of(other) == Subject::Moment);
+            SMALL_MOMENT * moments.map(width).fold(0.0, f64::max)
+        }
+        _ => 1e-3,
+    };
+    width(series) > least
+}
+
+/// How far what a series goes against varies, in its own unit.
+fn width(series: &Series) -> f64 {
     let values = || series.points.iter().map(|point| point.0).filter(|value| value.is_finite());
     let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
-    high - low > 1e-3
+    if high > low { high - low } else { 0.0 }
 }
 
 /// Whether a series shows sizes, which are never negative.

@@ -1,6 +1,6 @@
 //! From what the lab says to what the screen shows.
 
-use plumb_model::diagnosis::{Candidate, Diagnosis, EffectPlace, Verdict};
+use plumb_model::diagnosis::{Candidate, Diagnosis, EffectPlace, NextPose, Verdict};
 use plumb_model::floor::{Floor, FloorSource};
 use plumb_model::laboratory::Comparison;
 
@@ -17,6 +17,8 @@ pub(crate) fn compared(comparison: &Comparison, fall: &[FallStep]) -> Standing {
         cards: Vec::new(),
         warnings: comparison.warnings.clone(),
         residuals: Residuals { rows: comparison.rows.clone(), series: comparison.series.clone() },
+        arm_mm: comparison.arm_points_mm.clone(),
+        next: Vec::new(),
         fall: fall.to_vec(),
     }
 }
@@ -28,8 +30,31 @@ pub(crate) fn examined(comparison: &Comparison, diagnosis: &Diagnosis, fall: &[F
         sentence: diagnosis.sentence.clone(),
         warnings: diagnosis.warnings.clone(),
         cards: cards(diagnosis),
+        next: diagnosis.next.iter().map(next_pose).collect(),
         ..compared(comparison, fall)
     }
+}
+
+/// A pose to measure next, as one reads it off to a controller: joints in degrees, then how to come there and with what.
+fn next_pose(pose: &NextPose) -> String {
+    let joints: Vec<String> = pose.q_deg.iter().map(|joint| format!("{joint:.0}")).collect();
+    let sides: String = pose
+        .approach
+        .iter()
+        .map(|side| match side {
+            1.. => '+',
+            0 => '0',
+            _ => '-',
+        })
+        .collect();
+    let mut text = joints.join(" ");
+    if pose.approach.iter().any(|side| *side != 0) {
+        text.push_str(&format!(" from {sides}"));
+    }
+    if pose.payload_kg > 0.0 {
+        text.push_str(&format!(" with {} kg", pose.payload_kg));
+    }
+    text
 }
 
 /// The step of the fall that a comparison is.

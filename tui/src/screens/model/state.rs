@@ -26,14 +26,16 @@ pub(crate) struct ModelState {
     pub plane: usize,
     /// Plots scrolled away.
     pub plots_scrolled: usize,
-    /// Which of [`SCALES`]; chosen once from the first look, so that a falling error is seen to fall.
-    pub scale: Option<usize>,
+    /// Which of [`SCALES`]; it follows the typical error of the model as it is until the operator steps it.
+    pub scale: usize,
+    /// The operator has stepped the scale, so that it stays.
+    pub scale_kept: bool,
     /// What the lab is doing.
     pub busy: Option<Busy>,
 }
 
 /// What the lab is doing.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Busy {
     /// In words.
     pub doing: String,
@@ -41,6 +43,15 @@ pub(crate) struct Busy {
     pub since: Duration,
     /// It only judges candidates, and gives that up for anything else it is asked.
     pub only_judges: bool,
+    /// How far it is, 0 to 1, and with what, once it has said so.
+    pub progress: Option<(f64, String)>,
+}
+
+impl Busy {
+    /// The lab begins with something at `since`.
+    pub(crate) fn with(doing: &str, since: Duration, only_judges: bool) -> Self {
+        Self { doing: doing.to_owned(), since, only_judges, progress: None }
+    }
 }
 
 /// What adding a candidate would leave.
@@ -69,6 +80,10 @@ pub(crate) struct Standing {
     pub cards: Vec<Card>,
     /// What is left.
     pub residuals: Residuals,
+    /// Points along the arm in a pose near the middle of all, mm, frame of the measurements.
+    pub arm_mm: Vec<[f64; 3]>,
+    /// Poses to measure next, in words.
+    pub next: Vec<String>,
     /// What the user should know besides.
     pub warnings: Vec<String>,
     /// The error from the bare model to this one, effect by effect.
@@ -131,14 +146,12 @@ impl ModelState {
             preview: None,
             chosen: 0,
             naming: None,
-            plane: 0,
+            // From the side.
+            plane: 1,
             plots_scrolled: 0,
-            scale: None,
-            busy: Some(Busy {
-                doing: "fitting the model".to_owned(),
-                since: Duration::ZERO,
-                only_judges: false,
-            }),
+            scale: 0,
+            scale_kept: false,
+            busy: Some(Busy::with("fitting the model", Duration::ZERO, false)),
         }
     }
 
@@ -150,6 +163,11 @@ impl ModelState {
     /// Whether an effect was added that can be taken away again.
     pub(crate) fn can_undo(&self) -> bool {
         self.standing.as_ref().is_some_and(|standing| standing.fall.len() > 1)
+    }
+
+    /// Whether judging the candidates was given up, so that it can be asked for.
+    pub(crate) fn can_judge(&self) -> bool {
+        self.busy.is_none() && self.standing.as_ref().is_some_and(|standing| standing.verdict.is_empty())
     }
 
     /// One standard deviation of the noise along an axis, mm, where it is known.
@@ -169,20 +187,20 @@ impl ModelState {
 
     /// Half the height of the plots, mm.
     pub(crate) fn half_height_mm(&self) -> f64 {
-        self.unit_mm() * self.scale.and_then(|scale| SCALES.get(scale)).copied().unwrap_or(4.0)
+        self.unit_mm() * SCALES.get(self.scale).copied().unwrap_or(4.0)
     }
 
-    /// Takes a look of the lab in. The scale is chosen at the first one: the smallest that holds the typical errors
-    /// three times over.
+    /// Takes a look of the lab in. The scale becomes the smallest multiple of the floor that holds the typical errors three
+    /// times over: few gross ones do not change it, and a preview is drawn on the scale of what it is compared with.
     pub(crate) fn take(&mut self, standing: Standing) {
         let typical = standing.residuals.typical_mm();
         self.standing = Some(standing);
         self.preview = None;
         self.chosen = 0;
-        if self.scale.is_none() {
+        if !self.scale_kept {
             let unit = self.unit_mm();
             let fits = |scale: &f64| scale * unit >= 3.0 * typical;
-            self.scale = Some(SCALES.iter().position(fits).unwrap_or(SCALES.len() - 1));
+            self.scale = SCALES.iter().position(fits).unwrap_or(SCALES.len() - 1);
         }
     }
 }

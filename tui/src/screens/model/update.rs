@@ -10,6 +10,9 @@ use crate::screens::keys::Command;
 use crate::screens::message::Action;
 use crate::screens::state::{Gravity, State};
 
+/// What the lab does while it looks for what could explain the rest.
+const JUDGING: &str = "judging what could explain the rest";
+
 /// Does what a key of the Model screen asks for.
 pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
     let Some(model) = &mut state.model else { return Vec::new() };
@@ -17,9 +20,14 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         Command::NextPlane => model.plane = (model.plane + 1) % PLANES.len(),
         Command::PreviousPlane => model.plane = (model.plane + PLANES.len() - 1) % PLANES.len(),
         Command::NameEffect => model.naming = Some(String::new()),
-        Command::Scale => model.scale = Some((model.scale.unwrap_or(0) + 1) % SCALES.len()),
+        Command::Scale => {
+            (model.scale, model.scale_kept) = ((model.scale + 1) % SCALES.len(), true);
+        }
+        Command::Cancel if model.busy.is_some() => return vec![Action::CancelLab],
         Command::Preview if model.preview.is_some() => model.preview = None,
-        Command::Preview | Command::Add | Command::AddNamed | Command::Undo => return ask(state, command),
+        Command::Preview | Command::Add | Command::AddNamed | Command::Undo | Command::Judge => {
+            return ask(state, command);
+        }
         _ => {}
     }
     Vec::new()
@@ -31,13 +39,14 @@ fn ask(state: &mut State, command: Command) -> Vec<Action> {
     let Some(model) = &mut state.model else { return Vec::new() };
     let named = model.naming.take();
     if let Some(busy) = model.busy.as_ref().filter(|busy| !busy.only_judges) {
-        let text = format!("The lab is at work ({}); one thing at a time.", busy.doing);
+        let text = format!("The lab is at work ({}); c gives that up.", busy.doing);
         state.say(Gravity::Calm, text);
         return Vec::new();
     }
     let chosen = model.card().map(|card| card.key.clone());
     let request = match command {
         Command::Undo => model.can_undo().then_some(LabRequest::Undo),
+        Command::Judge => model.can_judge().then_some(LabRequest::Judge),
         Command::Preview => chosen.map(LabRequest::Preview),
         Command::AddNamed => named.filter(|name| !name.trim().is_empty()).map(LabRequest::Add),
         _ => chosen.map(LabRequest::Add),
@@ -45,6 +54,7 @@ fn ask(state: &mut State, command: Command) -> Vec<Action> {
     let Some(request) = request else {
         let text = match command {
             Command::Undo => "Nothing was added that could be undone.",
+            Command::Judge => "The candidates are judged, or being judged.",
             _ => "There is no candidate to take.",
         };
         state.say(Gravity::Calm, text);
@@ -54,8 +64,9 @@ fn ask(state: &mut State, command: Command) -> Vec<Action> {
         LabRequest::Preview(effect) => format!("previewing {effect}"),
         LabRequest::Add(effect) => format!("adding {effect}"),
         LabRequest::Undo => "undoing".to_owned(),
+        LabRequest::Judge => JUDGING.to_owned(),
     };
-    model.busy = Some(Busy { doing, since: now, only_judges: false });
+    model.busy = Some(Busy::with(&doing, now, request == LabRequest::Judge));
     state.notice = None;
     vec![Action::Lab(request)]
 }
@@ -81,13 +92,27 @@ pub(crate) fn choose(state: &mut State, by: isize) -> Vec<Action> {
         model.plots_scrolled = model.plots_scrolled.saturating_add_signed(by.signum()).min(plots);
         return Vec::new();
     }
+    let chosen = model.chosen.saturating_add_signed(by);
+    choose_at(state, chosen)
+}
+
+/// Chooses the candidate at a place of the list, or the last.
+pub(crate) fn choose_at(state: &mut State, place: usize) -> Vec<Action> {
+    let Some(model) = &mut state.model else { return Vec::new() };
     let count = model.standing.as_ref().map_or(0, |standing| standing.cards.len());
-    let chosen = model.chosen.saturating_add_signed(by).min(count.saturating_sub(1));
+    let chosen = place.min(count.saturating_sub(1));
     if chosen != model.chosen {
         model.chosen = chosen;
         model.preview = None;
     }
     Vec::new()
+}
+
+/// Notes how far the lab is with what it does.
+pub(crate) fn note_progress(state: &mut State, fraction: f64, doing: String) {
+    if let Some(busy) = state.model.as_mut().and_then(|model| model.busy.as_mut()) {
+        busy.progress = Some((fraction, doing));
+    }
 }
 
 /// Takes an answer of the lab in.
@@ -96,8 +121,7 @@ pub(crate) fn take(state: &mut State, answer: LabAnswer) -> Vec<Action> {
     match answer {
         LabAnswer::Compared(standing) => {
             model.take(*standing);
-            let doing = "judging what could explain the rest".to_owned();
-            model.busy = Some(Busy { doing, since: state.now, only_judges: true });
+            model.busy = Some(Busy::with(JUDGING, state.now, true));
         }
         LabAnswer::Examined(standing) => {
             model.busy = None;
@@ -122,10 +146,20 @@ pub(crate) fn take(state: &mut State, answer: LabAnswer) -> Vec<Action> {
             if let Some(first) = news.first() {
                 let more = match news.len() - 1 {
                     0 => String::new(),
-                    1 => " One fitted value moved: page 4.".to_owned(),
-                    count => format!(" {count} fitted values moved: page 4."),
+                    1 => " One fitted value moved: see Log.".to_owned(),
+                    count => format!(" {count} fitted values moved: see Log."),
                 };
                 state.say(Gravity::Calm, format!("{first}.{more}"));
+            }
+        }
+        LabAnswer::GaveUp { judging } => {
+            if model.busy.take_if(|busy| busy.only_judges == judging).is_some() {
+                let text = if judging {
+                    "Judging was given up; j takes it up again."
+                } else {
+                    "Given up; the model is as it was."
+                };
+                state.say(Gravity::Calm, text);
             }
         }
         LabAnswer::Failed(reason) => {

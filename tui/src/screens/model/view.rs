@@ -9,6 +9,7 @@ use ratatui::widgets::Paragraph;
 use super::state::ModelState;
 use super::{cards, plots, waterfall};
 use crate::screens::pane::{self, wrapped};
+use crate::screens::run::sentence_case;
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
 
@@ -23,7 +24,7 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
     foot_pane(state, model, &sentence, frame, foot);
     let theme = &state.theme;
     if body.width < 60 {
-        cards::view(model, theme, frame, body);
+        cards::view(model, theme, &state.hits, frame, body);
         return;
     }
     let sides = [Constraint::Max(34), Constraint::Min(30), Constraint::Max(30)];
@@ -32,7 +33,7 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
     } else {
         Layout::horizontal([Constraint::Length(25), Constraint::Fill(1), Constraint::Length(24)]).areas(body)
     };
-    cards::view(model, theme, frame, left);
+    cards::view(model, theme, &state.hits, frame, left);
     plots::view(model, theme, frame, middle);
     waterfall::view(model, theme, frame, right);
 }
@@ -50,7 +51,14 @@ fn sentence(model: &ModelState) -> String {
             .as_ref()
             .filter(|_| busy.only_judges)
             .map_or("", |standing| standing.sentence.as_str());
-        return format!("{known} {} \u{2026}", sentence_case(&busy.doing)).trim_start().to_owned();
+        let so_far = match &busy.progress {
+            Some((fraction, doing)) => {
+                format!(" {} {:.0} % ({doing})", pane::bar(*fraction, 12), 100.0 * fraction)
+            }
+            None => String::new(),
+        };
+        let doing = sentence_case(&busy.doing);
+        return format!("{known} {doing} \u{2026}{so_far}").trim_start().to_owned();
     }
     match (&model.preview, &model.standing) {
         (Some(preview), _) => format!(
@@ -67,8 +75,8 @@ fn foot_pane(state: &State, model: &ModelState, sentence: &str, frame: &mut Fram
     let verdict = model.standing.as_ref().map_or("", |standing| standing.verdict.as_str());
     let warnings = match model.standing.as_ref().map_or(0, |standing| standing.warnings.len()) {
         0 => String::new(),
-        1 => " \u{b7} 1 warning on page 4".to_owned(),
-        count => format!(" \u{b7} {count} warnings on page 4"),
+        1 => " \u{b7} 1 warning: see Log".to_owned(),
+        count => format!(" \u{b7} {count} warnings: see Log"),
     };
     let verdict = if verdict.is_empty() { String::new() } else { format!("{verdict} \u{b7} ") };
     let title = format!("{verdict}{}{warnings}", model.files);
@@ -91,10 +99,4 @@ fn foot_pane(state: &State, model: &ModelState, sentence: &str, frame: &mut Fram
 
 fn style(model: &ModelState, theme: &Theme) -> Style {
     if model.preview.is_some() { theme.preview } else { theme.heading }
-}
-
-/// The words with a capital first letter.
-fn sentence_case(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

@@ -42,12 +42,26 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
         lines.extend(step_lines(&step, greatest, width, theme).map(|line| in_style(line, theme.preview)));
     }
     let floor = floor_lines(standing, greatest, width, theme);
+    let next = next_lines(standing, width, theme);
     // The newest steps and the floor stay where room is short.
-    let room = usize::from(inner.height).saturating_sub(floor.len());
+    let next =
+        if lines.len() + floor.len() + next.len() <= usize::from(inner.height) { next } else { Vec::new() };
+    let room = usize::from(inner.height).saturating_sub(floor.len() + next.len());
     let cut = lines.len().saturating_sub(room);
     let mut shown: Vec<Line> = lines.into_iter().skip(cut).collect();
     shown.extend(floor);
+    shown.extend(next);
     frame.render_widget(Paragraph::new(shown), inner);
+}
+
+/// The poses to measure next, where the lab asks for some.
+fn next_lines(standing: &Standing, width: usize, theme: &Theme) -> Vec<Line<'static>> {
+    if standing.next.is_empty() {
+        return Vec::new();
+    }
+    let heads = [Line::default(), Line::styled("measure next, deg", theme.heading)].into_iter();
+    let poses = standing.next.iter().map(|pose| Line::styled(fitted(pose, width), theme.text));
+    heads.chain(poses).collect()
 }
 
 /// The floor as a bar beside the others, and where it comes from. Residuals are lengths in space where more than one axis

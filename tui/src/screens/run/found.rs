@@ -6,6 +6,7 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
+use super::convergence;
 use super::state::{CorrectionRow, RunState, Trigger};
 use crate::screens::pane::{self, fitted};
 use crate::screens::theme::Theme;
@@ -79,6 +80,12 @@ fn settling(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
     all.sort_by_key(|series| std::cmp::Reverse(series.triggers.len()));
     all.truncate(if inner.width >= 44 { 2 } else { 1 });
     let turns = all.iter().map(|series| series.triggers.len()).max().unwrap_or(0);
+    let table = u16::try_from(5 + 22 * all.len()).unwrap_or(u16::MAX);
+    let [inner, plot] = if turns > 2 && inner.width >= table + convergence::LEAST {
+        Layout::horizontal([Constraint::Length(table), Constraint::Fill(1)]).areas(inner)
+    } else {
+        [inner, Rect::ZERO]
+    };
     let shown = turns.min(usize::from(inner.height.saturating_sub(2)));
     let mut names = vec![Span::raw("    ")];
     let mut heads = vec![Span::styled("  # ", theme.faint)];
@@ -99,6 +106,14 @@ fn settling(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
         lines.push(Line::from(spans));
     }
     frame.render_widget(Paragraph::new(lines), inner);
+    let changes: Vec<Vec<f64>> = all.iter().map(changes).collect();
+    convergence::view(&changes, theme, frame, plot);
+}
+
+/// How far each turn's pose lies from the one before.
+fn changes(series: &Series<'_>) -> Vec<f64> {
+    let pairs = series.triggers.iter().zip(series.triggers.iter().skip(1));
+    pairs.map(|(before, after)| after.joint.value - before.joint.value).collect()
 }
 
 fn turn_cells(series: &Series<'_>, turn: usize, theme: &Theme) -> [Span<'static>; 2] {
@@ -113,20 +128,23 @@ fn turn_cells(series: &Series<'_>, turn: usize, theme: &Theme) -> [Span<'static>
     ]
 }
 
-/// A change with its sign: four decimals while they say something, else powers of ten.
+/// A change with its sign in four decimals, or that it is less than they show.
 fn signed(change: f64) -> String {
-    if change.abs() >= 0.001 || change == 0.0 { format!("{change:+.4}") } else { format!("{change:+.1e}") }
+    if change.abs() >= 5e-5 { format!("{change:+.4}") } else { "<0.0001".to_owned() }
 }
 
 fn corrected(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
     let inner = pane::open(frame, area, theme, "Corrections", false);
-    let head = format!("  {:<14}{:>9}{:>10}{:>9}", "", "old", "new", "\u{b1} 1\u{3c3}");
+    // Where it is narrow, what was in force before stands in the prompt alone.
+    let wide = inner.width >= 56;
+    let old = if wide { format!("{:>9}", "old") } else { String::new() };
+    let head = format!("  {:<14}{old}{:>10}{:>9}", "", "new", "\u{b1} 1\u{3c3}");
     let mut lines = vec![Line::styled(head, theme.faint)];
-    lines.extend(run.corrections.iter().map(|row| correction_line(row, theme)));
+    lines.extend(run.corrections.iter().map(|row| correction_line(row, wide, theme)));
     frame.render_widget(Paragraph::new(lines), inner);
 }
 
-fn correction_line(row: &CorrectionRow, theme: &Theme) -> Line<'static> {
+fn correction_line(row: &CorrectionRow, wide: bool, theme: &Theme) -> Line<'static> {
     let correction = &row.correction;
     let (sign, word, style) = match row.revision {
         Some(_) => ("\u{2713}", " in force", theme.good),
@@ -136,7 +154,7 @@ fn correction_line(row: &CorrectionRow, theme: &Theme) -> Line<'static> {
     Line::from(vec![
         Span::styled(format!("{sign} "), style),
         Span::styled(format!("{:<14}", fitted(&place, 14)), theme.text),
-        Span::styled(format!("{:>9.3}", correction.old), theme.faint),
+        Span::styled(if wide { format!("{:>9.3}", correction.old) } else { String::new() }, theme.faint),
         Span::styled(format!("{:>10.3}", correction.new), theme.heading),
         Span::styled(format!("{:>9}", uncertainty(correction.uncertainty)), theme.text),
         Span::styled(format!(" {}", correction.unit), theme.faint),
@@ -144,13 +162,9 @@ fn correction_line(row: &CorrectionRow, theme: &Theme) -> Line<'static> {
     ])
 }
 
-/// An uncertainty: four decimals while they say something, else powers of ten.
+/// An uncertainty in four decimals, or that it is less than they show.
 fn uncertainty(value: f64) -> String {
-    match value {
-        0.0 => "0".to_owned(),
-        0.0005.. => format!("{value:.4}"),
-        _ => format!("{value:.0e}"),
-    }
+    if value < 1e-4 { "<0.0001".to_owned() } else { format!("{value:.4}") }
 }
 
 /// The quantity in as few words as the table has room for.

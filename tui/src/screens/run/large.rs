@@ -8,7 +8,8 @@ use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 
 use super::prompt::OpenPrompt;
-use super::prompt_view::{controls, question};
+use super::prompt_view::{controls, note_hits, question};
+use crate::screens::hits::Hits;
 use crate::screens::pane;
 use crate::screens::theme::Theme;
 
@@ -22,7 +23,7 @@ const QUARTERS: [char; 16] = [
 ];
 
 /// Draws the prompt over the whole page: the question in large letters, what the operator works with below it.
-pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, frame: &mut Frame, area: Rect) {
+pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
     let inner = pane::open(frame, area, theme, &prompt.prompt.title, true);
     let width = usize::from(inner.width);
     let controls = controls(prompt, theme, width);
@@ -39,6 +40,7 @@ pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, frame: &mut Frame, area: 
         .collect();
     frame.render_widget(Paragraph::new(lines), above);
     frame.render_widget(Paragraph::new(controls), below);
+    note_hits(prompt, 0, hits, below);
 }
 
 /// For a jog, the joint and where it stands, which is what one wants to read at the arm.

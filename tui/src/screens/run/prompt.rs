@@ -86,13 +86,18 @@ impl OpenPrompt {
 
     /// Moves the choice by `by`, staying within the list.
     pub(crate) fn choose(&mut self, by: isize) {
+        self.choose_at(self.chosen.saturating_add_signed(by));
+    }
+
+    /// Chooses the option or joint at a place of the list, or the last.
+    pub(crate) fn choose_at(&mut self, place: usize) {
         let count = match &self.prompt.kind {
             PromptKind::Choice { options, .. } => options.len(),
             PromptKind::Decision { options, .. } => options.len(),
             PromptKind::JogTo { joints, .. } => joints.len(),
             _ => 0,
         };
-        self.chosen = self.chosen.saturating_add_signed(by).min(count.saturating_sub(1));
+        self.chosen = place.min(count.saturating_sub(1));
     }
 
     /// The answer as it stands, or what is missing.

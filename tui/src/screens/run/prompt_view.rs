@@ -9,16 +9,19 @@ use ratatui::widgets::Paragraph;
 
 use super::prompt::{OpenPrompt, bounds};
 use super::view::padded;
+use crate::screens::hits::{Hit, Hits};
 use crate::screens::pane::{columns, fitted, reflowed, wrapped};
 use crate::screens::theme::Theme;
 
 /// Draws the prompt into the room inside its pane. Where room is short the controls stay and the text is cut.
-pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, frame: &mut Frame, area: Rect) {
+pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
     let area = padded(area);
     let width = usize::from(area.width);
     let controls = controls(prompt, theme, width);
+    let style =
+        if matches!(prompt.prompt.kind, PromptKind::Decision { .. }) { theme.bad } else { theme.text };
     let mut text: Vec<Line> =
-        question(prompt, width).into_iter().map(|line| Line::styled(line, theme.text)).collect();
+        question(prompt, width).into_iter().map(|line| Line::styled(line, style)).collect();
     if let Some(help) = &prompt.prompt.help {
         text.push(Line::default());
         text.extend(wrapped(&reflowed(help), width).into_iter().map(|line| Line::styled(line, theme.faint)));
@@ -35,8 +38,30 @@ pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, frame: &mut Frame, area: 
     frame.render_widget(Paragraph::new(text), above);
     // Where not all of the controls fit, the chosen row stays in sight.
     let hidden = controls.len().saturating_sub(usize::from(below.height));
-    let scrolled = rows(prompt.chosen.saturating_sub(usize::from(below.height) / 2).min(hidden));
-    frame.render_widget(Paragraph::new(controls).scroll((scrolled, 0)), below);
+    let scrolled = prompt.chosen.saturating_sub(usize::from(below.height) / 2).min(hidden);
+    frame.render_widget(Paragraph::new(controls).scroll((rows(scrolled), 0)), below);
+    note_hits(prompt, scrolled, hits, below);
+}
+
+/// Notes which rows of the controls can be clicked.
+pub(crate) fn note_hits(prompt: &OpenPrompt, scrolled: usize, hits: &Hits, area: Rect) {
+    let (options, button) = match &prompt.prompt.kind {
+        PromptKind::Acknowledge { .. } => (0, Some(0)),
+        PromptKind::Choice { options, .. } => (options.len(), None),
+        PromptKind::Decision { options, .. } => (options.len(), None),
+        PromptKind::Number { .. } => (0, None),
+        PromptKind::JogTo { goals, joints, hand_over, .. } => {
+            (joints.len(), Some(joints.len() + goals.len() + 1 + usize::from(*hand_over)))
+        }
+        PromptKind::ConfirmPose { recorded, .. } => (0, Some(recorded.len() + 1)),
+    };
+    for (place, row) in area.rows().enumerate().map(|(row, area)| (row + scrolled, area)) {
+        if place < options {
+            hits.note(row, Hit::Option(place));
+        } else if Some(place) == button {
+            hits.note(row, Hit::Answer);
+        }
+    }
 }
 
 /// The question itself; for a step that went wrong, what went wrong.
@@ -135,11 +160,12 @@ fn jog(prompt: &OpenPrompt, goals: &[JogGoal], joints: &[NamedValue], theme: &Th
         })
         .collect();
     lines.extend(goals.iter().map(|goal| goal_line(goal, joints, theme)));
+    let unit = joints.get(prompt.chosen).map_or("", |joint| joint.unit.as_str());
     lines.push(Line::from(vec![
         Span::styled("\u{2190} \u{2192}", theme.key),
-        Span::styled(format!(" jog by {}  ", prompt.step()), theme.text),
-        Span::styled("[ ]", theme.key),
-        Span::styled(" change it  ", theme.text),
+        Span::styled(format!(" jog by {} {unit}  ", prompt.step()), theme.text),
+        Span::styled("] [", theme.key),
+        Span::styled(" more, less  ", theme.text),
         Span::styled("\u{2191} \u{2193}", theme.key),
         Span::styled(" joint", theme.text),
     ]));

@@ -47,7 +47,7 @@ fn line(step: &Step, theme: &Theme, width: usize) -> Line<'static> {
             .filter(|seconds| *seconds >= 1.0)
             .map_or(String::new(), |seconds| format!(" {}", spoken(seconds))),
         Status::Over(StepOutcome::Passed | StepOutcome::NotNeeded) => String::new(),
-        Status::Over(outcome) => format!(" {}", super::outcome_word(outcome)),
+        Status::Over(outcome) => format!(" {}", short_word(outcome)),
     };
     let attempt = if step.attempt > 1 { format!(" (attempt {})", step.attempt) } else { String::new() };
     let room = width.saturating_sub(indent.len() + 2 + end.len());
@@ -66,6 +66,15 @@ fn line(step: &Step, theme: &Theme, width: usize) -> Line<'static> {
         Span::raw(gap),
         Span::styled(end, theme.faint),
     ])
+}
+
+/// How a step ended, in a word that leaves room for its title.
+fn short_word(outcome: StepOutcome) -> &'static str {
+    match outcome {
+        StepOutcome::Error => "error",
+        StepOutcome::Interrupted => "stopped",
+        other => super::outcome_word(other),
+    }
 }
 
 /// The turn of the repetition a step belongs to, before its title.

@@ -1,6 +1,6 @@
 //! Draws the Run screen.
 
-use plumb_cell::event::{RunOutcome, StepOutcome};
+use plumb_cell::event::{DeviceState, RunOutcome, StepOutcome};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
@@ -23,7 +23,7 @@ const ROOM_TO_DRAW: u16 = ATTENTION + 9;
 pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
     let Some(run) = &state.run else { return };
     if let (true, Some(prompt)) = (run.large, &run.prompt) {
-        large::view(prompt, &state.theme, frame, area);
+        large::view(prompt, &state.theme, &state.hits, frame, area);
         return;
     }
     let [title, body] =
@@ -83,26 +83,30 @@ fn attention(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
     let theme = &state.theme;
     if let Some(prompt) = &run.prompt {
         let inner = pane::open(frame, area, theme, &prompt.prompt.title, true);
-        prompt_view::view(prompt, theme, frame, inner);
+        prompt_view::view(prompt, theme, &state.hits, frame, inner);
         return;
     }
     match &run.phase {
         Phase::Starting => {
             paragraph(frame, area, theme, "Starting", "Starting the devices of the cell.", false)
         }
-        Phase::Running => doing(run, theme, frame, area),
+        Phase::Running => doing(state, run, frame, area),
         Phase::Paused { reason } => {
             let text = format!(
-                "{reason}\n\nNothing moves until you press r to resume.\nThe step in hand begins again."
+                "{}.\n\nNothing moves until you press r to resume.\nThe step in hand begins again.\n\na aborts the run, f ends it with \
+                 what it has found.",
+                sentence_case(reason.trim_end_matches('.'))
             );
             paragraph(frame, area, theme, "\u{2016} Paused", &text, true);
         }
         Phase::Ended { outcome, message } => {
             let (sign, word, _) = outcome_look(*outcome, theme);
-            let number = run
-                .number
-                .map_or_else(String::new, |run| format!(" plumb show {run} shows what is in the record."));
-            let text = format!("{message}\n\nq leaves.{number}");
+            let number =
+                run.number.map_or_else(String::new, |run| format!(" plumb show {run} prints it later."));
+            let history =
+                if state.history.is_some() { " 4 shows it among the others in the record." } else { "" };
+            let text =
+                format!("{}.\n\nq leaves.{history}{number}", sentence_case(message.trim_end_matches('.')));
             paragraph(frame, area, theme, &format!("{sign} {word}"), &text, true);
         }
     }
@@ -113,14 +117,23 @@ fn paragraph(frame: &mut Frame, area: Rect, theme: &Theme, title: &str, text: &s
     frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), padded(inner));
 }
 
+/// The words with a capital first letter.
+pub(crate) fn sentence_case(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// The step under way: what it is, how far, what it says.
-fn doing(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
+fn doing(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
+    let theme = &state.theme;
     let Some((_, step)) = run.current() else {
         return paragraph(frame, area, theme, "Running", "Between two steps.", false);
     };
     let inner = padded(pane::open(frame, area, theme, &step.planned.title, false));
-    let [bar, text] = Layout::vertical([Constraint::Length(2), Constraint::Fill(1)]).areas(inner);
-    if let Some(fraction) = step.fraction.filter(|fraction| fraction.is_finite()) {
+    let fraction = step.fraction.filter(|fraction| fraction.is_finite());
+    let height = if fraction.is_some() { 2 } else { 0 };
+    let [bar, text] = Layout::vertical([Constraint::Length(height), Constraint::Fill(1)]).areas(inner);
+    if let Some(fraction) = fraction {
         let gauge = LineGauge::default()
             .filled_symbol("\u{2588}")
             .unfilled_symbol("\u{2591}")
@@ -129,10 +142,13 @@ fn doing(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
         frame.render_widget(gauge.ratio(fraction.clamp(0.0, 1.0)), bar);
     }
     let moves = step.planned.moves.join(", ");
-    let mut lines = vec![Line::raw(step.message.clone())];
+    let mut lines = Vec::new();
+    if !step.message.is_empty() {
+        lines.extend([Line::raw(sentence_case(&step.message)), Line::default()]);
+    }
     if !moves.is_empty() {
-        lines.push(Line::default());
-        lines.push(Line::styled(format!("Moves {moves}: keep clear. Esc stops."), theme.warning));
+        let stops = if state.only_watches() { "" } else { " Esc stops." };
+        lines.push(Line::styled(format!("Moves {moves}: keep clear.{stops}"), theme.warning));
     }
     frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), text);
 }
@@ -149,7 +165,11 @@ fn joint_rows(state: &State) -> u16 {
 
 fn live_values(state: &State, frame: &mut Frame, area: Rect) {
     let Some(robot) = state.cell.robot().filter(|_| area.height >= 3) else { return };
-    let word = if robot.moving { "moving" } else { "at rest" };
+    let word = match (robot.state, robot.moving) {
+        (DeviceState::Lost, _) => "LOST, last seen here",
+        (_, true) => "moving",
+        (_, false) => "at rest",
+    };
     let inner = pane::open(frame, area, &state.theme, &format!("{} {word}", robot.name), false);
     let lines: Vec<Line> =
         robot.joints.iter().map(|joint| joint_line(&joint.name, joint, &state.theme)).collect();

@@ -7,11 +7,15 @@ use plumb_cell::event::{
 };
 use plumb_cell::prompt::{ChoiceOption, Decision, JogGoal, Prompt, PromptId, PromptKind};
 use plumb_model::laboratory::{RowResidual, Series};
+use plumb_record::{RunEnd, RunId, RunState, RunSummary};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use serde_json::Value;
 
 use crate::screens::cell::ArmShape;
+use crate::screens::history::ArchiveAnswer;
+use crate::screens::history::testing::{Trend, TrendPoint};
 use crate::screens::message::{Action, Message};
 use crate::screens::model::testing::{Card, CardStanding, FallStep, Residuals, Standing};
 use crate::screens::model::{LabAnswer, ModelState};
@@ -121,6 +125,11 @@ pub(super) fn number_asked() -> Event {
             decimals: Some(2),
         },
     )
+}
+
+pub(super) fn asked_to_confirm() -> Event {
+    let kind = PromptKind::Acknowledge { label: "the target lies".to_owned() };
+    asked("grid", "Set the target on the bench", "Lay the T on the table.", kind)
 }
 
 pub(super) fn choice_asked() -> Event {
@@ -336,6 +345,8 @@ fn standing() -> Standing {
         cards,
         warnings: vec!["row 79 lies far outside the others' scatter".to_owned()],
         residuals: residuals(),
+        arm_mm: vec![[0.0, 0.0, 0.0], [0.0, 0.0, 300.0], [200.0, 40.0, 420.0], [320.0, 60.0, 300.0]],
+        next: vec!["10 -40 80 0 30 5 from ++0000".to_owned()],
         fall: vec![
             FallStep { added: "start".to_owned(), fit_mm2: 0.51, held_out_mm2: Some(0.53) },
             FallStep { added: "joint_zero(*)".to_owned(), fit_mm2: 0.33, held_out_mm2: Some(0.34) },
@@ -379,6 +390,59 @@ fn residuals() -> Residuals {
     let sizes = (0..200).map(|row| (row as f64, error(row).abs(), row)).collect();
     all.push(series("order", "row", "size of the residual, mm", sizes));
     Residuals { rows, series: all }
+}
+
+/// A record of three runs and one corrected joint, on the History screen.
+pub(super) fn recorded() -> State {
+    let mut state = State::of_record(Theme::coloured());
+    let run = |number: i64, started: &str, operator: &str, ended: RunState, message: &str| RunSummary {
+        run: RunId(number),
+        cell: "teachmover".to_owned(),
+        cell_file: "/cells/teachmover/cell.yaml".to_owned(),
+        procedure: if number == 2 { "waist-initialization" } else { "initialize" }.to_owned(),
+        procedure_file: String::new(),
+        title: "Initialize the arm over a T target (Yang & Siegel 1987)".to_owned(),
+        operator: operator.to_owned(),
+        unattended: false,
+        parameters: Value::Null,
+        settings: Value::Null,
+        program: "0.1.0".to_owned(),
+        world: None,
+        started: started.to_owned(),
+        ended: None,
+        state: ended,
+        message: Some(message.to_owned()).filter(|message| !message.is_empty()),
+    };
+    let runs = vec![
+        run(3, "2026-11-21T09:13:02.000Z", "ada", RunState::Running, ""),
+        run(
+            2,
+            "2026-11-20T16:40:11.000Z",
+            "grace",
+            RunState::Ended(RunEnd::Failed),
+            "nothing found within 40 deg of waist",
+        ),
+        run(1, "2026-11-19T08:05:59.000Z", "ada", RunState::Ended(RunEnd::Passed), "all steps passed"),
+    ];
+    let point = |day: i64, value: f64, run: i64| TrendPoint {
+        time: format!("2026-11-{day}T08:10:00.000Z"),
+        seconds: 86_400.0 * day as f64,
+        value,
+        uncertainty: 0.05,
+        run: Some(run),
+    };
+    let trend = |name: &str, points: Vec<TrendPoint>| Trend {
+        name: name.to_owned(),
+        cell: "teachmover".to_owned(),
+        unit: "deg".to_owned(),
+        points,
+    };
+    let trends = vec![
+        trend("waist zero of arm", vec![point(17, 1.7, 0), point(18, 1.75, 0), point(19, 1.6, 1)]),
+        trend("elbow zero of arm", vec![point(19, -2.4, 1)]),
+    ];
+    update(&mut state, Message::Archive(ArchiveAnswer::Listed { runs, trends }));
+    state
 }
 
 /// A key without modifiers.

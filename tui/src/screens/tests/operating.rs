@@ -13,7 +13,7 @@ use super::fixtures::{
 };
 use crate::screens::keys::{BINDINGS, Place, command_for};
 use crate::screens::message::{Action, Message};
-use crate::screens::model::LabRequest;
+use crate::screens::model::{LabAnswer, LabRequest};
 use crate::screens::state::{Overlay, Screen, State};
 use crate::screens::update::update;
 
@@ -316,16 +316,60 @@ fn an_effect_is_added_by_its_name_and_no_letter_of_it_does_anything_else() {
 }
 
 #[test]
-fn the_scale_of_the_plots_stays_when_the_error_falls() {
+fn the_scale_of_the_plots_follows_the_model_until_the_operator_steps_it() {
     let mut state = examined();
-    let before = state.model.as_ref().map(|model| model.half_height_mm());
-    let mut better =
+    let half = |state: &State| state.model.as_ref().map_or(0.0, |model| model.half_height_mm());
+    let mut standing =
         state.model.as_ref().and_then(|model| model.standing.clone()).expect("the model was examined");
-    for row in &mut better.residuals.rows {
-        row.size_mm *= 0.1;
-    }
-    update(&mut state, Message::Lab(crate::screens::model::LabAnswer::Examined(Box::new(better))));
-    assert_eq!(state.model.as_ref().map(|model| model.half_height_mm()), before);
+    let mut fall = |state: &mut State| {
+        for row in &mut standing.residuals.rows {
+            row.size_mm *= 0.4;
+        }
+        update(state, Message::Lab(LabAnswer::Examined(Box::new(standing.clone()))));
+    };
+    let before = half(&state);
+    fall(&mut state);
+    let followed = half(&state);
+    assert!(followed < before, "what is left is seen as large as what was left before");
+    press(&mut state, KeyCode::Char('f'));
+    let stepped = half(&state);
+    assert_eq!(stepped, 2.0 * followed);
+    fall(&mut state);
+    assert_eq!(half(&state), stepped);
+}
+
+#[test]
+fn long_work_of_the_lab_says_how_far_it_is_and_can_be_given_up() {
+    let mut state = examined();
+    assert_eq!(press(&mut state, KeyCode::Char('c')), [], "nothing is under way");
+    let request = LabRequest::Preview("joint_compliance(shoulder)".to_owned());
+    assert_eq!(press(&mut state, KeyCode::Char(' ')), [Action::Lab(request)]);
+    update(&mut state, Message::LabProgress(0.5, "fitting with it".to_owned()));
+    let shown = page(&state, 120, 40);
+    assert!(shown.contains("50 % (fitting with it)"), "{shown}");
+    assert_eq!(press(&mut state, KeyCode::Char('c')), [Action::CancelLab]);
+    update(&mut state, Message::Lab(LabAnswer::GaveUp { judging: false }));
+    assert!(page(&state, 120, 40).contains("Given up; the model is as it was."));
+    let request = LabRequest::Preview("joint_compliance(shoulder)".to_owned());
+    assert_eq!(press(&mut state, KeyCode::Char(' ')), [Action::Lab(request)], "it can be asked again");
+    assert_eq!(
+        press(&mut state, KeyCode::Esc),
+        [Action::Stop, Action::CancelLab],
+        "the stop key ends it too"
+    );
+}
+
+#[test]
+fn judging_that_was_given_up_is_taken_up_again_when_asked_for() {
+    let mut state = examined();
+    let mut standing = state.model.as_ref().and_then(|model| model.standing.clone()).expect("examined");
+    standing.verdict.clear();
+    update(&mut state, Message::Lab(LabAnswer::Compared(Box::new(standing))));
+    assert_eq!(press(&mut state, KeyCode::Char('j')), [], "it is being judged");
+    press(&mut state, KeyCode::Char('c'));
+    update(&mut state, Message::Lab(LabAnswer::GaveUp { judging: true }));
+    assert!(page(&state, 120, 40).contains("Judging was given up; j takes it up again."));
+    assert_eq!(press(&mut state, KeyCode::Char('j')), [Action::Lab(LabRequest::Judge)]);
 }
 
 #[test]

@@ -4,9 +4,13 @@ use plumb_cell::event::{Event, RunOutcome, StepOutcome};
 use ratatui::crossterm::event::KeyCode;
 use ratatui::style::{Color, Modifier};
 
+use crate::screens::history::ArchiveAnswer;
+use crate::screens::message::Message;
+use crate::screens::update::update;
+
 use super::fixtures::{
     begun, choice_asked, decision_asked, drawn, examined, finished, jog_asked, number_asked, page, passed,
-    press, searching, started, tell,
+    press, recorded, searching, started, tell,
 };
 use crate::screens::state::{Overlay, Screen, State};
 use crate::screens::theme::Theme;
@@ -81,6 +85,24 @@ fn the_model_page_shows_candidates_residuals_and_the_fall_of_the_error() {
 }
 
 #[test]
+fn the_history_page_lists_runs_and_draws_corrections_over_time() {
+    let mut state = recorded();
+    snapshots("history", &state);
+    press(&mut state, KeyCode::Down);
+    press(&mut state, KeyCode::Down);
+    press(&mut state, KeyCode::Enter);
+    let lines = [
+        "run 1 of teachmover: Initialize the arm",
+        "",
+        "corrections",
+        "  zero of arm waist   1.7 -> 1.6 deg",
+    ];
+    let lines = lines.map(str::to_owned).to_vec();
+    update(&mut state, Message::Archive(ArchiveAnswer::Opened { run: 1, lines }));
+    insta::assert_snapshot!(page(&state, 80, 24));
+}
+
+#[test]
 fn the_log_page_keeps_a_line_for_everything_that_happened() {
     let mut state = searching();
     state.screen = Screen::Log;
@@ -100,7 +122,7 @@ fn help_and_questions_lie_over_the_page() {
 
 #[test]
 fn every_page_survives_every_small_size() {
-    let mut states = vec![begun(), searching(), passed(), examined()];
+    let mut states = vec![begun(), searching(), passed(), examined(), recorded()];
     for event in [number_asked(), choice_asked(), jog_asked(), decision_asked()] {
         let mut state = begun();
         tell(&mut state, event);

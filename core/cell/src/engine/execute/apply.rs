@@ -9,6 +9,7 @@ use crate::engine::journal::Question;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::NamedValue;
+use crate::in_words::give_or_take;
 use crate::prompt::{Answer, ChoiceOption, PromptKind};
 use crate::step::ApplyStep;
 
@@ -92,7 +93,8 @@ impl Engine {
     fn is_accepted(&mut self, corrections: &[NewCorrection], at: &StepContext) -> Result<bool, StepError> {
         let lines = corrections.iter().map(|one| {
             let (place, unit) = (&one.key.place, &one.unit);
-            format!("zero of {place}: {:.4} -> {:.4} {unit} (+- {:.4})", one.old, one.new, one.uncertainty)
+            let around = give_or_take(one.uncertainty, unit);
+            format!("zero of {place}: {:.4} -> {:.4} {unit} ({around})", one.old, one.new)
         });
         let option = |key: &str, label: &str| ChoiceOption { key: key.to_owned(), label: label.to_owned() };
         let question = Question {

@@ -12,6 +12,7 @@ use crate::engine::scope::joints_value;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::{Event, NamedValue};
+use crate::in_words::give_or_take;
 use crate::step::{Approach, SearchStep};
 
 /// The first step of a drive without steps that creeps on towards its edge, rad or mm: far below what any pose is known to.
@@ -376,8 +377,10 @@ impl Engine {
         let place = found.first().map_or(0.0, |joint| joint.value);
         let state = if step.until_on { "came on" } else { "went off" };
         let message = format!(
-            "{} {state} with {} at {place:.4} {unit} (known to {half_width:.2e})",
-            step.sensor, step.joint
+            "{} {state} with {} at {place:.4} {unit} ({})",
+            step.sensor,
+            step.joint,
+            give_or_take(half_width, unit)
         );
         Ok(Done { result, values: found, message })
     }

@@ -1,158 +1,9 @@
-//! The key table: every key of the screens, where it works, what it does. The footer, the help overlay and the table in
-//! the manual are all read from here, and so is the dispatch; a key that is not here does nothing.
+//! The rows of the key table. Where two rows share a key, the row of the narrower place wins.
 
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use ratatui::crossterm::event::{KeyCode, KeyModifiers};
 
-use super::state::Screen;
-
-/// Where a key works.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Place {
-    /// Everywhere: in prompts, in overlays, while typing.
-    Everywhere,
-    /// Everywhere but where a name is being written.
-    NotWriting,
-    /// Everywhere but where a number or a name is being typed.
-    NotTyping,
-    /// While something is open over the screen: help, or a question.
-    Overlay,
-    /// While the program asks whether to leave.
-    Leaving,
-    /// While the program asks whether to abort the run.
-    Aborting,
-    /// On the Cell screen.
-    Cell,
-    /// On the Run screen.
-    Run,
-    /// On the Run screen while a prompt waits for an answer.
-    Prompt,
-    /// On the Run screen while a prompt asks for a pose that can be jogged to.
-    Jog,
-    /// On the Run screen while a step that went wrong waits for a decision.
-    Decision,
-    /// On the Model screen.
-    Model,
-    /// On the Model screen while the name of an effect is being written.
-    Naming,
-    /// On the Log screen.
-    Log,
-}
-
-impl Place {
-    /// How the manual and the help name the place.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Everywhere => "everywhere",
-            Self::NotWriting => "not while writing a name",
-            Self::NotTyping => "not while typing",
-            Self::Overlay => "help",
-            Self::Leaving => "leaving",
-            Self::Aborting => "aborting",
-            Self::Cell => "Cell",
-            Self::Run => "Run",
-            Self::Prompt => "Run, prompt",
-            Self::Jog => "Run, jogging",
-            Self::Decision => "Run, failed step",
-            Self::Model => "Model",
-            Self::Naming => "Model, naming an effect",
-            Self::Log => "Log",
-        }
-    }
-}
-
-/// What a key asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Command {
-    /// Stop every robot now.
-    Stop,
-    /// Stop every robot now and ask whether to leave.
-    StopAndLeave,
-    /// Open or close the help.
-    Help,
-    /// Close what is open over the screen.
-    Close,
-    /// Ask whether to leave.
-    Leave,
-    /// Leave; an unfinished run can be taken up again.
-    LeaveNow,
-    /// Abort the run and leave.
-    AbortAndLeave,
-    /// Show a screen.
-    Show(Screen),
-    /// Show the next screen.
-    NextScreen,
-    /// Show the screen before.
-    PreviousScreen,
-    /// One up: the choice above, the line above.
-    Up,
-    /// One down.
-    Down,
-    /// A page up.
-    PageUp,
-    /// A page down.
-    PageDown,
-    /// Give the answer that stands in the prompt.
-    Answer,
-    /// Pause after the motion under way.
-    Pause,
-    /// Go on with a paused run.
-    Resume,
-    /// Ask whether to abort the run.
-    Abort,
-    /// Abort the run.
-    AbortNow,
-    /// Do the failed step again.
-    Retry,
-    /// Go on without the failed step.
-    Skip,
-    /// End the run early in good order.
-    Finish,
-    /// Jog the chosen joint by one step, forwards.
-    JogForwards,
-    /// Jog the chosen joint by one step, backwards.
-    JogBackwards,
-    /// Make the step of the jog greater.
-    JogMore,
-    /// Make the step of the jog smaller.
-    JogLess,
-    /// Hand the arm to its pendant.
-    HandOver,
-    /// Show the prompt in letters to be read from the arm.
-    Large,
-    /// Look at errors in the next plane.
-    NextPlane,
-    /// Look at errors in the plane before.
-    PreviousPlane,
-    /// Show what adding the chosen candidate would leave.
-    Preview,
-    /// Add the chosen candidate to the model.
-    Add,
-    /// Take the effect added last away again.
-    Undo,
-    /// Write the name of an effect to be added.
-    NameEffect,
-    /// Add the effect whose name was written.
-    AddNamed,
-    /// Step the scale of the plots.
-    Scale,
-}
-
-/// One row of the key table.
-#[derive(Debug)]
-pub(crate) struct Binding {
-    /// The keys that do it.
-    pub keys: &'static [(KeyModifiers, KeyCode)],
-    /// How the keys are written.
-    pub shown: &'static str,
-    /// Where they work.
-    pub place: Place,
-    /// What they ask for.
-    pub command: Command,
-    /// Two words for the footer; empty keeps the key out of it.
-    pub footer: &'static str,
-    /// One sentence for the help and the manual.
-    pub help: &'static str,
-}
+use super::{Binding, Command, Place};
+use crate::screens::state::Screen;
 
 const PLAIN: KeyModifiers = KeyModifiers::NONE;
 
@@ -164,7 +15,7 @@ const fn code(code: KeyCode) -> (KeyModifiers, KeyCode) {
     (PLAIN, code)
 }
 
-/// The table. Where two rows share a key, the row of the narrower place wins (see [`command_for`]).
+/// The table.
 pub(crate) const BINDINGS: &[Binding] = &[
     Binding {
         keys: &[code(KeyCode::Esc)],
@@ -249,6 +100,14 @@ pub(crate) const BINDINGS: &[Binding] = &[
     Binding {
         keys: &[letter('4')],
         shown: "4",
+        place: Place::NotTyping,
+        command: Command::Show(Screen::History),
+        footer: "",
+        help: "Show the History screen: the runs in the record, and corrections over time.",
+    },
+    Binding {
+        keys: &[letter('5')],
+        shown: "5",
         place: Place::NotTyping,
         command: Command::Show(Screen::Log),
         footer: "",
@@ -502,49 +361,68 @@ pub(crate) const BINDINGS: &[Binding] = &[
         footer: "scale",
         help: "Step the scale of the plots through multiples of the noise floor.",
     },
+    Binding {
+        keys: &[letter('c')],
+        shown: "c",
+        place: Place::Model,
+        command: Command::Cancel,
+        footer: "cancel",
+        help: "Give up what the lab is doing; the model stays as it is.",
+    },
+    Binding {
+        keys: &[letter('j')],
+        shown: "j",
+        place: Place::Model,
+        command: Command::Judge,
+        footer: "judge",
+        help: "Judge what could explain the rest, where that was given up.",
+    },
+    Binding {
+        keys: &[code(KeyCode::Enter)],
+        shown: "Enter",
+        place: Place::History,
+        command: Command::OpenRun,
+        footer: "open",
+        help: "Open the chosen run: its steps, answers, trigger poses, values, corrections and files.",
+    },
+    Binding {
+        keys: &[letter('/')],
+        shown: "/",
+        place: Place::History,
+        command: Command::Filter,
+        footer: "filter",
+        help: "Write words; only runs that hold all of them are shown (cell, procedure, operator, date, how it ended).",
+    },
+    Binding {
+        keys: &[code(KeyCode::Right)],
+        shown: "Right",
+        place: Place::History,
+        command: Command::NextTrend,
+        footer: "next correction",
+        help: "Draw the next corrected quantity over time.",
+    },
+    Binding {
+        keys: &[code(KeyCode::Left)],
+        shown: "Left",
+        place: Place::History,
+        command: Command::PreviousTrend,
+        footer: "",
+        help: "Draw the corrected quantity before.",
+    },
+    Binding {
+        keys: &[code(KeyCode::Enter)],
+        shown: "Enter",
+        place: Place::Filtering,
+        command: Command::FilterDone,
+        footer: "done",
+        help: "Leave the filter as it is; an empty one shows all runs.",
+    },
+    Binding {
+        keys: &[code(KeyCode::Enter), code(KeyCode::Backspace)],
+        shown: "Enter, Backspace",
+        place: Place::OpenedRun,
+        command: Command::CloseRun,
+        footer: "close",
+        help: "Back to the list of runs.",
+    },
 ];
-
-/// What `event` asks for in the given places, the narrowest place first.
-pub(crate) fn command_for(places: &[Place], event: &KeyEvent) -> Option<Command> {
-    places.iter().find_map(|place| {
-        BINDINGS
-            .iter()
-            .filter(|binding| binding.place == *place)
-            .find(|binding| binding.keys.iter().any(|key| is_key(*key, event)))
-            .map(|binding| binding.command)
-    })
-}
-
-/// The rows that hold in the given places, the narrowest place first, without those whose keys a narrower place took.
-pub(crate) fn bindings_for(places: &[Place]) -> Vec<&'static Binding> {
-    let mut rows: Vec<&'static Binding> = Vec::new();
-    for place in places {
-        for binding in BINDINGS.iter().filter(|binding| binding.place == *place) {
-            let taken = |key: &(KeyModifiers, KeyCode)| rows.iter().any(|row| row.keys.contains(key));
-            if !binding.keys.iter().all(taken) {
-                rows.push(binding);
-            }
-        }
-    }
-    rows
-}
-
-/// The key table as the manual prints it: a Markdown table, one row a binding.
-#[cfg(test)]
-pub(crate) fn manual_table() -> String {
-    let mut table = String::from("| Key | Where | What it does |\n|---|---|---|\n");
-    for binding in BINDINGS {
-        table.push_str(&format!("| `{}` | {} | {} |\n", binding.shown, binding.place.name(), binding.help));
-    }
-    table
-}
-
-/// Whether `event` is `key`. Shift is not compared for characters: `?` arrives with it from some terminals, without it
-/// from others.
-fn is_key(key: (KeyModifiers, KeyCode), event: &KeyEvent) -> bool {
-    let ignored = match event.code {
-        KeyCode::Char(_) | KeyCode::BackTab => KeyModifiers::SHIFT,
-        _ => KeyModifiers::NONE,
-    };
-    key.1 == event.code && key.0 == event.modifiers - ignored
-}

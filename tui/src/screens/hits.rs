@@ -1,0 +1,40 @@
+//! What can be clicked, and where it was drawn. The view notes it while it draws, so that a click means what was seen.
+
+use std::cell::RefCell;
+
+use ratatui::layout::{Position, Rect};
+
+/// Something that can be clicked, other than the keys of the footer and the tabs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Hit {
+    /// The option or joint at this place of the prompt.
+    Option(usize),
+    /// The prompt's button.
+    Answer,
+    /// The candidate at this place.
+    Card(usize),
+    /// The run at this place of those shown.
+    Run(usize),
+}
+
+/// Everything that can be clicked in the frame drawn last. Drawing only looks at the state, and notes its places through
+/// this one cell.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Hits(RefCell<Vec<(Rect, Hit)>>);
+
+impl Hits {
+    /// Forgets the frame before.
+    pub(crate) fn clear(&self) {
+        self.0.borrow_mut().clear();
+    }
+
+    /// Notes that `hit` was drawn in `area`.
+    pub(crate) fn note(&self, area: Rect, hit: Hit) {
+        self.0.borrow_mut().push((area, hit));
+    }
+
+    /// What was drawn last at a place.
+    pub(crate) fn at(&self, place: Position) -> Option<Hit> {
+        self.0.borrow().iter().rev().find(|(area, _)| area.contains(place)).map(|(_, hit)| *hit)
+    }
+}

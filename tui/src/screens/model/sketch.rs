@@ -1,0 +1,58 @@
+//! A sketch of each effect in three lines: what is drawn is dashed or thin, what is built is heavy.
+
+/// Columns of the widest sketch.
+#[cfg(test)]
+pub(crate) const WIDEST: usize = 26;
+
+/// The sketch of an effect by its name; none for one the user defined.
+pub(crate) fn of(effect: &str) -> Option<[&'static str; 3]> {
+    SKETCHES.iter().find(|(name, _)| *name == effect).map(|(_, sketch)| *sketch)
+}
+
+const SKETCHES: &[(&str, [&str; 3])] = &[
+    ("joint_zero", ["     ╱ where it stands", "    ╱ ↕", "   ◯╌╌╌╌ where it says"]),
+    ("joint_gain", ["says 0   30   60   90", "     ┼────┼────┼────┤", "is   0    31    62    93"]),
+    ("link_length", ["  ◯━━━━━━━━━━━◯ built", "  ◯╌╌╌╌╌╌╌╌◯ drawn", "            ←→"]),
+    ("link_offset", ["   ━━◯╌╌╌ drawn", "     ┃ ↕", "     ◯━━━ built"]),
+    ("link_twist", ["  ╎ drawn   ╱ built", "  ◯━━━━━━━━◯", "           ╱"]),
+    ("axis_skew", ["    ╎ ╱ the axis leans", "    ╎╱", "  ━━◯━━━━"]),
+    ("tool_offset", ["  ━━━━┓", "      ┃ ←→", "      ╵  • the tip"]),
+    ("joint_compliance", ["  ◯╌╌╌╌╌╌╌ unloaded", "   ╲ turns in the joint", "    ╲━━━━━▼ weight"]),
+    ("joint_stiffening", ["  turn  ╭──── stiffens", "      ╭─╯", "   ───╯   moment"]),
+    ("joint_backlash", ["   ┃╲ ╱┃   the tooth", "   ┃ ▼ ┃   lies left or", "   → ← gap  right"]),
+    ("joint_harmonic", ["   ╭╮  ╭╮  ╭╮", "  ╱  ╲╱  ╲╱  ╲ error", "  ── turns of a wheel ──"]),
+    ("joint_settling", ["  ──╮ asked", "     ╲", "      ╰─── creeps in"]),
+    ("joint_coupling", ["  ↻ ◯━━━━◯ ↻", "  one joint turns,", "  the other turns along"]),
+    ("joint_step", ["         ┌──── after", "  ───────┘", "  before   it slipped"]),
+    ("link_sag", ["  ┃━━━╸╌╌╌╌╌ straight", "      ╲━━╸", "         ╲━━▼ weight"]),
+    ("thermal_growth", ["  ◯━━━━━━━━━◯ cool", "  ◯━━━━━━━━━━━◯ warm", "             ←→"]),
+    ("warm_up", ["         ╭────── warm", "      ╭──╯", "  ────╯ since it started"]),
+    ("drift", ["            ╱╱", "      ╱╱╱╱╱", "  ╱╱╱╱  with time"]),
+    ("base_tilt", ["        ┃  ╱", "     ╱━━┻━━", "  ╌╌╱╌╌╌╌╌╌╌ level"]),
+    ("base_position", ["    ╎     ┃", "    ╎     ┃", "  ╌╌┴╌╌ →━┻━━ stands here"]),
+    ("scale", ["  reads ├──┼──┼──┤", "  true  ├───┼───┼───┤", "  the ruler is short"]),
+    ("instrument_tilt", ["     ╱▔╲ the instrument", "    ╱  ╱ leans", "  ━┻━━┻━━━"]),
+    ("trigger_height", ["     ▽  sensor", "     ↕  fires too high", "  ━━━━━━━━ or too low"]),
+    ("trigger_spot", ["     ▽", "    ( ) half the spot", "  ████━━━━ over the edge"]),
+    ("trigger_hysteresis", ["  on   ┌────", "     ↑ │↓", "  off ─┘  not the same"]),
+    ("reflectance", ["     ▽", "    ╱ ╲ less comes back", "  ▒▒▒▒▒▒▒▒"]),
+    ("sensor_tilt", ["      ▷ leans", "     ╱", "  ━━━━━━━━"]),
+];
+
+#[cfg(test)]
+mod tests {
+    use plumb_model::effect::kinds;
+
+    use super::*;
+    use crate::screens::pane::columns;
+
+    #[test]
+    fn every_effect_of_the_library_has_a_sketch_that_fits_a_card() {
+        for kind in kinds() {
+            let sketch = of(kind.name).unwrap_or_else(|| panic!("{} has no sketch", kind.name));
+            for line in sketch {
+                assert!(columns(line) <= WIDEST, "{}: {line} takes {} columns", kind.name, columns(line));
+            }
+        }
+    }
+}

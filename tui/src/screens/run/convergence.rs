@@ -1,0 +1,59 @@
+//! How fast the poses of repeated searches settle: the change from turn to turn, every line of the axis ten times the one
+//! below.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Color, Style};
+use ratatui::symbols::Marker;
+use ratatui::text::Line as TextLine;
+use ratatui::widgets::canvas::{Canvas, Circle, Line};
+
+use crate::screens::theme::Theme;
+
+/// Columns the plot needs to say something.
+pub(crate) const LEAST: u16 = 16;
+
+/// The greatest and the smallest change the axis shows, as powers of ten; degrees or mm.
+const DECADES: (i32, i32) = (1, -4);
+
+/// Draws the changes of each series over the turns.
+pub(crate) fn view(series: &[Vec<f64>], theme: &Theme, frame: &mut Frame, area: Rect) {
+    let turns = series.iter().map(Vec::len).max().unwrap_or(0);
+    if area.height < 4 || area.width < LEAST || turns == 0 {
+        return;
+    }
+    let colour = |style: Style| style.fg.unwrap_or(Color::Reset);
+    let inks = [colour(theme.measured), colour(theme.machine)];
+    let (high, low) = (f64::from(DECADES.0), f64::from(DECADES.1));
+    // Room for the numbers of the axis at the left.
+    let (left, right) = (0.0 - 0.45 * turns as f64, turns as f64 + 0.5);
+    let radius = 1.2 * (right - left) / (2.0 * f64::from(area.width));
+    let canvas =
+        Canvas::default().marker(Marker::Braille).x_bounds([left, right]).y_bounds([low, high]).paint(
+            |context| {
+                for decade in DECADES.1..=DECADES.0 {
+                    let y = f64::from(decade);
+                    context.draw(&Line { x1: 0.4, y1: y, x2: right, y2: y, color: colour(theme.faint) });
+                }
+                context.layer();
+                for (changes, color) in series.iter().zip(inks.into_iter().cycle()) {
+                    let height = |change: &f64| change.abs().max(1e-12).log10().clamp(low, high);
+                    let points: Vec<(f64, f64)> = changes
+                        .iter()
+                        .enumerate()
+                        .map(|(turn, change)| (turn as f64 + 1.0, height(change)))
+                        .collect();
+                    for (from, to) in points.iter().zip(points.iter().skip(1)) {
+                        context.draw(&Line { x1: from.0, y1: from.1, x2: to.0, y2: to.1, color });
+                    }
+                    for (x, y) in points {
+                        context.draw(&Circle { x, y, radius, color });
+                    }
+                }
+                for (decade, text) in [(DECADES.0, "10"), (0, "1"), (-2, ".01"), (DECADES.1, ".0001")] {
+                    context.print(left, f64::from(decade), TextLine::styled(text, theme.faint));
+                }
+            },
+        );
+    frame.render_widget(canvas, area);
+}

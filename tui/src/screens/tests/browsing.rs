@@ -1,0 +1,121 @@
+//! What an operator does on the History screen, and with the mouse anywhere.
+
+use plumb_cell::command::Command as Tell;
+use plumb_cell::prompt::{Answer, PromptId};
+use ratatui::crossterm::event::KeyCode;
+
+use super::fixtures::{asked_to_confirm, begun, choice_asked, examined, page, press, recorded, tell};
+use crate::screens::history::ArchiveRequest;
+use crate::screens::message::{Action, Message};
+use crate::screens::state::{Overlay, Screen, State};
+use crate::screens::update::update;
+
+/// Clicks on the first place of the page where `text` stands, drawn in a terminal of this size.
+fn click(state: &mut State, text: &str, size: (u16, u16)) -> Vec<Action> {
+    state.size = size;
+    let page = page(state, size.0, size.1);
+    let found = page.lines().enumerate().find_map(|(row, line)| {
+        // The page is printed between quotation marks.
+        let line = line.trim_matches('"');
+        let before = line.split_once(text)?.0;
+        Some((before.chars().count(), row))
+    });
+    let (column, row) = found.unwrap_or_else(|| panic!("{text} is not on the page:\n{page}"));
+    let at = |place: usize| u16::try_from(place).unwrap_or(u16::MAX);
+    update(state, Message::Click { column: at(column), row: at(row) })
+}
+
+#[test]
+fn opening_the_history_reads_the_record() {
+    let mut state = begun();
+    assert_eq!(press(&mut state, KeyCode::Char('4')), [Action::Archive(ArchiveRequest::List)]);
+    assert_eq!(state.screen, Screen::History);
+    assert!(page(&state, 80, 24).contains("Reading the record"));
+}
+
+#[test]
+fn a_run_is_chosen_opened_scrolled_and_closed() {
+    let mut state = recorded();
+    press(&mut state, KeyCode::Down);
+    assert_eq!(press(&mut state, KeyCode::Enter), [Action::Archive(ArchiveRequest::Open(2))]);
+    press(&mut state, KeyCode::Enter);
+    assert!(page(&state, 80, 24).contains("nothing found within 40 deg of waist"));
+}
+
+#[test]
+fn a_filter_shows_only_runs_that_hold_all_its_words() {
+    let mut state = recorded();
+    press(&mut state, KeyCode::Char('/'));
+    for key in "ADA pass".chars() {
+        press(&mut state, KeyCode::Char(key));
+    }
+    assert!(page(&state, 80, 24).contains("Runs (1 of 3)"));
+    press(&mut state, KeyCode::Enter);
+    assert_eq!(press(&mut state, KeyCode::Enter), [Action::Archive(ArchiveRequest::Open(1))]);
+    press(&mut state, KeyCode::Backspace);
+    press(&mut state, KeyCode::Char('/'));
+    for key in "xyz".chars() {
+        press(&mut state, KeyCode::Char(key));
+    }
+    assert!(page(&state, 80, 24).contains("No run holds these words"));
+    press(&mut state, KeyCode::Enter);
+    assert_eq!(press(&mut state, KeyCode::Enter), [], "there is nothing to open");
+}
+
+#[test]
+fn corrected_quantities_are_stepped_through() {
+    let mut state = recorded();
+    assert!(page(&state, 80, 24).contains("waist zero of arm, deg"));
+    press(&mut state, KeyCode::Right);
+    assert!(page(&state, 80, 24).contains("elbow zero of arm, deg"));
+    press(&mut state, KeyCode::Right);
+    assert!(page(&state, 80, 24).contains("waist zero of arm, deg"));
+}
+
+#[test]
+fn a_click_chooses_a_run_and_a_candidate() {
+    let mut state = recorded();
+    click(&mut state, "11-19", (80, 24));
+    assert_eq!(press(&mut state, KeyCode::Enter), [Action::Archive(ArchiveRequest::Open(1))]);
+    let mut state = examined();
+    click(&mut state, "joint_backlash", (120, 40));
+    assert_eq!(state.model.as_ref().map(|model| model.chosen), Some(2));
+}
+
+#[test]
+fn a_click_chooses_an_option_and_only_enter_or_the_button_answers() {
+    let mut state = begun();
+    tell(&mut state, choice_asked());
+    assert_eq!(click(&mut state, "another one", (80, 24)), []);
+    let answer = Tell::Answer {
+        prompt: PromptId(41),
+        answer: Answer::Choice { key: "other".to_owned() },
+        by: "ada".to_owned(),
+    };
+    assert_eq!(press(&mut state, KeyCode::Enter), [Action::Tell(answer)]);
+
+    let mut state = begun();
+    tell(&mut state, asked_to_confirm());
+    let answer = Tell::Answer { prompt: PromptId(41), answer: Answer::Done, by: "ada".to_owned() };
+    assert_eq!(click(&mut state, "the target lies", (80, 24)), [Action::Tell(answer)]);
+}
+
+#[test]
+fn what_lies_over_the_page_shields_it_from_clicks() {
+    let mut state = begun();
+    tell(&mut state, asked_to_confirm());
+    page(&state, 80, 24);
+    state.overlay = Some(Overlay::Abort);
+    for row in 1..21 {
+        assert_eq!(update(&mut state, Message::Click { column: 40, row }), []);
+    }
+}
+
+#[test]
+fn the_wheel_moves_the_choice() {
+    let mut state = recorded();
+    update(&mut state, Message::Scroll(1));
+    assert_eq!(state.history.as_ref().map(|history| history.chosen), Some(2), "a notch is three lines");
+    update(&mut state, Message::Scroll(-1));
+    assert_eq!(state.history.as_ref().map(|history| history.chosen), Some(0));
+}
