@@ -13,7 +13,8 @@ use plumb_host::{
     StopHandle,
 };
 use plumb_plugin::{
-    Description, JogState, JointState, LogLevel, Motion, Reading, RobotDescription, SensorDescription, Value,
+    Description, JogState, JointState, JointVector, LogLevel, Motion, Reading, RobotDescription,
+    SensorDescription, Value,
 };
 use plumb_record::{LoadedFile, sha256_hex};
 
@@ -21,6 +22,7 @@ use super::watcher::{JointWatcher, PoseListener};
 use super::wiring::wired_inputs;
 use super::{DeviceError, DeviceLinks, DeviceLog, Link, RobotLink, SensorLink};
 use crate::event;
+use crate::instrument::{InstrumentResult, InstrumentUse};
 use crate::run_handle::StopAction;
 use crate::workcell::{DeviceSetting, Workcell};
 
@@ -49,6 +51,12 @@ pub trait World: Send {
     /// # Errors
     /// A sentence that says why it cannot be done, and what would be right.
     fn operate(&mut self, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String>;
+
+    /// Has the operator who stands in it use an instrument.
+    ///
+    /// # Errors
+    /// A sentence: why nothing is found with it.
+    fn use_instrument(&mut self, used: &InstrumentUse) -> Result<InstrumentResult, String>;
 
     /// Ends it.
     fn end(&mut self);
@@ -188,6 +196,15 @@ impl DeviceLinks for HostedDevices {
         self.world.as_mut().map_or(Ok(None), |world| world.operate(act, values))
     }
 
+    fn use_instrument(&mut self, used: &InstrumentUse) -> Result<InstrumentResult, String> {
+        match &mut self.world {
+            Some(world) => world.use_instrument(used),
+            None => {
+                Err("only a simulated cell has instruments that answer: give the number itself".to_owned())
+            }
+        }
+    }
+
     fn world_socket(&self) -> Option<String> {
         self.world.as_ref().map(|world| world.socket().display().to_string())
     }
@@ -309,6 +326,10 @@ impl RobotLink for HostedRobot {
 
     fn jog(&mut self, on: bool) -> Result<JogState, DeviceError> {
         self.told(self.client.jog(on))
+    }
+
+    fn set_zero(&mut self, joints: &JointVector) -> Result<(), DeviceError> {
+        self.told(self.client.set_zero(joints))
     }
 
     fn stop_action(&self) -> StopAction {

@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use plumb_kinematics::Posture;
 use plumb_plugin::{JointState, JointUnit, JointVector, Motion, RobotDescription};
 use plumb_record::AppliedCorrection;
 use serde_json::{Value, json};
@@ -165,6 +166,20 @@ impl Arm {
             unit: unit.symbol().to_owned(),
             uncertainty: None,
         }
+    }
+
+    /// The points its links run between where the drive stands so, from its base to its flange, mm in its base frame; none without a model.
+    pub(crate) fn outline(&self, drive: &JointVector) -> Option<Vec<[f64; 3]>> {
+        let model = self.setting.model.as_ref()?;
+        let corrected = self.corrected(drive);
+        let in_order = self.setting.joints.iter().map(|(joint, _)| {
+            let column = self.column(joint)?;
+            corrected.get(column).copied()
+        });
+        let in_order: Option<Vec<f64>> = in_order.collect();
+        let posture = Posture::of(&model.chain().ok()?, &model.model_joints(&in_order?), &[]);
+        let ends = posture.joints.iter().map(|frame| frame.end.translation.vector.into());
+        Some(std::iter::once([0.0; 3]).chain(ends).collect())
     }
 
     /// For the record: what the drive said and what it means.

@@ -26,7 +26,8 @@ impl Engine {
                 depth: entry.depth,
                 moves: moved_by(&entry.step.action),
                 asks: matches!(&entry.step.action, Action::Prompt(_))
-                    || matches!(&entry.step.action, Action::Apply(apply) if apply.ask),
+                    || matches!(&entry.step.action, Action::Apply(apply) if apply.ask)
+                    || matches!(&entry.step.action, Action::Declare(declare) if declare.ask),
                 estimate_s,
             });
         }
@@ -48,6 +49,7 @@ impl Engine {
             Action::Move(step) => Some(self.estimate_move(step, &values)),
             Action::Search(step) => Some(self.estimate_search(step, &values)),
             Action::Compute(_) | Action::Check(_) | Action::Apply(_) => Some(0.01),
+            Action::Declare(_) => Some(EXCHANGE_S),
             Action::Repeat(_) | Action::Call(_) => Some(0.0),
         }
     }

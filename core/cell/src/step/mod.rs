@@ -4,6 +4,7 @@ mod apply;
 mod call;
 mod check;
 mod compute;
+mod declare;
 mod joint_targets;
 mod move_joints;
 mod prompt;
@@ -16,6 +17,7 @@ pub use apply::{ApplyStep, ZeroShift};
 pub use call::CallStep;
 pub use check::CheckStep;
 pub use compute::ComputeStep;
+pub use declare::DeclareStep;
 pub use joint_targets::{JointTarget, JointTargets};
 pub use move_joints::MoveStep;
 pub use prompt::{PromptStep, Question, SimulatedAct};
@@ -72,6 +74,8 @@ pub enum Action {
     Compute(ComputeStep),
     /// Put corrections in force.
     Apply(ApplyStep),
+    /// Have a controller set its own zeros.
+    Declare(DeclareStep),
     /// Go on only if something holds.
     Check(CheckStep),
     /// Do another procedure.
@@ -93,6 +97,10 @@ pub const KINDS: &[(&str, &str)] = &[
     ("compute", "works out values from parameters and earlier results"),
     ("check", "ends the run as failed unless something holds"),
     ("apply", "puts what was found in force as a new revision of the arm's joint zeros"),
+    (
+        "declare",
+        "has a robot's controller take where the arm stands for a stated pose from now on: its own zeros are set",
+    ),
     ("call", "does the steps of another procedure"),
 ];
 
@@ -106,6 +114,7 @@ impl Action {
             Action::Repeat(_) => "repeat",
             Action::Compute(_) => "compute",
             Action::Apply(_) => "apply",
+            Action::Declare(_) => "declare",
             Action::Check(_) => "check",
             Action::Call(_) => "call",
         }
@@ -183,6 +192,7 @@ fn read_action(node: &Node, context: &ReadContext<'_>) -> Option<Action> {
         "repeat" => repeat::read(body, context).map(Action::Repeat),
         "compute" => compute::read(body, context).map(Action::Compute),
         "apply" => apply::read(body, context).map(Action::Apply),
+        "declare" => declare::read(body, context).map(Action::Declare),
         "check" => check::read(body, context).map(Action::Check),
         "call" => call::read(body, context).map(Action::Call),
         other => {
@@ -220,6 +230,7 @@ impl Step {
             Action::Search(step) => step.check(context),
             Action::Compute(step) => step.check(context),
             Action::Apply(step) => step.check(context),
+            Action::Declare(step) => step.check(context),
             Action::Check(step) => step.check(context),
             Action::Repeat(_) | Action::Call(_) => {}
         }
@@ -251,6 +262,9 @@ impl Step {
             Action::Repeat(_) => Shape::Map(vec![single("turn"), single("turns")]),
             Action::Compute(step) => step.result_shape(),
             Action::Apply(_) => Shape::Map(vec![single("revision"), single("applied")]),
+            Action::Declare(step) => {
+                Shape::Map(vec![single("declared"), ("joints".to_owned(), joints_of(&step.robot))])
+            }
             Action::Check(_) => Shape::Map(vec![single("holds")]),
             Action::Call(_) => Shape::Anything,
         }

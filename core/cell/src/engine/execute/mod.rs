@@ -3,6 +3,7 @@
 mod apply;
 mod check;
 mod compute;
+mod declare;
 mod move_joints;
 mod pendant;
 mod prompt;
@@ -23,6 +24,7 @@ impl Engine {
             Action::Compute(compute) => self.execute_compute(compute, at),
             Action::Check(check) => self.execute_check(check, at),
             Action::Apply(apply) => self.execute_apply(apply, at),
+            Action::Declare(declare) => self.execute_declare(declare, at),
             Action::Repeat(_) | Action::Call(_) => Ok(Done::default()),
         }
     }
