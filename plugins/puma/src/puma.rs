@@ -318,6 +318,12 @@ impl Puma {
             if !motion.moves(place) {
                 continue;
             }
+            if !given.is_finite() {
+                return Err(PluginError::Refused(format!(
+                    "the value for {} is {given}; give a number",
+                    joint.name
+                )));
+            }
             *target = if motion.relative != 0 { *target + given } else { given };
             if !(joint.lower - 0.005..=joint.upper + 0.005).contains(target) {
                 return Err(PluginError::OutOfRange(format!(
@@ -395,10 +401,5 @@ fn six(joints: &JointVector) -> Result<[f64; AXES], PluginError> {
         let names = JOINTS.map(|joint| joint.name).join(", ");
         PluginError::Refused(format!("{} joint values given; this arm has 6: {names}", joints.len()))
     })?;
-    match JOINTS.iter().zip(&values).find(|(_, value)| !value.is_finite()) {
-        Some((joint, value)) => {
-            Err(PluginError::Refused(format!("the value for {} is {value}; give a number", joint.name)))
-        }
-        None => Ok(values.map(f64::to_degrees)),
-    }
+    Ok(values.map(f64::to_degrees))
 }

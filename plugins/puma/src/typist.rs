@@ -216,7 +216,8 @@ impl Typist {
         while after_prompt(&printable(&echo), true).len() < wanted {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                let missing = text.as_bytes().get(after_prompt(&printable(&echo), true).len()).copied().unwrap_or(b' ');
+                let missing =
+                    text.as_bytes().get(after_prompt(&printable(&echo), true).len()).copied().unwrap_or(b' ');
                 return Err(self.error(text, LineFailure::NotEchoed { character: char::from(missing) }));
             }
             echo.extend(self.read(text, left)?);

@@ -121,7 +121,13 @@ fn it_does_what_every_robot_must() {
 fn every_dialect_takes_agins_poses_and_tells_them() {
     for (name, dialect) in Dialect::ALL {
         let mut cell = Cell::speaking(dialect);
-        for pose in [LEFTY, [-51.656, -180.0, 0.0, -51.656, 0.0, 45.0], FLIPPED, READY, [10.0, -225.0, 225.0, 5.0, -6.0, 200.0]] {
+        for pose in [
+            LEFTY,
+            [-51.656, -180.0, 0.0, -51.656, 0.0, 45.0],
+            FLIPPED,
+            READY,
+            [10.0, -225.0, 225.0, 5.0, -6.0, 200.0],
+        ] {
             let arrived = cell.go(pose).unwrap_or_else(|error| panic!("{name}: {error}"));
             assert!(!arrived.is_moving());
             cell.assert_at(pose);
@@ -133,7 +139,10 @@ fn every_dialect_takes_agins_poses_and_tells_them() {
 fn a_joint_beyond_its_range_is_refused_before_anything_is_typed() {
     let mut cell = Cell::speaking(Dialect::Mark2);
     let error = cell.go([0.0, 60.0, 90.0, 0.0, 0.0, 0.0]).unwrap_err();
-    assert_eq!(error, PluginError::OutOfRange("shoulder would go to 60.00 degrees; it goes from -225 to 45".to_owned()));
+    assert_eq!(
+        error,
+        PluginError::OutOfRange("shoulder would go to 60.00 degrees; it goes from -225 to 45".to_owned())
+    );
     cell.assert_at(READY);
 }
 
@@ -182,8 +191,7 @@ fn power_panic_and_servo_errors_are_told_with_what_to_do_and_nothing_moves_until
 #[test]
 fn a_controller_started_anew_is_noticed_and_calibrated_only_where_that_is_allowed() {
     for allowed in [false, true] {
-        let mut cell =
-            Cell::of(EmulatorOptions::default(), Pace::Fast, &json!({"calibrate": allowed}));
+        let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &json!({"calibrate": allowed}));
         cell.emulator.tell(Event::Reboot);
         cell.emulator.tell(Event::Power(true));
         std::thread::sleep(Duration::from_millis(50));
@@ -200,7 +208,15 @@ fn a_controller_started_anew_is_noticed_and_calibrated_only_where_that_is_allowe
 
 #[test]
 fn a_damaged_character_is_cancelled_and_nothing_moves() {
-    for fault in ["drop to-arm 8", "double to-arm 9", "garble to-arm 10", "drop from-arm 3", "double from-arm 5", "garble from-arm 6", "late:900 to-arm 4"] {
+    for fault in [
+        "drop to-arm 8",
+        "double to-arm 9",
+        "garble to-arm 10",
+        "drop from-arm 3",
+        "double from-arm 5",
+        "garble from-arm 6",
+        "late:900 to-arm 4",
+    ] {
         let mut cell = Cell::speaking(Dialect::Mark2);
         cell.emulator.tell(format!("fault {fault}").parse().unwrap());
         std::thread::sleep(Duration::from_millis(20));
@@ -279,7 +295,8 @@ fn time_for_poses(keeps_up: bool, typing: &str) -> (plumb_puma::Profile, f64) {
         cell.go([10.0 + by, -80.0 + by, 80.0, 12.5, 20.0 - by, 33.0 + by]).unwrap();
     }
     let profile = cell.arm.take_time_profile();
-    let limit = if typing == "fast" { profile.sent.max(profile.received) } else { profile.sent + profile.received };
+    let limit =
+        if typing == "fast" { profile.sent.max(profile.received) } else { profile.sent + profile.received };
     (profile, f64::from(limit) * 10.0 / 9600.0)
 }
 
@@ -288,8 +305,13 @@ fn the_time_of_a_pose_is_the_lines_own() {
     for (keeps_up, typing) in [(false, "careful"), (true, "careful"), (true, "fast"), (false, "fast")] {
         let (profile, limit) = time_for_poses(keeps_up, typing);
         let spent = (profile.total - profile.motion).as_secs_f64();
-        println!("{typing}, controller {}: {profile}; per pose {:.2} s without motion, the line's own {:.2} s, {:.2} times",
-            if keeps_up { "keeps up" } else { "holds one character" }, spent / 4.0, limit / 4.0, spent / limit);
+        println!(
+            "{typing}, controller {}: {profile}; per pose {:.2} s without motion, the line's own {:.2} s, {:.2} times",
+            if keeps_up { "keeps up" } else { "holds one character" },
+            spent / 4.0,
+            limit / 4.0,
+            spent / limit
+        );
     }
 }
 
@@ -310,7 +332,11 @@ fn conversations_over_a_bad_line_never_move_an_arm_that_has_told_an_error() {
                     for (place, made) in made.iter().enumerate() {
                         let told = state.joints.get(place).unwrap().to_degrees();
                         assert!((told - made).abs() < 0.06, "seed {seed}: told {told}, made {made}");
-                        assert!((pose[place] - made).abs() < 0.06, "seed {seed}: sent {}, made {made}", pose[place]);
+                        assert!(
+                            (pose[place] - made).abs() < 0.06,
+                            "seed {seed}: sent {}, made {made}",
+                            pose[place]
+                        );
                     }
                 }
                 Err(error) => {

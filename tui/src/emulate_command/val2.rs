@@ -86,7 +86,11 @@ fn announce(arguments: &Arguments, emulator: &Emulator) -> io::Result<()> {
         true => "as fast as it can".to_owned(),
         false => format!("{} baud", arguments.baud),
     };
-    eprintln!("VAL-II on {} ({rate}), driving the arm of the world at {}", port.display(), arguments.world.display());
+    eprintln!(
+        "VAL-II on {} ({rate}), driving the arm of the world at {}",
+        port.display(),
+        arguments.world.display()
+    );
     Ok(())
 }
 

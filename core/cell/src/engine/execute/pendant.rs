@@ -110,7 +110,8 @@ impl Engine {
     ) -> Result<Result<InstrumentResult, String>, StepError> {
         let mut pendant = Pendant::of(&self.arm(robot)?.description.capabilities);
         if pendant.is_on_request() {
-            let reason = "only its own pendant gives this robot back: nobody can drive it in an unattended run";
+            let reason =
+                "only its own pendant gives this robot back: nobody can drive it in an unattended run";
             return Ok(Err(reason.to_owned()));
         }
         if matches!(pendant, Pendant::Shared) {
