@@ -134,6 +134,19 @@ fn a_second_pass_that_finds_something_fails_the_run_and_says_what_to_do() {
 }
 
 #[test]
+fn the_same_procedures_run_through_the_terminal_of_an_emulated_controller() {
+    let cells = Cells::new();
+    let (code, events, said) = cells.run("cell-serial.yaml", &[]);
+    assert_eq!(code, Some(0), "{said}\n{:?}", events.last());
+    for ((found, _), truth) in found(&events, "first.found").into_iter().zip(cells.true_errors()) {
+        assert!((found - truth).abs() < 0.05, "found {found} of {truth}");
+    }
+    for (left, _) in found(&events, "again.found") {
+        assert!(left.abs() < 0.04, "the second pass found {left}");
+    }
+}
+
+#[test]
 fn an_instrument_that_is_not_there_is_named() {
     let cells = Cells::new();
     let answers = cells.puma().join("answers.yaml");
