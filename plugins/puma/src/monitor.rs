@@ -202,7 +202,8 @@ impl Monitor {
                 None => Ok(MotionEnd::Arrived),
             },
             Ok(Waited::Interrupted(_)) => {
-                self.typist.abort()?;
+                // A control C: one character, taken whether or not the controller takes commands now.
+                self.typist.cancel()?;
                 Ok(MotionEnd::Stopped)
             }
             Err(error) => {

@@ -127,11 +127,6 @@ impl Typist {
         waited
     }
 
-    /// Brakes the arm: a control C at once, and ABORT if the controller takes commands and no prompt comes.
-    pub(crate) fn abort(&mut self) -> Result<(), LineError> {
-        self.cancel()
-    }
-
     fn account(&mut self, begun: Instant, sent: u32, received: u32, motion: bool) {
         let (sent, received) = (self.line.sent.wrapping_sub(sent), self.line.received.wrapping_sub(received));
         let total = begun.elapsed();
