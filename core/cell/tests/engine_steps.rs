@@ -507,7 +507,7 @@ steps:
 
 #[test]
 fn a_controller_takes_over_what_is_declared_once_that_is_accepted() {
-    for (keys, outcome) in [("accept", RunOutcome::Passed), ("reject", RunOutcome::Aborted)] {
+    for (keys, outcome) in [("accept", RunOutcome::Passed), ("reject", RunOutcome::Failed)] {
         let place = place();
         let cell = cell_with_steps(&place, DECLARE);
         let mut run = request(&cell, &place);

@@ -1,7 +1,9 @@
 //! A world as it is served: whatever arm stands in it.
 
 use crate::protocol::{Instrument, JointFacts, JointUnit, Reading, SomeJoints, TruthReport};
-use crate::world::{    AXES, HalfSteps, Joint, Joints, LineChange, MotionOrder, MotionRefused, Point, Resolution, World};
+use crate::world::{
+    AXES, HalfSteps, Joint, Joints, LineChange, MotionOrder, MotionRefused, Point, Resolution, World,
+};
 use crate::world_file::Described;
 
 /// What a driver may know of the arm that stands in a world.

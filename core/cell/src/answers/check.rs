@@ -87,7 +87,8 @@ fn fits(answer: &WrittenAnswer, kind: &AskedKind<'_>) -> Result<(), String> {
             },
             (Question::Number { .. }, WrittenAnswer::Word(word)) if word == "offered" => Ok(()),
             (Question::Number { .. }, _) => {
-                Err("write a number, `offered`, or in a simulated cell `{measure: ruler, at: flange}`".to_owned())
+                Err("write a number, `offered`, or in a simulated cell `{measure: ruler, at: flange}`"
+                    .to_owned())
             }
             (Question::JogTo { .. }, WrittenAnswer::Instrument(used)) => match used.drive {
                 Some(_) => Ok(()),
