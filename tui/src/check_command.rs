@@ -59,7 +59,7 @@ fn check(
     }
     let kind = kind_of_file(file).map_err(|problems| problems.to_string())?;
     if kind == FileKind::World {
-        plumb_simulated::world::file::read(file).map_err(|error| error.to_string())?;
+        plumb_simulated::world_file::read(file).map_err(|error| error.to_string())?;
     }
     if kind == FileKind::Study {
         study_command::check(file).map_err(|error| error.to_string())?;
@@ -70,7 +70,7 @@ fn check(
         check_plugins(&workcell, &Catalogue::search(&arguments.plugins))
             .map_err(|problems| problems.to_string())?;
         if let Some(world) = &workcell.world {
-            plumb_simulated::world::file::read(&world.file).map_err(|error| error.to_string())?;
+            plumb_simulated::world_file::read(&world.file).map_err(|error| error.to_string())?;
         }
     }
     Ok((checked.what, checked.notes))

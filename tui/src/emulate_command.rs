@@ -1,6 +1,8 @@
 //! `plumb emulate`: the controller of an arm as a program on a pseudo-terminal, so that its real driver can be tried without the arm.
 
 mod teachmover;
+mod typed;
+mod val2;
 
 use clap::Subcommand;
 
@@ -10,11 +12,18 @@ use crate::failure::CommandResult;
 #[derive(Subcommand)]
 pub(crate) enum EmulateCommand {
     Teachmover(teachmover::Arguments),
+    Val2(val2::Arguments),
 }
 
 /// Works as a controller until it is told to end.
 pub(crate) fn run(command: &EmulateCommand) -> CommandResult {
     match command {
         EmulateCommand::Teachmover(arguments) => teachmover::run(arguments),
+        EmulateCommand::Val2(arguments) => val2::run(arguments),
     }
+}
+
+fn probability(text: &str) -> Result<f64, String> {
+    let probability = text.parse().ok().filter(|probability| (0.0..=1.0).contains(probability));
+    probability.ok_or_else(|| "give a probability from 0 to 1".to_owned())
 }

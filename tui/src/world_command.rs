@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use plumb_simulated::protocol;
 use plumb_simulated::serve::{ServeOptions, serve};
-use plumb_simulated::world::file;
+use plumb_simulated::world_file;
 
 use crate::failure::CommandResult;
 
@@ -60,11 +60,11 @@ enum Pace {
 /// Serves the world, or seals or reveals its file.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     if let Some(sealed) = &arguments.purpose.seal {
-        file::write_sealed(&arguments.file, sealed)?;
+        world_file::write_sealed(&arguments.file, sealed)?;
     }
     if arguments.purpose.reveal {
-        let text =
-            file::read(&arguments.file)?.sealed_text.ok_or("the file is not sealed: read it as it is")?;
+        let described = world_file::read(&arguments.file)?;
+        let text = described.sealed_text().ok_or("the file is not sealed: read it as it is")?;
         std::io::stdout().write_all(text.as_bytes())?;
     }
     if let Some(socket) = &arguments.purpose.socket {

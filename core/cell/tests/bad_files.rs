@@ -69,11 +69,17 @@ fn the_files_the_cases_stand_among_are_good() {
 
 #[test]
 fn the_cells_that_come_with_the_program_are_in_order() {
-    let workcells = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../workcells/teachmover");
+    let workcells = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../workcells");
     let calculator = Calculator::new();
-    for cell in
-        ["cell.yaml", "cell-backlash.yaml", "cell-paper.yaml", "cell-serial.yaml", "cell-hardware.yaml"]
-    {
+    for cell in [
+        "teachmover/cell.yaml",
+        "teachmover/cell-backlash.yaml",
+        "teachmover/cell-paper.yaml",
+        "teachmover/cell-serial.yaml",
+        "teachmover/cell-hardware.yaml",
+        "puma/cell.yaml",
+        "puma/cell-serial.yaml",
+    ] {
         let file = workcells.join(cell);
         let result =
             kind_of_file(&file).map_err(|p| vec![p]).and_then(|kind| check_file(&file, kind, &calculator));

@@ -497,3 +497,85 @@ steps:
     );
     assert_eq!(another.moves.load(Ordering::SeqCst), 0);
 }
+
+const DECLARE: &str = "
+steps:
+  - {id: there, do: {move: {robot: arm, to_deg: {waist: 12}}}}
+  - {id: declare, do: {declare: {robot: arm, as_deg: {waist: 10}, uncertainty_deg: {waist: 0.1}, plausible: 5}}}
+  - {id: holds, do: {check: {that: abs(declare.joints.waist_deg - 10) < 1e-9 && declare.declared, otherwise: no}}}
+";
+
+#[test]
+fn a_controller_takes_over_what_is_declared_once_that_is_accepted() {
+    for (keys, outcome) in [("accept", RunOutcome::Passed), ("reject", RunOutcome::Failed)] {
+        let place = place();
+        let cell = cell_with_steps(&place, DECLARE);
+        let mut run = request(&cell, &place);
+        run.unattended = false;
+        let mut asked = String::new();
+        let (ended, events) = watch(start(run, &World::new([0.0; 3])), |event, handle| {
+            if let Event::PromptAsked { prompt } = event {
+                let answer = match &prompt.kind {
+                    PromptKind::Decision { .. } => Answer::Decision { decision: Decision::Abort },
+                    _ => {
+                        asked = prompt.text.clone();
+                        Answer::Choice { key: keys.to_owned() }
+                    }
+                };
+                handle.send(Command::Answer { prompt: prompt.id, answer, by: "test".to_owned() });
+            }
+        });
+        assert_eq!(ended, outcome);
+        assert!(asked.contains("waist: reads 12.000, shall read 10.000 deg (+- 0.100)"), "{asked}");
+        let applied = events.iter().any(|event| matches!(event, Event::CorrectionApplied { .. }));
+        assert_eq!(applied, keys == "accept");
+    }
+}
+
+#[test]
+fn a_declaration_that_is_not_plausible_or_not_taken_over_is_an_error() {
+    for (steps, deaf, message) in [
+        (
+            DECLARE.replace("plausible: 5", "plausible: 1"),
+            false,
+            "a shift of more than the 1 deg that are plausible",
+        ),
+        (
+            DECLARE.to_owned(),
+            true,
+            "waist was to read 10.000 deg and reads 12.000 deg: the controller did not take the pose over",
+        ),
+    ] {
+        let place = place();
+        let cell = cell_with_steps(&place, &steps.replace("plausible", "ask: false, plausible"));
+        let world = World::new([0.0; 3]);
+        world.keeps_its_zeros.store(deaf, Ordering::SeqCst);
+        let (ended, events) = watch(start(request(&cell, &place), &world), |_, _| {});
+        assert_eq!(ended, RunOutcome::Error);
+        let told = events
+            .iter()
+            .any(|event| matches!(event, Event::RunEnded { message: end, .. } if end.contains(message)));
+        assert!(told, "{message}: {:?}", events.last());
+    }
+}
+
+#[test]
+fn a_drawing_of_the_arm_stands_under_a_prompt_that_asks_for_one() {
+    let steps = "
+steps:
+  - {id: look, do: {prompt: {text: Look at the arm., draw: arm}}}
+";
+    let place = place();
+    let cell = cell_with_steps(&place, steps);
+    let mut run = request(&cell, &place);
+    run.unattended = false;
+    let mut asked = String::new();
+    let (ended, _) = watch(start(run, &World::new([0.0; 3])), |event, handle| {
+        if let Event::PromptAsked { prompt } = event {
+            asked = prompt.text.clone();
+            handle.send(Command::Answer { prompt: prompt.id, answer: Answer::Done, by: "test".to_owned() });
+        }
+    });
+    assert_eq!(ended, RunOutcome::Passed);
+    assert!(asked.starts_with("Look at the arm.") && asked.contains("from the side"), "{asked}");
+}

@@ -1,8 +1,9 @@
 //! A simulated robot, and the world it stands in.
 //!
-//! [`world`] is the world itself, [`serve`] the process it lives in, [`protocol`] what is said over its socket, and [`client`]
-//! the end of that socket which drivers, emulators and operators hold. [`SimulatedRobot`] is the plugin. [`emulate`] puts controllers of
-//! real arms before the world, for their real drivers. [`physics`] makes measurements on serial arms of any build.
+//! [`world`] is the world of a TeachMover, [`puma`] that of a PUMA 560, [`world_file`] reads the file of either, and [`served_world`] is what
+//! both are to [`serve`], the process they live in. [`protocol`] is what is said over its socket, and [`client`] the end of that socket which
+//! drivers, emulators and operators hold. [`SimulatedRobot`] is the plugin. [`emulate`] puts controllers of real arms before the world, for
+//! their real drivers. [`physics`] is the mechanics of serial arms of any build, and makes measurements on them.
 
 pub mod client;
 pub mod emulate;
@@ -10,9 +11,12 @@ pub mod light;
 mod lines;
 pub mod physics;
 pub mod protocol;
+pub mod puma;
 mod robot;
 pub mod serve;
+pub mod served_world;
 pub mod world;
+pub mod world_file;
 
 pub use robot::SimulatedRobot;
 

@@ -36,8 +36,14 @@ pub struct Welcome {
     pub pid: u32,
     /// Whether the world's time is the wall's.
     pub pace: Pace,
-    /// Which arm stands in it.
+    /// Which arm stands in it, as cell files name it.
     pub arm: String,
+    /// The same, as people name it.
+    pub model: String,
+    /// Input lines of its controller.
+    pub input_lines: u32,
+    /// Output lines of its controller.
+    pub output_lines: u32,
     /// Its joints, in the order of every list of joint values.
     pub joints: Vec<JointFacts>,
 }
@@ -47,12 +53,28 @@ pub struct Welcome {
 pub struct JointFacts {
     /// Its name.
     pub name: String,
+    /// Unit of its values.
+    pub unit: JointUnit,
+    /// Where its travel begins, rad or mm.
+    pub lower: f64,
+    /// Where it ends, rad or mm.
+    pub upper: f64,
     /// The smallest step, rad or mm; 0 for a continuous drive.
     pub resolution: f64,
     /// The greatest speed, rad/s or mm/s.
     pub top_speed: f64,
     /// Where the controller believed it to stand when the world began, rad or mm.
     pub home: f64,
+}
+
+/// Unit of a joint's values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JointUnit {
+    /// It turns.
+    Rad,
+    /// It slides.
+    Mm,
 }
 
 /// How the world's time runs.
@@ -174,6 +196,23 @@ pub enum Verb {
     Measure {
         /// With what.
         with: Instrument,
+        /// Where the instrument is put; left out where there is one place only.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        at: Option<String>,
+        /// Whether it is turned end for end.
+        #[serde(default)]
+        turned: bool,
+    },
+    /// The operator drives one joint with the pendant until the bubble of a spirit level stands in the middle; ends with
+    /// [`Say::Reading`].
+    Level {
+        /// Which joint.
+        joint: String,
+        /// Where the level lies.
+        at: String,
+        /// Whether it is turned end for end.
+        #[serde(default)]
+        turned: bool,
     },
     /// Breaks the seal of a sealed world, so that `look` is answered; ends with [`Say::Revealed`].
     Reveal {},
@@ -195,9 +234,10 @@ fn full_speed() -> f64 {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Instrument {
-    /// A spirit level on the hand: its tilt from hanging straight down, outward positive, deg.
+    /// A spirit level. On a TeachMover's hand: its tilt from hanging straight down, outward positive, deg. On a surface of a PUMA: by how
+    /// much the end its arrow points to is too high, deg.
     Level,
-    /// A ruler from the table up to the sensor's face, mm.
+    /// A ruler, from the table up to the sensor's face, or to the middle of the wrist flange, mm.
     Ruler,
 }
 

@@ -9,20 +9,18 @@ use plumb_plugin::{
 use serde::Deserialize;
 
 use crate::client::{ClientError, WorldClient};
-use crate::protocol::{Change, PendantKey, Reading, Say, Verb};
-use crate::world::{AXES, Joint};
+use crate::protocol::{self, Change, PendantKey, Reading, Say, Verb};
+use crate::world::AXES;
 
 /// The stream of joint states.
 const JOINTS: &str = "joints";
 /// The stream of input levels.
 const INPUTS: &str = "inputs";
 
-/// Input and output bits of the arm's controller.
-const INPUT_BITS: u32 = 7;
-const OUTPUT_BITS: u32 = 5;
-
-/// The slowest a stop takes effect: a look at the stop, the world's slice, and a half-step.
+/// The slowest a stop takes effect: a look at the stop, the world's slice, and a half-step, or the brakes of an arm that has any.
 const STOP_TIME_MS: u32 = 50;
+/// How much longer an arm with brakes takes at full speed.
+const BRAKING_MS: u32 = 250;
 
 /// What the cell file gives.
 #[derive(Debug, Deserialize)]
@@ -47,7 +45,7 @@ impl Robot for SimulatedRobot {
     fn create(config: &Value, host: Host) -> Result<Self, PluginError> {
         let config: Config = Config::deserialize(config).map_err(|error| {
             PluginError::Refused(format!(
-                "{error}; a simulated robot takes {{arm: teachmover}} and, from the cell, the socket of its world"
+                "{error}; a simulated robot takes {{arm: teachmover}} or {{arm: puma560}} and, from the cell, the socket of its world"
             ))
         })?;
         let world = WorldClient::connect(&config.world, "simulated").map_err(told)?;
@@ -104,10 +102,14 @@ impl Robot for SimulatedRobot {
     }
 
     fn write_outputs(&mut self, levels: u64) -> Result<(), PluginError> {
-        if levels >> OUTPUT_BITS != 0 {
+        let lines = self.world.welcome().output_lines;
+        if levels.checked_shr(lines).unwrap_or(0) != 0 {
+            let there = match lines.checked_sub(1) {
+                Some(last) => format!("has the lines 0 to {last}"),
+                None => "has none".to_owned(),
+            };
             return Err(PluginError::Refused(format!(
-                "output levels {levels:#b} set a line past the last; the arm has the lines 0 to {}",
-                OUTPUT_BITS - 1
+                "output levels {levels:#b} set a line past the last; the arm {there}"
             )));
         }
         self.ask(Verb::Outputs { bits: levels }).map(drop)
@@ -214,51 +216,34 @@ fn vector(values: &[f64; AXES]) -> JointVector {
 }
 
 fn description(world: &WorldClient) -> RobotDescription {
-    let joints = world
-        .welcome()
-        .joints
-        .iter()
-        .map(|facts| {
-            let (unit, lower, upper) = range(Joint::named(&facts.name));
-            JointDescription {
-                name: facts.name.clone(),
-                unit,
-                lower,
-                upper,
-                resolution: facts.resolution,
-                max_speed: facts.top_speed,
-                home: facts.home,
-            }
-        })
-        .collect();
+    let there = world.welcome();
+    let joints = there.joints.iter().map(|facts| JointDescription {
+        name: facts.name.clone(),
+        unit: match facts.unit {
+            protocol::JointUnit::Rad => JointUnit::Radian,
+            protocol::JointUnit::Mm => JointUnit::Millimetre,
+        },
+        lower: facts.lower,
+        upper: facts.upper,
+        resolution: facts.resolution,
+        max_speed: facts.top_speed,
+        home: facts.home,
+    });
     let lines = |what: &str, count: u32| {
         (0..count).map(|bit| LineDescription { name: format!("{what} {}", bit + 1), bit }).collect()
     };
+    let braking = if there.arm == "puma560" { BRAKING_MS } else { 0 };
     RobotDescription {
-        model: format!("Microbot TeachMover (simulated: {})", world.welcome().world),
-        joints,
-        inputs: lines("input", INPUT_BITS),
-        outputs: lines("output", OUTPUT_BITS),
+        model: format!("{} (simulated: {})", there.model, there.world),
+        joints: joints.collect(),
+        inputs: lines("input", there.input_lines),
+        outputs: lines("output", there.output_lines),
         capabilities: RobotCapabilities {
             interruptible: true,
-            stop_time_ms: STOP_TIME_MS,
+            stop_time_ms: STOP_TIME_MS + braking,
             jog: true,
             only_pendant_ends_jog: false,
             set_zero: true,
         },
-    }
-}
-
-/// How far a joint's reckoned value may go: its mechanical stops, those of forearm and hand, which are relative to the link
-/// before, taken with that link at its own.
-fn range(joint: Option<Joint>) -> (JointUnit, f64, f64) {
-    let degrees = |lower: f64, upper: f64| (JointUnit::Radian, lower.to_radians(), upper.to_radians());
-    match joint {
-        Some(Joint::Waist) => degrees(-90.0, 90.0),
-        Some(Joint::Shoulder) => degrees(-35.0, 144.0),
-        Some(Joint::Elbow) => degrees(-184.0, 144.0),
-        Some(Joint::WristPitch) => degrees(-274.0, 234.0),
-        Some(Joint::Gripper) => (JointUnit::Millimetre, 0.0, 76.2),
-        Some(Joint::WristRoll) | None => degrees(-360.0, 360.0),
     }
 }

@@ -167,7 +167,7 @@ fn bad_configurations_are_refused_with_what_would_be_right() {
     for (config, said) in [
         (
             json!(null),
-            "a simulated robot takes {arm: teachmover} and, from the cell, the socket of its world",
+            "a simulated robot takes {arm: teachmover} or {arm: puma560} and, from the cell, the socket of its world",
         ),
         (json!({"arm": "teachmover"}), "missing field `world`"),
         (json!({"arm": "teachmover", "world": served.socket, "speed": 3}), "unknown field `speed`"),

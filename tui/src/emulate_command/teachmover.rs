@@ -1,21 +1,15 @@
 //! `plumb emulate teachmover`.
 
-use std::io::{self, Read, Write};
-use std::os::fd::AsFd;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
-use nix::sys::signal::{SigSet, Signal};
-use nix::sys::signalfd::{SfdFlags, SignalFd};
 use plumb_simulated::emulate::teachmover::{
     BareMotors, Emulator, EmulatorOptions, Event, Fault, Motors, MotorsInWorld,
 };
 
+use super::typed::Typing;
 use crate::failure::CommandResult;
-
-/// How often the controller is asked whether it still works, ms.
-const LOOK: u16 = 200;
 
 /// The controller of a Microbot TeachMover on a pseudo-terminal. Prints the path of the port and works until it is told to end.
 ///
@@ -46,7 +40,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "KIND WAY N")]
     fault: Vec<Fault>,
     /// Damage every byte with this probability.
-    #[arg(long, default_value_t = 0.0, value_name = "PROBABILITY", value_parser = probability)]
+    #[arg(long, default_value_t = 0.0, value_name = "PROBABILITY", value_parser = super::probability)]
     fault_rate: f64,
     /// What chance is drawn from.
     #[arg(long, default_value_t = 1)]
@@ -63,29 +57,13 @@ enum Typed {
 
 /// Works as the controller until SIGTERM, SIGINT or `quit`.
 pub(super) fn run(arguments: &Arguments) -> CommandResult {
-    if arguments.ends_with_parent {
-        nix::sys::prctl::set_pdeathsig(Signal::SIGTERM)?;
-    }
-    // Before any thread is there, so that the signals come here and nowhere else.
-    let mut signals = SigSet::empty();
-    signals.add(Signal::SIGTERM);
-    signals.add(Signal::SIGINT);
-    signals.thread_block()?;
-    let signals = SignalFd::with_flags(&signals, SfdFlags::SFD_CLOEXEC)?;
+    // Before any thread is there, so that the signals come to this one and nowhere else.
+    let mut typing = Typing::listen(arguments.ends_with_parent)?;
     let mut emulator = Emulator::start(options(arguments), motors(arguments)?)?;
     announce(arguments, &emulator)?;
-    let mut input = Some(io::stdin());
-    let mut typed = Vec::new();
     while emulator.is_working() {
-        let ready = wait(&signals, input.as_ref())?;
-        if ready.signal {
-            break;
-        }
-        if ready.input && !read_some(&mut typed)? {
-            // Whoever started it has nothing more to type; it works on.
-            input = None;
-        }
-        for line in whole_lines(&mut typed) {
+        let Some(lines) = typing.next()? else { break };
+        for line in lines {
             match parse(&line) {
                 Ok(Typed::Happens(event)) => emulator.tell(event),
                 Ok(Typed::Status) => print_status(&emulator)?,
@@ -133,39 +111,6 @@ fn announce(arguments: &Arguments, emulator: &Emulator) -> io::Result<()> {
     Ok(())
 }
 
-struct Ready {
-    signal: bool,
-    input: bool,
-}
-
-fn wait(signals: &SignalFd, input: Option<&io::Stdin>) -> Result<Ready, nix::Error> {
-    let mut polled = vec![PollFd::new(signals.as_fd(), PollFlags::POLLIN)];
-    if let Some(input) = input {
-        polled.push(PollFd::new(input.as_fd(), PollFlags::POLLIN));
-    }
-    match poll(&mut polled, PollTimeout::from(LOOK)) {
-        Ok(_) | Err(nix::Error::EINTR) => {}
-        Err(error) => return Err(error),
-    }
-    let ready = |place: usize| polled.get(place).and_then(PollFd::any).unwrap_or(false);
-    Ok(Ready { signal: ready(0), input: ready(1) })
-}
-
-/// Adds what was typed; `false` at the end of the input.
-fn read_some(typed: &mut Vec<u8>) -> io::Result<bool> {
-    let mut bytes = [0; 1024];
-    // Not through a buffer: what it held back would not be waited for.
-    let count = io::stdin().lock().read(&mut bytes)?;
-    typed.extend_from_slice(bytes.get(..count).unwrap_or_default());
-    Ok(count > 0)
-}
-
-fn whole_lines(typed: &mut Vec<u8>) -> Vec<String> {
-    let Some(end) = typed.iter().rposition(|byte| *byte == b'\n') else { return Vec::new() };
-    let lines: Vec<u8> = typed.drain(..=end).collect();
-    String::from_utf8_lossy(&lines).lines().map(str::to_owned).collect()
-}
-
 fn parse(line: &str) -> Result<Typed, Box<dyn std::error::Error>> {
     Ok(match line.trim() {
         "" => Typed::Nothing,
@@ -196,9 +141,4 @@ fn baud(text: &str) -> Result<u32, String> {
     rate.ok_or_else(|| {
         "the controller's switches offer 110, 150, 300, 600, 1200, 2400, 4800 and 9600 baud".to_owned()
     })
-}
-
-fn probability(text: &str) -> Result<f64, String> {
-    let probability = text.parse().ok().filter(|probability| (0.0..=1.0).contains(probability));
-    probability.ok_or_else(|| "give a probability from 0 to 1".to_owned())
 }

@@ -11,7 +11,7 @@ use nix::unistd::Pid;
 use plumb_cell::workcell::Pace;
 
 /// The controllers there are.
-const CONTROLLERS: [&str; 1] = ["teachmover"];
+const CONTROLLERS: [&str; 2] = ["teachmover", "val2"];
 
 /// How long a controller may take to end.
 const ENDED_WITHIN: Duration = Duration::from_secs(5);
@@ -20,7 +20,7 @@ const ENDED_WITHIN: Duration = Duration::from_secs(5);
 #[derive(Debug, thiserror::Error)]
 pub(super) enum ControllerError {
     /// There is none of that name.
-    #[error("there is no emulated controller `{wanted}`; there is `{}`", CONTROLLERS.join("`, `"))]
+    #[error("there is no emulated controller `{wanted}`; there are `{}`", CONTROLLERS.join("`, `"))]
     Unknown {
         /// What was asked for.
         wanted: String,

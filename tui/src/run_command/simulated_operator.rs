@@ -47,8 +47,8 @@ fn verb_of(act: &str, values: &[(String, f64)]) -> Result<Verb, String> {
         "place_hand" => {
             Verb::PlaceHand { x_mm: number("x_mm")?, y_mm: number("y_mm")?, z_mm: number("z_mm")? }
         }
-        "read_level" => Verb::Measure { with: Instrument::Level },
-        _ => Verb::Measure { with: Instrument::Ruler },
+        "read_level" => Verb::Measure { with: Instrument::Level, at: None, turned: false },
+        _ => Verb::Measure { with: Instrument::Ruler, at: None, turned: false },
     })
 }
 

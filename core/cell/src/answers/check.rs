@@ -81,8 +81,22 @@ fn fits(answer: &WrittenAnswer, kind: &AskedKind<'_>) -> Result<(), String> {
             }
             (Question::Choice { .. }, _) => Err("write the key of one of its options".to_owned()),
             (Question::Number { .. }, WrittenAnswer::Number(_)) => Ok(()),
+            (Question::Number { .. }, WrittenAnswer::Instrument(used)) => match used.drive {
+                None => Ok(()),
+                Some(_) => Err("a number is read without driving a joint: take `drive` away".to_owned()),
+            },
             (Question::Number { .. }, WrittenAnswer::Word(word)) if word == "offered" => Ok(()),
-            (Question::Number { .. }, _) => Err("write a number, or `offered`".to_owned()),
+            (Question::Number { .. }, _) => {
+                Err("write a number, `offered`, or in a simulated cell `{measure: ruler, at: flange}`"
+                    .to_owned())
+            }
+            (Question::JogTo { .. }, WrittenAnswer::Instrument(used)) => match used.drive {
+                Some(_) => Ok(()),
+                None => Err(
+                    "say which joint is driven until the bubble stands in the middle, as in `drive: elbow`"
+                        .to_owned(),
+                ),
+            },
             (Question::JogTo { .. }, WrittenAnswer::Pose(_)) => Ok(()),
             (Question::JogTo { .. }, WrittenAnswer::Word(word)) => word_of(word, &["done"]),
             (Question::JogTo { .. }, _) => Err("write a pose, as in `{pose_deg: {shoulder: 45}}`".to_owned()),
@@ -111,6 +125,9 @@ fn collect<'a>(
                 asked.push(Asked { name, kind: AskedKind::Prompt(&prompt.question), optional })
             }
             Action::Apply(apply) if apply.ask => {
+                asked.push(Asked { name, kind: AskedKind::AcceptCorrection, optional })
+            }
+            Action::Declare(declare) if declare.ask => {
                 asked.push(Asked { name, kind: AskedKind::AcceptCorrection, optional })
             }
             Action::Repeat(repeat) => collect(procedure, &repeat.steps, prefix, optional, asked),

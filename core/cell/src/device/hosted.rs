@@ -13,7 +13,7 @@ use plumb_host::{
     StopHandle,
 };
 use plumb_plugin::{
-    Description, JogState, JointState, LogLevel, Message as _, Motion, PluginError, Reading,
+    Description, JogState, JointState, JointVector, LogLevel, Message as _, Motion, PluginError, Reading,
     RobotDescription, SensorDescription, StripeHeader, Value,
 };
 use plumb_record::{LoadedFile, sha256_hex};
@@ -22,6 +22,7 @@ use super::watcher::{JointWatcher, PoseListener};
 use super::wiring::wired_inputs;
 use super::{DeviceError, DeviceLinks, DeviceLog, Link, RobotLink, SensorLink, Stripe};
 use crate::event;
+use crate::instrument::{InstrumentResult, InstrumentUse};
 use crate::run_handle::StopAction;
 use crate::workcell::{DeviceSetting, Workcell};
 
@@ -50,6 +51,12 @@ pub trait World: Send {
     /// # Errors
     /// A sentence that says why it cannot be done, and what would be right.
     fn operate(&mut self, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String>;
+
+    /// Has the operator who stands in it use an instrument.
+    ///
+    /// # Errors
+    /// A sentence: why nothing is found with it.
+    fn use_instrument(&mut self, used: &InstrumentUse) -> Result<InstrumentResult, String>;
 
     /// Ends it.
     fn end(&mut self);
@@ -201,6 +208,15 @@ impl DeviceLinks for HostedDevices {
         self.world.as_mut().map_or(Ok(None), |world| world.operate(act, values))
     }
 
+    fn use_instrument(&mut self, used: &InstrumentUse) -> Result<InstrumentResult, String> {
+        match &mut self.world {
+            Some(world) => world.use_instrument(used),
+            None => {
+                Err("only a simulated cell has instruments that answer: give the number itself".to_owned())
+            }
+        }
+    }
+
     fn world_socket(&self) -> Option<String> {
         self.world.as_ref().map(|world| world.socket().display().to_string())
     }
@@ -322,6 +338,10 @@ impl RobotLink for HostedRobot {
 
     fn jog(&mut self, on: bool) -> Result<JogState, DeviceError> {
         self.told(self.client.jog(on))
+    }
+
+    fn set_zero(&mut self, joints: &JointVector) -> Result<(), DeviceError> {
+        self.told(self.client.set_zero(joints))
     }
 
     fn stop_action(&self) -> StopAction {

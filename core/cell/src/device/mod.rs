@@ -16,11 +16,12 @@ pub use watcher::PoseListener;
 pub use wiring::check_plugins;
 
 use plumb_plugin::{
-    JogState, JointState, Motion, PluginError, Reading, RobotDescription, SensorDescription, StripeHeader,
-    StripePoint, Value,
+    JogState, JointState, JointVector, Motion, PluginError, Reading, RobotDescription, SensorDescription,
+    StripeHeader, StripePoint, Value,
 };
 
 use crate::event::LogLevel;
+use crate::instrument::{InstrumentResult, InstrumentUse};
 use crate::run_handle::StopAction;
 use crate::workcell::DeviceSetting;
 
@@ -97,6 +98,14 @@ pub trait RobotLink: Send {
     /// # Errors
     /// [`DeviceError`]
     fn jog(&mut self, on: bool) -> Result<JogState, DeviceError>;
+    /// Has its controller take where it stands for these joint values from now on.
+    ///
+    /// # Errors
+    /// [`DeviceError`]
+    fn set_zero(&mut self, _joints: &JointVector) -> Result<(), DeviceError> {
+        let error = PluginError::Unsupported("its zeros cannot be set".to_owned());
+        Err(DeviceError::Refused { device: self.description().model.clone(), error })
+    }
     /// Stops it at once, from any thread, although a call is in progress.
     fn stop_action(&self) -> StopAction;
     /// Tells the listener where it is while it moves, as long as this link lives. A link that cannot tells nothing.
@@ -182,6 +191,14 @@ pub trait DeviceLinks: Send {
     /// A sentence that says why it cannot be done, and what would be right.
     fn simulate(&mut self, _act: &str, _values: &[(String, f64)]) -> Result<Option<f64>, String> {
         Ok(None)
+    }
+
+    /// Has the operator of a simulated world use an instrument.
+    ///
+    /// # Errors
+    /// A sentence: why nothing is found with it.
+    fn use_instrument(&mut self, _used: &InstrumentUse) -> Result<InstrumentResult, String> {
+        Err("only a simulated cell has instruments that answer: give the number itself".to_owned())
     }
 
     /// Where the simulated world of the cell can be reached, for the record.

@@ -213,6 +213,20 @@ impl Arm {
         }
     }
 
+    /// The points its links run between where the drive stands so, from its base to its flange, mm in its base frame; none without a model.
+    pub(crate) fn outline(&self, drive: &JointVector) -> Option<Vec<[f64; 3]>> {
+        let model = self.setting.model.as_ref()?;
+        let corrected = self.corrected(drive);
+        let in_order = self.setting.joints.iter().map(|(joint, _)| {
+            let column = self.column(joint)?;
+            corrected.get(column).copied()
+        });
+        let in_order: Option<Vec<f64>> = in_order.collect();
+        let posture = Posture::of(&model.chain().ok()?, &model.model_joints(&in_order?), &[]);
+        let ends = posture.joints.iter().map(|frame| frame.end.translation.vector.into());
+        Some(std::iter::once([0.0; 3]).chain(ends).collect())
+    }
+
     /// For the record: what the drive said and what it means.
     pub(crate) fn recorded(&self, drive: &JointVector) -> Value {
         let rows = self.named(drive).into_iter().zip(drive.as_slice()).enumerate().map(|(column, (value, said))| {

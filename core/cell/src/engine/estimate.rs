@@ -83,6 +83,7 @@ impl Estimator<'_> {
             Action::Measure(_) => Some(4.0 * EXCHANGE_S),
             Action::Configure(_) => Some(EXCHANGE_S),
             Action::Compute(_) | Action::Check(_) | Action::Apply(_) => Some(0.01),
+            Action::Declare(_) => Some(EXCHANGE_S),
             Action::Repeat(_) | Action::Call(_) => Some(0.0),
         }
     }
@@ -138,7 +139,12 @@ impl Estimator<'_> {
 
 /// Whether a step asks somebody.
 pub(super) fn asks(action: &Action) -> bool {
-    matches!(action, Action::Prompt(_)) || matches!(action, Action::Apply(apply) if apply.ask)
+    match action {
+        Action::Prompt(_) => true,
+        Action::Apply(apply) => apply.ask,
+        Action::Declare(declare) => declare.ask,
+        _ => false,
+    }
 }
 
 fn moved_by(action: &Action) -> Vec<String> {

@@ -5,6 +5,7 @@ mod call;
 mod check;
 mod compute;
 mod configure;
+mod declare;
 mod joint_targets;
 mod measure;
 mod move_joints;
@@ -20,6 +21,7 @@ pub use call::CallStep;
 pub use check::CheckStep;
 pub use compute::ComputeStep;
 pub use configure::ConfigureStep;
+pub use declare::DeclareStep;
 pub use joint_targets::{JointTarget, JointTargets};
 pub use measure::MeasureStep;
 pub use move_joints::MoveStep;
@@ -84,6 +86,8 @@ pub enum Action {
     Compute(ComputeStep),
     /// Put corrections in force.
     Apply(ApplyStep),
+    /// Have a controller set its own zeros.
+    Declare(DeclareStep),
     /// Go on only if something holds.
     Check(CheckStep),
     /// Do another procedure.
@@ -111,6 +115,10 @@ pub const KINDS: &[(&str, &str)] = &[
     ("compute", "works out values from parameters and earlier results"),
     ("check", "ends the run as failed unless something holds"),
     ("apply", "puts what was found in force as a new revision of the arm's joint zeros"),
+    (
+        "declare",
+        "has a robot's controller take where the arm stands for a stated pose from now on: its own zeros are set",
+    ),
     ("call", "does the steps of another procedure"),
 ];
 
@@ -127,6 +135,7 @@ impl Action {
             Action::Repeat(_) => "repeat",
             Action::Compute(_) => "compute",
             Action::Apply(_) => "apply",
+            Action::Declare(_) => "declare",
             Action::Check(_) => "check",
             Action::Call(_) => "call",
         }
@@ -207,6 +216,7 @@ fn read_action(node: &Node, context: &ReadContext<'_>) -> Option<Action> {
         "repeat" => repeat::read(body, context).map(Action::Repeat),
         "compute" => compute::read(body, context).map(Action::Compute),
         "apply" => apply::read(body, context).map(Action::Apply),
+        "declare" => declare::read(body, context).map(Action::Declare),
         "check" => check::read(body, context).map(Action::Check),
         "call" => call::read(body, context).map(Action::Call),
         other => {
@@ -244,6 +254,7 @@ impl Step {
             Action::Search(step) => step.check(context),
             Action::Compute(step) => step.check(context),
             Action::Apply(step) => step.check(context),
+            Action::Declare(step) => step.check(context),
             Action::Check(step) => step.check(context),
             Action::Configure(step) => step.check(context),
             Action::Measure(step) => step.check(context),
@@ -281,6 +292,9 @@ impl Step {
             Action::Repeat(_) => Shape::Map(vec![single("turn"), single("turns")]),
             Action::Compute(step) => step.result_shape(),
             Action::Apply(_) => Shape::Map(vec![single("revision"), single("applied")]),
+            Action::Declare(step) => {
+                Shape::Map(vec![single("declared"), ("joints".to_owned(), joints_of(&step.robot))])
+            }
             Action::Check(_) => Shape::Map(vec![single("holds")]),
             Action::Call(_) => Shape::Anything,
         }

@@ -12,6 +12,8 @@ pub struct PromptStep {
     pub text: Template,
     /// More, for who wants to know.
     pub help: Option<Template>,
+    /// The robot that is drawn under the text as it stands, and where its name stands.
+    pub draw: Option<(String, Place)>,
     /// What counts as an answer.
     pub question: Question,
     /// In a simulated cell, what the operator's hands do when this is answered, or what the instrument reads that is asked for.
@@ -83,6 +85,9 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<PromptStep>
     let mut map = MapReader::new(node, "a prompt", context.problems)?;
     let text = map.required("text").and_then(|node| context.template(node, "`text`"));
     let help = map.optional("help").and_then(|node| context.template(node, "`help`"));
+    let draw = map
+        .optional("draw")
+        .and_then(|node| Some((node.text("`draw`", context.problems)?.to_owned(), node.place)));
     let acknowledge = map.optional("acknowledge");
     let choice = map.optional("choice");
     let default = map.optional("default");
@@ -109,7 +114,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<PromptStep>
             Some(Question::Acknowledge { label: label.to_owned() })
         }
     };
-    Some(PromptStep { text: text?, help, question: question?, simulated })
+    Some(PromptStep { text: text?, help, draw, question: question?, simulated })
 }
 
 fn read_simulated(node: &Node, context: &ReadContext<'_>) -> Option<SimulatedAct> {
@@ -211,6 +216,9 @@ impl PromptStep {
         }
         for (_, value) in self.simulated.iter().flat_map(|simulated| &simulated.values) {
             context.check_expression(value);
+        }
+        if let Some((robot, place)) = &self.draw {
+            context.robot(robot, *place);
         }
         match &self.question {
             Question::Number { minimum, maximum, default, .. } => {

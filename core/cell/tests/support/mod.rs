@@ -39,6 +39,8 @@ pub struct World {
     pub lose_arm_at_move: AtomicUsize,
     /// The operator stops everything in the middle of this move.
     pub stop_at_move: AtomicUsize,
+    /// Its controller does not take over what it is told of its zeros.
+    pub keeps_its_zeros: AtomicBool,
     stopped: AtomicBool,
     pub connections: AtomicUsize,
     /// The heights (mm) at which the sensor fires, one after the other; then 8.
@@ -83,6 +85,7 @@ impl World {
             moves: AtomicUsize::new(0),
             lose_arm_at_move: AtomicUsize::new(usize::MAX),
             stop_at_move: AtomicUsize::new(usize::MAX),
+            keeps_its_zeros: AtomicBool::new(false),
             stopped: AtomicBool::new(false),
             connections: AtomicUsize::new(0),
             fires_at: Mutex::new(Vec::new()),
@@ -239,6 +242,13 @@ impl RobotLink for Arm {
         }
         let finished = u32::from(*pendant != PendantHas::TheArm);
         Ok(JogState { state: self.world.state(), key: 0, finished })
+    }
+
+    fn set_zero(&mut self, joints: &JointVector) -> Result<(), DeviceError> {
+        if !self.world.keeps_its_zeros.load(Ordering::SeqCst) {
+            lock(&self.world.joints).copy_from_slice(joints.as_slice());
+        }
+        Ok(())
     }
 
     fn stop_action(&self) -> StopAction {

@@ -15,6 +15,9 @@ use super::shared::Shared;
 /// How long a request may take that does not move anything.
 const SHORT: Duration = Duration::from_secs(5);
 
+/// How long a controller may take to set its zeros: one that drives each joint through its range takes minutes.
+const CALIBRATION: Duration = Duration::from_secs(900);
+
 /// Asks a device, one thing at a time.
 struct Asking {
     shared: Arc<Shared>,
@@ -184,7 +187,7 @@ impl RobotClient {
     /// # Errors
     /// [`DeviceError`].
     pub fn set_zero(&self, joints: &JointVector) -> Result<(), DeviceError> {
-        self.0.done(&Request::SetZero(*joints))
+        self.0.expect(&Request::SetZero(*joints), CALIBRATION, |reply| (reply == Reply::Done).then_some(()))
     }
 }
 

@@ -5,17 +5,14 @@
 
 mod controller;
 mod event;
-mod fault;
 mod motors;
 mod order;
 mod program;
 mod service;
-mod terminal;
-mod wire;
 
+pub use super::fault::{Fault, FaultError, FaultKind, Way};
+pub use super::terminal::TerminalError;
 pub use controller::Registers;
 pub use event::{Event, EventError, Key};
-pub use fault::{Fault, FaultError, FaultKind, Way};
 pub use motors::{BareMotors, End, Ending, Motors, MotorsError, MotorsInWorld, Pendant};
 pub use service::{Emulator, EmulatorError, EmulatorOptions, Standing};
-pub use terminal::TerminalError;

@@ -14,8 +14,7 @@ use address::Address;
 use shared::Shared;
 
 use crate::protocol::Pace;
-use crate::world::World;
-use crate::world::file::{self, WorldFileError};
+use crate::world_file::{self, WorldFileError};
 
 /// How often the world looks for new clients, and lets time pass when nobody asks for it.
 const TICK: Duration = Duration::from_millis(10);
@@ -65,11 +64,12 @@ pub enum ServeError {
 
 /// Serves a world until a client ends it or nobody has been there for the idle time.
 pub fn serve(options: &ServeOptions) -> Result<(), ServeError> {
-    let mut description = file::read(&options.file)?;
-    description.seed = options.seed.unwrap_or(description.seed);
-    let world = World::new(description);
+    let mut described = world_file::read(&options.file)?;
+    if let Some(seed) = options.seed {
+        described.set_seed(seed);
+    }
     let (_address, listener) = Address::take(&options.socket)?;
-    let shared = Arc::new(Shared::new(world, options.pace));
+    let shared = Arc::new(Shared::new(described, options.pace));
     let mut sessions = Vec::new();
     loop {
         match listener.accept() {

@@ -10,7 +10,8 @@ use serde::de::DeserializeOwned;
 use super::shared::{Order, Shared, State};
 use crate::lines::{Lines, Received};
 use crate::protocol::{Answer, Call, Hello, Instrument, PROTOCOL, Pace, Reading, Say, SomeJoints, Verb};
-use crate::world::{HalfSteps, Joints, MotionOrder, Point, Resolution};
+use crate::served_world::Use;
+use crate::world::{MotionOrder, Point};
 
 /// How often a client that says nothing is asked whether the world ends.
 const LISTEN: Duration = Duration::from_millis(100);
@@ -116,9 +117,7 @@ impl Session {
             Verb::Move { joints, relative, speed } => {
                 self.answer_motion(id, &Order::Joints(MotionOrder { joints, relative, speed }))
             }
-            Verb::Step { half_steps, rate } => {
-                self.answer_motion(id, &Order::HalfSteps(HalfSteps(half_steps), rate))
-            }
+            Verb::Step { half_steps, rate } => self.answer_motion(id, &Order::HalfSteps(half_steps, rate)),
             Verb::Place { joints } => self.answer_place(id, &joints),
             Verb::RestOnGauge { height_mm } => {
                 let resting = self.shared.now().world.attitudes_at_height(height_mm);
@@ -132,17 +131,18 @@ impl Session {
             Verb::Read {} => self.finish(id, false),
             Verb::Stop {} => self.act(id, |state| state.halt()),
             Verb::Outputs { bits } => self.act(id, |state| state.world.set_outputs(bits)),
-            Verb::SetZero { joints } => self.change(id, |state| {
-                state.world.set_registers(&Joints(joints)).map_err(|refused| refused.to_string())
-            }),
+            Verb::SetZero { joints } => self.change(id, |state| state.world.set_registers(joints)),
             Verb::Pendant { on } => self.act(id, |state| state.hand_over(on)),
             Verb::Key { key } => self.act(id, |state| state.press(key)),
             Verb::Pace { pace } => self.act(id, |state| state.set_pace(pace)),
-            Verb::TrimToFire {} => self.change(id, trim_to_fire),
+            Verb::TrimToFire {} => self.change(id, |state| state.world.trim_to_fire()),
             Verb::Again { seed } => self.change(id, |state| state.begin_again(seed)),
-            Verb::Trim { by } => self.change(id, |state| turn_trim(state, by)),
-            Verb::Hold { width_mm } => self.change(id, |state| put_between_fingers(state, width_mm)),
-            Verb::Measure { with } => self.tell(id, |state| measure(state, with)),
+            Verb::Trim { by } => self.change(id, |state| state.world.turn_trim(by)),
+            Verb::Hold { width_mm } => self.change(id, |state| state.world.put_between_fingers(width_mm)),
+            Verb::Measure { with, at, turned } => {
+                self.tell(id, |state| measure(state, &Use { with, at: at.as_deref(), turned }))
+            }
+            Verb::Level { joint, at, turned } => self.answer_level(id, &joint, &at, turned),
             Verb::Look {} => self.tell(id, |state| look(state)),
             Verb::Reveal {} => self.tell(id, |state| Say::Revealed { text: state.reveal() }),
             Verb::Shutdown {} => {
@@ -191,32 +191,39 @@ impl Session {
     /// The operator looks, drives, and looks again.
     fn answer_place(&mut self, id: u64, attitudes: &[Option<f64>; 6]) -> Result<(), Gone> {
         for _ in 0..MOST_CORRECTIONS {
-            let order = self.shared.now().world.order_toward(attitudes, 1.0);
+            let order = self.shared.now().world.order_toward(attitudes);
             match self.make_motion(id, &Order::Joints(order))? {
                 Ok(Ended::Arrived) => {}
                 Ok(Ended::CutShort) => return self.finish(id, true),
                 Err(why) => return self.say(id, Say::Refused { why }),
             }
-            if self.stands_at(attitudes) {
+            if self.shared.now().world.stands_at(attitudes) {
                 return self.finish(id, false);
             }
         }
-        let truth = self.shared.now().world.truth();
-        let held = if truth.touching { "; it touches something solid" } else { "" };
+        let touching = self.shared.now().world.truth().is_ok_and(|truth| truth.touching);
+        let held = if touching { "; it touches something solid" } else { "" };
         let why = format!("the operator cannot bring the arm there{held}");
         self.say(id, Say::Refused { why })
     }
 
-    /// Whether the arm stands as near to these true attitudes as its motors can be set.
-    fn stands_at(&self, attitudes: &[Option<f64>; 6]) -> bool {
-        let state = self.shared.now();
-        let order = state.world.order_toward(attitudes, 1.0);
-        let near = match state.world.description().arm.resolution {
-            Resolution::Continuous => 1e-10,
-            Resolution::HalfStep => 0.51,
-        };
-        let short = Joints(order.joints.map(Option::unwrap_or_default));
-        HalfSteps::from_joints(&short).0.iter().all(|motor| motor.abs() <= near)
+    /// The operator looks at the bubble, turns the joint, and looks again.
+    fn answer_level(&mut self, id: u64, joint: &str, at: &str, turned: bool) -> Result<(), Gone> {
+        let used = Use { with: Instrument::Level, at: Some(at), turned };
+        for _ in 0..MOST_CORRECTIONS {
+            let order = self.shared.now().world.level_order(joint, &used);
+            match order {
+                Ok(None) => return self.finish(id, false),
+                Ok(Some(order)) => match self.make_motion(id, &Order::Joints(order))? {
+                    Ok(Ended::Arrived) => {}
+                    Ok(Ended::CutShort) => return self.finish(id, true),
+                    Err(why) => return self.say(id, Say::Refused { why }),
+                },
+                Err(why) => return self.say(id, Say::Refused { why }),
+            }
+        }
+        let why = format!("the operator cannot bring the bubble to the middle with `{joint}`");
+        self.say(id, Say::Refused { why })
     }
 
     fn answer_wait(&mut self, id: u64, ms: u64) -> Result<(), Gone> {
@@ -248,9 +255,9 @@ impl Session {
     fn make_motion(&mut self, id: u64, order: &Order) -> Result<Result<Ended, String>, Gone> {
         let (cut_short_before, began_ns) = {
             let mut state = self.shared.now();
-            let before = (state.cut_short, state.world.reading().time_ns);
+            let before = (state.cut_short, state.reading().time_ns);
             if let Err(refused) = state.begin(order) {
-                return Ok(Err(refused.to_string()));
+                return Ok(Err(refused));
             }
             before
         };
@@ -341,36 +348,21 @@ impl Session {
     }
 }
 
-fn turn_trim(state: &mut State, by: f64) -> Result<(), String> {
-    let turned = state.world.turn_trim(by);
-    turned.then_some(()).ok_or_else(|| "this sensor has no trim resistor".to_owned())
-}
-
-fn trim_to_fire(state: &mut State) -> Result<(), String> {
-    let turned = state.world.trim_to_fire();
-    turned.then_some(()).ok_or_else(|| "this sensor has no trim resistor".to_owned())
-}
-
-fn put_between_fingers(state: &mut State, width_mm: f64) -> Result<(), String> {
-    let fits = state.world.put_between_fingers(width_mm);
-    fits.then_some(()).ok_or_else(|| "the fingers do not stand so far open; open them first".to_owned())
-}
-
 fn look(state: &State) -> Say {
-    if state.is_revealed() {
-        Say::Truth(Box::new(state.world.truth().into()))
-    } else {
+    if !state.is_revealed() {
         let why = "this world is sealed: what is true in it stays hidden until it is revealed".to_owned();
-        Say::Refused { why }
+        return Say::Refused { why };
+    }
+    match state.world.truth() {
+        Ok(truth) => Say::Truth(Box::new(truth)),
+        Err(why) => Say::Refused { why },
     }
 }
 
-fn measure(state: &mut State, with: Instrument) -> Say {
-    match with {
-        Instrument::Level => {
-            Say::Measured { value: state.world.read_level().to_degrees(), unit: "deg".to_owned() }
-        }
-        Instrument::Ruler => Say::Measured { value: state.world.read_ruler(), unit: "mm".to_owned() },
+fn measure(state: &mut State, used: &Use<'_>) -> Say {
+    match state.world.measure(used) {
+        Ok((value, unit)) => Say::Measured { value, unit: unit.to_owned() },
+        Err(why) => Say::Refused { why },
     }
 }
 

@@ -4,11 +4,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::protocol::{JointFacts, PROTOCOL, Pace, PendantKey, Reading, Welcome};
-use crate::world::{
-    AXES, HalfSteps, Joint, Joints, LineChange, MotionOrder, MotionRefused, Resolution, World,
-    WorldDescription,
-};
+use crate::protocol::{PROTOCOL, Pace, PendantKey, Reading, Welcome};
+use crate::served_world::ServedWorld;
+use crate::world::{AXES, LineChange, MotionOrder};
+use crate::world_file::Described;
 
 /// The world, its clock and its pendant.
 pub(super) struct Shared {
@@ -18,9 +17,9 @@ pub(super) struct Shared {
 
 /// What is behind the lock.
 pub(super) struct State {
-    pub(super) world: World,
+    pub(super) world: Box<dyn ServedWorld>,
     /// As the file describes it, before anybody turned or held anything.
-    original: WorldDescription,
+    original: Described,
     pace: Pace,
     /// A moment of the wall's clock, and the world's time at that moment.
     wall: Instant,
@@ -39,16 +38,17 @@ pub(super) enum Order {
     /// Of joints.
     Joints(MotionOrder),
     /// Of motors, by so many half-steps, the one with the most at this rate.
-    HalfSteps(HalfSteps, f64),
+    HalfSteps([f64; AXES], f64),
 }
 
 impl Shared {
-    pub(super) fn new(world: World, pace: Pace) -> Shared {
+    pub(super) fn new(original: Described, pace: Pace) -> Shared {
+        let world = original.clone().into_world();
         let now = Instant::now();
         let world_ns = world.reading().time_ns;
         let state = State {
-            original: world.description().clone(),
-            revealed: world.description().sealed_text.is_none(),
+            original,
+            revealed: world.sealed_text().is_none(),
             world,
             pace,
             wall: now,
@@ -113,10 +113,10 @@ impl State {
     }
 
     /// Starts a motion; in a fast world it is over at once.
-    pub(super) fn begin(&mut self, order: &Order) -> Result<(), MotionRefused> {
+    pub(super) fn begin(&mut self, order: &Order) -> Result<(), String> {
         match order {
             Order::Joints(order) => self.world.begin(order)?,
-            Order::HalfSteps(travel, rate) => self.world.begin_half_steps(travel, *rate)?,
+            Order::HalfSteps(travel, rate) => self.world.begin_half_steps(*travel, *rate)?,
         }
         self.catch_up();
         Ok(())
@@ -127,8 +127,9 @@ impl State {
         if self.world.reading().moving {
             return Err("the arm is moving; wait for it or stop it first".to_owned());
         }
-        let description = WorldDescription { seed, ..self.original.clone() };
-        self.world = World::in_place_of(&self.world, description);
+        let mut described = self.original.clone();
+        described.set_seed(seed);
+        self.world = self.world.again(described);
         self.pendant = false;
         self.key = None;
         self.set_clock();
@@ -143,7 +144,7 @@ impl State {
     /// Breaks the seal, and returns what was under it.
     pub(super) fn reveal(&mut self) -> String {
         self.revealed = true;
-        self.world.description().sealed_text.clone().unwrap_or_default()
+        self.world.sealed_text().unwrap_or_default().to_owned()
     }
 
     /// Stops the arm where it stands.
@@ -172,8 +173,7 @@ impl State {
     }
 
     pub(super) fn reading(&self) -> Reading {
-        let reading = Reading::of(&self.world.reading(), self.world.outputs());
-        Reading { pendant: self.pendant, key: self.key.map_or(0, |key| key as u32), ..reading }
+        Reading { pendant: self.pendant, key: self.key.map_or(0, |key| key as u32), ..self.world.reading() }
     }
 
     /// The changes after this one, or how many of them are forgotten.
@@ -199,42 +199,17 @@ impl State {
     }
 
     pub(super) fn welcome(&self) -> Welcome {
-        let description = self.world.description();
-        let arm = &description.arm;
-        let home = arm.start.minus(&arm.zero_error);
-        let step = each_alone(&HalfSteps([1.0; AXES]));
-        let top_speed = each_alone(&arm.top_rates);
-        let joints = Joint::ALL.map(|joint| JointFacts {
-            name: joint.name().to_owned(),
-            resolution: match arm.resolution {
-                Resolution::Continuous => 0.0,
-                Resolution::HalfStep => step.of(joint),
-            },
-            top_speed: top_speed.of(joint),
-            home: home.of(joint),
-        });
+        let arm = self.world.arm();
         Welcome {
             protocol: PROTOCOL,
-            world: description.title.clone(),
+            world: self.world.title().to_owned(),
             pid: std::process::id(),
             pace: self.pace,
-            arm: "teachmover".to_owned(),
-            joints: joints.into(),
+            arm: arm.name.to_owned(),
+            model: arm.model.to_owned(),
+            input_lines: arm.input_lines,
+            output_lines: arm.output_lines,
+            joints: arm.joints,
         }
     }
-}
-
-/// How far each joint goes when the motors that work it, and no others, go this far: both of the wrist's for its pitch and roll.
-fn each_alone(motors: &HalfSteps) -> Joints {
-    let [base, shoulder, elbow, right, left, gripper] = motors.0;
-    let of = |motors: [f64; AXES], joint: Joint| HalfSteps(motors).to_joints().of(joint).abs();
-    let wrist = right.min(left);
-    Joints([
-        of([base, 0.0, 0.0, 0.0, 0.0, 0.0], Joint::Waist),
-        of([0.0, shoulder, 0.0, 0.0, 0.0, 0.0], Joint::Shoulder),
-        of([0.0, 0.0, elbow, 0.0, 0.0, 0.0], Joint::Elbow),
-        of([0.0, 0.0, 0.0, wrist, wrist, 0.0], Joint::WristPitch),
-        of([0.0, 0.0, 0.0, -wrist, wrist, 0.0], Joint::WristRoll),
-        of([0.0, 0.0, 0.0, 0.0, 0.0, gripper], Joint::Gripper),
-    ])
 }

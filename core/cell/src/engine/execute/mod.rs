@@ -4,6 +4,7 @@ mod apply;
 mod check;
 mod compute;
 mod configure;
+mod declare;
 mod measure;
 mod move_joints;
 mod pendant;
@@ -29,6 +30,7 @@ impl Engine {
             Action::Configure(configure) => self.execute_configure(configure),
             Action::Measure(measure) => self.execute_measure(measure),
             Action::Scan(scan) => self.execute_scan(scan, at),
+            Action::Declare(declare) => self.execute_declare(declare, at),
             Action::Repeat(_) | Action::Call(_) => Ok(Done::default()),
         }
     }

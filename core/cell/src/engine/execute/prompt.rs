@@ -4,6 +4,7 @@ use plumb_plugin::JointVector;
 use serde_json::{Value, json};
 
 use super::pendant::Pendant;
+use crate::drawing::two_views;
 use crate::engine::Engine;
 use crate::engine::journal::Question as Asked;
 use crate::engine::prompting::Heard;
@@ -23,7 +24,10 @@ impl Engine {
             .flat_map(Template::expressions)
             .collect();
         let values = self.values(at.scope, &expressions)?;
-        let text = step.text.fill(&self.calculator, &values)?;
+        let mut text = step.text.fill(&self.calculator, &values)?;
+        if let Some(drawing) = self.drawing(step)? {
+            text = format!("{}\n\n{drawing}", text.trim_end());
+        }
         let help = step.help.as_ref().map(|help| help.fill(&self.calculator, &values)).transpose()?;
         let mut kind = self.prompt_kind(&step.question, at)?;
         if let PromptKind::Number { default, .. } = &mut kind
@@ -64,6 +68,13 @@ impl Engine {
             values.push((name.clone(), self.number(at.scope, value)?));
         }
         self.links.simulate(&simulated.act, &values).map_err(StepError::Error)
+    }
+
+    /// The robot the prompt is about, as it stands now; none without a model of it.
+    fn drawing(&mut self, step: &PromptStep) -> Result<Option<String>, StepError> {
+        let Some((robot, _)) = &step.draw else { return Ok(None) };
+        let here = self.read_pose(robot)?.joints;
+        Ok(self.arm(robot)?.outline(&here).map(|points| two_views(&points)))
     }
 
     fn prompt_kind(&mut self, question: &Question, at: &StepContext) -> Result<PromptKind, StepError> {

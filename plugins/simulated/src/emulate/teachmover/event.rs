@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use super::fault::{Fault, FaultError};
+use crate::emulate::fault::{Fault, FaultError};
 
 /// A key of the teach pendant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -14,10 +14,10 @@ use nix::sys::time::TimeSpec;
 
 use super::controller::{Controller, Registers};
 use super::event::Event;
-use super::fault::{Fault, Way};
 use super::motors::{Motors, MotorsError};
-use super::terminal::{Terminal, TerminalError};
-use super::wire::Wire;
+use crate::emulate::fault::{Fault, Way};
+use crate::emulate::terminal::{Terminal, TerminalError};
+use crate::emulate::wire::Wire;
 use crate::physics::random::Random;
 
 /// How often a controller that has nothing to do looks whether its arm is still there.

@@ -25,7 +25,10 @@ pub(super) struct Checker<'a> {
 
 impl Checker<'_> {
     pub(super) fn world(&self, raw: raw::World) -> Result<WorldDescription, WorldFileError> {
-        let raw::Arm::TeachMover(arm) = raw.arm;
+        let raw::Arm::TeachMover(arm) = raw.arm else {
+            let problem = "a PUMA 560 stands in this world, but a TeachMover is wanted here".to_owned();
+            return Err(self.wrong(raw.world.referenced, problem));
+        };
         let raw::Target::T(target) = raw.target;
         let start = arm.start.referenced;
         let target = self.target(&target)?;

@@ -42,12 +42,12 @@ pub enum WorldFileError {
 }
 
 impl WorldFileError {
-    pub(super) fn at(file: &str, place: Location, problem: String) -> WorldFileError {
+    pub(crate) fn at(file: &str, place: Location, problem: String) -> WorldFileError {
         let (line, column) = (place.line().max(1), place.column().max(1));
         WorldFileError::Wrong { file: file.to_owned(), line, column, problem }
     }
 
-    pub(super) fn from_yaml(file: &str, text: &str, error: &serde_yaml::Error) -> WorldFileError {
+    pub(crate) fn from_yaml(file: &str, text: &str, error: &serde_yaml::Error) -> WorldFileError {
         use serde_yaml::Error as Yaml;
         let place = error.location().unwrap_or(Location::UNKNOWN);
         let problem = match error.without_snippet() {
@@ -69,7 +69,7 @@ impl WorldFileError {
 }
 
 /// Names the unknown word, what was probably meant, and all that could stand there.
-pub(super) fn unknown(what: &str, word: &str, known: &[&str]) -> String {
+pub(crate) fn unknown(what: &str, word: &str, known: &[&str]) -> String {
     let nearest = known
         .iter()
         .map(|candidate| (strsim::jaro_winkler(word, candidate), candidate))

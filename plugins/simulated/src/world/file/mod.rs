@@ -5,9 +5,9 @@
 //! refused with file, line and column.
 
 mod check;
-mod error;
+pub(crate) mod error;
 mod raw;
-mod seal;
+pub(crate) mod seal;
 
 use std::path::Path;
 

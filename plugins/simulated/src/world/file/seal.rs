@@ -12,7 +12,7 @@ const KEYS: &str = "world: sealed\nsealed: |";
 const COLUMNS: usize = 100;
 
 /// Whether a text is a sealed world file.
-pub(super) fn is_sealed(text: &str) -> bool {
+pub(crate) fn is_sealed(text: &str) -> bool {
     text.lines().next() == Some(HEADING)
 }
 
@@ -32,7 +32,7 @@ pub fn seal(text: &str) -> String {
 }
 
 /// The text under a seal; `file` is the name its errors bear.
-pub(super) fn open(file: &str, sealed: &str) -> Result<String, WorldFileError> {
+pub(crate) fn open(file: &str, sealed: &str) -> Result<String, WorldFileError> {
     let broken = || WorldFileError::BrokenSeal { file: file.to_owned() };
     let body = sealed.strip_prefix(HEADING).and_then(|rest| rest.trim_start().strip_prefix(KEYS));
     let digits: String = body.ok_or_else(broken)?.split_whitespace().collect();

@@ -7,7 +7,7 @@ use crate::physics::random::Random;
 
 /// One way of the line. Times are ns of the controller's clock.
 #[derive(Debug)]
-pub(super) struct Wire {
+pub(in crate::emulate) struct Wire {
     /// The time of one byte, 0 for a line that takes none.
     byte_ns: u64,
     /// When the last byte put on it has gone through.
@@ -25,7 +25,7 @@ pub(super) struct Wire {
 
 impl Wire {
     /// A wire whose bytes take `byte_ns` each. `random` decides what happens by chance.
-    pub(super) fn new(byte_ns: u64, random: Random) -> Wire {
+    pub(in crate::emulate) fn new(byte_ns: u64, random: Random) -> Wire {
         Wire {
             byte_ns,
             busy_until: 0,
@@ -38,17 +38,17 @@ impl Wire {
     }
 
     /// Damages one of the bytes to come, 1 being the next.
-    pub(super) fn damage(&mut self, byte: u64, kind: FaultKind) {
+    pub(in crate::emulate) fn damage(&mut self, byte: u64, kind: FaultKind) {
         self.planned.push((self.count + byte, kind));
     }
 
     /// Damages every byte from now on with this probability.
-    pub(super) fn damage_at_random(&mut self, probability: f64) {
+    pub(in crate::emulate) fn damage_at_random(&mut self, probability: f64) {
         self.probability = probability;
     }
 
     /// Puts a byte on the wire; `pause` ns pass before it.
-    pub(super) fn put(&mut self, byte: u8, pause: u64, now: u64) {
+    pub(in crate::emulate) fn put(&mut self, byte: u8, pause: u64, now: u64) {
         self.count += 1;
         match self.fate() {
             None => self.send(byte, pause, now),
@@ -69,18 +69,18 @@ impl Wire {
     }
 
     /// The next byte that has arrived.
-    pub(super) fn take(&mut self, now: u64) -> Option<(u64, u8)> {
+    pub(in crate::emulate) fn take(&mut self, now: u64) -> Option<(u64, u8)> {
         let (arrives, _) = self.under_way.front()?;
         if *arrives <= now { self.under_way.pop_front() } else { None }
     }
 
     /// When the next byte arrives.
-    pub(super) fn next(&self) -> Option<u64> {
+    pub(in crate::emulate) fn next(&self) -> Option<u64> {
         self.under_way.front().map(|(arrives, _)| *arrives)
     }
 
     /// Loses all that is under way.
-    pub(super) fn cut(&mut self) {
+    pub(in crate::emulate) fn cut(&mut self) {
         self.under_way.clear();
     }
 

@@ -31,7 +31,7 @@ pub enum TerminalError {
 
 /// A pseudo-terminal, with a link to it if wanted.
 #[derive(Debug)]
-pub(super) struct Terminal {
+pub(in crate::emulate) struct Terminal {
     ours: File,
     /// The host's end is kept open, so that the line stands and keeps its settings whether or not a host has it.
     _theirs: File,
@@ -41,7 +41,7 @@ pub(super) struct Terminal {
 
 impl Terminal {
     /// A terminal that passes every byte as it is, made so before any host can open it.
-    pub(super) fn open(link: Option<&Path>) -> Result<Terminal, TerminalError> {
+    pub(in crate::emulate) fn open(link: Option<&Path>) -> Result<Terminal, TerminalError> {
         let make = |error: nix::Error| TerminalError::Make(error.into());
         let pair = openpty(None, None).map_err(make)?;
         let mut settings = tcgetattr(&pair.master).map_err(make)?;
@@ -62,12 +62,12 @@ impl Terminal {
     }
 
     /// The path a host opens.
-    pub(super) fn path(&self) -> &Path {
+    pub(in crate::emulate) fn path(&self) -> &Path {
         &self.path
     }
 
     /// What a host has sent.
-    pub(super) fn receive(&mut self) -> io::Result<Vec<u8>> {
+    pub(in crate::emulate) fn receive(&mut self) -> io::Result<Vec<u8>> {
         let mut bytes = vec![0; 1024];
         match self.ours.read(&mut bytes) {
             Ok(count) => {
@@ -82,7 +82,7 @@ impl Terminal {
     }
 
     /// Sends a byte to the host. A host that does not read loses it, as on a real line.
-    pub(super) fn send(&mut self, byte: u8) -> io::Result<()> {
+    pub(in crate::emulate) fn send(&mut self, byte: u8) -> io::Result<()> {
         match self.ours.write(&[byte]) {
             Ok(_) => Ok(()),
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => Ok(()),
@@ -91,7 +91,7 @@ impl Terminal {
     }
 
     /// What to wait on for bytes from the host.
-    pub(super) fn wait_on(&self) -> BorrowedFd<'_> {
+    pub(in crate::emulate) fn wait_on(&self) -> BorrowedFd<'_> {
         self.ours.as_fd()
     }
 }

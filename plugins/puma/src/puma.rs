@@ -1,0 +1,405 @@
+//! The arm as a robot of plumb.
+
+use std::time::Duration;
+
+use plumb_plugin::{
+    DigitalInputs, Host, JogState, JointDescription, JointState, JointUnit, JointVector, LogLevel, Motion,
+    PluginError, Robot, RobotCapabilities, RobotDescription, Value,
+};
+
+use crate::complaint::Consequence;
+use crate::configuration::Configuration;
+use crate::joints::{AXES, JOINTS, READY, is_plain};
+use crate::monitor::{Monitor, MonitorError, MotionEnd};
+use crate::profile::Profile;
+
+/// A joint that is to turn by less than this stays, deg: half of the last digit that is typed.
+const STAYS: f64 = 0.000_5;
+/// An arm that has arrived stands this near to where it was sent, deg.
+const ARRIVED_WITHIN: f64 = 0.05;
+/// Two readings of an arm at rest differ by no more, deg.
+const SAME: f64 = 0.02;
+/// How often the pose is read until two readings agree.
+const READINGS: usize = 5;
+/// The pose from which POTCAL is begun reads at most this far from the ready position, deg.
+const NEAR_READY: f64 = 15.0;
+/// What brakes may take, and a control C on its way and its answer, ms.
+const STOP_TIME_MS: u32 = 600;
+/// Calibrations may take so long.
+const CALIBRATION: Duration = Duration::from_secs(600);
+
+/// A PUMA 560 at the end of its controller's terminal line.
+#[derive(Debug)]
+pub struct Puma {
+    configuration: Configuration,
+    host: Host,
+    monitor: Monitor,
+    /// Where the joints were read last, deg.
+    last: [f64; AXES],
+    /// Why the arm may not be moved, if so: a conversation failed, or the controller wants somebody.
+    doubt: Option<String>,
+    profile: Profile,
+}
+
+impl Robot for Puma {
+    fn create(config: &Value, host: Host) -> Result<Self, PluginError> {
+        let configuration = Configuration::read(config)?;
+        let monitor = Monitor::open(&configuration).map_err(|error| error.plugin_error())?;
+        let mut arm =
+            Self { configuration, host, monitor, last: READY, doubt: None, profile: Profile::default() };
+        arm.read(None)?;
+        let text = format!(
+            "PUMA 560 on {} at {} baud: {}",
+            arm.configuration.port,
+            arm.configuration.baud,
+            arm.in_words()
+        );
+        arm.host.log(LogLevel::Info, &text);
+        Ok(arm)
+    }
+
+    fn describe(&self) -> RobotDescription {
+        let share = self.configuration.full_speed_percent / 100.0;
+        let joints = JOINTS.iter().map(|joint| JointDescription {
+            name: joint.name.to_owned(),
+            unit: JointUnit::Radian,
+            lower: joint.lower.to_radians(),
+            upper: joint.upper.to_radians(),
+            resolution: 0.01_f64.to_radians(),
+            max_speed: (joint.top_speed * share).to_radians(),
+            home: joint.ready.to_radians(),
+        });
+        RobotDescription {
+            model: "Unimation PUMA 560, VAL-II".to_owned(),
+            joints: joints.collect(),
+            inputs: Vec::new(),
+            outputs: Vec::new(),
+            capabilities: RobotCapabilities {
+                interruptible: true,
+                stop_time_ms: STOP_TIME_MS,
+                jog: true,
+                only_pendant_ends_jog: false,
+                set_zero: true,
+            },
+        }
+    }
+
+    fn activate(&mut self) -> Result<(), PluginError> {
+        self.doubt = None;
+        self.done(|monitor, _| monitor.start_over())?;
+        self.read(None)?;
+        if self.configuration.calibrate {
+            let host = self.host.clone();
+            self.done(|monitor, _| monitor.calibrate(CALIBRATION, &mut || host.should_stop()))?;
+        }
+        Ok(())
+    }
+
+    fn deactivate(&mut self) -> Result<(), PluginError> {
+        self.take_profile();
+        if self.profile.commands > 0 {
+            let text = format!("where the time went: {}", self.profile);
+            self.host.log(LogLevel::Info, &text);
+        }
+        Ok(())
+    }
+
+    fn read_joints(&mut self) -> Result<JointState, PluginError> {
+        self.read(None)?;
+        self.come_to_rest()
+    }
+
+    fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError> {
+        let target = self.target(motion)?;
+        self.refuse_in_doubt()?;
+        if self.host.should_stop() {
+            return Err(PluginError::stopped());
+        }
+        if let Some(complaint) = self.done(|monitor, _| monitor.unasked_complaint())? {
+            let error = complaint.error();
+            self.doubt = Some(error.text().to_owned());
+            return Err(error);
+        }
+        self.read(Some(self.last))?;
+        let end = self.travel(&target, motion.speed_fraction)?;
+        if end == MotionEnd::Stopped {
+            self.read(None)?;
+            self.come_to_rest()?;
+            return Err(PluginError::Stopped(format!("stopped; the arm stands at {}", self.in_words())));
+        }
+        self.read(Some(target))?;
+        self.require_arrived(&target)?;
+        self.take_profile();
+        self.come_to_rest()
+    }
+
+    fn stop(&mut self) -> Result<(), PluginError> {
+        // A move has sent the control C itself and waited for the prompt.
+        Ok(())
+    }
+
+    fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
+        Ok(self.inputs())
+    }
+
+    fn write_outputs(&mut self, levels: u64) -> Result<(), PluginError> {
+        if levels == 0 {
+            return Ok(());
+        }
+        Err(PluginError::Refused(format!("output levels {levels:#b}: this driver has no output lines")))
+    }
+
+    fn jog(&mut self, on: bool) -> Result<JogState, PluginError> {
+        // The teach pendant drives beside the terminal; where it has brought the arm, the terminal tells.
+        self.read(None)?;
+        Ok(JogState { state: self.come_to_rest()?, key: 0, finished: u32::from(!on) })
+    }
+
+    fn set_zero(&mut self, joints: &JointVector) -> Result<(), PluginError> {
+        let wanted = six(joints)?;
+        let is_ready = wanted.iter().zip(&READY).all(|(wanted, ready)| (wanted - ready).abs() < 0.01);
+        if !is_ready {
+            return Err(PluginError::Refused(
+                "POTCAL knows one pose only, the ready position (0, -90, 90, 0, 0, 0): bring the arm to where that should be, and declare that".to_owned(),
+            ));
+        }
+        self.refuse_in_doubt()?;
+        self.read(None)?;
+        if let Some((joint, value)) =
+            JOINTS.iter().zip(&self.last).find(|(joint, value)| (*value - joint.ready).abs() > NEAR_READY)
+        {
+            return Err(PluginError::Refused(format!(
+                "{} reads {value:.1} degrees, far from {:.0} in the ready position: POTCAL would drive it against its stop",
+                joint.name, joint.ready
+            )));
+        }
+        let host = self.host.clone();
+        let end = self.done(|monitor, _| monitor.take_for_ready(CALIBRATION, &mut || host.should_stop()))?;
+        if end == MotionEnd::Stopped {
+            return Err(PluginError::Stopped("POTCAL was stopped; the zeros are as they were".to_owned()));
+        }
+        self.read(Some(READY))
+    }
+}
+
+impl Puma {
+    /// Where the time went since this was asked last, or since the beginning.
+    pub fn take_time_profile(&mut self) -> Profile {
+        self.take_profile();
+        std::mem::take(&mut self.profile)
+    }
+
+    fn take_profile(&mut self) {
+        let new = self.monitor.take_profile();
+        let sum = &mut self.profile;
+        sum.commands += new.commands;
+        sum.sent += new.sent;
+        sum.received += new.received;
+        sum.line += new.line;
+        sum.controller += new.controller;
+        sum.motion += new.motion;
+        sum.total += new.total;
+    }
+
+    /// Does something at the monitor. After an error that leaves open what the arm does, it is not moved until it is activated again.
+    fn done<T>(
+        &mut self,
+        act: impl FnOnce(&mut Monitor, &[f64; AXES]) -> Result<T, MonitorError>,
+    ) -> Result<T, PluginError> {
+        act(&mut self.monitor, &self.last).map_err(|error| {
+            let harmless = match &error {
+                MonitorError::Complaint(complaint) => {
+                    matches!(complaint.meaning().consequence, Consequence::OutOfRange | Consequence::Refused)
+                }
+                _ => false,
+            };
+            let error = error.plugin_error();
+            if !harmless {
+                self.doubt = Some(error.text().to_owned());
+            }
+            error
+        })
+    }
+
+    fn refuse_in_doubt(&self) -> Result<(), PluginError> {
+        match &self.doubt {
+            None => Ok(()),
+            Some(reason) => Err(PluginError::NotReady(format!(
+                "the arm is not moved after this ({reason}): look where it stands, then activate it again"
+            ))),
+        }
+    }
+
+    /// Reads where the joints stand. A line without checksums can turn one digit into another: a reading as expected needs no second one; any other
+    /// counts only when it comes twice.
+    fn read(&mut self, expected: Option<[f64; AXES]>) -> Result<(), PluginError> {
+        let mut former: Option<[f64; AXES]> = None;
+        let mut failed = None;
+        for _ in 0..READINGS {
+            let now = match self.monitor.read(&expected.unwrap_or(self.last)) {
+                Ok(now) => now,
+                Err(MonitorError::Line(error))
+                    if failed.is_none()
+                        && error.plugin_error().status() == PluginError::Failed(String::new()).status() =>
+                {
+                    failed = Some(error);
+                    continue;
+                }
+                Err(error) => return self.done(|_, _| Err(error)),
+            };
+            let alike = |other: &[f64; AXES]| now.iter().zip(other).all(|(a, b)| (a - b).abs() <= SAME);
+            if expected.as_ref().is_some_and(alike) || former.as_ref().is_some_and(alike) {
+                self.last = now;
+                return Ok(());
+            }
+            former = Some(now);
+        }
+        let text = format!(
+            "{READINGS} readings of the joints and no two alike: does something else move the arm? Check the cable, too"
+        );
+        self.doubt = Some(text.clone());
+        Err(PluginError::Failed(text))
+    }
+
+    /// Goes to a pose, degrees.
+    fn travel(&mut self, target: &[f64; AXES], fraction: f64) -> Result<MotionEnd, PluginError> {
+        let percent = ((fraction * self.configuration.full_speed_percent * 100.0).round() / 100.0).max(0.01);
+        let here = self.last;
+        let within = within(&here, target, percent);
+        let moves = |joint: usize| {
+            let (here, target) =
+                (here.get(joint).copied().unwrap_or(0.0), target.get(joint).copied().unwrap_or(0.0));
+            ((target - here).abs() > STAYS).then_some(target)
+        };
+        let moving: Vec<usize> = (0..AXES).filter(|joint| moves(*joint).is_some()).collect();
+        let host = self.host.clone();
+        let mut should_stop = || host.should_stop();
+        if moving.is_empty() {
+            return Ok(MotionEnd::Arrived);
+        }
+        if moving.len() > 1 && target.iter().zip(&READY).all(|(target, ready)| (target - ready).abs() < STAYS)
+        {
+            self.done(|monitor, _| monitor.set_speed(percent))?;
+            return self.done(|monitor, _| monitor.ready(within, &mut should_stop));
+        }
+        // What the terminal could take for a whole turn more is driven there by its difference, one joint at a time.
+        let plain = |joint: usize| {
+            moves(joint).filter(|value| JOINTS.get(joint).is_some_and(|facts| is_plain(facts, *value)))
+        };
+        let together: [Option<f64>; AXES] =
+            if moving.len() == 1 { [None; AXES] } else { std::array::from_fn(plain) };
+        if together.iter().any(Option::is_some) {
+            self.done(|monitor, _| monitor.set_speed(percent))?;
+            self.done(|monitor, near| monitor.teach_point(&together, near))?;
+            let end = self.done(|monitor, _| monitor.move_to_point(within, &mut should_stop))?;
+            if end == MotionEnd::Stopped {
+                return Ok(end);
+            }
+        }
+        for joint in moving {
+            let alone = together.get(joint).is_none_or(Option::is_none);
+            if let Some(value) = moves(joint).filter(|_| alone) {
+                let by = value - here.get(joint).copied().unwrap_or(0.0);
+                let end =
+                    self.done(|monitor, _| monitor.drive(joint, by, percent, within, &mut should_stop))?;
+                if end == MotionEnd::Stopped {
+                    return Ok(end);
+                }
+            }
+        }
+        Ok(MotionEnd::Arrived)
+    }
+
+    /// Where a motion leads, degrees.
+    fn target(&self, motion: &Motion) -> Result<[f64; AXES], PluginError> {
+        let given = six(&motion.target)?;
+        let mut target = self.last;
+        for (place, ((target, given), joint)) in target.iter_mut().zip(given).zip(&JOINTS).enumerate() {
+            if !motion.moves(place) {
+                continue;
+            }
+            if !given.is_finite() {
+                return Err(PluginError::Refused(format!(
+                    "the value for {} is {given}; give a number",
+                    joint.name
+                )));
+            }
+            *target = if motion.relative != 0 { *target + given } else { given };
+            if !(joint.lower - 0.005..=joint.upper + 0.005).contains(target) {
+                return Err(PluginError::OutOfRange(format!(
+                    "{} would go to {target:.2} degrees; it goes from {:.0} to {:.0}",
+                    joint.name, joint.lower, joint.upper
+                )));
+            }
+        }
+        if !(motion.speed_fraction > 0.0 && motion.speed_fraction <= 1.0) {
+            return Err(PluginError::Refused(format!(
+                "the speed is {} of the full speed; give more than 0 and at most 1",
+                motion.speed_fraction
+            )));
+        }
+        Ok(target)
+    }
+
+    fn require_arrived(&mut self, target: &[f64; AXES]) -> Result<(), PluginError> {
+        let off = JOINTS
+            .iter()
+            .zip(target.iter().zip(&self.last))
+            .find(|(_, (a, b))| (*a - *b).abs() > ARRIVED_WITHIN);
+        let Some((joint, (target, stands))) = off else { return Ok(()) };
+        let text = format!(
+            "{} was sent to {target:.2} and stands at {stands:.2} degrees, although the controller said that it had arrived: did somebody drive it with the pendant?",
+            joint.name
+        );
+        self.doubt = Some(text.clone());
+        Err(PluginError::Failed(text))
+    }
+
+    /// Tells the streams that the arm stands, and where.
+    fn come_to_rest(&mut self) -> Result<JointState, PluginError> {
+        let state = JointState::new(self.host.now_ns(), self.vector(), false);
+        self.host.emit("joints", &state)?;
+        self.host.emit("inputs", &self.inputs())?;
+        Ok(state)
+    }
+
+    fn inputs(&self) -> DigitalInputs {
+        DigitalInputs {
+            time_ns: self.host.now_ns(),
+            joints: self.vector(),
+            joints_half_width: JointVector::zeros(AXES),
+            ..DigitalInputs::default()
+        }
+    }
+
+    fn vector(&self) -> JointVector {
+        let mut vector = JointVector::zeros(AXES);
+        for (place, degrees) in self.last.iter().enumerate() {
+            vector.set(place, degrees.to_radians());
+        }
+        vector
+    }
+
+    fn in_words(&self) -> String {
+        let places = JOINTS.iter().zip(&self.last).map(|(joint, value)| format!("{} {value:.2}", joint.name));
+        format!("{} deg", places.collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// How long a motion may take: three times what it should, and some seconds.
+fn within(here: &[f64; AXES], target: &[f64; AXES], percent: f64) -> Duration {
+    let slowest =
+        JOINTS.iter().zip(here.iter().zip(target)).fold(0.0, |longest: f64, (joint, (here, target))| {
+            longest.max((target - here).abs() / (joint.top_speed * percent / 100.0))
+        });
+    Duration::from_secs_f64((slowest * 3.0 + 10.0).min(7200.0))
+}
+
+/// The six values of a joint vector that is meant for this arm, degrees.
+fn six(joints: &JointVector) -> Result<[f64; AXES], PluginError> {
+    let values: [f64; AXES] = joints.as_slice().try_into().map_err(|_| {
+        let names = JOINTS.map(|joint| joint.name).join(", ");
+        PluginError::Refused(format!("{} joint values given; this arm has 6: {names}", joints.len()))
+    })?;
+    Ok(values.map(f64::to_degrees))
+}

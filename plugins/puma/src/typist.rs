@@ -1,0 +1,353 @@
+//! Typing at the controller's terminal: nothing counts until its carriage return, and that is sent only when all of the line came back as typed.
+
+use std::time::{Duration, Instant};
+
+use crate::configuration::{Configuration, Typing};
+use crate::line::{Line, LineError, LineFailure, shown};
+use crate::profile::Profile;
+use crate::reply::{Ending, Reply, Sign, is_greeting, sign, text_of};
+
+const CONTROL_C: u8 = 3;
+
+/// How often a control C is sent until the controller answers it.
+const CANCELLATIONS: usize = 4;
+
+/// Quiet, beyond a few characters' time: longer than a USB adapter holds bytes back.
+const QUIET: Duration = Duration::from_millis(20);
+
+/// A line that was sent late by this may still come: what is thrown away after a cancelled line is waited for so long.
+const LATE: Duration = Duration::from_millis(250);
+
+/// Who types.
+#[derive(Debug)]
+pub(crate) struct Typist {
+    line: Line,
+    typing: Typing,
+    echo_within: Duration,
+    reply_within: Duration,
+    /// Whether the controller was seen to be started anew since that was asked last.
+    pub(crate) rebooted: bool,
+    /// What the controller has said without being asked.
+    unasked: Vec<String>,
+    pub(crate) profile: Profile,
+}
+
+/// How waiting for an answer ended.
+pub(crate) enum Waited {
+    /// With its end.
+    Answered(Reply),
+    /// With the caller's wish to stop: what has come so far.
+    Interrupted(Vec<u8>),
+}
+
+impl Typist {
+    pub(crate) fn open(configuration: &Configuration) -> Result<Self, LineError> {
+        let line = Line::open(&configuration.port, configuration.baud).map_err(|failure| LineError {
+            port: configuration.port.clone(),
+            command: "opening".to_owned(),
+            failure,
+        })?;
+        Ok(Self {
+            line,
+            typing: configuration.typing,
+            echo_within: configuration.echo_within,
+            reply_within: configuration.reply_within,
+            rebooted: false,
+            unasked: Vec::new(),
+            profile: Profile::default(),
+        })
+    }
+
+    /// What the controller has said without being asked, since this was asked last.
+    pub(crate) fn take_unasked(&mut self) -> Result<Vec<String>, LineError> {
+        let came = self.line.read(Duration::ZERO).map_err(|failure| self.error("listening", failure))?;
+        self.keep_unasked(&came);
+        Ok(std::mem::take(&mut self.unasked))
+    }
+
+    /// Whether lines are typed carefully.
+    pub(crate) fn is_careful(&self) -> bool {
+        self.typing == Typing::Careful
+    }
+
+    /// Cancels whatever is being typed or done, and waits for the prompt. Nothing else is sent before that has come.
+    pub(crate) fn cancel(&mut self) -> Result<(), LineError> {
+        let begun = Instant::now();
+        for _ in 0..CANCELLATIONS {
+            self.write("control C", &[CONTROL_C])?;
+            let mut came = Vec::new();
+            let deadline = Instant::now() + self.reply_within;
+            while Instant::now() < deadline {
+                came.extend(self.read("control C", Duration::from_millis(20))?);
+                if sign(&came) == Some(Sign::Sure(Ending::Command)) {
+                    let late = self.quiet("control C", LATE)?;
+                    came.extend(late);
+                    self.keep_unasked(&came);
+                    if sign(&came) == Some(Sign::Sure(Ending::Command)) {
+                        self.profile.controller += begun.elapsed();
+                        self.profile.total += begun.elapsed();
+                        return Ok(());
+                    }
+                }
+            }
+            self.keep_unasked(&came);
+        }
+        Err(self.error("control C", LineFailure::Silent))
+    }
+
+    /// Types a line and waits for its answer.
+    pub(crate) fn ask(&mut self, text: &str) -> Result<Reply, LineError> {
+        let begun = Instant::now();
+        let (sent, received) = (self.line.sent, self.line.received);
+        let within = self.reply_within + self.line.duration(400);
+        let answered = self.type_line(text).and_then(|()| self.wait(text, within, &mut || false));
+        self.account(begun, sent, received, false);
+        match answered? {
+            Waited::Answered(reply) => Ok(reply),
+            Waited::Interrupted(came) => Err(self.unexpected(text, &came)),
+        }
+    }
+
+    /// Types a line that sets the arm in motion and waits for its end; `should_stop` is asked all the while.
+    pub(crate) fn ask_for_motion(
+        &mut self,
+        text: &str,
+        within: Duration,
+        should_stop: &mut dyn FnMut() -> bool,
+    ) -> Result<Waited, LineError> {
+        let begun = Instant::now();
+        let (sent, received) = (self.line.sent, self.line.received);
+        let typed = self.type_line(text);
+        self.account(begun, sent, received, false);
+        typed?;
+        let begun = Instant::now();
+        let (sent, received) = (self.line.sent, self.line.received);
+        let waited = self.wait_for_command_prompt(text, within, should_stop);
+        self.account(begun, sent, received, true);
+        waited
+    }
+
+    fn account(&mut self, begun: Instant, sent: u32, received: u32, motion: bool) {
+        let (sent, received) = (self.line.sent.wrapping_sub(sent), self.line.received.wrapping_sub(received));
+        let total = begun.elapsed();
+        // Careful: a character and its echo take turns. Fast: they overlap.
+        let characters = if self.is_careful() { sent + received } else { sent.max(received) };
+        let line = self.line.duration(characters).min(total);
+        let profile = &mut self.profile;
+        profile.commands += u32::from(!motion);
+        profile.sent += sent;
+        profile.received += received;
+        profile.line += line;
+        let rest = total.saturating_sub(line);
+        *if motion { &mut profile.motion } else { &mut profile.controller } += rest;
+        profile.total += total;
+    }
+
+    /// Types a line up to and with its carriage return. What does not come back as it was typed is cancelled, and does not count.
+    fn type_line(&mut self, text: &str) -> Result<(), LineError> {
+        let stray = self.read(text, Duration::ZERO)?;
+        self.keep_unasked(&stray);
+        if self.rebooted {
+            return Err(self.error(text, LineFailure::Rebooted));
+        }
+        let typed = match self.typing {
+            Typing::Careful => self.type_carefully(text),
+            Typing::Fast => self.type_fast(text),
+        };
+        match typed {
+            Err(LineError {
+                failure: LineFailure::NotEchoed { .. } | LineFailure::WrongEcho { .. }, ..
+            }) if self.typing == Typing::Fast => {
+                // The controller did not keep up: from here on a character at a time.
+                self.cancel()?;
+                self.typing = Typing::Careful;
+                self.type_line(text)
+            }
+            Err(
+                error @ LineError {
+                    failure: LineFailure::NotEchoed { .. } | LineFailure::WrongEcho { .. },
+                    ..
+                },
+            ) => {
+                self.cancel()?;
+                if self.rebooted {
+                    return Err(self.error(text, LineFailure::Rebooted));
+                }
+                Err(error)
+            }
+            other => other,
+        }
+    }
+
+    fn type_carefully(&mut self, text: &str) -> Result<(), LineError> {
+        for (place, byte) in text.bytes().enumerate() {
+            let first = place == 0;
+            self.write(text, &[byte])?;
+            let mut echo = Vec::new();
+            let deadline = Instant::now() + self.echo_within + self.line.duration(4);
+            while after_prompt(&printable(&echo), first).is_empty() {
+                let left = deadline.saturating_duration_since(Instant::now());
+                if left.is_zero() {
+                    return Err(self.error(text, LineFailure::NotEchoed { character: char::from(byte) }));
+                }
+                echo.extend(self.read(text, left)?);
+            }
+            if !same(after_prompt(&printable(&echo), first), &[byte]) {
+                return Err(self.wrong_echo(text, &[byte], &echo));
+            }
+        }
+        let doubled = self.read_for(text, self.line.duration(2) + Duration::from_millis(1))?;
+        if !printable(&doubled).is_empty() {
+            return Err(self.wrong_echo(text, b"", &doubled));
+        }
+        self.write(text, b"\r")
+    }
+
+    fn type_fast(&mut self, text: &str) -> Result<(), LineError> {
+        self.write(text, text.as_bytes())?;
+        let mut echo = Vec::new();
+        let wanted = text.len();
+        let deadline = Instant::now() + self.echo_within + self.line.duration(2 * wanted as u32 + 4);
+        while after_prompt(&printable(&echo), true).len() < wanted {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                let missing =
+                    text.as_bytes().get(after_prompt(&printable(&echo), true).len()).copied().unwrap_or(b' ');
+                return Err(self.error(text, LineFailure::NotEchoed { character: char::from(missing) }));
+            }
+            echo.extend(self.read(text, left)?);
+        }
+        echo.extend(self.read_for(text, self.line.duration(2) + Duration::from_millis(1))?);
+        if !same(after_prompt(&printable(&echo), true), text.as_bytes()) {
+            return Err(self.wrong_echo(text, text.as_bytes(), &echo));
+        }
+        self.write(text, b"\r")
+    }
+
+    /// Waits for the end of an answer.
+    fn wait(
+        &mut self,
+        text: &str,
+        within: Duration,
+        should_stop: &mut dyn FnMut() -> bool,
+    ) -> Result<Waited, LineError> {
+        let deadline = Instant::now() + within;
+        let mut came = Vec::new();
+        loop {
+            if should_stop() {
+                return Ok(Waited::Interrupted(came));
+            }
+            let ending = match sign(&came) {
+                Some(Sign::Sure(ending)) => Some(ending),
+                Some(Sign::IfQuiet(ending)) => {
+                    let more = self.quiet(text, QUIET * 4)?;
+                    let quiet = more.is_empty();
+                    came.extend(more);
+                    quiet.then_some(ending)
+                }
+                None => None,
+            };
+            if let Some(ending) = ending {
+                return self.ended(text, &came, ending);
+            }
+            if Instant::now() > deadline {
+                let failure = LineFailure::Unfinished { waited: within, came: shown(&came) };
+                return Err(self.error(text, failure));
+            }
+            came.extend(self.read(text, Duration::from_millis(5))?);
+        }
+    }
+
+    fn ended(&mut self, text: &str, came: &[u8], ending: Ending) -> Result<Waited, LineError> {
+        let reply = Reply::of(came, ending);
+        if reply.is_greeting() {
+            self.rebooted = true;
+            return Err(self.error(text, LineFailure::Rebooted));
+        }
+        Ok(Waited::Answered(reply))
+    }
+
+    /// As [`Typist::wait`], but what ends at `*` goes on until `.`.
+    fn wait_for_command_prompt(
+        &mut self,
+        text: &str,
+        within: Duration,
+        should_stop: &mut dyn FnMut() -> bool,
+    ) -> Result<Waited, LineError> {
+        let deadline = Instant::now() + within;
+        let mut before: Vec<String> = Vec::new();
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            match self.wait(text, left, should_stop)? {
+                Waited::Answered(Reply { lines, ending: Ending::Busy }) => before.extend(lines),
+                Waited::Answered(reply) => {
+                    before.extend(reply.lines);
+                    return Ok(Waited::Answered(Reply { lines: before, ending: reply.ending }));
+                }
+                interrupted => return Ok(interrupted),
+            }
+        }
+    }
+
+    /// What comes within a time, all of it.
+    fn read_for(&mut self, text: &str, time: Duration) -> Result<Vec<u8>, LineError> {
+        let deadline = Instant::now() + time;
+        let mut came = Vec::new();
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Ok(came);
+            }
+            came.extend(self.read(text, left)?);
+        }
+    }
+
+    /// What comes until the line is quiet.
+    fn quiet(&mut self, text: &str, most: Duration) -> Result<Vec<u8>, LineError> {
+        let quiet = QUIET + self.line.duration(4);
+        self.line.read_until_quiet(quiet, most.max(quiet * 2)).map_err(|failure| self.error(text, failure))
+    }
+
+    fn keep_unasked(&mut self, came: &[u8]) {
+        for line in text_of(came).lines().map(str::trim).filter(|line| line.len() > 1) {
+            self.rebooted |= is_greeting(line);
+            self.unasked.push(line.to_owned());
+        }
+    }
+
+    fn write(&mut self, text: &str, bytes: &[u8]) -> Result<(), LineError> {
+        self.line.write(bytes).map_err(|failure| self.error(text, failure))
+    }
+
+    fn read(&mut self, text: &str, limit: Duration) -> Result<Vec<u8>, LineError> {
+        self.line.read(limit).map_err(|failure| self.error(text, failure))
+    }
+
+    fn wrong_echo(&mut self, text: &str, sent: &[u8], came: &[u8]) -> LineError {
+        self.keep_unasked(came);
+        self.error(text, LineFailure::WrongEcho { sent: shown(sent), came: shown(came) })
+    }
+
+    pub(crate) fn unexpected(&self, text: &str, came: &[u8]) -> LineError {
+        self.error(text, LineFailure::Unexpected { came: shown(came) })
+    }
+
+    fn error(&self, command: &str, failure: LineFailure) -> LineError {
+        LineError { port: self.line.name.clone(), command: command.to_owned(), failure }
+    }
+}
+
+/// What can be seen of an echo.
+fn printable(bytes: &[u8]) -> Vec<u8> {
+    bytes.iter().copied().filter(|byte| matches!(byte, b' '..=b'~')).collect()
+}
+
+/// An echo without the space that may still come behind the prompt before the first character typed.
+fn after_prompt(echo: &[u8], first: bool) -> &[u8] {
+    if first { echo.trim_ascii_start() } else { echo }
+}
+
+/// Whether an echo is what was sent, in whatever case.
+fn same(echo: &[u8], sent: &[u8]) -> bool {
+    echo.eq_ignore_ascii_case(sent)
+}

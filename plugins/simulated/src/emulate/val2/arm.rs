@@ -1,0 +1,104 @@
+//! The arm that stands in a world, as its controller drives it.
+
+use std::path::Path;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+
+use crate::client::{ClientError, WorldClient};
+use crate::physics::arms;
+use crate::physics::rigid::Rigid;
+use crate::physics::shape::{Arm, Shape};
+use crate::protocol::{Reading, Verb};
+
+/// Why the arm cannot be driven any more.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("the arm of the world is gone: {0}")]
+pub struct ArmError(String);
+
+/// How a motion ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ended {
+    Arrived,
+    CutShort,
+    Refused,
+}
+
+/// The arm. Two connections: a motion keeps one of them busy until it has ended, so that a stop never queues behind it.
+#[derive(Debug)]
+pub(super) struct DrivenArm {
+    client: WorldClient,
+    motions: Sender<Verb>,
+    ends: Receiver<Result<Reading, ClientError>>,
+    nominal: Arm,
+}
+
+impl DrivenArm {
+    pub(super) fn connect(socket: &Path) -> Result<Self, ArmError> {
+        let client = WorldClient::connect(socket, "VAL-II").map_err(gone)?;
+        if client.welcome().arm != "puma560" {
+            return Err(ArmError(format!("a {} stands in that world, no PUMA 560", client.welcome().model)));
+        }
+        let mut mover = WorldClient::connect(socket, "VAL-II servos").map_err(gone)?;
+        let (motions, orders) = channel::<Verb>();
+        let (tell_end, ends) = channel();
+        std::thread::spawn(move || {
+            for verb in orders {
+                if tell_end.send(mover.read(verb)).is_err() {
+                    return;
+                }
+            }
+        });
+        let nominal = match arms::by_name("puma560") {
+            Some(Ok(described)) => Shape::nominal(&described).arm(),
+            _ => return Err(ArmError("the PUMA's description cannot be read".to_owned())),
+        };
+        Ok(Self { client, motions, ends, nominal })
+    }
+
+    /// Where the joints stand, deg, and whether they move.
+    pub(super) fn read(&mut self) -> Result<([f64; 6], bool), ArmError> {
+        let reading = self.client.read(Verb::Read {}).map_err(gone)?;
+        Ok((reading.joints.map(f64::to_degrees), reading.moving))
+    }
+
+    /// Where the flange would be, were the arm as on paper.
+    pub(super) fn base_from_flange(&self, degrees: &[f64; 6]) -> Rigid {
+        self.nominal.posture(&degrees.map(f64::to_radians), &[], Rigid::IDENTITY).world_from_flange
+    }
+
+    /// Starts a motion of the joints named, deg, at a share of full speed.
+    pub(super) fn start(
+        &mut self,
+        joints: [Option<f64>; 6],
+        relative: bool,
+        speed: f64,
+    ) -> Result<(), ArmError> {
+        let joints = joints.map(|joint| joint.map(f64::to_radians));
+        let verb = Verb::Move { joints, relative, speed: speed.clamp(0.001, 1.0) };
+        self.motions.send(verb).map_err(|_| ArmError("its servos have ended".to_owned()))
+    }
+
+    /// How the motion ended, if it has.
+    pub(super) fn ended(&mut self) -> Result<Option<Ended>, ArmError> {
+        match self.ends.try_recv() {
+            Ok(Ok(reading)) => Ok(Some(if reading.stopped { Ended::CutShort } else { Ended::Arrived })),
+            Ok(Err(ClientError::Refused(_))) => Ok(Some(Ended::Refused)),
+            Ok(Err(error)) => Err(gone(error)),
+            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Disconnected) => Err(ArmError("its servos have ended".to_owned())),
+        }
+    }
+
+    /// Puts the brakes on; the motion ends a little later.
+    pub(super) fn stop(&mut self) -> Result<(), ArmError> {
+        self.client.read(Verb::Stop {}).map(drop).map_err(gone)
+    }
+
+    /// Takes where the arm stands for this pose, deg.
+    pub(super) fn define(&mut self, degrees: [f64; 6]) -> Result<(), ArmError> {
+        self.client.read(Verb::SetZero { joints: degrees.map(f64::to_radians) }).map(drop).map_err(gone)
+    }
+}
+
+fn gone(error: ClientError) -> ArmError {
+    ArmError(error.to_string())
+}

@@ -1,0 +1,186 @@
+//! What the operator measures: tilts with a spirit level, heights with a ruler.
+
+use super::joints::{AXES, JOINTS};
+use super::{PumaWorld, joints};
+use crate::physics::machine::{NoEquilibrium, Stance};
+use crate::physics::rigid::{Rotation, Vector};
+
+/// Where a spirit level can lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LevelPlace {
+    /// On the flat of the wrist assembly, along the forearm.
+    Forearm,
+    /// There, across the forearm.
+    ForearmAcross,
+    /// On the cage's back, which lies against the flange: level when joint 6 stands upright.
+    CageBack,
+    /// There, the other way.
+    CageBackAcross,
+    /// On the cage's top, level when the cage looks straight ahead.
+    CageTop,
+}
+
+impl LevelPlace {
+    /// Every place, with the name it goes by.
+    pub const ALL: [(&'static str, LevelPlace); 5] = [
+        ("forearm", LevelPlace::Forearm),
+        ("forearm_across", LevelPlace::ForearmAcross),
+        ("cage_back", LevelPlace::CageBack),
+        ("cage_back_across", LevelPlace::CageBackAcross),
+        ("cage_top", LevelPlace::CageTop),
+    ];
+
+    /// The joint that carries the surface, from 0.
+    fn carried_by(self) -> usize {
+        match self {
+            LevelPlace::Forearm | LevelPlace::ForearmAcross => 3,
+            LevelPlace::CageBack | LevelPlace::CageBackAcross | LevelPlace::CageTop => 5,
+        }
+    }
+}
+
+/// Why nothing can be measured.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MeasuringError {
+    /// There is no such place.
+    #[error("a spirit level does not lie at `{given}`; its places are {}", LevelPlace::ALL.map(|(name, _)| name).join(", "))]
+    NoPlace {
+        /// What was named.
+        given: String,
+    },
+    /// The ruler does not go there.
+    #[error("the ruler stands under the `flange`, not at `{0}`")]
+    NotRuled(String),
+    /// The surface is so steep that the bubble is at an end.
+    #[error("the surface leans by {0:.1} deg: the bubble is at its end; bring it nearer to level first")]
+    Steep(f64),
+    /// The joint does not move the bubble.
+    #[error("turning `{joint}` does not move the bubble of a level that lies at `{place}`")]
+    NoEffect {
+        /// The joint.
+        joint: &'static str,
+        /// Where the level lies.
+        place: String,
+    },
+    /// The arm does not stand.
+    #[error(transparent)]
+    NoEquilibrium(#[from] NoEquilibrium),
+}
+
+/// A bubble at its end, deg.
+const END_OF_THE_BUBBLE_DEG: f64 = 10.0;
+
+/// With a level of no divisions, a bubble this near to the middle is in the middle, deg.
+const IN_THE_MIDDLE_DEG: f64 = 1e-7;
+
+/// How the operator would go on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Levelling {
+    /// The bubble stands in the middle.
+    Done,
+    /// The joint is to be turned by so much, rad.
+    Turn(f64),
+}
+
+impl PumaWorld {
+    /// What the ruler reads from the table up to the middle of the wrist flange, mm.
+    ///
+    /// # Errors
+    /// [`MeasuringError`]
+    pub fn read_ruler(&mut self, at: Option<&str>) -> Result<f64, MeasuringError> {
+        if let Some(place) = at.filter(|place| *place != "flange") {
+            return Err(MeasuringError::NotRuled(place.to_owned()));
+        }
+        let flange = self.standing()?.posture.world_from_flange.translation;
+        let table = self.description.table;
+        let height = (flange - Vector::Z * table.height).dot(table.normal);
+        self.readings_taken += 1;
+        Ok(self.description.ruler.read(height, self.description.seed, self.readings_taken))
+    }
+
+    /// What the spirit level shows, deg: how much the end its arrow points to is too high. `turned` is end for end.
+    ///
+    /// # Errors
+    /// [`MeasuringError`]
+    pub fn read_level(&mut self, at: &str, turned: bool) -> Result<f64, MeasuringError> {
+        let stance = self.standing()?;
+        let along = self.level_direction(&stance, place_named(at)?, turned);
+        let tilt = along.z.clamp(-1.0, 1.0).asin();
+        if tilt.to_degrees().abs() > END_OF_THE_BUBBLE_DEG {
+            return Err(MeasuringError::Steep(tilt.to_degrees()));
+        }
+        let level = self.description.level;
+        self.readings_taken += 1;
+        let shown = level.instrument.read(tilt + level.zero, self.description.seed, self.readings_taken);
+        Ok(shown.to_degrees())
+    }
+
+    /// Looks at the bubble, and says how the operator would turn a joint (from 0) to bring it to the middle.
+    pub(super) fn levelling(
+        &mut self,
+        joint: usize,
+        at: &str,
+        turned: bool,
+    ) -> Result<Levelling, MeasuringError> {
+        let shown = self.read_level(at, turned)?;
+        if shown.abs() < self.smallest_seen_deg() {
+            return Ok(Levelling::Done);
+        }
+        let stance = self.standing()?;
+        let place = place_named(at)?;
+        let along = self.level_direction(&stance, place, turned);
+        let no_effect = || MeasuringError::NoEffect {
+            joint: JOINTS.get(joint).map_or("?", |joint| joint.name),
+            place: at.to_owned(),
+        };
+        let axis =
+            stance.posture.axes.get(joint).filter(|_| joint <= place.carried_by()).ok_or_else(no_effect)?;
+        let rise = axis.direction.cross(along).z;
+        if rise.abs() < 0.3 {
+            return Err(no_effect());
+        }
+        Ok(Levelling::Turn(-(shown.to_radians()) / rise))
+    }
+
+    /// A bubble that shows less than this stands in the middle, deg.
+    fn smallest_seen_deg(&self) -> f64 {
+        let level = self.description.level.instrument;
+        (level.division.to_degrees() / 2.0).max(level.error.to_degrees()).max(IN_THE_MIDDLE_DEG)
+    }
+
+    /// The way the level's arrow points, world.
+    fn level_direction(&self, stance: &Stance, place: LevelPlace, turned: bool) -> Vector {
+        let axis = |joint: usize| stance.posture.axes.get(joint).map_or(Vector::Z, |axis| axis.direction);
+        let diagonal = |y: f64| Vector::new(1.0, y, 0.0) * std::f64::consts::FRAC_1_SQRT_2;
+        let on_cage = |direction: Vector| {
+            let lean = Rotation::from_roll_pitch_yaw(self.description.cage.lean);
+            (stance.posture.world_from_flange.rotation * lean).apply(direction)
+        };
+        let along = match place {
+            LevelPlace::Forearm => axis(3).across(axis(4)),
+            LevelPlace::ForearmAcross => axis(4).cross(axis(3)),
+            LevelPlace::CageBack => on_cage(diagonal(-1.0)),
+            LevelPlace::CageBackAcross | LevelPlace::CageTop => on_cage(diagonal(1.0)),
+        };
+        let along = along.unit().unwrap_or(Vector::X);
+        if turned { -along } else { along }
+    }
+}
+
+fn place_named(name: &str) -> Result<LevelPlace, MeasuringError> {
+    let found = LevelPlace::ALL.into_iter().find(|(known, _)| *known == name);
+    found.map(|(_, place)| place).ok_or_else(|| MeasuringError::NoPlace { given: name.to_owned() })
+}
+
+/// A list of joint values in which one joint takes part.
+pub(super) fn only(joint: usize, value: f64) -> [Option<f64>; AXES] {
+    std::array::from_fn(|axis| (axis == joint).then_some(value))
+}
+
+/// The place of the joint of this name.
+pub(super) fn joint_named(name: &str) -> Result<usize, String> {
+    joints::JOINTS.iter().position(|joint| joint.name == name).ok_or_else(|| {
+        let names = joints::JOINTS.map(|joint| joint.name).join(", ");
+        format!("the arm has no joint `{name}`; it has {names}")
+    })
+}

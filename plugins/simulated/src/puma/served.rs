@@ -1,0 +1,164 @@
+//! The world of a PUMA 560 as it is served.
+
+use super::joints::{AXES, JOINTS, encoder_counts};
+use super::measuring::{Levelling, MeasuringError, joint_named, only};
+use super::{PumaWorld, Resolution};
+use crate::protocol::{Instrument, JointFacts, JointUnit, Reading, TruthReport};
+use crate::served_world::{ArmFacts, ServedWorld, Use};
+use crate::world::MotionOrder;
+use crate::world_file::Described;
+
+/// As near as an arm that is set continuously comes to what the operator sees, rad.
+const SEEN_WITHIN: f64 = 1e-6;
+
+impl ServedWorld for PumaWorld {
+    fn title(&self) -> &str {
+        &self.description.title
+    }
+
+    fn arm(&self) -> ArmFacts {
+        let joints = JOINTS.iter().zip(&self.description.start).map(|(joint, start)| {
+            let [lower, upper] = joint.limits_deg.map(f64::to_radians);
+            JointFacts {
+                name: joint.name.to_owned(),
+                unit: JointUnit::Rad,
+                lower,
+                upper,
+                resolution: match self.description.resolution {
+                    Resolution::Continuous => 0.0,
+                    Resolution::Encoder => (1.0 / joint.counts_per_deg).to_radians(),
+                },
+                top_speed: joint.top_speed_deg.to_radians(),
+                home: *start,
+            }
+        });
+        ArmFacts {
+            name: "puma560",
+            model: "Unimation PUMA 560",
+            joints: joints.collect(),
+            input_lines: 0,
+            output_lines: 0,
+        }
+    }
+
+    fn sealed_text(&self) -> Option<&str> {
+        self.description.sealed_text.as_deref()
+    }
+
+    fn reading(&self) -> Reading {
+        Reading {
+            time_ns: self.time_ns,
+            moving: self.travel.is_some(),
+            stopped: false,
+            joints: self.believed,
+            half_steps: encoder_counts(&self.believed),
+            inputs: 0,
+            outputs: self.outputs,
+            grip: false,
+            pendant: false,
+            key: 0,
+        }
+    }
+
+    fn truth(&self) -> Result<TruthReport, String> {
+        let stance = self.standing().map_err(|error| error.to_string())?;
+        let mut attitudes = [0.0; AXES];
+        for (attitude, angle) in attitudes.iter_mut().zip(&stance.angles) {
+            *attitude = *angle;
+        }
+        let flange = stance.posture.world_from_flange;
+        let wrist = stance.posture.axes.get(4).map_or(flange.translation, |axis| axis.point);
+        Ok(TruthReport {
+            time_ns: self.time_ns,
+            reckoned: self.believed,
+            attitudes,
+            wrist_mm: wrist.into(),
+            sensor_mm: flange.apply(self.description.cage.tip).into(),
+            signal: 0.0,
+            fired: false,
+            touching: false,
+            lost_half_steps: [0.0; AXES],
+        })
+    }
+
+    fn advance(&mut self, until_ns: u64) {
+        PumaWorld::advance(self, until_ns);
+    }
+
+    fn motion_ends_ns(&self) -> Option<u64> {
+        self.travel_ends_ns()
+    }
+
+    fn begin(&mut self, order: &MotionOrder) -> Result<(), String> {
+        let mut target = self.believed;
+        for (target, wanted) in target.iter_mut().zip(&order.joints) {
+            match wanted {
+                Some(by) if order.relative => *target += by,
+                Some(to) => *target = *to,
+                None => {}
+            }
+        }
+        PumaWorld::begin(self, target, order.speed).map_err(|refused| refused.to_string())
+    }
+
+    fn halt(&mut self) {
+        self.brake();
+    }
+
+    fn set_registers(&mut self, joints: [f64; AXES]) -> Result<(), String> {
+        self.declare(joints).map_err(|refused| refused.to_string())
+    }
+
+    fn set_outputs(&mut self, bits: u64) {
+        self.outputs = bits;
+    }
+
+    fn order_toward(&self, joints: &[Option<f64>; AXES]) -> MotionOrder {
+        let here = self.standing().map(|stance| stance.angles).unwrap_or_default();
+        let short = std::array::from_fn(|axis| {
+            let (wanted, here) = (joints.get(axis).copied().flatten()?, here.get(axis)?);
+            Some(wanted - here)
+        });
+        MotionOrder { joints: short, relative: true, speed: 1.0 }
+    }
+
+    fn stands_at(&self, joints: &[Option<f64>; AXES]) -> bool {
+        let order = self.order_toward(joints);
+        order.joints.iter().zip(&JOINTS).all(|(short, joint)| {
+            let near = match self.description.resolution {
+                Resolution::Continuous => SEEN_WITHIN,
+                Resolution::Encoder => (0.6 / joint.counts_per_deg).to_radians(),
+            };
+            short.is_none_or(|short| short.abs() <= near)
+        })
+    }
+
+    fn measure(&mut self, used: &Use<'_>) -> Result<(f64, &'static str), String> {
+        let measured = match used.with {
+            Instrument::Ruler => self.read_ruler(used.at).map(|height| (height, "mm")),
+            Instrument::Level => {
+                let at =
+                    used.at.ok_or_else(|| MeasuringError::NoPlace { given: String::new() }.to_string())?;
+                self.read_level(at, used.turned).map(|tilt| (tilt, "deg"))
+            }
+        };
+        measured.map_err(|error| error.to_string())
+    }
+
+    fn again(&self, described: Described) -> Box<dyn ServedWorld> {
+        match described {
+            Described::Puma(described) => Box::new(PumaWorld::beginning(*described, self.time_ns)),
+            other => other.into_world(),
+        }
+    }
+
+    fn level_order(&mut self, joint: &str, used: &Use<'_>) -> Result<Option<MotionOrder>, String> {
+        let joint = joint_named(joint)?;
+        let at = used.at.unwrap_or_default();
+        let order = match self.levelling(joint, at, used.turned).map_err(|error| error.to_string())? {
+            Levelling::Done => return Ok(None),
+            Levelling::Turn(by) => MotionOrder { joints: only(joint, by), relative: true, speed: 0.1 },
+        };
+        Ok(Some(order))
+    }
+}

@@ -1,0 +1,245 @@
+//! The world of a PUMA 560: its geometry at Agin's poses, its instruments, its zeros and its brakes.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::path::Path;
+
+use plumb_simulated::protocol::Instrument;
+use plumb_simulated::puma::PumaWorld;
+use plumb_simulated::served_world::{ServedWorld, Use};
+use plumb_simulated::world_file::{Described, parse, read};
+
+const IDEAL: &str = "world: ideal\narm: {puma560: {resolution: continuous}}\n";
+
+const LEFTY: [f64; 6] = [90.0, 0.0, 180.0, 90.0, 0.0, 45.0];
+const RIGHTY: [f64; 6] = [-51.656, -180.0, 0.0, -51.656, 0.0, 45.0];
+const STRETCHED: [f64; 6] = [90.0, 0.0, 90.0, 90.0, 0.0, 45.0];
+const HANGING: [f64; 6] = [90.0, 0.0, 180.0, -90.0, 0.0, 45.0];
+const FLIPPED: [f64; 6] = [90.0, 0.0, 180.0, 90.0, 0.0, -135.0];
+
+fn world_of(text: &str) -> PumaWorld {
+    match parse("world.yaml", text).unwrap() {
+        Described::Puma(world) => PumaWorld::new(*world),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn go(world: &mut PumaWorld, degrees: [f64; 6]) {
+    world.begin(degrees.map(f64::to_radians), 1.0).unwrap();
+    world.finish_motion();
+}
+
+fn level(world: &mut PumaWorld, at: &str, turned: bool) -> f64 {
+    world.measure(&Use { with: Instrument::Level, at: Some(at), turned }).unwrap().0
+}
+
+fn ruler(world: &mut PumaWorld) -> f64 {
+    world.measure(&Use { with: Instrument::Ruler, at: None, turned: false }).unwrap().0
+}
+
+/// Where the flange is and how it is turned: its place, x and z, mm.
+fn hand(world: &PumaWorld) -> [[f64; 3]; 3] {
+    let flange = world.standing().unwrap().posture.world_from_flange;
+    [flange.translation.into(), flange.rotation.x.into(), flange.rotation.z.into()]
+}
+
+#[test]
+fn at_agins_poses_for_joint_2_the_hand_has_one_attitude_and_one_height() {
+    let mut world = world_of(IDEAL);
+    go(&mut world, LEFTY);
+    let [place, x, z] = hand(&world);
+    let wrist_z = world.truth().unwrap().wrist_mm[2];
+    assert!((wrist_z + 433.07).abs() < 1e-9, "{wrist_z}");
+    assert!((place[1] - 452.12).abs() < 1e-9 && (z[2] + 1.0).abs() < 1e-12);
+    let high = ruler(&mut world);
+    assert!((high - (671.8 - 489.32)).abs() < 1e-9, "{high}");
+    go(&mut world, RIGHTY);
+    let [righty_place, righty_x, righty_z] = hand(&world);
+    for (lefty, righty) in x.iter().chain(&z).zip(righty_x.iter().chain(&righty_z)) {
+        assert!((lefty - righty).abs() < 1e-9, "{x:?} {righty_x:?}");
+    }
+    assert!((ruler(&mut world) - high).abs() < 1e-9);
+    // As near to the same place as the offset of 0.8 inches lets it.
+    let apart = (place[0] - righty_place[0]).hypot(place[1] - righty_place[1]);
+    assert!((apart - 38.43).abs() < 0.01, "{apart}");
+}
+
+#[test]
+fn the_ready_position_points_straight_up() {
+    let world = world_of(IDEAL);
+    let [place, x, z] = hand(&world);
+    assert!((z[2] - 1.0).abs() < 1e-12 && (x[0] - 1.0).abs() < 1e-12);
+    assert!((place[2] - (431.8 + 433.07 + 56.25)).abs() < 1e-9, "{place:?}");
+}
+
+#[test]
+fn every_surface_is_level_where_agin_has_it_level() {
+    let mut world = world_of(IDEAL);
+    for (pose, places) in [
+        (STRETCHED, &["forearm", "forearm_across"][..]),
+        ([90.0, -180.0, 90.0, -90.0, 0.0, 45.0], &["forearm", "forearm_across"]),
+        (HANGING, &["cage_back", "cage_back_across"]),
+        (FLIPPED, &["cage_back", "cage_back_across"]),
+        ([90.0, 0.0, 180.0, -90.0, 90.0, 45.0], &["cage_top"]),
+    ] {
+        go(&mut world, pose);
+        for place in places {
+            assert!(level(&mut world, place, false).abs() < 1e-9, "{place} at {pose:?}");
+        }
+    }
+}
+
+#[test]
+fn an_error_of_joint_2_raises_the_righty_wrist_as_it_lowers_the_lefty_one() {
+    let text = "world: w\narm: {puma560: {resolution: continuous, zero_error: {shoulder_deg: 1}}}\n";
+    let mut world = world_of(text);
+    go(&mut world, LEFTY);
+    let lefty = ruler(&mut world);
+    go(&mut world, RIGHTY);
+    let righty = ruler(&mut world);
+    let found = ((righty - lefty) / 2.0 / 431.8).atan().to_degrees();
+    assert!((found - 1.0).abs() < 0.001, "{found}");
+}
+
+#[test]
+fn a_flipped_wrist_tells_joint_5s_zero_from_the_mounts_tilt() {
+    let text = "world: w\narm: {puma560: {resolution: continuous, zero_error: {wrist_bend_deg: 0.8}, base: {tilt_x_deg: 0.3, tilt_y_deg: -0.5}}}\n";
+    let mut world = world_of(text);
+    let mut motions = Vec::new();
+    for pose in [HANGING, FLIPPED] {
+        go(&mut world, pose);
+        let used = Use { with: Instrument::Level, at: Some("cage_back"), turned: false };
+        while let Some(order) = world.level_order("wrist_bend", &used).unwrap() {
+            ServedWorld::begin(&mut world, &order).unwrap();
+            world.finish_motion();
+        }
+        motions.push(world.believed()[4].to_degrees());
+    }
+    let found = -(motions[0] + motions[1]) / 2.0;
+    assert!((found - 0.8).abs() < 0.01, "{motions:?}");
+    assert!((motions[0] - motions[1]).abs() > 0.5, "the tilt shows in each alone: {motions:?}");
+}
+
+#[test]
+fn a_level_turned_end_for_end_shows_its_own_error_twice() {
+    let text = "world: w\narm: {puma560: {resolution: continuous, zero_error: {elbow_deg: -0.4}}}\ninstruments: {level: {zero_deg: 0.1}}\n";
+    let mut world = world_of(text);
+    go(&mut world, STRETCHED);
+    let (as_it_lies, turned) = (level(&mut world, "forearm", false), level(&mut world, "forearm", true));
+    assert!(((as_it_lies + turned) / 2.0 - 0.1).abs() < 1e-6);
+    assert!(((as_it_lies - turned) / 2.0 - 0.4).abs() < 1e-6, "{as_it_lies} {turned}");
+}
+
+#[test]
+fn what_is_declared_moves_the_zeros_and_not_the_arm() {
+    let text = "world: w\narm: {puma560: {resolution: continuous, zero_error: {elbow_deg: 1.5}}}\n";
+    let mut world = world_of(text);
+    let before = hand(&world);
+    let mut joints = world.believed();
+    joints[2] += 1.5_f64.to_radians();
+    world.declare(joints).unwrap();
+    assert_eq!(hand(&world), before);
+    assert!(world.zero_errors()[2].abs() < 1e-12);
+}
+
+#[test]
+fn a_cage_sags_on_a_soft_shoulder_and_more_when_stretched_out() {
+    let text = |softness: &str| {
+        format!(
+            "world: w\narm: {{puma560: {{resolution: continuous, imperfections: [{{joint_compliance: {{joint: shoulder, rad_per_nm: {softness}}}}}]}}}}\n"
+        )
+    };
+    let height = |text: &str, pose| {
+        let mut world = world_of(text);
+        go(&mut world, pose);
+        world.truth().unwrap().sensor_mm[2]
+    };
+    let stretched = height(IDEAL, STRETCHED) - height(&text("2.0e-5"), STRETCHED);
+    let hanging = height(IDEAL, LEFTY) - height(&text("2.0e-5"), LEFTY);
+    assert!(stretched > 0.5 && hanging > 0.1 && stretched > 1.5 * hanging, "{stretched} {hanging}");
+    let up = height(IDEAL, [0.0, -90.0, 90.0, 0.0, 0.0, 0.0])
+        - height(&text("2.0e-5"), [0.0, -90.0, 90.0, 0.0, 0.0, 0.0]);
+    assert!(up.abs() < 0.05, "{up}");
+}
+
+#[test]
+fn a_stop_brakes_and_the_joints_stand_where_the_encoders_can_count() {
+    let mut world = world_of("world: w\narm: {puma560: {resolution: encoder}}\n");
+    let mut target = world.believed();
+    target[0] += 1.0;
+    world.begin(target, 1.0).unwrap();
+    world.advance(1_200_000_000);
+    let here = world.believed()[0];
+    world.brake();
+    world.finish_motion();
+    let way = (world.believed()[0] - here).to_degrees();
+    assert!((way - 82.0 * 0.125).abs() < 0.02, "{way}");
+    let counts = world.believed()[0].to_degrees() * 173.92;
+    assert!((counts - counts.round()).abs() < 1e-6);
+}
+
+#[test]
+fn what_cannot_be_measured_or_reached_is_said() {
+    let mut world = world_of(IDEAL);
+    let mut measure = |with, at| world.measure(&Use { with, at: Some(at), turned: false }).unwrap_err();
+    assert_eq!(
+        measure(Instrument::Level, "elbow"),
+        "a spirit level does not lie at `elbow`; its places are forearm, forearm_across, cage_back, cage_back_across, cage_top"
+    );
+    assert_eq!(measure(Instrument::Ruler, "elbow"), "the ruler stands under the `flange`, not at `elbow`");
+    assert!(
+        measure(Instrument::Level, "forearm")
+            .starts_with("the surface leans by 90.0 deg: the bubble is at its end")
+    );
+    let mut target = world.believed();
+    target[2] = 4.2;
+    assert_eq!(
+        world.begin(target, 1.0).unwrap_err().to_string(),
+        "joint `elbow` has its stops at -49 and 229 deg; 240.64 deg lies beyond them"
+    );
+    go(&mut world, STRETCHED);
+    let used = Use { with: Instrument::Level, at: Some("forearm"), turned: false };
+    assert_eq!(world.level_order("flange", &used), Ok(None), "it is level already");
+}
+
+#[test]
+fn wrong_world_files_say_where_and_what_would_be_right() {
+    for (text, message) in [
+        (
+            "world: w\narm: {puma560: {resolution: encoder, zero_error: {sholder_deg: 1}}}\n",
+            "world.yaml:2:51: unknown key `sholder_deg`; did you mean `shoulder_deg`? known here: `waist_deg`, `shoulder_deg`, `elbow_deg`, `wrist_roll_deg`, `wrist_bend_deg`, `flange_deg`",
+        ),
+        (
+            "world: w\narm: {puma560: {resolution: encoder, imperfections: [{link_length: {joint: elbw, mm: 1}}]}}\n",
+            "world.yaml:2:76: unknown joint `elbw`; did you mean `elbow`? known here: `waist`, `shoulder`, `elbow`, `wrist_roll`, `wrist_bend`, `flange`",
+        ),
+        (
+            "world: w\narm: {puma560: {resolution: encoder}}\ncage: {mass_kg: 40}\n",
+            "world.yaml:3:17: `mass_kg` is 40, but must be 0 to 5 kg",
+        ),
+        (
+            "world: w\narm: {puma560: {resolution: encoder, imperfections: [{warm_up: {joint: elbow, time_constant_s: 60}}]}}\n",
+            "a warm-up changes one thing: give `zero_deg`, `length_mm` or `offset_mm`, what it comes to in the end",
+        ),
+    ] {
+        let error = parse("world.yaml", text).unwrap_err().to_string();
+        assert!(error.ends_with(message), "{error}\nexpected {message}");
+    }
+}
+
+#[test]
+fn the_world_that_comes_with_the_program_can_be_read_and_sealed() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../workcells/puma/world.yaml");
+    let Described::Puma(open) = read(&file).unwrap() else { panic!("not a PUMA") };
+    let errors = open.drawn_zero_error();
+    assert_eq!(errors[0], 0.0);
+    assert!(errors[1..].iter().all(|error| error.abs() <= 2.0_f64.to_radians() && *error != 0.0));
+    let folder = tempfile::tempdir().unwrap();
+    let sealed = folder.path().join("sealed.yaml");
+    plumb_simulated::world_file::write_sealed(&file, &sealed).unwrap();
+    let text = std::fs::read_to_string(&sealed).unwrap();
+    assert!(!text.contains("zero_error"));
+    let Described::Puma(opened) = read(&sealed).unwrap() else { panic!("not a PUMA") };
+    assert!(opened.sealed_text.is_some());
+    assert_eq!((opened.zero_error_within, opened.table), (open.zero_error_within, open.table));
+}
