@@ -7,6 +7,7 @@
 mod axis_skew;
 mod base_position;
 mod base_tilt;
+mod defined;
 mod drift;
 mod identity;
 mod instrument_tilt;
@@ -28,8 +29,11 @@ mod scale;
 mod situation;
 mod thermal_growth;
 mod tool_offset;
+mod trigger_height;
 mod warm_up;
 
+pub(crate) use defined::slides;
+pub use defined::{Addend, Definition, DefinitionError, FormulaError, Place as DefinedPlace};
 pub use identity::{EffectId, EffectNameError, Quantity, Spot};
 pub use registry::{Family, Kind, Places, Search, Setting, Survey, build, expand, kind, kinds, parse};
 pub use situation::{Passport, Situation};
@@ -50,6 +54,8 @@ pub enum Handle {
     BaseTurn(usize),
     /// What the instrument reads along one axis of its frame, mm.
     Reading(usize),
+    /// The distance over a surface at which the arm's own sensor triggers, mm.
+    Trigger,
     /// A small motion of everything beyond a joint, base frame.
     Twist {
         /// The joint.
@@ -96,6 +102,36 @@ impl Unit {
     pub const GROWTH: Self = Self { name: "1/K", factor: 1.0 };
     /// Millimetres an hour.
     pub const MM_PER_HOUR: Self = Self { name: "mm/h", factor: 1.0 };
+    /// Units a defined parameter may have; formulas see them as they are shown.
+    const PLAIN: [&'static str; 16] = [
+        "deg",
+        "rad",
+        "mm",
+        "1",
+        "1/K",
+        "mm/K",
+        "deg/K",
+        "mm/h",
+        "mm/s",
+        "deg/s",
+        "rad/(N m)",
+        "deg/(N m)",
+        "mm/(N m)",
+        "mm/kg",
+        "deg/kg",
+        "1/(N m2)",
+    ];
+
+    /// A unit for a parameter of a formula, which sees it as it is shown.
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::PLAIN.into_iter().find(|known| *known == name).map(|name| Self { name, factor: 1.0 })
+    }
+
+    /// Names of those units.
+    pub fn names() -> &'static [&'static str] {
+        &Self::PLAIN
+    }
+
     /// A plain ratio.
     pub const RATIO: Self = Self { name: "1", factor: 1.0 };
 }

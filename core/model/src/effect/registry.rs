@@ -2,6 +2,7 @@
 
 use plumb_kinematics::Motion;
 
+use super::defined::{Defined, Definition};
 use super::identity::{Written, joint_names};
 use super::{Effect, EffectId, EffectNameError, Passport, Quantity, Spot};
 use crate::file::{Model, suggestion};
@@ -90,7 +91,7 @@ pub struct Kind {
     pub candidates: fn(&Survey<'_>) -> Vec<EffectId>,
 }
 
-static KINDS: [Kind; 22] = [
+static KINDS: [Kind; 23] = [
     super::joint_zero::KIND,
     super::link_length::KIND,
     super::link_offset::KIND,
@@ -112,6 +113,7 @@ static KINDS: [Kind; 22] = [
     super::base_tilt::KIND,
     super::base_position::KIND,
     super::scale::KIND,
+    super::trigger_height::KIND,
     super::instrument_tilt::KIND,
 ];
 
@@ -195,12 +197,16 @@ impl Survey<'_> {
 /// # Errors
 /// The name is not known, or the model lacks what the effect needs.
 pub fn build(id: &EffectId, model: &Model) -> Result<Box<dyn Effect>, EffectNameError> {
-    let kind = kind(&id.name).ok_or_else(|| unknown(&id.name))?;
+    if let Some(definition) = model.definition(&id.name) {
+        return Ok(Box::new(Defined::new(definition)));
+    }
+    let kind = kind(&id.name).ok_or_else(|| unknown(&id.name, model))?;
     (kind.build)(&Setting { id, model })
 }
 
-fn unknown(name: &str) -> EffectNameError {
+fn unknown(name: &str, model: &Model) -> EffectNameError {
     let names = KINDS.iter().map(|kind| kind.name);
+    let names = names.chain(model.definitions.iter().map(|definition| definition.name.as_str()));
     EffectNameError::UnknownEffect { name: name.to_owned(), suggestion: suggestion(name, names) }
 }
 
@@ -231,8 +237,26 @@ pub fn expand(text: &str, model: &Model) -> Result<Vec<EffectId>, EffectNameErro
             group.map(|kind| places(kind, text, &written.arguments, model)).collect();
         return Ok(parts?.into_iter().flatten().collect());
     }
-    let kind = kind(written.name).ok_or_else(|| unknown(written.name))?;
+    if let Some(definition) = model.definition(written.name) {
+        return defined_at(definition, text, &written.arguments, model);
+    }
+    let kind = kind(written.name).ok_or_else(|| unknown(written.name, model))?;
     places(kind, text, &written.arguments, model)
+}
+
+/// A defined effect stands at one place: naming it is allowed, not needed.
+fn defined_at(
+    definition: &Definition,
+    text: &str,
+    arguments: &[&str],
+    model: &Model,
+) -> Result<Vec<EffectId>, EffectNameError> {
+    let id = EffectId::at(&definition.name, definition.spot);
+    match arguments {
+        [] | ["*"] => Ok(vec![id]),
+        [place] if *place == id.place(model) => Ok(vec![id]),
+        _ => Err(EffectNameError::Malformed { text: text.to_owned(), example: id.label(model) }),
+    }
 }
 
 fn places(

@@ -85,6 +85,8 @@ pub struct Passport {
     pub sessions: usize,
     /// Whether points were measured (or touched), not heights and tilts alone.
     pub measures_points: bool,
+    /// Whether the arm's own sensor triggered over a surface in some row.
+    pub triggers: bool,
     /// What steps in time are dated by, in order: time in s as in the table, or rows' numbers.
     pub clocks: Vec<f64>,
     /// Greatest moment of gravity about each joint in the table's poses, N m, by the nominal model.
@@ -120,6 +122,10 @@ impl Passport {
             payload_range: table.payload.as_deref().and_then(range),
             sessions: table.session.names.len(),
             measures_points: !table.positions.is_empty() || !table.touch.names.is_empty(),
+            triggers: (0..table.len()).any(|row| {
+                let height = table.height.as_ref().and_then(|height| height.get(row));
+                table.on.name(row).is_some() && height.is_none_or(|height| !height.is_finite())
+            }),
             clocks: clocks(table),
             greatest_moments: greatest_moments(model, table),
             ranges: (0..table.joints).map(span).collect(),

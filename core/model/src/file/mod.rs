@@ -1,6 +1,7 @@
 //! Model files: what the machine is believed to be, in YAML people and scripts write by hand.
 
 mod contradiction;
+mod define;
 mod error;
 mod model;
 mod raw;

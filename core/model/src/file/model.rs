@@ -1,9 +1,11 @@
 //! A model as it is believed: checked, in mm and rad.
 
+use std::sync::Arc;
+
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 use plumb_kinematics::{Chain, Mass};
 
-use crate::effect::EffectId;
+use crate::effect::{Definition, EffectId};
 
 /// A named point fixed in the flange's frame, mm.
 #[derive(Debug, Clone, PartialEq)]
@@ -192,6 +194,8 @@ pub struct Model {
     pub noise: Noise,
     /// The touching target.
     pub touch: Option<Touch>,
+    /// Effects of the user's own.
+    pub definitions: Vec<Arc<Definition>>,
     /// How this revision came to be; nothing for an original.
     pub revision: Option<Revision>,
 }
@@ -210,6 +214,11 @@ impl Model {
     /// A target's place in the list, by name.
     pub fn target_position(&self, name: &str) -> Option<usize> {
         self.targets.iter().position(|target| target.name == name)
+    }
+
+    /// An effect of the user's own, by name.
+    pub fn definition(&self, name: &str) -> Option<&Arc<Definition>> {
+        self.definitions.iter().find(|definition| definition.name == name)
     }
 
     /// A surface's place in the list, by name.

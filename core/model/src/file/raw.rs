@@ -69,6 +69,8 @@ pub(super) struct RawModel {
     #[serde(default)]
     pub(super) noise: Listed<Spanned<f64>>,
     pub(super) touch: Option<RawTouch>,
+    #[serde(default)]
+    pub(super) define: Vec<RawDefinition>,
     pub(super) revision: Option<RawRevision>,
 }
 
@@ -246,6 +248,53 @@ pub(super) struct RawTouch {
 pub(super) struct RawTouchDistance {
     pub(super) between: Spanned<[String; 2]>,
     pub(super) mm: Spanned<f64>,
+}
+
+/// An effect of the user's own.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawDefinition {
+    pub(super) name: Spanned<String>,
+    #[serde(rename = "where")]
+    pub(super) place: Option<Spanned<String>>,
+    pub(super) adds: RawAdds,
+    #[serde(default)]
+    pub(super) parameters: Listed<RawParameter>,
+    pub(super) sentence: Option<String>,
+}
+
+/// What is added to, and the formulas.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawAdds {
+    pub(super) joint: Option<Spanned<String>>,
+    pub(super) length: Option<Spanned<String>>,
+    pub(super) offset: Option<Spanned<String>>,
+    pub(super) twist: Option<Spanned<String>>,
+    pub(super) skew: Option<Spanned<String>>,
+    pub(super) target: Option<Spanned<String>>,
+    pub(super) deg: Option<Spanned<String>>,
+    pub(super) mm: Option<Spanned<String>>,
+    pub(super) x_mm: Option<Spanned<String>>,
+    pub(super) y_mm: Option<Spanned<String>>,
+    pub(super) z_mm: Option<Spanned<String>>,
+    pub(super) base_x_mm: Option<Spanned<String>>,
+    pub(super) base_y_mm: Option<Spanned<String>>,
+    pub(super) base_z_mm: Option<Spanned<String>>,
+    pub(super) base_x_deg: Option<Spanned<String>>,
+    pub(super) base_y_deg: Option<Spanned<String>>,
+    pub(super) base_z_deg: Option<Spanned<String>>,
+    pub(super) reading_x_mm: Option<Spanned<String>>,
+    pub(super) reading_y_mm: Option<Spanned<String>>,
+    pub(super) reading_z_mm: Option<Spanned<String>>,
+    pub(super) trigger_height_mm: Option<Spanned<String>>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawParameter {
+    pub(super) unit: Option<Spanned<String>>,
+    pub(super) range: Spanned<[f64; 2]>,
 }
 
 /// How a revision came to be.

@@ -41,18 +41,18 @@ impl Model {
     }
 }
 
-struct Checker<'a> {
+pub(super) struct Checker<'a> {
     path: &'a str,
 }
 
-type Checked<T> = Result<T, ModelFileError>;
+pub(super) type Checked<T> = Result<T, ModelFileError>;
 
 impl Checker<'_> {
-    fn place(&self, location: &Location) -> Place {
+    pub(super) fn place(&self, location: &Location) -> Place {
         Place { path: self.path.to_owned(), line: location.line(), column: location.column() }
     }
 
-    fn fail<T>(&self, location: &Location, reason: impl Into<String>) -> Checked<T> {
+    pub(super) fn fail<T>(&self, location: &Location, reason: impl Into<String>) -> Checked<T> {
         Err(ModelFileError::Meaning { place: self.place(location), reason: reason.into() })
     }
 
@@ -91,6 +91,7 @@ impl Checker<'_> {
             level: None,
             noise: self.noise(&raw)?,
             touch: None,
+            definitions: Vec::new(),
             revision: raw.revision.as_ref().map(|revision| Revision {
                 number: revision.number,
                 of: revision.of.clone(),
@@ -105,6 +106,7 @@ impl Checker<'_> {
         }
         model.level = raw.level.as_ref().map(|level| self.level(level, &model.chain)).transpose()?;
         model.touch = raw.touch.as_ref().map(|touch| self.touch(touch, &model)).transpose()?;
+        self.definitions(&raw.define, &mut model)?;
         for text in &raw.free {
             if let Err(error) = effect::expand(&text.value, &model) {
                 return self.fail(&text.referenced, error.to_string());
@@ -197,7 +199,7 @@ impl Checker<'_> {
         Ok(joint)
     }
 
-    fn joint_named(&self, name: &Spanned<String>, chain: &Chain) -> Checked<usize> {
+    pub(super) fn joint_named(&self, name: &Spanned<String>, chain: &Chain) -> Checked<usize> {
         chain.position_of(&name.value).map_or_else(
             || {
                 let names = chain.joints.iter().map(|joint| joint.name.as_str());

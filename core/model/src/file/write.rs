@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use nalgebra::Vector3;
-use plumb_kinematics::{Convention, Motion};
+use plumb_kinematics::{Convention, Knob, Motion};
 
 use super::model::{AddedEffect, Frame, MeasuredFrom, Model, Surface, SurfaceShape};
-use crate::effect::{self, EffectId};
+use crate::effect::{self, DefinedPlace, EffectId, Parameter};
 
 /// A number with as many digits as it takes to read it back well, and no more.
 fn number(value: f64) -> String {
@@ -61,6 +61,7 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
     }
     let free: Vec<String> = model.free.iter().map(|pattern| text(pattern)).collect();
     writeln!(out, "free: [{}]", quoted_list(&free))?;
+    definitions(out, model)?;
     effects(out, "effects", &model.effects, model)?;
     effects(out, "fitted", &model.fitted, model)?;
     surfaces(out, &model.surfaces)?;
@@ -112,6 +113,46 @@ fn joints(out: &mut String, model: &Model) -> std::fmt::Result {
         let after = model.chain.joints.get(mass.after).map_or("?", |joint| joint.name.as_str());
         let (kg, centre) = (number(mass.mass), triple(&mass.centre));
         writeln!(out, "  - {{after: {}, mass_kg: {kg}, centre_mm: {centre}}}", text(after))?;
+    }
+    Ok(())
+}
+
+fn definitions(out: &mut String, model: &Model) -> std::fmt::Result {
+    if !model.definitions.is_empty() {
+        writeln!(out, "define:")?;
+    }
+    for definition in &model.definitions {
+        writeln!(out, "  - name: {}", definition.name)?;
+        writeln!(out, "    where: {}", text(&EffectId::at(&definition.name, definition.spot).place(model)))?;
+        let joint =
+            |index: usize| text(model.chain.joints.get(index).map_or("?", |joint| joint.name.as_str()));
+        let mut adds: Vec<String> = Vec::new();
+        for addend in &definition.addends {
+            let on = match addend.place {
+                DefinedPlace::Coordinate(index) => Some(format!("joint: {}", joint(index))),
+                DefinedPlace::Row(index, Knob::A) => Some(format!("length: {}", joint(index))),
+                DefinedPlace::Row(index, Knob::D) => Some(format!("offset: {}", joint(index))),
+                DefinedPlace::Row(index, Knob::Alpha) => Some(format!("twist: {}", joint(index))),
+                DefinedPlace::Row(index, _) => Some(format!("skew: {}", joint(index))),
+                DefinedPlace::Target(index, _) => {
+                    model.targets.get(index).map(|target| format!("target: {}", target.name))
+                }
+                _ => None,
+            };
+            adds.extend(on.filter(|on| !adds.contains(on)));
+            adds.push(format!("{}: {:?}", addend.key, addend.text()));
+        }
+        writeln!(out, "    adds: {{{}}}", adds.join(", "))?;
+        let parameter = |parameter: &Parameter| {
+            let (low, high) = parameter.range;
+            let unit = parameter.unit.name;
+            format!("{}: {{unit: {unit:?}, range: [{}, {}]}}", parameter.name, number(low), number(high))
+        };
+        let parameters: Vec<String> = definition.parameters.iter().map(parameter).collect();
+        writeln!(out, "    parameters: {{{}}}", parameters.join(", "))?;
+        if let Some(sentence) = &definition.sentence {
+            writeln!(out, "    sentence: {sentence:?}")?;
+        }
     }
     Ok(())
 }

@@ -52,6 +52,9 @@ pub(crate) struct Scratch {
     bend_shift: Vector3<f64>,
     bend_turn: Vector3<f64>,
     target_shifts: Vec<Vector3<f64>>,
+    /// Distance over a surface at which the sensor triggers, mm; and how it grows per slot and probe.
+    trigger_height: f64,
+    triggers: Vec<f64>,
     linear: Vec<Vector3<f64>>,
     angular: Vec<Vector3<f64>>,
 }
@@ -218,6 +221,7 @@ impl<'a> Machine<'a> {
         scratch.base_turn = Vector3::zeros();
         scratch.bend_shift = Vector3::zeros();
         scratch.bend_turn = Vector3::zeros();
+        scratch.trigger_height = 0.0;
         scratch.target_shifts.clear();
         scratch.target_shifts.resize(state.targets.len(), Vector3::zeros());
         let mut drives = std::mem::take(&mut scratch.drives);
@@ -269,7 +273,7 @@ impl<'a> Machine<'a> {
                 let name = self.model.touch.as_ref().map_or("p1", |touch| touch.target.as_str());
                 Subject::Target(self.model.target_position(name).unwrap_or(0))
             }
-            Reading::Surface(_) | Reading::Distance(_) => Subject::Target(0),
+            Reading::Surface(_) | Reading::Trigger(_) | Reading::Distance(_) => Subject::Target(0),
             Reading::Tilt(_) => Subject::Level,
         }
     }
@@ -338,12 +342,13 @@ impl<'a> Machine<'a> {
                 let place = state.places.get(place as usize).copied().unwrap_or_else(Vector3::zeros);
                 of_point((point - place).dot(&unit(axis)), unit(axis))
             }
-            Reading::Surface(surface) => {
+            Reading::Surface(surface) | Reading::Trigger(surface) => {
                 let (value, normal) = state
                     .surfaces
                     .get(usize::from(surface))
                     .map_or_else(|| (0.0, Vector3::zeros()), |shape| away_from(shape, point, up));
-                of_point(value, normal)
+                let above = self.triggers_above(equation.reading);
+                of_point(value - above * scratch.trigger_height, normal)
             }
             Reading::Distance(surface) => {
                 let place = match state.surfaces.get(usize::from(surface)) {
@@ -358,6 +363,13 @@ impl<'a> Machine<'a> {
             }
             Reading::Tilt(axis) => self.tilt(state, axis, up, scratch),
         }
+    }
+
+    /// One for a sensor that triggered over a plane or ball, whose height counts; else zero.
+    fn triggers_above(&self, reading: Reading) -> f64 {
+        let Reading::Trigger(surface) = reading else { return 0.0 };
+        let shape = self.model.surfaces.get(usize::from(surface)).map(|surface| &surface.shape);
+        f64::from(u8::from(matches!(shape, Some(SurfaceShape::Plane { .. } | SurfaceShape::Sphere { .. }))))
     }
 
     fn tilt(&self, state: &State, axis: u8, up: &Vector3<f64>, scratch: &Scratch) -> Prediction {
@@ -405,11 +417,46 @@ impl<'a> Machine<'a> {
         }
     }
 
+    /// Works every formula of the model out in every row, so that none fails later.
+    ///
+    /// # Errors
+    /// A formula gives no finite number somewhere.
+    pub(crate) fn check_formulas(&self) -> Result<(), crate::effect::DefinitionError> {
+        let state = self.start();
+        for definition in &self.model.definitions {
+            definition.check(self.table, &|row, look| {
+                let mut scratch = Scratch::default();
+                self.assume(&state, row, &mut scratch);
+                let (point, _) = self.point(&state, 0, &scratch);
+                look(&self.situation(&state, row, &scratch.posture, &scratch.moments, point));
+            })?;
+        }
+        Ok(())
+    }
+
     /// Where a row's first target is believed to be, mm, frame of the measurements.
     pub(crate) fn believed_point(&self, state: &State, row: usize) -> Vector3<f64> {
         let mut scratch = Scratch::default();
         self.assume(state, row, &mut scratch);
         self.point(state, 0, &scratch).0
+    }
+
+    /// Whether every joint, the flange and every target stay clear of some half-spaces (base frame) in a row's pose.
+    pub(crate) fn stays_clear(
+        &self,
+        state: &State,
+        row: usize,
+        keep_out: &[crate::diagnosis::KeepOut],
+    ) -> bool {
+        let mut scratch = Scratch::default();
+        self.assume(state, row, &mut scratch);
+        let flange = scratch.posture.flange;
+        let targets = state.targets.iter().map(|target| (flange * nalgebra::Point3::from(*target)).coords);
+        let joints = scratch.posture.joints.iter().skip(1).map(|joint| joint.axis_point);
+        let clear = |point: Vector3<f64>| {
+            keep_out.iter().all(|plane| Vector3::from(plane.normal).dot(&point) >= plane.offset)
+        };
+        joints.chain([flange.translation.vector]).chain(targets).all(clear)
     }
 
     /// Moments of gravity of a row, and how its first target moves with each joint.
@@ -449,6 +496,7 @@ impl<'a> Machine<'a> {
                 (axis.cross(&(frames.point - frames.origin)), axis)
             }
             Handle::Reading(axis) => (Vector3::ith(axis.min(2), 1.0), Vector3::zeros()),
+            Handle::Trigger => (Vector3::zeros(), Vector3::zeros()),
             Handle::Twist { after, shift, turn, about } => {
                 if subject == Subject::Level && after > frames.level_limit {
                     return (Vector3::zeros(), Vector3::zeros());
@@ -513,10 +561,11 @@ impl<'a> Machine<'a> {
             {
                 let (by_point, by_turn) = (prediction.by_point * scale, prediction.by_turn * scale);
                 let turns = subject == Subject::Level;
-                for ((entry, linear), angular) in
-                    entries.iter_mut().zip(&scratch.linear).zip(&scratch.angular)
+                let above = self.triggers_above(equation.reading) * scale;
+                for (((entry, linear), angular), trigger) in
+                    entries.iter_mut().zip(&scratch.linear).zip(&scratch.angular).zip(&scratch.triggers)
                 {
-                    *entry = by_point.dot(linear);
+                    *entry = by_point.dot(linear) - above * trigger;
                     if turns {
                         *entry += by_turn.dot(angular);
                     }
@@ -549,8 +598,10 @@ impl<'a> Machine<'a> {
         let mut linear = std::mem::take(&mut scratch.linear);
         let mut angular = std::mem::take(&mut scratch.angular);
         let mut drives = std::mem::take(&mut scratch.drives);
+        let mut triggers = std::mem::take(&mut scratch.triggers);
         linear.clear();
         angular.clear();
+        triggers.clear();
         {
             let frames = Frames { posture: &scratch.posture, base, origin, point, in_base, level_limit };
             let situation = self.situation(state, row, &scratch.posture, &scratch.moments, point);
@@ -580,7 +631,13 @@ impl<'a> Machine<'a> {
                 let width = first + effect.parameters().len();
                 linear.resize(width, Vector3::zeros());
                 angular.resize(width, Vector3::zeros());
+                triggers.resize(width, 0.0);
                 for drive in &drives {
+                    if drive.handle == Handle::Trigger
+                        && let Some(trigger) = triggers.get_mut(first + drive.parameter)
+                    {
+                        *trigger += drive.rate;
+                    }
                     if on_base && subject == Subject::Level && matches!(drive.handle, Handle::Joint(..)) {
                         continue;
                     }
@@ -594,6 +651,8 @@ impl<'a> Machine<'a> {
                 }
             }
         }
+        triggers.resize(linear.len(), 0.0);
+        scratch.triggers = triggers;
         scratch.linear = linear;
         scratch.angular = angular;
         scratch.drives = drives;
@@ -619,7 +678,7 @@ impl<'a> Machine<'a> {
         };
         match equation.reading {
             Reading::Touch(place, axis) => set(Slot::Place(place as usize, usize::from(axis)), -1.0),
-            Reading::Surface(surface) => {
+            Reading::Surface(surface) | Reading::Trigger(surface) => {
                 let index = usize::from(surface);
                 let free = self.model.surfaces.get(index).is_some_and(|surface| surface.free);
                 if let (true, Some(shape)) = (free, state.surfaces.get(index)) {
@@ -680,6 +739,7 @@ fn apply(drives: &[Drive], values: &[f64], scratch: &mut Scratch) {
             }
             Handle::BaseShift(axis) => scratch.base_shift.get_mut(axis),
             Handle::BaseTurn(axis) => scratch.base_turn.get_mut(axis),
+            Handle::Trigger => Some(&mut scratch.trigger_height),
             Handle::Reading(_) => continue,
             Handle::Twist { shift, turn, about, .. } => {
                 scratch.bend_shift += (shift - turn.cross(&about)) * amount;

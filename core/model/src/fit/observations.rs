@@ -14,6 +14,8 @@ pub enum Reading {
     Touch(u32, u8),
     /// The distance of p1 from a surface, mm.
     Surface(u16),
+    /// The sensor triggered over a surface: p1 lay on it, or stood above by the sensor's trigger height.
+    Trigger(u16),
     /// Tilt about x (0) or y (1) of the level's frame, rad.
     Tilt(u8),
     /// The distance of p1 to a point, mm.
@@ -228,7 +230,10 @@ impl<'a> Builder<'a> {
         };
         let height = cell(&self.table.height);
         if let Some(surface) = self.surface(row, "on")? {
-            push(Reading::Surface(surface), if height.is_finite() { height } else { 0.0 }, noise.height);
+            match height.is_finite() {
+                true => push(Reading::Surface(surface), height, noise.height),
+                false => push(Reading::Trigger(surface), 0.0, noise.height),
+            }
         } else if height.is_finite() {
             match self
                 .model

@@ -44,6 +44,14 @@ impl Returns {
             .iter()
             .filter(|kind| kind.depends_on_conditions)
             .flat_map(|kind| (kind.candidates)(survey))
+            .chain(
+                machine
+                    .model
+                    .definitions
+                    .iter()
+                    .filter(|definition| definition.depends_on_conditions())
+                    .map(|definition| EffectId::at(&definition.name, definition.spot)),
+            )
             .collect();
         let built: Vec<(EffectId, Box<dyn Effect>)> = ids
             .into_iter()

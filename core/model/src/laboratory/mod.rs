@@ -6,6 +6,7 @@ mod plausible;
 mod preview;
 mod rows;
 
+pub(crate) use addition::moved;
 pub use addition::{Addition, without};
 pub use comparison::{Comparison, EffectValue, Rms};
 pub use plausible::ImplausibleError;
@@ -17,7 +18,7 @@ use std::path::Path;
 
 use thiserror::Error;
 
-use crate::effect::{self, EffectNameError, Passport, Survey};
+use crate::effect::{self, DefinitionError, EffectNameError, Passport, Survey};
 use crate::file::{AddedEffect, Model, ModelFileError};
 use crate::fit::{Fit, FitError, FitOptions, Machine, Observations, ObservationsError};
 use crate::progress::{Cancelled, Progress};
@@ -53,6 +54,9 @@ pub enum LaboratoryError {
     /// An effect's name or place.
     #[error(transparent)]
     Effect(#[from] EffectNameError),
+    /// A formula of the user's own.
+    #[error(transparent)]
+    Formula(#[from] DefinitionError),
     /// The held-out set.
     #[error(transparent)]
     Holdout(#[from] HoldoutError),
@@ -112,6 +116,7 @@ impl Laboratory {
                 table.warnings.push(odd);
             }
         }
+        Machine::new(&model, &table, &observations, &[])?.check_formulas()?;
         let split = Split::new(&table, options.holdout)?;
         let passport = Passport::of(&model, &table);
         Ok(Self { model, table, observations, passport, split, options })
@@ -188,5 +193,10 @@ impl Laboratory {
     /// Fits a machine to the rows that are not locked away.
     pub(crate) fn fit(&self, machine: &Machine<'_>, progress: &Progress) -> Result<Fit, FitError> {
         machine.fit(&machine.start(), &self.split.fit, self.options.fit, progress)
+    }
+
+    /// Keeps about `most` of the fitted rows, chosen at random; returns to one pose stay together. The locked ones stay.
+    pub(crate) fn keep_rows(&mut self, most: usize) {
+        self.split.keep(&self.table, most);
     }
 }

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod bad_input;
+mod defined_effects;
 mod fixed_machines;
 mod made_up;
 mod measurement_kinds;

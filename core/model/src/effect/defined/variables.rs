@@ -1,0 +1,88 @@
+//! What a formula may speak of.
+
+use crate::effect::{LooksAt, Situation};
+
+/// A quantity of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Variable {
+    /// Commanded coordinate, rad (mm if it slides): `q2`.
+    Coordinate(usize),
+    /// Moment of gravity about a joint's axis, N m: `m2`.
+    Moment(usize),
+    /// Side a joint arrived from, -1, 0, 1: `side2`.
+    Side(usize),
+    /// Last move of a joint, rad or mm: `move2`.
+    Move(usize),
+    /// Seconds since the first row: `t_s`.
+    Time,
+    /// deg C.
+    Temperature,
+    /// Load carried, kg.
+    Payload,
+    /// The predicted point, mm, frame of the measurements: `x`, `y`, `z`.
+    Point(usize),
+}
+
+impl Variable {
+    /// A variable by its name, for an arm of so many joints.
+    pub(super) fn named(name: &str, joints: usize) -> Option<Self> {
+        let numbered = |letters: &str| -> Option<usize> {
+            let digits = name.strip_prefix(letters)?;
+            let number: usize =
+                digits.bytes().all(|byte| byte.is_ascii_digit()).then(|| digits.parse().ok())??;
+            number.checked_sub(1).filter(|index| *index < joints)
+        };
+        match name {
+            "t_s" => return Some(Self::Time),
+            "temperature_c" => return Some(Self::Temperature),
+            "payload_kg" => return Some(Self::Payload),
+            "x" => return Some(Self::Point(0)),
+            "y" => return Some(Self::Point(1)),
+            "z" => return Some(Self::Point(2)),
+            _ => {}
+        }
+        numbered("q")
+            .map(Self::Coordinate)
+            .or_else(|| numbered("m").map(Self::Moment))
+            .or_else(|| numbered("side").map(Self::Side))
+            .or_else(|| numbered("move").map(Self::Move))
+    }
+
+    /// All names, for messages.
+    pub(super) fn names(joints: usize) -> Vec<String> {
+        let numbered = ["q", "m", "side", "move"];
+        let mut names: Vec<String> = numbered
+            .iter()
+            .flat_map(|letters| (1..=joints).map(move |number| format!("{letters}{number}")))
+            .collect();
+        names.extend(["t_s", "temperature_c", "payload_kg", "x", "y", "z"].map(str::to_owned));
+        names
+    }
+
+    /// What must be known before it can be told.
+    pub(super) fn looks_at(self) -> LooksAt {
+        match self {
+            Self::Moment(_) => LooksAt::Gravity,
+            Self::Point(_) => LooksAt::Point,
+            _ => LooksAt::Conditions,
+        }
+    }
+
+    /// Its value in a row; zero where it was not logged.
+    pub(super) fn value(self, situation: &Situation<'_>) -> f64 {
+        let logged = |value: f64| if value.is_finite() { value } else { 0.0 };
+        match self {
+            Self::Coordinate(joint) => situation.coordinate(joint),
+            Self::Moment(joint) => situation.moment(joint),
+            Self::Side(joint) => situation.side(joint),
+            Self::Move(joint) => {
+                let before = situation.previous.and_then(|previous| previous.get(joint)).copied();
+                before.map_or(0.0, |before| situation.coordinate(joint) - before)
+            }
+            Self::Time => logged(situation.time),
+            Self::Temperature => logged(situation.temperature),
+            Self::Payload => situation.weights.payload,
+            Self::Point(axis) => situation.point.get(axis).copied().unwrap_or(0.0),
+        }
+    }
+}
