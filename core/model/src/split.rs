@@ -199,6 +199,22 @@ impl Split {
         Ok(Self { fit: check.iter().map(|held| !held).collect(), check })
     }
 
+    /// Fits about `most` rows only, chosen at random by pose.
+    pub(crate) fn keep(&mut self, table: &Table, most: usize) {
+        let poses = Poses::of(table);
+        let mut order: Vec<usize> = (0..poses.rows.len()).collect();
+        Random::seeded(7).shuffle(&mut order);
+        let mut kept = vec![false; self.fit.len()];
+        let mut count = 0;
+        for row in order.into_iter().flat_map(|pose| poses.rows_of(&[pose])) {
+            if count < most && self.fit.get(row).copied().unwrap_or(false) {
+                kept[row] = true;
+                count += 1;
+            }
+        }
+        self.fit = kept;
+    }
+
     /// Rows that are fitted.
     pub fn fit_rows(&self) -> Vec<usize> {
         rows(&self.fit)

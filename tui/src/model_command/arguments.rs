@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use plumb_model::diagnosis::KeepOut;
 use plumb_model::laboratory::{Laboratory, LaboratoryError, Options};
 use plumb_model::revision::{Entry, Family, RevisionError};
 use plumb_model::split::Holdout;
@@ -141,6 +142,55 @@ pub(crate) struct GrowArguments {
     /// Show what would be added, but write no revisions.
     #[arg(long)]
     pub(crate) dry: bool,
+}
+
+/// Options of `next`.
+#[derive(Debug, Args)]
+pub(crate) struct NextArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+    /// How many new poses; two returns come on top.
+    #[arg(short = 'n', long, default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=50))]
+    pub(crate) number: u16,
+    /// A plane nothing of the arm may cross, base frame: its normal and how far along it the allowed side begins, in mm,
+    /// such as 0,0,1,20 for twenty millimetres above the base's foot. May be given several times.
+    #[arg(long, value_name = "NX,NY,NZ,OFFSET_MM", value_parser = keep_out, allow_hyphen_values = true)]
+    pub(crate) keep_out: Vec<KeepOut>,
+    /// Loads the hand can carry, kg; those of the table when not given.
+    #[arg(long, value_name = "KG", value_delimiter = ',')]
+    pub(crate) payload: Vec<f64>,
+}
+
+fn keep_out(text: &str) -> Result<KeepOut, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
+    let wrong = || format!("`{text}` is no plane; write its normal and offset in mm, such as 0,0,1,20");
+    let numbers: Result<[f64; 4], _> = numbers.map_err(|_| wrong())?.try_into();
+    let Ok([x, y, z, offset]) = numbers else { return Err(wrong()) };
+    let length = f64::hypot(f64::hypot(x, y), z);
+    if !(length > 0.0 && length.is_finite() && offset.is_finite()) {
+        return Err(wrong());
+    }
+    Ok(KeepOut { normal: [x / length, y / length, z / length], offset })
+}
+
+/// Options of `template`.
+#[derive(Debug, Args)]
+pub(crate) struct TemplateArguments {
+    /// The robot: one of those known, a URDF file, or a number of joints.
+    pub(crate) robot: String,
+    /// Folder to write to.
+    #[arg(short, long, default_value = ".", value_name = "FOLDER")]
+    pub(crate) output: PathBuf,
+}
+
+/// Options of `report`.
+#[derive(Debug, Args)]
+pub(crate) struct ReportArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+    /// The page to write.
+    #[arg(short, long, default_value = "report.html", value_name = "FILE")]
+    pub(crate) output: PathBuf,
 }
 
 /// Options of `screen`.

@@ -4,9 +4,12 @@ pub(crate) mod arguments;
 mod compare;
 mod diagnose;
 mod history;
+mod next;
 mod progress;
+mod report;
 mod revise;
 mod screen;
+mod template;
 mod text;
 
 use std::io::{self, Write as _};
@@ -17,7 +20,8 @@ use serde::Serialize;
 
 use crate::failure::CommandResult;
 use arguments::{
-    ChangeArguments, CompareArguments, DiagnoseArguments, FamilyArguments, GrowArguments, ScreenArguments,
+    ChangeArguments, CompareArguments, DiagnoseArguments, FamilyArguments, GrowArguments, NextArguments,
+    ReportArguments, ScreenArguments, TemplateArguments,
 };
 
 /// What to do with a model.
@@ -37,6 +41,12 @@ pub(crate) enum ModelCommand {
     History(FamilyArguments),
     /// Take the last change back: what was before it becomes the next revision.
     Undo(FamilyArguments),
+    /// Poses to measure next: where the effects in question differ most, within limits and clear of what is kept out.
+    Next(NextArguments),
+    /// Write an empty model file and an empty table for a robot, to fill in.
+    Template(TemplateArguments),
+    /// Write all of it as one page that needs no other file: the story, the plots, the candidates, the fall of the error.
+    Report(ReportArguments),
     /// Look at all this on the screen, with a preview of every candidate before it is added.
     Screen(ScreenArguments),
 }
@@ -50,6 +60,9 @@ pub(crate) fn run(command: &ModelCommand) -> CommandResult {
         ModelCommand::Add(arguments) => revise::add(arguments)?,
         ModelCommand::Remove(arguments) => revise::remove(arguments)?,
         ModelCommand::Grow(arguments) => revise::grow(arguments)?,
+        ModelCommand::Next(arguments) => next::run(arguments)?,
+        ModelCommand::Template(arguments) => template::run(arguments)?,
+        ModelCommand::Report(arguments) => report::run(arguments)?,
         ModelCommand::History(arguments) => history::list(arguments)?,
         ModelCommand::Undo(arguments) => history::undo(arguments)?,
     };

@@ -86,15 +86,14 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
     if !arguments.dry {
         let data = arguments.pair.data_name();
         let mut parent = opened.entry.number;
+        let mut together: Vec<&str> = Vec::new();
         for step in &growth.steps {
-            let did = format!("add {}", step.label);
-            let written: Result<Entry, _> = opened.family.write(
-                step.model.clone(),
-                Some(parent),
-                &did,
-                Some(&data),
-                Some(step.rms_mm.fit),
-            );
+            together.push(step.label.as_str());
+            let Some(model) = &step.model else { continue };
+            let did = format!("add {}", together.join(", "));
+            together.clear();
+            let written: Result<Entry, _> =
+                opened.family.write(model.clone(), Some(parent), &did, Some(&data), Some(step.rms_mm.fit));
             match written {
                 Ok(entry) => parent = entry.number,
                 // The findings are worth more than the files.
@@ -113,6 +112,13 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
         let ratio =
             step.floor_ratio.map_or_else(String::new, |ratio| format!(", {ratio:.2} times the floor"));
         text.push_str(&format!("+ {:<32} fit {:.4} mm{ratio}\n", step.label, step.rms_mm.fit));
+    }
+    for way in &growth.extrapolation {
+        let (with, without) = (way.rms_mm, way.without_mm);
+        text.push_str(&format!(
+            "left out {:<25} {with:.4} mm, {without:.4} mm without what was added\n",
+            way.left_out
+        ));
     }
     Ok(format!("{text}\n{}", diagnose::tell(&growth.diagnosis)))
 }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::extrapolation::Extrapolation;
 use super::outcome::{Diagnosis, Named, Verdict};
 use crate::effect::EffectId;
 use crate::file::{AddedEffect, Model};
@@ -29,9 +30,9 @@ pub struct Step {
     pub rms_mm: StepRms,
     /// What is left over the floor; nothing if the floor is unknown.
     pub floor_ratio: Option<f64>,
-    /// The model with it in.
+    /// The model with it in; nothing inside a batch, whose last step holds it.
     #[serde(skip)]
-    pub model: Model,
+    pub model: Option<Model>,
 }
 
 /// A model grown as far as the data carry it.
@@ -44,10 +45,15 @@ pub struct Growth {
     pub start: StepRms,
     /// What was added, in order.
     pub steps: Vec<Step>,
+    /// How it does where nothing was measured; told where effects were taken in by the batch.
+    pub extrapolation: Vec<Extrapolation>,
     /// The grown model.
     #[serde(skip)]
     pub model: Model,
 }
+
+/// Batches taken in at most: what the first left crooked, the second straightens.
+const ROUNDS: usize = 2;
 
 /// Effects taken in at most.
 const MOST: usize = 200;
@@ -59,9 +65,17 @@ impl Laboratory {
     /// Nothing can be fitted, or cancellation.
     pub fn grow(&self, progress: &Progress) -> Result<Growth, LaboratoryError> {
         let mut laboratory = self.clone();
+        let mut steps: Vec<Step> = Vec::new();
+        for round in 0..ROUNDS {
+            let Some(batch) = laboratory.batch(round > 0, progress)? else { break };
+            steps.extend(batch.steps);
+            laboratory = batch.laboratory;
+        }
+        if !steps.is_empty() {
+            return self.grown_by_batches(laboratory, steps, progress);
+        }
         let (mut diagnosis, mut found) = laboratory.diagnose_for(progress)?;
         let start = StepRms { fit: diagnosis.rms_mm.fit, cv: diagnosis.rms_mm.cv };
-        let mut steps: Vec<Step> = Vec::new();
         while let (Verdict::Named, Some((id, values)), Some(named)) =
             (diagnosis.verdict, found.take(), diagnosis.named.clone())
         {
@@ -86,10 +100,37 @@ impl Laboratory {
                 label,
                 rms_mm: StepRms { fit: diagnosis.rms_mm.fit, cv: diagnosis.rms_mm.cv },
                 floor_ratio: diagnosis.left_ratio,
-                model: addition.model,
+                model: Some(addition.model),
             });
         }
-        Ok(Growth { model: laboratory.model().clone(), start, steps, diagnosis })
+        Ok(Growth { model: laboratory.model().clone(), start, steps, extrapolation: Vec::new(), diagnosis })
+    }
+
+    /// What is to say once batches have taken in all they could: nothing passes any more.
+    fn grown_by_batches(
+        &self,
+        grown: Laboratory,
+        steps: Vec<Step>,
+        progress: &Progress,
+    ) -> Result<Growth, LaboratoryError> {
+        let start = self.compare(progress)?.rms_mm;
+        let fitted = grown.fit_with(&[], None, progress)?;
+        let extrapolation = grown.extrapolation(&fitted, self, progress)?;
+        let mut diagnosis = grown.settled(&fitted, progress)?;
+        for way in extrapolation.iter().filter(|way| way.harmful()) {
+            diagnosis.warnings.push(format!(
+                "does not extrapolate: with {} left out it misses there by {:.3} mm, and by {:.3} mm without what was added; \
+                 use it only where was measured",
+                way.left_out, way.rms_mm, way.without_mm
+            ));
+        }
+        Ok(Growth {
+            model: grown.model().clone(),
+            start: StepRms { fit: start.fit, cv: start.cv },
+            steps,
+            extrapolation,
+            diagnosis,
+        })
     }
 }
 

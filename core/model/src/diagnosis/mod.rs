@@ -1,8 +1,11 @@
 //! Diagnosis: what, if anything, the model lacks; in the order passport, floor, audit, score, refit, ties, verdict.
 
+mod batch;
 mod bearing;
+mod extrapolation;
 mod growth;
 mod misfit;
+mod next;
 mod outcome;
 mod refine;
 mod repeatable;
@@ -15,13 +18,20 @@ mod wording;
 
 pub(crate) use trial::Fitted;
 
+pub use extrapolation::Extrapolation;
 pub use growth::{Growth, Step, StepRms};
+pub use next::{KeepOut, NextPoses, Wanted};
 pub use outcome::{Candidate, Diagnosis, EffectPlace, Located, Named, NextPose, Remaining, Verdict};
+
+use misfit::Misfit;
 
 use crate::effect::{EffectId, Spot};
 use crate::floor::{Floor, Returns};
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::progress::Progress;
+
+/// Rows a search looks at; more are thinned at random.
+const MOST_ROWS: usize = 1500;
 
 /// Candidates a diagnosis lists.
 const LISTED: usize = 12;
@@ -47,7 +57,9 @@ impl Laboratory {
         let comparison = self.comparison(&machine, &fit, progress)?;
         let candidates =
             search::Candidates { listed: search::probes(self), unlisted: unlisted::probes(self) };
-        let finding = self.find(&floor, &candidates, progress)?;
+        let thin = self.thinned(MOST_ROWS);
+        let searched = thin.as_ref().unwrap_or(self);
+        let finding = searched.find(&floor, &candidates, progress)?;
         let mut remaining = Remaining::default();
         if matches!(finding.verdict, Verdict::Located | Verdict::Unknown) {
             let place = |spot: &Spot| EffectId::at("", *spot).place(self.model());
@@ -64,6 +76,7 @@ impl Laboratory {
             );
         }
         let settled = verdict == finding.verdict;
+        let next = if settled { searched.poses_for(&finding, &floor, progress)? } else { Vec::new() };
         let found = finding
             .best()
             .filter(|_| verdict == Verdict::Named)
@@ -81,12 +94,68 @@ impl Laboratory {
             besides: finding.besides.iter().map(|id| id.label(self.model())).collect(),
             floor_ratio: finding.left_over.map(|misfit| misfit.ratio),
             left_ratio: finding.left_now.map(|misfit| misfit.ratio),
+            next,
+            outliers: comparison.outliers,
+            warnings: comparison.warnings,
+            sentence: String::new(),
+        };
+        if let Some(thin) = &thin {
+            diagnosis.warnings.push(format!(
+                "the search looked at {} of {} fitted rows, spread at random",
+                thin.measured_rows().len(),
+                self.measured_rows().len()
+            ));
+        }
+        diagnosis.sentence = wording::sentence(&diagnosis);
+        Ok((diagnosis, found))
+    }
+
+    /// The diagnosis of a model to which no candidate can be added any more: at the floor, or something unknown is left.
+    fn settled(&self, fitted: &Fitted<'_>, progress: &Progress) -> Result<Diagnosis, LaboratoryError> {
+        let returns = Returns::gather(&fitted.machine, &fitted.fit, &self.survey());
+        let floor = Floor::among(&fitted.machine, returns.as_ref());
+        let comparison = self.comparison(&fitted.machine, &fitted.fit, progress)?;
+        let misfit = Misfit::of(fitted, &floor);
+        let verdict = match misfit {
+            Some(misfit) if misfit.fires() => Verdict::Unknown,
+            Some(_) => Verdict::AtFloor,
+            None => Verdict::FloorUnknown,
+        };
+        let mut remaining = Remaining::default();
+        if verdict == Verdict::Unknown {
+            remaining.shape = "no further effect predicts rows that were left out".to_owned();
+        }
+        let ratio = misfit.map(|misfit| misfit.ratio);
+        let mut diagnosis = Diagnosis {
+            verdict,
+            floor,
+            rms_mm: comparison.rms_mm,
+            check_opened: u32::from(comparison.rms_mm.check.is_some()),
+            named: None,
+            located: None,
+            tied: Vec::new(),
+            candidates: Vec::new(),
+            remaining,
+            besides: Vec::new(),
+            floor_ratio: ratio,
+            left_ratio: ratio,
             next: Vec::new(),
             outliers: comparison.outliers,
             warnings: comparison.warnings,
             sentence: String::new(),
         };
         diagnosis.sentence = wording::sentence(&diagnosis);
-        Ok((diagnosis, found))
+        Ok(diagnosis)
+    }
+
+    /// The same laboratory with fewer rows to fit, chosen at random by pose; nothing if there are no more than `most`.
+    fn thinned(&self, most: usize) -> Option<Self> {
+        let rows = self.measured_rows();
+        if rows.len() <= most {
+            return None;
+        }
+        let mut thin = self.clone();
+        thin.keep_rows(most);
+        Some(thin)
     }
 }

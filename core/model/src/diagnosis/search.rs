@@ -107,6 +107,16 @@ pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
             }
         }
     }
+    for definition in &lab.model().definitions {
+        let id = EffectId::at(&definition.name, definition.spot);
+        if let (false, Ok(built)) =
+            (fitted.iter().any(|known| known.id.same_as(&id)), effect::build(&id, lab.model()))
+        {
+            family += 1;
+            let effect = Arc::from(built);
+            probes.push(Probe { id, effect, search: Search::Nothing, family, weight: 1.0, search_cost: 0.0 });
+        }
+    }
     probes
 }
 

@@ -42,7 +42,7 @@ impl Normal {
         self.equations -= other.equations;
     }
 
-    fn take(&mut self, residuals: &[f64], jacobian: &DMatrix<f64>) {
+    pub(crate) fn take(&mut self, residuals: &[f64], jacobian: &DMatrix<f64>) {
         let transposed = jacobian.transpose();
         self.matrix.gemm(1.0, jacobian, &transposed, 1.0);
         self.gradient.gemv(1.0, jacobian, &DVector::from_column_slice(residuals), 1.0);

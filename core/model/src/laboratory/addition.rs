@@ -114,7 +114,7 @@ impl Laboratory {
 }
 
 /// Parameters that moved by more than two standard errors, in words.
-pub(super) fn moved(old: &[EffectValue], new: &[EffectValue]) -> Vec<String> {
+pub(crate) fn moved(old: &[EffectValue], new: &[EffectValue]) -> Vec<String> {
     let pairs =
         old.iter().filter_map(|old| new.iter().find(|new| new.label == old.label).map(|new| (old, new)));
     let far = |(old, new): &(&EffectValue, &EffectValue)| {

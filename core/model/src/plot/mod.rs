@@ -5,5 +5,6 @@ mod svg;
 mod terminal;
 
 pub use panels::{Panel, panels};
+pub(crate) use svg::escaped;
 pub use svg::svg;
 pub use terminal::terminal;

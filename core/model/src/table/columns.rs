@@ -43,6 +43,13 @@ pub struct PositionColumns {
     pub xyz: Vec<[f64; 3]>,
 }
 
+impl PositionColumns {
+    /// The same columns without rows.
+    pub(crate) fn empty(&self) -> Self {
+        Self { number: self.number, target: self.target.clone(), xyz: Vec::new() }
+    }
+}
+
 /// A column the contract does not know, kept to test residuals against.
 #[derive(Debug, Clone)]
 pub struct Covariate {
@@ -126,6 +133,15 @@ impl Table {
             order.sort_by(|left, right| at(left).total_cmp(&at(right)));
         }
         order
+    }
+
+    /// Notes in the row just begun what it lies on and how far from what it is; no session, no return, no touch.
+    pub(crate) fn note(&mut self, on: Option<&str>, distance_to: Option<&str>) {
+        self.on.push(on.unwrap_or(""));
+        self.distance_to.push(distance_to.unwrap_or(""));
+        self.touch.of_row.push(None);
+        self.session.push("");
+        self.repeat.push("");
     }
 
     /// Groups of rows that are full returns to one pose (two rows or more).

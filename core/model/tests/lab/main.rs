@@ -3,7 +3,10 @@
 
 mod bad_input;
 mod defined_effects;
+mod families;
 mod fixed_machines;
 mod made_up;
 mod measurement_kinds;
+mod next_poses;
+mod reports;
 mod spreadsheets;

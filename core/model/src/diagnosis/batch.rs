@@ -1,0 +1,380 @@
+//! Many effects at one go: the family of harmonics of a transmission is one decision, not a hundred.
+//!
+//! One pass over the rows gathers the normal equations of everything fitted and of every candidate, by region of pose
+//! space and by random fold. Selection, significance and cross-validation then cost no further pass.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::growth::{Step, StepRms};
+use super::outcome::Named;
+use super::score::Probe;
+use super::search;
+use super::trial::Fitted;
+use super::verdict::effect_place;
+use crate::effect::{Effect, EffectId, Search};
+use crate::file::AddedEffect;
+use crate::fit::{Factor, FitOptions, Normal};
+use crate::floor::typical_sigma;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::progress::Progress;
+use crate::statistics::{Random, f_tail};
+use crate::validation::{pose_groups, region_blocks};
+
+/// Fitted rows from which effects are decided in batches.
+pub(super) const MANY: usize = 400;
+
+/// Random folds.
+const FOLDS: usize = 4;
+
+/// Effects one batch takes in at most.
+const MOST: usize = 120;
+
+/// Harmonics of high order that make a batch; fewer are judged one by one.
+const FAMILY: usize = 3;
+
+/// Share of the least cross-validated error that is given away for a smaller model.
+const PARSIMONY: f64 = 1.01;
+
+/// Share of a candidate's squares that must be left beyond what is fitted.
+const LEFT: f64 = 1e-3;
+
+/// Rows handled at once.
+const CHUNK: usize = 128;
+
+/// Normal equations of the fitted numbers and of all candidates, by cell of pose space and fold.
+struct Pool {
+    probes: Vec<Probe>,
+    ranges: Vec<std::ops::Range<usize>>,
+    slots: usize,
+    regions: Vec<Normal>,
+    folds: Vec<Normal>,
+    total: Normal,
+    rank: usize,
+    rows: usize,
+}
+
+/// A candidate taken in.
+struct Pick {
+    probe: usize,
+    /// Weighted squares left once it is in.
+    left: f64,
+}
+
+fn sum<'n>(size: usize, parts: impl Iterator<Item = &'n Normal>) -> Normal {
+    let mut total = Normal::zeros(size);
+    parts.for_each(|part| total.add(part));
+    total
+}
+
+impl Pool {
+    fn gather(lab: &Laboratory, fitted: &Fitted<'_>, progress: &Progress) -> Result<Self, LaboratoryError> {
+        let mut probes = search::probes(lab);
+        probes.retain(|probe| probe.search == Search::Nothing);
+        let slots = fitted.machine.slots().len();
+        let mut first = slots;
+        let ranges: Vec<std::ops::Range<usize>> = probes
+            .iter()
+            .map(|probe| {
+                let range = first..first + probe.effect.parameters().len();
+                first = range.end;
+                range
+            })
+            .collect();
+        let cells = cells(fitted);
+        progress.report(0.2, "weighing all candidates")?;
+        let normals = gather_cells(fitted, &cells, &probes, first);
+        progress.check()?;
+        let regions = cells.len() / FOLDS;
+        let of = |keep: &dyn Fn(usize) -> bool| {
+            sum(first, normals.iter().enumerate().filter(|(index, _)| keep(*index)).map(|(_, part)| part))
+        };
+        Ok(Self {
+            ranges,
+            slots,
+            regions: (0..regions).map(|region| of(&|index| index / FOLDS == region)).collect(),
+            folds: (0..FOLDS).map(|fold| of(&|index| index % FOLDS == fold)).collect(),
+            total: sum(first, normals.iter()),
+            rank: fitted.fit.rank(),
+            rows: fitted.fit.rows.len(),
+            probes,
+        })
+    }
+
+    /// Takes in the best candidate again and again, as long as it is worth its price and beyond chance.
+    fn select(&self) -> Vec<Pick> {
+        let (slots, count) = (self.slots, self.total.matrix.nrows() - self.slots);
+        let factor = Factor::new(&self.total.matrix.view((0, 0), (slots, slots)).into_owned());
+        let shadow = factor.whiten(&self.total.matrix.view((0, slots), (slots, count)).into_owned());
+        let known = factor.whiten(&DMatrix::from_column_slice(
+            slots,
+            1,
+            self.total.gradient.rows(0, slots).as_slice(),
+        ));
+        let mut left = self.total.matrix.view((slots, slots), (count, count)) - shadow.tr_mul(&shadow);
+        let mut gradient = self.total.gradient.rows(slots, count) - shadow.tr_mul(&known).column(0);
+        let mut squares = self.total.squares - known.norm_squared();
+        let equations = self.total.equations as f64;
+        let mut rank = self.rank as f64;
+        let mut picks: Vec<Pick> = Vec::new();
+        let mut open = vec![true; self.probes.len()];
+        while picks.len() < MOST {
+            let mut best: Option<(f64, usize, f64)> = None;
+            for (index, probe) in self.probes.iter().enumerate().filter(|(index, _)| open[*index]) {
+                let Some((gain, values)) = self.gain(index, &left, &gradient) else { continue };
+                if !plausible(probe.effect.as_ref(), &values) {
+                    continue;
+                }
+                let freedom = values.len() as f64;
+                let after = (squares - gain).max(squares * 1e-6);
+                let worth = equations * (squares / after).ln() - freedom * equations.ln() - probe.search_cost;
+                let chance = f_tail(
+                    gain / freedom / (after / (equations - rank - freedom).max(1.0)),
+                    freedom,
+                    (equations - rank - freedom).max(1.0),
+                );
+                let passes = worth > search::CLOSE && chance * (self.probes.len() as f64) < search::LEVEL;
+                if passes && best.is_none_or(|(most, _, _)| worth > most) {
+                    best = Some((worth, index, gain));
+                }
+            }
+            let Some((_, index, gain)) = best else { break };
+            open[index] = false;
+            let range = self.local(index);
+            let own = left.view((range.start, range.start), (range.len(), range.len())).into_owned();
+            let Some(inverse) = own.try_inverse() else { continue };
+            let columns = left.columns(range.start, range.len()).into_owned();
+            let carried = &columns * inverse;
+            let own_gradient = gradient.rows(range.start, range.len()).into_owned();
+            gradient -= &carried * own_gradient;
+            left.gemm(-1.0, &carried, &columns.transpose(), 1.0);
+            squares -= gain;
+            rank += range.len() as f64;
+            picks.push(Pick { probe: index, left: squares });
+        }
+        picks
+    }
+
+    /// A candidate's columns, counted from the first candidate's.
+    fn local(&self, index: usize) -> std::ops::Range<usize> {
+        let range = &self.ranges[index];
+        range.start - self.slots..range.end - self.slots
+    }
+
+    fn gain(&self, index: usize, left: &DMatrix<f64>, gradient: &DVector<f64>) -> Option<(f64, Vec<f64>)> {
+        let range = self.local(index);
+        let full = self.ranges[index].clone();
+        let seen =
+            range.clone().zip(full).all(|(own, all)| left[(own, own)] > LEFT * self.total.matrix[(all, all)]);
+        if !seen {
+            return None;
+        }
+        let own = left.view((range.start, range.start), (range.len(), range.len())).into_owned();
+        let score = gradient.rows(range.start, range.len()).into_owned();
+        let values = own.cholesky()?.solve(&score);
+        Some((score.dot(&values).max(0.0), values.as_slice().to_vec()))
+    }
+
+    fn columns(&self, picks: &[Pick]) -> Vec<usize> {
+        let picked = picks.iter().flat_map(|pick| self.ranges[pick.probe].clone());
+        (0..self.slots).chain(picked).collect()
+    }
+
+    /// Weighted squares of rows predicted without their own block.
+    fn left_out(&self, columns: &[usize], blocks: &[Normal]) -> f64 {
+        let pick = |normal: &Normal| {
+            (normal.matrix.select_rows(columns).select_columns(columns), normal.gradient.select_rows(columns))
+        };
+        let (matrix, gradient) = pick(&self.total);
+        let errors = blocks.iter().map(|block| {
+            let (own, own_gradient) = pick(block);
+            let mut rest = &matrix - &own;
+            for index in 0..rest.nrows() {
+                rest[(index, index)] *= 1.0 + 1e-6;
+            }
+            let step = Factor::new(&rest).solve(&(&gradient - &own_gradient));
+            block.squares - 2.0 * step.dot(&own_gradient) + step.dot(&(own * &step))
+        });
+        errors.sum()
+    }
+
+    /// The fewest picks that predict rows left out at random all but as well as the best number of them would.
+    fn enough(&self, picks: &[Pick]) -> usize {
+        let tried: Vec<usize> =
+            (0..=picks.len()).filter(|count| count % 4 == 0 || *count == picks.len()).collect();
+        let errors: Vec<(usize, f64)> = tried
+            .into_iter()
+            .map(|count| (count, self.left_out(&self.columns(&picks[..count]), &self.folds)))
+            .collect();
+        let least = errors.iter().map(|(_, error)| *error).fold(f64::INFINITY, f64::min);
+        errors.iter().find(|(_, error)| *error <= PARSIMONY * least).map_or(0, |(count, _)| *count)
+    }
+
+    /// Picks that still matter when all the others are in.
+    fn needed(&self, mut picks: Vec<Pick>) -> Vec<Pick> {
+        let equations = self.total.equations as f64;
+        loop {
+            let columns = self.columns(&picks);
+            let matrix = self.total.matrix.select_rows(&columns).select_columns(&columns);
+            let gradient = self.total.gradient.select_rows(&columns);
+            let factor = Factor::new(&matrix);
+            let values = factor.solve(&gradient);
+            let inverse = factor.inverse();
+            let squares = (self.total.squares - gradient.dot(&values)).max(1e-300);
+            let freedom = (equations - factor.rank() as f64).max(1.0);
+            let mut first = self.slots;
+            let mut weakest: Option<(f64, usize)> = None;
+            for (place, pick) in picks.iter().enumerate() {
+                let width = self.ranges[pick.probe].len();
+                let own = values.rows(first, width).into_owned();
+                let covariance = inverse.view((first, first), (width, width)).into_owned();
+                first += width;
+                let gain = covariance.cholesky().map_or(0.0, |factor| own.dot(&factor.solve(&own)));
+                let chance = f_tail(gain / width as f64 / (squares / freedom), width as f64, freedom);
+                let sound = plausible(self.probes[pick.probe].effect.as_ref(), own.as_slice());
+                let chance = if sound { chance } else { 1.0 };
+                if chance * self.probes.len() as f64 > search::LEVEL
+                    && weakest.is_none_or(|(most, _)| chance > most)
+                {
+                    weakest = Some((chance, place));
+                }
+            }
+            match weakest {
+                Some((_, place)) => picks.remove(place),
+                None => return picks,
+            };
+        }
+    }
+}
+
+/// Whether the values could be those of a real machine.
+fn plausible(effect: &dyn Effect, values: &[f64]) -> bool {
+    effect.plausible(values)
+}
+
+/// Fitted rows by region and random fold: cell `region * FOLDS + fold`.
+fn cells(fitted: &Fitted<'_>) -> Vec<Vec<usize>> {
+    let poses = pose_groups(&fitted.machine, &fitted.fit);
+    let mut order: Vec<usize> = (0..poses.len()).collect();
+    Random::seeded(1).shuffle(&mut order);
+    let mut fold_of = vec![0; fitted.machine.table.len()];
+    for (place, pose) in order.into_iter().enumerate() {
+        for row in poses.get(pose).into_iter().flatten() {
+            fold_of[*row] = place % FOLDS;
+        }
+    }
+    let regions = region_blocks(&fitted.machine, &fitted.fit);
+    let mut cells = vec![Vec::new(); regions.len() * FOLDS];
+    for (region, rows) in regions.iter().enumerate() {
+        for row in rows {
+            cells[region * FOLDS + fold_of[*row]].push(*row);
+        }
+    }
+    cells
+}
+
+/// Normal equations of every cell, on all cores.
+fn gather_cells(fitted: &Fitted<'_>, cells: &[Vec<usize>], probes: &[Probe], size: usize) -> Vec<Normal> {
+    let effects: Vec<&dyn Effect> = probes.iter().map(|probe| probe.effect.as_ref()).collect();
+    let one = |rows: &Vec<usize>| {
+        let mut normal = Normal::zeros(size);
+        for chunk in rows.chunks(CHUNK) {
+            let block = fitted.machine.block(&fitted.fit.state, chunk, &fitted.fit.weights, &effects);
+            normal.take(&block.residuals, &block.jacobian);
+        }
+        normal
+    };
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let share = cells.len().div_ceil(cores).max(1);
+    std::thread::scope(|scope| {
+        let handles: Vec<_> = cells
+            .chunks(share)
+            .map(|part| {
+                let one = &one;
+                scope.spawn(move || part.iter().map(one).collect::<Vec<Normal>>())
+            })
+            .collect();
+        handles.into_iter().filter_map(|handle| handle.join().ok()).flatten().collect()
+    })
+}
+
+/// A batch taken in.
+pub(super) struct Batch {
+    /// The laboratory with the grown model.
+    pub(super) laboratory: Laboratory,
+    /// One step an effect; the last holds the model.
+    pub(super) steps: Vec<Step>,
+}
+
+impl Laboratory {
+    /// Takes in a family of harmonics, with whatever else the rows ask for beside them, at one go; nothing if the table is
+    /// small or no family is at work.
+    pub(super) fn batch(&self, again: bool, progress: &Progress) -> Result<Option<Batch>, LaboratoryError> {
+        if self.measured_rows().len() < MANY {
+            return Ok(None);
+        }
+        progress.report(0.0, "fitting")?;
+        let fitted = self.fit_with(&[], None, progress)?;
+        let pool = Pool::gather(self, &fitted, progress)?;
+        progress.report(0.4, "choosing effects")?;
+        let mut picks = pool.select();
+        picks.truncate(pool.enough(&picks));
+        let picks = pool.needed(picks);
+        let family = picks
+            .iter()
+            .filter(|pick| pool.probes[pick.probe].id.order.is_some_and(|order| order > 4.0))
+            .count();
+        if picks.is_empty() || (family < FAMILY && !again) {
+            return Ok(None);
+        }
+        progress.report(0.6, "fitting what was chosen")?;
+        let columns = pool.columns(&picks);
+        let matrix = pool.total.matrix.select_rows(&columns).select_columns(&columns);
+        let values = Factor::new(&matrix).solve(&pool.total.gradient.select_rows(&columns));
+        let mut first = pool.slots;
+        let more: Vec<AddedEffect> = picks
+            .iter()
+            .map(|pick| {
+                let width = pool.ranges[pick.probe].len();
+                let own = values.rows(first, width).as_slice().to_vec();
+                first += width;
+                AddedEffect { id: pool.probes[pick.probe].id.clone(), values: own }
+            })
+            .collect();
+        // The weights stay: what is wild is judged anew once, when all is in.
+        let plain = FitOptions { robust: false, ..self.options().fit };
+        let (rows, weights) = (&fitted.fit.rows, &fitted.fit.weights);
+        let after = self.fit_near(&more, &fitted, (rows, weights), plain, progress)?;
+        let model = self.adopted(&after);
+        let rms = self.rms(&after.machine, &after.fit);
+        let sized = self.effect_values(&after.machine, &after.fit);
+        let known = sized.len().saturating_sub(more.len());
+        let unit = typical_sigma(&fitted.machine) / (pool.rows.max(1) as f64).sqrt();
+        let mut steps = Vec::new();
+        for (place, pick) in picks.iter().enumerate() {
+            progress
+                .report(0.8 + 0.2 * place as f64 / picks.len() as f64, "telling the fall of the error")?;
+            let id: &EffectId = &pool.probes[pick.probe].id;
+            let value = sized.get(known + place);
+            let last = place + 1 == picks.len();
+            let cv = pool.left_out(&pool.columns(&picks[..=place]), &pool.regions).max(0.0).sqrt() * unit;
+            steps.push(Step {
+                added: Named {
+                    effect: effect_place(&fitted.machine, id),
+                    size: value.map_or(0.0, |value| value.size),
+                    unit: value.map_or_else(String::new, |value| value.unit.clone()),
+                    se: value.map_or(0.0, |value| value.se),
+                },
+                label: id.label(self.model()),
+                rms_mm: if last {
+                    StepRms { fit: rms.fit, cv: rms.cv }
+                } else {
+                    StepRms { fit: pick.left.max(0.0).sqrt() * unit, cv: Some(cv) }
+                },
+                floor_ratio: None,
+                model: last.then(|| model.clone()),
+            });
+        }
+        let laboratory = Self::new(model, self.table().clone(), self.options().clone())?;
+        Ok(Some(Batch { laboratory, steps }))
+    }
+}

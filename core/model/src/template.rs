@@ -1,0 +1,116 @@
+//! An empty pair to start from: a model file of a known robot, and a table with the right columns.
+
+use thiserror::Error;
+
+use crate::file::{Model, ModelFileError, suggestion};
+
+/// Robots whose nominal numbers are known.
+const ROBOTS: [(&str, &str); 5] = [
+    ("teachmover", include_str!("../robots/teachmover.yaml")),
+    ("puma560", include_str!("../robots/puma560.yaml")),
+    ("ur5", include_str!("../robots/ur5.yaml")),
+    ("ur10", include_str!("../robots/ur10.yaml")),
+    ("panda", include_str!("../robots/panda.yaml")),
+];
+
+/// A model file and a table, to be filled in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Template {
+    /// The robot's name: file names begin with it.
+    pub name: String,
+    /// The model file's text.
+    pub model: String,
+    /// The table's text: the header, and nothing below it.
+    pub table: String,
+}
+
+/// Why there is no template.
+#[derive(Debug, Error)]
+pub enum TemplateError {
+    /// Not a robot that is known.
+    #[error("no robot `{name}` is known{suggestion}; or give a number of joints, such as 6")]
+    Unknown {
+        /// What was written.
+        name: String,
+        /// What may have been meant.
+        suggestion: String,
+    },
+    /// A number of joints no arm has.
+    #[error("an arm of {0} joints cannot be; write a number from 1 to 12")]
+    Joints(usize),
+    /// The model it would write cannot be read.
+    #[error(transparent)]
+    Model(#[from] ModelFileError),
+}
+
+/// Names of the robots whose numbers are known.
+pub fn robots() -> impl Iterator<Item = &'static str> {
+    ROBOTS.iter().map(|(name, _)| *name)
+}
+
+impl Template {
+    /// A pair for a known robot, or for any arm of so many joints.
+    ///
+    /// # Errors
+    /// No such robot is known.
+    pub fn of(robot: &str) -> Result<Self, TemplateError> {
+        let lower = robot.to_lowercase();
+        if let Some((name, text)) = ROBOTS.iter().find(|(name, _)| *name == lower) {
+            return Self::from_model(name, text);
+        }
+        match robot.parse::<usize>() {
+            Ok(joints) if (1..=12).contains(&joints) => Self::from_model("arm", &generic(joints)),
+            Ok(joints) => Err(TemplateError::Joints(joints)),
+            Err(_) => Err(TemplateError::Unknown {
+                name: robot.to_owned(),
+                suggestion: suggestion(&lower, ROBOTS.iter().map(|(name, _)| *name)),
+            }),
+        }
+    }
+
+    fn from_model(name: &str, text: &str) -> Result<Self, TemplateError> {
+        let model = Model::parse(&format!("{name}.yaml"), text)?;
+        Ok(Self { name: name.to_owned(), model: text.to_owned(), table: table(&model) })
+    }
+}
+
+/// The header of a table for this model: one column a joint and axis, then the conditions worth logging.
+fn table(model: &Model) -> String {
+    let joints = model.chain.len();
+    let unit = |joint: usize| if crate::effect::slides(model, joint) { "mm" } else { "deg" };
+    let mut columns: Vec<String> =
+        (0..joints).map(|joint| format!("q{}_{}", joint + 1, unit(joint))).collect();
+    for target in &model.targets {
+        columns.extend(["x", "y", "z"].map(|axis| format!("{}_{axis}_mm", target.name)));
+    }
+    columns.extend(["time_s", "temperature_c", "payload_kg"].map(str::to_owned));
+    columns.extend((1..=joints).map(|joint| format!("approach_q{joint}")));
+    columns.push("repeat".to_owned());
+    columns.join(",") + "\n"
+}
+
+fn generic(joints: usize) -> String {
+    let mut text = "# Fill in the lengths (mm) and angles (deg) of the arm, joint by joint. Distal: turn theta about z, go d along z,
+# go a along x, turn alpha about x. Proximal (Craig): alpha and a of the row come before theta and d.
+arm: arm
+convention: distal
+joints:
+"
+    .to_owned();
+    for joint in 1..=joints {
+        text.push_str(&format!(
+            "  - {{name: j{joint}, a_mm: 0, alpha_deg: 0, d_mm: 0, theta_deg: 0, limits_deg: [-180, 180]}}\n"
+        ));
+    }
+    text.push_str(
+        "base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0], free: true}
+targets: {p1: {xyz_mm: [0, 0, 0], free: true}}     # the measured point, from the flange; write what is known of it
+free: [\"joint_zero(*)\"]                           # always refitted; later also link_length(*), or geometry(*)
+effects: []                                        # what `plumb model add` and `grow` put in
+measured_from: instrument                          # or world: a level frame, gravity along -z
+# noise: {p1_mm: 0.05}                             # 1 sigma an axis, if it is known; returns to some poses tell it better
+# links: [{after: j2, mass_kg: 5, centre_mm: [-200, 0, 0]}]     # for effects of gravity
+",
+    );
+    text
+}

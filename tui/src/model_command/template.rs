@@ -1,0 +1,28 @@
+//! `plumb model template`.
+
+use std::error::Error;
+use std::io::Write as _;
+
+use plumb_model::template::Template;
+
+use super::arguments::TemplateArguments;
+
+/// Writes an empty pair; never over a file that is there.
+pub(super) fn run(arguments: &TemplateArguments) -> Result<String, Box<dyn Error>> {
+    let template = Template::of(&arguments.robot)?;
+    let model = arguments.output.join(format!("{}.yaml", template.name));
+    let table = arguments.output.join(format!("{}.csv", template.name));
+    for (path, text) in [(&model, &template.model), (&table, &template.table)] {
+        std::fs::File::create_new(path)
+            .and_then(|mut file| file.write_all(text.as_bytes()))
+            .map_err(|source| format!("{}: {source}", path.display()))?;
+    }
+    Ok(format!(
+        "Wrote {} and {}.\nCheck the model's lengths, put one row a pose into the table (leave empty what was not measured or logged), \
+         return to five poses or more under the same `repeat` id, then: plumb model compare {} --data {}\n",
+        model.display(),
+        table.display(),
+        model.display(),
+        table.display()
+    ))
+}
