@@ -1,0 +1,76 @@
+//! What the laboratory finds in measurements of real machines, as a table for the manual:
+//! `cargo run --release -p plumb-model --example story -- FOLDER [SEED ...]`, with the folder's model files and tables.
+
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use plumb_model::laboratory::{Laboratory, LaboratoryError, Options};
+use plumb_model::progress::Progress;
+use plumb_model::split::Holdout;
+
+/// Name, model file, table, how rows are held out.
+const MACHINES: [(&str, &str, &str, bool); 4] = [
+    ("UR5", "ur5.yaml", "ur5-grid.csv", true),
+    ("Panda, sockets", "panda_1-sockets.yaml", "panda_1-sockets.csv", false),
+    ("UR10, b", "ur10.yaml", "ur10-b.csv", true),
+    ("UR10, a", "ur10.yaml", "ur10-a.csv", true),
+];
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let Some((folder, rest)) = arguments.split_first() else {
+        eprintln!("story FOLDER [SEED ...]");
+        return ExitCode::from(2);
+    };
+    let seeds: Vec<u64> = rest.iter().filter_map(|seed| seed.parse().ok()).collect();
+    let seeds = if seeds.is_empty() { vec![1] } else { seeds };
+    println!(
+        "| machine | held out | base and tool | + zeros | + geometry | grown | effects taken in | regions left out | last 30 % of the time left out | s |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|");
+    for (name, model, table, random) in MACHINES {
+        for seed in seeds.iter().take(if random { seeds.len() } else { 1 }) {
+            let holdout = if random { Holdout::Random { share: 0.3, seed: *seed } } else { Holdout::Session };
+            match story(name, &Path::new(folder).join(model), &Path::new(folder).join(table), holdout) {
+                Ok(line) => println!("{line}"),
+                Err(error) => eprintln!("{name}: {error}"),
+            }
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+fn story(name: &str, model: &Path, table: &Path, holdout: Holdout) -> Result<String, LaboratoryError> {
+    let watch = Progress::unwatched();
+    let mut cells = vec![name.to_owned(), holdout.to_string()];
+    let ladder: [&[&str]; 3] = [&[], &["joint_zero(*)"], &["joint_zero(*)", "geometry(*)"]];
+    for free in ladder {
+        let free = Some(free.iter().map(|pattern| (*pattern).to_owned()).collect());
+        let laboratory = Laboratory::open(model, table, Options { free, holdout, ..Options::default() })?;
+        cells.push(figure(laboratory.compare(&watch)?.rms_mm.check));
+    }
+    let start = Instant::now();
+    let growth = Laboratory::open(model, table, Options { holdout, ..Options::default() })?.grow(&watch)?;
+    cells.push(figure(growth.diagnosis.rms_mm.check));
+    cells.push(match growth.steps.len() {
+        0 => format!("none; {}", growth.diagnosis.sentence),
+        count => {
+            let labels: Vec<&str> = growth.steps.iter().take(6).map(|step| step.label.as_str()).collect();
+            format!("{count}: {} ...", labels.join(", "))
+        }
+    });
+    for way in ["regions", "time:0.3"] {
+        let found = growth.extrapolation.iter().find(|one| one.left_out == way);
+        cells
+            .push(found.map_or_else(String::new, |way| {
+                format!("{:.3} ({:.3} without)", way.rms_mm, way.without_mm)
+            }));
+    }
+    cells.push(format!("{:.0}", start.elapsed().as_secs_f64()));
+    Ok(format!("| {} |", cells.join(" | ")))
+}
+
+fn figure(rms: Option<f64>) -> String {
+    rms.map_or_else(String::new, |rms| format!("{rms:.3}"))
+}
