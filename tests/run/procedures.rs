@@ -145,3 +145,25 @@ fn a_search_that_ends_between_two_half_steps_ends() {
     assert_eq!(run.code(), 1, "{}", run.all());
     assert!(run.all().contains("eye never came on within 0.97 deg of shoulder"), "{}", run.all());
 }
+
+#[test]
+fn cycles_that_do_not_settle_are_refused_and_put_no_zeros_in_force() {
+    // Trimmed on brighter paper, the sensor fires late and lets go of the paper itself on the way to line B.
+    let lab = Lab::new();
+    lab.edit(
+        "world-ideal.yaml",
+        "    zero_error",
+        "    start_within: {waist_deg: 3, shoulder_deg: 3, elbow_deg: 5}\n    zero_error",
+    );
+    lab.edit("world-ideal.yaml", "world: TeachMover", "seed: 20\nworld: TeachMover");
+    lab.edit("world-ideal.yaml", "sensor:\n", "    reflectance: {white: 0.81}\nsensor:\n");
+    lab.edit(
+        "world-ideal.yaml",
+        "ideal: {height_mm: 8, release_height_mm: 10}",
+        "spot: {diameter_mm: 4, peak_mm: 5, trimmed_to_fire_at_mm: 7.2, hysteresis_percent: 10}",
+    );
+    let run = lab.plumb(&["run", "cell.yaml"]);
+    assert_eq!(run.code(), 1, "{}", run.all());
+    assert!(run.all().contains("degrees of the elbow apart and do not settle"), "{}", run.all());
+    assert!(lab.zeros("1").iter().all(|(joint, _)| joint == "waist"), "{:?}", lab.zeros("1"));
+}

@@ -41,7 +41,7 @@ fn a_simulated_operator_does_what_is_said_to_be_done_and_instruments_offer_what_
     });
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
     assert_eq!(offered, Some(0.25));
-    let acts = world.acts.lock().unwrap().clone();
+    let acts = world.acts.lock().expect("no test panicked").clone();
     let names: Vec<&str> = acts.iter().map(|(act, _)| act.as_str()).collect();
     assert_eq!(names, ["read_level", "rest_on_gauge", "place_hand"]);
     assert_eq!(acts[1].1, [("height_mm".to_owned(), 9.0)]);
@@ -51,7 +51,7 @@ fn a_simulated_operator_does_what_is_said_to_be_done_and_instruments_offer_what_
 fn whoever_drives_the_arm_there_is_not_driven_elsewhere() {
     let (outcome, events, _, world) = run_attended(STEPS, jogs_first);
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
-    let acts = world.acts.lock().unwrap().clone();
+    let acts = world.acts.lock().expect("no test panicked").clone();
     assert!(acts.iter().all(|(act, _)| act != "place_hand"), "{acts:?}");
 }
 

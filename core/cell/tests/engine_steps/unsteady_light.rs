@@ -17,7 +17,7 @@ fn lowered(heights: &[f64]) -> (RunOutcome, String, Vec<(String, f64)>, f64) {
     let place = place();
     let cell = cell_with_steps(&place, LOWER);
     let world = World::new(ZERO_ERROR_DEG);
-    *world.fires_at.lock().unwrap() = heights.to_vec();
+    *world.fires_at.lock().expect("no test panicked") = heights.to_vec();
     let (outcome, events) = watch(start(request(&cell, &place), &world), |_: &Event, _| {});
     (outcome, message_of(&events).to_owned(), readings(&place), world.height())
 }

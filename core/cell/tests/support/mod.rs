@@ -25,6 +25,9 @@ const HAND_MM: f64 = 109.0;
 /// Told of each move at its beginning.
 pub type OnMove = Box<dyn Fn(usize) + Send>;
 
+/// Something the simulated operator did, with its numbers.
+pub type Act = (String, Vec<(String, f64)>);
+
 /// What outlives hosts: where the arm stands, and what breaks next.
 pub struct World {
     joints: Mutex<[f64; 6]>,
@@ -46,7 +49,7 @@ pub struct World {
     /// The heights (mm) at which the sensor fires, one after the other; then 8.
     pub fires_at: Mutex<Vec<f64>>,
     /// What the simulated operator was told to do.
-    pub acts: Mutex<Vec<(String, Vec<(String, f64)>)>>,
+    pub acts: Mutex<Vec<Act>>,
     /// Called at the beginning of each move with its number.
     pub on_move: Mutex<Option<OnMove>>,
     /// Whether the arm, once handed to its pendant, is given back by that alone.
