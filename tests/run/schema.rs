@@ -22,7 +22,8 @@ fn schema(lab: &Lab, kind: &str) -> jsonschema::Validator {
 
 /// The kind of a file as the command names it; none of those that have no schema.
 fn kind_of(value: &Value) -> Option<&'static str> {
-    ["cell", "procedure", "answers"].into_iter().find(|kind| value.get(*kind).is_some())
+    let is_study = value.get("study").is_some();
+    ["cell", "procedure", "answers"].into_iter().find(|kind| !is_study && value.get(*kind).is_some())
 }
 
 /// Every YAML file under a folder, as JSON.
