@@ -10,14 +10,14 @@ use crate::Measured;
 use crate::parts::Cells;
 use crate::statistics::{ms, quantile};
 
-/// What is waited for on the way: its name, and the first event of it.
-type Mark = (&'static str, fn(&Value) -> bool);
+/// What is waited for on the way: its name, and whether an event is the first of it, given where the arm stood at the beginning.
+type Mark = (&'static str, fn(&Value, &Value) -> bool);
 
 const MARKS: [Mark; 4] = [
-    ("the run is in the record", |event| event["event"] == "run_started"),
-    ("every device is ready", |event| event["event"] == "planned"),
-    ("the first step begins", |event| event["event"] == "step_started"),
-    ("the first motion", |event| event["event"] == "joints" && event["moving"] == true),
+    ("the run is in the record", |event, _| event["event"] == "run_started"),
+    ("every device is ready", |event, _| event["event"] == "planned"),
+    ("the first step begins", |event, _| event["event"] == "step_started"),
+    ("the first motion", |event, stood| event["event"] == "joints" && event["joints"] != *stood),
 ];
 
 pub(crate) fn measure(count: usize) -> Measured {
@@ -46,10 +46,14 @@ fn first_motion(cells: &Cells, cell: &str) -> Result<Vec<Option<Duration>>, Box<
     let mut command = cells.plumb(&["run", cell, "initialize", "--json", "--pace", "real"]);
     let mut run = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?;
     let output = run.stdout.take().ok_or("no output")?;
+    let mut stood = Value::Null;
     for line in BufReader::new(output).lines() {
         let (event, now) = (serde_json::from_str::<Value>(&line?)?, began.elapsed());
+        if stood.is_null() && event["event"] == "joints" {
+            stood = event["joints"].clone();
+        }
         for (reached, (_, is_it)) in reached.iter_mut().zip(MARKS) {
-            if reached.is_none() && is_it(&event) {
+            if reached.is_none() && is_it(&event, &stood) {
                 *reached = Some(now);
             }
         }

@@ -58,7 +58,7 @@ pub(crate) fn measure(stops: usize) -> Measured {
     let by_key = stops_by_key(stops, &mut random)?;
     print("Esc in the terminal, one joint", Figures { latencies: by_key, ..Figures::default() });
     for (name, signal) in
-        [("plugin hangs, then the stop", Signal::SIGSTOP), ("plugin crashes, no stop", Signal::SIGSEGV)]
+        [("plugin hangs, then the stop", Signal::SIGSTOP), ("plugin crashes, no stop", Signal::SIGABRT)]
     {
         let mut figures = Figures::default();
         for _ in 0..stops.div_ceil(3) {

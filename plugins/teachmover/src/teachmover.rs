@@ -5,7 +5,7 @@ mod hand_control;
 mod observation;
 mod travel;
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use plumb_plugin::{
     DigitalInputs, Host, JogState, JointState, JointVector, LogLevel, Motion, PluginError, Robot,
@@ -20,6 +20,12 @@ use crate::protocol::ControllerState;
 use crate::serial_line::SerialLine;
 use crate::speed_code::SpeedCode;
 
+/// How long an arm that was read without a fault is taken to stand as it did then, when it is activated.
+const STILL_SO: Duration = Duration::from_millis(300);
+
+/// The half-steps a second that the slowest motor, the shoulder's, is rated for without a load: 0.36 rad/s of 7072 half-steps a turn.
+const RATED: f64 = 405.0;
+
 /// A TeachMover on its serial line.
 #[derive(Debug)]
 pub struct TeachMover {
@@ -32,6 +38,8 @@ pub struct TeachMover {
     slowness: Slowness,
     /// What the controller reported last.
     last: ControllerState,
+    /// When it did.
+    read_at: Instant,
     /// Whether the STOP key has been pressed and no move has been refused for it yet.
     stop_key: bool,
     mode: Mode,
@@ -66,6 +74,7 @@ impl Robot for TeachMover {
             controller,
             slowness: Slowness::default(),
             last: ControllerState::default(),
+            read_at: Instant::now(),
             stop_key: false,
             mode: Mode::Ready,
         };
@@ -75,6 +84,14 @@ impl Robot for TeachMover {
         let text =
             format!("TeachMover on {} at {baud} baud: {}", arm.configuration.port, arm.pose_in_words());
         arm.host.log(LogLevel::Info, &text);
+        let rate = arm.configuration.full_speed.rate();
+        if rate > RATED {
+            let text = format!(
+                "full_speed_code {} makes {rate:.0} half-steps a second; without a load the shoulder follows {RATED:.0} at most: motors may lose steps, and nothing notices",
+                arm.configuration.full_speed.number()
+            );
+            arm.host.log(LogLevel::Warn, &text);
+        }
         Ok(arm)
     }
 
@@ -84,8 +101,11 @@ impl Robot for TeachMover {
 
     fn activate(&mut self) -> Result<(), PluginError> {
         self.refuse_under_hand_control()?;
-        self.controller.resynchronise()?;
-        self.last = self.read_twice_alike(None)?;
+        // On a line this slow, what has just been read is not read again.
+        if !matches!(self.mode, Mode::Ready) || self.read_at.elapsed() > STILL_SO {
+            self.controller.resynchronise()?;
+            self.last = self.read_twice_alike(None)?;
+        }
         self.slowness = Slowness::default();
         self.stop_key = false;
         self.mode = Mode::Ready;

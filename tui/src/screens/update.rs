@@ -206,7 +206,9 @@ fn decided(prompt: &mut OpenPrompt, decision: Decision) -> Result<Answer, String
 }
 
 fn jog(state: &mut State, sign: f64) -> Vec<Action> {
-    prompt(state).and_then(|prompt| prompt.jog(sign)).map(Action::Tell).into_iter().collect()
+    let Some(prompt) = prompt(state) else { return Vec::new() };
+    prompt.refused = None;
+    prompt.jog(sign).map(Action::Tell).into_iter().collect()
 }
 
 fn hand_over(state: &mut State) -> Vec<Action> {

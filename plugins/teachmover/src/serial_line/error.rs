@@ -122,7 +122,7 @@ impl WriteFailure {
 pub enum ReplyFailure {
     /// Not one byte.
     #[error(
-        "nothing came within {} ms; check that the arm is switched on, the cable and the port it is plugged into, and the rate (the switches SW1 to SW3 all off for 9600 baud)",
+        "nothing came within {} ms; check that the arm is switched on, the cable and the port it is plugged into, and the rate (the switches SW1 to SW3 all off for 9600 baud); an arm under hand control or in a taught program answers once STOP is pressed on its pendant",
         waited.as_millis()
     )]
     Silent {

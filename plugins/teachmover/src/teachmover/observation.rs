@@ -1,5 +1,7 @@
 //! Where the arm is and what its inputs say, as the controller reports it.
 
+use std::time::Instant;
+
 use plumb_plugin::{DigitalInputs, JointState, JointVector, LogLevel, PluginError};
 
 use super::TeachMover;
@@ -44,6 +46,7 @@ impl TeachMover {
                         "a reading of the registers was damaged on the line; read again",
                     );
                 }
+                self.read_at = Instant::now();
                 return Ok(reading);
             }
             former = Some(reading);
