@@ -139,7 +139,10 @@ impl PumaWorld {
         if rise.abs() < 0.3 {
             return Err(no_effect());
         }
-        Ok(Levelling::Turn(-(shown.to_radians()) / rise))
+        // Near the middle by less than it shows, so that nobody turns to and fro over one division for ever.
+        let division = self.description.level.instrument.division.to_degrees();
+        let share = if shown.abs() < 1.5 * division { 0.7 } else { 1.0 };
+        Ok(Levelling::Turn(-shown.to_radians() * share / rise))
     }
 
     /// A bubble that shows less than this stands in the middle, deg.
