@@ -87,12 +87,14 @@ fn swept(
             failed.extend((lost > 0).then(|| format!("{lost} at {value}")));
         }
         if !failed.is_empty() {
-            println!(
-                "{}, {}: of {count} runs each did not pass: {}",
-                sweep.figure,
-                line.title,
+            let title = line.title.trim_end_matches(',');
+            let name = format!("{} {title}", sweep.figure);
+            writeln!(
+                std::io::stdout(),
+                "{}: of {count} runs a point did not pass: {}",
+                name.trim_end(),
                 failed.join(", ")
-            );
+            )?;
         }
         curves.extend(drawn);
     }
