@@ -1,8 +1,9 @@
 //! The sending end of a stream.
 
-use std::fmt;
+use std::time::{Duration, Instant};
+use std::{fmt, thread};
 
-use iceoryx2::port::publisher::Publisher as IceoryxPublisher;
+use iceoryx2::port::publisher::{Publisher as IceoryxPublisher, PublisherCreateError};
 use iceoryx2::prelude::AttributeVerifier;
 use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
@@ -22,6 +23,9 @@ const MAX_NODES: usize = 24;
 /// A device's own sender, and one that takes over before the dead one's place is free.
 const MAX_PUBLISHERS: usize = 2;
 
+/// How long a sender waits for the places of its dead predecessors: those of a program killed a moment ago may still be ending.
+const TAKING_OVER_TIME: Duration = Duration::from_secs(1);
+
 /// The sending end of a stream. Writes each message's number and wakes whoever listens.
 pub struct Publisher {
     stream: String,
@@ -40,12 +44,24 @@ impl Publisher {
     ) -> Result<Self, OpenError> {
         let name = stream_name(device, stream);
         let what = format!("the sending end of stream {name}");
-        let port = stream_service(bus, &name, stream, shape)?
-            .publisher_builder()
-            .initial_max_slice_len(shape.max_bytes.div_ceil(WORD))
-            .max_loaned_samples(1)
-            .create()
-            .map_err(|error| OpenError::new(&what, error))?;
+        let service = stream_service(bus, &name, stream, shape)?;
+        let create = || {
+            service
+                .publisher_builder()
+                .initial_max_slice_len(shape.max_bytes.div_ceil(WORD))
+                .max_loaned_samples(1)
+                .create()
+        };
+        let mut port = create();
+        let given_up = Instant::now() + TAKING_OVER_TIME;
+        while matches!(port, Err(PublisherCreateError::ExceedsMaxSupportedPublishers))
+            && Instant::now() < given_up
+        {
+            thread::sleep(TAKING_OVER_TIME / 100);
+            bus.clean_after_the_dead();
+            port = create();
+        }
+        let port = port.map_err(|error| OpenError::new(&what, error))?;
         let signal = bus.signal(&signal_name(&name))?;
         Ok(Self { stream: name, shape, sequence: 0, port, signal })
     }

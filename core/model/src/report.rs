@@ -104,7 +104,7 @@ impl Laboratory {
     /// What came in with the last `group` of the first `count` effects.
     fn group_label(&self, count: usize, group: usize) -> String {
         let effects = &self.model().effects;
-        let first = count.saturating_sub(if count % group == 0 { group } else { count % group });
+        let first = count.saturating_sub(if count.is_multiple_of(group) { group } else { count % group });
         let labels: Vec<String> = effects
             .get(first..count)
             .unwrap_or(&[])

@@ -273,7 +273,6 @@ impl ServedWorld for World {
     }
 }
 
-#[expect(clippy::needless_pass_by_value, reason = "for map_err")]
 fn in_words(refused: MotionRefused) -> String {
     refused.to_string()
 }

@@ -79,7 +79,7 @@ pub enum Action {
     /// Read a sensor's values.
     Measure(MeasureStep),
     /// Carry a light stripe sensor over something and gather points.
-    Scan(ScanStep),
+    Scan(Box<ScanStep>),
     /// Do steps several times.
     Repeat(RepeatStep),
     /// Work something out.
@@ -212,7 +212,7 @@ fn read_action(node: &Node, context: &ReadContext<'_>) -> Option<Action> {
         "search" => search::read(body, context).map(Action::Search),
         "configure" => configure::read(body, context).map(Action::Configure),
         "measure" => measure::read(body, context).map(Action::Measure),
-        "scan" => scan::read(body, context).map(Action::Scan),
+        "scan" => scan::read(body, context).map(|step| Action::Scan(Box::new(step))),
         "repeat" => repeat::read(body, context).map(Action::Repeat),
         "compute" => compute::read(body, context).map(Action::Compute),
         "apply" => apply::read(body, context).map(Action::Apply),

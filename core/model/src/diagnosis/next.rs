@@ -341,15 +341,12 @@ impl Chooser<'_> {
         table.touch.names.clone_from(&known.touch.names);
         table.positions = known.positions.iter().map(|columns| columns.empty()).collect();
         let first = self.lab.model().targets.first().map(|target| target.name.clone());
-        if self.sensing != Sensing::AsBefore || (table.positions.is_empty() && !known.touch.names.is_empty())
+        let other_sensing = self.sensing != Sensing::AsBefore || !known.touch.names.is_empty();
+        if table.positions.is_empty()
+            && other_sensing
+            && let Some(name) = first
         {
-            if let Some(name) = first.filter(|_| table.positions.is_empty()) {
-                table.positions.push(crate::table::PositionColumns {
-                    number: 0,
-                    target: name,
-                    xyz: Vec::new(),
-                });
-            }
+            table.positions.push(crate::table::PositionColumns { number: 0, target: name, xyz: Vec::new() });
         }
         let surface = known.on.names.first().cloned();
         let point = known.distance_to.names.first().cloned();
@@ -360,8 +357,7 @@ impl Chooser<'_> {
         table.temperature = known.temperature.as_ref().map(|_| Vec::new());
         table.payload = Some(Vec::new());
         table.approach = known.approach.as_ref().map(|_| Vec::new());
-        let temperature =
-            known.temperature.iter().flatten().copied().filter(|value| value.is_finite()).last();
+        let temperature = known.temperature.iter().flatten().copied().rfind(|value| value.is_finite());
         for (index, design) in designs.iter().enumerate() {
             table.q.extend(&design.q);
             table.lines.push(index as u32 + 1);

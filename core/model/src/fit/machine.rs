@@ -421,7 +421,7 @@ impl<'a> Machine<'a> {
     ///
     /// # Errors
     /// A formula gives no finite number somewhere.
-    pub(crate) fn check_formulas(&self) -> Result<(), crate::effect::DefinitionError> {
+    pub(crate) fn check_formulas(&self) -> Result<(), Box<crate::effect::DefinitionError>> {
         let state = self.start();
         for definition in &self.model.definitions {
             definition.check(self.table, &|row, look| {

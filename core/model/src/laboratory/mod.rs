@@ -56,7 +56,7 @@ pub enum LaboratoryError {
     Effect(#[from] EffectNameError),
     /// A formula of the user's own.
     #[error(transparent)]
-    Formula(#[from] DefinitionError),
+    Formula(#[from] Box<DefinitionError>),
     /// The held-out set.
     #[error(transparent)]
     Holdout(#[from] HoldoutError),

@@ -104,6 +104,9 @@ impl PartialEq for Definition {
     }
 }
 
+/// Shows the situation of a row to who asks for it.
+type Situations<'a> = dyn Fn(usize, &mut dyn FnMut(&Situation<'_>)) + 'a;
+
 /// A formula that gives no number somewhere.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error(
@@ -180,8 +183,8 @@ impl Definition {
     pub(crate) fn check(
         &self,
         table: &Table,
-        situations: &dyn Fn(usize, &mut dyn FnMut(&Situation<'_>)),
-    ) -> Result<(), DefinitionError> {
+        situations: &Situations<'_>,
+    ) -> Result<(), Box<DefinitionError>> {
         let mut found = None;
         for row in 0..table.len() {
             situations(row, &mut |situation| {
@@ -190,7 +193,7 @@ impl Definition {
                     let rates = addend.formula.rates(&values);
                     let finite = rates.as_ref().is_ok_and(|rates| rates.iter().all(|rate| rate.is_finite()));
                     if !finite && found.is_none() {
-                        found = Some(DefinitionError {
+                        found = Some(Box::new(DefinitionError {
                             at: addend.at.clone(),
                             name: self.name.clone(),
                             text: addend.text().to_owned(),
@@ -198,7 +201,7 @@ impl Definition {
                             table: table.source.clone(),
                             values: addend.formula.told(&values),
                             why: rates.err().unwrap_or_else(|| why(addend.text())),
-                        });
+                        }));
                     }
                 }
             });
