@@ -72,7 +72,7 @@ impl Studio {
         session.wait_for("zero of waist");
         session.press("\r");
         session.wait_for("\u{25b8} 3 Elbow in until line B");
-        session.wait_for("slowly");
+        session.wait_for("Slowly");
         self.keep(&session, "run-search")?;
         session.press("1");
         session.wait_for("Devices");

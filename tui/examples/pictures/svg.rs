@@ -129,7 +129,9 @@ enum Kind {
 fn kind(character: char) -> Kind {
     match character {
         ' ' => Kind::Blank,
-        '\u{2500}'..='\u{259f}' | '\u{2800}'..='\u{28ff}' => Kind::Shape,
+        // Straight lines and corners; other lines are left to the font.
+        '\u{2500}'..='\u{2503}' | '\u{250f}' | '\u{2513}' | '\u{2517}' | '\u{251b}' => Kind::Shape,
+        '\u{256d}'..='\u{2570}' | '\u{2580}'..='\u{259f}' | '\u{2800}'..='\u{28ff}' => Kind::Shape,
         '!'..='~' | '\u{a1}'..='\u{ff}' => Kind::Letter,
         _ => Kind::Sign,
     }
