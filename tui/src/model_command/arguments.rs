@@ -176,7 +176,7 @@ fn keep_out(text: &str) -> Result<KeepOut, String> {
 /// Options of `template`.
 #[derive(Debug, Args)]
 pub(crate) struct TemplateArguments {
-    /// The robot: one of those known, a URDF file, or a number of joints.
+    /// The robot: one of those known, or a number of joints.
     pub(crate) robot: String,
     /// Folder to write to.
     #[arg(short, long, default_value = ".", value_name = "FOLDER")]
