@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use plumb_simulated::world_file::{Described, read};
 use serde_json::Value;
@@ -11,6 +11,15 @@ use serde_json::Value;
 /// A user's folder of cells around the PUMA, with a world of its own.
 struct Cells {
     folder: tempfile::TempDir,
+}
+
+impl Drop for Cells {
+    /// Puts away the world that a run which can be resumed keeps.
+    fn drop(&mut self) {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
+        command.args(["doctor", "--clean", "--record", "record", "cell.yaml", "cell-serial.yaml"]);
+        drop(command.current_dir(self.puma()).stdout(Stdio::null()).status());
+    }
 }
 
 impl Cells {

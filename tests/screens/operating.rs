@@ -51,10 +51,14 @@ impl Bench {
 /// What a test left running is ended with it, once its program has gone.
 impl Drop for Bench {
     fn drop(&mut self) {
-        let cell = self.folder.path().join("cell/cell.yaml");
+        let files = fs::read_dir(self.folder.path().join("cell")).into_iter().flatten().flatten();
+        let files = files.map(|entry| entry.path());
+        let is_cell =
+            |file: &PathBuf| file.file_name().is_some_and(|name| name.to_string_lossy().starts_with("cell"));
+        let cells: Vec<PathBuf> = files.filter(is_cell).collect();
         let record = self.folder.path().join("record");
         let mut command = Command::new(plumb());
-        command.args(["doctor", "--clean", "--record"]).arg(record).arg(cell).stdout(Stdio::null());
+        command.args(["doctor", "--clean", "--record"]).arg(record).args(cells).stdout(Stdio::null());
         drop(command.status());
     }
 }

@@ -1,7 +1,7 @@
 //! The Unimation PUMA 560, driven through the monitor terminal of its VAL-II controller.
 //!
 //! The driver is a typist at that terminal. The controller holds one character while it echoes another, so each is sent when the one before has
-//! come back ([`typist`]); the carriage return that makes a line count is sent only when the whole of it came back as it was typed. What the
+//! come back (`typist`); the carriage return that makes a line count is sent only when the whole of it came back as it was typed. What the
 //! controller says is read by its numbers and prompts, not by its columns ([`reply`]), and whatever it complains of is an error from one table
 //! ([`complaint`]).
 

@@ -1,7 +1,7 @@
 //! A camera and a sheet of light on the flange of an arm, and the surfaces they see.
 //!
 //! A picture is made from the light's side: rays go out in the sheet, as thick and as bowed as it is, fall on the surfaces ([`surface`]), and what of
-//! them the lens sees ([`camera`]) is laid into the picture as bright as slope, reflectance and distance leave it. Then come speckle, the room's light,
+//! them the lens sees (`camera`) is laid into the picture as bright as slope, reflectance and distance leave it. Then come speckle, the room's light,
 //! noise, and the end of the scale. It shares no code with the sensor that looks for the stripe.
 
 mod camera;
