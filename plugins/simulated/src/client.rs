@@ -97,7 +97,7 @@ impl WorldClient {
             let answer: Answer =
                 serde_json::from_slice(&line).map_err(|error| ClientError::Garbled(error.to_string()))?;
             match answer.say {
-                Say::Joints(_) | Say::Change(_) => on_the_way(&answer.say),
+                Say::Joints(_) | Say::Change(_) | Say::Pixels { .. } => on_the_way(&answer.say),
                 say if answer.id == id => end = Some(say),
                 _ if Some(answer.id) == stop => stop = None,
                 other => return Err(ClientError::Garbled(format!("{other:?} for no call of ours"))),
@@ -121,6 +121,32 @@ impl WorldClient {
         }
     }
 
+    /// Takes a picture with the camera on the hand.
+    ///
+    /// # Errors
+    /// [`ClientError`]; [`ClientError::Garbled`] for a picture that did not come whole.
+    pub fn expose(&mut self) -> Result<Exposed, ClientError> {
+        let mut pixels = Vec::new();
+        let mut whole = true;
+        let end = self.call(
+            Verb::Expose {},
+            || false,
+            |say| {
+                if let Say::Pixels { hex } = say {
+                    whole &= add_pixels(hex, &mut pixels).is_some();
+                }
+            },
+        )?;
+        match end {
+            Say::Exposed { time_ns, width, height }
+                if whole && pixels.len() == width as usize * height as usize =>
+            {
+                Ok(Exposed { time_ns, width, height, pixels })
+            }
+            other => Err(ClientError::Garbled(format!("{other:?} after {} pixels", pixels.len()))),
+        }
+    }
+
     /// What is so.
     pub fn look(&mut self) -> Result<TruthReport, ClientError> {
         match self.call(Verb::Look {}, || false, |_| {})? {
@@ -134,6 +160,29 @@ impl WorldClient {
         self.lines.send(&Call { id: self.calls, verb })?;
         Ok(self.calls)
     }
+}
+
+/// A picture the world took.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Exposed {
+    /// The middle of the exposure, as the camera says, world time, ns.
+    pub time_ns: u64,
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// A row after the other.
+    pub pixels: Vec<u8>,
+}
+
+/// Adds pixels of two hexadecimal digits each; none when that is not what they are.
+fn add_pixels(hex: &str, pixels: &mut Vec<u8>) -> Option<()> {
+    let digit = |byte: u8| char::from(byte).to_digit(16);
+    for pair in hex.as_bytes().chunks(2) {
+        let [high, low] = pair else { return None };
+        pixels.push((digit(*high)? * 16 + digit(*low)?) as u8);
+    }
+    Some(())
 }
 
 fn patiently(lines: &mut Lines) -> Result<Vec<u8>, ClientError> {

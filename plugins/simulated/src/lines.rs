@@ -49,7 +49,7 @@ impl Lines {
             return Ok(Received::Line(line));
         }
         self.stream.set_read_timeout(Some(patience.max(Duration::from_millis(1))))?;
-        let mut block = [0; 4096];
+        let mut block = [0; 65536];
         match self.stream.read(&mut block) {
             Ok(0) => return Ok(Received::Closed),
             Ok(length) => self.received.extend_from_slice(block.get(..length).unwrap_or_default()),

@@ -15,6 +15,9 @@ pub const PROTOCOL: u32 = 1;
 /// The longest line either side accepts, bytes.
 pub const LONGEST_LINE: usize = 64 * 1024;
 
+/// Pixels of a picture that go in a line.
+pub const PIXELS_A_LINE: usize = 30_000;
+
 /// The client's first line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -214,6 +217,17 @@ pub enum Verb {
         #[serde(default)]
         turned: bool,
     },
+    /// Switches the light stripe's laser, puts its filter before the lens or takes it away; ends with [`Say::Reading`].
+    Shine {
+        /// Whether the laser shines; left out, as it is.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        laser: Option<bool>,
+        /// Whether the filter is before the lens; left out, as it is.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        filter: Option<bool>,
+    },
+    /// Takes a picture with the camera on the hand; ends with [`Say::Exposed`], after its [`Say::Pixels`].
+    Expose {},
     /// Breaks the seal of a sealed world, so that `look` is answered; ends with [`Say::Revealed`].
     Reveal {},
     /// Lets the world begin again as its file describes it, what is left to chance drawn from this seed; its clock runs on. Ends with
@@ -279,6 +293,20 @@ pub enum Say {
     Joints(Reading),
     /// On the way: input lines changed.
     Change(Change),
+    /// On the way: the next pixels of a picture, two hexadecimal digits each.
+    Pixels {
+        /// At most [`PIXELS_A_LINE`] of them.
+        hex: String,
+    },
+    /// The end of `expose`: all pixels have come.
+    Exposed {
+        /// The middle of the exposure, as the camera says, world time, ns.
+        time_ns: u64,
+        /// Pixels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
     /// The end of a call that succeeded: what the controller knows.
     Reading(Reading),
     /// The end of `look`.

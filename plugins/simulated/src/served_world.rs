@@ -1,5 +1,9 @@
 //! A world as it is served: whatever arm stands in it.
 
+use std::sync::Arc;
+
+use crate::light::{Light, Switches};
+use crate::physics::rigid::Rigid;
 use crate::protocol::{Instrument, JointFacts, JointUnit, Reading, SomeJoints, TruthReport};
 use crate::world::{
     AXES, HalfSteps, Joint, Joints, LineChange, MotionOrder, MotionRefused, Point, Resolution, World,
@@ -30,6 +34,21 @@ pub struct Use<'a> {
     pub at: Option<&'a str>,
     /// Whether it is turned end for end.
     pub turned: bool,
+}
+
+/// The moment a picture is taken in.
+#[derive(Debug, Clone)]
+pub struct Exposure {
+    /// As the camera says, world time, ns.
+    pub time_ns: u64,
+    /// What there is to see.
+    pub light: Arc<Light>,
+    /// Where the flange truly is.
+    pub world_from_flange: Rigid,
+    /// Laser and filter.
+    pub switches: Switches,
+    /// Which picture it is.
+    pub number: u64,
 }
 
 /// What serving needs of a world. Refusals are sentences that say what would be right.
@@ -75,6 +94,20 @@ pub trait ServedWorld: Send {
     /// Why nothing can be measured.
     fn measure(&mut self, used: &Use<'_>) -> Result<(f64, &'static str), String>;
 
+    /// What the camera on the hand sees now, to be turned into a picture at leisure.
+    ///
+    /// # Errors
+    /// Why there is no picture.
+    fn expose(&mut self) -> Result<Exposure, String> {
+        Err("this arm has no camera".to_owned())
+    }
+    /// Switches the light stripe's laser and puts its filter in or out; none leaves it.
+    ///
+    /// # Errors
+    /// Why not.
+    fn shine(&mut self, _laser: Option<bool>, _filter: Option<bool>) -> Result<(), String> {
+        Err("this arm has no light stripe".to_owned())
+    }
     /// Lets time run to the end of the motion under way, if there is one.
     fn finish_motion(&mut self) {
         while let Some(end_ns) = self.motion_ends_ns() {

@@ -1,6 +1,9 @@
 //! What the world of a PUMA 560 is made of, checked and in its own units.
 
+use std::sync::Arc;
+
 use super::joints::AXES;
+use crate::light::Light;
 use crate::physics::description::ArmDescription;
 use crate::physics::imperfection::Imperfection;
 use crate::physics::random::Random;
@@ -74,6 +77,8 @@ pub struct PumaDescription {
     pub level: SpiritLevel,
     /// On hand; mm.
     pub ruler: Instrument,
+    /// What the rig on the hand sees, where one is carried.
+    pub light: Option<Arc<Light>>,
     /// The text of the file, if it came under a seal: the truth is hidden until somebody breaks it.
     pub sealed_text: Option<String>,
 }

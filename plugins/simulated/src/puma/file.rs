@@ -1,12 +1,15 @@
 //! World files with a PUMA 560: YAML a person writes, read as it was typed and then checked. Every key carries its unit.
 
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 use serde::Deserialize;
 use serde_yaml::{Location, Spanned};
 
 use super::description::{Cage, PumaDescription, Resolution, SpiritLevel, Tabletop};
 use super::joints::{AXES, JOINTS};
+use crate::light::Light;
+use crate::light::file::RawLight;
 use crate::physics::arms;
 use crate::physics::imperfection::{Imperfection, Mechanism};
 use crate::physics::machine::{Conditions, Machine};
@@ -32,6 +35,7 @@ struct RawWorld {
     table: RawTable,
     #[serde(default)]
     instruments: RawInstruments,
+    light: Option<Spanned<RawLight>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -171,10 +175,23 @@ impl Checker<'_> {
             table: self.table(&raw.table)?,
             level: self.level(&raw.instruments.level)?,
             ruler: self.ruler(&raw.instruments.ruler)?,
+            light: self.light(raw.light.as_ref(), raw.seed)?,
             sealed_text: None,
         };
         self.require_standing(&described, place)?;
         Ok(described)
+    }
+
+    fn light(
+        &self,
+        raw: Option<&Spanned<RawLight>>,
+        seed: u64,
+    ) -> Result<Option<Arc<Light>>, WorldFileError> {
+        let Some(raw) = raw else { return Ok(None) };
+        let checked = raw.value.check(seed);
+        checked
+            .map(|light| Some(Arc::new(light)))
+            .map_err(|what| self.wrong(raw.referenced, format!("light: {what}")))
     }
 
     /// The arm must stand, stretched out with its load: what is too soft there is a mistake of the file.

@@ -15,6 +15,7 @@ pub use description::{Cage, PumaDescription, Resolution, SpiritLevel, Tabletop};
 pub use joints::{JOINTS, JointOfPuma, encoder_counts};
 pub use measuring::{LevelPlace, MeasuringError};
 
+use crate::light::Switches;
 use crate::physics::machine::{Conditions, Machine, NoEquilibrium, Stance};
 use joints::{AXES, nearest_counted};
 use travel::Travel;
@@ -39,6 +40,8 @@ pub struct PumaWorld {
     travel: Option<Travel>,
     outputs: u64,
     readings_taken: u64,
+    switches: Switches,
+    exposures: u64,
 }
 
 /// Why the arm does not start to move.
@@ -87,6 +90,11 @@ impl PumaWorld {
             travel: None,
             outputs: 0,
             readings_taken: 0,
+            switches: description
+                .light
+                .as_ref()
+                .map_or(Switches { laser: false, filter: false }, |light| light.switches),
+            exposures: 0,
             description,
         };
         world.drive_to(world.description.start);

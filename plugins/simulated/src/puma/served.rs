@@ -4,7 +4,7 @@ use super::joints::{AXES, JOINTS, encoder_counts};
 use super::measuring::{Levelling, MeasuringError, joint_named, only};
 use super::{PumaWorld, Resolution};
 use crate::protocol::{Instrument, JointFacts, JointUnit, Reading, TruthReport};
-use crate::served_world::{ArmFacts, ServedWorld, Use};
+use crate::served_world::{ArmFacts, Exposure, ServedWorld, Use};
 use crate::world::MotionOrder;
 use crate::world_file::Described;
 
@@ -150,6 +150,28 @@ impl ServedWorld for PumaWorld {
             Described::Puma(described) => Box::new(PumaWorld::beginning(*described, self.time_ns)),
             other => other.into_world(),
         }
+    }
+
+    fn expose(&mut self) -> Result<Exposure, String> {
+        let light = self.description.light.clone();
+        let light =
+            light.ok_or("no rig is on this arm's hand: describe it under `light:` in the world file")?;
+        let stance = self.standing().map_err(|error| error.to_string())?;
+        self.exposures += 1;
+        Ok(Exposure {
+            // The shutter opens later than the camera says.
+            time_ns: self.time_ns.saturating_add_signed(-light.exposure_delay_ns),
+            light,
+            world_from_flange: stance.posture.world_from_flange,
+            switches: self.switches,
+            number: self.exposures,
+        })
+    }
+
+    fn shine(&mut self, laser: Option<bool>, filter: Option<bool>) -> Result<(), String> {
+        self.switches.laser = laser.unwrap_or(self.switches.laser);
+        self.switches.filter = filter.unwrap_or(self.switches.filter);
+        Ok(())
     }
 
     fn level_order(&mut self, joint: &str, used: &Use<'_>) -> Result<Option<MotionOrder>, String> {

@@ -9,7 +9,9 @@ use serde::de::DeserializeOwned;
 
 use super::shared::{Order, Shared, State};
 use crate::lines::{Lines, Received};
-use crate::protocol::{Answer, Call, Hello, Instrument, PROTOCOL, Pace, Reading, Say, SomeJoints, Verb};
+use crate::protocol::{
+    Answer, Call, Hello, Instrument, PIXELS_A_LINE, PROTOCOL, Pace, Reading, Say, SomeJoints, Verb,
+};
 use crate::served_world::Use;
 use crate::world::{MotionOrder, Point};
 
@@ -144,6 +146,8 @@ impl Session {
             }
             Verb::Level { joint, at, turned } => self.answer_level(id, &joint, &at, turned),
             Verb::Look {} => self.tell(id, |state| look(state)),
+            Verb::Shine { laser, filter } => self.change(id, |state| state.world.shine(laser, filter)),
+            Verb::Expose {} => self.answer_expose(id),
             Verb::Reveal {} => self.tell(id, |state| Say::Revealed { text: state.reveal() }),
             Verb::Shutdown {} => {
                 self.shared.end();
@@ -224,6 +228,24 @@ impl Session {
         }
         let why = format!("the operator cannot bring the bubble to the middle with `{joint}`");
         self.say(id, Say::Refused { why })
+    }
+
+    /// Takes a picture. The world goes on while it is made and sent.
+    fn answer_expose(&mut self, id: u64) -> Result<(), Gone> {
+        let exposure = self.shared.now().world.expose();
+        let exposure = match exposure {
+            Ok(exposure) => exposure,
+            Err(why) => return self.say(id, Say::Refused { why }),
+        };
+        let picture = exposure.light.picture(&exposure.world_from_flange, exposure.switches, exposure.number);
+        const DIGITS: &[u8; 16] = b"0123456789abcdef";
+        let digit = |value: u8| char::from(DIGITS.get(usize::from(value)).copied().unwrap_or(b'0'));
+        for pixels in picture.pixels.chunks(PIXELS_A_LINE) {
+            let hex = pixels.iter().flat_map(|pixel| [digit(pixel >> 4), digit(pixel & 15)]).collect();
+            self.say(id, Say::Pixels { hex })?;
+        }
+        let (width, height) = (picture.width as u32, picture.height as u32);
+        self.say(id, Say::Exposed { time_ns: exposure.time_ns, width, height })
     }
 
     fn answer_wait(&mut self, id: u64, ms: u64) -> Result<(), Gone> {

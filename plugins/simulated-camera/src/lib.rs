@@ -1,0 +1,133 @@
+//! The camera on a simulated arm's hand: asks the world for pictures, and emits them.
+
+use std::path::PathBuf;
+
+use plumb_plugin::{
+    FrameHeader, Host, PluginError, Quantity, QuantityDescription, Reading, Sensor, SensorDescription, Value,
+};
+use plumb_simulated::client::{ClientError, WorldClient};
+use plumb_simulated::protocol::Verb;
+use serde::Deserialize;
+
+/// The stream of pictures.
+const FRAMES: &str = "frames";
+
+/// What the cell file gives.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Config {
+    #[serde(default)]
+    laser: Option<OnOff>,
+    #[serde(default)]
+    filter: Option<InOut>,
+    /// The world's socket; the cell gives it.
+    world: PathBuf,
+}
+
+/// The same while it runs.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Settings {
+    #[serde(default)]
+    laser: Option<OnOff>,
+    #[serde(default)]
+    filter: Option<InOut>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum OnOff {
+    On,
+    Off,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum InOut {
+    In,
+    Out,
+}
+
+/// The camera on a simulated arm's hand.
+#[derive(Debug)]
+pub struct SimulatedCamera {
+    host: Host,
+    world: WorldClient,
+}
+
+impl Sensor for SimulatedCamera {
+    fn create(config: &Value, host: Host) -> Result<Self, PluginError> {
+        let Config { laser, filter, world } = Config::deserialize(config).map_err(|error| {
+            let takes = "a simulated camera takes {laser: on or off, filter: in or out} and, from the cell, the socket of its world";
+            PluginError::Refused(format!("{error}; {takes}"))
+        })?;
+        let world = WorldClient::connect(&world, "simulated-camera").map_err(told)?;
+        let mut camera = Self { host, world };
+        camera.shine(Settings { laser, filter })?;
+        Ok(camera)
+    }
+
+    fn describe(&self) -> SensorDescription {
+        let quantity = |name: &str| QuantityDescription { name: name.to_owned(), unit: String::new() };
+        SensorDescription {
+            model: format!("Camera with a light stripe (simulated: {})", self.world.welcome().world),
+            switches: false,
+            quantities: vec![quantity("mean"), quantity("brightest")],
+        }
+    }
+
+    fn configure(&mut self, settings: &Value) -> Result<(), PluginError> {
+        let settings = Settings::deserialize(settings).map_err(|error| {
+            PluginError::Refused(format!("{error}; write {{laser: on or off, filter: in or out}}"))
+        })?;
+        self.shine(settings)
+    }
+
+    fn read(&mut self, _after_ns: u64) -> Result<Option<Reading>, PluginError> {
+        let picture = self.world.expose().map_err(told)?;
+        let header = FrameHeader {
+            time_ns: picture.time_ns,
+            width: picture.width,
+            height: picture.height,
+            ..FrameHeader::default()
+        };
+        self.host.emit_in_place(FRAMES, header.message_bytes(), |message| {
+            let place = header.write(message).map_err(|error| PluginError::Failed(error.to_string()))?;
+            place.copy_from_slice(&picture.pixels);
+            Ok(())
+        })?;
+        let sum: f64 = picture.pixels.iter().map(|pixel| f64::from(*pixel)).sum();
+        let brightest = picture.pixels.iter().copied().max().unwrap_or(0);
+        let quantity =
+            |name: &str, value: f64| Quantity { name: name.to_owned(), value, standard_uncertainty: 0.0 };
+        let quantities = vec![
+            quantity("mean", sum / picture.pixels.len().max(1) as f64),
+            quantity("brightest", f64::from(brightest)),
+        ];
+        Ok(Some(Reading { time_ns: picture.time_ns, quantities, ..Reading::default() }))
+    }
+}
+
+impl SimulatedCamera {
+    fn shine(&mut self, settings: Settings) -> Result<(), PluginError> {
+        let verb = Verb::Shine {
+            laser: settings.laser.map(|laser| laser == OnOff::On),
+            filter: settings.filter.map(|filter| filter == InOut::In),
+        };
+        self.world.read(verb).map(drop).map_err(told)
+    }
+}
+
+fn told(error: ClientError) -> PluginError {
+    let text = error.to_string();
+    match error {
+        ClientError::Unreachable { .. } | ClientError::Broken(_) | ClientError::Gone => {
+            PluginError::Disconnected(text)
+        }
+        ClientError::Silent => PluginError::TimedOut(text),
+        ClientError::Refused(_) => PluginError::Refused(text),
+        ClientError::Garbled(_) => PluginError::Failed(text),
+    }
+}
+
+plumb_plugin::export_sensor!(SimulatedCamera, include_str!("../plugin.yaml"));
