@@ -1,4 +1,4 @@
-//! A copy of the TeachMover cell to run in, so that tests do not meet.
+//! A copy of a cell to run in, so that tests do not meet.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -18,10 +18,17 @@ pub(crate) struct Lab {
 }
 
 impl Lab {
+    /// The TeachMover's.
     pub(crate) fn new() -> Self {
+        Self::of("teachmover")
+    }
+
+    /// That of a folder of `workcells`, with the models of arms beside it.
+    pub(crate) fn of(cell: &str) -> Self {
         let place = tempfile::tempdir().unwrap();
-        let workcells = Path::new(env!("CARGO_MANIFEST_DIR")).join("../workcells/teachmover");
-        copy(&workcells, &place.path().join("cell"));
+        let workcells = Path::new(env!("CARGO_MANIFEST_DIR")).join("../workcells");
+        copy(&workcells.join(cell), &place.path().join("cell"));
+        copy(&workcells.join("arms"), &place.path().join("arms"));
         Self { place }
     }
 

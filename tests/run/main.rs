@@ -1,4 +1,4 @@
-//! Runs of the TeachMover cell as a user starts them: real processes, real plugins behind their hosts, a simulated world.
+//! Runs of the cells as a user starts them: real processes, real plugins behind their hosts, a simulated world.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
 
@@ -12,6 +12,7 @@ mod interrupted;
 mod killed;
 mod lab;
 mod left_behind;
+mod light_stripe;
 mod passed;
 mod plugins;
 mod procedures;

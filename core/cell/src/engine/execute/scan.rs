@@ -23,6 +23,41 @@ struct Scan {
     aim: Vector3<f64>,
 }
 
+/// Pictures without a stripe, and why.
+#[derive(Default)]
+struct Empty {
+    stripes: usize,
+    faults: Vec<(StripeFault, usize)>,
+}
+
+impl Empty {
+    fn add(&mut self, fault: StripeFault) {
+        self.stripes += 1;
+        match self.faults.iter_mut().find(|(known, _)| *known == fault) {
+            Some((_, count)) => *count += 1,
+            None => self.faults.push((fault, 1)),
+        }
+    }
+
+    fn told(&self) -> String {
+        let each = self.faults.iter().map(|(fault, count)| format!("{count} {}", fault.name()));
+        each.collect::<Vec<_>>().join(", ")
+    }
+
+    /// What the most frequent fault is usually cured by.
+    fn cure(&self) -> &'static str {
+        match self.faults.iter().max_by_key(|(_, count)| *count).map(|(fault, _)| fault) {
+            Some(StripeFault::Dark) => {
+                "is the laser on, and does the sheet meet anything the camera sees there?"
+            }
+            Some(StripeFault::Bright) => "is the filter before the lens?",
+            Some(StripeFault::Flat) => "turn the rig so that the stripe runs down the picture",
+            Some(StripeFault::Ambiguous) => "what else shines there?",
+            Some(StripeFault::Short) | None => "is the laser on, the filter in, the aim right?",
+        }
+    }
+}
+
 /// More stripes are a mistake.
 const MOST_STRIPES: f64 = 10_000.0;
 
@@ -34,29 +69,35 @@ impl Engine {
         // What was emitted before this scan is none of it.
         let _ = self.sensor(&step.sensor)?.link.stripes();
         let mut cloud = Cloud::default();
-        let mut empty = 0;
+        let mut empty = Empty::default();
         for stripe in 0..scan.stripes {
             let share = if scan.stripes > 1 { stripe as f64 / (scan.stripes - 1) as f64 } else { 0.0 };
             self.go_to_stripe(step, at, &scan, share)?;
-            empty += self.take_stripe(step, at, stripe, &mut cloud)?;
+            self.take_stripe(step, at, stripe, &mut cloud, &mut empty)?;
             let text = format!("stripe {} of {}, {} points", stripe + 1, scan.stripes, cloud.points.len());
             self.journal.progress(&at.path, Some((stripe + 1) as f64 / scan.stripes as f64), text);
         }
         if cloud.points.is_empty() {
             return Err(StepError::error(format!(
-                "none of the {} pictures showed a stripe: is the laser on, the filter in, the aim right?",
-                scan.stripes
+                "none of the {} pictures showed a stripe ({}): {}",
+                scan.stripes,
+                empty.told(),
+                empty.cure()
             )));
         }
         let seconds = begin.elapsed().as_secs_f64();
         let mut result = Map::from_iter([
             ("points".to_owned(), json!(cloud.points.len())),
             ("stripes".to_owned(), json!(scan.stripes)),
-            ("empty".to_owned(), json!(empty)),
+            ("empty".to_owned(), json!(empty.stripes)),
             ("seconds".to_owned(), json!(seconds)),
         ]);
-        let mut message =
-            format!("{} points of {} stripes ({empty} without one)", cloud.points.len(), scan.stripes);
+        let mut message = format!(
+            "{} points of {} stripes ({} without one)",
+            cloud.points.len(),
+            scan.stripes,
+            empty.stripes
+        );
         if let Some(fitted) = step.fit {
             message.push_str(&fit(fitted, &cloud, &mut result)?);
         }
@@ -140,14 +181,15 @@ impl Engine {
         self.move_arm(&step.robot, &here, &target, step.speed, at).map(drop)
     }
 
-    /// Takes a stripe where the arm stands; 1 when there was none to see.
+    /// Takes a stripe where the arm stands.
     fn take_stripe(
         &mut self,
         step: &ScanStep,
         at: &StepContext,
         stripe: usize,
         cloud: &mut Cloud,
-    ) -> Result<usize, StepError> {
+        empty: &mut Empty,
+    ) -> Result<(), StepError> {
         let trigger = step.trigger.as_ref().map(|(name, _)| name.as_str());
         self.take_reading(&step.sensor, trigger)?;
         let taken = self.sensor(&step.sensor)?.link.stripes();
@@ -159,6 +201,7 @@ impl Engine {
             )));
         };
         if let Some(fault) = StripeFault::from_code(header.fault) {
+            empty.add(fault);
             self.journal.progress(&at.path, None, format!("stripe {}: {}", stripe + 1, fault.name()));
         }
         let joints = match header.joints.len() {
@@ -175,7 +218,7 @@ impl Engine {
                 cloud.points.push(CloudPoint { place, stripe: stripe as u32, seen: *point });
             }
         }
-        Ok(usize::from(points.is_empty()))
+        Ok(())
     }
 
     fn joint_names(&mut self, robot: &str) -> Result<Vec<String>, StepError> {

@@ -1,0 +1,180 @@
+//! The light stripe on the hand of a PUMA: scans, and what goes wrong with them.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::lab::{Lab, kill};
+
+const CAMERA: &str = "camera: {plugin: simulated-camera}";
+
+fn lab() -> Lab {
+    Lab::of("light-stripe")
+}
+
+/// Runs a procedure to its end: the events and the exit code.
+fn run(lab: &Lab, procedure: &str) -> (Vec<Value>, i32) {
+    let said = lab.plumb(&["run", "cell.yaml", procedure, "--headless", "--json"]);
+    let events = said.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    (events, said.code())
+}
+
+/// What the run said at its end.
+fn end(events: &[Value]) -> String {
+    events.last().map_or_else(String::new, |event| event["message"].as_str().unwrap_or_default().to_owned())
+}
+
+/// A value of each finished step of that name.
+fn values(events: &[Value], step: &str, name: &str) -> Vec<f64> {
+    let finished = events.iter().filter(|event| event["event"] == "step_finished");
+    let of_step = finished.filter(|event| event["step"].as_str().is_some_and(|path| path.ends_with(step)));
+    of_step
+        .flat_map(|event| event["values"].as_array().cloned().unwrap_or_default())
+        .filter(|value| value["name"] == name)
+        .map(|value| value["value"].as_f64().unwrap())
+        .collect()
+}
+
+/// The cell with one procedure more, of these steps.
+fn with_steps(lab: &Lab, steps: &str) {
+    lab.write("procedures/extra.yaml", &format!("procedure: extra\n{steps}"));
+    lab.edit("cell.yaml", "procedures: [", "procedures: [procedures/extra.yaml, ");
+}
+
+#[test]
+fn an_arm_as_on_paper_sees_the_pyramid_where_it_stands_from_every_side() {
+    let lab = lab();
+    assert_eq!(lab.plumb(&["check", "cell.yaml"]).code(), 0);
+    let (events, code) = run(&lab, "direction-error");
+    assert_eq!(code, 0, "{}", end(&events));
+    let axes = ["apex_x_mm", "apex_y_mm", "apex_z_mm"].map(|axis| values(&events, "scan", axis));
+    for (found, truth) in axes.iter().zip([530.0, -60.0, -260.0]) {
+        assert_eq!(found.len(), 12);
+        assert!(found.iter().all(|found| (found - truth).abs() < 0.1), "{found:?}, truly {truth}");
+    }
+    let spread = values(&events, "spread", "error");
+    assert!(spread.iter().all(|spread| (0.001..0.2).contains(spread)) && spread.len() == 1, "{spread:?}");
+}
+
+#[test]
+fn a_scan_leaves_a_cloud_and_the_labs_tables() {
+    let lab = lab();
+    let said = lab.plumb(&["run", "cell.yaml", "scan-pyramid", "--headless", "--record", "record"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    let cloud = fs::read(lab.path("record/run-1/pyramid.ply")).unwrap();
+    assert!(cloud.starts_with(b"ply\nformat binary_little_endian 1.0\n"));
+    assert!(
+        fs::read(lab.path("record/run-1/pyramid.pcd")).unwrap().starts_with(b"# units mm\nVERSION 0.7\n")
+    );
+    let poses = fs::read_to_string(lab.path("record/run-1/pyramid.poses.csv")).unwrap();
+    assert_eq!(poses.lines().count(), 1 + 21, "{poses}");
+    let stripes = fs::read_to_string(lab.path("record/run-1/pyramid.stripes.csv")).unwrap();
+    assert!(stripes.lines().count() > 4000);
+    let (events, code) = run(&lab, "random-error");
+    assert_eq!(code, 0, "{}", end(&events));
+    let thickness = values(&events, "plane", "thickness_mm");
+    assert!(thickness.iter().all(|band| (0.05..0.4).contains(band)) && thickness.len() == 1, "{thickness:?}");
+}
+
+#[test]
+fn a_forgotten_filter_is_noticed() {
+    let lab = lab();
+    lab.edit("cell.yaml", CAMERA, "camera: {plugin: simulated-camera, config: {filter: out}}");
+    let (events, code) = run(&lab, "scan-pyramid");
+    assert_eq!(code, 2);
+    let message = end(&events);
+    assert!(
+        message.contains("none of the 21 pictures showed a stripe (21 too bright): is the filter"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_laser_switched_off_by_a_step_leaves_the_picture_dark_until_it_is_switched_on() {
+    let lab = lab();
+    with_steps(
+        &lab,
+        "
+steps:
+  - {id: 'off', do: {configure: {sensor: camera, settings: {laser: 'off'}}}}
+  - {id: dark, do: {measure: {sensor: stripe, trigger: camera}}}
+  - {id: 'on', do: {configure: {sensor: camera, settings: {laser: 'on'}}}}
+  - {id: lit, do: {measure: {sensor: stripe, trigger: camera}}}
+  - {id: wrong, do: {configure: {sensor: camera, settings: {laser: dim}}}, on_error: abort}
+",
+    );
+    let (events, code) = run(&lab, "extra");
+    assert_eq!(code, 2, "{}", end(&events));
+    assert_eq!((values(&events, "dark", "rows"), values(&events, "dark", "fault")), (vec![0.0], vec![1.0]));
+    let rows = values(&events, "lit", "rows");
+    assert!(rows.iter().all(|rows| *rows > 200.0) && rows.len() == 1, "{rows:?}");
+    let message = end(&events);
+    assert!(message.contains("`dim`") && message.contains("laser: on or off"), "{message}");
+}
+
+#[test]
+fn a_place_out_of_reach_is_said_before_anything_moves_there() {
+    let lab = lab();
+    lab.edit("procedures/scan-pyramid.yaml", "[480, -60, -280]", "[1480, -60, -280]");
+    lab.edit("procedures/scan-pyramid.yaml", "[580, -60, -280]", "[1580, -60, -280]");
+    let (events, code) = run(&lab, "scan-pyramid");
+    assert_eq!(code, 2);
+    let message = end(&events);
+    assert!(
+        message.contains("no stripe at [1480.0, -60.0, -280.0] mm: the arm cannot bring its flange there"),
+        "{message}"
+    );
+}
+
+#[test]
+fn pictures_of_another_camera_are_refused() {
+    let lab = lab();
+    lab.edit("world.yaml", "size_px: [256, 256]", "size_px: [320, 240]");
+    let (events, code) = run(&lab, "scan-pyramid");
+    assert_eq!(code, 2);
+    let message = end(&events);
+    assert!(
+        message.contains("a picture of 320 x 240 pixels came; the rig's camera has 256 x 256"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_camera_lost_in_mid_scan_ends_an_unattended_run() {
+    let lab = lab();
+    let mut running = lab.start(&["run", "cell.yaml", "scan-pyramid", "--headless", "--pace", "real"]);
+    let camera = running.host_of("libplumb_simulated_camera");
+    running.until_moving_in("scan");
+    kill(camera);
+    let (last, code) = running.end();
+    assert_eq!(code, Some(2));
+    let message = last["message"].as_str().unwrap();
+    assert!(message.contains("camera is lost") && message.contains("SIGKILL"), "{message}");
+}
+
+#[test]
+fn mistakes_in_a_scan_are_shown_before_anything_moves() {
+    let lab = lab();
+    with_steps(
+        &lab,
+        "
+steps:
+  - id: scan
+    do: {scan: {robot: arm, sensor: strip, from_mm: [1, 2], to_mm: [480, 0, -280], step_mm: 5, aim_mm: [-30, 0, 360], fit: cone}}
+",
+    );
+    let said = lab.plumb(&["check", "cell.yaml"]);
+    assert_eq!(said.code(), 2);
+    for part in ["`from_mm` has 2 numbers", "`cone`"] {
+        assert!(said.all().contains(part), "{part}: {}", said.all());
+    }
+    lab.edit("procedures/extra.yaml", "[1, 2]", "[480, 0, -280]");
+    lab.edit("procedures/extra.yaml", ", fit: cone", "");
+    let said = lab.plumb(&["check", "cell.yaml"]);
+    assert!(said.code() == 2 && said.all().contains("`strip`"), "{}", said.all());
+    // Anything but on and off is refused as soon as the cell is read.
+    lab.edit("procedures/extra.yaml", "sensor: strip,", "sensor: stripe,");
+    lab.edit("cell.yaml", CAMERA, "camera: {plugin: simulated-camera, config: {laser: of}}");
+    let said = lab.plumb(&["check", "cell.yaml"]);
+    assert!(said.code() == 2 && said.all().contains("did you mean `off`?"), "{}", said.all());
+}
