@@ -47,7 +47,9 @@ fn an_arm_as_on_paper_sees_the_pyramid_where_it_stands_from_every_side() {
     assert_eq!(lab.plumb(&["check", "cell.yaml"]).code(), 0);
     let (events, code) = run(&lab, "direction-error");
     assert_eq!(code, 0, "{}", end(&events));
-    let axes = ["apex_x_mm", "apex_y_mm", "apex_z_mm"].map(|axis| values(&events, "scan", axis));
+    let readings = lab.shown("1")["readings"].as_array().unwrap().len();
+    assert!(readings > 12 * 5, "each scan's values are in the record: {readings}");
+    let axes = ["apex_x", "apex_y", "apex_z"].map(|axis| values(&events, "scan", axis));
     for (found, truth) in axes.iter().zip([530.0, -60.0, -260.0]) {
         assert_eq!(found.len(), 12);
         assert!(found.iter().all(|found| (found - truth).abs() < 0.1), "{found:?}, truly {truth}");
@@ -72,7 +74,7 @@ fn a_scan_leaves_a_cloud_and_the_labs_tables() {
     assert!(stripes.lines().count() > 4000);
     let (events, code) = run(&lab, "random-error");
     assert_eq!(code, 0, "{}", end(&events));
-    let thickness = values(&events, "plane", "thickness_mm");
+    let thickness = values(&events, "plane", "thickness");
     assert!(thickness.iter().all(|band| (0.05..0.4).contains(band)) && thickness.len() == 1, "{thickness:?}");
 }
 

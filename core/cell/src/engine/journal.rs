@@ -157,11 +157,12 @@ impl Journal {
         Ok(())
     }
 
-    pub(crate) fn computed(&mut self, step: &StepPath, values: &[NamedValue]) -> Written {
+    /// Notes values, and what they come from: `computed`, or a sensor's name.
+    pub(crate) fn noted(&mut self, step: &StepPath, source: &str, values: &[NamedValue]) -> Written {
         let readings: Vec<Reading<'_>> = values
             .iter()
             .map(|value| Reading {
-                source: "computed",
+                source,
                 name: &value.name,
                 value: value.value,
                 unit: &value.unit,

@@ -103,7 +103,7 @@ steps:
   - {id: twice, do: {compute: {values: {twice_px: 2 * gauge.width_px}}}}
 ");
     assert_eq!((outcome, message.as_str()), (RunOutcome::Passed, "all steps passed"));
-    assert_eq!(readings, [("width".to_owned(), 1.5), ("twice".to_owned(), 3.0)]);
+    assert_eq!(readings, [("width".to_owned(), 1.5), ("twice_px".to_owned(), 3.0)]);
     assert_eq!(asked, ["read after 0", "read after 77"], "what is triggered first is waited for");
 }
 

@@ -23,7 +23,7 @@ impl Engine {
         let results = Script::values(step.script.as_ref(), named, &self.calculator, &values)?;
         let shown: Vec<NamedValue> =
             results.iter().filter_map(|(name, value)| Some(named_value(name, value.as_f64()?))).collect();
-        self.journal.computed(&at.path, &shown)?;
+        self.journal.noted(&at.path, "computed", &shown)?;
         let message = shown.iter().map(|value| format!("{} = {:.6} {}", value.name, value.value, value.unit));
         let message = message.map(|text| text.trim_end().to_owned()).collect::<Vec<_>>().join(", ");
         Ok(Done { result: Value::Object(results), values: shown, message })

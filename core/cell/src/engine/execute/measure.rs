@@ -4,13 +4,17 @@ use plumb_plugin::Reading;
 use serde_json::{Map, Value, json};
 
 use crate::engine::Engine;
-use crate::engine::step_context::Done;
+use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::NamedValue;
 use crate::step::MeasureStep;
 
 impl Engine {
-    pub(super) fn execute_measure(&mut self, step: &MeasureStep) -> Result<Done, StepError> {
+    pub(super) fn execute_measure(
+        &mut self,
+        step: &MeasureStep,
+        at: &StepContext,
+    ) -> Result<Done, StepError> {
         let trigger = step.trigger.as_ref().map(|(name, _)| name.as_str());
         let reading = self.take_reading(&step.sensor, trigger)?;
         let mut result = Map::new();
@@ -27,6 +31,7 @@ impl Engine {
                 uncertainty: Some(quantity.standard_uncertainty).filter(|sigma| *sigma > 0.0),
             });
         }
+        self.journal.noted(&at.path, &step.sensor, &values)?;
         let shown = values.iter().map(|value| format!("{} {:.3} {}", value.name, value.value, value.unit));
         let message = shown.map(|text| text.trim_end().to_owned()).collect::<Vec<_>>().join(", ");
         Ok(Done { result: Value::Object(result), values, message })

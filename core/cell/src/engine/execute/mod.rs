@@ -28,7 +28,7 @@ impl Engine {
             Action::Check(check) => self.execute_check(check, at),
             Action::Apply(apply) => self.execute_apply(apply, at),
             Action::Configure(configure) => self.execute_configure(configure),
-            Action::Measure(measure) => self.execute_measure(measure),
+            Action::Measure(measure) => self.execute_measure(measure, at),
             Action::Scan(scan) => self.execute_scan(scan, at),
             Action::Declare(declare) => self.execute_declare(declare, at),
             Action::Repeat(_) | Action::Call(_) => Ok(Done::default()),

@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 
 use crate::cloud::{Cloud, CloudPoint};
 use crate::engine::Engine;
+use crate::engine::scope::named_value;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::NamedValue;
@@ -109,17 +110,9 @@ impl Engine {
                 .map_err(|error| StepError::error(error.to_string()))?;
             message.push_str(&format!(", in {}", folder.join(format!("{name}.ply")).display()));
         }
-        let values = result
-            .iter()
-            .filter_map(|(name, value)| {
-                Some(NamedValue {
-                    name: name.clone(),
-                    value: value.as_f64()?,
-                    unit: if name.ends_with("_mm") { "mm".to_owned() } else { String::new() },
-                    uncertainty: None,
-                })
-            })
-            .collect();
+        let values: Vec<NamedValue> =
+            result.iter().filter_map(|(name, value)| Some(named_value(name, value.as_f64()?))).collect();
+        self.journal.noted(&at.path, &step.sensor, &values)?;
         Ok(Done { result: Value::Object(result), values, message })
     }
 
