@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+#[path = "drivers_apart.rs"]
+mod drivers_apart;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 

@@ -10,7 +10,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use plumb_host::{HostProcess, RobotClient, StopHandle, StopOutcome};
 use plumb_plugin::Motion;
-use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, EmulatorOptions};
+use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, LineOptions};
 use plumb_simulated::physics::random::Random;
 use serde_json::json;
 
@@ -82,7 +82,7 @@ struct Bench {
 
 impl Bench {
     fn start() -> Result<Self, Box<dyn Error>> {
-        let options = EmulatorOptions { baud: Some(9600), ..EmulatorOptions::default() };
+        let options = LineOptions { baud: Some(9600), ..LineOptions::default() };
         let emulator = Emulator::start(options, Box::new(BareMotors::new(false, 40.0)))?;
         let place = Place::new()?;
         let [waist_deg, shoulder_deg, elbow_deg, wrist_pitch_deg, wrist_roll_deg, gripper_mm] = HOME;

@@ -48,6 +48,12 @@ fn a_run_that_ended_leaves_nothing_however_it_ended() {
     lab.edit("answers.yaml", "place: done", "place: {pose_deg: {shoulder: 50, elbow: -65}}");
     assert_eq!(lab.plumb(&["run", "cell.yaml"]).code(), 1);
     assert_nothing_is_left(&lab, "a run that failed");
+
+    lab.edit("world-ideal.yaml", "table: {solid: true}", "tabel: {solid: true}");
+    let run = lab.plumb(&["run", "cell.yaml"]);
+    assert_eq!(run.code(), 2, "{}", run.all());
+    assert!(run.all().contains("did you mean `table`?"), "{}", run.all());
+    assert_nothing_is_left(&lab, "a world that never began");
 }
 
 #[test]

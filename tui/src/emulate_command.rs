@@ -1,5 +1,6 @@
 //! `plumb emulate`: the controller of an arm as a program on a pseudo-terminal, so that its real driver can be tried without the arm.
 
+mod line;
 mod teachmover;
 mod typed;
 mod val2;
@@ -21,9 +22,4 @@ pub(crate) fn run(command: &EmulateCommand) -> CommandResult {
         EmulateCommand::Teachmover(arguments) => teachmover::run(arguments),
         EmulateCommand::Val2(arguments) => val2::run(arguments),
     }
-}
-
-fn probability(text: &str) -> Result<f64, String> {
-    let probability = text.parse().ok().filter(|probability| (0.0..=1.0).contains(probability));
-    probability.ok_or_else(|| "give a probability from 0 to 1".to_owned())
 }

@@ -16,9 +16,10 @@ use std::sync::atomic::Ordering;
 use plumb_cell::RunHandle;
 use plumb_cell::answers::load_answers;
 use plumb_cell::command::{Command, PauseWhen};
-use plumb_cell::engine::{StartError, start_run};
+use plumb_cell::engine::{RunRequest, StartError, start_run};
 use plumb_cell::event::{Event, RunOutcome, StepOutcome};
 use plumb_cell::prompt::{Answer, Decision, PromptKind};
+use plumb_cell::workcell::Workcell;
 use plumb_record::{Record, RunId};
 use support::running::{
     ZERO_ERROR_DEG, cell_with_steps, message_of, operator, request, start, watch, workcell,
@@ -443,21 +444,26 @@ steps:
     assert_eq!(watch(start(decided, &world), |_, _| {}).0, RunOutcome::Passed);
 }
 
-#[test]
-fn a_resumed_run_asks_a_person_whether_the_arm_stands_where_it_was_left() {
-    let place = place();
+/// A run whose arm was lost on its second move, and the request that resumes it.
+fn lost_at_its_second_move(place: &TempDir) -> (Arc<Workcell>, Arc<World>, RunRequest) {
     let steps = "
 steps:
   - {id: first, do: {move: {robot: arm, by_deg: {waist: 1}}}}
   - {id: second, do: {move: {robot: arm, by_deg: {waist: 1}}}}
 ";
-    let cell = cell_with_steps(&place, steps);
+    let cell = cell_with_steps(place, steps);
     let world = World::new([0.0; 3]);
     world.lose_arm_at_move.store(2, Ordering::SeqCst);
-    let (outcome, _) = watch(start(request(&cell, &place), &world), |_, _| {});
+    let (outcome, _) = watch(start(request(&cell, place), &world), |_, _| {});
     assert_eq!(outcome, RunOutcome::Error);
-    let mut again = request(&cell, &place);
-    again.resume = Some(RunId(1));
+    let again = RunRequest { resume: Some(RunId(1)), ..request(&cell, place) };
+    (cell, world, again)
+}
+
+#[test]
+fn a_resumed_run_asks_a_person_whether_the_arm_stands_where_it_was_left() {
+    let place = place();
+    let (_cell, world, mut again) = lost_at_its_second_move(&place);
     again.unattended = false;
     let mut asked = 0;
     let moves = world.moves.load(Ordering::SeqCst);
@@ -478,17 +484,7 @@ steps:
 #[test]
 fn an_unattended_resume_with_an_arm_that_was_moved_needs_an_operator() {
     let place = place();
-    let steps = "
-steps:
-  - {id: first, do: {move: {robot: arm, by_deg: {waist: 1}}}}
-  - {id: second, do: {move: {robot: arm, by_deg: {waist: 1}}}}
-";
-    let cell = cell_with_steps(&place, steps);
-    let world = World::new([0.0; 3]);
-    world.lose_arm_at_move.store(2, Ordering::SeqCst);
-    watch(start(request(&cell, &place), &world), |_, _| {});
-    let mut again = request(&cell, &place);
-    again.resume = Some(RunId(1));
+    let (_cell, _world, again) = lost_at_its_second_move(&place);
     let another = World::new([0.0, 3.0, 0.0]);
     let (outcome, events) = watch(start(again, &another), |_, _| {});
     assert_eq!(outcome, RunOutcome::NeedsOperator);

@@ -11,7 +11,7 @@ use plumb_plugin::recording::RecordingHost;
 use plumb_plugin::{JointState, JointVector, Motion, PluginError, Robot, conformance};
 use plumb_puma::Puma;
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::emulate::val2::{Dialect, Emulator, EmulatorOptions, Event};
+use plumb_simulated::emulate::val2::{Dialect, Emulator, EmulatorOptions, Event, LineOptions};
 use plumb_simulated::protocol::{Pace, Verb};
 use plumb_simulated::serve::{ServeError, ServeOptions, serve};
 use serde_json::{Value, json};
@@ -53,6 +53,11 @@ impl Drop for World {
             let _ = server.join();
         }
     }
+}
+
+/// A line that keeps the time of its bytes.
+fn at_9600() -> LineOptions {
+    LineOptions { baud: Some(9600), ..LineOptions::default() }
 }
 
 fn connect(socket: &Path) -> WorldClient {
@@ -173,7 +178,6 @@ fn power_panic_and_servo_errors_are_told_with_what_to_do_and_nothing_moves_until
         ] {
             let mut cell = Cell::speaking(dialect);
             cell.emulator.tell(event.clone());
-            std::thread::sleep(Duration::from_millis(50));
             let error = cell.go(LEFTY).unwrap_err();
             assert!(matches!(error, PluginError::NotReady(_)), "{dialect:?} {event:?}: {error:?}");
             assert!(error.text().contains(words), "{dialect:?} {event:?}: {error}");
@@ -194,7 +198,6 @@ fn a_controller_started_anew_is_noticed_and_calibrated_only_where_that_is_allowe
         let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &json!({"calibrate": allowed}));
         cell.emulator.tell(Event::Reboot);
         cell.emulator.tell(Event::Power(true));
-        std::thread::sleep(Duration::from_millis(50));
         let error = cell.go(LEFTY).unwrap_err();
         assert!(error.text().contains("was started anew"), "{error}");
         cell.arm.activate().unwrap();
@@ -219,7 +222,6 @@ fn a_damaged_character_is_cancelled_and_nothing_moves() {
     ] {
         let mut cell = Cell::speaking(Dialect::Mark2);
         cell.emulator.tell(format!("fault {fault}").parse().unwrap());
-        std::thread::sleep(Duration::from_millis(20));
         match cell.go(LEFTY) {
             Ok(_) => cell.assert_at(LEFTY),
             Err(error) => {
@@ -237,7 +239,6 @@ fn a_damaged_character_is_cancelled_and_nothing_moves() {
 fn a_pulled_plug_is_said_and_a_new_driver_goes_on() {
     let mut cell = Cell::speaking(Dialect::Mark2);
     cell.emulator.tell(Event::Unplug);
-    std::thread::sleep(Duration::from_millis(50));
     let error = cell.go(LEFTY).unwrap_err();
     assert!(matches!(error, PluginError::Disconnected(_)), "{error:?}");
     cell.assert_world_at(READY);
@@ -258,17 +259,20 @@ fn a_stop_reaches_the_wire_within_a_tenth_of_a_second_and_the_arm_brakes() {
     for round in 0..8 {
         let (_, dialect) = Dialect::ALL[round % 3];
         let speed = [1.0, 0.5, 0.2][round % 3];
-        let options = EmulatorOptions { dialect, baud: Some(9600), ..EmulatorOptions::default() };
+        let options = EmulatorOptions { dialect, line: at_9600(), ..EmulatorOptions::default() };
         let mut cell = Cell::of(options, Pace::Real, &json!({"full_speed_percent": 100}));
         let target = JointVector::from_slice(&LEFTY.map(f64::to_radians)).unwrap();
         let stopper = cell.recording.clone();
         let mut watcher = connect(&cell.world.socket);
         let asked = std::thread::spawn(move || {
-            while !watcher.read(Verb::Read {}).unwrap().moving {
+            // Well under way, so that there is something to brake.
+            let before = loop {
+                let waist = watcher.read(Verb::Read {}).unwrap().joints[0].to_degrees();
+                if waist > 1.0 {
+                    break waist;
+                }
                 std::thread::sleep(Duration::from_millis(2));
-            }
-            std::thread::sleep(Duration::from_millis(150));
-            let before = watcher.read(Verb::Read {}).unwrap().joints[0].to_degrees();
+            };
             stopper.set_stop(true);
             (Instant::now(), before)
         });
@@ -286,7 +290,7 @@ fn a_stop_reaches_the_wire_within_a_tenth_of_a_second_and_the_arm_brakes() {
 
 /// A row of the table: how lines are typed, and time per pose against what the line itself needs.
 fn time_for_poses(keeps_up: bool, typing: &str) -> (plumb_puma::Profile, f64) {
-    let options = EmulatorOptions { baud: Some(9600), keeps_up, ..EmulatorOptions::default() };
+    let options = EmulatorOptions { line: at_9600(), keeps_up, ..EmulatorOptions::default() };
     let mut cell = Cell::of(options, Pace::Fast, &json!({"typing": typing}));
     cell.go([1.0, -89.0, 91.0, 1.0, 1.0, 1.0]).unwrap();
     cell.arm.take_time_profile();
@@ -321,7 +325,11 @@ fn conversations_over_a_bad_line_never_move_an_arm_that_has_told_an_error() {
     let mut errors = 0;
     for seed in 1..=seeds {
         let (_, dialect) = Dialect::ALL[(seed % 3) as usize];
-        let options = EmulatorOptions { dialect, seed, ..EmulatorOptions::default() };
+        let options = EmulatorOptions {
+            dialect,
+            line: LineOptions { seed, ..LineOptions::default() },
+            ..EmulatorOptions::default()
+        };
         let mut cell = Cell::of(options, Pace::Fast, &json!({"echo_within_ms": 60, "reply_within_ms": 300}));
         cell.emulator.tell(Event::DamageAtRandom([0.0005, 0.002, 0.01][(seed / 3 % 3) as usize]));
         for turn in 0..4 {
@@ -347,7 +355,6 @@ fn conversations_over_a_bad_line_never_move_an_arm_that_has_told_an_error() {
                     let _ = cell.arm.read_joints();
                     assert_eq!(cell.world.joints(), stands, "seed {seed}: it moved after {error}");
                     cell.emulator.tell(Event::DamageAtRandom(0.0));
-                    std::thread::sleep(Duration::from_millis(10));
                     let recovered = cell.arm.activate().or_else(|_| cell.arm.activate());
                     recovered.unwrap_or_else(|error| panic!("seed {seed}: {error}"));
                 }

@@ -1,7 +1,11 @@
 //! Controllers of arms as a driver meets them: programs on a pseudo-terminal.
 
+mod emulator;
 pub(crate) mod fault;
+mod line;
 pub mod teachmover;
 pub(crate) mod terminal;
 pub mod val2;
 pub(crate) mod wire;
+
+pub use emulator::{Controls, Emulator, EmulatorError};

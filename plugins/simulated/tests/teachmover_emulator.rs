@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
-use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, EmulatorOptions, Event, TerminalError};
+use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, Event, LineOptions, TerminalError};
 use serde::Deserialize;
 
 /// How long an answer may take; generous, because the machine may be busy.
@@ -67,7 +67,7 @@ impl Host {
 }
 
 /// An emulator as fast as it can be, open by 20 mm.
-fn bare(options: EmulatorOptions) -> Emulator {
+fn bare(options: LineOptions) -> Emulator {
     let at_once = options.baud.is_none();
     Emulator::start(options, Box::new(BareMotors::new(at_once, 20.0))).unwrap()
 }
@@ -76,7 +76,7 @@ fn play(file: &Path) {
     let text = std::fs::read_to_string(file).unwrap();
     let conversation: Conversation =
         serde_yaml::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
-    let mut emulator = bare(EmulatorOptions::default());
+    let mut emulator = bare(LineOptions::default());
     let mut host = Host::on(&emulator);
     for (place, turn) in conversation.line.iter().enumerate() {
         let place = format!("{}, turn {} ({})", file.display(), place + 1, conversation.title);
@@ -111,7 +111,7 @@ fn every_conversation_goes_as_its_file_says() {
 
 #[test]
 fn bytes_and_half_steps_take_their_time() {
-    let emulator = bare(EmulatorOptions { baud: Some(9600), ..EmulatorOptions::default() });
+    let emulator = bare(LineOptions { baud: Some(9600), ..LineOptions::default() });
     let mut host = Host::on(&emulator);
     let began = Instant::now();
     host.say("@STEP 220,20,0,0,0,0,0\r");
@@ -126,7 +126,7 @@ fn bytes_and_half_steps_take_their_time() {
 
 #[test]
 fn a_key_stops_a_move_under_way() {
-    let mut emulator = bare(EmulatorOptions { baud: Some(9600), ..EmulatorOptions::default() });
+    let mut emulator = bare(LineOptions { baud: Some(9600), ..LineOptions::default() });
     let mut host = Host::on(&emulator);
     host.say("@STEP 0,2000,-1000,0,0,0,0\r");
     let deadline = Instant::now() + PATIENCE;
@@ -144,7 +144,7 @@ fn a_key_stops_a_move_under_way() {
 fn the_plug_can_be_pulled_and_put_back() {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("arm");
-    let mut emulator = bare(EmulatorOptions { link: Some(link.clone()), ..EmulatorOptions::default() });
+    let mut emulator = bare(LineOptions { link: Some(link.clone()), ..LineOptions::default() });
     Host::on(&emulator).say("@STEP 220,5,0,0,0,0,0\r");
     let wait_for = |emulator: &Emulator, there: bool| {
         let deadline = Instant::now() + PATIENCE;
@@ -172,7 +172,7 @@ fn a_file_in_the_links_place_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("arm");
     std::fs::write(&link, "precious").unwrap();
-    let options = EmulatorOptions { link: Some(link.clone()), ..EmulatorOptions::default() };
+    let options = LineOptions { link: Some(link.clone()), ..LineOptions::default() };
     let error = Emulator::start(options, Box::new(BareMotors::new(true, 20.0))).unwrap_err();
     let text = format!("{} exists and is no link: choose another --link, or move it away", link.display());
     assert_eq!(error.to_string(), TerminalError::Occupied(link.clone()).to_string());

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use plumb_plugin::recording::RecordingHost;
 use plumb_plugin::{DigitalInputs, JointState, JointVector, Motion, PluginError, Robot, Value};
-use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, EmulatorOptions, Event};
+use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, Event, LineOptions};
 use plumb_teachmover::TeachMover;
 use plumb_teachmover::controller::{Controller, OnlyThePendantStopsIt};
 use plumb_teachmover::drive::{HalfSteps, Joint, RegisterZero};
@@ -29,7 +29,7 @@ struct Cell {
 }
 
 impl Cell {
-    fn with(options: EmulatorOptions, more: Value) -> Self {
+    fn with(options: LineOptions, more: Value) -> Self {
         let emulator = Emulator::start(options, Box::new(BareMotors::new(true, OPENING))).unwrap();
         let mut config = json!({
             "port": emulator.standing().port.unwrap(),
@@ -45,7 +45,7 @@ impl Cell {
 
     /// A cell whose moves are cut into long pieces, so that a test makes many of them.
     fn quick() -> Self {
-        Self::with(EmulatorOptions::default(), json!({"stop_within_ms": 1000}))
+        Self::with(LineOptions::default(), json!({"stop_within_ms": 1000}))
     }
 
     /// The registers of the joints that the driver tells.
@@ -227,8 +227,7 @@ fn any_sequence_of_the_ten_commands_is_understood_alike() {
     runner(8)
         .run(&prop::collection::vec(spoken(), 1..12), |commands| {
             let mut emulator =
-                Emulator::start(EmulatorOptions::default(), Box::new(BareMotors::new(true, OPENING)))
-                    .unwrap();
+                Emulator::start(LineOptions::default(), Box::new(BareMotors::new(true, OPENING))).unwrap();
             let port = emulator.standing().port.unwrap().display().to_string();
             let line = SerialLine::open(&port, 9600).unwrap();
             let mut controller = Controller::new(line, b'@', Duration::from_secs(5));
@@ -250,7 +249,7 @@ fn any_sequence_of_the_ten_commands_is_understood_alike() {
 #[test]
 fn on_a_line_that_damages_bytes_no_move_follows_an_error_and_the_registers_come_true_again() {
     for seed in 0..3 {
-        let faults = EmulatorOptions { seed, ..EmulatorOptions::default() };
+        let faults = LineOptions { seed, ..LineOptions::default() };
         let mut cell = Cell::with(faults, json!({"reply_within_ms": 150}));
         cell.emulator.tell(Event::DamageAtRandom(0.01));
         let mut failures = 0;
@@ -288,7 +287,7 @@ fn an_input_that_changes_while_the_arm_stands_changes_where_it_stands() {
 
 #[test]
 fn the_gripper_closes_on_what_lies_between_its_fingers() {
-    let mut cell = Cell::with(EmulatorOptions::default(), json!({"grip_switch": {"bit": 7}}));
+    let mut cell = Cell::with(LineOptions::default(), json!({"grip_switch": {"bit": 7}}));
     cell.emulator.tell(Event::Between(25.0));
     let closed = cell.arm.move_joints(&motion([0.0; 6], 0b10_0000, 0.5)).unwrap();
     let opening = closed.joints.as_slice()[5];

@@ -5,7 +5,7 @@
 use std::cell::RefCell;
 
 use plumb_plugin::{Robot, conformance};
-use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, EmulatorOptions};
+use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, LineOptions};
 use plumb_teachmover::TeachMover;
 use serde_json::json;
 
@@ -15,7 +15,7 @@ fn the_teachmover_does_what_every_robot_must() {
     let emulators = RefCell::new(Vec::new());
     let report = conformance::check_robot(include_str!("../plugin.yaml"), |host| {
         let emulator =
-            Emulator::start(EmulatorOptions::default(), Box::new(BareMotors::new(false, 20.0))).unwrap();
+            Emulator::start(LineOptions::default(), Box::new(BareMotors::new(false, 20.0))).unwrap();
         let config = json!({
             "port": emulator.standing().port,
             "registers_zero": {"shoulder_deg": 41, "elbow_deg": -78, "wrist_pitch_deg": -90, "gripper_mm": 20},

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use plumb_plugin::recording::RecordingHost;
 use plumb_plugin::{DigitalInputs, JointState, JointVector, Motion, PluginError, Robot};
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::emulate::teachmover::{Emulator, EmulatorOptions, Event, MotorsInWorld};
+use plumb_simulated::emulate::teachmover::{Emulator, Event, LineOptions, MotorsInWorld};
 use plumb_simulated::protocol::{Pace, PendantKey, Verb};
 use plumb_simulated::serve::{ServeError, ServeOptions, serve};
 use plumb_teachmover::TeachMover;
@@ -39,7 +39,7 @@ impl Cell {
         let server = start_world(folder.path(), file, replaced, &socket);
         let world = connect(&socket);
         let motors = MotorsInWorld::connect(&socket).unwrap();
-        let emulator = Emulator::start(EmulatorOptions::default(), Box::new(motors)).unwrap();
+        let emulator = Emulator::start(LineOptions::default(), Box::new(motors)).unwrap();
         let config = json!({
             "port": emulator.standing().port.unwrap(),
             "grip_switch": {"bit": 7},

@@ -1,13 +1,10 @@
 //! `plumb emulate teachmover`.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
-use plumb_simulated::emulate::teachmover::{
-    BareMotors, Emulator, EmulatorOptions, Event, Fault, Motors, MotorsInWorld,
-};
+use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, Motors, MotorsInWorld, Standing};
 
+use super::line::{LineArguments, announce, port_in_words, work};
 use super::typed::Typing;
 use crate::failure::CommandResult;
 
@@ -21,118 +18,43 @@ pub(crate) struct Arguments {
     /// The socket of the world whose arm it drives. Left out, it drives motors on a bench.
     #[arg(long, value_name = "SOCKET")]
     world: Option<PathBuf>,
-    /// Ends when the program that started it ends, however that ends.
-    #[arg(long, hide = true)]
-    ends_with_parent: bool,
     /// The rate whose timing is kept, byte for byte.
     #[arg(long, default_value_t = 9600, value_parser = baud)]
     baud: u32,
     /// Let bytes, and motions on a bench, take no time.
     #[arg(long, conflicts_with = "baud")]
     as_fast_as_possible: bool,
-    /// Make a link to the port here, and take it away at the end.
-    #[arg(long, value_name = "PATH")]
-    link: Option<PathBuf>,
     /// How far the fingers of an arm on a bench are open, mm.
     #[arg(long, default_value_t = 40.0, conflicts_with = "world")]
     opening_mm: f64,
-    /// Damage a byte: drop, double, garble or late:MS, then to-arm or from-arm, then which byte from 1. May be repeated.
-    #[arg(long, value_name = "KIND WAY N")]
-    fault: Vec<Fault>,
-    /// Damage every byte with this probability.
-    #[arg(long, default_value_t = 0.0, value_name = "PROBABILITY", value_parser = super::probability)]
-    fault_rate: f64,
-    /// What chance is drawn from.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-}
-
-/// What was typed.
-enum Typed {
-    Happens(Event),
-    Status,
-    Quit,
-    Nothing,
+    #[command(flatten)]
+    line: LineArguments,
 }
 
 /// Works as the controller until SIGTERM, SIGINT or `quit`.
 pub(super) fn run(arguments: &Arguments) -> CommandResult {
     // Before any thread is there, so that the signals come to this one and nowhere else.
-    let mut typing = Typing::listen(arguments.ends_with_parent)?;
-    let mut emulator = Emulator::start(options(arguments), motors(arguments)?)?;
-    announce(arguments, &emulator)?;
-    while emulator.is_working() {
-        let Some(lines) = typing.next()? else { break };
-        for line in lines {
-            match parse(&line) {
-                Ok(Typed::Happens(event)) => emulator.tell(event),
-                Ok(Typed::Status) => print_status(&emulator)?,
-                Ok(Typed::Quit) => return end(emulator),
-                Ok(Typed::Nothing) => {}
-                Err(error) => eprintln!("{error}"),
-            }
-        }
-    }
-    end(emulator)
-}
-
-fn options(arguments: &Arguments) -> EmulatorOptions {
-    EmulatorOptions {
-        baud: (!arguments.as_fast_as_possible).then_some(arguments.baud),
-        link: arguments.link.clone(),
-        seed: arguments.seed,
-        faults: arguments.fault.clone(),
-        fault_probability: arguments.fault_rate,
-    }
-}
-
-fn motors(arguments: &Arguments) -> Result<Box<dyn Motors>, Box<dyn std::error::Error>> {
-    Ok(match &arguments.world {
-        Some(socket) => Box::new(MotorsInWorld::connect(socket)?),
-        None => Box::new(BareMotors::new(arguments.as_fast_as_possible, arguments.opening_mm)),
-    })
-}
-
-/// The port's path alone on the first line, for scripts; all else goes to standard error.
-fn announce(arguments: &Arguments, emulator: &Emulator) -> io::Result<()> {
-    let port = emulator.standing().port.unwrap_or_default();
-    let mut output = io::stdout();
-    writeln!(output, "{}", port.display())?;
-    output.flush()?;
-    let rate = match arguments.as_fast_as_possible {
-        true => "as fast as it can".to_owned(),
-        false => format!("{} baud", arguments.baud),
+    let typing = Typing::listen(arguments.line.ends_with_parent)?;
+    let baud = (!arguments.as_fast_as_possible).then_some(arguments.baud);
+    let (motors, drives): (Box<dyn Motors>, String) = match &arguments.world {
+        Some(socket) => (
+            Box::new(MotorsInWorld::connect(socket)?),
+            format!("the arm of the world at {}", socket.display()),
+        ),
+        None => (
+            Box::new(BareMotors::new(arguments.as_fast_as_possible, arguments.opening_mm)),
+            "motors on a bench".to_owned(),
+        ),
     };
-    let arm = match &arguments.world {
-        Some(socket) => format!("the arm of the world at {}", socket.display()),
-        None => "motors on a bench".to_owned(),
-    };
-    eprintln!("TeachMover controller on {} ({rate}), driving {arm}", port.display());
-    Ok(())
+    let emulator = Emulator::start(arguments.line.at(baud), motors)?;
+    announce("TeachMover controller", emulator.standing().port.as_deref(), baud, &drives)?;
+    work(typing, emulator, status)
 }
 
-fn parse(line: &str) -> Result<Typed, Box<dyn std::error::Error>> {
-    Ok(match line.trim() {
-        "" => Typed::Nothing,
-        "status" => Typed::Status,
-        "quit" => Typed::Quit,
-        line => Typed::Happens(line.parse()?),
-    })
-}
-
-fn print_status(emulator: &Emulator) -> io::Result<()> {
-    let standing = emulator.standing();
+fn status(standing: Standing) -> String {
     let registers: Vec<String> = standing.registers.iter().map(i32::to_string).collect();
-    let port = standing.port.map_or("unplugged".to_owned(), |port| port.display().to_string());
     let busy = if standing.busy { "busy" } else { "waiting" };
-    let mut output = io::stdout();
-    writeln!(output, "{port} registers {} {busy}", registers.join(","))?;
-    output.flush()
-}
-
-fn end(emulator: Emulator) -> CommandResult {
-    emulator.stop()?;
-    Ok(ExitCode::SUCCESS)
+    format!("{} registers {} {busy}", port_in_words(standing.port), registers.join(","))
 }
 
 fn baud(text: &str) -> Result<u32, String> {

@@ -1,11 +1,10 @@
 //! `plumb emulate val2`.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
-use plumb_simulated::emulate::val2::{Dialect, Emulator, EmulatorOptions, Event, Fault};
+use plumb_simulated::emulate::val2::{Dialect, Emulator, EmulatorOptions, Standing};
 
+use super::line::{LineArguments, announce, port_in_words, work};
 use super::typed::Typing;
 use crate::failure::CommandResult;
 
@@ -18,9 +17,6 @@ pub(crate) struct Arguments {
     /// The socket of the world whose arm it drives.
     #[arg(long, value_name = "SOCKET")]
     world: PathBuf,
-    /// Ends when the program that started it ends, however that ends.
-    #[arg(long, hide = true)]
-    ends_with_parent: bool,
     /// How its monitor speaks: mark2, mark1 or late.
     #[arg(long, default_value = "mark2")]
     dialect: Dialect,
@@ -33,80 +29,27 @@ pub(crate) struct Arguments {
     /// Keep up with the line, so that whole lines can be sent at once. Otherwise one character is held while another is echoed.
     #[arg(long)]
     keeps_up: bool,
-    /// Make a link to the port here, and take it away at the end.
-    #[arg(long, value_name = "PATH")]
-    link: Option<PathBuf>,
-    /// Damage a byte: drop, double, garble or late:MS, then to-arm or from-arm, then which byte from 1. May be repeated.
-    #[arg(long, value_name = "KIND WAY N")]
-    fault: Vec<Fault>,
-    /// Damage every byte with this probability.
-    #[arg(long, default_value_t = 0.0, value_name = "PROBABILITY", value_parser = super::probability)]
-    fault_rate: f64,
-    /// What chance is drawn from.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    line: LineArguments,
 }
 
 /// Works as the controller until SIGTERM, SIGINT or `quit`.
 pub(super) fn run(arguments: &Arguments) -> CommandResult {
     // Before any thread is there, so that the signals come to this one and nowhere else.
-    let mut typing = Typing::listen(arguments.ends_with_parent)?;
-    let mut emulator = Emulator::start(EmulatorOptions {
+    let typing = Typing::listen(arguments.line.ends_with_parent)?;
+    let baud = (!arguments.as_fast_as_possible).then_some(arguments.baud);
+    let emulator = Emulator::start(EmulatorOptions {
         world: arguments.world.clone(),
         dialect: arguments.dialect,
-        baud: (!arguments.as_fast_as_possible).then_some(arguments.baud),
         keeps_up: arguments.keeps_up,
-        link: arguments.link.clone(),
-        seed: arguments.seed,
-        faults: arguments.fault.clone(),
-        fault_probability: arguments.fault_rate,
+        line: arguments.line.at(baud),
     })?;
-    announce(arguments, &emulator)?;
-    while emulator.is_working() {
-        let Some(lines) = typing.next()? else { break };
-        for line in lines {
-            match line.trim() {
-                "" => {}
-                "quit" => return end(emulator),
-                "status" => print_status(&emulator)?,
-                line => match line.parse::<Event>() {
-                    Ok(event) => emulator.tell(event),
-                    Err(error) => eprintln!("{error}"),
-                },
-            }
-        }
-    }
-    end(emulator)
+    let drives = format!("the arm of the world at {}", arguments.world.display());
+    announce("VAL-II", emulator.standing().port.as_deref(), baud, &drives)?;
+    work(typing, emulator, status)
 }
 
-/// The port's path alone on the first line, for scripts; all else goes to standard error.
-fn announce(arguments: &Arguments, emulator: &Emulator) -> io::Result<()> {
-    let port = emulator.standing().port.unwrap_or_default();
-    let mut output = io::stdout();
-    writeln!(output, "{}", port.display())?;
-    output.flush()?;
-    let rate = match arguments.as_fast_as_possible {
-        true => "as fast as it can".to_owned(),
-        false => format!("{} baud", arguments.baud),
-    };
-    eprintln!(
-        "VAL-II on {} ({rate}), driving the arm of the world at {}",
-        port.display(),
-        arguments.world.display()
-    );
-    Ok(())
-}
-
-fn print_status(emulator: &Emulator) -> io::Result<()> {
-    let standing = emulator.standing();
-    let port = standing.port.map_or("unplugged".to_owned(), |port| port.display().to_string());
+fn status(standing: Standing) -> String {
     let moves = if standing.moving { "moving" } else { "at rest" };
-    let mut output = io::stdout();
-    writeln!(output, "{port} {moves}, {} characters lost", standing.lost)?;
-    output.flush()
-}
-
-fn end(emulator: Emulator) -> CommandResult {
-    emulator.stop()?;
-    Ok(ExitCode::SUCCESS)
+    format!("{} {moves}, {} characters lost", port_in_words(standing.port), standing.lost)
 }

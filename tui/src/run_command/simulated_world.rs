@@ -58,9 +58,18 @@ impl SimulatedWorld {
 
     /// A new world, in place of one that still listens there.
     pub(crate) fn start(setting: &WorldSetting, pace: Pace, socket: &Path) -> Result<Self, WorldError> {
-        let world = Self { socket: socket.to_owned(), pace, controllers: Vec::new() };
+        let mut world = Self { socket: socket.to_owned(), pace, controllers: Vec::new() };
+        let started = world.start_process(setting);
+        if started.is_err() {
+            World::end(&mut world);
+        }
+        started.map(|()| world)
+    }
+
+    fn start_process(&self, setting: &WorldSetting) -> Result<(), WorldError> {
+        let socket = &self.socket;
         if socket.exists() {
-            world.shut_down();
+            self.shut_down();
         }
         if let Some(parent) = socket.parent() {
             fs::create_dir_all(parent)?;
@@ -79,7 +88,7 @@ impl SimulatedWorld {
             .arg("--socket")
             .arg(socket)
             .arg("--pace")
-            .arg(pace.name())
+            .arg(self.pace.name())
             .arg("--owns-directory");
         command.stdin(Stdio::null()).stdout(said.try_clone()?).stderr(said.try_clone()?);
         // A group of its own: the keyboard's interrupt, meant for this program, does not end the world.
@@ -89,7 +98,7 @@ impl SimulatedWorld {
         while begin.elapsed() < READY_WITHIN {
             if socket.exists() && WorldClient::connect(socket, "plumb").is_ok() {
                 reap_later(child);
-                return Ok(world);
+                return Ok(());
             }
             if child.try_wait()?.is_some() {
                 let mut text = String::new();

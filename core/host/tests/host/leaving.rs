@@ -3,8 +3,8 @@
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
+use std::sync::mpsc::channel;
 use std::thread;
-use std::time::Duration;
 
 use nix::sys::signal::kill;
 use nix::unistd::Pid;
@@ -99,18 +99,31 @@ fn orchestrators_killed_at_any_moment_leave_a_cell_that_works() {
     let arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
     let text = serde_json::to_string(&arguments).unwrap();
     place.bus = None;
-    // From before the first shared memory is made until the robot moves.
-    for round in 0..20 {
+    // From before the first piece of shared memory is made until the robot moves.
+    for pieces in 0..20 {
+        let before = place.domain.shared_memory();
         let mut orchestrator = Command::new(example_file("host_process"))
             .args(["orchestrate", &text])
-            .stdout(Stdio::null())
+            .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        thread::sleep(Duration::from_millis(round * 5));
+        let (told, moves) = channel();
+        let mut output = BufReader::new(orchestrator.stdout.take().unwrap());
+        let reader = thread::spawn(move || {
+            let mut line = String::new();
+            output.read_line(&mut line).unwrap();
+            let _ = told.send(());
+        });
+        until("the moment", || {
+            let made =
+                place.domain.shared_memory().into_iter().filter(|piece| !before.contains(piece)).count();
+            (made >= pieces || moves.try_recv().is_ok()).then_some(())
+        });
         orchestrator.kill().unwrap();
         let output = orchestrator.wait_with_output().unwrap();
-        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "round {round}");
+        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "killed at {pieces} pieces");
+        reader.join().unwrap();
     }
     let bus = Bus::open(&place.domain, "test").unwrap();
     let host = HostProcess::spawn(&bus, &arguments, command()).unwrap();

@@ -11,8 +11,9 @@ mod program;
 mod service;
 
 pub use super::fault::{Fault, FaultError, FaultKind, Way};
+pub use super::line::LineOptions;
 pub use super::terminal::TerminalError;
 pub use controller::Registers;
 pub use event::{Event, EventError, Key};
 pub use motors::{BareMotors, End, Ending, Motors, MotorsError, MotorsInWorld, Pendant};
-pub use service::{Emulator, EmulatorError, EmulatorOptions, Standing};
+pub use service::{Emulator, Standing};

@@ -12,7 +12,8 @@ mod service;
 mod words;
 
 pub use crate::emulate::fault::{Fault, FaultError, FaultKind, Way};
+pub use crate::emulate::line::LineOptions;
 pub use arm::ArmError;
 pub use dialect::Dialect;
 pub use event::{Event, EventError};
-pub use service::{Emulator, EmulatorError, EmulatorOptions, Standing};
+pub use service::{Emulator, EmulatorOptions, Standing};
