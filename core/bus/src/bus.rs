@@ -53,6 +53,7 @@ impl Bus {
         let what = format!("the bus of '{}'", domain.prefix());
         fs::create_dir_all(domain.root()).map_err(|cause| OpenError::new(&what, cause))?;
         let name = NodeName::new(who).map_err(|error| OpenError::new(&what, format!("{error:?}")))?;
+        domain.remove_stillborn();
         let node = NodeBuilder::new()
             .name(&name)
             .config(&domain.config()?)
@@ -85,6 +86,7 @@ impl Bus {
 
     /// Removes what dead processes left behind. Called after a child has ended.
     pub fn clean_after_the_dead(&self) {
+        self.domain.remove_stillborn();
         let state = self.node.blocking_cleanup_dead_nodes(CLEANING_TIME);
         if state.cleanups > 0 || state.failed_cleanups > 0 {
             tracing::debug!(

@@ -5,6 +5,8 @@ use std::fs;
 use std::io::ErrorKind;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use iceoryx2::config::Config;
 use iceoryx2::prelude::{FileName, Path as IceoryxPath, SemanticString};
@@ -22,6 +24,9 @@ const DIGITS: usize = 16;
 
 /// The longest directory of a domain: the sockets in it have long names, and a socket's path ends at 108 bytes.
 const LONGEST_ROOT: usize = 60;
+
+/// How long a process may take between making a piece of shared memory and giving it its size, on a machine with much to do.
+const TIME_TO_GET_A_SIZE: Duration = Duration::from_secs(1);
 
 /// Where one cell's shared memory lies: a prefix of its own in `/dev/shm`, and a directory for sockets and locks. Every process of the cell is
 /// given the same.
@@ -103,6 +108,26 @@ impl Domain {
             entries.filter_map(|entry| Some(entry.ok()?.path())).filter(ours).collect();
         files.sort();
         files
+    }
+
+    /// Removes pieces of shared memory that were made but given no size, once they have had time to get one: their maker was killed in between. The
+    /// layer below waits for the size of such a piece without end (`open_impl` of posix_shared_memory in iceoryx2-cal 0.10).
+    pub(crate) fn remove_stillborn(&self) {
+        let is_empty = |piece: &PathBuf| fs::metadata(piece).is_ok_and(|piece| piece.len() == 0);
+        let mut empty = self.shared_memory();
+        let begin = Instant::now();
+        loop {
+            empty.retain(is_empty);
+            if empty.is_empty() || begin.elapsed() >= TIME_TO_GET_A_SIZE {
+                break;
+            }
+            thread::sleep(TIME_TO_GET_A_SIZE / 100);
+        }
+        for piece in empty {
+            tracing::debug!("removing {}, whose maker was killed before it had a size", piece.display());
+            // What cannot be removed belongs to somebody else, or has gone.
+            let _ = fs::remove_file(piece);
+        }
     }
 
     /// Removes everything of this domain from shared memory and the disk.

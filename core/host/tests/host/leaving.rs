@@ -2,11 +2,13 @@
 
 use std::fs;
 use std::io::{BufRead, BufReader};
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::sync::mpsc::channel;
 use std::thread;
 
-use nix::sys::signal::kill;
+use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use plumb_bus::Bus;
 use plumb_host::HostProcess;
@@ -133,4 +135,44 @@ fn orchestrators_killed_at_any_moment_leave_a_cell_that_works() {
     drop((robot, host, bus));
     until("the end of the last host left alone", || place.domain.remove().ok());
     assert!(place.domain.shared_memory().is_empty());
+}
+
+/// A process killed between making a piece of shared memory and giving it its size.
+#[test]
+fn what_was_killed_before_it_had_a_size_holds_nobody_up() {
+    let mut place = Place::new();
+    let arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
+    place.bus = None;
+    let mut orchestrator = Command::new(example_file("host_process"))
+        .args(["orchestrate", &serde_json::to_string(&arguments).unwrap()])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(orchestrator.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    let host: i32 = line.trim().parse().expect("the orchestrator prints its host's process number");
+    kill(Pid::from_raw(host), Signal::SIGKILL).unwrap();
+    orchestrator.kill().unwrap();
+    orchestrator.wait().unwrap();
+    until("the host's end", || is_gone(host).then_some(()));
+    let is_connection = |piece: &PathBuf| piece.extension().is_some_and(|kind| kind == "connection");
+    let connections: Vec<_> = place.domain.shared_memory().into_iter().filter(is_connection).collect();
+    assert!(!connections.is_empty(), "{:?}", place.domain.shared_memory());
+    for piece in connections {
+        fs::File::create(&piece).unwrap();
+        fs::set_permissions(&piece, fs::Permissions::from_mode(0o200)).unwrap();
+    }
+    let (told, moved) = channel();
+    let domain = place.domain.clone();
+    thread::spawn(move || {
+        let bus = Bus::open(&domain, "test").unwrap();
+        let host = HostProcess::spawn(&bus, &arguments, command()).unwrap();
+        let robot = host.robot().unwrap();
+        robot.activate().unwrap();
+        robot.move_joints(&waist_to(0.01), LONG).unwrap();
+        drop((robot, host, bus));
+        told.send(()).unwrap();
+    });
+    moved.recv_timeout(LONG).expect("a robot that moves");
+    until("the end of the last host", || place.domain.remove().ok());
 }
