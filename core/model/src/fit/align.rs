@@ -1,10 +1,29 @@
-//! A first guess of where the base stands: the rigid motion that brings predicted points onto measured ones.
+//! A first guess of where the base stands and where the targets sit: closed forms that need no good start.
 
-use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
+use nalgebra::{DMatrix, DVector, IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 
+use super::levenberg::descend;
+use super::linear::Factor;
 use super::machine::Machine;
 use super::observations::Reading;
-use super::state::State;
+use super::state::{Slot, State};
+use crate::progress::{Cancelled, Progress};
+
+/// Rows looked at, spread over the table.
+const LOOKED_AT: usize = 500;
+
+/// How many times smaller the left-over must be before the targets are moved for the first guess.
+const CLEARLY: f64 = 2.0;
+
+/// Steps of the descent in which base and targets alone are free.
+const STEPS: usize = 30;
+
+/// A whole measured point of a target (frame of the measurements), and where the flange stood (base frame), mm.
+pub(crate) struct Sight {
+    pub(crate) target: usize,
+    pub(crate) measured: Vector3<f64>,
+    pub(crate) flange: IsometryMatrix3<f64>,
+}
 
 /// The rigid motion `to = motion * from` that fits best (Kabsch).
 fn rigid(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> Option<IsometryMatrix3<f64>> {
@@ -23,42 +42,117 @@ fn rigid(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> Option<IsometryMatrix3<f
     Some(IsometryMatrix3::from_parts(Translation3::from(to_mean - rotation * from_mean), rotation))
 }
 
-/// Places the base, if it is free and whole points were measured, so that the nominal arm fits best.
-pub(crate) fn align(machine: &Machine<'_>, start: &State, rows: &[usize]) -> State {
-    let mut state = start.clone();
-    if machine.model.base.free {
-        let (mut predicted, mut measured) = (Vec::new(), Vec::new());
-        let mut at_origin = start.clone();
-        at_origin.base = IsometryMatrix3::identity();
-        let mut residuals = Vec::new();
-        let mut scratch = super::machine::Scratch::default();
-        // A few hundred rows spread over the table are plenty for a first guess.
-        for row in rows.iter().step_by(rows.len().div_ceil(500).max(1)) {
-            residuals.clear();
-            machine.row_residuals(&at_origin, *row, &mut scratch, &mut residuals);
-            let equations = machine.observations.of_row(*row);
-            for (three, residual) in equations.windows(3).zip(residuals.windows(3)) {
-                if let [Reading::Position(a, 0), Reading::Position(b, 1), Reading::Position(c, 2)] =
-                    [three[0].reading, three[1].reading, three[2].reading]
-                    && a == b
-                    && b == c
-                {
-                    let point = Vector3::new(three[0].measured, three[1].measured, three[2].measured);
-                    measured.push(point);
-                    predicted.push(point - Vector3::new(residual[0], residual[1], residual[2]));
+/// Places the base so that points of the flange's frame that are already known fit best.
+fn base_of(sights: &[Sight], targets: &[Vector3<f64>]) -> Option<IsometryMatrix3<f64>> {
+    let inside = |sight: &Sight| {
+        let tool = targets.get(sight.target).copied().unwrap_or_else(Vector3::zeros);
+        (sight.flange * nalgebra::Point3::from(tool)).coords
+    };
+    let from: Vec<Vector3<f64>> = sights.iter().map(inside).collect();
+    let to: Vec<Vector3<f64>> = sights.iter().map(|sight| sight.measured).collect();
+    rigid(&from, &to)
+}
+
+/// Base and targets at once, from no start at all. Seen from the arm, `turn' * measured - origin' = flange * target` is
+/// linear in the nine numbers of the base's inverse turn, in its origin and in the targets; what the sights cannot settle
+/// stays as it is. `free` tells which targets may move.
+pub(crate) fn base_and_targets(
+    sights: &[Sight],
+    base: &IsometryMatrix3<f64>,
+    targets: &[Vector3<f64>],
+    free: &[bool],
+) -> Option<(IsometryMatrix3<f64>, Vec<Vector3<f64>>)> {
+    let size = 12 + 3 * targets.len();
+    let mut matrix = DMatrix::zeros(size, size);
+    let mut gradient = DVector::zeros(size);
+    let inverse = base.inverse();
+    for sight in sights {
+        let tool = targets.get(sight.target).copied().unwrap_or_else(Vector3::zeros);
+        let left = (sight.flange * nalgebra::Point3::from(tool)).coords
+            - (inverse * nalgebra::Point3::from(sight.measured)).coords;
+        for axis in 0..3 {
+            let mut row = DVector::zeros(size);
+            for part in 0..3 {
+                row[3 * axis + part] = sight.measured[part];
+                if free.get(sight.target) == Some(&true) {
+                    row[12 + 3 * sight.target + part] = -sight.flange.rotation.matrix()[(axis, part)];
                 }
             }
+            row[9 + axis] = 1.0;
+            matrix.ger(1.0, &row, &row, 1.0);
+            gradient.axpy(left[axis], &row, 1.0);
         }
-        let better = rigid(&predicted, &measured).map(|pose| State { base: pose, ..start.clone() });
-        if let Some(better) = better {
-            let ones = vec![1.0; machine.observations.rows()];
-            if machine.squares(&better, rows, &ones) < machine.squares(start, rows, &ones) {
-                state = better;
+    }
+    let step = Factor::new(&matrix).solve(&gradient);
+    let moved = |index: usize| Vector3::from_fn(|axis, _| step[12 + 3 * index + axis]);
+    let targets: Vec<Vector3<f64>> =
+        targets.iter().enumerate().map(|(index, target)| target + moved(index)).collect();
+    let base = base_of(sights, &targets)?;
+    targets.iter().flatten().all(|part| part.is_finite()).then_some((base, targets))
+}
+
+/// The whole points among some rows, with the flange as the machine at `start` has it.
+fn sights(machine: &Machine<'_>, start: &State, rows: &[usize]) -> Vec<Sight> {
+    let mut scratch = super::machine::Scratch::default();
+    let mut found = Vec::new();
+    for row in rows {
+        let flange = machine.flange(start, *row, &mut scratch);
+        for three in machine.observations.of_row(*row).windows(3) {
+            if let [a, b, c] = three
+                && let (
+                    Reading::Position(first, 0),
+                    Reading::Position(second, 1),
+                    Reading::Position(third, 2),
+                ) = (a.reading, b.reading, c.reading)
+                && first == second
+                && second == third
+            {
+                let measured = Vector3::new(a.measured, b.measured, c.measured);
+                found.push(Sight { target: usize::from(first), measured, flange });
+            }
+        }
+    }
+    found
+}
+
+/// Places the base, if it is free and whole points were measured, so that the nominal arm fits best; and the targets, if
+/// they are free and sit so far from where the model has them that the arm would not fit without.
+pub(crate) fn align(
+    machine: &Machine<'_>,
+    start: &State,
+    rows: &[usize],
+    progress: &Progress,
+) -> Result<State, Cancelled> {
+    let mut state = start.clone();
+    if machine.model.base.free {
+        let some: Vec<usize> = rows.iter().copied().step_by(rows.len().div_ceil(LOOKED_AT).max(1)).collect();
+        let sights = sights(machine, start, &some);
+        let ones = vec![1.0; machine.observations.rows()];
+        let squares = |state: &State| machine.squares(state, &some, &ones);
+        let mut least = squares(&state);
+        if let Some(base) = base_of(&sights, &state.targets) {
+            let better = State { base, ..start.clone() };
+            let left = squares(&better);
+            if left < least {
+                (state, least) = (better, left);
+            }
+        }
+        let free: Vec<bool> = machine.model.targets.iter().map(|target| target.free).collect();
+        if let Some((base, targets)) = base_and_targets(&sights, &state.base, &state.targets, &free) {
+            let guess = State { base, targets, ..start.clone() };
+            let own =
+                |slot: &Slot| !matches!(slot, Slot::BaseShift(_) | Slot::BaseTurn(_) | Slot::Target(..));
+            let held: Vec<usize> = (0..machine.slots().len())
+                .filter(|index| machine.slots().get(*index).is_some_and(own))
+                .collect();
+            let settled = descend(machine, &guess, &some, &ones, &held, STEPS, progress)?;
+            if CLEARLY * CLEARLY * settled.normal.squares < least {
+                state = settled.state;
             }
         }
     }
     place_touched(machine, &mut state, rows);
-    state
+    Ok(state)
 }
 
 /// Starts every touched place at the mean of where the arm believes it to be.

@@ -2,6 +2,7 @@
 
 use nalgebra::{Cholesky, DVector};
 
+use super::linear::Factor;
 use super::machine::Machine;
 use super::normal::Normal;
 use super::state::State;
@@ -13,6 +14,21 @@ pub(crate) struct Descent {
     pub(crate) normal: Normal,
     pub(crate) steps: usize,
     pub(crate) settled: bool,
+}
+
+/// Steps in a row that gain next to nothing before a descent counts as settled whatever a full step promises.
+const IDLE: usize = 10;
+
+/// What a full step would gain if the problem were linear: under heavy damping a step promises little however far the
+/// bottom is.
+fn promised(normal: &Normal, held: &[usize]) -> f64 {
+    let (mut matrix, mut gradient) = (normal.matrix.clone(), normal.gradient.clone());
+    for slot in held {
+        matrix.row_mut(*slot).fill(0.0);
+        matrix.column_mut(*slot).fill(0.0);
+        gradient[*slot] = 0.0;
+    }
+    gradient.dot(&Factor::new(&matrix).solve(&gradient))
 }
 
 /// Goes downhill from `start` until neither steps nor gains matter any more. The slots in `held` stay where they are.
@@ -29,6 +45,7 @@ pub(crate) fn descend(
     let mut normal = machine.normal(&state, rows, weights, &[]);
     let mut scales: DVector<f64> = normal.matrix.diagonal();
     let (mut damping, mut growth) = (1e-3, 2.0);
+    let mut idle = 0;
     for step in 0..steps {
         progress.check()?;
         for (scale, fresh) in scales.iter_mut().zip(normal.matrix.diagonal().iter()) {
@@ -59,13 +76,14 @@ pub(crate) fn descend(
         let predicted = damping * scaled + change.dot(&gradient);
         // A further gain of a few thousandths of one measurement's own variance says nothing any more.
         let settled_by = 3e-3 * normal.squares / normal.equations.max(1) as f64 + 1e-18;
-        if predicted <= settled_by {
+        if predicted <= settled_by && (idle >= IDLE || promised(&normal, held) <= settled_by) {
             return Ok(Descent { state, normal, steps: step, settled: true });
         }
         let next = state.stepped(machine.slots(), change.as_slice());
         let squares = machine.squares(&next, rows, weights);
         let gain = (normal.squares - squares) / predicted;
         if squares.is_finite() && next.is_finite() && gain > 1e-4 {
+            idle = if normal.squares - squares <= settled_by { idle + 1 } else { 0 };
             state = next;
             normal = machine.normal(&state, rows, weights, &[]);
             damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);

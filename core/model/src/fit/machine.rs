@@ -434,6 +434,17 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
+    /// The flange in a row's pose, base frame.
+    pub(crate) fn flange(
+        &self,
+        state: &State,
+        row: usize,
+        scratch: &mut Scratch,
+    ) -> nalgebra::IsometryMatrix3<f64> {
+        self.assume(state, row, scratch);
+        scratch.posture.flange
+    }
+
     /// Where a row's first target is believed to be, mm, frame of the measurements.
     pub(crate) fn believed_point(&self, state: &State, row: usize) -> Vector3<f64> {
         let mut scratch = Scratch::default();

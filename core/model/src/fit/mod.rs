@@ -17,6 +17,7 @@ pub use observations::{Equation, Observations, ObservationsError, Reading};
 pub use outcome::{Convergence, Fit, FitError};
 pub use state::{Slot, State};
 
+pub(crate) use align::{Sight, base_and_targets};
 pub(crate) use linear::Factor;
 pub(crate) use machine::Part;
 pub(crate) use normal::{Normal, over_rows};

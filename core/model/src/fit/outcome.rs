@@ -103,10 +103,16 @@ pub(super) fn fit(
     let rows: Vec<usize> =
         mask.iter().enumerate().filter(|(_, used)| **used).map(|(row, _)| row).filter(measured).collect();
     check(machine, &rows)?;
-    let start = align(machine, start, &rows);
+    let start = align(machine, start, &rows, progress)?;
     let ones = vec![1.0; machine.observations.rows()];
     refit(machine, &start, &rows, ones, options, progress)
 }
+
+/// Rounds in which numbers that were held may be let go because the place reached shows them.
+const ROUNDS: usize = 4;
+
+/// Gain, in one measurement's variances, that numbers must promise to be let go.
+const RELEASED: f64 = 0.5;
 
 pub(super) fn refit(
     machine: &Machine<'_>,
@@ -116,17 +122,27 @@ pub(super) fn refit(
     options: FitOptions,
     progress: &Progress,
 ) -> Result<Fit, FitError> {
-    let mut descent = descend(machine, start, rows, &weights, &[], options.steps, progress)?;
-    let mut steps = descent.steps;
-    let factor = Factor::new(&descent.normal.matrix);
+    // What cannot be told from the rest stays where it is from the first step on. Let go, it would drift, and where it drifts
+    // to other numbers look alike.
+    let first = machine.normal(start, rows, &weights, &[]);
+    let factor = Factor::new(&first.matrix);
     let parameters = factor.rank();
-    if parameters >= descent.normal.equations {
-        return Err(FitError::TooFewRows { equations: descent.normal.equations, parameters });
+    if parameters >= first.equations {
+        return Err(FitError::TooFewRows { equations: first.equations, parameters });
     }
-    let held = factor.dependent.clone();
-    if !held.is_empty() {
-        let back = bring_back(machine, start, &descent, &factor);
-        descent = descend(machine, &back, rows, &weights, &held, options.steps, progress)?;
+    let mut held = factor.dependent;
+    let mut descent = descend(machine, start, rows, &weights, &held, options.steps, progress)?;
+    let mut steps = descent.steps;
+    for _ in 1..ROUNDS {
+        // Numbers that look alike at the start (offsets along axes that should be parallel) may matter at the end.
+        let factor = Factor::new(&descent.normal.matrix);
+        let squares = descent.normal.squares;
+        let gain = descent.normal.gradient.dot(&factor.solve(&descent.normal.gradient));
+        if factor.dependent == held || gain <= RELEASED * squares / descent.normal.equations.max(1) as f64 {
+            break;
+        }
+        held = factor.dependent;
+        descent = descend(machine, &descent.state, rows, &weights, &held, options.steps, progress)?;
         steps += descent.steps;
     }
     if options.robust {
@@ -144,28 +160,6 @@ pub(super) fn refit(
         }
     }
     finish(machine, descent, rows.to_vec(), weights, steps)
-}
-
-/// The state a descent ended in, with what cannot be told from the rest back where it started and the rest moved to
-/// make up for it.
-fn bring_back(machine: &Machine<'_>, start: &State, descent: &Descent, factor: &Factor) -> State {
-    let mut step = vec![0.0; machine.slots().len()];
-    for column in &factor.dependent {
-        let Some(slot) = machine.slots().get(*column) else { continue };
-        let moved = descent.state.value(*slot) - start.value(*slot);
-        if moved == 0.0 {
-            continue;
-        }
-        if let Some(own) = step.get_mut(*column) {
-            *own -= moved;
-        }
-        for (other, share) in factor.weights_of(&descent.normal.matrix, *column) {
-            if let Some(amount) = step.get_mut(other) {
-                *amount += share * moved;
-            }
-        }
-    }
-    descent.state.stepped(machine.slots(), &step)
 }
 
 fn difference(left: &[f64], right: &[f64], row: usize) -> f64 {

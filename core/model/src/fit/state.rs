@@ -136,23 +136,6 @@ impl State {
         next
     }
 
-    /// The value of a slot that is a plain number; zero for turns and surfaces, which have no such value.
-    pub(crate) fn value(&self, slot: Slot) -> f64 {
-        let part = |vectors: &[Vector3<f64>], index: usize, axis: usize| {
-            vectors.get(index).and_then(|vector| vector.get(axis)).copied()
-        };
-        let value = match slot {
-            Slot::BaseShift(axis) => self.base.translation.vector.get(axis).copied(),
-            Slot::Target(target, axis) => part(&self.targets, target, axis),
-            Slot::Place(place, axis) => part(&self.places, place, axis),
-            Slot::Effect(effect, parameter) => {
-                self.effects.get(effect).and_then(|values| values.get(parameter)).copied()
-            }
-            Slot::BaseTurn(_) | Slot::Surface(..) => None,
-        };
-        value.unwrap_or(0.0)
-    }
-
     /// Whether every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
         let vectors = self.targets.iter().chain(&self.places).flat_map(|vector| vector.iter());

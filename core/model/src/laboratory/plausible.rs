@@ -1,11 +1,12 @@
 //! Before anything is fitted: can these numbers be those of this arm at all? Distances between measured points do not
 //! depend on where base and instrument stand, so they tell wrong units whatever is free.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
 use plumb_kinematics::{Motion, Posture};
 use thiserror::Error;
 
 use crate::file::{Model, SurfaceShape};
+use crate::fit::{Sight, base_and_targets};
 use crate::table::Table;
 
 /// Numbers that cannot be meant.
@@ -131,6 +132,30 @@ fn ratios(measured: &[Vector3<f64>], believed: &[Vector3<f64>]) -> Vec<Vec<Optio
     (0..count).map(|i| (0..count).map(|j| pair(i, j)).collect()).collect()
 }
 
+/// Where the arm puts the points if the target, which is free, sits where these measurements have it; nothing if they do not
+/// agree with the arm so either.
+fn with_target_found(
+    model: &Model,
+    target: usize,
+    samples: &[Sample],
+    off: f64,
+) -> Option<Vec<Vector3<f64>>> {
+    let own = model.targets.get(target).filter(|target| target.free)?;
+    let sights: Vec<Sight> = samples
+        .iter()
+        .map(|sample| Sight {
+            target: 0,
+            measured: sample.measured,
+            flange: Posture::of(&model.chain, &sample.q, &[]).flange,
+        })
+        .collect();
+    let (_, found) = base_and_targets(&sights, &IsometryMatrix3::identity(), &[own.xyz], &[true])?;
+    let point = Point3::from(*found.first()?);
+    let believed: Vec<Vector3<f64>> = sights.iter().map(|sight| (sight.flange * point).coords).collect();
+    let measured: Vec<Vector3<f64>> = samples.iter().map(|sample| sample.measured).collect();
+    (median_size(&ratios(&measured, &believed)) < AGREES.min(off / 4.0)).then_some(believed)
+}
+
 fn median_size(ratios: &[Vec<Option<f64>>]) -> f64 {
     let sizes: Vec<f64> = ratios.iter().flatten().flatten().map(|ratio| ratio.abs()).collect();
     if sizes.is_empty() { 0.0 } else { crate::statistics::median(&sizes) }
@@ -188,14 +213,20 @@ fn units(model: &Model, table: &Table) -> Result<Option<String>, ImplausibleErro
         return Ok(None);
     }
     let measured: Vec<Vector3<f64>> = samples.iter().map(|sample| sample.measured).collect();
-    let believed: Vec<Vector3<f64>> = samples.iter().map(|sample| tip(model, &sample.q, target)).collect();
+    let mut believed: Vec<Vector3<f64>> =
+        samples.iter().map(|sample| tip(model, &sample.q, target)).collect();
     let distinct = samples.iter().any(|sample| samples.first().is_some_and(|first| first.q != sample.q));
     let spread = believed.iter().map(|point| (point - believed[0]).norm()).fold(0.0, f64::max);
     if distinct && spread < 1e-6 {
         return Err(ImplausibleError::Still { arm: model.arm.clone(), rows: table.len() });
     }
-    let plain = ratios(&measured, &believed);
-    let off = median_size(&plain);
+    let mut plain = ratios(&measured, &believed);
+    let mut off = median_size(&plain);
+    if let Some(found) = with_target_found(model, target, &samples, off) {
+        believed = found;
+        plain = ratios(&measured, &believed);
+        off = median_size(&plain);
+    }
     if off < FOREIGN / 2.0 {
         mixed_rows(model, table, target, &samples, &believed, &plain)?;
         return Ok(None);

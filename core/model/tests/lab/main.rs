@@ -4,6 +4,7 @@
 mod bad_input;
 mod defined_effects;
 mod families;
+mod far_starts;
 mod fixed_machines;
 mod made_up;
 mod measurement_kinds;
