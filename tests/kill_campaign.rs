@@ -1,7 +1,7 @@
 //! Kills unattended runs of the TeachMover cell at random moments, first the program, then the host of a device, and prints what came of it:
 //!
 //! ```text
-//! cargo bench -p plumb --profile dev --bench kill_campaign -- 200
+//! cargo bench --workspace --profile dev --bench kill_campaign -- 200
 //! ```
 //!
 //! The number is how many of each; 200 if left out. Ends with 1 when anything was wrong.

@@ -1,9 +1,9 @@
 //! What plumb costs, beside its peers: one command, everything measured in one run.
 //!
 //! ```console
-//! $ cargo bench -p plumb --bench figures              # everything, a few minutes
-//! $ cargo bench -p plumb --bench figures -- stop      # or: request, stream, start, steps, paths
-//! $ cargo bench -p plumb --bench figures -- paths 200 # with a count of one's own
+//! $ cargo bench --workspace --bench figures              # everything, a few minutes
+//! $ cargo bench --workspace --bench figures -- stop      # or: request, stream, start, steps, paths
+//! $ cargo bench --workspace --bench figures -- paths 200 # with a count of one's own
 //! ```
 //!
 //! Run it on a machine that has nothing else to do. A single core shared by all processes is itself a condition of the figures, and printed.

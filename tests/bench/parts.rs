@@ -70,11 +70,12 @@ pub(crate) fn steady_robot() -> Result<Plugin, Box<dyn Error>> {
     Ok(Plugin::at_library(&manifest, &built().join("examples/libsteady_robot.so"))?)
 }
 
-/// Builds it: a library that nothing depends on is not built with the measurements.
+/// Builds it: a library that nothing depends on is not built with the measurements. For the whole workspace, as these are: dependencies with other
+/// features would be built once more.
 pub(crate) fn build_steady_robot() -> Result<(), Box<dyn Error>> {
     let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
     let mut command = Command::new(cargo);
-    command.args(["build", "--quiet", "-p", "plumb", "--example", "steady_robot"]);
+    command.args(["build", "--quiet", "--workspace", "--example", "steady_robot"]);
     if built().ends_with("release") {
         command.arg("--release");
     }

@@ -24,6 +24,11 @@ fn a_run_is_led_through_its_prompts_from_another_terminal() {
     assert_eq!(lab.plumb(&["answer", "done", "--operator", "bob"]).code(), 0);
     until_asked(&mut running, "hand");
     assert_eq!(lab.plumb(&["answer", "1", "done", "--operator", "bob"]).code(), 0);
+    until_asked(&mut running, "level");
+    let far = lab.plumb(&["answer", "60"]);
+    assert_eq!(far.code(), 2, "{}", far.all());
+    assert!(far.err().contains("60 deg is out of range: it lies between -45 and 45 deg"), "{}", far.err());
+    assert_eq!(lab.plumb(&["answer", "0.2", "--operator", "bob"]).code(), 0);
 
     until_asked(&mut running, "place");
     let far = lab.plumb(&["answer", "waist=500"]);

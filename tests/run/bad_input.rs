@@ -1,6 +1,7 @@
 //! Plugins and files that are no good: one clear message, the right exit code, and nothing moves.
 
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 
 use crate::lab::Lab;
@@ -69,6 +70,30 @@ fn a_plugin_whose_library_is_gone_is_named() {
     let lab = Lab::new();
     plugin(&lab, "[1, 0]", None);
     assert_refused(&lab, "libbad_arm.so");
+}
+
+#[test]
+fn a_plugin_that_panics_in_create_is_one_line_with_the_place() {
+    let lab = Lab::new();
+    let built = Path::new(env!("CARGO_BIN_EXE_plumb")).with_file_name("examples/libmisbehaving_robot.so");
+    if !built.is_file() {
+        let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
+        let arguments = ["build", "--quiet", "--workspace", "--example", "misbehaving_robot"];
+        assert!(Command::new(cargo).args(arguments).status().unwrap().success());
+    }
+    let folder = lab.path("plugins/misbehaving-robot");
+    fs::create_dir_all(&folder).unwrap();
+    fs::copy(&built, folder.join("libmisbehaving_robot.so")).unwrap();
+    let manifest =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../core/host/examples/misbehaving_robot/plugin.yaml");
+    fs::copy(manifest, folder.join("plugin.yaml")).unwrap();
+    let arm = "plugin: simulated, config: {arm: teachmover}";
+    lab.edit("cell.yaml", arm, "plugin: misbehaving-robot, config: {fault: panic, in: create}");
+    let run = lab.plumb(&["run", "cell.yaml", "--plugins", "plugins"]);
+    assert_eq!(run.code(), 2, "{}", run.all());
+    assert!(run.all().contains("the plugin panicked at "), "{}", run.all());
+    assert!(run.all().contains("the robot lost its head"), "{}", run.all());
+    assert!(!run.out().contains("waist.lower"), "{}", run.out());
 }
 
 #[test]

@@ -26,7 +26,7 @@ fn a_run_killed_in_mid_move_loses_no_answer_and_goes_on_at_the_step_where_it_die
         lab.assert_zeros_found("1");
         let shown = lab.shown("1");
         let prompts = shown["prompts"].as_array().unwrap();
-        for asked in ["target", "hand", "place"] {
+        for asked in ["target", "hand", "level", "place"] {
             assert_eq!(
                 prompts.iter().filter(|prompt| prompt["step"] == asked).count(),
                 1,

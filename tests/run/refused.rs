@@ -14,6 +14,37 @@ fn a_start_outside_the_tolerance_is_refused_with_the_reason() {
 }
 
 #[test]
+fn a_hand_that_does_not_point_straight_down_is_noticed_before_anything_moves() {
+    let lab = Lab::new();
+    lab.edit("world-ideal.yaml", "wrist_pitch_deg: -90", "wrist_pitch_deg: -83");
+    let run = lab.plumb(&["run", "cell.yaml"]);
+    assert_eq!(run.code(), 1, "{}", run.all());
+    assert!(
+        run.out().contains("the hand points 7.00 degrees from straight down, more than 1"),
+        "{}",
+        run.out()
+    );
+    assert!(!run.out().contains("waist.lower"), "nothing was searched");
+}
+
+#[test]
+fn a_step_over_its_time_limit_by_the_clock_of_a_world_that_runs_ahead_ends_the_run() {
+    let lab = Lab::new();
+    lab.edit("procedures/waist-initialization.yaml", "time_limit_s: 300", "time_limit_s: 0.2");
+    let run = lab.plumb(&["run", "cell.yaml", "--pace", "fast"]);
+    assert_eq!(run.code(), 2, "{}", run.all());
+    assert!(run.out().contains("its time limit of 0.2 s has passed by the cell's clock"), "{}", run.out());
+}
+
+#[test]
+fn nobody_runs_a_taught_program_unattended() {
+    let lab = Lab::new();
+    let run = lab.plumb(&["run", "cell-taught.yaml", "--headless"]);
+    assert_eq!(run.code(), 4, "{}", run.all());
+    assert!(run.err().contains("no answers are given for `run`"), "{}", run.err());
+}
+
+#[test]
 fn a_missing_answer_ends_with_four_before_anything_starts() {
     let lab = Lab::new();
     lab.edit("answers.yaml", "  hand: done\n", "");

@@ -14,9 +14,10 @@ use crate::plumb;
 use crate::terminal::{Session, is_given_back};
 
 /// What the five prompts of the initialization ask, in their order.
-const PROMPTS: [&str; 5] = [
+const PROMPTS: [&str; 6] = [
     "Lay the T target on the table",
     "Set the hand with the teach pendant",
+    "How far from straight down does it point",
     "Bring the hand over the white paper",
     "zero of waist",
     "zero of shoulder",
@@ -111,8 +112,8 @@ fn every_ordinary_cell_refuses_a_forearm_too_far_from_vertical_and_says_why() {
     for cell in ["cell.yaml", "cell-backlash.yaml"] {
         let bench = Bench::new();
         let mut session = bench.run_cell(cell, &["--pace", "fast"], 100, 30);
-        answer(&mut session, 2);
-        session.wait_for(PROMPTS[2]);
+        answer(&mut session, 3);
+        session.wait_for(PROMPTS[3]);
         // Waist, shoulder, elbow: the forearm outwards by steps of ten degrees.
         session.press("\x1b[B");
         session.press("\x1b[B");
@@ -147,7 +148,7 @@ fn a_click_jogs_nothing_and_answers_only_on_the_button() {
 fn the_stop_key_stops_the_arm_in_mid_motion_and_only_resume_moves_it_again() {
     let bench = Bench::new();
     let mut session = bench.run(&["--pace", "real"], 100, 30);
-    answer(&mut session, 3);
+    answer(&mut session, 4);
     session.wait_for("\u{25b8} moving");
     session.press("\x1b");
     session.wait_for("stopped by the operator");
@@ -158,7 +159,7 @@ fn the_stop_key_stops_the_arm_in_mid_motion_and_only_resume_moves_it_again() {
     session.press("2");
     session.wait_for("Nothing moves until you press r to resume.");
     session.press("r");
-    session.wait_for(PROMPTS[3]);
+    session.wait_for(PROMPTS[4]);
 }
 
 #[test]
@@ -181,8 +182,8 @@ fn the_stop_key_works_from_inside_help_and_prompts() {
 fn a_run_that_is_kept_goes_on_where_it_was_left_once_the_pose_is_confirmed() {
     let bench = Bench::new();
     let mut session = bench.run(&["--pace", "fast"], 100, 30);
-    answer(&mut session, 3);
-    session.wait_for(PROMPTS[3]);
+    answer(&mut session, 4);
+    session.wait_for(PROMPTS[4]);
     session.press("q");
     session.wait_for("A run is open.");
     session.press("k");
@@ -193,7 +194,7 @@ fn a_run_that_is_kept_goes_on_where_it_was_left_once_the_pose_is_confirmed() {
     let mut session = bench.run(&["--pace", "fast", "--resume"], 100, 30);
     session.wait_for("Does the arm stand where the run left it?");
     session.press("\r");
-    session.wait_for(PROMPTS[3]);
+    session.wait_for(PROMPTS[4]);
     session.press("a");
     session.wait_for("Abort the run?");
     session.press("y");
@@ -233,7 +234,7 @@ fn a_run_is_watched_in_one_terminal_and_answered_from_another() {
 fn a_termination_stops_the_arm_gives_the_terminal_back_and_keeps_the_run() {
     let bench = Bench::new();
     let mut session = bench.run(&["--pace", "real"], 80, 24);
-    answer(&mut session, 3);
+    answer(&mut session, 4);
     session.wait_for("\u{25b8} moving");
     kill(Pid::from_raw(session.process()), Signal::SIGTERM).expect("the program takes signals");
     assert_eq!(session.wait_for_end().exit_code(), 4);
@@ -257,6 +258,25 @@ fn without_colours_the_screen_has_none() {
             }
         }
     });
+}
+
+#[test]
+fn a_taught_program_runs_once_it_was_asked_for_twice_and_gives_the_arm_back_at_its_end() {
+    let bench = Bench::new();
+    let mut session = bench.run_cell("cell-taught.yaml", &["--pace", "fast"], 100, 30);
+    session.wait_for("Then press h twice: the taught program runs.");
+    session.press("h");
+    session.wait_for("From then on nothing stops the arm but STOP on its pendant");
+    session.press("h");
+    session.wait_for("the pendant has given the arm back");
+    // The last point of the program: 800 half-steps of 7072 a turn up.
+    session.wait_for("shoulder        40.7");
+    session.press("\r");
+    session.wait_for("\u{2713} passed");
+    session.press("5");
+    let page = session.wait_for("the taught program has ended");
+    assert!(page.contains("from here on only the STOP key on the pendant stops the arm"), "{page}");
+    assert!(page.contains("nod.csv are taught to the controller"), "{page}");
 }
 
 /// A procedure that asks for a number and a choice and moves nothing.

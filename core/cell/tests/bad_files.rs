@@ -77,6 +77,7 @@ fn the_cells_that_come_with_the_program_are_in_order() {
         "teachmover/cell-paper.yaml",
         "teachmover/cell-serial.yaml",
         "teachmover/cell-hardware.yaml",
+        "teachmover/cell-taught.yaml",
         "puma/cell.yaml",
         "puma/cell-serial.yaml",
     ] {

@@ -13,7 +13,9 @@ use plumb_cell::engine::{StartError, start_run};
 use plumb_cell::event::{Event, RunOutcome, StepOutcome};
 use plumb_cell::prompt::{Answer, Decision, PromptKind};
 use plumb_record::{Record, RunId};
-use support::running::{ZERO_ERROR_DEG, message_of, operator, request, start, watch, workcell};
+use support::running::{
+    ZERO_ERROR_DEG, message_of, operator, request, start, start_commanded, watch, workcell,
+};
 use support::{Devices, World};
 use tempfile::TempDir;
 
@@ -191,14 +193,11 @@ fn a_stop_at_any_move_and_a_resume_lead_to_the_same_zeros() {
         let world = World::new(ZERO_ERROR_DEG);
         let mut run = request(&cell, &record);
         run.unattended = false;
-        let running = start(run, &world);
-        let handle = running.handle.clone();
-        let stop: support::OnMove = Box::new(move |number| {
+        let running = start_commanded(run, &world, move |number, handle| {
             if number == stop_at {
                 handle.send(Command::Stop);
             }
         });
-        *world.on_move.lock().expect("the hook") = Some(stop);
         let mut answer = operator(Decision::Abort);
         let mut moves_while_paused = None;
         let (outcome, events) = watch(running, |event, handle| {

@@ -22,7 +22,7 @@ use plumb_cell::prompt::{Answer, Decision, PromptKind};
 use plumb_cell::workcell::Workcell;
 use plumb_record::{Record, RunId};
 use support::running::{
-    ZERO_ERROR_DEG, cell_with_steps, message_of, operator, request, start, watch, workcell,
+    ZERO_ERROR_DEG, cell_with_steps, message_of, operator, request, start, start_commanded, watch, workcell,
 };
 use support::{Devices, PendantHas, World};
 use tempfile::TempDir;
@@ -205,14 +205,11 @@ steps:
     let world = World::new(ZERO_ERROR_DEG);
     let mut run = request(&cell, &place);
     run.unattended = false;
-    let running = start(run, &world);
-    let handle = running.handle.clone();
-    let pause: support::OnMove = Box::new(move |number| {
+    let running = start_commanded(run, &world, |number, handle| {
         if number == 1 {
             handle.send(Command::Pause { when: PauseWhen::BeforeNextStep });
         }
     });
-    *world.on_move.lock().expect("the hook") = Some(pause);
     let mut order = Vec::new();
     let (outcome, _) = watch(running, |event, handle| match event {
         Event::StepFinished { step, outcome, .. } => order.push(format!("{step} {outcome:?}")),
@@ -237,14 +234,11 @@ steps:
     let world = World::new([0.0; 3]);
     let mut run = request(&cell, &place);
     run.unattended = false;
-    let running = start(run, &world);
-    let handle = running.handle.clone();
-    let stop: support::OnMove = Box::new(move |number| {
+    let running = start_commanded(run, &world, |number, handle| {
         if number <= 2 {
             handle.send(Command::Stop);
         }
     });
-    *world.on_move.lock().expect("the hook") = Some(stop);
     let (outcome, _) = watch(running, |event, handle| {
         if matches!(event, Event::Paused { .. }) {
             handle.send(Command::Resume);

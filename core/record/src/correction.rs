@@ -113,18 +113,20 @@ impl Record {
         corrections: &[i64],
         reason: &str,
     ) -> Result<i64, RecordError> {
-        let transaction = self.connection.transaction().during("apply corrections")?;
-        let revision = new_revision(&transaction, cell, device, reason).during("apply corrections")?;
-        for correction in corrections {
-            transaction
-                .execute(
-                    "UPDATE corrections SET revision = ?2 WHERE id = ?1 AND revision IS NULL",
-                    params![correction, revision],
-                )
-                .during("apply corrections")?;
-        }
-        transaction.commit().during("apply corrections")?;
-        Ok(revision)
+        self.on_the_disk(|record| {
+            let transaction = record.connection.transaction().during("apply corrections")?;
+            let revision = new_revision(&transaction, cell, device, reason).during("apply corrections")?;
+            for correction in corrections {
+                transaction
+                    .execute(
+                        "UPDATE corrections SET revision = ?2 WHERE id = ?1 AND revision IS NULL",
+                        params![correction, revision],
+                    )
+                    .during("apply corrections")?;
+            }
+            transaction.commit().during("apply corrections")?;
+            Ok(revision)
+        })
     }
 
     /// The corrections of a device in force: the newest of each key.
@@ -214,14 +216,16 @@ impl Record {
                 });
             }
         }
-        let transaction = self.connection.transaction().during("roll corrections back")?;
-        let made = new_revision(&transaction, cell, device, reason).during("roll corrections back")?;
-        for correction in &back {
-            insert(&transaction, None, "roll_back", cell, correction, Some(made))
-                .during("roll corrections back")?;
-        }
-        transaction.commit().during("roll corrections back")?;
-        Ok(made)
+        self.on_the_disk(|record| {
+            let transaction = record.connection.transaction().during("roll corrections back")?;
+            let made = new_revision(&transaction, cell, device, reason).during("roll corrections back")?;
+            for correction in &back {
+                insert(&transaction, None, "roll_back", cell, correction, Some(made))
+                    .during("roll corrections back")?;
+            }
+            transaction.commit().during("roll corrections back")?;
+            Ok(made)
+        })
     }
 
     fn first_old_value(&self, cell: &str, key: &CorrectionKey) -> Result<f64, RecordError> {

@@ -25,13 +25,16 @@ impl Record {
     /// # Errors
     /// When the record cannot be written.
     pub fn offer_answer(&mut self, prompt: i64, answer: &Value, by: &str) -> Result<i64, RecordError> {
-        self.connection
-            .execute(
-                "INSERT INTO offers (prompt, time, author, answer) VALUES (?1, ?2, ?3, ?4)",
-                params![prompt, timestamp(), by, answer.to_string()],
-            )
-            .during("offer an answer")?;
-        Ok(self.connection.last_insert_rowid())
+        self.on_the_disk(|record| {
+            record
+                .connection
+                .execute(
+                    "INSERT INTO offers (prompt, time, author, answer) VALUES (?1, ?2, ?3, ?4)",
+                    params![prompt, timestamp(), by, answer.to_string()],
+                )
+                .during("offer an answer")?;
+            Ok(record.connection.last_insert_rowid())
+        })
     }
 
     /// The oldest answer offered to a prompt that was not refused.

@@ -71,15 +71,14 @@ impl Record {
     /// # Errors
     /// When the record cannot be written.
     pub fn answer_prompt(&mut self, prompt: i64, answer: &Value, by: &str) -> Result<bool, RecordError> {
-        let changed = self
-            .connection
-            .execute(
+        self.on_the_disk(|record| {
+            let changed = record.connection.execute(
                 "UPDATE prompts SET answered = ?2, answer = ?3, answered_by = ?4 \
                  WHERE id = ?1 AND answered IS NULL AND withdrawn IS NULL",
                 params![prompt, timestamp(), answer.to_string(), by],
-            )
-            .during("note an answer")?;
-        Ok(changed == 1)
+            );
+            Ok(changed.during("note an answer")? == 1)
+        })
     }
 
     /// Notes that a prompt needs no answer any more.

@@ -8,7 +8,10 @@ use rusqlite::Connection;
 use crate::error::During as _;
 use crate::{RecordError, schema};
 
-/// An open record. Each writing method is durable when it returns.
+/// An open record. What a writing method wrote outlives the program, however it ends, when the method returns.
+///
+/// It is with the system then, which writes it to the disk a little later: `kill -9` loses nothing, a power cut may lose the last seconds, never
+/// the soundness of the file. What nobody can measure again is waited for until it is on the disk: answers, corrections, and the end of a run.
 pub struct Record {
     pub(crate) connection: Connection,
     directory: PathBuf,
@@ -27,10 +30,21 @@ impl Record {
         let mut connection = Connection::open(&path).map_err(open)?;
         connection.busy_timeout(Duration::from_secs(10)).map_err(open)?;
         connection.pragma_update(None, "journal_mode", "WAL").map_err(open)?;
-        connection.pragma_update(None, "synchronous", "FULL").map_err(open)?;
+        connection.pragma_update(None, "synchronous", "NORMAL").map_err(open)?;
         connection.pragma_update(None, "foreign_keys", "ON").map_err(open)?;
         schema::migrate(&mut connection, &path)?;
         Ok(Self { connection, directory: directory.to_owned() })
+    }
+
+    /// Writes something and waits until the disk has it, with everything written before: not even a power cut takes it away.
+    pub(crate) fn on_the_disk<T>(
+        &mut self,
+        write: impl FnOnce(&mut Self) -> Result<T, RecordError>,
+    ) -> Result<T, RecordError> {
+        self.connection.pragma_update(None, "synchronous", "FULL").during("wait for the disk")?;
+        let written = write(self);
+        self.connection.pragma_update(None, "synchronous", "NORMAL").during("wait for the disk")?;
+        written
     }
 
     /// What SQLite finds wrong with the database; nothing when it is sound.
@@ -79,6 +93,21 @@ mod tests {
         drop(record);
         let error = Record::open(directory.path()).err().expect("refused").to_string();
         assert!(error.contains("schema 99") && error.contains("knows up to 2"), "{error}");
+    }
+
+    #[test]
+    fn only_what_nobody_can_measure_again_waits_for_the_disk() {
+        const WITH_THE_SYSTEM: i64 = 1;
+        const ON_THE_DISK: i64 = 2;
+        let synchronous = |record: &Record| -> i64 {
+            record.connection.pragma_query_value(None, "synchronous", |row| row.get(0)).expect("told")
+        };
+        let directory = tempfile::tempdir().expect("a directory");
+        let mut record = Record::open(directory.path()).expect("a new record");
+        assert_eq!(synchronous(&record), WITH_THE_SYSTEM);
+        let meanwhile = record.on_the_disk(|record| Ok(synchronous(record))).expect("written");
+        assert_eq!(meanwhile, ON_THE_DISK);
+        assert_eq!(synchronous(&record), WITH_THE_SYSTEM);
     }
 
     #[test]

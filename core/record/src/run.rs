@@ -206,13 +206,13 @@ impl Record {
     /// # Errors
     /// When the record cannot be written.
     pub fn end_run(&mut self, run: RunId, end: RunEnd, message: &str) -> Result<(), RecordError> {
-        self.connection
-            .execute(
+        self.on_the_disk(|record| {
+            let ended = record.connection.execute(
                 "UPDATE runs SET ended = ?2, state = ?3, message = ?4 WHERE id = ?1",
                 params![run.0, timestamp(), end.name(), message],
-            )
-            .during("end a run")?;
-        Ok(())
+            );
+            ended.during("end a run").map(drop)
+        })
     }
 
     /// Marks an interrupted run as running again.

@@ -1,9 +1,12 @@
 //! What a cell file says about the arm under `config:`.
 
+use std::path::PathBuf;
+
 use plumb_plugin::{PluginError, Value};
 use serde::Deserialize;
 
-use crate::drive::{Joints, RegisterZero};
+use crate::drive::{GripperCable, Joints, RegisterZero};
+use crate::protocol::Command;
 use crate::speed_code::SpeedCode;
 
 /// The rates the switches of the controller offer.
@@ -18,6 +21,10 @@ pub struct Configuration {
     pub baud: u32,
     /// The character the arm answers to.
     pub recognition: u8,
+    /// The character it may answer to yet, and is made to answer to `recognition` then: on a chain every arm begins with `@`.
+    pub renamed_from: Option<u8>,
+    /// What the controller waits between the characters of its replies; `None` leaves it as it is.
+    pub reply_delay: Option<u8>,
     /// Where the arm stands when its registers read zero.
     pub zero: RegisterZero,
     /// The speed number that `speed_fraction` 1 stands for.
@@ -30,8 +37,19 @@ pub struct Configuration {
     pub reply_within_ms: u32,
     /// Where the grip switch is found among the inputs; `None` where nobody has found out.
     pub grip_switch: Option<GripSwitch>,
-    /// Whether the operator has confirmed, in the cell file, that hand control is ended by the pendant alone.
-    pub hand_control: bool,
+    /// What the operator has confirmed, in the cell file, that the pendant alone stops: what the arm is handed over to, where it is.
+    pub pendant: Option<PendantMode>,
+    /// The program taught to the controller, where it is kept in files.
+    pub program: ProgramFiles,
+}
+
+/// Where the program taught to the controller is kept.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ProgramFiles {
+    /// What the controller holds is kept here when the arm is connected.
+    pub keep_in: Option<PathBuf>,
+    /// What is here is written into the controller then.
+    pub write_from: Option<PathBuf>,
 }
 
 /// Where the grip switch is found among the inputs that `@READ` reports. No source says it: it is found by closing the fingers on something
@@ -85,13 +103,49 @@ struct RawConfiguration {
     grip_switch: Option<GripSwitch>,
     #[serde(default)]
     only_the_pendant_stops: Vec<PendantMode>,
+    renamed_from: Option<char>,
+    reply_delay: Option<u8>,
+    #[serde(default = "usual_following")]
+    gripper_follows_elbow: f64,
+    #[serde(default)]
+    taught_program: RawProgram,
+    /// The cell file's, given by the cell.
+    cell_directory: Option<PathBuf>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawProgram {
+    keep_in: Option<PathBuf>,
+    write_from: Option<PathBuf>,
 }
 
 /// What runs in the controller by itself, so that only its pendant stops it.
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum PendantMode {
+pub enum PendantMode {
+    /// The pendant drives the arm.
     HandControl,
+    /// The program taught to the controller runs.
+    TaughtProgram,
+}
+
+impl PendantMode {
+    /// The command that begins it.
+    pub fn command(self) -> Command {
+        match self {
+            Self::HandControl => Command::HandControl,
+            Self::TaughtProgram => Command::RunProgram,
+        }
+    }
+
+    /// Its name in sentences.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::HandControl => "hand control",
+            Self::TaughtProgram => "the taught program",
+        }
+    }
 }
 
 #[derive(Default, Deserialize)]
@@ -103,6 +157,10 @@ struct RawPose {
     wrist_pitch_deg: f64,
     wrist_roll_deg: f64,
     gripper_mm: f64,
+}
+
+fn usual_following() -> f64 {
+    1.0
 }
 
 fn usual_baud() -> u32 {
@@ -204,17 +262,47 @@ impl RawConfiguration {
         if let Some(switch) = self.grip_switch.filter(|switch| switch.bit > 7) {
             return wrong("grip_switch: bit", switch.bit.to_string(), "the controller reports inputs 0 to 7");
         }
+        if self.renamed_from.is_some_and(|from| !from.is_ascii_graphic()) {
+            let right = "give one printable character, usually '@'";
+            return wrong("renamed_from", format!("{:?}", self.renamed_from.unwrap_or_default()), right);
+        }
+        if !(0.0..=2.0).contains(&self.gripper_follows_elbow) {
+            return wrong(
+                "gripper_follows_elbow",
+                self.gripper_follows_elbow.to_string(),
+                "give 0 to 2 half-steps for one of the elbow, 1 for a new arm",
+            );
+        }
+        let pendant = match self.only_the_pendant_stops.as_slice() {
+            [] => None,
+            [mode] => Some(*mode),
+            _ => {
+                let right =
+                    "name what the arm is handed over to: hand_control or taught_program, one of them";
+                return wrong("only_the_pendant_stops", "a list of several".to_owned(), right);
+            }
+        };
+        let directory = self.cell_directory.clone().unwrap_or_default();
+        let beside = |file: &PathBuf| directory.join(file);
+        let program = ProgramFiles {
+            keep_in: self.taught_program.keep_in.as_ref().map(beside),
+            write_from: self.taught_program.write_from.as_ref().map(beside),
+        };
+        let cable = GripperCable::following(self.gripper_follows_elbow);
         Ok(Configuration {
-            zero: RegisterZero::at(self.registers_zero.joints()),
+            zero: RegisterZero::at(self.registers_zero.joints()).with_cable(cable),
             port: self.port,
             baud: self.baud,
             recognition: self.recognition as u8,
+            renamed_from: self.renamed_from.map(|from| from as u8),
+            reply_delay: self.reply_delay,
             full_speed,
             fine_at_speed: self.fine_at_speed,
             stop_within_ms: self.stop_within_ms,
             reply_within_ms: self.reply_within_ms,
             grip_switch: self.grip_switch,
-            hand_control: self.only_the_pendant_stops.contains(&PendantMode::HandControl),
+            pendant,
+            program,
         })
     }
 }
@@ -237,7 +325,9 @@ mod tests {
         assert_eq!(configuration.baud, 9600);
         assert_eq!(configuration.recognition, b'@');
         assert_eq!(configuration.grip_switch, None);
-        assert!(!configuration.hand_control);
+        assert_eq!(configuration.pendant, None);
+        assert_eq!(configuration.program, ProgramFiles::default());
+        assert_eq!(configuration.zero.cable(), GripperCable::default());
     }
 
     #[test]
@@ -274,9 +364,30 @@ mod tests {
                 json!({"port": port, "grip_switch": {"bit": 8}}),
                 "config: grip_switch: bit is 8; the controller reports inputs 0 to 7",
             ),
+            (
+                json!({"port": port, "gripper_follows_elbow": 3}),
+                "config: gripper_follows_elbow is 3; give 0 to 2 half-steps for one of the elbow, 1 for a new arm",
+            ),
+            (
+                json!({"port": port, "renamed_from": " "}),
+                "config: renamed_from is ' '; give one printable character, usually '@'",
+            ),
+            (
+                json!({"port": port, "only_the_pendant_stops": ["hand_control", "taught_program"]}),
+                "config: only_the_pendant_stops is a list of several; name what the arm is handed over to: hand_control or taught_program, one of them",
+            ),
         ] {
             assert_eq!(refusal(config), text);
         }
+    }
+
+    #[test]
+    fn the_files_of_a_program_lie_beside_the_cell_file() {
+        let program = json!({"keep_in": "kept.csv", "write_from": "/programs/wave.csv"});
+        let config = json!({"port": "p", "taught_program": program, "cell_directory": "/cells"});
+        let program = Configuration::read(&config).unwrap().program;
+        assert_eq!(program.keep_in, Some(PathBuf::from("/cells/kept.csv")));
+        assert_eq!(program.write_from, Some(PathBuf::from("/programs/wave.csv")));
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use plumb_plugin::PluginError;
 
+use crate::configuration::PendantMode;
 use crate::drive::HalfSteps;
 use crate::protocol::{
     Command, ControllerState, PrintableBytes, ProgramLine, Status, parse_program, parse_state, parse_status,
@@ -80,6 +81,11 @@ impl Controller {
     /// and that of the motion.
     pub fn new(line: SerialLine, recognition: u8, reply_limit: Duration) -> Self {
         Self { line, recognition, reply_limit }
+    }
+
+    /// Speaks to an arm that answers to another character from now on.
+    pub fn call_it(&mut self, recognition: u8) {
+        self.recognition = recognition;
     }
 
     /// The line it is on.
@@ -170,6 +176,21 @@ impl Controller {
     /// [`ControllerError`].
     pub fn begin_program(&mut self, _: OnlyThePendantStopsIt) -> Result<(), ControllerError> {
         self.send(&Command::RunProgram)
+    }
+
+    /// Begins what only the pendant stops: the reply comes when it ends, see [`Controller::reply_at_hand`].
+    ///
+    /// # Errors
+    /// [`ControllerError`].
+    pub fn begin(
+        &mut self,
+        mode: PendantMode,
+        confirmed: OnlyThePendantStopsIt,
+    ) -> Result<(), ControllerError> {
+        match mode {
+            PendantMode::HandControl => self.begin_hand_control(confirmed),
+            PendantMode::TaughtProgram => self.begin_program(confirmed),
+        }
     }
 
     /// The reply to a command begun earlier, if it has come.

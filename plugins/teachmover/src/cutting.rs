@@ -27,11 +27,20 @@ pub struct Cutting {
     pub stop_within: Duration,
     /// How many times longer than the speed code says the motors have been seen to take; at least 1.
     pub slowness: f64,
-    /// The most half-steps by which a piece may close the gripper, where its switch is watched.
-    pub closing: Option<u32>,
+    /// How far the whole move closes the gripper, and by how much a piece may, where its switch is watched.
+    pub closing: Option<Closing>,
     /// Whether each piece is one half-step of the motor that makes the most of them: the pose at which an input changes is known no finer
     /// than a piece.
     pub finest: bool,
+}
+
+/// A gripper that closes while its switch is watched, half-steps beside following the elbow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Closing {
+    /// By how much the move closes it.
+    pub by: u32,
+    /// By how much one piece may.
+    pub piece: u32,
 }
 
 impl Cutting {
@@ -61,8 +70,7 @@ impl Cutting {
 
     fn count(&self, travel: HalfSteps) -> u32 {
         let by_time = travel.largest().div_ceil(self.longest_piece(travel).max(1));
-        let closed_by = u32::try_from(-travel.opening()).unwrap_or(0);
-        let by_grip = self.closing.map_or(0, |most| closed_by.div_ceil(most.max(1)));
+        let by_grip = self.closing.map_or(0, |closing| closing.by.div_ceil(closing.piece.max(1)));
         by_time.max(by_grip)
     }
 
@@ -193,10 +201,10 @@ mod tests {
 
     #[test]
     fn a_watched_grip_switch_makes_closing_pieces_short() {
-        let watched = Cutting { closing: Some(8), ..at_9600(220) };
+        let watched = Cutting { closing: Some(Closing { by: 100, piece: 8 }), ..at_9600(220) };
         let pieces = watched.pieces(HalfSteps([0, 0, 0, 0, 0, -100]));
-        assert!(pieces.iter().all(|piece| piece.opening() >= -8), "{pieces:?}");
-        assert!(watched.pieces(HalfSteps([0, 0, 0, 0, 0, 100])).len() < pieces.len());
+        assert!(pieces.iter().all(|piece| piece.largest() <= 8), "{pieces:?}");
+        assert!(at_9600(220).pieces(HalfSteps([0, 0, 0, 0, 0, -100])).len() < pieces.len());
     }
 
     #[test]

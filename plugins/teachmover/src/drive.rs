@@ -2,7 +2,7 @@
 //!
 //! The cables keep attitudes: the shoulder's motor turns the upper arm alone, so the forearm and the hand keep their angle from the horizontal
 //! when it runs. The two wrist motors drive the hand through a differential. The gripper's cable runs along the forearm, so the gripper's
-//! motor has to follow the elbow's, half-step for half-step, to hold the opening.
+//! motor has to follow the elbow's to hold the opening: half-step for half-step when new, otherwise when worn.
 
 use std::f64::consts::TAU;
 
@@ -94,24 +94,55 @@ impl HalfSteps {
         self.0.iter().map(|count| count.unsigned_abs()).fold(0, u32::max)
     }
 
-    /// The count of the gripper's motor that changes the opening: what it makes beyond following the elbow.
-    pub fn opening(self) -> i32 {
-        let [.., elbow, _, _, gripper] = self.0;
-        gripper.wrapping_sub(elbow)
-    }
-
-    /// The same counts with the gripper's motor following the elbow's, so that the opening stays as it is.
-    pub fn holding_the_opening(self) -> Self {
-        let [base, shoulder, elbow, right, left, _] = self.0;
-        Self([base, shoulder, elbow, right, left, elbow])
-    }
-
     fn zip(self, other: Self, combine: impl Fn(i32, i32) -> i32) -> Self {
         let mut result = self;
         for (value, other) in result.0.iter_mut().zip(other.0) {
             *value = combine(*value, other);
         }
         result
+    }
+}
+
+/// How the gripper's motor has to follow the elbow's to hold the opening: its half-steps for one of the elbow's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GripperCable {
+    follows: f64,
+}
+
+impl Default for GripperCable {
+    /// Half-step for half-step, as the maker says.
+    fn default() -> Self {
+        Self { follows: 1.0 }
+    }
+}
+
+impl GripperCable {
+    /// Of an arm that was measured.
+    pub fn following(half_steps_per_elbow_half_step: f64) -> Self {
+        Self { follows: half_steps_per_elbow_half_step }
+    }
+
+    /// Where the gripper's motor stands for an elbow's, the opening being what it is when both read zero.
+    fn taken_along(self, elbow: i32) -> i32 {
+        whole(f64::from(elbow) * self.follows)
+    }
+
+    /// The count of the gripper's motor that changes the opening in a move of these counts from `start`: what it makes beyond following the elbow.
+    pub fn opening(self, start: HalfSteps, counts: HalfSteps) -> i32 {
+        let [.., gripper] = counts.0;
+        gripper.wrapping_sub(self.following_counts(start, counts))
+    }
+
+    /// The same counts from `start` with the gripper's motor following the elbow's, so that the opening stays as it is.
+    pub fn holding_the_opening(self, start: HalfSteps, counts: HalfSteps) -> HalfSteps {
+        let [base, shoulder, elbow, right, left, _] = counts.0;
+        HalfSteps([base, shoulder, elbow, right, left, self.following_counts(start, counts)])
+    }
+
+    /// What the gripper's motor makes to follow the elbow's; over the pieces of a move it adds up to what it makes over the whole.
+    fn following_counts(self, start: HalfSteps, counts: HalfSteps) -> i32 {
+        let ([_, _, from, ..], [_, _, by, ..]) = (start.0, counts.0);
+        self.taken_along(from.wrapping_add(by)).wrapping_sub(self.taken_along(from))
     }
 }
 
@@ -122,27 +153,40 @@ pub type Joints = [f64; MOTORS];
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegisterZero {
     joints: Joints,
+    cable: GripperCable,
 }
 
 impl RegisterZero {
     /// The registers read zero when the arm stands at `joints`.
     pub fn at(joints: Joints) -> Self {
-        Self { joints }
+        Self { joints, cable: GripperCable::default() }
     }
 
-    /// The zero with which `registers` stand for `joints`.
-    pub fn declared(joints: Joints, registers: HalfSteps) -> Self {
-        let travelled = travel(registers);
+    /// The same with another gripper's cable.
+    #[must_use]
+    pub fn with_cable(self, cable: GripperCable) -> Self {
+        Self { cable, ..self }
+    }
+
+    /// The gripper's cable.
+    pub fn cable(&self) -> GripperCable {
+        self.cable
+    }
+
+    /// The zero with which `registers` stand for `joints`; the cable is the same.
+    #[must_use]
+    pub fn declared(self, joints: Joints, registers: HalfSteps) -> Self {
+        let travelled = travel(registers, self.cable);
         let mut zero = joints;
         for (zero, travelled) in zero.iter_mut().zip(travelled) {
             *zero -= travelled;
         }
-        Self { joints: zero }
+        Self { joints: zero, ..self }
     }
 
     /// The joints that stand for registers.
     pub fn joints(&self, registers: HalfSteps) -> Joints {
-        let mut joints = travel(registers);
+        let mut joints = travel(registers, self.cable);
         for (joint, zero) in joints.iter_mut().zip(self.joints) {
             *joint += zero;
         }
@@ -159,22 +203,26 @@ impl RegisterZero {
         };
         let pitch = -change(Joint::WristPitch);
         let roll = change(Joint::WristRoll);
-        let elbow = whole(-change(Joint::Elbow));
-        HalfSteps([
+        let counts = HalfSteps([
             whole(change(Joint::Waist)),
             whole(-change(Joint::Shoulder)),
-            elbow,
+            whole(-change(Joint::Elbow)),
             whole(pitch - roll),
             whole(pitch + roll),
-            elbow.saturating_add(whole(change(Joint::Gripper))),
-        ])
-        .after(start)
+            0,
+        ]);
+        let mut counts = self.cable.holding_the_opening(start, counts);
+        let [.., gripper] = &mut counts.0;
+        *gripper = gripper.saturating_add(whole(change(Joint::Gripper)));
+        counts.after(start)
     }
 }
 
 /// The joints' travel from where the registers read zero: rad, and mm for the gripper.
-fn travel(registers: HalfSteps) -> Joints {
+fn travel(registers: HalfSteps, cable: GripperCable) -> Joints {
     let [base, shoulder, elbow, right, left, gripper] = registers.0.map(f64::from);
+    let [_, _, elbow_register, ..] = registers.0;
+    let taken_along = f64::from(cable.taken_along(elbow_register));
     let of = |count: f64, joint: Joint| count / joint.half_steps_per_unit();
     [
         of(base, Joint::Waist),
@@ -182,7 +230,7 @@ fn travel(registers: HalfSteps) -> Joints {
         of(-elbow, Joint::Elbow),
         of(-(right + left) / 2.0, Joint::WristPitch),
         of((left - right) / 2.0, Joint::WristRoll),
-        of(gripper - elbow, Joint::Gripper),
+        of(gripper - taken_along, Joint::Gripper),
     ]
 }
 
@@ -226,7 +274,7 @@ mod tests {
 
         #[test]
         fn a_declared_pose_is_what_the_registers_then_say(registers in registers(), pose in prop::array::uniform6(-3.0..3.0_f64)) {
-            let joints = RegisterZero::declared(pose, registers).joints(registers);
+            let joints = straight_out().declared(pose, registers).joints(registers);
             for (joint, pose) in joints.iter().zip(pose) {
                 prop_assert!((joint - pose).abs() < 1e-12);
             }
@@ -251,7 +299,27 @@ mod tests {
         let end = straight_out()
             .registers(HalfSteps::default(), &[0.0, 0.0, -1.0, 0.0, 0.0, 0.0], |joint| joint == Joint::Elbow);
         assert_eq!(end, HalfSteps([0, 0, 662, 0, 0, 662]));
-        assert_eq!(end.opening(), 0);
+        assert_eq!(GripperCable::default().opening(HalfSteps::default(), end), 0);
+    }
+
+    #[test]
+    fn a_worn_cable_takes_the_gripper_along_by_less() {
+        let worn = straight_out().with_cable(GripperCable::following(0.75));
+        let elbow = |by: f64| {
+            let target = [0.0, 0.0, by, 0.0, 0.0, 0.0];
+            worn.registers(HalfSteps::default(), &target, |joint| joint == Joint::Elbow)
+        };
+        let down = elbow(-1.0);
+        assert_eq!(down, HalfSteps([0, 0, 662, 0, 0, 497]));
+        assert_eq!(worn.joints(down)[Joint::Gripper.index()], 0.0);
+        // In pieces it comes to the same.
+        let mut here = HalfSteps::default();
+        for _ in 0..662 {
+            let piece = worn.cable().holding_the_opening(here, HalfSteps([0, 0, 1, 0, 0, 0]));
+            assert_eq!(worn.cable().opening(here, piece), 0);
+            here = piece.after(here);
+        }
+        assert_eq!(here, down);
     }
 
     #[test]

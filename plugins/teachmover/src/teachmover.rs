@@ -3,6 +3,7 @@
 mod description;
 mod hand_control;
 mod observation;
+mod setting_up;
 mod travel;
 
 use std::time::{Duration, Instant};
@@ -12,7 +13,7 @@ use plumb_plugin::{
     RobotDescription, Value,
 };
 
-use crate::configuration::Configuration;
+use crate::configuration::{Configuration, PendantMode};
 use crate::controller::Controller;
 use crate::cutting::Slowness;
 use crate::drive::{HalfSteps, Joint, Joints, RegisterZero};
@@ -25,6 +26,9 @@ const STILL_SO: Duration = Duration::from_millis(300);
 
 /// The half-steps a second that the slowest motor, the shoulder's, is rated for without a load: 0.36 rad/s of 7072 half-steps a turn.
 const RATED: f64 = 405.0;
+
+/// The characters of the longest reply. The controller pauses between them where it is told to; that it does so for milliseconds is assumed.
+const LONGEST_REPLY: u64 = 50;
 
 /// A TeachMover on its serial line.
 #[derive(Debug)]
@@ -52,21 +56,20 @@ enum Mode {
     Ready,
     /// A conversation failed, so what the arm did is not known: the operator looks at it and activates it again. Why.
     Doubtful(String),
-    /// The operator has it, at the pendant.
-    HandControl,
-    /// The operator has ended hand control at the pendant, and nobody has asked for the arm back yet.
-    HandControlEnded,
+    /// The pendant has it: the operator drives it there, or the taught program runs.
+    AtThePendant(PendantMode),
+    /// That has ended, and nobody has asked for the arm back yet.
+    GivenBack,
 }
 
 impl Robot for TeachMover {
     fn create(config: &Value, host: Host) -> Result<Self, PluginError> {
         let configuration = Configuration::read(config)?;
         let line = SerialLine::open(&configuration.port, configuration.baud)?;
-        let controller = Controller::new(
-            line,
-            configuration.recognition,
-            Duration::from_millis(u64::from(configuration.reply_within_ms)),
-        );
+        let reply_within_ms = u64::from(configuration.reply_within_ms);
+        let pauses_ms = u64::from(configuration.reply_delay.unwrap_or(0)) * LONGEST_REPLY;
+        let reply_limit = Duration::from_millis(reply_within_ms + pauses_ms);
+        let controller = Controller::new(line, configuration.recognition, reply_limit);
         let mut arm = Self {
             zero: configuration.zero,
             configuration,
@@ -79,6 +82,7 @@ impl Robot for TeachMover {
             mode: Mode::Ready,
         };
         arm.controller.resynchronise()?;
+        arm.set_up()?;
         arm.last = arm.read_twice_alike(None)?;
         let baud = arm.configuration.baud;
         let text =
@@ -100,7 +104,7 @@ impl Robot for TeachMover {
     }
 
     fn activate(&mut self) -> Result<(), PluginError> {
-        self.refuse_under_hand_control()?;
+        self.refuse_at_the_pendant()?;
         // On a line this slow, what has just been read is not read again.
         if !matches!(self.mode, Mode::Ready) || self.read_at.elapsed() > STILL_SO {
             self.controller.resynchronise()?;
@@ -113,13 +117,13 @@ impl Robot for TeachMover {
     }
 
     fn read_joints(&mut self) -> Result<JointState, PluginError> {
-        self.refuse_under_hand_control()?;
+        self.refuse_at_the_pendant()?;
         self.observe(None)?;
         self.tell_rest()
     }
 
     fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError> {
-        self.refuse_under_hand_control()?;
+        self.refuse_at_the_pendant()?;
         if let Mode::Doubtful(reason) = &self.mode {
             return Err(PluginError::NotReady(format!(
                 "the arm is not moved after a failed conversation ({reason}): look where it stands, then activate it again"
@@ -138,11 +142,11 @@ impl Robot for TeachMover {
 
     fn stop(&mut self) -> Result<(), PluginError> {
         // A piece of a move ends by itself within the stop time, and no other is begun: there is nothing to send.
-        self.refuse_under_hand_control()
+        self.refuse_at_the_pendant()
     }
 
     fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
-        self.refuse_under_hand_control()?;
+        self.refuse_at_the_pendant()?;
         self.observe(None)?;
         let inputs = self.inputs_at_rest();
         self.host.emit("inputs", &inputs)?;
@@ -150,7 +154,7 @@ impl Robot for TeachMover {
     }
 
     fn write_outputs(&mut self, levels: u64) -> Result<(), PluginError> {
-        self.refuse_under_hand_control()?;
+        self.refuse_at_the_pendant()?;
         let outputs = u8::try_from(levels).ok().filter(|levels| *levels < 32).ok_or_else(|| {
             PluginError::Refused(format!(
                 "output levels {levels:#b}: the controller has five output lines, bits 0 to 4"
@@ -172,14 +176,14 @@ impl Robot for TeachMover {
     }
 
     fn set_zero(&mut self, joints: &JointVector) -> Result<(), PluginError> {
-        self.refuse_under_hand_control()?;
+        self.refuse_at_the_pendant()?;
         let joints = six(joints)?;
         for (joint, value) in Joint::ALL.into_iter().zip(joints) {
             finite(joint, value)?;
         }
         self.observe(None)?;
         // Not @RESET: it would switch the motor current off, and an arm that nothing holds sags.
-        self.zero = RegisterZero::declared(joints, self.last.registers);
+        self.zero = self.zero.declared(joints, self.last.registers);
         self.host.log(LogLevel::Info, &format!("declared: {}", self.pose_in_words()));
         Ok(())
     }

@@ -61,6 +61,8 @@ impl Studio {
         session.press("\r\r");
         session.wait_for("Set the hand with the teach pendant");
         session.press("\r");
+        session.wait_for("How far from straight down does it point");
+        session.press("\r");
         session.wait_for("Bring the hand over the white paper");
         self.keep(&session, "run-prompt")?;
         session.press("z");

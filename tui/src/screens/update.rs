@@ -47,6 +47,9 @@ pub(crate) fn update(state: &mut State, message: Message) -> Vec<Action> {
         }
         Message::Tick(now) => {
             state.now = now;
+            if let Some(prompt) = prompt(state) {
+                prompt.pass_time(now);
+            }
             leave_when_at_rest(state)
         }
     }
@@ -96,6 +99,11 @@ fn click(state: &mut State, column: u16, row: u16) -> Vec<Action> {
 
 /// Does what a key or a click asks for.
 pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
+    if command != Command::HandOver
+        && let Some(prompt) = prompt(state)
+    {
+        prompt.keep_the_arm();
+    }
     match command {
         Command::Stop | Command::StopAndLeave => {
             let mut actions = vec![Action::Stop];
@@ -212,7 +220,8 @@ fn jog(state: &mut State, sign: f64) -> Vec<Action> {
 }
 
 fn hand_over(state: &mut State) -> Vec<Action> {
-    match prompt(state).map(OpenPrompt::hand_over) {
+    let now = state.now;
+    match prompt(state).map(|prompt| prompt.hand_over(now)) {
         Some(Ok(command)) => vec![Action::Tell(command)],
         Some(Err(reason)) => {
             if let Some(prompt) = prompt(state) {

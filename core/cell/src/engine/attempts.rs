@@ -1,5 +1,6 @@
 //! One step, tried until it passes or something else is decided.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use plumb_record::RecordError;
@@ -9,7 +10,7 @@ use super::Engine;
 use super::journal::{Attempt, AttemptEnd};
 use super::plan::Entry;
 use super::run_loop::{RunEnd, describe};
-use super::step_context::{Done, StepContext};
+use super::step_context::{Done, StepContext, TimeLimit};
 use super::step_error::StepError;
 use crate::event::{LogLevel, RunOutcome, StepOutcome, StepPath};
 use crate::prompt::Decision;
@@ -36,6 +37,7 @@ impl Engine {
             } else {
                 None
             };
+            self.clock.restart();
             let at = StepContext {
                 path: entry.path.clone(),
                 title: entry.step.title.clone(),
@@ -43,7 +45,11 @@ impl Engine {
                 scope: entry.scope,
                 attempt,
                 intent,
-                deadline: entry.step.time_limit.map(|limit| Instant::now() + limit),
+                limit: entry.step.time_limit.map(|within| TimeLimit {
+                    within,
+                    began: Instant::now(),
+                    clock: Arc::clone(&self.clock),
+                }),
             };
             let carried_out = match self.is_needed(entry) {
                 Ok(true) => self.execute(&entry.step, &at).map(Some),

@@ -28,6 +28,7 @@ impl Engine {
     /// Starts one device, in place of what was there under its name.
     fn connect(&mut self, device: &DeviceSetting) -> Result<(), StepError> {
         self.journal.device(&device.name, &device.plugin, DeviceState::Unconfigured, None);
+        self.standing.forget();
         let keep_out = self.keep_out_of(&device.name)?;
         let guard = keep_out
             .as_ref()

@@ -38,7 +38,7 @@ impl Engine {
                     },
                 };
                 let prompt = self.journal.ask(question)?;
-                let patient = StepContext { deadline: None, ..at.clone() };
+                let patient = StepContext { limit: None, ..at.clone() };
                 loop {
                     if let super::prompting::Heard::Answer(answer, by) = self.hear(&prompt, &patient)? {
                         self.journal.answered(&prompt, &answer, &by)?;

@@ -17,7 +17,9 @@ mod prompting;
 mod resume;
 mod run_loop;
 mod scope;
+mod standing;
 mod start;
+mod step_clock;
 mod step_context;
 mod step_error;
 
@@ -38,6 +40,8 @@ use inbox::{Inbox, Interrupt};
 use journal::Journal;
 use plan::Plan;
 use scope::joints_value;
+use standing::Standing;
+use step_clock::StepClock;
 use step_error::StepError;
 
 use crate::answers::Answers;
@@ -64,6 +68,10 @@ pub(crate) struct Engine {
     finds_zeros: Vec<String>,
     /// Robots that moved since their place was last written down, and where they came to rest.
     moved: BTreeMap<String, JointVector>,
+    /// Where robots were last seen to stand, as long as nothing but this run can have moved them.
+    standing: Standing,
+    /// The clock of the cell, as the step in hand has seen it go.
+    clock: Arc<StepClock>,
     answers: Option<Answers>,
     unattended: bool,
     plan: Plan,
@@ -111,6 +119,7 @@ impl Engine {
 
     /// What a device's error means: a stop that was asked for is an interruption, and so is one at the pendant.
     fn device_error(&mut self, error: DeviceError) -> StepError {
+        self.standing.forget();
         if let Some(interrupt) = self.inbox.interrupt() {
             return interrupted(interrupt);
         }
@@ -150,12 +159,24 @@ impl Engine {
         Ok(expression.number(&self.calculator, &values)?)
     }
 
-    /// Where a robot stands, read now and shown.
+    /// Where a robot stands, read now and shown; or as it was seen to stand a moment ago, where nothing can have moved it since.
     fn read_pose(&mut self, name: &str) -> Result<JointState, StepError> {
-        let read = self.arm(name)?.link.read_joints();
+        let known = self.standing.of(name);
+        let arm = self.arm(name)?;
+        if let Some(state) = known {
+            return Ok(state);
+        }
+        let read = arm.link.read_joints();
         let state = read.map_err(|error| self.device_error(error))?;
-        self.show_pose(name, &state)?;
+        self.saw(name, &state)?;
         Ok(state)
+    }
+
+    /// Takes in and shows where a robot says it is.
+    fn saw(&mut self, name: &str, state: &JointState) -> Result<(), StepError> {
+        self.clock.saw(state.time_ns);
+        self.standing.saw(name, state);
+        self.show_pose(name, state)
     }
 
     fn show_pose(&mut self, name: &str, state: &JointState) -> Result<(), StepError> {

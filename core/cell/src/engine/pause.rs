@@ -64,6 +64,7 @@ impl Engine {
             if self.lost.contains(&arm.name) {
                 continue;
             }
+            self.standing.forget();
             let activated = arm.link.activate();
             let (name, plugin) = (arm.name.clone(), arm.plugin.clone());
             activated.map_err(|error| self.device_error(error))?;

@@ -80,7 +80,9 @@ impl Engine {
     /// Waits a little for something that concerns the prompt.
     pub(super) fn hear(&mut self, prompt: &Prompt, at: &StepContext) -> Result<Heard, StepError> {
         self.take_in_log(Some(&at.path))?;
-        if at.time_left().is_err() {
+        // While somebody is waited for, anybody may move the arm.
+        self.standing.forget();
+        if at.is_patience_over() {
             self.journal.withdrawn(prompt)?;
             return Err(StepError::error("nobody answered within its time limit"));
         }
@@ -182,7 +184,10 @@ impl Engine {
     ) -> Result<(Answer, String), StepError> {
         let found = match &prompt.kind {
             PromptKind::JogTo { device, .. } => self.use_instrument_at(device, used)?,
-            _ => self.links.use_instrument(used),
+            _ => {
+                self.standing.forget();
+                self.links.use_instrument(used)
+            }
         };
         let answer = found.and_then(|found| {
             let answer = match found {

@@ -168,7 +168,7 @@ impl Engine {
             scope: 0,
             attempt: Attempt { row: 0, number: 1, started: std::time::Instant::now() },
             intent: None,
-            deadline: None,
+            limit: None,
         };
         loop {
             if let Heard::Answer(answer, by) = self.hear(&prompt, &at)? {

@@ -17,6 +17,7 @@ use super::inbox::{Inbox, Interrupt};
 use super::journal::Journal;
 use super::plan::{PlanError, make_plan, number_value};
 use super::run_loop::{RunEnd, describe};
+use super::standing::Standing;
 use super::step_error::StepError;
 use super::{Engine, prompting};
 use crate::answers::{Answers, missing_answers};
@@ -161,6 +162,8 @@ pub fn start_run(
         lost: Vec::new(),
         finds_zeros: request.procedure.finds_zeros_of(),
         moved: BTreeMap::new(),
+        standing: Standing::default(),
+        clock: Arc::default(),
         answers: request.answers.clone(),
         unattended: request.unattended,
         plan,

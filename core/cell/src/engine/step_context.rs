@@ -1,11 +1,13 @@
 //! One attempt at one step.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
 use super::journal::Attempt;
 use super::scope::ScopeId;
+use super::step_clock::StepClock;
 use super::step_error::StepError;
 use crate::event::{NamedValue, StepPath};
 
@@ -19,7 +21,18 @@ pub(crate) struct StepContext {
     pub(crate) attempt: Attempt,
     /// What an earlier attempt set out to do.
     pub(crate) intent: Option<Value>,
-    pub(crate) deadline: Option<Instant>,
+    pub(crate) limit: Option<TimeLimit>,
+}
+
+/// How long an attempt at a step may take.
+#[derive(Debug, Clone)]
+pub(crate) struct TimeLimit {
+    /// So long.
+    pub(crate) within: Duration,
+    /// When it began by the wall's clock: a person's time goes by that.
+    pub(crate) began: Instant,
+    /// How long it takes by the cell's clock: a robot's time goes by that.
+    pub(crate) clock: Arc<StepClock>,
 }
 
 /// What a step has done.
@@ -34,16 +47,24 @@ pub(crate) struct Done {
 }
 
 impl StepContext {
-    /// The time left before the step's limit.
+    /// The time left for robots before the step's limit, by the clock of the cell.
     ///
     /// # Errors
     /// When there is none.
     pub(crate) fn time_left(&self) -> Result<Duration, StepError> {
-        let Some(deadline) = self.deadline else { return Ok(Duration::from_secs(24 * 3600)) };
-        let left = deadline.saturating_duration_since(Instant::now());
+        let Some(limit) = &self.limit else { return Ok(Duration::from_secs(24 * 3600)) };
+        let left = limit.within.saturating_sub(limit.clock.elapsed());
         if left.is_zero() {
-            return Err(StepError::error("its time limit has passed"));
+            let within = limit.within.as_secs_f64();
+            return Err(StepError::error(format!(
+                "its time limit of {within} s has passed by the cell's clock"
+            )));
         }
         Ok(left)
+    }
+
+    /// Whether whoever is asked in it has taken too long to answer.
+    pub(crate) fn is_patience_over(&self) -> bool {
+        self.limit.as_ref().is_some_and(|limit| limit.began.elapsed() >= limit.within)
     }
 }

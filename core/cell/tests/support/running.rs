@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use plumb_cell::RunHandle;
 use plumb_cell::answers::load_answers;
@@ -14,7 +14,7 @@ use plumb_cell::prompt::{Answer, Decision, PromptKind};
 use plumb_cell::workcell::{Workcell, load_workcell};
 use tempfile::TempDir;
 
-use super::{Devices, World};
+use super::{Devices, OnMove, World};
 
 pub const ZERO_ERROR_DEG: [f64; 3] = [1.7, -2.4, 1.3];
 
@@ -55,6 +55,21 @@ pub fn request(cell: &Arc<Workcell>, record: &TempDir) -> RunRequest {
 pub fn start(request: RunRequest, world: &Arc<World>) -> RunningRun {
     let devices = Devices(Arc::clone(world));
     start_run(request, |_| Ok(Box::new(devices))).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Starts a run that is commanded at the beginning of its moves, from the first one on.
+pub fn start_commanded(
+    request: RunRequest,
+    world: &Arc<World>,
+    at_move: impl Fn(usize, &RunHandle) + Send + 'static,
+) -> RunningRun {
+    let handle = Arc::new(OnceLock::new());
+    let known = Arc::clone(&handle);
+    let hook: OnMove = Box::new(move |number| at_move(number, known.wait()));
+    *world.on_move.lock().expect("the hook") = Some(hook);
+    let running = start(request, world);
+    handle.get_or_init(|| running.handle.clone());
+    running
 }
 
 /// Lets a run go on to its end; `watch` may answer it.

@@ -3,7 +3,7 @@
 use plumb_plugin::{JointDescription, JointUnit, LineDescription, RobotCapabilities, RobotDescription};
 
 use super::TeachMover;
-use crate::cutting::Cutting;
+use crate::cutting::{Closing, Cutting};
 use crate::drive::{HalfSteps, Joint, MOTORS};
 use crate::limits;
 use crate::speed_code::SpeedCode;
@@ -26,7 +26,7 @@ impl TeachMover {
             capabilities: RobotCapabilities {
                 interruptible: true,
                 stop_time_ms: stop_time_ms.max(self.configuration.stop_within_ms),
-                jog: self.configuration.hand_control,
+                jog: self.configuration.pendant.is_some(),
                 only_pendant_ends_jog: true,
                 set_zero: true,
             },
@@ -57,7 +57,7 @@ impl TeachMover {
     }
 
     /// How moves at a speed are cut now.
-    pub(super) fn cutting(&self, speed: SpeedCode, closing: Option<u32>, finest: bool) -> Cutting {
+    pub(super) fn cutting(&self, speed: SpeedCode, closing: Option<Closing>, finest: bool) -> Cutting {
         Cutting {
             speed,
             character: self.controller.line().duration(1),

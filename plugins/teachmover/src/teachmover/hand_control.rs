@@ -1,17 +1,18 @@
-//! Driving the arm by hand, from its pendant.
+//! What only the pendant stops: driving the arm by hand from it, and the program taught to the controller.
 
 use plumb_plugin::{JogState, LogLevel, PluginError};
 
 use super::{Mode, TeachMover};
+use crate::configuration::PendantMode;
 use crate::controller::OnlyThePendantStopsIt;
-use crate::protocol::Command;
+use crate::protocol::Status;
 
 impl TeachMover {
-    /// Hands the arm to the pendant, or looks whether the operator has ended it.
+    /// Hands the arm over, or looks whether that has ended.
     pub(super) fn drive_by_hand(&mut self) -> Result<JogState, PluginError> {
-        match self.mode {
-            Mode::HandControl => {}
-            Mode::HandControlEnded => {
+        let mode = match self.mode {
+            Mode::AtThePendant(mode) => mode,
+            Mode::GivenBack => {
                 self.observe(None)?;
                 return Ok(self.finished());
             }
@@ -19,10 +20,10 @@ impl TeachMover {
                 self.begin()?;
                 return Ok(self.under_way());
             }
-        }
-        match self.controller.reply_at_hand(&Command::HandControl) {
+        };
+        match self.controller.reply_at_hand(&mode.command()) {
             Ok(None) => Ok(self.under_way()),
-            Ok(Some(_)) => self.ended(),
+            Ok(Some(status)) => self.ended(mode, status),
             Err(error) => {
                 let error = PluginError::from(error);
                 self.mode = Mode::Ready;
@@ -32,40 +33,49 @@ impl TeachMover {
         }
     }
 
-    /// Takes the arm back, which only the operator can do.
+    /// Takes the arm back, which only the pendant can do, or the end of the program.
     pub(super) fn end_driving_by_hand(&mut self) -> Result<JogState, PluginError> {
-        if matches!(self.mode, Mode::HandControl) {
+        if matches!(self.mode, Mode::AtThePendant(_)) {
             let state = self.drive_by_hand()?;
             if state.finished == 0 {
-                self.refuse_under_hand_control()?;
+                self.refuse_at_the_pendant()?;
             }
             self.mode = Mode::Ready;
             return Ok(state);
         }
-        if matches!(self.mode, Mode::HandControlEnded) {
+        if matches!(self.mode, Mode::GivenBack) {
             self.mode = Mode::Ready;
         }
         self.observe(None)?;
         Ok(self.finished())
     }
 
-    /// Refuses everything while the operator has the arm.
-    pub(super) fn refuse_under_hand_control(&mut self) -> Result<(), PluginError> {
-        if matches!(self.mode, Mode::HandControl) && self.drive_by_hand()?.finished == 0 {
-            return Err(PluginError::NotReady(
-                "the arm is under hand control, which nothing but its pendant ends: press STOP on the pendant".to_owned(),
-            ));
+    /// Refuses everything while only the pendant stops the arm.
+    pub(super) fn refuse_at_the_pendant(&mut self) -> Result<(), PluginError> {
+        let Mode::AtThePendant(mode) = self.mode else { return Ok(()) };
+        if self.drive_by_hand()?.finished != 0 {
+            return Ok(());
         }
-        Ok(())
+        Err(PluginError::NotReady(
+            match mode {
+                PendantMode::HandControl => {
+                    "the arm is under hand control, which nothing but its pendant ends: press STOP on the pendant"
+                }
+                PendantMode::TaughtProgram => {
+                    "the taught program runs, and nothing but the pendant stops it before its end: press STOP on the pendant"
+                }
+            }
+            .to_owned(),
+        ))
     }
 
     fn begin(&mut self) -> Result<(), PluginError> {
-        if !self.configuration.hand_control {
+        let Some(mode) = self.configuration.pendant else {
             return Err(PluginError::Refused(
                 "under hand control nothing but the pendant stops the arm; if an operator stands at it, confirm that in the cell file with `only_the_pendant_stops: [hand_control]`"
                     .to_owned(),
             ));
-        }
+        };
         if let Mode::Doubtful(reason) = &self.mode {
             return Err(PluginError::NotReady(format!(
                 "the arm is not handed over after a failed conversation ({reason}): look where it stands, then activate it again"
@@ -75,24 +85,36 @@ impl TeachMover {
         if self.host.should_stop() {
             return Err(PluginError::stopped());
         }
-        self.controller.begin_hand_control(OnlyThePendantStopsIt::confirmed_by_the_operator())?;
-        self.mode = Mode::HandControl;
-        self.host
-            .log(LogLevel::Warn, "hand control: from here on only the STOP key on the pendant stops the arm");
+        self.controller.begin(mode, OnlyThePendantStopsIt::confirmed_by_the_operator())?;
+        self.mode = Mode::AtThePendant(mode);
+        let name = mode.name();
+        let text = format!("{name}: from here on only the STOP key on the pendant stops the arm");
+        self.host.log(LogLevel::Warn, &text);
         Ok(())
     }
 
-    fn ended(&mut self) -> Result<JogState, PluginError> {
-        self.mode = Mode::HandControlEnded;
+    fn ended(&mut self, mode: PendantMode, status: Status) -> Result<JogState, PluginError> {
+        if (mode, status) == (PendantMode::TaughtProgram, Status::Refused) {
+            self.mode = Mode::Ready;
+            return Err(PluginError::Refused(
+                "the controller refused @RUN: no program is taught to it; name one in the cell file with `taught_program: {write_from: FILE}`"
+                    .to_owned(),
+            ));
+        }
+        self.mode = Mode::GivenBack;
         self.observe(None)?;
         // The operator ends it with the STOP key.
         self.stop_key = false;
         let state = JogState { state: self.tell_rest()?, ..self.finished() };
-        self.host.log(LogLevel::Info, &format!("hand control has ended: {}", self.pose_in_words()));
+        let how = match (mode, status) {
+            (PendantMode::TaughtProgram, Status::StopKey) => "was ended by the STOP key on the pendant",
+            _ => "has ended",
+        };
+        self.host.log(LogLevel::Info, &format!("{} {how}: {}", mode.name(), self.pose_in_words()));
         Ok(state)
     }
 
-    /// While the operator drives, the controller answers nothing: the joints are those from before.
+    /// Meanwhile the controller answers nothing: the joints are those from before.
     fn under_way(&self) -> JogState {
         JogState { state: self.joint_state(true), key: u32::from(self.last.key.0), finished: 0 }
     }

@@ -7,6 +7,7 @@ use plumb_plugin::{JointState, LogLevel, Motion, PluginError};
 use super::{TeachMover, finite, six};
 use crate::configuration::GripSwitch;
 use crate::controller::{ControllerError, MoveEnd};
+use crate::cutting::Closing;
 use crate::drive::{HalfSteps, Joint};
 use crate::limits;
 use crate::protocol::Command;
@@ -32,16 +33,18 @@ impl TeachMover {
         limits::check(&self.joints(), &self.zero.joints(end))?;
         let travel = end.since(start);
         let speed = self.speed(motion)?;
-        let mut grip = self.grip(travel)?;
+        let opening = self.zero.cable().opening(start, travel);
+        let mut grip = self.grip(opening)?;
+        let closing = Closing { by: u32::try_from(-opening).unwrap_or(0), piece: CLOSING_PIECE };
         let finest = motion.speed_fraction <= self.configuration.fine_at_speed;
-        let pieces = self.cutting(speed, grip.as_ref().map(|_| CLOSING_PIECE), finest).pieces(travel);
+        let pieces = self.cutting(speed, grip.as_ref().map(|_| closing), finest).pieces(travel);
         let count = pieces.len();
         for (index, piece) in pieces.into_iter().enumerate() {
             if self.host.should_stop() {
                 return Err(self.stopped("stopped"));
             }
             let piece = if grip.as_ref().is_some_and(|grip| grip.touches) {
-                piece.holding_the_opening()
+                self.zero.cable().holding_the_opening(self.last.registers, piece)
             } else {
                 piece
             };
@@ -142,9 +145,9 @@ impl TeachMover {
             .min(self.configuration.full_speed))
     }
 
-    /// How the grip switch is watched in a move of these counts, if it is.
-    fn grip(&self, travel: HalfSteps) -> Result<Option<Grip>, PluginError> {
-        if travel.opening() >= 0 {
+    /// How the grip switch is watched in a move that opens the gripper by so many half-steps, if it is.
+    fn grip(&self, opening: i32) -> Result<Option<Grip>, PluginError> {
+        if opening >= 0 {
             return Ok(None);
         }
         let Some(switch) = self.configuration.grip_switch else {
@@ -155,7 +158,7 @@ impl TeachMover {
         if !switch.is_touching(self.last.inputs) {
             return Ok(Some(Grip { switch, touches: false }));
         }
-        if -travel.opening() > HARDEST_PRESS {
+        if -opening > HARDEST_PRESS {
             let press = f64::from(HARDEST_PRESS) / Joint::Gripper.half_steps_per_unit();
             return Err(PluginError::OutOfRange(format!(
                 "the fingers touch something already (gripper {:.1} mm); they may be pressed together by {press:.1} mm at most",

@@ -1,11 +1,16 @@
 //! The prompt that waits: what the operator has typed or chosen so far, and whether it would do as an answer.
 
+use std::time::Duration;
+
 use plumb_cell::command::Command;
 use plumb_cell::event::NamedValue;
 use plumb_cell::prompt::{Answer, Decision, Prompt, PromptKind};
 
 /// Steps a jog can make, in degrees (mm for a linear joint).
 pub(crate) const JOG_STEPS: [f64; 5] = [0.1, 0.5, 1.0, 5.0, 10.0];
+
+/// How long the first `h` waits for the second.
+const SAID_TWICE_WITHIN: Duration = Duration::from_secs(10);
 
 /// A prompt on the screen.
 #[derive(Clone, Debug)]
@@ -20,8 +25,8 @@ pub(crate) struct OpenPrompt {
     pub chosen: usize,
     /// Which of [`JOG_STEPS`].
     pub jog_step: usize,
-    /// The operator has asked once to hand the arm to its pendant.
-    pub handing_over: bool,
+    /// When the operator asked once to hand the arm to its pendant, by the screens' clock.
+    pub handing_over: Option<Duration>,
     /// Why the last answer was not taken.
     pub refused: Option<String>,
     /// An answer was given and the engine has not replied yet.
@@ -48,7 +53,7 @@ impl OpenPrompt {
             offered,
             chosen,
             jog_step: 2,
-            handing_over: false,
+            handing_over: None,
             refused: None,
             answered: false,
         }
@@ -133,19 +138,33 @@ impl OpenPrompt {
         Some(Command::Jog { prompt: self.prompt.id, joint, by: sign * self.step() })
     }
 
-    /// The command that hands the arm to its pendant, once the operator has said twice that it shall.
-    pub(crate) fn hand_over(&mut self) -> Result<Command, String> {
+    /// The command that hands the arm to its pendant, once the operator has said twice that it shall, with nothing in between.
+    pub(crate) fn hand_over(&mut self, now: Duration) -> Result<Command, String> {
         if !matches!(self.prompt.kind, PromptKind::JogTo { hand_over: true, .. }) {
             return Err("this arm is not handed over here: jog it with the keys, or with its pendant if that moves it".to_owned());
         }
-        if !std::mem::replace(&mut self.handing_over, true) {
+        if self.handing_over.take().is_none() {
+            self.handing_over = Some(now);
             return Err(
                 "From then on nothing stops the arm but STOP on its pendant: no key here, and not the end of this program. If you stand at it, press h again."
                     .to_owned(),
             );
         }
-        self.handing_over = false;
         Ok(Command::HandOver { prompt: self.prompt.id })
+    }
+
+    /// The operator did something else: what was asked once is forgotten, and so is what was said about it.
+    pub(crate) fn keep_the_arm(&mut self) {
+        if self.handing_over.take().is_some() {
+            self.refused = None;
+        }
+    }
+
+    /// Time passes: what was asked once is not taken for an answer to anything later.
+    pub(crate) fn pass_time(&mut self, now: Duration) {
+        if self.handing_over.is_some_and(|asked| now.saturating_sub(asked) > SAID_TWICE_WITHIN) {
+            self.keep_the_arm();
+        }
     }
 
     /// Size of one jog, in the joint's unit.

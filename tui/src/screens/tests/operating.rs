@@ -137,6 +137,31 @@ fn an_arm_is_handed_to_its_pendant_only_when_that_was_said_twice() {
 }
 
 #[test]
+fn asking_once_for_the_pendant_is_forgotten_with_any_other_key_and_with_time() {
+    let mut state = begun();
+    let Event::PromptAsked { mut prompt } = jog_asked() else { panic!("a prompt") };
+    if let PromptKind::JogTo { hand_over, .. } = &mut prompt.kind {
+        *hand_over = true;
+    }
+    tell(&mut state, Event::PromptAsked { prompt });
+    let warning = "From then on nothing stops the arm but STOP on its pendant";
+
+    assert_eq!(press(&mut state, KeyCode::Char('h')), [Action::Bell]);
+    press(&mut state, KeyCode::Down);
+    assert!(!page(&state, 120, 40).contains(warning));
+    assert_eq!(press(&mut state, KeyCode::Char('h')), [Action::Bell], "it asks anew");
+
+    let later = state.now + Duration::from_secs(11);
+    update(&mut state, Message::Tick(later));
+    assert!(!page(&state, 120, 40).contains(warning));
+    assert_eq!(press(&mut state, KeyCode::Char('h')), [Action::Bell], "it asks anew");
+    assert_eq!(
+        press(&mut state, KeyCode::Char('h')),
+        [Action::Tell(Tell::HandOver { prompt: PromptId(41) })]
+    );
+}
+
+#[test]
 fn a_failed_step_is_tried_again_with_one_key() {
     let mut state = searching();
     tell(&mut state, decision_asked());

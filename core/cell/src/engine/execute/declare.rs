@@ -38,6 +38,7 @@ impl Engine {
                 message,
             });
         }
+        self.standing.forget();
         let set = self.arm(&step.robot)?.link.set_zero(&declared);
         set.map_err(|error| self.device_error(error))?;
         let now = self.read_pose(&step.robot)?.joints;

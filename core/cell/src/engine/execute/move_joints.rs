@@ -65,10 +65,11 @@ impl Engine {
     ) -> Result<JointVector, StepError> {
         self.look_for_interrupt()?;
         let limit = at.time_left()?;
+        self.standing.forget();
         let moved = self.arm(robot)?.move_to(from, target, speed, limit);
         match moved {
             Ok(state) => {
-                self.show_pose(robot, &state)?;
+                self.saw(robot, &state)?;
                 self.moved.insert(robot.to_owned(), state.joints);
                 Ok(state.joints)
             }

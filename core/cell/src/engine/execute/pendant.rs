@@ -118,12 +118,14 @@ impl Engine {
             self.jog(robot, true)?;
         }
         let found = self.links.use_instrument(used);
+        self.standing.forget();
         self.take_back(robot, &mut pendant)?;
         Ok(found)
     }
 
     /// Hands over or takes back; true once the operator has ended it on the pendant.
     fn jog(&mut self, robot: &str, on: bool) -> Result<bool, StepError> {
+        self.standing.forget();
         let state = self.arm(robot)?.link.jog(on).map_err(|error| self.device_error(error))?;
         self.show_pose(robot, &state.state)?;
         Ok(state.finished != 0)

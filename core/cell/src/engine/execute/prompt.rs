@@ -67,6 +67,7 @@ impl Engine {
         for (name, value) in &simulated.values {
             values.push((name.clone(), self.number(at.scope, value)?));
         }
+        self.standing.forget();
         self.links.simulate(&simulated.act, &values).map_err(StepError::Error)
     }
 

@@ -291,8 +291,12 @@ impl Engine {
             let before = trigger - search.direction * search.back_off;
             here = self.step_to(search, at, &here, before, step.fast.speed)?;
         }
-        here = self.step_to(search, at, &here, trigger, step.slow.speed)?;
         let resolution = self.arm(&step.robot)?.resolution(search.column);
+        // The middle of a half-step is no place to stand at, and which way a driver rounds it is its own affair: the far end is where the sensor
+        // was seen to have changed.
+        let half_width = edge.joints_half_width.get(search.column).unwrap_or(0.0);
+        let seen = trigger + search.direction * half_width.min(resolution / 2.0);
+        here = self.step_to(search, at, &here, seen, step.slow.speed)?;
         let allowance = self.chunk(search, &step.fast).max(self.chunk(search, &step.slow));
         let furthest = trigger + search.direction * allowance;
         let mut creep = resolution.max(FINEST_CREEP);

@@ -1,0 +1,103 @@
+//! What the controller is told when the arm is connected, before anything moves: the character it answers to, the pause in its replies, the
+//! program it holds.
+
+use std::fs;
+use std::path::Path;
+
+use plumb_plugin::{LogLevel, PluginError};
+
+use super::TeachMover;
+use crate::controller::ControllerError;
+use crate::protocol::{ProgramLine, parse_program};
+use crate::serial_line::{ReplyFailure, SerialError};
+
+/// Whether nobody answered.
+fn is_silence(error: &ControllerError) -> bool {
+    matches!(
+        error,
+        ControllerError::Line(SerialError::ReadReply { failure: ReplyFailure::Silent { .. }, .. })
+    )
+}
+
+impl TeachMover {
+    /// Does what the cell file says of the controller.
+    pub(super) fn set_up(&mut self) -> Result<(), PluginError> {
+        self.rename()?;
+        if let Some(amount) = self.configuration.reply_delay {
+            self.controller.delay_replies(amount)?;
+        }
+        if let Some(file) = self.configuration.program.keep_in.clone() {
+            self.keep_program(&file)?;
+        }
+        if let Some(file) = self.configuration.program.write_from.clone() {
+            self.write_program(&file)?;
+        }
+        Ok(())
+    }
+
+    /// Makes an arm that answers to its former character answer to its own.
+    fn rename(&mut self) -> Result<(), PluginError> {
+        let Some(former) = self.configuration.renamed_from else { return Ok(()) };
+        match self.controller.read() {
+            Err(error) if is_silence(&error) => {}
+            other => return other.map(drop).map_err(PluginError::from),
+        }
+        self.controller.resynchronise()?;
+        let own = self.configuration.recognition;
+        self.controller.call_it(former);
+        let renamed = self.controller.change_recognition(own);
+        self.controller.call_it(own);
+        renamed?;
+        let (former, own) = (char::from(former), char::from(own));
+        self.host.log(LogLevel::Info, &format!("the arm answered to '{former}' and answers to '{own}' now"));
+        Ok(())
+    }
+
+    /// Keeps the program that the controller holds in a file; none leaves the file as it is.
+    fn keep_program(&mut self, file: &Path) -> Result<(), PluginError> {
+        let program = self.controller.dump_program()?;
+        if program.is_empty() {
+            self.host.log(LogLevel::Info, "no program is taught to the controller: nothing to keep");
+            return Ok(());
+        }
+        let lines = program.iter().map(|line| line.0.map(|word| word.to_string()).join(",") + "\n");
+        fs::write(file, lines.collect::<String>()).map_err(|error| {
+            let file = file.display();
+            PluginError::Refused(format!("config: taught_program: keep_in {file} cannot be written: {error}"))
+        })?;
+        let text = format!(
+            "the program taught to the controller is kept in {}: {} lines",
+            file.display(),
+            program.len()
+        );
+        self.host.log(LogLevel::Info, &text);
+        Ok(())
+    }
+
+    /// Writes the program of a file into the controller and reads it back.
+    fn write_program(&mut self, file: &Path) -> Result<(), PluginError> {
+        let refused = |why: String| {
+            let file = file.display();
+            PluginError::Refused(format!("config: taught_program: write_from {file}: {why}"))
+        };
+        let bytes = fs::read(file).map_err(|error| refused(error.to_string()))?;
+        let program: Vec<ProgramLine> = parse_program(&bytes).map_err(|fault| refused(fault.to_string()))?;
+        if program.is_empty() {
+            return Err(refused(
+                "it holds no program: a line of eight numbers for each of its lines".to_owned(),
+            ));
+        }
+        self.controller.write_program(&program)?;
+        let held = self.controller.dump_program()?;
+        if let Some(missing) = program.iter().find(|line| !held.contains(line)) {
+            return Err(PluginError::Failed(format!(
+                "the controller did not take the line {} of {} over: a byte was damaged on the line, or its memory is full",
+                missing.0.map(|word| word.to_string()).join(","),
+                file.display()
+            )));
+        }
+        let text = format!("{} lines of {} are taught to the controller", program.len(), file.display());
+        self.host.log(LogLevel::Info, &text);
+        Ok(())
+    }
+}
