@@ -1,6 +1,6 @@
 //! Agin's calibration of a PUMA 560, from the first prompt to the proof that a second pass finds nothing; and what more the model lab finds.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, dead_code, reason = "a test that cannot go on fails; shared with the figures of the manual")]
 
 #[path = "puma/cells.rs"]
 mod cells;

@@ -93,8 +93,8 @@ fn tip(chain: &Chain, q: &[f64; 6]) -> [f64; 3] {
 
 fn inside(chain: &Chain, q: &[f64; 6]) -> bool {
     chain.joints.iter().zip(q).all(|(joint, q)| {
-        let [low, high] = joint.limits.map(f64::to_degrees);
-        (low + 3.0..=high - 3.0).contains(q)
+        let (low, high) = joint.limits;
+        (low.to_degrees() + 3.0..=high.to_degrees() - 3.0).contains(q)
     })
 }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use super::cells::{Cells, found};
+use super::cells::{Cells, found, value};
 
 /// What came out for one joint.
 #[derive(Debug, Default)]
@@ -46,8 +46,7 @@ pub(crate) fn recovered(seeds: RangeInclusive<u64>, progress: impl Fn(u64)) -> F
 pub(crate) fn tilted(seeds: RangeInclusive<u64>, quadrants: u32, waist_deg: i32) -> Figures {
     let cells = Cells::new();
     let plain = std::fs::read_to_string(cells.puma().join("world.yaml")).unwrap();
-    let plain = plain.replace("{tilt_x_deg: 0.12, tilt_y_deg: -0.2}", "{tilt_x_deg: 0.4, tilt_y_deg: -0.7}");
-    let plain = plain.replace("tilt_x_deg: 0.1, tilt_y_deg: -0.25}", "tilt_x_deg: 0.3, tilt_y_deg: -0.5}");
+    let plain = out_of_level(&plain);
     let (quadrants, waist) = (format!("quadrants={quadrants}"), format!("waist_deg={waist_deg}"));
     let mut figures = Figures::default();
     for seed in seeds {
@@ -55,6 +54,35 @@ pub(crate) fn tilted(seeds: RangeInclusive<u64>, quadrants: u32, waist_deg: i32)
         figures.add(&cells, seed, &["--set", &quadrants, "--set", &waist]);
     }
     figures
+}
+
+/// Root mean square of joints 3 and 4 from the first reading alone (lefty, one direction of the waist) of runs with the mount out of level, deg.
+pub(crate) fn from_one_reading(seeds: RangeInclusive<u64>, waist_deg: i32) -> [f64; 2] {
+    let cells = Cells::new();
+    let level = std::fs::read_to_string(cells.puma().join("world.yaml")).unwrap();
+    let (mut squares, count) = ([0.0; 2], seeds.clone().count());
+    for seed in seeds {
+        cells.change_world(|_| out_of_level(&level).replace("seed: 1", &format!("seed: {seed}")));
+        let waist = format!("waist_deg={waist_deg}");
+        let (code, events, said) = cells.run("cell.yaml", &["find-zeros", "--set", "quadrants=1", "--set", &waist]);
+        assert_eq!(code, Some(0), "{said}");
+        let read = |step: &str, joint: &str| {
+            let at = |step: &str| value(&events, &format!("levels[1].{step}"), joint);
+            90.0 - (at(step) + at(&format!("{step}_turned"))) / 2.0
+        };
+        let truths = cells.true_errors();
+        let found = [read("elbow_lefty", "elbow"), read("roll_lefty", "wrist_roll")];
+        for ((square, found), truth) in squares.iter_mut().zip(found).zip(truths.iter().skip(1)) {
+            *square += (found - truth).powi(2);
+        }
+    }
+    squares.map(|square: f64| (square / count as f64).sqrt())
+}
+
+/// The world with its mount and its table well out of level.
+fn out_of_level(plain: &str) -> String {
+    let plain = plain.replace("{tilt_x_deg: 0.12, tilt_y_deg: -0.2}", "{tilt_x_deg: 0.4, tilt_y_deg: -0.7}");
+    plain.replace("tilt_x_deg: 0.1, tilt_y_deg: -0.25}", "tilt_x_deg: 0.3, tilt_y_deg: -0.5}")
 }
 
 impl Figures {

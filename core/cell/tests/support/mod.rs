@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use plumb_cell::StopAction;
-use plumb_cell::device::{DeviceError, DeviceLinks, Link, RobotLink, SensorLink};
+use plumb_cell::device::{Act, DeviceError, DeviceLinks, Link, RobotLink, SensorLink};
 use plumb_cell::workcell::DeviceSetting;
 use plumb_plugin::{
     JogState, JointDescription, JointState, JointUnit, JointVector, Motion, PluginError, ProximityEdge,
