@@ -18,8 +18,8 @@ use crate::history_command::{record_directory, state_in_words};
 /// Show what the record holds of a run: its steps, answers, trigger poses, computed values and corrections.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Its number, as `plumb history` gives it; the newest if left out.
-    run: Option<i64>,
+    /// Its number, as `plumb history` gives it; the newest if left out. With --table, several, whose rows stand in one table then.
+    run: Vec<i64>,
     /// Where the record lies.
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
     /// Every number of the run as CSV: values, trigger poses, answers and corrections, one a line.
     #[arg(long, group = "form")]
     csv: bool,
-    /// The trigger poses as a measurement table (CSV), which `plumb model` reads with the cell's model file.
+    /// Trigger poses and rows of measurements as a table (CSV), which `plumb model` reads with the cell's model file.
     #[arg(long, group = "form")]
     table: bool,
     /// With --table: joints by the zeros the run found, rather than by those in force when it began.
@@ -45,16 +45,22 @@ pub(crate) struct Arguments {
 #[error("no runs in {0}: `plumb run CELL` makes the first")]
 struct NoRuns(String);
 
+/// Only a table can hold several.
+#[derive(Debug, thiserror::Error)]
+#[error("one run is shown at a time; several make one table with --table")]
+struct SeveralRuns;
+
 /// Prints the run.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let directory = record_directory(arguments.record.as_ref())?;
     let record = Record::open(&directory)?;
-    let run = match arguments.run {
-        Some(run) => record.run(RunId(run))?,
-        None => {
+    let run = match arguments.run.as_slice() {
+        [run, others @ ..] if others.is_empty() || arguments.table => record.run(RunId(*run))?,
+        [] => {
             let newest = record.history(1)?.into_iter().next();
             newest.ok_or_else(|| NoRuns(directory.display().to_string()))?
         }
+        _ => return Err(SeveralRuns.into()),
     };
     if arguments.csv {
         return numbers::print(&record, &run);

@@ -11,14 +11,13 @@ pub mod event;
 pub mod expression;
 mod file;
 mod in_words;
-pub mod instrument;
+pub mod measurement_table;
 pub mod procedure;
 pub mod prompt;
 mod read_context;
 mod run_handle;
 pub mod schema;
 pub mod step;
-pub mod trigger_table;
 pub mod workcell;
 pub mod yaml;
 

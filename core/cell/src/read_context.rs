@@ -1,5 +1,7 @@
 //! What every part of a file format needs while it is read and checked.
 
+use std::path::Path;
+
 use crate::expression::{Calculator, Expression, Names, Template};
 use crate::yaml::{MapReader, Node, Place, Problems};
 
@@ -8,6 +10,8 @@ pub(crate) struct ReadContext<'a> {
     pub(crate) calculator: &'a Calculator,
     /// The file's text.
     pub(crate) file: &'a str,
+    /// Where files named in it lie.
+    pub(crate) folder: &'a Path,
     pub(crate) problems: &'a Problems,
 }
 
@@ -60,6 +64,8 @@ pub(crate) struct RobotNames {
     pub(crate) joints: Vec<(String, DegOrMm)>,
     /// Surfaces of its model file.
     pub(crate) surfaces: Vec<String>,
+    /// Levels of its model file.
+    pub(crate) levels: Vec<String>,
 }
 
 /// How people write a joint's numbers.

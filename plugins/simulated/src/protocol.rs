@@ -205,6 +205,14 @@ pub enum Verb {
         /// Whether it is turned end for end.
         #[serde(default)]
         turned: bool,
+        /// Which coordinate a tracker shows.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        axis: Option<Axis>,
+    },
+    /// The operator hangs a weight on the flange, in place of what hung there; ends with [`Say::Reading`].
+    Hang {
+        /// kg; 0 takes it away.
+        mass_kg: f64,
     },
     /// The operator drives one joint with the pendant until the bubble of a spirit level stands in the middle; ends with
     /// [`Say::Reading`].
@@ -251,8 +259,22 @@ pub enum Instrument {
     /// A spirit level. On a TeachMover's hand: its tilt from hanging straight down, outward positive, deg. On a surface of a PUMA: by how
     /// much the end its arrow points to is too high, deg.
     Level,
-    /// A ruler, from the table up to the sensor's face, or to the middle of the wrist flange, mm.
+    /// A ruler, from the table up to the sensor's face; of a PUMA, to the middle of the wrist flange or to the tip of the cage, mm.
     Ruler,
+    /// A laser tracker, one coordinate of a reflector at a place on the arm, in a frame that stands upright on the arm's foot, mm.
+    Tracker,
+}
+
+/// A coordinate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Axis {
+    /// Forward.
+    X,
+    /// To the left.
+    Y,
+    /// Up.
+    Z,
 }
 
 /// The keys of the teach pendant, numbered as the controller reports them.

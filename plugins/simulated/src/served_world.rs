@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::light::{Light, Switches};
 use crate::physics::rigid::Rigid;
-use crate::protocol::{Instrument, JointFacts, JointUnit, Reading, SomeJoints, TruthReport};
+use crate::protocol::{Axis, Instrument, JointFacts, JointUnit, Reading, SomeJoints, TruthReport};
 use crate::world::{
     AXES, HalfSteps, Joint, Joints, LineChange, MotionOrder, MotionRefused, Point, Resolution, World,
 };
@@ -34,6 +34,8 @@ pub struct Use<'a> {
     pub at: Option<&'a str>,
     /// Whether it is turned end for end.
     pub turned: bool,
+    /// Which coordinate is read.
+    pub axis: Option<Axis>,
 }
 
 /// The moment a picture is taken in.
@@ -160,6 +162,13 @@ pub trait ServedWorld: Send {
     fn turn_trim(&mut self, _by: f64) -> Result<(), String> {
         Err("this arm has no proximity sensor".to_owned())
     }
+    /// Hangs a weight (kg) on the flange, in place of what hung there.
+    ///
+    /// # Errors
+    /// Why not.
+    fn hang(&mut self, _mass_kg: f64) -> Result<(), String> {
+        Err("nothing is hung on this arm".to_owned())
+    }
     /// Puts something of this width (mm) between the fingers.
     ///
     /// # Errors
@@ -260,6 +269,7 @@ impl ServedWorld for World {
         Ok(match used.with {
             Instrument::Level => (self.read_level().to_degrees(), "deg"),
             Instrument::Ruler => (self.read_ruler(), "mm"),
+            Instrument::Tracker => return Err("no laser tracker stands in this world".to_owned()),
         })
     }
 

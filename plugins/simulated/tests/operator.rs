@@ -11,7 +11,8 @@ use plumb_simulated::world::Joint;
 use plumb_simulated::world::file::{parse, read, seal};
 
 fn measure(client: &mut WorldClient, with: Instrument) -> (f64, String) {
-    match client.call(Verb::Measure { with, at: None, turned: false }, || false, |_| {}).unwrap() {
+    match client.call(Verb::Measure { with, at: None, turned: false, axis: None }, || false, |_| {}).unwrap()
+    {
         Say::Measured { value, unit } => (value, unit),
         other => panic!("{other:?}"),
     }

@@ -159,6 +159,9 @@ pub(crate) struct NextArguments {
     /// Loads the hand can carry, kg; those of the table when not given.
     #[arg(long, value_name = "KG", value_delimiter = ',')]
     pub(crate) payload: Vec<f64>,
+    /// Print the poses as a table (CSV) that a procedure goes through with `repeat: {over: FILE}`.
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) csv: bool,
 }
 
 fn keep_out(text: &str) -> Result<KeepOut, String> {

@@ -2,7 +2,8 @@
 
 use std::error::Error;
 
-use plumb_model::diagnosis::{NextPoses, Wanted};
+use plumb_model::diagnosis::{NextPose, NextPoses, Wanted};
+use plumb_model::table::Table;
 
 use super::arguments::NextArguments;
 use super::progress::watched;
@@ -19,9 +20,39 @@ pub(super) fn run(arguments: &NextArguments) -> Result<String, Box<dyn Error>> {
     if arguments.pair.json {
         return Ok(super::json(&poses)?);
     }
+    if arguments.csv {
+        return Ok(as_table(&poses, opened.laboratory.table()));
+    }
     let names: Vec<&str> =
         opened.laboratory.model().chain.joints.iter().map(|joint| joint.name.as_str()).collect();
     Ok(tell(&poses, &names))
+}
+
+/// A line a pose: joints, load, and a number that all returns to one pose share, none of which the data has; 0 for a pose without returns.
+fn as_table(poses: &NextPoses, data: &Table) -> String {
+    let numbers = data.repeat.names.iter().filter_map(|name| name.parse::<f64>().ok());
+    let mut newest = numbers.fold(0.0, f64::max).max(data.repeat.names.len() as f64);
+    let mut text = String::new();
+    let joints = poses.next.first().map_or(0, |pose| pose.q_deg.len());
+    (1..=joints).for_each(|joint| text.push_str(&format!("q{joint}_deg,")));
+    text.push_str("payload_kg,repeat\n");
+    let mut returns: Vec<(&[f64], f64, f64)> = Vec::new();
+    for pose in &poses.next {
+        let same = |other: &&NextPose| other.q_deg == pose.q_deg && other.payload_kg == pose.payload_kg;
+        let known = returns.iter().find(|(q, load, _)| *q == pose.q_deg && *load == pose.payload_kg);
+        let number = match known {
+            Some((.., number)) => *number,
+            None if poses.next.iter().filter(same).count() > 1 => {
+                newest += 1.0;
+                returns.push((&pose.q_deg, pose.payload_kg, newest));
+                newest
+            }
+            None => 0.0,
+        };
+        pose.q_deg.iter().for_each(|q| text.push_str(&format!("{q},")));
+        text.push_str(&format!("{},{number}\n", pose.payload_kg));
+    }
+    text
 }
 
 fn tell(poses: &NextPoses, joints: &[&str]) -> String {

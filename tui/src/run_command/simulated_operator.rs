@@ -2,53 +2,85 @@
 
 use std::path::Path;
 
+use plumb_cell::device::Act;
 use plumb_cell::yaml::did_you_mean;
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::{Instrument, Say, Verb};
+use plumb_simulated::protocol::{Axis, Instrument, Say, Verb};
 
-/// What procedures may ask for under `simulated:`, with its numbers.
-const ACTS: [(&str, &[&str]); 5] = [
-    ("rest_on_gauge", &["height_mm"]),
-    ("trim_to_fire", &[]),
-    ("place_hand", &["x_mm", "y_mm", "z_mm"]),
-    ("read_level", &[]),
-    ("read_ruler", &[]),
+/// What procedures may ask for under `simulated:`, with its numbers and its words.
+const ACTS: [(&str, &[&str], &[&str]); 8] = [
+    ("rest_on_gauge", &["height_mm"], &[]),
+    ("trim_to_fire", &[], &[]),
+    ("place_hand", &["x_mm", "y_mm", "z_mm"], &[]),
+    ("read_level", &[], &["at", "turned"]),
+    ("read_ruler", &[], &["at"]),
+    ("read_tracker", &[], &["at", "axis"]),
+    ("drive_to_level", &[], &["joint", "at", "turned"]),
+    ("hang", &["mass_kg"], &[]),
 ];
 
 /// Does an act in the world that listens there; what an instrument reads.
-pub(super) fn operate(socket: &Path, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String> {
-    let verb = verb_of(act, values)?;
+pub(super) fn operate(socket: &Path, act: &Act) -> Result<Option<f64>, String> {
+    let verb = verb_of(act)?;
     let mut world = WorldClient::connect(socket, "operator").map_err(|error| error.to_string())?;
     match world.call(verb, || false, |_| ()) {
-        Ok(Say::Measured { value, .. }) => Ok(Some(value)),
+        // As one writes it down: no instrument is read to more than a millionth.
+        Ok(Say::Measured { value, .. }) => Ok(Some((value * 1e6).round() / 1e6)),
         Ok(_) => Ok(None),
-        Err(error) => Err(format!("the simulated operator cannot do `{act}`: {error}")),
+        Err(error) => Err(format!("the simulated operator cannot do `{}`: {error}", act.name)),
     }
 }
 
-fn verb_of(act: &str, values: &[(String, f64)]) -> Result<Verb, String> {
-    let Some((_, names)) = ACTS.iter().find(|(known, _)| *known == act) else {
-        let help = did_you_mean(act, ACTS.iter().map(|(known, _)| *known));
-        return Err(format!("the simulated operator does not know `{act}`: {help}"));
+fn verb_of(act: &Act) -> Result<Verb, String> {
+    let name = act.name.as_str();
+    let Some((_, numbers, words)) = ACTS.iter().find(|(known, ..)| *known == name) else {
+        let help = did_you_mean(name, ACTS.iter().map(|(known, ..)| *known));
+        return Err(format!("the simulated operator does not know `{name}`: {help}"));
     };
-    if let Some((name, _)) = values.iter().find(|(name, _)| !names.contains(&name.as_str())) {
-        return Err(format!(
-            "`{act}` of the simulated operator takes no `{name}`: {}",
-            did_you_mean(name, names.iter().copied())
-        ));
+    let told = act.numbers.iter().map(|(key, _)| key).chain(act.words.iter().map(|(key, _)| key));
+    let known: Vec<&str> = numbers.iter().chain(*words).copied().collect();
+    for key in told {
+        if !known.contains(&key.as_str()) {
+            let help = did_you_mean(key, known.iter().copied());
+            return Err(format!("`{name}` of the simulated operator takes no `{key}`: {help}"));
+        }
     }
-    let number = |name: &str| {
-        let found = values.iter().find(|(known, _)| known == name).map(|(_, value)| *value);
-        found.ok_or_else(|| format!("`{act}` of the simulated operator needs `{name}`"))
+    let needs = |key: &str| format!("`{name}` of the simulated operator needs `{key}`");
+    let number = |key: &str| {
+        let found = act.numbers.iter().find(|(known, _)| known == key).map(|(_, value)| *value);
+        found.ok_or_else(|| needs(key))
     };
-    Ok(match act {
+    let word = |key: &str| act.words.iter().find(|(known, _)| known == key).map(|(_, word)| word.clone());
+    let turned = match word("turned").as_deref() {
+        Some("true") => true,
+        Some("false") | None => false,
+        Some(other) => return Err(format!("`turned` of `{name}` is `{other}`; it is true or false")),
+    };
+    let read = |with: Instrument| Verb::Measure { with, at: word("at"), turned, axis: None };
+    Ok(match name {
         "rest_on_gauge" => Verb::RestOnGauge { height_mm: number("height_mm")? },
         "trim_to_fire" => Verb::TrimToFire {},
         "place_hand" => {
             Verb::PlaceHand { x_mm: number("x_mm")?, y_mm: number("y_mm")?, z_mm: number("z_mm")? }
         }
-        "read_level" => Verb::Measure { with: Instrument::Level, at: None, turned: false },
-        _ => Verb::Measure { with: Instrument::Ruler, at: None, turned: false },
+        "read_level" => read(Instrument::Level),
+        "read_tracker" => {
+            let axis = match word("axis").as_deref() {
+                Some("x") => Axis::X,
+                Some("y") => Axis::Y,
+                Some("z") => Axis::Z,
+                Some(other) => return Err(format!("`axis` of `{name}` is `{other}`; it is x, y or z")),
+                None => return Err(needs("axis")),
+            };
+            Verb::Measure { with: Instrument::Tracker, at: word("at"), turned, axis: Some(axis) }
+        }
+        "drive_to_level" => Verb::Level {
+            joint: word("joint").ok_or_else(|| needs("joint"))?,
+            at: word("at").ok_or_else(|| needs("at"))?,
+            turned,
+        },
+        "hang" => Verb::Hang { mass_kg: number("mass_kg")? },
+        _ => read(Instrument::Ruler),
     })
 }
 
@@ -56,13 +88,30 @@ fn verb_of(act: &str, values: &[(String, f64)]) -> Result<Verb, String> {
 mod tests {
     use super::*;
 
+    fn act(name: &str, numbers: &[(&str, f64)], words: &[(&str, &str)]) -> Act {
+        Act {
+            name: name.to_owned(),
+            numbers: numbers.iter().map(|(key, value)| ((*key).to_owned(), *value)).collect(),
+            words: words.iter().map(|(key, word)| ((*key).to_owned(), (*word).to_owned())).collect(),
+        }
+    }
+
     #[test]
-    fn an_act_that_is_not_known_or_lacks_a_number_is_told_with_what_would_be_right() {
-        let unknown = verb_of("rest_on_guage", &[]).unwrap_err();
+    fn an_act_that_is_not_known_or_lacks_something_is_told_with_what_would_be_right() {
+        let unknown = verb_of(&act("rest_on_guage", &[], &[])).unwrap_err();
         assert!(unknown.contains("did you mean `rest_on_gauge`?"), "{unknown}");
-        let lacking = verb_of("rest_on_gauge", &[]).unwrap_err();
+        let lacking = verb_of(&act("rest_on_gauge", &[], &[])).unwrap_err();
         assert_eq!(lacking, "`rest_on_gauge` of the simulated operator needs `height_mm`");
-        let surplus = verb_of("trim_to_fire", &[("by".to_owned(), 1.0)]).unwrap_err();
+        let surplus = verb_of(&act("trim_to_fire", &[("by", 1.0)], &[])).unwrap_err();
         assert!(surplus.contains("takes no `by`"), "{surplus}");
+        let astray = verb_of(&act("read_tracker", &[], &[("at", "tip"), ("axis", "w")])).unwrap_err();
+        assert!(astray.contains("it is x, y or z"), "{astray}");
+    }
+
+    #[test]
+    fn a_level_is_read_where_it_lies_and_the_way_it_lies() {
+        let verb = verb_of(&act("read_level", &[], &[("at", "cage_back"), ("turned", "true")])).unwrap();
+        let at = Some("cage_back".to_owned());
+        assert_eq!(verb, Verb::Measure { with: Instrument::Level, at, turned: true, axis: None });
     }
 }

@@ -9,11 +9,10 @@ use std::time::{Duration, Instant};
 
 use super::emulated_controller::EmulatedController;
 use super::simulated_operator;
-use plumb_cell::device::World;
-use plumb_cell::instrument::{InstrumentResult, InstrumentUse};
+use plumb_cell::device::{Act, World};
 use plumb_cell::workcell::{Pace, WorldSetting};
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::{self, Say, Verb};
+use plumb_simulated::protocol::{self, Verb};
 
 /// How long a world may take to listen.
 const READY_WITHIN: Duration = Duration::from_secs(15);
@@ -155,31 +154,8 @@ impl World for SimulatedWorld {
         Ok(port)
     }
 
-    fn operate(&mut self, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String> {
-        simulated_operator::operate(&self.socket, act, values)
-    }
-
-    fn use_instrument(&mut self, used: &InstrumentUse) -> Result<InstrumentResult, String> {
-        let with = match used.instrument.as_str() {
-            "level" => protocol::Instrument::Level,
-            "ruler" => protocol::Instrument::Ruler,
-            other => return Err(format!("there is no instrument `{other}`; there are `level` and `ruler`")),
-        };
-        let (at, turned) = (used.at.clone(), used.turned);
-        let mut client = WorldClient::connect(&self.socket, "operator").map_err(|error| error.to_string())?;
-        let verb = match (&used.drive, with) {
-            (None, with) => Verb::Measure { with, at, turned },
-            (Some(joint), protocol::Instrument::Level) => {
-                Verb::Level { joint: joint.clone(), at: at.unwrap_or_default(), turned }
-            }
-            (Some(_), _) => return Err("a joint is driven by the bubble of the `level` only".to_owned()),
-        };
-        match client.call(verb, || false, |_| ()) {
-            // As one writes it down: no instrument is read to more than a millionth.
-            Ok(Say::Measured { value, .. }) => Ok(InstrumentResult::Reading((value * 1e6).round() / 1e6)),
-            Ok(_) => Ok(InstrumentResult::Driven),
-            Err(error) => Err(error.to_string()),
-        }
+    fn operate(&mut self, act: &Act) -> Result<Option<f64>, String> {
+        simulated_operator::operate(&self.socket, act)
     }
 
     fn end(&mut self) {

@@ -1,13 +1,13 @@
-//! `plumb show --table`: trigger poses for the model lab.
+//! `plumb show --table`: what a run measured, for the model lab.
 
 use std::path::Path;
 use std::process::ExitCode;
 
 use plumb_cell::expression::Calculator;
-use plumb_cell::trigger_table::{Zeros, trigger_table};
+use plumb_cell::measurement_table::{Recorded, Zeros, measurement_table};
 use plumb_cell::workcell::load_workcell;
 use plumb_cell::yaml::did_you_mean;
-use plumb_record::{Record, RunSummary};
+use plumb_record::{Record, RecordError, RunId, RunSummary, StoredCorrection, StoredStep, StoredTrigger};
 
 use super::Arguments;
 use crate::failure::CommandResult;
@@ -21,6 +21,8 @@ enum RobotError {
     Several(String),
     #[error("the cell names no robots, so nothing has a pose")]
     None,
+    #[error("run {run} is of another cell, {cell}: rows of different cells do not stand in one table")]
+    OtherCell { run: i64, cell: String },
 }
 
 /// Prints the table. The cell file is read as it is now; a run stands on the model it was made with, so a changed one is told.
@@ -51,8 +53,37 @@ pub(super) fn print(record: &Record, run: &RunSummary, arguments: &Arguments) ->
         }
     }
     let zeros = if arguments.as_left { Zeros::AsLeft } else { Zeros::AsFound };
-    let table =
-        trigger_table(robot, &record.triggers(run.run)?, &record.corrections_of_run(run.run)?, zeros)?;
-    print!("{table}");
+    let also = arguments.run.iter().skip(1).map(|run| record.run(RunId(*run)));
+    let runs: Vec<RunSummary> = std::iter::once(Ok(run.clone())).chain(also).collect::<Result<_, _>>()?;
+    if let Some(other) = runs.iter().find(|other| other.cell_file != run.cell_file) {
+        return Err(RobotError::OtherCell { run: other.run.0, cell: other.cell_file.clone() }.into());
+    }
+    let held = runs.iter().map(|run| Held::of(record, run.run)).collect::<Result<Vec<_>, _>>()?;
+    let recorded: Vec<Recorded<'_>> = held.iter().map(Held::recorded).collect();
+    print!("{}", measurement_table(robot, &recorded, zeros)?);
     Ok(ExitCode::SUCCESS)
+}
+
+/// What the record holds of one run.
+struct Held {
+    run: RunId,
+    steps: Vec<StoredStep>,
+    triggers: Vec<StoredTrigger>,
+    corrections: Vec<StoredCorrection>,
+}
+
+impl Held {
+    fn of(record: &Record, run: RunId) -> Result<Self, RecordError> {
+        let (steps, triggers) = (record.steps(run)?, record.triggers(run)?);
+        Ok(Self { run, steps, triggers, corrections: record.corrections_of_run(run)? })
+    }
+
+    fn recorded(&self) -> Recorded<'_> {
+        Recorded {
+            run: self.run.0,
+            steps: &self.steps,
+            triggers: &self.triggers,
+            corrections: &self.corrections,
+        }
+    }
 }

@@ -81,22 +81,10 @@ fn fits(answer: &WrittenAnswer, kind: &AskedKind<'_>) -> Result<(), String> {
             }
             (Question::Choice { .. }, _) => Err("write the key of one of its options".to_owned()),
             (Question::Number { .. }, WrittenAnswer::Number(_)) => Ok(()),
-            (Question::Number { .. }, WrittenAnswer::Instrument(used)) => match used.drive {
-                None => Ok(()),
-                Some(_) => Err("a number is read without driving a joint: take `drive` away".to_owned()),
-            },
             (Question::Number { .. }, WrittenAnswer::Word(word)) if word == "offered" => Ok(()),
             (Question::Number { .. }, _) => {
-                Err("write a number, `offered`, or in a simulated cell `{measure: ruler, at: flange}`"
-                    .to_owned())
+                Err("write a number, or `offered` for the one the prompt offers".to_owned())
             }
-            (Question::JogTo { .. }, WrittenAnswer::Instrument(used)) => match used.drive {
-                Some(_) => Ok(()),
-                None => Err(
-                    "say which joint is driven until the bubble stands in the middle, as in `drive: elbow`"
-                        .to_owned(),
-                ),
-            },
             (Question::JogTo { .. }, WrittenAnswer::Pose(_)) => Ok(()),
             (Question::JogTo { .. }, WrittenAnswer::Word(word)) => word_of(word, &["done"]),
             (Question::JogTo { .. }, _) => Err("write a pose, as in `{pose_deg: {shoulder: 45}}`".to_owned()),

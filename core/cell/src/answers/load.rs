@@ -6,7 +6,6 @@ use super::check::check_answers;
 use super::{AnswerEntry, Answers, Given, WrittenAnswer};
 use crate::event::NamedValue;
 use crate::file::read_text;
-use crate::instrument::InstrumentUse;
 use crate::procedure::Procedure;
 use crate::prompt::Decision;
 use crate::yaml::{FileProblems, Key, MapReader, Node, NodeValue, Problems, parse};
@@ -66,17 +65,6 @@ fn read_answer(node: &Node, problems: &Problems) -> Option<WrittenAnswer> {
         NodeValue::Text(word) => Some(WrittenAnswer::Word(word.clone())),
         NodeValue::Bool(word) => Some(WrittenAnswer::Word(word.to_string())),
         NodeValue::Number(_) => node.number("an answer", problems).map(WrittenAnswer::Number),
-        NodeValue::Map(entries) if entries.iter().any(|(key, _)| key.name == "measure") => {
-            let mut map = MapReader::new(node, "the use of an instrument", problems)?;
-            let mut text = |key: &'static str| {
-                map.optional(key).and_then(|node| node.text(&format!("`{key}`"), problems)).map(str::to_owned)
-            };
-            let (instrument, at, drive) = (text("measure"), text("at"), text("drive"));
-            let turned = map.optional("turned").and_then(|node| node.boolean("`turned`", problems));
-            map.finish();
-            let turned = turned.unwrap_or(false);
-            Some(WrittenAnswer::Instrument(InstrumentUse { instrument: instrument?, at, turned, drive }))
-        }
         NodeValue::Map(_) => {
             let mut map = MapReader::new(node, "a pose", problems)?;
             let mut joints = Vec::new();
@@ -97,14 +85,11 @@ fn read_answer(node: &Node, problems: &Problems) -> Option<WrittenAnswer> {
             Some(WrittenAnswer::Pose(joints))
         }
         other => {
-            let message = format!(
-                "an answer is a word, a number, a pose or the use of an instrument; this is {}",
-                other.kind()
-            );
+            let message = format!("an answer is a word, a number or a pose; this is {}", other.kind());
             problems.add(
                 node.place,
                 message,
-                "write `done`, the key of a choice, a number, `{pose_deg: {shoulder: 45}}`, or `{measure: ruler, at: flange}`",
+                "write `done`, the key of a choice, a number, or `{pose_deg: {shoulder: 45}}`",
             );
             None
         }

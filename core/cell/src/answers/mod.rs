@@ -8,8 +8,6 @@
 //!   level: offered                                # the number the prompt offers, as a simulated instrument reads it
 //!   start: {pose_deg: {shoulder: 45, elbow: -70}} # a jog: where the arm is to be brought
 //!   reading: [8.1, 8.0, 8.2]                      # asked in every turn of a repetition: one answer each
-//!   height: {measure: ruler, at: flange}          # in a simulated cell: what the operator's instrument reads there
-//!   level: {measure: level, at: forearm, drive: elbow} # a jog: the operator drives the joint until the bubble stands in the middle
 //!   waist.ready: done                             # a prompt of a procedure called by the step `waist`
 //! on_error: {lower: retry}                        # for steps that would ask what to do
 //! confirm_pose: true                              # the arm may be taken to stand where a resumed run left it
@@ -24,7 +22,6 @@ pub use check::missing_answers;
 pub use load::load_answers;
 
 use crate::event::NamedValue;
-use crate::instrument::InstrumentUse;
 use crate::prompt::{Answer, Decision, PromptKind};
 use crate::yaml::Place;
 
@@ -74,8 +71,6 @@ pub enum WrittenAnswer {
     Number(f64),
     /// Joints and where they are to go.
     Pose(Vec<NamedValue>),
-    /// What the operator of a simulated cell finds with an instrument.
-    Instrument(InstrumentUse),
 }
 
 impl Answers {

@@ -20,9 +20,8 @@ use plumb_record::{LoadedFile, sha256_hex};
 
 use super::watcher::{JointWatcher, PoseListener};
 use super::wiring::wired_inputs;
-use super::{DeviceError, DeviceLinks, DeviceLog, Link, RobotLink, SensorLink, Stripe};
+use super::{Act, DeviceError, DeviceLinks, DeviceLog, Link, RobotLink, SensorLink, Stripe};
 use crate::event;
-use crate::instrument::{InstrumentResult, InstrumentUse};
 use crate::run_handle::StopAction;
 use crate::workcell::{DeviceSetting, Workcell};
 
@@ -50,13 +49,7 @@ pub trait World: Send {
     ///
     /// # Errors
     /// A sentence that says why it cannot be done, and what would be right.
-    fn operate(&mut self, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String>;
-
-    /// Has the operator who stands in it use an instrument.
-    ///
-    /// # Errors
-    /// A sentence: why nothing is found with it.
-    fn use_instrument(&mut self, used: &InstrumentUse) -> Result<InstrumentResult, String>;
+    fn operate(&mut self, act: &Act) -> Result<Option<f64>, String>;
 
     /// Ends it.
     fn end(&mut self);
@@ -204,17 +197,8 @@ impl DeviceLinks for HostedDevices {
         self.link(device)
     }
 
-    fn simulate(&mut self, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String> {
-        self.world.as_mut().map_or(Ok(None), |world| world.operate(act, values))
-    }
-
-    fn use_instrument(&mut self, used: &InstrumentUse) -> Result<InstrumentResult, String> {
-        match &mut self.world {
-            Some(world) => world.use_instrument(used),
-            None => {
-                Err("only a simulated cell has instruments that answer: give the number itself".to_owned())
-            }
-        }
+    fn simulate(&mut self, act: &Act) -> Result<Option<f64>, String> {
+        self.world.as_mut().map_or(Ok(None), |world| world.operate(act))
     }
 
     fn world_socket(&self) -> Option<String> {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use plumb_plugin::Value;
 
-use super::{DeviceError, DeviceLinks, DeviceLog, HostedDevices, Link};
+use super::{Act, DeviceError, DeviceLinks, DeviceLog, HostedDevices, Link};
 use crate::workcell::DeviceSetting;
 
 /// The devices of a cell for one run of many.
@@ -38,8 +38,8 @@ impl DeviceLinks for KeptDevices {
         self.devices().log_lines()
     }
 
-    fn simulate(&mut self, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String> {
-        self.devices().simulate(act, values)
+    fn simulate(&mut self, act: &Act) -> Result<Option<f64>, String> {
+        self.devices().simulate(act)
     }
 
     fn world_socket(&self) -> Option<String> {

@@ -21,7 +21,6 @@ use plumb_plugin::{
 };
 
 use crate::event::LogLevel;
-use crate::instrument::{InstrumentResult, InstrumentUse};
 use crate::run_handle::StopAction;
 use crate::workcell::DeviceSetting;
 
@@ -170,6 +169,17 @@ pub struct DeviceLog {
     pub message: String,
 }
 
+/// What the operator of a simulated cell does.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Act {
+    /// Its name: what there is, the world knows.
+    pub name: String,
+    /// Its numbers.
+    pub numbers: Vec<(String, f64)>,
+    /// Its words: where an instrument lies, which joint is driven, whether the instrument is `turned`.
+    pub words: Vec<(String, String)>,
+}
+
 /// Starts the devices of a cell, and starts them again.
 pub trait DeviceLinks: Send {
     /// Starts a device, or starts it again, in place of what was there under its name. It does not move. `guard` is what its host makes a
@@ -189,16 +199,8 @@ pub trait DeviceLinks: Send {
     ///
     /// # Errors
     /// A sentence that says why it cannot be done, and what would be right.
-    fn simulate(&mut self, _act: &str, _values: &[(String, f64)]) -> Result<Option<f64>, String> {
+    fn simulate(&mut self, _act: &Act) -> Result<Option<f64>, String> {
         Ok(None)
-    }
-
-    /// Has the operator of a simulated world use an instrument.
-    ///
-    /// # Errors
-    /// A sentence: why nothing is found with it.
-    fn use_instrument(&mut self, _used: &InstrumentUse) -> Result<InstrumentResult, String> {
-        Err("only a simulated cell has instruments that answer: give the number itself".to_owned())
     }
 
     /// Where the simulated world of the cell can be reached, for the record.

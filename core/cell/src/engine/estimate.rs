@@ -81,7 +81,7 @@ impl Estimator<'_> {
             Action::Search(step) => Some(self.estimate_search(step, &self.values(entry))),
             Action::Scan(step) => Some(self.estimate_scan(step, &self.values(entry))),
             Action::Measure(_) => Some(4.0 * EXCHANGE_S),
-            Action::Configure(_) => Some(EXCHANGE_S),
+            Action::Configure(_) | Action::Row(_) => Some(EXCHANGE_S),
             Action::Compute(_) | Action::Check(_) | Action::Apply(_) => Some(0.01),
             Action::Declare(_) => Some(EXCHANGE_S),
             Action::Repeat(_) | Action::Call(_) => Some(0.0),

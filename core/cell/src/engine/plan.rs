@@ -8,7 +8,7 @@ use super::scope::{Scope, ScopeId};
 use crate::event::StepPath;
 use crate::expression::{Calculator, Expression, ExpressionError};
 use crate::procedure::Procedure;
-use crate::step::{Action, Step};
+use crate::step::{Action, RepeatStep, Step, Turns};
 
 /// Longer plans are mistakes.
 const MOST_ENTRIES: usize = 20_000;
@@ -85,6 +85,20 @@ impl Entry {
     pub(crate) fn is_shown(&self) -> bool {
         matches!(self.work, Work::Leaf | Work::Begin { .. })
     }
+
+    /// What a turn's steps may name of it: the turn, and the row of the table it is done for.
+    pub(crate) fn state_of_turn(&self, turn: u32, turns: u32) -> Value {
+        let mut state = Map::new();
+        state.insert("turn".to_owned(), Value::from(turn));
+        state.insert("turns".to_owned(), Value::from(turns));
+        if let Action::Repeat(RepeatStep { turns: Turns::Over(table), .. }) = &self.step.action
+            && let Some(row) = table.rows.get((turn as usize).saturating_sub(1))
+        {
+            let named = table.columns.iter().zip(row);
+            state.extend(named.map(|(column, value)| (column.clone(), number_value(*value))));
+        }
+        Value::Object(state)
+    }
 }
 
 /// Unrolls a procedure with its parameters. `models` are the robots' model quantities: `{"arm": {"model": ...}}`.
@@ -132,7 +146,12 @@ impl Planner<'_> {
             let shared = Arc::new(step.clone());
             match &step.action {
                 Action::Repeat(repeat) => {
-                    let times = self.times(step, &repeat.times, scope)?;
+                    let times = match &repeat.turns {
+                        Turns::Times(times) => self.times(step, times, scope)?,
+                        Turns::Over(table) => {
+                            u32::try_from(table.rows.len()).map_err(|_| PlanError::TooLong)?
+                        }
+                    };
                     let begin = self.push(&shared, at, scope, Work::Begin { end: 0 })?;
                     let mut turn_ends = Vec::new();
                     for turn in 1..=times {

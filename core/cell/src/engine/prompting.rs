@@ -8,10 +8,8 @@ use super::interrupted;
 use super::journal::Question;
 use super::step_context::StepContext;
 use super::step_error::StepError;
-use crate::answers::WrittenAnswer;
 use crate::command::Command;
 use crate::event::Event;
-use crate::instrument::{InstrumentResult, InstrumentUse};
 use crate::prompt::{Answer, Prompt, PromptKind};
 
 /// How often a waiting prompt looks at the robot it is about.
@@ -159,9 +157,6 @@ impl Engine {
                 format!("step `{name}` asks \"{}\" and the answers hold no answer to it", prompt.title);
             return Err(StepError::NeedsOperator(message));
         };
-        if let WrittenAnswer::Instrument(used) = &written {
-            return self.answer_of_instrument(prompt, used, at);
-        }
         let answer = written.for_prompt(&prompt.kind).and_then(|answer| {
             check_answer(&answer, &prompt.kind)?;
             Ok(answer)
@@ -171,37 +166,6 @@ impl Engine {
             Err(reason) => {
                 self.journal.withdrawn(prompt)?;
                 Err(StepError::error(format!("the answer to step `{name}` cannot be taken: {reason}")))
-            }
-        }
-    }
-
-    /// What the operator of a simulated cell finds with an instrument: a reading, or the arm where the instrument shows zero.
-    fn answer_of_instrument(
-        &mut self,
-        prompt: &Prompt,
-        used: &InstrumentUse,
-        at: &StepContext,
-    ) -> Result<(Answer, String), StepError> {
-        let found = match &prompt.kind {
-            PromptKind::JogTo { device, .. } => self.use_instrument_at(device, used)?,
-            _ => {
-                self.standing.forget();
-                self.links.use_instrument(used)
-            }
-        };
-        let answer = found.and_then(|found| {
-            let answer = match found {
-                InstrumentResult::Reading(value) => Answer::Number { value },
-                InstrumentResult::Driven => Answer::Done,
-            };
-            check_answer(&answer, &prompt.kind).map(|()| answer)
-        });
-        match answer {
-            Ok(answer) => Ok((answer, format!("{used}"))),
-            Err(reason) => {
-                self.journal.withdrawn(prompt)?;
-                let step = &at.answer_name;
-                Err(StepError::error(format!("the {used} gives no answer to step `{step}`: {reason}")))
             }
         }
     }

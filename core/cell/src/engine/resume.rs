@@ -60,9 +60,7 @@ impl Engine {
                     _ if last.is_none() => return Ok(point),
                     _ => point.open.push(point.position),
                 },
-                Work::Turn { turn, turns } => {
-                    self.set_state(&entry, serde_json::json!({"turn": turn, "turns": turns}))
-                }
+                Work::Turn { turn, turns } => self.set_state(&entry, entry.state_of_turn(*turn, *turns)),
                 Work::TurnEnd { end } => match self.next_turn_outcome(point.position, stored) {
                     Some("not_needed") => {
                         point.position = *end;

@@ -92,7 +92,7 @@ impl Engine {
                 }
             }
             Work::Turn { turn, turns } => {
-                self.set_state(entry, json!({"turn": turn, "turns": turns}));
+                self.set_state(entry, entry.state_of_turn(*turn, *turns));
                 Ok(Next::Entry(position + 1))
             }
             Work::TurnEnd { end } => match self.is_repetition_over(entry) {

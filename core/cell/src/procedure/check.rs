@@ -3,7 +3,7 @@
 use super::Procedure;
 use crate::expression::{Names, Shape};
 use crate::read_context::{CheckContext, RobotNames};
-use crate::step::{Action, Step, add_result};
+use crate::step::{Action, Step, Turns, add_result};
 use crate::yaml::{FileProblems, Place, Problems, did_you_mean};
 
 /// What a cell offers to the names in a procedure.
@@ -112,7 +112,9 @@ impl Checker<'_> {
             step.check(&self.context(names));
             match &step.action {
                 Action::Repeat(repeat) => {
-                    self.context(&self.plan_names).check_expression(&repeat.times);
+                    if let Turns::Times(times) = &repeat.turns {
+                        self.context(&self.plan_names).check_expression(times);
+                    }
                     names.set(&step.id, step.result_shape(&self.cell.robots));
                     self.steps(&repeat.steps, names);
                     if let Some(until) = &repeat.until {

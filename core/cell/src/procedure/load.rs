@@ -34,7 +34,8 @@ pub(crate) fn load(file: &Path, calculator: &Calculator, callers: &mut Vec<PathB
         Ok(read) => read,
         Err(problem) => return LoadedProcedure { procedure: None, wrong: vec![problem] },
     };
-    let context = ReadContext { calculator, file: &text, problems: &problems };
+    let folder = file.parent().unwrap_or(Path::new("."));
+    let context = ReadContext { calculator, file: &text, folder, problems: &problems };
     let read = read_procedure(&root, file, &context);
     let mut wrong = Vec::new();
     let mut called = Vec::new();

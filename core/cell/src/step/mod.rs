@@ -11,6 +11,7 @@ mod measure;
 mod move_joints;
 mod prompt;
 mod repeat;
+mod row;
 mod scan;
 mod search;
 
@@ -26,7 +27,8 @@ pub use joint_targets::{JointTarget, JointTargets};
 pub use measure::MeasureStep;
 pub use move_joints::MoveStep;
 pub use prompt::{PromptStep, Question, SimulatedAct};
-pub use repeat::RepeatStep;
+pub use repeat::{RepeatStep, Rows, Turns};
+pub use row::RowStep;
 pub use scan::{Fitted, ScanStep};
 pub use search::{Approach, Finds, SearchStep};
 
@@ -78,6 +80,8 @@ pub enum Action {
     Configure(ConfigureStep),
     /// Read a sensor's values.
     Measure(MeasureStep),
+    /// Write a row of the measurement table for the model lab.
+    Row(RowStep),
     /// Carry a light stripe sensor over something and gather points.
     Scan(Box<ScanStep>),
     /// Do steps several times.
@@ -111,7 +115,8 @@ pub const KINDS: &[(&str, &str)] = &[
         "scan",
         "carries a light stripe sensor along a line, a stripe at each place, and makes a cloud of points of them",
     ),
-    ("repeat", "does its steps several times"),
+    ("row", "writes a row of the run's measurement table, which the model lab reads"),
+    ("repeat", "does its steps several times, or once for each row of a table"),
     ("compute", "works out values from parameters and earlier results"),
     ("check", "ends the run as failed unless something holds"),
     ("apply", "puts what was found in force as a new revision of the arm's joint zeros"),
@@ -131,6 +136,7 @@ impl Action {
             Action::Search(_) => "search",
             Action::Configure(_) => "configure",
             Action::Measure(_) => "measure",
+            Action::Row(_) => "row",
             Action::Scan(_) => "scan",
             Action::Repeat(_) => "repeat",
             Action::Compute(_) => "compute",
@@ -212,6 +218,7 @@ fn read_action(node: &Node, context: &ReadContext<'_>) -> Option<Action> {
         "search" => search::read(body, context).map(Action::Search),
         "configure" => configure::read(body, context).map(Action::Configure),
         "measure" => measure::read(body, context).map(Action::Measure),
+        "row" => row::read(body, context).map(Action::Row),
         "scan" => scan::read(body, context).map(|step| Action::Scan(Box::new(step))),
         "repeat" => repeat::read(body, context).map(Action::Repeat),
         "compute" => compute::read(body, context).map(Action::Compute),
@@ -258,6 +265,7 @@ impl Step {
             Action::Check(step) => step.check(context),
             Action::Configure(step) => step.check(context),
             Action::Measure(step) => step.check(context),
+            Action::Row(step) => step.check(context),
             Action::Scan(step) => step.check(context),
             Action::Repeat(_) | Action::Call(_) => {}
         }
@@ -289,7 +297,14 @@ impl Step {
             Action::Configure(_) => Shape::Map(vec![single("configured")]),
             Action::Measure(_) => Shape::Anything,
             Action::Scan(step) => step.result_shape(),
-            Action::Repeat(_) => Shape::Map(vec![single("turn"), single("turns")]),
+            Action::Row(_) => Shape::Map(Vec::new()),
+            Action::Repeat(step) => {
+                let mut names = vec![single("turn"), single("turns")];
+                if let Turns::Over(table) = &step.turns {
+                    names.extend(table.columns.iter().map(|column| single(column)));
+                }
+                Shape::Map(names)
+            }
             Action::Compute(step) => step.result_shape(),
             Action::Apply(_) => Shape::Map(vec![single("revision"), single("applied")]),
             Action::Declare(step) => {

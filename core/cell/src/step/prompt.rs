@@ -26,8 +26,13 @@ pub struct SimulatedAct {
     /// Its name.
     pub act: String,
     /// Its numbers.
-    pub values: Vec<(String, Expression)>,
+    pub numbers: Vec<(String, Expression)>,
+    /// Its words.
+    pub words: Vec<(String, String)>,
 }
+
+/// What an act is told in words; all else are numbers.
+const WORDS: [&str; 4] = ["at", "joint", "axis", "turned"];
 
 /// What counts as an answer.
 #[derive(Debug, Clone)]
@@ -124,11 +129,20 @@ fn read_simulated(node: &Node, context: &ReadContext<'_>) -> Option<SimulatedAct
         context.problems.add(node.place, "a simulated operator does one thing", help);
         return None;
     };
-    let values = values.entries("the numbers of an act", context.problems)?;
-    let values = values.iter().filter_map(|(key, node)| {
-        Some((key.name.clone(), context.expression(node, &format!("`{}`", key.name))?))
-    });
-    Some(SimulatedAct { act: act.name.clone(), values: values.collect() })
+    let mut read = SimulatedAct { act: act.name.clone(), numbers: Vec::new(), words: Vec::new() };
+    for (key, node) in values.entries("what an act is told", context.problems)? {
+        let what = format!("`{}`", key.name);
+        match &node.value {
+            NodeValue::Bool(word) if WORDS.contains(&key.name.as_str()) => {
+                read.words.push((key.name.clone(), word.to_string()));
+            }
+            _ if WORDS.contains(&key.name.as_str()) => {
+                read.words.push((key.name.clone(), node.text(&what, context.problems)?.to_owned()));
+            }
+            _ => read.numbers.push((key.name.clone(), context.expression(node, &what)?)),
+        }
+    }
+    Some(read)
 }
 
 fn read_choice(node: &Node, default: Option<&Node>, context: &ReadContext<'_>) -> Option<Question> {
@@ -214,7 +228,7 @@ impl PromptStep {
         if let Some(help) = &self.help {
             context.check_template(help);
         }
-        for (_, value) in self.simulated.iter().flat_map(|simulated| &simulated.values) {
+        for (_, value) in self.simulated.iter().flat_map(|simulated| &simulated.numbers) {
             context.check_expression(value);
         }
         if let Some((robot, place)) = &self.draw {

@@ -21,7 +21,8 @@ pub fn load_workcell(file: &Path, calculator: &Calculator) -> Result<Workcell, V
     let text = read_text(file).map_err(|problem| vec![problem])?;
     let problems = Problems::default();
     let root = parse(file, &text, &problems).map_err(|problem| vec![problem])?;
-    let context = ReadContext { calculator, file: &text, problems: &problems };
+    let folder = file.parent().unwrap_or(Path::new("."));
+    let context = ReadContext { calculator, file: &text, folder, problems: &problems };
     let raw = raw::read(&root, &context);
     let mut loader = Loader { folder: file.parent().unwrap_or(Path::new(".")), context, wrong: Vec::new() };
     let workcell = raw.map(|raw| loader.workcell(file, &text, raw));
@@ -195,7 +196,7 @@ impl Loader<'_> {
     fn model(&mut self, model: &(String, Place), raw: &RawRobot, joints: &[String]) -> Option<ModelFile> {
         let file = self.existing(model)?;
         match read_rows(&file) {
-            Ok(ModelRows { text, convention, joints: model_joints, quantities, surfaces }) => {
+            Ok(ModelRows { text, convention, joints: model_joints, quantities, surfaces, levels }) => {
                 for joint in &model_joints {
                     let given = raw.model_from_drive.iter().any(|(name, _)| name.name == *joint);
                     if !given && !joints.contains(joint) {
@@ -213,6 +214,7 @@ impl Loader<'_> {
                     joints: model_joints,
                     quantities,
                     surfaces,
+                    levels,
                     from_drive,
                 })
             }

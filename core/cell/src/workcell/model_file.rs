@@ -26,6 +26,8 @@ pub struct ModelFile {
     pub quantities: Map<String, Value>,
     /// Names of the surfaces that trigger poses and stripes lie on.
     pub surfaces: Vec<String>,
+    /// Names of the places a spirit level lies at.
+    pub levels: Vec<String>,
     /// The model's joints from the drive's: coefficients, one row a model joint, one column a joint of the cell's list, then the constant
     /// (rad). Turning joints only.
     pub from_drive: Vec<Vec<f64>>,
@@ -83,6 +85,7 @@ pub(super) struct ModelRows {
     pub(super) joints: Vec<String>,
     pub(super) quantities: Map<String, Value>,
     pub(super) surfaces: Vec<String>,
+    pub(super) levels: Vec<String>,
 }
 
 /// A model joint's angle (rad) from the drive's (rad): coefficients, then the constant.
@@ -155,10 +158,11 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
     }
     problems.into_result(file, &text)?;
     check_model(file)?;
-    let surfaces = Model::parse(&file.display().to_string(), &text)
-        .map(|model| model.surfaces.into_iter().map(|surface| surface.name).collect())
-        .unwrap_or_default();
-    Ok(ModelRows { text, convention: convention.to_owned(), joints, quantities, surfaces })
+    let model = Model::parse(&file.display().to_string(), &text).ok();
+    let (surfaces, levels) = model.map(|model| (model.surfaces, model.levels)).unwrap_or_default();
+    let surfaces = surfaces.into_iter().map(|surface| surface.name).collect();
+    let levels = levels.into_iter().filter_map(|level| level.name).collect();
+    Ok(ModelRows { text, convention: convention.to_owned(), joints, quantities, surfaces, levels })
 }
 
 /// Reads `model_from_drive`: for each model joint an expression that is linear in the drive's joints. A model joint that is not named is

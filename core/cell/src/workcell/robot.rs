@@ -21,7 +21,8 @@ pub struct RobotSetting {
 impl RobotSetting {
     pub(crate) fn names(&self) -> RobotNames {
         let surfaces = self.model.as_ref().map(|model| model.surfaces.clone()).unwrap_or_default();
-        RobotNames { name: self.device.clone(), joints: self.joints.clone(), surfaces }
+        let levels = self.model.as_ref().map(|model| model.levels.clone()).unwrap_or_default();
+        RobotNames { name: self.device.clone(), joints: self.joints.clone(), surfaces, levels }
     }
 
     /// How people write a joint's numbers.

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use plumb_cell::device::{DeviceError, DeviceLinks, Link, SensorLink};
+use plumb_cell::device::{Act, DeviceError, DeviceLinks, Link, SensorLink};
 use plumb_cell::engine::start_run;
 use plumb_cell::event::{Event, RunOutcome};
 use plumb_cell::workcell::DeviceSetting;
@@ -70,8 +70,8 @@ impl DeviceLinks for WithGauge {
         Ok(Link::Sensor(Box::new(Gauge { description, asked: Arc::clone(&self.1), gain: 0.0 })))
     }
 
-    fn simulate(&mut self, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String> {
-        self.0.simulate(act, values)
+    fn simulate(&mut self, act: &Act) -> Result<Option<f64>, String> {
+        self.0.simulate(act)
     }
 
     fn world_socket(&self) -> Option<String> {

@@ -11,7 +11,7 @@ use super::support::running::{message_of, operator};
 const STEPS: &str = "
 parameters: {h_mm: 8}
 steps:
-  - {id: level, do: {prompt: {text: How far?, number: {unit: deg}, simulated: {read_level: {}}}}}
+  - {id: level, do: {prompt: {text: How far?, number: {unit: deg}, simulated: {read_level: {at: hand, turned: true}}}}}
   - {id: gauge, do: {prompt: {text: Lay the block., simulated: {rest_on_gauge: {height_mm: h_mm + 1}}}}}
   - {id: over, do: {prompt: {text: Drive there., jog_to: {robot: arm}, simulated: {place_hand: {}}}}}
 ";
@@ -42,9 +42,13 @@ fn a_simulated_operator_does_what_is_said_to_be_done_and_instruments_offer_what_
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
     assert_eq!(offered, Some(0.25));
     let acts = world.acts.lock().expect("no test panicked").clone();
-    let names: Vec<&str> = acts.iter().map(|(act, _)| act.as_str()).collect();
+    let names: Vec<&str> = acts.iter().map(|act| act.name.as_str()).collect();
     assert_eq!(names, ["read_level", "rest_on_gauge", "place_hand"]);
-    assert_eq!(acts[1].1, [("height_mm".to_owned(), 9.0)]);
+    assert_eq!(acts[1].numbers, [("height_mm".to_owned(), 9.0)]);
+    assert_eq!(
+        acts[0].words,
+        [("at".to_owned(), "hand".to_owned()), ("turned".to_owned(), "true".to_owned())]
+    );
 }
 
 #[test]
@@ -52,7 +56,7 @@ fn whoever_drives_the_arm_there_is_not_driven_elsewhere() {
     let (outcome, events, _, world) = run_attended(STEPS, jogs_first);
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
     let acts = world.acts.lock().expect("no test panicked").clone();
-    assert!(acts.iter().all(|(act, _)| act != "place_hand"), "{acts:?}");
+    assert!(acts.iter().all(|act| act.name != "place_hand"), "{acts:?}");
 }
 
 #[test]

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use plumb_cell::StopAction;
-use plumb_cell::device::{DeviceError, DeviceLinks, Link, RobotLink, SensorLink};
+use plumb_cell::device::{Act, DeviceError, DeviceLinks, Link, RobotLink, SensorLink};
 use plumb_cell::workcell::DeviceSetting;
 use plumb_plugin::{
     JogState, JointDescription, JointState, JointUnit, JointVector, Motion, PluginError, ProximityEdge,
@@ -24,9 +24,6 @@ const HAND_MM: f64 = 109.0;
 
 /// Told of each move at its beginning.
 pub type OnMove = Box<dyn Fn(usize) + Send>;
-
-/// Something the simulated operator did, with its numbers.
-pub type Act = (String, Vec<(String, f64)>);
 
 /// What outlives hosts: where the arm stands, and what breaks next.
 pub struct World {
@@ -311,9 +308,9 @@ impl DeviceLinks for Devices {
         })
     }
 
-    fn simulate(&mut self, act: &str, values: &[(String, f64)]) -> Result<Option<f64>, String> {
-        lock(&self.0.acts).push((act.to_owned(), values.to_vec()));
-        match act {
+    fn simulate(&mut self, act: &Act) -> Result<Option<f64>, String> {
+        lock(&self.0.acts).push(act.clone());
+        match act.name.as_str() {
             "read_level" => Ok(Some(0.25)),
             "dance" => Err("the simulated operator does not know `dance`".to_owned()),
             _ => Ok(None),

@@ -15,7 +15,7 @@ use crate::floor::{Floor, Returns, typical_sigma};
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::progress::Progress;
 use crate::statistics::Random;
-use crate::table::Table;
+use crate::table::{Names, Table};
 
 /// A half-space nothing of the arm may enter: points with `normal . x < offset` are forbidden; base frame, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -352,7 +352,10 @@ impl Chooser<'_> {
         let point = known.distance_to.names.first().cloned();
         table.height = surface.as_ref().map(|_| Vec::new());
         table.distance = point.as_ref().map(|_| Vec::new());
-        table.tilt = known.tilt.as_ref().map(|_| Vec::new());
+        // A level with a name is a spirit level: its bubble is at its end in most poses, so tilts are counted on only where nothing else is read.
+        let level = known.level.names.first();
+        let reads_else = !table.positions.is_empty() || table.height.is_some() || table.distance.is_some();
+        table.tilt = known.tilt.as_ref().filter(|_| level.is_none() || !reads_else).map(|_| Vec::new());
         table.time = known.time.as_ref().map(|_| Vec::new());
         table.temperature = known.temperature.as_ref().map(|_| Vec::new());
         table.payload = Some(Vec::new());
@@ -370,6 +373,9 @@ impl Chooser<'_> {
             table.payload.iter_mut().for_each(|column| column.push(design.payload));
             table.approach.iter_mut().for_each(|column| column.extend(&design.approach));
             table.note(surface.as_deref(), point.as_deref());
+        }
+        if let (Some(level), true) = (level, table.tilt.is_some()) {
+            table.level = Names { names: vec![level.clone()], of_row: vec![Some(0); designs.len()] };
         }
         table
     }

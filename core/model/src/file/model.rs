@@ -95,9 +95,11 @@ pub enum Frame {
     After(usize),
 }
 
-/// The frame whose tilts are measured.
+/// A frame whose tilts are measured: where a spirit level lies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
+    /// As the table's column `level` names it; none for the one of a model that has one only.
+    pub name: Option<String>,
     /// What the level stands on.
     pub frame: Frame,
     /// How it is turned there.
@@ -188,8 +190,8 @@ pub struct Model {
     pub measured_from: MeasuredFrom,
     /// Direction of gravity in the base's nominal frame, if given.
     pub gravity: Option<Vector3<f64>>,
-    /// The frame whose tilts are measured.
-    pub level: Option<Level>,
+    /// The frames whose tilts are measured.
+    pub levels: Vec<Level>,
     /// Declared noise.
     pub noise: Noise,
     /// The touching target.
@@ -219,6 +221,14 @@ impl Model {
     /// An effect of the user's own, by name.
     pub fn definition(&self, name: &str) -> Option<&Arc<Definition>> {
         self.definitions.iter().find(|definition| definition.name == name)
+    }
+
+    /// A level's place in the list: the one of this name, or, where none is named, the only one there is.
+    pub fn level_position(&self, name: Option<&str>) -> Option<usize> {
+        match name {
+            Some(name) => self.levels.iter().position(|level| level.name.as_deref() == Some(name)),
+            None => (self.levels.len() == 1).then_some(0),
+        }
     }
 
     /// A surface's place in the list, by name.

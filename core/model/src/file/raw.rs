@@ -67,6 +67,8 @@ pub(super) struct RawModel {
     pub(super) gravity: Option<Spanned<[f64; 3]>>,
     pub(super) level: Option<RawLevel>,
     #[serde(default)]
+    pub(super) levels: Listed<RawLevel>,
+    #[serde(default)]
     pub(super) noise: Listed<Spanned<f64>>,
     pub(super) touch: Option<RawTouch>,
     #[serde(default)]

@@ -88,7 +88,7 @@ impl Checker<'_> {
                 RawMeasuredFrom::World => MeasuredFrom::World,
             },
             gravity: None,
-            level: None,
+            levels: Vec::new(),
             noise: self.noise(&raw)?,
             touch: None,
             definitions: Vec::new(),
@@ -104,7 +104,7 @@ impl Checker<'_> {
         if let Some(gravity) = &raw.gravity {
             model.gravity = Some(self.direction(gravity)?);
         }
-        model.level = raw.level.as_ref().map(|level| self.level(level, &model.chain)).transpose()?;
+        model.levels = self.levels(&raw, &model.chain)?;
         model.touch = raw.touch.as_ref().map(|touch| self.touch(touch, &model)).transpose()?;
         self.definitions(&raw.define, &mut model)?;
         for text in &raw.free {
@@ -277,7 +277,14 @@ impl Checker<'_> {
         raw.surfaces.0.iter().map(surface).collect()
     }
 
-    fn level(&self, raw: &RawLevel, chain: &Chain) -> Checked<Level> {
+    /// The one under `level:`, which has no name, and those under `levels:`, which do.
+    fn levels(&self, raw: &RawModel, chain: &Chain) -> Checked<Vec<Level>> {
+        let named = raw.levels.0.iter().map(|(name, level)| (Some(name.value.clone()), level));
+        let all = raw.level.iter().map(|level| (None, level)).chain(named);
+        all.map(|(name, level)| self.level(name, level, chain)).collect()
+    }
+
+    fn level(&self, name: Option<String>, raw: &RawLevel, chain: &Chain) -> Checked<Level> {
         let frame = match &raw.after {
             None => Frame::After(chain.len().saturating_sub(1)),
             Some(name) if name.value == "base" => Frame::Base,
@@ -287,7 +294,7 @@ impl Checker<'_> {
             Some(name) => Frame::After(self.joint_named(name, chain)?),
         };
         let [roll, pitch, yaw] = raw.rpy_deg.map(f64::to_radians);
-        Ok(Level { frame, rotation: Rotation3::from_euler_angles(roll, pitch, yaw) })
+        Ok(Level { name, frame, rotation: Rotation3::from_euler_angles(roll, pitch, yaw) })
     }
 
     fn noise(&self, raw: &RawModel) -> Checked<Noise> {

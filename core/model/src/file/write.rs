@@ -222,7 +222,10 @@ fn surfaces(out: &mut String, surfaces: &[Surface]) -> std::fmt::Result {
 }
 
 fn ends(out: &mut String, model: &Model) -> std::fmt::Result {
-    if let Some(level) = &model.level {
+    if model.levels.iter().any(|level| level.name.is_some()) {
+        writeln!(out, "levels:")?;
+    }
+    for level in &model.levels {
         let after = match level.frame {
             Frame::Base => "base",
             Frame::After(joint) => {
@@ -231,7 +234,8 @@ fn ends(out: &mut String, model: &Model) -> std::fmt::Result {
         };
         let (roll, pitch, yaw) = level.rotation.euler_angles();
         let rpy = Vector3::new(roll, pitch, yaw).map(f64::to_degrees);
-        writeln!(out, "level: {{after: {}, rpy_deg: {}}}", text(after), triple(&rpy))?;
+        let key = level.name.as_ref().map_or_else(|| "level".to_owned(), |name| format!("  {}", text(name)));
+        writeln!(out, "{key}: {{after: {}, rpy_deg: {}}}", text(after), triple(&rpy))?;
     }
     let noise = &model.noise;
     let mut entries: Vec<String> =

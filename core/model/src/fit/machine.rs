@@ -63,7 +63,7 @@ pub(crate) struct Scratch {
 #[derive(Clone, Copy, PartialEq)]
 enum Subject {
     Target(usize),
-    Level,
+    Level(usize),
 }
 
 /// An equation's prediction and how it changes with its subject's point and attitude.
@@ -274,7 +274,7 @@ impl<'a> Machine<'a> {
                 Subject::Target(self.model.target_position(name).unwrap_or(0))
             }
             Reading::Surface(_) | Reading::Trigger(_) | Reading::Distance(_) => Subject::Target(0),
-            Reading::Tilt(_) => Subject::Level,
+            Reading::Tilt(level, _) => Subject::Level(usize::from(level)),
         }
     }
 
@@ -361,7 +361,7 @@ impl<'a> Machine<'a> {
                 let length = offset.norm();
                 of_point(length, if length > 1e-9 { offset / length } else { Vector3::zeros() })
             }
-            Reading::Tilt(axis) => self.tilt(state, axis, up, scratch),
+            Reading::Tilt(level, axis) => self.tilt(state, (usize::from(level), axis), up, scratch),
         }
     }
 
@@ -372,9 +372,15 @@ impl<'a> Machine<'a> {
         f64::from(u8::from(matches!(shape, Some(SurfaceShape::Plane { .. } | SurfaceShape::Sphere { .. }))))
     }
 
-    fn tilt(&self, state: &State, axis: u8, up: &Vector3<f64>, scratch: &Scratch) -> Prediction {
+    fn tilt(
+        &self,
+        state: &State,
+        (level, axis): (usize, u8),
+        up: &Vector3<f64>,
+        scratch: &Scratch,
+    ) -> Prediction {
         let (base, _) = self.base(state, scratch);
-        let level = self.model.level.as_ref();
+        let level = self.model.levels.get(level);
         let frame = match level.map(|level| level.frame) {
             Some(Frame::After(joint)) => scratch
                 .posture
@@ -402,7 +408,7 @@ impl<'a> Machine<'a> {
         let mut known: Option<(usize, Vector3<f64>)> = None;
         for equation in self.observations.of_row(row) {
             let point = match self.subject(equation.reading) {
-                Subject::Level => Vector3::zeros(),
+                Subject::Level(_) => Vector3::zeros(),
                 Subject::Target(target) => match known {
                     Some((same, point)) if same == target => point,
                     _ => {
@@ -501,7 +507,7 @@ impl<'a> Machine<'a> {
     ) -> (Vector3<f64>, Vector3<f64>) {
         match handle {
             Handle::Joint(joint, knob) => {
-                if subject == Subject::Level && joint > frames.level_limit {
+                if frames.carried_by.is_some_and(|carrier| joint > carrier) {
                     return (Vector3::zeros(), Vector3::zeros());
                 }
                 let twist = frames.posture.twist(joint, knob, &frames.in_base);
@@ -519,7 +525,7 @@ impl<'a> Machine<'a> {
             Handle::Reading(axis) => (Vector3::ith(axis.min(2), 1.0), Vector3::zeros()),
             Handle::Trigger => (Vector3::zeros(), Vector3::zeros()),
             Handle::Twist { after, shift, turn, about } => {
-                if subject == Subject::Level && after > frames.level_limit {
+                if frames.carried_by.is_some_and(|carrier| after > carrier) {
                     return (Vector3::zeros(), Vector3::zeros());
                 }
                 (frames.base * (shift + turn.cross(&(frames.in_base - about))), frames.base * turn)
@@ -581,7 +587,7 @@ impl<'a> Machine<'a> {
                 (column < block.jacobian.ncols()).then(|| block.jacobian.column_mut(column))
             {
                 let (by_point, by_turn) = (prediction.by_point * scale, prediction.by_turn * scale);
-                let turns = subject == Subject::Level;
+                let turns = matches!(subject, Subject::Level(_));
                 let above = self.triggers_above(equation.reading) * scale;
                 for (((entry, linear), angular), trigger) in
                     entries.iter_mut().zip(&scratch.linear).zip(&scratch.angular).zip(&scratch.triggers)
@@ -611,11 +617,12 @@ impl<'a> Machine<'a> {
         let (point, in_base) = self.point(state, target, scratch);
         let read = point + self.reading_shift(state, row, point, scratch);
         let (base, origin) = self.base(state, scratch);
-        let level_limit = match self.model.level.as_ref().map(|level| level.frame) {
-            Some(Frame::After(joint)) => joint,
-            _ => 0,
+        let level_frame = match subject {
+            Subject::Level(level) => self.model.levels.get(level).map(|level| level.frame),
+            Subject::Target(_) => None,
         };
-        let on_base = matches!(self.model.level.as_ref().map(|level| level.frame), Some(Frame::Base));
+        let carried_by = level_frame.map(|frame| if let Frame::After(joint) = frame { joint } else { 0 });
+        let on_base = level_frame == Some(Frame::Base);
         let mut linear = std::mem::take(&mut scratch.linear);
         let mut angular = std::mem::take(&mut scratch.angular);
         let mut drives = std::mem::take(&mut scratch.drives);
@@ -624,10 +631,10 @@ impl<'a> Machine<'a> {
         angular.clear();
         triggers.clear();
         {
-            let frames = Frames { posture: &scratch.posture, base, origin, point, in_base, level_limit };
+            let frames = Frames { posture: &scratch.posture, base, origin, point, in_base, carried_by };
             let situation = self.situation(state, row, &scratch.posture, &scratch.moments, point);
             let mut motion = |handle: Option<Handle>| {
-                let still = on_base && subject == Subject::Level && matches!(handle, Some(Handle::Joint(..)));
+                let still = on_base && matches!(handle, Some(Handle::Joint(..)));
                 let (moved, turned) = match handle {
                     Some(handle) if !still => self.handle_motion(handle, subject, &frames),
                     _ => (Vector3::zeros(), Vector3::zeros()),
@@ -659,7 +666,7 @@ impl<'a> Machine<'a> {
                     {
                         *trigger += drive.rate;
                     }
-                    if on_base && subject == Subject::Level && matches!(drive.handle, Handle::Joint(..)) {
+                    if on_base && matches!(drive.handle, Handle::Joint(..)) {
                         continue;
                     }
                     let (moved, turned) = self.handle_motion(drive.handle, subject, &frames);
@@ -722,7 +729,7 @@ impl<'a> Machine<'a> {
                     }
                 }
             }
-            Reading::Position(..) | Reading::Tilt(_) => {}
+            Reading::Position(..) | Reading::Tilt(..) => {}
         }
     }
 }
@@ -742,7 +749,8 @@ struct Frames<'a> {
     origin: Vector3<f64>,
     point: Vector3<f64>,
     in_base: Vector3<f64>,
-    level_limit: usize,
+    /// For a level, the joint that carries it: what lies beyond does not turn it.
+    carried_by: Option<usize>,
 }
 
 fn apply(drives: &[Drive], values: &[f64], scratch: &mut Scratch) {

@@ -16,8 +16,8 @@ pub enum Reading {
     Surface(u16),
     /// The sensor triggered over a surface: p1 lay on it, or stood above by the sensor's trigger height.
     Trigger(u16),
-    /// Tilt about x (0) or y (1) of the level's frame, rad.
-    Tilt(u8),
+    /// Tilt about x (0) or y (1) of a level's frame (level, axis), rad.
+    Tilt(u16, u8),
     /// The distance of p1 to a point, mm.
     Distance(u16),
 }
@@ -25,7 +25,7 @@ pub enum Reading {
 impl Reading {
     /// Whether the equation is in millimetres (else radians).
     pub fn is_length(self) -> bool {
-        !matches!(self, Self::Tilt(_))
+        !matches!(self, Self::Tilt(..))
     }
 }
 
@@ -252,10 +252,7 @@ impl<'a> Builder<'a> {
             self.table.tilt.as_ref().and_then(|tilt| tilt.get(row)).copied().into_iter().flatten().enumerate()
         {
             if tilt.is_finite() {
-                if self.model.level.is_none() {
-                    return Err(self.incomplete("columns `tilt_*` need `level:` in the model".to_owned()));
-                }
-                push(Reading::Tilt(axis as u8), tilt, noise.tilt);
+                push(Reading::Tilt(self.level(row)?, axis as u8), tilt, noise.tilt);
             }
         }
         let distance = cell(&self.table.distance);
@@ -292,6 +289,29 @@ impl<'a> Builder<'a> {
                 ),
             }),
         }
+    }
+
+    /// Where the level lay in a row.
+    fn level(&self, row: usize) -> Result<u16, ObservationsError> {
+        let named = self.table.level.name(row);
+        if let Some(level) = self.model.level_position(named) {
+            return Ok(level as u16);
+        }
+        let names: Vec<&str> = self.model.levels.iter().filter_map(|level| level.name.as_deref()).collect();
+        let line = self.table.lines.get(row).copied().unwrap_or(0);
+        Err(self.incomplete(match named {
+            _ if self.model.levels.is_empty() => {
+                "columns `tilt_*` need `level:` in the model, or `levels:` for several".to_owned()
+            }
+            Some(name) => format!(
+                "line {line}: `{name}` in column `level` is not in the model's `levels:`{}",
+                crate::file::suggestion(name, names.iter().copied())
+            ),
+            None => format!(
+                "line {line}: say in column `level` which of the model's levels it is: {}",
+                names.join(", ")
+            ),
+        }))
     }
 
     fn place_distances(&self, out: &mut Observations) -> Result<(), ObservationsError> {

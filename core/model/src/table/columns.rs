@@ -80,6 +80,8 @@ pub struct Table {
     pub on: Names,
     /// Tilts about x and y of the level's frame, rad.
     pub tilt: Option<Vec<[f64; 2]>>,
+    /// Levels named in `level`: where the level lay.
+    pub level: Names,
     /// Distance of p1 to the point named in `distance_to`, mm.
     pub distance: Option<Vec<f64>>,
     /// Points named in `distance_to`.
@@ -140,6 +142,7 @@ impl Table {
         self.on.push(on.unwrap_or(""));
         self.distance_to.push(distance_to.unwrap_or(""));
         self.touch.of_row.push(None);
+        self.level.push("");
         self.session.push("");
         self.repeat.push("");
     }

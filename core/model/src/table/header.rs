@@ -11,6 +11,7 @@ pub(super) enum Meaning {
     Height { scale: f64 },
     On,
     Tilt { axis: usize, scale: f64 },
+    Level,
     Distance { scale: f64 },
     DistanceTo,
     Touch,
@@ -42,6 +43,7 @@ impl Meaning {
             Self::Session => (12, 0, 0),
             Self::Approach { joint } => (13, *joint, 0),
             Self::Repeat => (14, 0, 0),
+            Self::Level => (15, 0, 0),
             Self::Covariate => return None,
         })
     }
@@ -85,6 +87,7 @@ pub(super) fn parse(name: &str) -> Result<Meaning, String> {
         "on" => Some(Meaning::On),
         "distance_to" => Some(Meaning::DistanceTo),
         "touch" => Some(Meaning::Touch),
+        "level" => Some(Meaning::Level),
         "time_s" => Some(Meaning::Time),
         "temperature_c" => Some(Meaning::Temperature),
         "payload_kg" => Some(Meaning::Payload),

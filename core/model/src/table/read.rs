@@ -237,7 +237,7 @@ fn push_row(
     }
     let row = table.len();
     start_row(table);
-    let (mut on, mut to, mut touch, mut session, mut repeat) = ("", "", "", "", "");
+    let (mut on, mut to, mut touch, mut level, mut session, mut repeat) = ("", "", "", "", "", "");
     let mut covariate = 0;
     for (index, (column, cell)) in columns.iter().zip(record.iter()).enumerate() {
         let fail = |reason: String| TableError::Cell {
@@ -251,6 +251,7 @@ fn push_row(
             Meaning::On => on = cell,
             Meaning::DistanceTo => to = cell,
             Meaning::Touch => touch = cell,
+            Meaning::Level => level = cell,
             Meaning::Session => session = cell,
             Meaning::Repeat => repeat = cell,
             Meaning::Covariate if column.name.is_empty() => {}
@@ -274,6 +275,7 @@ fn push_row(
     table.on.push(on);
     table.distance_to.push(to);
     table.touch.push(touch);
+    table.level.push(level);
     table.session.push(session);
     table.repeat.push(repeat);
     Ok(())
@@ -378,6 +380,7 @@ fn store(table: &mut Table, row: usize, meaning: &Meaning, value: f64) {
         Meaning::On
         | Meaning::DistanceTo
         | Meaning::Touch
+        | Meaning::Level
         | Meaning::Session
         | Meaning::Repeat
         | Meaning::Covariate => {}

@@ -304,6 +304,12 @@ fn surfaces_targets_and_frames_that_are_missing_say_where_to_add_them() {
         &["`height_mm` needs a plane in the model's `surfaces:`"],
     );
     says(&complaint(TWO_LINKS, &row("tilt_x_deg", "5")), &["need `level:` in the model"]);
+    let levels = format!("{TWO_LINKS}levels:\n  arm: {{after: shoulder}}\n  hand: {{after: elbow}}\n");
+    says(&complaint(&levels, &row("tilt_x_deg", "5")), &["say in column `level` which of the model's levels it is: arm, hand"]);
+    says(
+        &complaint(&levels, &row("tilt_x_deg,level", "5,hnad")),
+        &["`hnad` in column `level` is not in the model's `levels:`", "did you mean `hand`?"],
+    );
     says(&complaint(TWO_LINKS, &row("distance_mm", "5")), &["line 2: a distance needs `distance_to`"]);
     says(&complaint(TWO_LINKS, &row("humidity", "5")), &["nothing was measured; the table needs p1_x_mm"]);
 }

@@ -143,6 +143,24 @@ fn tilts_of_the_last_link() {
 }
 
 #[test]
+fn tilts_of_several_links() {
+    let mut dice = Dice::seeded(9);
+    let mut row = |(index, q): (usize, [f64; 3])| {
+        let (level, tilt) = match index % 2 {
+            0 => ("arm", -q[1]),
+            _ => ("hand", -(q[1] + q[2] + HIDDEN)),
+        };
+        format!("{},{level},{:.5},{:.5}", joints(q), dice.noise(0.02), tilt + dice.noise(0.02))
+    };
+    let rows: Vec<String> = column_poses(60, 9).into_iter().enumerate().map(&mut row).collect();
+    let levels = "levels:\n  arm: {after: shoulder, rpy_deg: [-90, 0, 0]}\n  hand: {after: elbow, rpy_deg: [-90, 0, 0]}\nnoise: {tilt_deg: 0.02}\n";
+    // With a level on each link the two zeros come apart.
+    let both = model(levels).replace("joint_zero(elbow)", "joint_zero(shoulder), joint_zero(elbow)");
+    let header = format!("{Q},level,tilt_x_deg,tilt_y_deg");
+    finds_the_elbow(&compare(&both, &header, &rows));
+}
+
+#[test]
 fn distances_to_two_nails() {
     let mut dice = Dice::seeded(7);
     let nails = [("left", [0.0, 500.0, 0.0]), ("right", [100.0, -450.0, 20.0])];

@@ -1,10 +1,11 @@
 //! What the world of a PUMA 560 is made of, checked and in its own units.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::joints::AXES;
 use crate::light::Light;
-use crate::physics::description::ArmDescription;
+use crate::physics::description::{ArmDescription, Weight};
 use crate::physics::imperfection::Imperfection;
 use crate::physics::random::Random;
 use crate::physics::rigid::Vector;
@@ -79,6 +80,10 @@ pub struct PumaDescription {
     pub ruler: Instrument,
     /// What the rig on the hand sees, where one is carried.
     pub light: Option<Arc<Light>>,
+    /// On hand; mm, for each coordinate.
+    pub tracker: Instrument,
+    /// Where the controller keeps its calibration from one day to the next, if it does.
+    pub calibration: Option<PathBuf>,
     /// The text of the file, if it came under a seal: the truth is hidden until somebody breaks it.
     pub sealed_text: Option<String>,
 }
@@ -94,8 +99,11 @@ impl PumaDescription {
         error
     }
 
-    /// The arm on paper, with the cage's weight where it hangs.
+    /// The arm on paper, with the cage's weight where it sits; whatever else is carried hangs on the middle of the flange.
     pub(super) fn arm(&self) -> ArmDescription {
-        ArmDescription { target: self.cage.centre, ..self.nominal.clone() }
+        let mut arm = self.nominal.clone();
+        arm.weights.push(Weight { after: AXES - 1, mass: self.cage.mass_kg, centre: self.cage.centre });
+        arm.target = Vector::ZERO;
+        arm
     }
 }

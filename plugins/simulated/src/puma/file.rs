@@ -1,6 +1,7 @@
 //! World files with a PUMA 560: YAML a person writes, read as it was typed and then checked. Every key carries its unit.
 
 use std::ops::RangeInclusive;
+use std::path::Path;
 use std::sync::Arc;
 
 use serde::Deserialize;
@@ -28,6 +29,7 @@ struct RawWorld {
     world: Spanned<String>,
     #[serde(default)]
     seed: u64,
+    calibration: Option<String>,
     arm: RawArm,
     #[serde(default)]
     cage: RawCage,
@@ -109,6 +111,8 @@ struct RawInstruments {
     level: RawLevel,
     #[serde(default)]
     ruler: RawRuler,
+    #[serde(default)]
+    tracker: RawRuler,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -176,6 +180,8 @@ impl Checker<'_> {
             level: self.level(&raw.instruments.level)?,
             ruler: self.ruler(&raw.instruments.ruler)?,
             light: self.light(raw.light.as_ref(), raw.seed)?,
+            tracker: self.ruler(&raw.instruments.tracker)?,
+            calibration: raw.calibration.map(|name| Path::new(self.file).with_file_name(name)),
             sealed_text: None,
         };
         self.require_standing(&described, place)?;
@@ -198,7 +204,7 @@ impl Checker<'_> {
     fn require_standing(&self, world: &PumaDescription, place: Location) -> Result<(), WorldFileError> {
         let mut machine = Machine::new(&world.arm(), &world.imperfections);
         machine.go(&[0.0, 0.0, std::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0], 0.0);
-        let conditions = Conditions { time_s: 0.0, temperature_c: 20.0, payload_kg: world.cage.mass_kg };
+        let conditions = Conditions { time_s: 0.0, temperature_c: 20.0, payload_kg: 0.0 };
         machine.stand(&conditions).map(drop).map_err(|error| self.wrong(place, error.to_string()))
     }
 

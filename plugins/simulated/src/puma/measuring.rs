@@ -1,9 +1,11 @@
-//! What the operator measures: tilts with a spirit level, heights with a ruler.
+//! What the operator measures: tilts with a spirit level, heights with a ruler, places with a laser tracker.
 
 use super::joints::{AXES, JOINTS};
 use super::{PumaWorld, joints};
 use crate::physics::machine::{NoEquilibrium, Stance};
 use crate::physics::rigid::{Rotation, Vector};
+use crate::protocol::Axis;
+use crate::world::Instrument;
 
 /// Where a spirit level can lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,8 +51,14 @@ pub enum MeasuringError {
         given: String,
     },
     /// The ruler does not go there.
-    #[error("the ruler stands under the `flange`, not at `{0}`")]
+    #[error("the ruler stands under the `flange` or the `tip`, not at `{0}`")]
     NotRuled(String),
+    /// No reflector is there.
+    #[error("the tracker's reflector sits at the `tip` or the `flange`, not at `{0}`")]
+    NoReflector(String),
+    /// A tracker's reading has three coordinates.
+    #[error("say which coordinate of the tracker is read: x, y or z")]
+    NoAxis,
     /// The surface is so steep that the bubble is at an end.
     #[error("the surface leans by {0:.1} deg: the bubble is at its end; bring it nearer to level first")]
     Steep(f64),
@@ -83,19 +91,48 @@ pub(super) enum Levelling {
 }
 
 impl PumaWorld {
-    /// What the ruler reads from the table up to the middle of the wrist flange, mm.
+    /// What the ruler reads from the table up to the middle of the wrist flange, or to the tip of the cage, mm.
     ///
     /// # Errors
     /// [`MeasuringError`]
     pub fn read_ruler(&mut self, at: Option<&str>) -> Result<f64, MeasuringError> {
-        if let Some(place) = at.filter(|place| *place != "flange") {
-            return Err(MeasuringError::NotRuled(place.to_owned()));
-        }
-        let flange = self.standing()?.posture.world_from_flange.translation;
+        let at = at.unwrap_or("flange");
+        let point = self.point(at)?.ok_or_else(|| MeasuringError::NotRuled(at.to_owned()))?;
         let table = self.description.table;
-        let height = (flange - Vector::Z * table.height).dot(table.normal);
+        let height = (point - Vector::Z * table.height).dot(table.normal);
+        Ok(self.take(self.description.ruler, height))
+    }
+
+    /// What a laser tracker shows of one coordinate of the cage's tip (or of the flange), mm.
+    ///
+    /// # Errors
+    /// [`MeasuringError`]
+    pub fn read_tracker(&mut self, at: Option<&str>, axis: Option<Axis>) -> Result<f64, MeasuringError> {
+        let at = at.unwrap_or("tip");
+        let point = self.point(at)?.ok_or_else(|| MeasuringError::NoReflector(at.to_owned()))?;
+        let place = match axis {
+            Some(Axis::X) => point.x,
+            Some(Axis::Y) => point.y,
+            Some(Axis::Z) => point.z,
+            None => return Err(MeasuringError::NoAxis),
+        };
+        Ok(self.take(self.description.tracker, place))
+    }
+
+    /// A point of the arm that can be measured, world, mm.
+    fn point(&self, at: &str) -> Result<Option<Vector>, MeasuringError> {
+        let flange = self.standing()?.posture.world_from_flange;
+        Ok(match at {
+            "flange" => Some(flange.translation),
+            "tip" => Some(flange.apply(self.description.cage.tip)),
+            _ => None,
+        })
+    }
+
+    /// One more reading.
+    fn take(&mut self, instrument: Instrument, truth: f64) -> f64 {
         self.readings_taken += 1;
-        Ok(self.description.ruler.read(height, self.description.seed, self.readings_taken))
+        instrument.read(truth, self.description.seed, self.readings_taken)
     }
 
     /// What the spirit level shows, deg: how much the end its arrow points to is too high. `turned` is end for end.
@@ -110,9 +147,7 @@ impl PumaWorld {
             return Err(MeasuringError::Steep(tilt.to_degrees()));
         }
         let level = self.description.level;
-        self.readings_taken += 1;
-        let shown = level.instrument.read(tilt + level.zero, self.description.seed, self.readings_taken);
-        Ok(shown.to_degrees())
+        Ok(self.take(level.instrument, tilt + level.zero).to_degrees())
     }
 
     /// Looks at the bubble, and says how the operator would turn a joint (from 0) to bring it to the middle.

@@ -4,6 +4,7 @@
 //! true, play and coupled wrists, and its links stand where their weight and the cage's balance what yields. The controller's zeros are its own
 //! matter: what it believes differs from what its encoders show by an offset for each joint, which a new calibration changes.
 
+mod calibration;
 mod description;
 pub(crate) mod file;
 mod joints;
@@ -26,6 +27,9 @@ const ROOM_C: f64 = 20.0;
 /// The world's time at its beginning, ns: not 0, so that no moment of it can be taken for none.
 const BEGINS_NS: u64 = 1_000_000_000;
 
+/// What may hang on the flange beside the cage, kg.
+const MOST_HUNG_KG: f64 = 4.0;
+
 /// The world and everything in it.
 pub struct PumaWorld {
     description: PumaDescription,
@@ -42,10 +46,12 @@ pub struct PumaWorld {
     readings_taken: u64,
     switches: Switches,
     exposures: u64,
+    /// On the flange, beside the cage, kg.
+    hung_kg: f64,
 }
 
 /// Why the arm does not start to move.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TravelRefused {
     /// Another motion is under way.
     #[error("the arm is moving already; wait for it or stop it first")]
@@ -67,6 +73,12 @@ pub enum TravelRefused {
         /// What was asked for, degrees.
         target: f64,
     },
+    /// More than the arm carries.
+    #[error("{0} kg cannot be hung on the flange: it takes 0 to {MOST_HUNG_KG} kg beside the cage")]
+    Load(f64),
+    /// The controller's calibration cannot be kept.
+    #[error("the controller took the pose over, but its calibration file {0} cannot be written: {1}")]
+    NotKept(String, std::io::ErrorKind),
     /// The speed is out of its range.
     #[error("the speed must be a share of the greatest, 0.001 to 1")]
     Speed,
@@ -75,7 +87,15 @@ pub enum TravelRefused {
 impl PumaWorld {
     /// A world at its beginning: the arm stands where it was left, and the controller believes what the file says.
     pub fn new(description: PumaDescription) -> Self {
-        Self::beginning(description, BEGINS_NS)
+        let kept = description.calibration.as_deref().and_then(calibration::read);
+        let mut world = Self::beginning(description, BEGINS_NS);
+        if let Some(kept) = kept {
+            for (offset, shift) in world.offset.iter_mut().zip(&kept) {
+                *offset += shift;
+            }
+            world.drive_to(world.believed);
+        }
+        world
     }
 
     /// The same at another moment of the world's time: the arm is switched on then.
@@ -95,6 +115,7 @@ impl PumaWorld {
                 .as_ref()
                 .map_or(Switches { laser: false, filter: false }, |light| light.switches),
             exposures: 0,
+            hung_kg: 0.0,
             description,
         };
         world.drive_to(world.description.start);
@@ -124,7 +145,7 @@ impl PumaWorld {
         self.machine.stand(&Conditions {
             time_s: (self.time_ns - self.began_ns) as f64 * 1e-9,
             temperature_c: ROOM_C,
-            payload_kg: self.description.cage.mass_kg,
+            payload_kg: self.hung_kg,
         })
     }
 
@@ -141,6 +162,29 @@ impl PumaWorld {
             *offset += believed - declared;
         }
         self.believed = joints;
+        self.keep_calibration()
+    }
+
+    /// Writes down by how much the controller's zeros differ from those it came with.
+    fn keep_calibration(&self) -> Result<(), TravelRefused> {
+        let Some(file) = &self.description.calibration else { return Ok(()) };
+        let mut shift = self.offset;
+        for (shift, drawn) in shift.iter_mut().zip(self.description.drawn_zero_error()) {
+            *shift -= drawn;
+        }
+        calibration::write(file, &shift)
+            .map_err(|error| TravelRefused::NotKept(file.display().to_string(), error.kind()))
+    }
+
+    /// Hangs a weight (kg) on the flange beside the cage, in place of what hung there.
+    ///
+    /// # Errors
+    /// [`TravelRefused::Load`] for more than the arm is built to carry or less than nothing.
+    pub fn hang(&mut self, mass_kg: f64) -> Result<(), TravelRefused> {
+        if !(0.0..=MOST_HUNG_KG).contains(&mass_kg) {
+            return Err(TravelRefused::Load(mass_kg));
+        }
+        self.hung_kg = mass_kg;
         Ok(())
     }
 

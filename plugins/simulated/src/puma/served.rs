@@ -136,6 +136,7 @@ impl ServedWorld for PumaWorld {
     fn measure(&mut self, used: &Use<'_>) -> Result<(f64, &'static str), String> {
         let measured = match used.with {
             Instrument::Ruler => self.read_ruler(used.at).map(|height| (height, "mm")),
+            Instrument::Tracker => self.read_tracker(used.at, used.axis).map(|place| (place, "mm")),
             Instrument::Level => {
                 let at =
                     used.at.ok_or_else(|| MeasuringError::NoPlace { given: String::new() }.to_string())?;
@@ -143,6 +144,10 @@ impl ServedWorld for PumaWorld {
             }
         };
         measured.map_err(|error| error.to_string())
+    }
+
+    fn hang(&mut self, mass_kg: f64) -> Result<(), String> {
+        PumaWorld::hang(self, mass_kg).map_err(|refused| refused.to_string())
     }
 
     fn again(&self, described: Described) -> Box<dyn ServedWorld> {

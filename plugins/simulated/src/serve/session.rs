@@ -141,9 +141,10 @@ impl Session {
             Verb::Again { seed } => self.change(id, |state| state.begin_again(seed)),
             Verb::Trim { by } => self.change(id, |state| state.world.turn_trim(by)),
             Verb::Hold { width_mm } => self.change(id, |state| state.world.put_between_fingers(width_mm)),
-            Verb::Measure { with, at, turned } => {
-                self.tell(id, |state| measure(state, &Use { with, at: at.as_deref(), turned }))
+            Verb::Measure { with, at, turned, axis } => {
+                self.tell(id, |state| measure(state, &Use { with, at: at.as_deref(), turned, axis }))
             }
+            Verb::Hang { mass_kg } => self.change(id, |state| state.world.hang(mass_kg)),
             Verb::Level { joint, at, turned } => self.answer_level(id, &joint, &at, turned),
             Verb::Look {} => self.tell(id, |state| look(state)),
             Verb::Shine { laser, filter } => self.change(id, |state| state.world.shine(laser, filter)),
@@ -213,7 +214,7 @@ impl Session {
 
     /// The operator looks at the bubble, turns the joint, and looks again.
     fn answer_level(&mut self, id: u64, joint: &str, at: &str, turned: bool) -> Result<(), Gone> {
-        let used = Use { with: Instrument::Level, at: Some(at), turned };
+        let used = Use { with: Instrument::Level, at: Some(at), turned, axis: None };
         for _ in 0..MOST_CORRECTIONS {
             let order = self.shared.now().world.level_order(joint, &used);
             match order {

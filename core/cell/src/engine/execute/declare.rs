@@ -14,7 +14,7 @@ use crate::prompt::{Answer, ChoiceOption, PromptKind};
 use crate::step::DeclareStep;
 
 /// Name of the correction of a zero that the controller itself keeps: old and new are what the joint read, standing still.
-const CONTROLLER_ZERO: &str = "controller_zero";
+pub(crate) const CONTROLLER_ZERO: &str = "controller_zero";
 
 /// How far a joint may read from what was declared, in steps of its drive.
 const STEPS_APART: f64 = 2.0;

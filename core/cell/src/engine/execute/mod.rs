@@ -9,8 +9,11 @@ mod measure;
 mod move_joints;
 mod pendant;
 mod prompt;
+mod row;
 mod scan;
 mod search;
+
+pub(crate) use declare::CONTROLLER_ZERO;
 
 use super::Engine;
 use super::step_context::{Done, StepContext};
@@ -29,6 +32,7 @@ impl Engine {
             Action::Apply(apply) => self.execute_apply(apply, at),
             Action::Configure(configure) => self.execute_configure(configure),
             Action::Measure(measure) => self.execute_measure(measure, at),
+            Action::Row(row) => self.execute_row(row, at),
             Action::Scan(scan) => self.execute_scan(scan, at),
             Action::Declare(declare) => self.execute_declare(declare, at),
             Action::Repeat(_) | Action::Call(_) => Ok(Done::default()),

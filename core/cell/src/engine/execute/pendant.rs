@@ -4,7 +4,6 @@ use plumb_plugin::RobotCapabilities;
 
 use crate::engine::Engine;
 use crate::engine::step_error::StepError;
-use crate::instrument::{InstrumentResult, InstrumentUse};
 use crate::prompt::Prompt;
 
 /// How a robot is handed to its pendant.
@@ -102,29 +101,8 @@ impl Engine {
         Ok(())
     }
 
-    /// Has the operator of a simulated cell use an instrument, with the pendant in the hand where there is one.
-    pub(in crate::engine) fn use_instrument_at(
-        &mut self,
-        robot: &str,
-        used: &InstrumentUse,
-    ) -> Result<Result<InstrumentResult, String>, StepError> {
-        let mut pendant = Pendant::of(&self.arm(robot)?.description.capabilities);
-        if pendant.is_on_request() {
-            let reason =
-                "only its own pendant gives this robot back: nobody can drive it in an unattended run";
-            return Ok(Err(reason.to_owned()));
-        }
-        if matches!(pendant, Pendant::Shared) {
-            self.jog(robot, true)?;
-        }
-        let found = self.links.use_instrument(used);
-        self.standing.forget();
-        self.take_back(robot, &mut pendant)?;
-        Ok(found)
-    }
-
     /// Hands over or takes back; true once the operator has ended it on the pendant.
-    fn jog(&mut self, robot: &str, on: bool) -> Result<bool, StepError> {
+    pub(super) fn jog(&mut self, robot: &str, on: bool) -> Result<bool, StepError> {
         self.standing.forget();
         let state = self.arm(robot)?.link.jog(on).map_err(|error| self.device_error(error))?;
         self.show_pose(robot, &state.state)?;

@@ -4,6 +4,7 @@ use plumb_plugin::JointVector;
 use serde_json::{Value, json};
 
 use super::pendant::Pendant;
+use crate::device::Act;
 use crate::drawing::two_views;
 use crate::engine::Engine;
 use crate::engine::journal::Question as Asked;
@@ -63,12 +64,13 @@ impl Engine {
     /// In a simulated cell, does what the operator does there, and tells what an instrument reads.
     fn simulate(&mut self, step: &PromptStep, at: &StepContext) -> Result<Option<f64>, StepError> {
         let Some(simulated) = &step.simulated else { return Ok(None) };
-        let mut values = Vec::new();
-        for (name, value) in &simulated.values {
-            values.push((name.clone(), self.number(at.scope, value)?));
+        let mut numbers = Vec::new();
+        for (name, value) in &simulated.numbers {
+            numbers.push((name.clone(), self.number(at.scope, value)?));
         }
+        let act = Act { name: simulated.act.clone(), numbers, words: simulated.words.clone() };
         self.standing.forget();
-        self.links.simulate(&simulated.act, &values).map_err(StepError::Error)
+        self.links.simulate(&act).map_err(StepError::Error)
     }
 
     /// The robot the prompt is about, as it stands now; none without a model of it.
@@ -179,7 +181,8 @@ impl Engine {
         }
     }
 
-    /// Whoever says it is done without having moved the arm leaves the driving to the simulated operator.
+    /// Whoever says it is done without having moved the arm leaves the driving to the simulated operator, who has the pendant in the hand
+    /// where there is one to be had.
     fn simulate_unless_moved(
         &mut self,
         robot: &str,
@@ -188,10 +191,16 @@ impl Engine {
         answer: &Answer,
         at: &StepContext,
     ) -> Result<(), StepError> {
-        if *answer == Answer::Done && self.read_pose(robot)?.joints == *before {
-            self.simulate(step, at)?;
+        if step.simulated.is_none() || *answer != Answer::Done || self.read_pose(robot)?.joints != *before {
+            return Ok(());
         }
-        Ok(())
+        let mut pendant = Pendant::of(&self.arm(robot)?.description.capabilities);
+        if matches!(pendant, Pendant::Shared) {
+            self.jog(robot, true)?;
+        }
+        let done = self.simulate(step, at);
+        self.take_back(robot, &mut pendant)?;
+        done.map(drop)
     }
 
     fn jog_joint(

@@ -1,0 +1,340 @@
+//! Worlds that hide an effect behind their wrong zeros: what the classical procedure leaves, what the model lab makes of it, and how far the tip is off.
+
+use std::fmt;
+
+use plumb_model::laboratory::{Laboratory, Options, RowResidual};
+use plumb_model::progress::Progress;
+use plumb_model::revision::Family;
+use plumb_model::split::Holdout;
+use plumb_model::table::Table;
+use serde_json::Value;
+
+use super::cells::Cells;
+use super::poses;
+
+/// What is left of a tip that is known as well as the tracker shows it (0.05 mm a coordinate), mm.
+pub(crate) const FLOOR_MM: f64 = 0.0866;
+
+/// Rounds of next poses at most.
+const ROUNDS: usize = 3;
+
+/// What is hidden.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Hidden {
+    /// The shoulder gives way under the weight it carries.
+    Compliance,
+    /// A wheel of a joint of the arm runs out of true.
+    Wheel,
+    /// Bending the wrist turns the flange.
+    Coupling,
+}
+
+/// How far the tip is off over the fresh poses.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Tip {
+    /// Root mean square of measured less believed, mm.
+    pub(crate) tip_mm: f64,
+    /// Root mean square distance of one point reached lefty from the same reached righty, mm, beyond what was believed.
+    pub(crate) apart_mm: f64,
+    /// The greatest of these distances, mm.
+    pub(crate) most_apart_mm: f64,
+}
+
+/// What the lab found with one kind of instrument.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Findings {
+    /// The verdict after the calibration alone and after each round of next poses, in words.
+    pub(crate) verdicts: Vec<String>,
+    /// Poses measured beyond the calibration.
+    pub(crate) poses: usize,
+    /// What was added: effect, place, size.
+    pub(crate) added: Vec<(String, String, f64)>,
+    /// What is then left over the fresh poses, which no fit has seen.
+    pub(crate) left: Tip,
+}
+
+/// One world, from the first day to the last.
+#[derive(Debug, Clone)]
+pub(crate) struct Story {
+    pub(crate) seed: u64,
+    pub(crate) hidden: Hidden,
+    /// The joint it sits at, and how much of it there is, as the world's file says.
+    pub(crate) place: String,
+    pub(crate) size: String,
+    pub(crate) before: Tip,
+    pub(crate) after: Tip,
+    pub(crate) with_tracker: Findings,
+    pub(crate) by_hand: Findings,
+}
+
+impl Hidden {
+    pub(crate) const ALL: [Self; 3] = [Self::Compliance, Self::Wheel, Self::Coupling];
+
+    /// The effect as the lab calls it.
+    pub(crate) fn effect(self) -> &'static str {
+        match self {
+            Self::Compliance => "joint_compliance",
+            Self::Wheel => "joint_harmonic",
+            Self::Coupling => "joint_coupling",
+        }
+    }
+
+    /// As people call it.
+    fn in_words(self) -> &'static str {
+        match self {
+            Self::Compliance => "shoulder gives way",
+            Self::Wheel => "wheel out of true",
+            Self::Coupling => "wrist coupling",
+        }
+    }
+
+    /// Where it sits, how much, and the lines of the world's file.
+    fn drawn(self, seed: u64) -> (String, String, String) {
+        let share = ((seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ self as u64) >> 11) as f64 / (1_u64 << 53) as f64;
+        match self {
+            Self::Compliance => {
+                let softness = 3e-5 + 6e-5 * share;
+                let text = format!("{{joint_compliance: {{joint: shoulder, rad_per_nm: {softness:.3e}}}}}");
+                ("shoulder".to_owned(), format!("{softness:.2e} rad/(N m)"), text)
+            }
+            Self::Wheel => {
+                let joint = ["waist", "shoulder", "elbow"][(seed % 3) as usize];
+                let (amplitude, phase) = (0.12 + 0.16 * share, (seed * 77) % 360);
+                let text = format!(
+                    "{{joint_harmonic: {{joint: {joint}, per_turn: 1, amplitude_deg: {amplitude:.3}, phase_deg: {phase}}}}}"
+                );
+                (joint.to_owned(), format!("{amplitude:.3} deg"), text)
+            }
+            Self::Coupling => {
+                let drag = 0.01 + 0.02 * share;
+                let text = format!("{{joint_coupling: {{joint: flange, driver: wrist_bend, deg_per_deg: {drag:.4}}}}}");
+                ("flange".to_owned(), format!("{drag:.4} deg/deg"), text)
+            }
+        }
+    }
+}
+
+impl Findings {
+    /// Whether the truth, and nothing else, was named.
+    pub(crate) fn names(&self, hidden: Hidden, place: &str) -> bool {
+        matches!(self.added.as_slice(), [(effect, joint, _)] if effect == hidden.effect() && joint == place)
+    }
+}
+
+/// Lives through a world: fresh poses, the calibration, fresh poses again; then the lab, once with a tracker and once with the ruler alone.
+pub(crate) fn tell(hidden: Hidden, seed: u64) -> Story {
+    let cells = Cells::new();
+    let (place, size, imperfection) = hidden.drawn(seed);
+    cells.change_world(|text| {
+        let text = text.replace("seed: 1\n", &format!("seed: {seed}\ncalibration: potcal.txt\n"));
+        let text = text.replace("    base:", &format!("    imperfections: [{imperfection}]\n    base:"));
+        text.replace("instruments:\n", "instruments:\n  tracker: {error_mm: 0.05}\n")
+    });
+    std::fs::rename(cells.puma().join("world.yaml"), cells.puma().join("open.yaml")).unwrap();
+    assert_eq!(cells.plumb(&["world", "--file", "open.yaml", "--seal", "world.yaml"]).0, Some(0));
+    let lab = Lab { cells: &cells, fresh: poses::fresh(&cells.puma().join("lab.yaml"), seed) };
+    let before = lab.measure_fresh();
+    let calibration = lab.run("calibrate");
+    let after = lab.measure_fresh();
+    let story = Story {
+        seed,
+        hidden,
+        place,
+        size,
+        before: lab.tip_of(before),
+        after: lab.tip_of(after),
+        with_tracker: lab.learn("measure-tip", calibration),
+        by_hand: lab.learn("measure-heights", calibration),
+    };
+    let keep = cells.puma().join("potcal.txt");
+    assert!(keep.exists(), "the controller kept what POTCAL wrote");
+    story
+}
+
+struct Lab<'a> {
+    cells: &'a Cells,
+    fresh: String,
+}
+
+impl Lab<'_> {
+    /// Runs a procedure; the run's number. A calibration whose second pass finds something has calibrated all the same.
+    fn run(&self, procedure: &str) -> i64 {
+        let (code, said, complaint) =
+            self.cells.plumb(&["run", "cell.yaml", procedure, "--headless", "--record", "record"]);
+        assert!(matches!(code, Some(0 | 1)), "{procedure}: {said}\n{complaint}");
+        let (_, json, _) = self.cells.plumb(&["show", "--record", "record", "--json"]);
+        let shown: Value = serde_json::from_str(&json).unwrap();
+        shown["run"]["run"].as_i64().unwrap()
+    }
+
+    fn measure_fresh(&self) -> i64 {
+        self.cells.write("poses.csv", &self.fresh);
+        self.run("measure-tip")
+    }
+
+    /// Writes the rows of some runs as one table.
+    fn table(&self, runs: &[i64]) {
+        let runs: Vec<String> = runs.iter().map(i64::to_string).collect();
+        let mut arguments = vec!["show", "--record", "record", "--table", "--as-left"];
+        arguments.extend(runs.iter().map(String::as_str));
+        let (code, table, said) = self.cells.plumb(&arguments);
+        assert_eq!(code, Some(0), "{said}");
+        self.cells.write("table.csv", &table);
+    }
+
+    fn model(&self, arguments: &[&str]) -> String {
+        let mut all = vec!["model"];
+        all.extend(arguments);
+        all.extend(["lab.yaml", "--data", "table.csv"]);
+        let (code, said, complaint) = self.cells.plumb(&all);
+        assert_eq!(code, Some(0), "{arguments:?}: {complaint}");
+        said
+    }
+
+    /// What is left of the tip where nothing but the place of the arm's foot is fitted: the arm as its controller believes it.
+    fn tip_of(&self, run: i64) -> Tip {
+        self.table(&[run]);
+        tip(&self.residuals(Some(Vec::new()), Holdout::None))
+    }
+
+    /// What the lab finds, and the fresh poses as the grown model foretells them.
+    fn learn(&self, procedure: &str, calibration: i64) -> Findings {
+        let mut runs = vec![calibration];
+        let mut findings = Findings::default();
+        loop {
+            self.table(&runs);
+            let diagnosis: Value = serde_json::from_str(&self.model(&["diagnose", "--json"])).unwrap();
+            findings.verdicts.push(in_words(&diagnosis));
+            if runs.len() > 1 && diagnosis["verdict"] == "named" || runs.len() > ROUNDS {
+                break;
+            }
+            let next = self.model(&["next", "-n", "10", "--csv", "--keep-out", "0,0,1,-430", "--payload", "0,1.5"]);
+            findings.poses += next.lines().count() - 1;
+            self.cells.write("poses.csv", &next);
+            runs.push(self.run(procedure));
+        }
+        runs.push(self.measure_fresh());
+        self.table(&runs);
+        let grown: Value = serde_json::from_str(&self.model(&["grow", "--holdout", "session", "--json"])).unwrap();
+        let added = grown["steps"].as_array().unwrap().iter().map(|step| &step["added"]);
+        findings.added = added
+            .filter(|added| added.is_object())
+            .map(|added| {
+                let text = |key: &str| added[key].as_str().unwrap_or_default().to_owned();
+                (text("effect"), text("where"), added["size"].as_f64().unwrap_or(f64::NAN))
+            })
+            .collect();
+        let residuals = self.residuals(None, Holdout::Session);
+        let fresh: Vec<RowResidual> = residuals.into_iter().filter(|row| row.held_out).collect();
+        findings.left = match procedure {
+            "measure-tip" => tip(&fresh),
+            // No height says where the arm stands in the tracker's frame: its foot is placed by the fresh points.
+            _ => tip(&placed(fresh)),
+        };
+        for entry in std::fs::read_dir(self.cells.puma()).unwrap().flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name.starts_with("lab.") && name != "lab.yaml" {
+                std::fs::remove_file(entry.path()).unwrap();
+            }
+        }
+        findings
+    }
+
+    /// Measured less believed, by the newest revision of the model.
+    fn residuals(&self, free: Option<Vec<String>>, holdout: Holdout) -> Vec<RowResidual> {
+        let entry = Family::resolve(&self.cells.puma().join("lab.yaml")).unwrap();
+        let table = Table::read(&self.cells.puma().join("table.csv")).unwrap();
+        let laboratory = Laboratory::new(entry.model, table, Options { free, holdout, ..Options::default() }).unwrap();
+        laboratory.compare(&Progress::unwatched()).unwrap().rows
+    }
+}
+
+/// What a diagnosis says, short.
+fn in_words(diagnosis: &Value) -> String {
+    let effect = |of: &Value| {
+        let text = |key: &str| of[key].as_str().map(str::to_owned);
+        let places: Vec<String> = [text("where"), text("with")].into_iter().flatten().collect();
+        format!("{}({})", text("effect").unwrap_or_default(), places.join(", "))
+    };
+    let named = Some(&diagnosis["named"]).filter(|named| named.is_object());
+    let tied = diagnosis["tied"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let said: Vec<String> = named.into_iter().chain(tied).map(effect).collect();
+    let verdict = diagnosis["verdict"].as_str().unwrap_or_default().replace('_', " ");
+    if said.is_empty() { verdict } else { format!("{verdict}: {}", said.join(" or ")) }
+}
+
+fn length(vector: [f64; 3]) -> f64 {
+    vector.iter().map(|part| part * part).sum::<f64>().sqrt()
+}
+
+/// Root mean square of the residuals, and how far lefty and righty lie apart beyond what was believed.
+fn tip(rows: &[RowResidual]) -> Tip {
+    assert_eq!(rows.len(), poses::FRESH, "every fresh pose was measured");
+    let root = |squares: f64, count: usize| (squares / count as f64).sqrt();
+    let squares: f64 = rows.iter().map(|row| length(row.vector_mm).powi(2)).sum();
+    let apart = rows.chunks(2).filter_map(|pair| {
+        let [lefty, righty] = pair else { return None };
+        Some(length([0, 1, 2].map(|axis| lefty.vector_mm[axis] - righty.vector_mm[axis])))
+    });
+    let apart: Vec<f64> = apart.collect();
+    Tip {
+        tip_mm: root(squares, rows.len()),
+        apart_mm: root(apart.iter().map(|distance| distance * distance).sum(), apart.len()),
+        most_apart_mm: apart.iter().copied().fold(0.0, f64::max),
+    }
+}
+
+/// The residuals without what a shift and a small turn of the whole arm make of them.
+fn placed(mut rows: Vec<RowResidual>) -> Vec<RowResidual> {
+    let count = rows.len() * 3;
+    let mut matrix = nalgebra::DMatrix::zeros(count, 6);
+    let mut right = nalgebra::DVector::zeros(count);
+    for (index, row) in rows.iter().enumerate() {
+        let [x, y, z] = row.point_mm;
+        let turned = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]];
+        for axis in 0..3 {
+            matrix[(index * 3 + axis, axis)] = 1.0;
+            for turn in 0..3 {
+                matrix[(index * 3 + axis, 3 + turn)] = turned[axis][turn];
+            }
+            right[index * 3 + axis] = row.vector_mm[axis];
+        }
+    }
+    let placing = matrix.clone().svd(true, true).solve(&right, 1e-12).unwrap();
+    let left = right - matrix * placing;
+    for (index, row) in rows.iter_mut().enumerate() {
+        row.vector_mm = [0, 1, 2].map(|axis| left[index * 3 + axis]);
+    }
+    rows
+}
+
+impl fmt::Display for Tip {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{:.2}; {:.2}, {:.2}", self.tip_mm, self.apart_mm, self.most_apart_mm)
+    }
+}
+
+/// The heading of a table of worlds.
+pub(crate) const HEADING: &str = "\
+| world | before | after the procedure | what the lab added, with the tracker | poses | left | with the ruler | poses | left |
+|---|---|---|---|---|---|---|---|---|";
+
+impl fmt::Display for Story {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let found = |findings: &Findings| {
+            let added = findings.added.iter().map(|(effect, joint, size)| format!("{effect}({joint}) {size:.3e}"));
+            let added: Vec<String> = added.collect();
+            let last = findings.verdicts.last().cloned().unwrap_or_default();
+            let said = if added.is_empty() { format!("nothing ({last})") } else { added.join(", ") };
+            format!("{said} | {} | {}", findings.poses, findings.left)
+        };
+        let Self { seed, hidden, place, size, before, after, .. } = self;
+        write!(
+            formatter,
+            "| {seed}: {}, {place}, {size} | {before} | {after} | {} | {} |",
+            hidden.in_words(),
+            found(&self.with_tracker),
+            found(&self.by_hand)
+        )
+    }
+}

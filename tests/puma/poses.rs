@@ -1,0 +1,109 @@
+//! Fresh poses to check with: points at two radii, under two loads, each reached with the arm lefty and righty.
+
+use std::path::Path;
+
+use plumb_kinematics::{Chain, Posture};
+use plumb_model::file::Model;
+
+/// How many poses: a point each lefty and righty.
+pub(crate) const FRESH: usize = 30;
+
+/// The tip of the cage in the flange's frame, mm, as the model of the cell has it.
+const TIP_MM: [f64; 3] = [40.0, 0.0, 120.0];
+
+/// Nothing of the arm comes lower than this, mm: the table lies at -671.8, the cage reaches 120 mm beyond the flange.
+const LOWEST_MM: f64 = -430.0;
+
+/// A small generator of numbers between 0 and 1 (xorshift), for poses alone.
+struct Dice(u64);
+
+impl Dice {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        low + (high - low) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// The table of poses as the cell's procedures go through it: lefty and righty of each point one after the other, the unloaded ones first.
+pub(crate) fn fresh(model: &Path, seed: u64) -> String {
+    let chain = Model::read(model).unwrap().chain;
+    let mut dice = Dice(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+    let mut poses: Vec<([f64; 6], f64)> = Vec::new();
+    while poses.len() < FRESH {
+        let point = poses.len() / 2;
+        let (radius, load) = (if point % 2 == 0 { 400.0 } else { 700.0 }, if point < FRESH / 4 { 0.0 } else { 1.5 });
+        let azimuth = dice.between(-120.0, 120.0);
+        let (sin, cos) = azimuth.to_radians().sin_cos();
+        let wanted = [radius * cos, radius * sin, dice.between(-150.0, 250.0)];
+        let across = if azimuth < 0.0 { azimuth + 180.0 } else { azimuth - 180.0 };
+        let lefty = reach(&chain, wanted, [azimuth, -20.0, 150.0], &mut dice);
+        let righty = reach(&chain, wanted, [across, -160.0, 30.0], &mut dice);
+        if let (Some(lefty), Some(righty)) = (lefty, righty) {
+            poses.extend([(lefty, load), (righty, load)]);
+        }
+    }
+    let mut text = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg,repeat\n".to_owned();
+    for (pose, load) in poses {
+        pose.iter().for_each(|joint| text.push_str(&format!("{joint:.4},")));
+        text.push_str(&format!("{load},0\n"));
+    }
+    text
+}
+
+/// Joints (deg) with which the tip is there, near `start` in the first three, the wrist at random; none within some trials.
+fn reach(chain: &Chain, wanted: [f64; 3], start: [f64; 3], dice: &mut Dice) -> Option<[f64; 6]> {
+    (0..30).find_map(|_| {
+        let [first, second, third] = start;
+        let wrist = [dice.between(-100.0, 100.0), dice.between(-90.0, 90.0), dice.between(-180.0, 180.0)];
+        let mut q = [first, second, third, wrist[0], wrist[1], wrist[2]];
+        for _ in 0..60 {
+            let here = tip(chain, &q);
+            let short = [0, 1, 2].map(|axis| wanted[axis] - here[axis]);
+            if short.iter().all(|part| part.abs() < 1e-6) {
+                q[0] = (q[0] + 180.0).rem_euclid(360.0) - 180.0;
+                return (inside(chain, &q) && clear(chain, &q)).then_some(q);
+            }
+            let columns = [0, 1, 2].map(|joint| {
+                let mut moved = q;
+                moved[joint] += 1e-4;
+                let there = tip(chain, &moved);
+                [0, 1, 2].map(|axis| (there[axis] - here[axis]) / 1e-4)
+            });
+            let turn = solve(columns, short)?;
+            let most = turn.iter().fold(0.0_f64, |most, part| most.max(part.abs()));
+            let share = (20.0 / most.max(1e-12)).min(1.0);
+            for (q, turn) in q.iter_mut().zip(turn) {
+                *q += share * turn;
+            }
+        }
+        None
+    })
+}
+
+fn posture(chain: &Chain, q: &[f64; 6]) -> Posture {
+    Posture::of(chain, &q.map(f64::to_radians), &[])
+}
+
+fn tip(chain: &Chain, q: &[f64; 6]) -> [f64; 3] {
+    let flange = posture(chain, q).flange;
+    (flange.rotation * nalgebra::Vector3::from(TIP_MM) + flange.translation.vector).into()
+}
+
+fn inside(chain: &Chain, q: &[f64; 6]) -> bool {
+    chain.joints.iter().zip(q).all(|(joint, q)| {
+        let (low, high) = joint.limits;
+        (low.to_degrees() + 3.0..=high.to_degrees() - 3.0).contains(q)
+    })
+}
+
+fn clear(chain: &Chain, q: &[f64; 6]) -> bool {
+    posture(chain, q).joints.iter().all(|joint| joint.end.translation.z > LOWEST_MM)
+}
+
+/// Solves three equations whose columns are given.
+fn solve(columns: [[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
+    let matrix = nalgebra::Matrix3::from_columns(&columns.map(nalgebra::Vector3::from));
+    matrix.lu().solve(&nalgebra::Vector3::from(right)).map(Into::into)
+}
