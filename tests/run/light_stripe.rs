@@ -50,7 +50,7 @@ fn an_arm_as_on_paper_sees_the_pyramid_where_it_stands_from_every_side() {
     let readings = lab.shown("1")["readings"].as_array().unwrap().len();
     assert!(readings > 12 * 5, "each scan's values are in the record: {readings}");
     let axes = ["apex_x", "apex_y", "apex_z"].map(|axis| values(&events, "scan", axis));
-    for (found, truth) in axes.iter().zip([530.0, -60.0, -260.0]) {
+    for (found, truth) in axes.iter().zip([60.0, 530.0, -260.0]) {
         assert_eq!(found.len(), 12);
         assert!(found.iter().all(|found| (found - truth).abs() < 0.1), "{found:?}, truly {truth}");
     }
@@ -117,13 +117,13 @@ steps:
 #[test]
 fn a_place_out_of_reach_is_said_before_anything_moves_there() {
     let lab = lab();
-    lab.edit("procedures/scan-pyramid.yaml", "[480, -60, -280]", "[1480, -60, -280]");
-    lab.edit("procedures/scan-pyramid.yaml", "[580, -60, -280]", "[1580, -60, -280]");
+    lab.edit("procedures/scan-pyramid.yaml", "[10, 530, -280]", "[10, 1530, -280]");
+    lab.edit("procedures/scan-pyramid.yaml", "[110, 530, -280]", "[110, 1530, -280]");
     let (events, code) = run(&lab, "scan-pyramid");
     assert_eq!(code, 2);
     let message = end(&events);
     assert!(
-        message.contains("no stripe at [1480.0, -60.0, -280.0] mm: the arm cannot bring its flange there"),
+        message.contains("no stripe at [10.0, 1530.0, -280.0] mm: the arm cannot bring its flange there"),
         "{message}"
     );
 }

@@ -24,6 +24,7 @@ mod run_command;
 mod schema_command;
 mod screens;
 mod show_command;
+mod stripe_command;
 mod study_command;
 mod trial_command;
 mod watch_command;
@@ -59,6 +60,9 @@ enum Command {
     Run(run_command::Arguments),
     Schema(schema_command::Arguments),
     Show(show_command::Arguments),
+    /// What the stripes of a light stripe sensor say of the arm that carries it.
+    #[command(subcommand)]
+    Stripe(stripe_command::StripeCommand),
     Study(study_command::StudyArguments),
     /// Blind trials: measurements of an arm that hides something, and the answer under seal.
     #[command(subcommand)]
@@ -87,6 +91,7 @@ fn main() -> ExitCode {
         Command::Schema(arguments) => schema_command::run(&arguments),
         Command::Run(arguments) => run_command::run(&arguments),
         Command::Show(arguments) => show_command::run(&arguments),
+        Command::Stripe(command) => stripe_command::run(&command),
         Command::Study(arguments) => study_command::run(&arguments),
         Command::Trial(command) => trial_command::run(&command),
         Command::Plugins(command) => plugins_command::run(&command),

@@ -5,6 +5,7 @@ pub mod effect;
 pub mod file;
 pub mod fit;
 pub mod floor;
+pub mod forward;
 pub mod laboratory;
 pub mod plot;
 pub mod progress;

@@ -246,3 +246,14 @@ fn a_stripe_at_the_pictures_edge_is_flagged() {
     scene.stripe(0..64, 1.5, 180.0, |_| 0.2);
     assert!(scene.found(&fixed(60)).unwrap().iter().all(|point| point.is(RowPoint::AT_EDGE)));
 }
+
+#[test]
+fn a_stripe_of_one_lit_pixel_a_row_does_not_claim_to_know_where_in_it_it_lies() {
+    let mut pixels = vec![0_u8; 32 * 32];
+    pixels.chunks_mut(32).for_each(|row| row[12] = 90);
+    let image = Image::new(32, 32, &pixels).unwrap();
+    let mut extractor = Extractor::new();
+    let found = extractor.extract(&image, &fixed(40)).unwrap();
+    assert_eq!(found.points.len(), 32);
+    assert!(found.points.iter().all(|point| point.sigma > 0.15), "{:?}", found.points.first());
+}

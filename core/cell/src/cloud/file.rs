@@ -27,11 +27,16 @@ fn scalars(point: &CloudPoint) -> [f32; 5] {
 
 impl Cloud {
     /// Writes `name.ply`, `name.pcd`, and for the model lab `name.poses.csv` and `name.stripes.csv`, in which the surface is called `on`. `joints` are
-    /// the names of the robot's.
+    /// the names of the robot's. Where the folder holds a cloud of that name, this is `name-2`, and so on. Gives the name it took.
     ///
     /// # Errors
     /// [`SaveError`]
-    pub fn save(&self, folder: &Path, name: &str, joints: &[String], on: &str) -> Result<(), SaveError> {
+    pub fn save(&self, folder: &Path, name: &str, joints: &[String], on: &str) -> Result<String, SaveError> {
+        let taken = |name: &String| folder.join(format!("{name}.ply")).exists();
+        let name = std::iter::once(name.to_owned())
+            .chain((2..).map(|number| format!("{name}-{number}")))
+            .find(|name| !taken(name))
+            .unwrap_or_default();
         let failed = |path: &Path| {
             let path = path.to_owned();
             move |cause| SaveError { path, cause }
@@ -44,7 +49,8 @@ impl Cloud {
         write("ply", &self.ply())?;
         write("pcd", &self.pcd())?;
         write("poses.csv", self.poses_table(joints).as_bytes())?;
-        write("stripes.csv", self.stripes_table(on).as_bytes())
+        write("stripes.csv", self.stripes_table(on).as_bytes())?;
+        Ok(name)
     }
 
     /// Binary PLY in single precision, which every reader takes; grey as colour beside the scalars, so that every viewer shows something.
@@ -85,11 +91,15 @@ impl Cloud {
 
     /// The joints at each stripe: a measurement table of the lab.
     fn poses_table(&self, joints: &[String]) -> String {
-        let columns: Vec<String> = (1..=joints.len()).map(|joint| format!("q{joint}_deg")).collect();
-        let mut text = format!("{}\n", columns.join(","));
-        for pose in &self.poses {
-            let values: Vec<String> = pose.iter().map(|joint| format!("{:.9}", joint.to_degrees())).collect();
-            let _ = writeln!(text, "{}", values.join(","));
+        let numbers = 1..=joints.len();
+        let columns = numbers.clone().map(|joint| format!("q{joint}_deg"));
+        let sides = numbers.map(|joint| format!("approach_q{joint}"));
+        let mut text = format!("{}\n", columns.chain(sides).collect::<Vec<_>>().join(","));
+        for (row, pose) in self.poses.iter().enumerate() {
+            let values = pose.iter().map(|joint| format!("{:.9}", joint.to_degrees()));
+            let sides = self.approaches.get(row).map(Vec::as_slice).unwrap_or_default();
+            let sides = (0..pose.len()).map(|joint| sides.get(joint).copied().unwrap_or(0).to_string());
+            let _ = writeln!(text, "{}", values.chain(sides).collect::<Vec<_>>().join(","));
         }
         text
     }
@@ -127,7 +137,7 @@ mod tests {
     #[test]
     fn both_formats_hold_as_many_bytes_as_their_headers_say() {
         let point = CloudPoint { place: Point3::new(1.0, 2.0, 3.0), stripe: 4, seen: Default::default() };
-        let cloud = Cloud { points: vec![point; 7], poses: vec![vec![0.5; 6]] };
+        let cloud = Cloud { points: vec![point; 7], poses: vec![vec![0.5; 6]], approaches: Vec::new() };
         let after = |bytes: &[u8], mark: &[u8]| {
             let at = bytes.windows(mark.len()).position(|window| window == mark).unwrap();
             bytes.len() - at - mark.len()

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use nalgebra::IsometryMatrix3;
-use plumb_kinematics::{Chain, Posture, inverse};
+use plumb_kinematics::{Posture, inverse};
 use plumb_plugin::{JointState, JointUnit, JointVector, Motion, RobotDescription};
 use plumb_record::AppliedCorrection;
 use serde_json::{Value, json};
@@ -33,6 +33,8 @@ pub(crate) struct Arm {
     /// The joints' zeros are known and trusted, so that it is known where the robot is.
     watches_planes: bool,
     zeros: Zeros,
+    /// The side each joint arrived from by its last motion that was one, -1, 0 (not known) or 1.
+    approach: Vec<i8>,
 }
 
 /// Why a robot may not go somewhere. Nothing has moved.
@@ -72,6 +74,7 @@ impl Arm {
             name: setting.device.clone(),
             plugin: plugin.to_owned(),
             zeros: Arc::new(Mutex::new(vec![0.0; description.joints.len()])),
+            approach: vec![0; description.joints.len()],
             link,
             description,
             setting: setting.clone(),
@@ -135,11 +138,13 @@ impl Arm {
     /// # Errors
     /// A sentence: without a model nobody knows.
     pub(crate) fn flange(&self, drive: &JointVector) -> Result<IsometryMatrix3<f64>, String> {
-        let (model, chain) = self.geometry()?;
-        Ok(flange_of(model, &chain, &self.cell_joints(&self.corrected(drive))))
+        let model = self.geometry()?;
+        let approach = self.cell_joints(&self.approach, 0);
+        Ok(flange_of(model, &self.cell_joints(&self.corrected(drive), 0.0), &approach))
     }
 
-    /// What the drive has to be told to bring the flange there from where it says it stands.
+    /// What the drive has to be told to bring the flange there from where it says it stands. The whole model is undone, with its effects: play by the
+    /// side the joints will arrive from.
     ///
     /// # Errors
     /// A sentence: out of reach, or there is no model.
@@ -148,30 +153,49 @@ impl Arm {
         wanted: &IsometryMatrix3<f64>,
         from: &JointVector,
     ) -> Result<JointVector, String> {
-        let (model, chain) = self.geometry()?;
-        let start = self.cell_joints(&self.corrected(from));
-        let found = inverse(|joints| flange_of(model, &chain, joints), wanted, &start);
-        let found = found.map_err(|error| error.to_string())?;
+        let model = self.geometry()?;
         let mut target = *from;
-        for ((joint, _), value) in self.setting.joints.iter().zip(found) {
-            if let Some(column) = self.column(joint) {
-                target.set(column, value - self.zero(column));
+        let mut start = self.cell_joints(&self.corrected(from), 0.0);
+        let mut approach = self.approach.clone();
+        for _ in 0..2 {
+            let sides = self.cell_joints(&approach, 0);
+            let found = inverse(|joints| flange_of(model, joints, &sides), wanted, &start);
+            let found = found.map_err(|error| error.to_string())?;
+            for ((joint, _), value) in self.setting.joints.iter().zip(&found) {
+                if let Some(column) = self.column(joint) {
+                    target.set(column, value - self.zero(column));
+                }
             }
+            approach = self.approach_after(from, &target);
+            start = found;
         }
         Ok(target)
     }
 
-    fn geometry(&self) -> Result<(&ModelFile, Chain), String> {
+    fn geometry(&self) -> Result<&ModelFile, String> {
         let model = self.setting.model.as_ref();
-        let model =
-            model.ok_or_else(|| format!("the cell names no model of {}: give `model:`", self.name))?;
-        Ok((model, model.chain()?))
+        model.ok_or_else(|| format!("the cell names no model of {}: give `model:`", self.name))
+    }
+
+    /// The side each joint will have arrived from, in the drive's order: a joint that does not move by a step of its drive keeps its own.
+    fn approach_after(&self, from: &JointVector, target: &JointVector) -> Vec<i8> {
+        let side = |(column, known): (usize, &i8)| {
+            let by = target.get(column).unwrap_or(0.0) - from.get(column).unwrap_or(0.0);
+            let least = (0.5 * self.resolution(column)).max(1e-9);
+            if by.abs() > least { if by > 0.0 { 1 } else { -1 } } else { *known }
+        };
+        self.approach.iter().enumerate().map(side).collect()
+    }
+
+    /// The side each joint arrived from, in the drive's order: -1, 0 (not known) or 1.
+    pub(crate) fn approach(&self) -> &[i8] {
+        &self.approach
     }
 
     /// Values in the drive's order as the cell lists the joints.
-    fn cell_joints(&self, values: &[f64]) -> Vec<f64> {
+    fn cell_joints<T: Copy>(&self, values: &[T], none: T) -> Vec<T> {
         let value = |joint: &str| self.column(joint).and_then(|column| values.get(column)).copied();
-        self.setting.joints.iter().map(|(joint, _)| value(joint).unwrap_or(0.0)).collect()
+        self.setting.joints.iter().map(|(joint, _)| value(joint).unwrap_or(none)).collect()
     }
 
     /// Shows where the robot is while it moves.
@@ -308,6 +332,7 @@ impl Arm {
             .filter(|column| from.get(*column) != target.get(*column))
             .fold(0_u32, |mask, column| mask | (1 << column));
         let motion = Motion::absolute(*target, speed).only(mask);
+        self.approach = self.approach_after(from, target);
         let patience = self.expected_time(from, target, speed) * 3 + Duration::from_secs(10);
         self.link.move_joints(&motion, patience.min(limit))
     }
@@ -320,8 +345,8 @@ pub(crate) fn zero_in_force(corrections: &[AppliedCorrection], joint: &str) -> O
 }
 
 /// Where the flange is for the joints as the cell lists them, rad.
-fn flange_of(model: &ModelFile, chain: &Chain, joints: &[f64]) -> IsometryMatrix3<f64> {
-    Posture::of(chain, &model.model_joints(joints), &[]).flange
+fn flange_of(model: &ModelFile, joints: &[f64], approach: &[i8]) -> IsometryMatrix3<f64> {
+    model.forward.flange(&model.model_joints(joints), &model.model_approach(approach))
 }
 
 fn lock(zeros: &Zeros) -> MutexGuard<'_, Vec<f64>> {

@@ -1,9 +1,11 @@
 //! The model file of a robot, as far as a cell needs it: the numbers of its rows for expressions, and how the drive's angles become the model's.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use plumb_kinematics::{Chain, Convention, Joint};
 use plumb_model::file::{Model, ModelFileError};
+use plumb_model::forward::ForwardModel;
 use serde_json::{Map, Value};
 
 use crate::expression::{Calculator, Expression, Names, Shape};
@@ -31,9 +33,20 @@ pub struct ModelFile {
     /// The model's joints from the drive's: coefficients, one row a model joint, one column a joint of the cell's list, then the constant
     /// (rad). Turning joints only.
     pub from_drive: Vec<Vec<f64>>,
+    /// Where the flange stands, with every effect of the file.
+    pub forward: Arc<ForwardModel>,
 }
 
 impl ModelFile {
+    /// From which side the model's joints arrived, for the drive's, in the order of the cell's list of joints.
+    pub fn model_approach(&self, drive: &[i8]) -> Vec<i8> {
+        let side = |row: &Vec<f64>| {
+            let sum: f64 = row.iter().zip(drive).map(|(c, side)| c * f64::from(*side)).sum();
+            i8::from(sum > 0.5) - i8::from(sum < -0.5)
+        };
+        self.from_drive.iter().map(side).collect()
+    }
+
     /// The model's joint angles (rad) for the drive's (rad), in the order of the cell's list of joints.
     pub fn model_joints(&self, drive: &[f64]) -> Vec<f64> {
         self.from_drive.iter().map(|row| model_joint(row, drive)).collect()
@@ -86,6 +99,7 @@ pub(super) struct ModelRows {
     pub(super) quantities: Map<String, Value>,
     pub(super) surfaces: Vec<String>,
     pub(super) levels: Vec<String>,
+    pub(super) forward: Arc<ForwardModel>,
 }
 
 /// A model joint's angle (rad) from the drive's (rad): coefficients, then the constant.
@@ -158,11 +172,17 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
     }
     problems.into_result(file, &text)?;
     check_model(file)?;
-    let model = Model::parse(&file.display().to_string(), &text).ok();
-    let (surfaces, levels) = model.map(|model| (model.surfaces, model.levels)).unwrap_or_default();
-    let surfaces = surfaces.into_iter().map(|surface| surface.name).collect();
-    let levels = levels.into_iter().filter_map(|level| level.name).collect();
-    Ok(ModelRows { text, convention: convention.to_owned(), joints, quantities, surfaces, levels })
+    let model = Model::parse(&file.display().to_string(), &text);
+    let whole = |reason: String| FileProblems {
+        file: file.to_owned(),
+        text: text.clone(),
+        problems: vec![Problem { place: None, message: reason, help: None }],
+    };
+    let model = model.map_err(|error| whole(error.to_string()))?;
+    let surfaces = model.surfaces.iter().map(|surface| surface.name.clone()).collect();
+    let levels = model.levels.iter().filter_map(|level| level.name.clone()).collect();
+    let forward = Arc::new(ForwardModel::new(model).map_err(|error| whole(error.to_string()))?);
+    Ok(ModelRows { convention: convention.to_owned(), joints, quantities, surfaces, levels, forward, text })
 }
 
 /// Reads `model_from_drive`: for each model joint an expression that is linear in the drive's joints. A model joint that is not named is

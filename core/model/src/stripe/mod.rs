@@ -6,16 +6,26 @@
 //! of the rig about the flange's axis.
 
 mod adjust;
+mod diagnose;
 mod parameter;
+mod problem;
 mod rig;
+mod scene;
+mod spread;
 mod surface;
+mod suspect;
+mod table;
 #[cfg(test)]
 mod tests;
 
 pub use adjust::{AdjustError, Adjustment, Found, Options, adjust};
+pub use diagnose::{StripeDiagnosis, StripeVerdict, Tried, diagnose, with_added};
 pub use parameter::RigParameter;
 pub use rig::StripeRig;
+pub use scene::{SceneError, read_scene};
 pub use surface::Surface;
+pub use suspect::{Suspect, classical, suspect, suspects};
+pub use table::{Scans, ScansError};
 
 /// One picture: where the arm was told to be.
 #[derive(Debug, Clone, PartialEq)]

@@ -94,11 +94,13 @@ pub(super) fn centroid(row: u32, run: Run, pixels: &[u8], threshold: u8, noise: 
         variance += away * away * noise.variance(f32::from(*pixel));
     }
     let speckle = noise.speckle_px;
+    // One pixel alone does not tell where in it the middle lies.
+    let noise_square = if lit.len() > 1 { variance / (sum * sum) } else { BINARY_SIGMA * BINARY_SIGMA };
     RowPoint {
         row,
         flags: if saturated > 0 { RowPoint::SATURATED } else { 0 },
         centre: f32::from(run.start) + from_start,
-        sigma: (variance / (sum * sum) + speckle * speckle).sqrt(),
+        sigma: (noise_square + speckle * speckle).sqrt(),
         width: f32::from(run.length()),
         peak: f32::from(peak),
     }

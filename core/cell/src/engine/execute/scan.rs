@@ -105,7 +105,7 @@ impl Engine {
         if let Some(name) = &step.save {
             let folder = self.outputs.clone();
             let joints = self.joint_names(&step.robot)?;
-            cloud
+            let name = cloud
                 .save(&folder, name, &joints, step.on.as_deref().unwrap_or(name))
                 .map_err(|error| StepError::error(error.to_string()))?;
             message.push_str(&format!(", in {}", folder.join(format!("{name}.ply")).display()));
@@ -204,6 +204,7 @@ impl Engine {
         let arm = self.arm(&step.robot)?;
         let base_from_flange = arm.flange(&joints).map_err(StepError::error)?;
         cloud.poses.push(arm.corrected(&joints));
+        cloud.approaches.push(arm.approach().to_vec());
         for point in points {
             let [x, y, z] = point.flange_mm.map(f64::from);
             let place = base_from_flange * Point3::new(x, y, z);

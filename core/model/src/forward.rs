@@ -1,0 +1,107 @@
+//! The arm a model file describes, its effects and all: where its flange stands.
+
+use nalgebra::IsometryMatrix3;
+use plumb_kinematics::{Deviation, Posture, Weights};
+
+use crate::effect::{self, Effect, EffectNameError, Handle, Situation};
+use crate::file::Model;
+
+/// A model with everything that has been added to it, ready to be asked.
+#[derive(Debug)]
+pub struct ForwardModel {
+    model: Model,
+    effects: Vec<(Box<dyn Effect>, Vec<f64>)>,
+}
+
+impl ForwardModel {
+    /// Builds the effects in `effects:` and `fitted:` of a model file. What acts elsewhere than in a joint's row (base, targets, instrument) leaves the
+    /// flange where it is in the base's frame.
+    ///
+    /// # Errors
+    /// [`EffectNameError`] for an effect that cannot be where the file has it.
+    pub fn new(model: Model) -> Result<Self, EffectNameError> {
+        let added = model.effects.iter().chain(&model.fitted);
+        let effects = added
+            .map(|added| Ok((effect::build(&added.id, &model)?, added.values.clone())))
+            .collect::<Result<_, EffectNameError>>()?;
+        Ok(Self { model, effects })
+    }
+
+    /// Where the flange is in the base's frame, mm. `q` are the joints as commanded, rad or mm; `approach` is the side each arrived from (-1, 0, 1), empty
+    /// where not known.
+    pub fn flange(&self, q: &[f64], approach: &[i8]) -> IsometryMatrix3<f64> {
+        let effects = self.effects.iter().map(|(effect, values)| (effect.as_ref(), values.as_slice()));
+        flange(&self.model, effects, q, approach)
+    }
+}
+
+/// Where the flange is under these effects at these values.
+pub(crate) fn flange<'a>(
+    model: &Model,
+    effects: impl Iterator<Item = (&'a dyn Effect, &'a [f64])>,
+    q: &[f64],
+    approach: &[i8],
+) -> IsometryMatrix3<f64> {
+    let mut deviations = vec![Deviation::default(); model.chain.len()];
+    let mut effects = effects.peekable();
+    if effects.peek().is_none() {
+        return Posture::of(&model.chain, q, &[]).flange;
+    }
+    let posture = Posture::of(&model.chain, q, &[]);
+    let weights =
+        Weights { masses: &model.masses, payload: 0.0, down: model.down(&model.base.pose.rotation) };
+    let mut moments = Vec::new();
+    weights.moments(&posture, &mut moments);
+    let situation = Situation {
+        chain: &model.chain,
+        q,
+        previous: None,
+        approach,
+        time: f64::NAN,
+        clock: f64::NAN,
+        temperature: f64::NAN,
+        moments: &moments,
+        weights,
+        posture: &posture,
+        point: posture.flange.translation.vector,
+    };
+    let mut drives = Vec::new();
+    for (effect, values) in effects {
+        drives.clear();
+        effect.drive(&situation, &mut drives);
+        for drive in &drives {
+            let value = values.get(drive.parameter).copied().unwrap_or(0.0);
+            if let Handle::Joint(joint, knob) = drive.handle
+                && let Some(deviation) = deviations.get_mut(joint)
+            {
+                deviation.add(knob, drive.rate * value);
+            }
+        }
+    }
+    Posture::of(&model.chain, q, &deviations).flange
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PUMA: &str = include_str!("../../../workcells/arms/puma560.yaml");
+
+    fn arm(effects: &str) -> ForwardModel {
+        let text = PUMA.replace("effects: []", effects);
+        ForwardModel::new(Model::parse("puma560.yaml", &text).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_shoulder_that_gives_way_lets_the_flange_down_and_play_tells_the_sides_apart() {
+        let q = [0.3, -0.2, 1.4, 0.0, 0.3, 0.0];
+        let stiff = arm("effects: []").flange(&q, &[]);
+        let soft =
+            arm("effects: [{effect: joint_compliance, where: shoulder, values: {compliance: 1.0e-4}}]");
+        let sunk = soft.flange(&q, &[]).translation.z - stiff.translation.z;
+        assert!((-5.0..-0.5).contains(&sunk), "{sunk} mm");
+        let worn = arm("effects: [{effect: joint_backlash, where: shoulder, values: {width: 0.2}}]");
+        let side = |side: i8| worn.flange(&q, &[0, side, 0, 0, 0, 0]).translation.z;
+        assert!((side(1) - side(-1)).abs() > 1.0 && (side(0) - stiff.translation.z).abs() < 1e-9);
+    }
+}

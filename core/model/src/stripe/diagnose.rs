@@ -1,0 +1,281 @@
+//! What is the matter beyond zeros and rig: the suspects are ranked by what the classical adjustment leaves, the best are adjusted for real and judged
+//! by scans they were not adjusted to.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use super::adjust::{AdjustError, Adjustment, huber, weight};
+use super::problem::{Problem, State};
+use super::suspect::{Suspect, classical, suspects};
+use super::{Scans, StripeRig, Surface};
+use crate::file::Model;
+
+/// What can be said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StripeVerdict {
+    /// Zeros and rig explain the stripes to within what the pictures' noise leaves.
+    AtFloor,
+    /// One suspect explains what they leave.
+    Named,
+    /// Several explain it about as well.
+    Tied,
+    /// None does.
+    Unknown,
+}
+
+impl StripeVerdict {
+    /// As reports write it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::AtFloor => "at_floor",
+            Self::Named => "named",
+            Self::Tied => "tied",
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
+/// A suspect that was adjusted for real.
+#[derive(Debug, Clone)]
+pub struct Tried {
+    /// Who.
+    pub suspect: Suspect,
+    /// With it added.
+    pub adjustment: Adjustment,
+    /// By how much the Bayesian criterion is better than without it, each view counted as three independent readings; above 10 is beyond doubt.
+    pub bic_gain: f64,
+    /// By how much it brings the mean square residual of scans down that were left out, as a share; and the standard error of that.
+    pub held_out_gain: (f64, f64),
+}
+
+/// What was found out.
+#[derive(Debug, Clone)]
+pub struct StripeDiagnosis {
+    /// In a word.
+    pub verdict: StripeVerdict,
+    /// Zeros and rig alone (and what had been added before).
+    pub classical: Adjustment,
+    /// Root mean square distance that the pictures' noise alone would leave, mm.
+    pub floor_mm: f64,
+    /// Those adjusted for real, the best first.
+    pub tried: Vec<Tried>,
+    /// One plain sentence.
+    pub sentence: String,
+}
+
+/// Suspects adjusted for real.
+const FOR_REAL: usize = 6;
+
+/// Scans are left out in so many turns.
+const FOLDS: usize = 4;
+
+/// Independent readings in a stripe: where it lies, how it is turned, how it bends.
+const A_STRIPE_TELLS: f64 = 3.0;
+
+/// A suspect of which the free numbers swallow more than this share cannot be told from them.
+const SWALLOWED: f64 = 0.9999;
+
+/// Diagnoses; `added` are suspects that have been named before and are adjusted together with zeros and rig.
+///
+/// # Errors
+/// [`AdjustError`]
+pub fn diagnose(
+    model: &Model,
+    rig: &StripeRig,
+    surfaces: &[Surface],
+    scans: &Scans,
+    added: &[Suspect],
+) -> Result<StripeDiagnosis, AdjustError> {
+    let options = with_added(model, added);
+    let mut problem = Problem::new(model, &scans.views, options)?;
+    let mut state = problem.beginning(rig, surfaces);
+    problem.solve(&mut state, &scans.pixels, 12.0)?;
+    let floor_mm = problem.floor_mm();
+    let known = |suspect: &Suspect| added.iter().any(|added| added.family == suspect.family);
+    let all: Vec<Suspect> = suspects(model).into_iter().filter(|suspect| !known(suspect)).collect();
+    let best = ranked(&problem, &state, all)?;
+    let before = problem.held_out(&state, scans)?;
+    let plain = problem.chi_square(&state);
+    let views = problem.views_seen();
+    let mut tried = Vec::new();
+    for suspect in best {
+        let (wider, start) = problem.with(&state, &suspect.options)?;
+        let mut there = start.clone();
+        if wider.settle(&mut there).is_err() {
+            continue;
+        }
+        let after = wider.held_out(&start, scans)?;
+        let readings = A_STRIPE_TELLS * views as f64;
+        let more = (wider.unknowns(&there) - problem.unknowns(&state)) as f64;
+        let bic_gain = readings * (plain / wider.chi_square(&there)).ln() - more * readings.ln();
+        let held_out_gain = gain(&before, &after);
+        tried.push(Tried { suspect, adjustment: wider.told(there), bic_gain, held_out_gain });
+    }
+    tried.sort_by(|a, b| b.bic_gain.total_cmp(&a.bic_gain));
+    let classical = problem.told(state);
+    let verdict = judge(&classical, floor_mm, &tried);
+    let sentence = sentence(verdict, &classical, floor_mm, &tried);
+    Ok(StripeDiagnosis { verdict, classical, floor_mm, tried, sentence })
+}
+
+/// The classical numbers and those of suspects that have been named.
+pub fn with_added(model: &Model, added: &[Suspect]) -> super::Options {
+    let mut options = classical(model);
+    for suspect in added {
+        options.rig.extend(&suspect.options.rig);
+        options.effects.extend(suspect.options.effects.iter().cloned());
+    }
+    options
+}
+
+/// The suspects that would bring the weighted squares down most, by the linear estimate, those first whose gain is greatest; one of a family.
+fn ranked(problem: &Problem<'_>, state: &State, all: Vec<Suspect>) -> Result<Vec<Suspect>, AdjustError> {
+    let residuals = problem.residuals(state);
+    let weights = residuals.map(|residual| weight(residual));
+    let mut jacobian = problem.jacobian(state);
+    for (mut row, weight) in jacobian.row_iter_mut().zip(weights.iter()) {
+        row.scale_mut(*weight);
+    }
+    let mut normal = jacobian.tr_mul(&jacobian);
+    for place in 0..normal.nrows() {
+        normal[(place, place)] *= 1.0 + 1e-9;
+    }
+    let normal = normal.cholesky().ok_or(AdjustError::Diverged)?;
+    let mut scored = Vec::new();
+    for suspect in all {
+        let (wider, start) = problem.with(state, &suspect.options)?;
+        let columns = wider.added_columns(problem, &start, &weights);
+        if let Some(score) = score(&columns, &jacobian, &normal, &residuals.component_mul(&weights)) {
+            scored.push((score, suspect));
+        }
+    }
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut best: Vec<Suspect> = Vec::new();
+    for (_, suspect) in scored {
+        if best.len() < FOR_REAL && !best.iter().any(|known| known.family == suspect.family) {
+            best.push(suspect);
+        }
+    }
+    Ok(best)
+}
+
+/// How far these columns would bring the weighted squares down, what the free numbers do for them taken off; none when nothing is left of them.
+fn score(
+    columns: &DMatrix<f64>,
+    jacobian: &DMatrix<f64>,
+    normal: &Cholesky<f64, Dyn>,
+    residuals: &DVector<f64>,
+) -> Option<f64> {
+    let shared = jacobian.tr_mul(columns);
+    let own = columns.tr_mul(columns);
+    let left = &own - shared.tr_mul(&normal.solve(&shared));
+    let swallowed = |place: usize| left[(place, place)] < (1.0 - SWALLOWED) * own[(place, place)];
+    if (0..own.nrows()).all(swallowed) {
+        return None;
+    }
+    let toward = columns.tr_mul(residuals) - shared.tr_mul(&normal.solve(&jacobian.tr_mul(residuals)));
+    let solved = left.pseudo_inverse(1e-9 * own.amax()).ok()? * &toward;
+    Some(toward.dot(&solved))
+}
+
+/// The mean gain over scans and its standard error, as shares of what there was.
+fn gain(before: &[f64], after: &[f64]) -> (f64, f64) {
+    let count = before.len().min(after.len()).max(1) as f64;
+    let all: f64 = before.iter().sum::<f64>() / count;
+    let gains: Vec<f64> = before.iter().zip(after).map(|(before, after)| (before - after) / all).collect();
+    let mean = gains.iter().sum::<f64>() / count;
+    let variance =
+        gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0) / count;
+    (mean, variance.sqrt())
+}
+
+fn judge(classical: &Adjustment, floor_mm: f64, tried: &[Tried]) -> StripeVerdict {
+    let Some(best) = tried.first() else { return StripeVerdict::Unknown };
+    let helps = best.bic_gain > 10.0 && best.held_out_gain.0 > best.held_out_gain.1;
+    if !helps {
+        let near = classical.rms_mm < 1.5 * floor_mm;
+        return if near { StripeVerdict::AtFloor } else { StripeVerdict::Unknown };
+    }
+    match tried.get(1) {
+        Some(second) if best.bic_gain - second.bic_gain < 6.0 => StripeVerdict::Tied,
+        _ => StripeVerdict::Named,
+    }
+}
+
+fn sentence(verdict: StripeVerdict, classical: &Adjustment, floor_mm: f64, tried: &[Tried]) -> String {
+    let rms = classical.rms_mm;
+    let best = tried.first();
+    let name = best.map_or("", |best| best.suspect.name.as_str());
+    let with = best.map_or(rms, |best| best.adjustment.rms_mm);
+    match verdict {
+        StripeVerdict::AtFloor => format!(
+            "Zeros and rig leave {rms:.3} mm, about what the pictures' noise leaves ({floor_mm:.3} mm): nothing else shows."
+        ),
+        StripeVerdict::Named => format!(
+            "{name} is what zeros and rig cannot explain: with it {rms:.3} mm become {with:.3} mm (the pictures' noise: {floor_mm:.3} mm), and scans it was not adjusted to agree."
+        ),
+        StripeVerdict::Tied => {
+            let close = |tried: &&Tried| best.is_some_and(|best| best.bic_gain - tried.bic_gain < 6.0);
+            let names: Vec<&str> =
+                tried.iter().filter(close).map(|tried| tried.suspect.name.as_str()).collect();
+            format!(
+                "{} explain what zeros and rig leave ({rms:.3} mm) about equally well: scan from more sides, or with the other arm.",
+                names.join(" and ")
+            )
+        }
+        StripeVerdict::Unknown => format!(
+            "Zeros and rig leave {rms:.3} mm, {:.1} times what the pictures' noise leaves, and nothing that is known explains it.",
+            rms / floor_mm.max(1e-9)
+        ),
+    }
+}
+
+impl Problem<'_> {
+    /// What the points' own uncertainties would leave, mm.
+    fn floor_mm(&self) -> f64 {
+        let squares: f64 = self.members.iter().map(|member| member.sigma_mm.powi(2)).sum();
+        (squares / self.members.len().max(1) as f64).sqrt()
+    }
+
+    fn chi_square(&self, state: &State) -> f64 {
+        self.residuals(state).iter().map(|residual| huber(*residual)).sum()
+    }
+
+    fn views_seen(&self) -> usize {
+        let mut views: Vec<usize> = self.members.iter().map(|member| member.pixel.view).collect();
+        views.dedup();
+        views.len()
+    }
+
+    /// How the weighted residuals change with what this problem seeks beyond another.
+    fn added_columns(&self, plain: &Problem<'_>, state: &State, weights: &DVector<f64>) -> DMatrix<f64> {
+        let rig = plain.options.rig.len()..self.options.rig.len();
+        let effects =
+            self.options.rig.len() + plain.effect_values()..self.options.rig.len() + self.effect_values();
+        let columns: Vec<DVector<f64>> =
+            rig.chain(effects).map(|unknown| self.slope(state, unknown).component_mul(weights)).collect();
+        DMatrix::from_columns(&columns)
+    }
+
+    /// The mean of the (bounded) squared residuals of each scan, adjusted without it and its fold.
+    fn held_out(&self, state: &State, scans: &Scans) -> Result<Vec<f64>, AdjustError> {
+        let fold_of = |view: usize| scans.scan_of_view.get(view).copied().unwrap_or(0) % FOLDS;
+        let mut sums = vec![(0.0, 0.0); scans.names.len()];
+        for fold in 0..FOLDS {
+            let (mut taught, mut there) = self.with(state, &super::Options::default())?;
+            taught.members.retain(|member| fold_of(member.pixel.view) != fold);
+            taught.settle(&mut there)?;
+            taught.members.clone_from(&self.members);
+            let residuals = taught.residuals(&there);
+            for (member, residual) in self.members.iter().zip(residuals.iter()) {
+                let scan = scans.scan_of_view.get(member.pixel.view).copied().unwrap_or(0);
+                if scan % FOLDS == fold
+                    && let Some((sum, count)) = sums.get_mut(scan)
+                {
+                    *sum += huber(*residual);
+                    *count += 1.0;
+                }
+            }
+        }
+        Ok(sums.iter().filter(|(_, count)| *count > 0.0).map(|(sum, count)| sum / count).collect())
+    }
+}

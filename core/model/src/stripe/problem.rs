@@ -1,0 +1,277 @@
+//! What an adjustment minimizes: how far the points lie from their surfaces, as a function of everything that is sought.
+
+use nalgebra::{DMatrix, DVector, Isometry3, Point3};
+
+use super::adjust::{AdjustError, Options};
+use super::surface::Away;
+use super::{StripePixel, StripeRig, Surface, View};
+use crate::effect::{self, Effect, EffectId, EffectNameError};
+use crate::file::Model;
+use crate::forward;
+
+/// A point at an edge could be of either side: it is left out, mm.
+const EDGE_MM: f64 = 1.5;
+
+/// What a surface is rough by, and what else no model knows, mm.
+const ROUGH_MM: f64 = 0.02;
+
+/// A point with the surface it lies on.
+#[derive(Clone)]
+pub(super) struct Member {
+    pub(super) pixel: StripePixel,
+    pub(super) surface: usize,
+    pub(super) part: usize,
+    pub(super) sigma_mm: f64,
+}
+
+/// Everything that is sought, at some values.
+#[derive(Clone)]
+pub(super) struct State {
+    pub(super) rig: StripeRig,
+    /// How far the rig's numbers have been moved.
+    pub(super) rig_values: Vec<f64>,
+    pub(super) surfaces: Vec<Surface>,
+    /// The parameters of all effects.
+    pub(super) values: Vec<f64>,
+}
+
+pub(super) struct Problem<'a> {
+    pub(super) model: &'a Model,
+    pub(super) views: &'a [View],
+    pub(super) options: Options,
+    effects: Vec<Box<dyn Effect>>,
+    /// The parameters of all effects: effect, parameter.
+    effect_parameters: Vec<(usize, usize)>,
+    pub(super) members: Vec<Member>,
+    middles: Vec<Point3<f64>>,
+}
+
+pub(super) fn built(model: &Model, ids: &[EffectId]) -> Result<Vec<Box<dyn Effect>>, EffectNameError> {
+    ids.iter().map(|id| effect::build(id, model)).collect()
+}
+
+/// Where the flange is in a view under these values of effects.
+pub(super) fn base_from_flange(
+    model: &Model,
+    effects: &[Box<dyn Effect>],
+    values: &[f64],
+    view: &View,
+    skew_s: f64,
+) -> Isometry3<f64> {
+    let q: Vec<f64> = view
+        .q
+        .iter()
+        .enumerate()
+        .map(|(joint, q)| q + skew_s * view.speed.get(joint).copied().unwrap_or(0.0))
+        .collect();
+    let mut first = 0;
+    let with_values = effects.iter().map(|effect| {
+        let own = values.get(first..first + effect.parameters().len()).unwrap_or_default();
+        first += effect.parameters().len();
+        (effect.as_ref(), own)
+    });
+    let flange = forward::flange(model, with_values, &q, &view.approach);
+    Isometry3::from_parts(flange.translation, flange.rotation.into())
+}
+
+impl<'a> Problem<'a> {
+    /// A problem without points yet.
+    pub(super) fn new(
+        model: &'a Model,
+        views: &'a [View],
+        options: Options,
+    ) -> Result<Self, EffectNameError> {
+        let effects = built(model, &options.effects)?;
+        let of_effect = |(place, effect): (usize, &Box<dyn Effect>)| {
+            (0..effect.parameters().len()).map(move |parameter| (place, parameter)).collect::<Vec<_>>()
+        };
+        let effect_parameters = effects.iter().enumerate().flat_map(of_effect).collect();
+        Ok(Self {
+            model,
+            views,
+            options,
+            effects,
+            effect_parameters,
+            members: Vec::new(),
+            middles: Vec::new(),
+        })
+    }
+
+    /// The same with more to be sought, and the same points; the state with it.
+    pub(super) fn with(&self, state: &State, more: &Options) -> Result<(Self, State), EffectNameError> {
+        let mut options = self.options.clone();
+        options.rig.extend(&more.rig);
+        options.effects.extend(more.effects.iter().cloned());
+        let mut problem = Self::new(self.model, self.views, options)?;
+        problem.members.clone_from(&self.members);
+        problem.middles.clone_from(&self.middles);
+        let mut state = state.clone();
+        state.rig_values.resize(problem.options.rig.len(), 0.0);
+        state.values.resize(problem.effect_parameters.len(), 0.0);
+        Ok((problem, state))
+    }
+
+    /// The beginning: this rig, these surfaces, no effect.
+    pub(super) fn beginning(&self, rig: &StripeRig, surfaces: &[Surface]) -> State {
+        State {
+            rig: rig.clone(),
+            rig_values: vec![0.0; self.options.rig.len()],
+            surfaces: surfaces.to_vec(),
+            values: vec![0.0; self.effect_parameters.len()],
+        }
+    }
+
+    fn flanges(&self, rig: &StripeRig, values: &[f64]) -> Vec<Isometry3<f64>> {
+        let flange =
+            |view: &View| base_from_flange(self.model, &self.effects, values, view, rig.clock_skew_s);
+        self.views.iter().map(flange).collect()
+    }
+
+    /// Gives every point near one surface, and no other, to it.
+    pub(super) fn choose(
+        &mut self,
+        state: &State,
+        pixels: &[StripePixel],
+        limit: f64,
+    ) -> Result<(), AdjustError> {
+        let flanges = self.flanges(&state.rig, &state.values);
+        self.members.clear();
+        let mut sums = vec![(nalgebra::Vector3::zeros(), 0.0); state.surfaces.len()];
+        for pixel in pixels {
+            let (Some(flange), Some(seen)) =
+                (flanges.get(pixel.view), state.rig.point(pixel.u_px, pixel.v_px))
+            else {
+                continue;
+            };
+            let point = flange * seen;
+            let mut near: Vec<(usize, Away)> =
+                state.surfaces.iter().map(|surface| surface.away(&point)).enumerate().collect();
+            near.sort_by(|a, b| a.1.distance.abs().total_cmp(&b.1.distance.abs()));
+            let Some((surface, away)) = near.first().copied() else { continue };
+            let rival = near.get(1).map_or(f64::INFINITY, |(_, other)| other.distance.abs());
+            let certain = away.lead > EDGE_MM && rival - away.distance.abs() > EDGE_MM;
+            if away.distance.abs() > limit || !certain {
+                continue;
+            }
+            let aside = state.rig.point(pixel.u_px + 0.5, pixel.v_px);
+            let per_px = aside.map_or(1.0, |aside| 2.0 * (aside - seen).norm());
+            let sigma_mm = (per_px * pixel.sigma_px).hypot(ROUGH_MM);
+            self.members.push(Member { pixel: *pixel, surface, part: away.part, sigma_mm });
+            if let Some((sum, count)) = sums.get_mut(surface) {
+                *sum += point.coords;
+                *count += 1.0;
+            }
+        }
+        self.middles = sums.iter().map(|(sum, count)| Point3::from(sum / f64::max(*count, 1.0))).collect();
+        let unknowns = self.unknowns(state);
+        if self.members.len() < 3 * unknowns {
+            return Err(AdjustError::TooFew { near: self.members.len(), all: pixels.len(), unknowns });
+        }
+        Ok(())
+    }
+
+    /// How many numbers the effects have together.
+    pub(super) fn effect_values(&self) -> usize {
+        self.effect_parameters.len()
+    }
+
+    pub(super) fn unknowns(&self, state: &State) -> usize {
+        let places: usize = state.surfaces.iter().map(Surface::freedoms).sum();
+        self.options.rig.len() + self.effect_parameters.len() + places
+    }
+
+    fn distances(&self, state: &State) -> Vec<f64> {
+        let flanges = self.flanges(&state.rig, &state.values);
+        let distance = |member: &Member| {
+            let seen = state.rig.point(member.pixel.u_px, member.pixel.v_px)?;
+            let surface = state.surfaces.get(member.surface)?;
+            Some(surface.distance(member.part, &(flanges.get(member.pixel.view)? * seen)))
+        };
+        self.members.iter().map(|member| distance(member).unwrap_or(0.0)).collect()
+    }
+
+    pub(super) fn rms_mm(&self, state: &State) -> f64 {
+        let squares: f64 = self.distances(state).iter().map(|distance| distance * distance).sum();
+        (squares / self.members.len().max(1) as f64).sqrt()
+    }
+
+    /// Residuals over their sigmas.
+    pub(super) fn residuals(&self, state: &State) -> DVector<f64> {
+        let distances = self.distances(state);
+        let scaled = distances.iter().zip(&self.members).map(|(distance, member)| distance / member.sigma_mm);
+        DVector::from_iterator(self.members.len(), scaled)
+    }
+
+    /// Moves the unknown of a number; the unknowns are the rig's, the effects', the surfaces'.
+    pub(super) fn moved(&self, state: &State, unknown: usize, by: f64) -> State {
+        let mut moved = state.clone();
+        if let Some(parameter) = self.options.rig.get(unknown) {
+            moved.rig = state.rig.moved(*parameter, by);
+            if let Some(value) = moved.rig_values.get_mut(unknown) {
+                *value += by;
+            }
+            return moved;
+        }
+        let mut place = unknown - self.options.rig.len();
+        if let Some(value) = moved.values.get_mut(place) {
+            *value += by;
+            return moved;
+        }
+        place -= moved.values.len();
+        for (surface, middle) in moved.surfaces.iter_mut().zip(&self.middles) {
+            if place < surface.freedoms() {
+                surface.shift(place, by, middle);
+                break;
+            }
+            place -= surface.freedoms();
+        }
+        moved
+    }
+
+    fn small(&self, unknown: usize) -> f64 {
+        if let Some(parameter) = self.options.rig.get(unknown) {
+            return parameter.small();
+        }
+        let place = unknown - self.options.rig.len();
+        match self.effect_parameters.get(place) {
+            Some((effect, parameter)) => {
+                let range = self
+                    .effects
+                    .get(*effect)
+                    .and_then(|effect| effect.parameters().get(*parameter))
+                    .map_or((0.0, 1.0), |parameter| parameter.range);
+                (range.1 - range.0).abs().min(1.0) * 1e-4
+            }
+            None => 0.01,
+        }
+    }
+
+    pub(super) fn jacobian(&self, state: &State) -> DMatrix<f64> {
+        let columns: Vec<DVector<f64>> =
+            (0..self.unknowns(state)).map(|unknown| self.slope(state, unknown)).collect();
+        DMatrix::from_columns(&columns)
+    }
+
+    /// How the residuals change with one of the unknowns.
+    pub(super) fn slope(&self, state: &State, unknown: usize) -> DVector<f64> {
+        let small = self.small(unknown);
+        let ahead = self.residuals(&self.moved(state, unknown, small));
+        let behind = self.residuals(&self.moved(state, unknown, -small));
+        (ahead - behind) / (2.0 * small)
+    }
+
+    /// Names and units of what is sought, the surfaces' places left out.
+    pub(super) fn names(&self) -> Vec<(String, String)> {
+        let rig = self.options.rig.iter().map(|parameter| (parameter.name(), parameter.unit().to_owned()));
+        let effects = self.effect_parameters.iter().map(|(effect, parameter)| {
+            let id = self.options.effects.get(*effect).map(|id| id.label(self.model)).unwrap_or_default();
+            let several = self.effects.get(*effect).is_some_and(|effect| effect.parameters().len() > 1);
+            let known = self.effects.get(*effect).and_then(|effect| effect.parameters().get(*parameter));
+            let name = known.map_or(String::new(), |known| known.name.clone());
+            // Values are the internal ones, rad and mm.
+            let unit = known.map_or(String::new(), |known| known.unit.name.replace("deg", "rad"));
+            (if several { format!("{id} {name}") } else { id }, unit)
+        });
+        rig.chain(effects).collect()
+    }
+}

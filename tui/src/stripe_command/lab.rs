@@ -1,0 +1,144 @@
+//! A cell with a light stripe as the lab sees it: the arm's model, the rig, what stands there, and scans of it.
+
+use std::path::{Path, PathBuf};
+
+use plumb_cell::expression::Calculator;
+use plumb_cell::workcell::load_workcell;
+use plumb_light_stripe::geometry::{Distortion, Rig, RigFileError, StripePlane, read_rig};
+use plumb_model::effect::EffectNameError;
+use plumb_model::file::{Model, ModelFileError};
+use plumb_model::stripe::{
+    AdjustError, Scans, ScansError, SceneError, StripeRig, Surface, Suspect, read_scene, suspect,
+};
+
+/// Which cell and which scans.
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct Chosen {
+    /// The cell file.
+    pub(crate) cell: PathBuf,
+    /// The folder of a run with scans that were saved.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) scans: PathBuf,
+    /// The file of what stands there; `scene.yaml` beside the cell if left out.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: Option<PathBuf>,
+    /// What has been named before and is adjusted too: `joint_compliance(shoulder)`, `lens_distortion`. May be given several times.
+    #[arg(long, value_name = "EFFECT")]
+    pub(crate) add: Vec<String>,
+}
+
+/// Everything opened.
+pub(crate) struct Lab {
+    /// The arm without effects.
+    pub(crate) model: Model,
+    /// The rig as the cell has it.
+    pub(crate) rig: Rig,
+    /// Forms, about where they stand.
+    pub(crate) surfaces: Vec<Surface>,
+    /// What was seen.
+    pub(crate) scans: Scans,
+    /// What is adjusted beside zeros and rig.
+    pub(crate) added: Vec<Suspect>,
+}
+
+/// Why there is nothing to look at.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum LabError {
+    #[error("{0}")]
+    Cell(String),
+    #[error("{}: {what}", cell.display())]
+    NoStripe { cell: PathBuf, what: &'static str },
+    #[error(transparent)]
+    Rig(#[from] RigFileError),
+    #[error(transparent)]
+    Model(#[from] ModelFileError),
+    #[error(transparent)]
+    Scans(#[from] ScansError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Effect(#[from] EffectNameError),
+    #[error(transparent)]
+    Adjust(#[from] AdjustError),
+    #[error("{}: {what}", path.display())]
+    Write { path: PathBuf, what: String },
+}
+
+/// Of a picture's rows every so many are looked at: neighbours tell almost the same.
+const EVERY_ROW: u32 = 12;
+
+impl Chosen {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`LabError`]
+    pub(crate) fn open(&self) -> Result<Lab, LabError> {
+        let cell = load_workcell(&self.cell, &Calculator::new()).map_err(|problems| {
+            LabError::Cell(problems.iter().map(ToString::to_string).collect::<String>())
+        })?;
+        let lacks = |what| LabError::NoStripe { cell: self.cell.clone(), what };
+        let with_rig = |device: &plumb_cell::workcell::DeviceSetting| {
+            let rig = device.config.get("rig")?.as_str()?.to_owned();
+            (device.plugin == "light-stripe").then_some((device.clone(), rig))
+        };
+        let (sensor, rig) = cell
+            .devices
+            .iter()
+            .find_map(with_rig)
+            .ok_or_else(|| lacks("no device is a light-stripe with a `rig:`"))?;
+        let carrier = sensor.inputs.iter().find(|wire| wire.input == "pose").map(|wire| wire.device.as_str());
+        let robot = carrier.and_then(|carrier| cell.robot(carrier));
+        let robot =
+            robot.ok_or_else(|| lacks("the light stripe's `pose` comes from no robot of `robots:`"))?;
+        let file = robot.model.as_ref().ok_or_else(|| lacks("the robot has no `model:`"))?;
+        let mut model = Model::parse(&file.file.display().to_string(), &file.text)?;
+        let mut added: Vec<Suspect> = Vec::new();
+        let before = model.effects.iter().filter(|effect| effect.id.name != "joint_zero");
+        let before: Vec<String> = before.map(|effect| effect.id.label(&model)).collect();
+        for name in before.iter().chain(&self.add) {
+            let one = suspect(name, &model)?;
+            if !added.contains(&one) {
+                added.push(one);
+            }
+        }
+        model.effects.clear();
+        model.fitted.clear();
+        let beside = self.cell.parent().unwrap_or(Path::new(""));
+        let scene = self.scene.clone().unwrap_or_else(|| beside.join("scene.yaml"));
+        Ok(Lab {
+            model,
+            rig: read_rig(&beside.join(rig))?,
+            surfaces: read_scene(&scene)?.into_iter().map(|(_, surface)| surface).collect(),
+            scans: Scans::read(&self.scans)?.thinned(EVERY_ROW),
+            added,
+        })
+    }
+}
+
+/// The rig as the lab has it.
+pub(crate) fn to_lab(rig: &Rig) -> StripeRig {
+    let camera = &rig.camera;
+    let Distortion { k1, k2, p1, p2, k3 } = camera.distortion;
+    StripeRig {
+        focal_px: [camera.fx_px, camera.fy_px],
+        principal_px: [camera.cx_px, camera.cy_px],
+        distortion: [k1, k2, p1, p2, k3],
+        flange_from_camera: rig.flange_from_camera,
+        normal: rig.plane.normal,
+        d_mm: rig.plane.d_mm,
+        bow: 0.0,
+        clock_skew_s: 0.0,
+    }
+}
+
+/// The rig as its file has it, from what the lab found.
+pub(crate) fn from_lab(found: &StripeRig, before: &Rig) -> Rig {
+    let mut rig = before.clone();
+    let [k1, k2, p1, p2, k3] = found.distortion;
+    rig.camera.distortion = Distortion { k1, k2, p1, p2, k3 };
+    [rig.camera.fx_px, rig.camera.fy_px] = found.focal_px;
+    [rig.camera.cx_px, rig.camera.cy_px] = found.principal_px;
+    rig.flange_from_camera = found.flange_from_camera;
+    rig.plane = StripePlane { normal: found.normal, d_mm: found.d_mm };
+    rig
+}

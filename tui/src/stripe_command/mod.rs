@@ -1,0 +1,33 @@
+//! `plumb stripe`: what the stripes of a light stripe sensor say of the arm that carries it and of its rig.
+
+mod adjust;
+mod cell_text;
+mod diagnose;
+mod lab;
+mod study;
+mod study_figure;
+mod study_world;
+
+use clap::Subcommand;
+
+use crate::failure::CommandResult;
+
+/// What to do with stripes.
+#[derive(Debug, Subcommand)]
+pub(crate) enum StripeCommand {
+    /// Say what zeros and rig cannot explain of scans, if anything.
+    Diagnose(diagnose::Arguments),
+    /// Adjust zeros, rig and what is added to scans, and write a cell that uses what was found.
+    Adjust(adjust::Arguments),
+    /// Hide an effect in sealed worlds, find it from stripes, and measure the direction-dependent error before and after.
+    Study(study::Arguments),
+}
+
+/// Runs one of the commands.
+pub(crate) fn run(command: &StripeCommand) -> CommandResult {
+    match command {
+        StripeCommand::Diagnose(arguments) => diagnose::run(arguments),
+        StripeCommand::Adjust(arguments) => adjust::run(arguments),
+        StripeCommand::Study(arguments) => study::run(arguments),
+    }
+}
