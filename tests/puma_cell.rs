@@ -1,6 +1,10 @@
 //! Agin's calibration of a PUMA 560, from the first prompt to the proof that a second pass finds nothing; and what more the model lab finds.
 
-#![allow(clippy::unwrap_used, dead_code, reason = "a test that cannot go on fails; shared with the figures of the manual")]
+#![allow(
+    clippy::unwrap_used,
+    dead_code,
+    reason = "a test that cannot go on fails; shared with the figures of the manual"
+)]
 
 #[path = "puma/cells.rs"]
 mod cells;
@@ -80,7 +84,10 @@ fn an_instrument_that_is_not_there_is_named() {
     let cells = Cells::new();
     let procedure = cells.puma().join("procedures/find-zeros.yaml");
     let text = std::fs::read_to_string(&procedure).unwrap();
-    cells.write("procedures/find-zeros.yaml", &text.replacen("{read_ruler: {at: flange}}", "{read_ruler: {at: elbow}}", 1));
+    cells.write(
+        "procedures/find-zeros.yaml",
+        &text.replacen("{read_ruler: {at: flange}}", "{read_ruler: {at: elbow}}", 1),
+    );
     let (code, events, _) = cells.run("cell.yaml", &["find-zeros"]);
     assert_eq!(code, Some(2));
     let end = events.last().unwrap()["message"].as_str().unwrap();
@@ -111,7 +118,8 @@ fn what_a_calibration_measured_goes_to_the_lab_as_rows_and_shows_what_the_zeros_
         let mut arguments = vec!["show", "--record", "record", "--table"];
         arguments.extend(zeros);
         cells.write("table.csv", &cells.plumb(&arguments).1);
-        let (code, json, said) = cells.plumb(&["model", "compare", "lab.yaml", "--data", "table.csv", "--json"]);
+        let (code, json, said) =
+            cells.plumb(&["model", "compare", "lab.yaml", "--data", "table.csv", "--json"]);
         assert_eq!(code, Some(0), "{said}");
         let compared: serde_json::Value = serde_json::from_str(&json).unwrap();
         let effects = compared["effects"].as_array().unwrap().clone();

@@ -53,14 +53,17 @@ fn tilted(count: u64, first: u64) {
         let [third, fourth] = zeros::from_one_reading(first..=first + count - 1, waist);
         println!("| 1 | {waist} | - | {third:.3} | {fourth:.3} |");
         for (quadrants, readings) in [(1, 2), (2, 4), (4, 8)] {
-            let [second, third, fourth] = zeros::tilted(first..=first + count - 1, quadrants, waist).of_the_arm();
+            let [second, third, fourth] =
+                zeros::tilted(first..=first + count - 1, quadrants, waist).of_the_arm();
             println!("| {readings} | {waist} | {second:.3} | {third:.3} | {fourth:.3} |");
         }
     }
 }
 
 fn hidden_behind_zeros(count: u64, first: u64) {
-    println!("Tip error over 30 fresh poses, root mean square, mm; lefty and righty of one point apart, root mean square and most, mm.");
+    println!(
+        "Tip error over 30 fresh poses, root mean square, mm; lefty and righty of one point apart, root mean square and most, mm."
+    );
     println!("The floor is {FLOOR_MM} mm.\n\n{}", hidden::HEADING);
     for hidden in Hidden::ALL {
         for seed in first..first + count {

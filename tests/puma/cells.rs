@@ -58,8 +58,11 @@ impl Cells {
 
     /// Runs the program in the folder, and gives its exit code, what it said and what it complained of.
     pub(crate) fn plumb(&self, arguments: &[&str]) -> (Option<i32>, String, String) {
-        let output =
-            Command::new(env!("CARGO_BIN_EXE_plumb")).args(arguments).current_dir(self.puma()).output().unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_plumb"))
+            .args(arguments)
+            .current_dir(self.puma())
+            .output()
+            .unwrap();
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         (output.status.code(), text(&output.stdout), text(&output.stderr))
     }

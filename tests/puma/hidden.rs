@@ -90,7 +90,8 @@ impl Hidden {
 
     /// Where it sits, how much, and the lines of the world's file.
     fn drawn(self, seed: u64) -> (String, String, String) {
-        let share = ((seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ self as u64) >> 11) as f64 / (1_u64 << 53) as f64;
+        let share =
+            ((seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ self as u64) >> 11) as f64 / (1_u64 << 53) as f64;
         match self {
             Self::Compliance => {
                 let softness = 3e-5 + 6e-5 * share;
@@ -107,7 +108,9 @@ impl Hidden {
             }
             Self::Coupling => {
                 let drag = 0.01 + 0.02 * share;
-                let text = format!("{{joint_coupling: {{joint: flange, driver: wrist_bend, deg_per_deg: {drag:.4}}}}}");
+                let text = format!(
+                    "{{joint_coupling: {{joint: flange, driver: wrist_bend, deg_per_deg: {drag:.4}}}}}"
+                );
                 ("flange".to_owned(), format!("{drag:.4} deg/deg"), text)
             }
         }
@@ -208,14 +211,16 @@ impl Lab<'_> {
             if runs.len() > 1 && diagnosis["verdict"] == "named" || runs.len() > ROUNDS {
                 break;
             }
-            let next = self.model(&["next", "-n", "10", "--csv", "--keep-out", "0,0,1,-430", "--payload", "0,1.5"]);
+            let next =
+                self.model(&["next", "-n", "10", "--csv", "--keep-out", "0,0,1,-430", "--payload", "0,1.5"]);
             findings.poses += next.lines().count() - 1;
             self.cells.write("poses.csv", &next);
             runs.push(self.run(procedure));
         }
         runs.push(self.measure_fresh());
         self.table(&runs);
-        let grown: Value = serde_json::from_str(&self.model(&["grow", "--holdout", "session", "--json"])).unwrap();
+        let grown: Value =
+            serde_json::from_str(&self.model(&["grow", "--holdout", "session", "--json"])).unwrap();
         let added = grown["steps"].as_array().unwrap().iter().map(|step| &step["added"]);
         findings.added = added
             .filter(|added| added.is_object())
@@ -244,7 +249,8 @@ impl Lab<'_> {
     fn residuals(&self, free: Option<Vec<String>>, holdout: Holdout) -> Vec<RowResidual> {
         let entry = Family::resolve(&self.cells.puma().join("lab.yaml")).unwrap();
         let table = Table::read(&self.cells.puma().join("table.csv")).unwrap();
-        let laboratory = Laboratory::new(entry.model, table, Options { free, holdout, ..Options::default() }).unwrap();
+        let laboratory =
+            Laboratory::new(entry.model, table, Options { free, holdout, ..Options::default() }).unwrap();
         laboratory.compare(&Progress::unwatched()).unwrap().rows
     }
 }
@@ -322,7 +328,8 @@ pub(crate) const HEADING: &str = "\
 impl fmt::Display for Story {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let found = |findings: &Findings| {
-            let added = findings.added.iter().map(|(effect, joint, size)| format!("{effect}({joint}) {size:.3e}"));
+            let added =
+                findings.added.iter().map(|(effect, joint, size)| format!("{effect}({joint}) {size:.3e}"));
             let added: Vec<String> = added.collect();
             let last = findings.verdicts.last().cloned().unwrap_or_default();
             let said = if added.is_empty() { format!("nothing ({last})") } else { added.join(", ") };

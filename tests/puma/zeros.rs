@@ -64,7 +64,8 @@ pub(crate) fn from_one_reading(seeds: RangeInclusive<u64>, waist_deg: i32) -> [f
     for seed in seeds {
         cells.change_world(|_| out_of_level(&level).replace("seed: 1", &format!("seed: {seed}")));
         let waist = format!("waist_deg={waist_deg}");
-        let (code, events, said) = cells.run("cell.yaml", &["find-zeros", "--set", "quadrants=1", "--set", &waist]);
+        let (code, events, said) =
+            cells.run("cell.yaml", &["find-zeros", "--set", "quadrants=1", "--set", &waist]);
         assert_eq!(code, Some(0), "{said}");
         let read = |step: &str, joint: &str| {
             let at = |step: &str| value(&events, &format!("levels[1].{step}"), joint);
@@ -115,12 +116,19 @@ impl Figures {
 
 impl fmt::Display for Figures {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(formatter, "| joint | within 0.05 deg | within three standard errors | root mean square, deg | worst, deg |")?;
+        writeln!(
+            formatter,
+            "| joint | within 0.05 deg | within three standard errors | root mean square, deg | worst, deg |"
+        )?;
         writeln!(formatter, "|---|---|---|---|---|")?;
         for (number, joint) in self.joints.iter().enumerate() {
             let (runs, rms) = (self.runs, (joint.squares / self.runs.max(1) as f64).sqrt());
             let OfJoint { near, covered, worst, .. } = joint;
-            writeln!(formatter, "| {} | {near} of {runs} | {covered} of {runs} | {rms:.3} | {worst:.3} |", number + 2)?;
+            writeln!(
+                formatter,
+                "| {} | {near} of {runs} | {covered} of {runs} | {rms:.3} | {worst:.3} |",
+                number + 2
+            )?;
         }
         write!(formatter, "runs without a result: {:?}", self.without_result)
     }

@@ -13,11 +13,15 @@ const SIZE: (u32, u32) = (800, 480);
 const INK: [RGBColor; 4] =
     [RGBColor(0, 90, 160), RGBColor(190, 80, 0), RGBColor(60, 130, 60), RGBColor(120, 60, 140)];
 
-/// The smallest and largest of `values` with a margin of a twentieth on both sides.
+/// The smallest and largest of `values` with a margin of a twentieth on both sides; something to draw on where there are none, or all are alike:
+/// ticks between ends that are one number, or none, would be looked for without end.
 fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
     let (low, high) = values
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-    if low >= high {
+    if !low.is_finite() || !high.is_finite() {
+        return -1.0..1.0;
+    }
+    if high - low <= 1e-9 * low.abs().max(high.abs()) {
         return low - 1.0..high + 1.0;
     }
     let margin = (high - low) / 20.0;
@@ -97,4 +101,17 @@ pub(crate) fn write_file(folder: &Path, name: &str, content: &str) -> Result<(),
     fs::create_dir_all(folder)
         .and_then(|()| fs::write(&path, content))
         .map_err(|cause| StudyError::Write { path, cause })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_is_something_to_draw_on_whatever_the_values() {
+        assert_eq!(range([].into_iter()), -1.0..1.0);
+        assert_eq!(range([5.0, 5.0 + 1e-15].into_iter()), 4.0..6.0);
+        assert_eq!(range([0.0, 20.0].into_iter()), -1.0..21.0);
+        assert_eq!(range([1.0, f64::INFINITY].into_iter()), -1.0..1.0);
+    }
 }

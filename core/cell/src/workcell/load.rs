@@ -196,7 +196,15 @@ impl Loader<'_> {
     fn model(&mut self, model: &(String, Place), raw: &RawRobot, joints: &[String]) -> Option<ModelFile> {
         let file = self.existing(model)?;
         match read_rows(&file) {
-            Ok(ModelRows { text, convention, joints: model_joints, quantities, surfaces, levels, forward }) => {
+            Ok(ModelRows {
+                text,
+                convention,
+                joints: model_joints,
+                quantities,
+                surfaces,
+                levels,
+                forward,
+            }) => {
                 for joint in &model_joints {
                     let given = raw.model_from_drive.iter().any(|(name, _)| name.name == *joint);
                     if !given && !joints.contains(joint) {

@@ -305,7 +305,10 @@ fn surfaces_targets_and_frames_that_are_missing_say_where_to_add_them() {
     );
     says(&complaint(TWO_LINKS, &row("tilt_x_deg", "5")), &["need `level:` in the model"]);
     let levels = format!("{TWO_LINKS}levels:\n  arm: {{after: shoulder}}\n  hand: {{after: elbow}}\n");
-    says(&complaint(&levels, &row("tilt_x_deg", "5")), &["say in column `level` which of the model's levels it is: arm, hand"]);
+    says(
+        &complaint(&levels, &row("tilt_x_deg", "5")),
+        &["say in column `level` which of the model's levels it is: arm, hand"],
+    );
     says(
         &complaint(&levels, &row("tilt_x_deg,level", "5,hnad")),
         &["`hnad` in column `level` is not in the model's `levels:`", "did you mean `hand`?"],
