@@ -260,7 +260,7 @@ fn a_wrong_answer_is_refused_with_the_reason_and_the_first_right_one_is_kept() {
     let mut reasons = Vec::new();
     let (outcome, _) = watch(start(run, &World::new(ZERO_ERROR_DEG)), |event, handle| {
         if let Event::PromptAsked { prompt } = event {
-            let wrong = Answer::Number { value: 3.0 };
+            let wrong = Answer::Confirmed;
             handle.send(Command::Answer { prompt: prompt.id, answer: wrong, by: "bob".to_owned() });
         }
         if let Event::AnswerRefused { reason, .. } = event {
