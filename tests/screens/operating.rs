@@ -296,6 +296,12 @@ steps:
         text: Which paper lies under the target?
         choice: {white: White copy paper, grey: Grey board}
         default: white
+  - id: maker
+    title: Who made it
+    do:
+      prompt:
+        text: Who made the paper, and how heavy is it?
+        write: {longest: 20}
 ";
 
 #[test]
@@ -315,10 +321,18 @@ fn a_wrong_answer_is_refused_in_words_and_the_right_one_taken() {
     session.press("\x7f\x7f8,02\r");
     session.wait_for("Which paper lies under the target?");
     session.press("\x1b[B\r");
+    session.wait_for("Who made the paper, and how heavy is it?");
+    session.press("\r");
+    session.wait_for("Nothing is written: write a line.");
+    // Letters that are keys elsewhere, one too many, and one taken back.
+    session.press("pqrs 80 g, quite heavy\x7f!");
+    session.wait_for("pqrs 80 g, quite he!");
+    session.press("\x7fa\r");
     session.wait_for("\u{2713} passed");
     session.press("4");
     session.wait_for("Runs (1)");
     session.press("\r");
     let page = session.wait_for("grey by ada");
     assert!(page.contains("8.02 by ada"), "the record keeps what was answered:\n{page}");
+    assert!(page.contains("pqrs 80 g, quite hea by ada"), "the record keeps what was written:\n{page}");
 }

@@ -174,6 +174,7 @@ pub(crate) fn ways_to_answer(kind: &PromptKind) -> String {
             };
             format!("NUMBER   (in {}{range})", if unit.is_empty() { "no unit" } else { unit })
         }
+        PromptKind::Text { longest } => format!("'A LINE OF TEXT'   (up to {longest} characters)"),
         PromptKind::JogTo { .. } => "done   (or where it is to go, as in shoulder=45,elbow=-70)".to_owned(),
         PromptKind::ConfirmPose { .. } => "confirm".to_owned(),
         PromptKind::Decision { options, .. } => {
@@ -195,6 +196,8 @@ fn read(text: &str, kind: &PromptKind) -> Result<Answer, String> {
             let value = number.parse::<f64>().ok().filter(|value| value.is_finite());
             value.map(|value| Answer::Number { value }).ok_or_else(right)
         }
+        PromptKind::Text { .. } if text.is_empty() => Err(right()),
+        PromptKind::Text { .. } => Ok(Answer::Text { text: text.to_owned() }),
         PromptKind::JogTo { .. } if text == "done" => Ok(Answer::Done),
         PromptKind::JogTo { joints, .. } => {
             let mut pose = Vec::new();

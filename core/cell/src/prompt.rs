@@ -55,6 +55,11 @@ pub enum PromptKind {
         /// Digits after the point to show.
         decimals: Option<u32>,
     },
+    /// A line of text: a serial number, what the paper is.
+    Text {
+        /// The most characters it may have.
+        longest: usize,
+    },
     /// Bring the arm somewhere by hand (pendant, or jog commands), then confirm.
     JogTo {
         /// The robot.
@@ -146,6 +151,11 @@ pub enum Answer {
     Number {
         /// The number.
         value: f64,
+    },
+    /// To a text.
+    Text {
+        /// The line, without blanks around it.
+        text: String,
     },
     /// To a jog, where no hand is there to jog: the arm is moved to these joints, the others stay.
     Pose {

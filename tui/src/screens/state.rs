@@ -8,7 +8,7 @@ use super::hits::Hits;
 use super::keys::Place;
 use super::log::LogState;
 use super::model::ModelState;
-use super::run::RunState;
+use super::run::{OpenPrompt, RunState};
 use super::theme::Theme;
 
 /// The pages of the program.
@@ -194,6 +194,9 @@ impl State {
         if self.is_filtering() {
             return vec![Place::Filtering, Place::Everywhere];
         }
+        if self.is_writing_an_answer() {
+            return vec![Place::Prompt, Place::Everywhere];
+        }
         let mut places = match (self.screen, &self.run) {
             (Screen::Cell, _) => vec![Place::Cell],
             (Screen::Run, Some(run)) => run.places(),
@@ -223,6 +226,12 @@ impl State {
     /// Whether a run of the record is open over the list.
     fn has_opened_run(&self) -> bool {
         self.history.as_ref().is_some_and(|history| history.opened.is_some())
+    }
+
+    /// Whether letters go into an answer.
+    pub(crate) fn is_writing_an_answer(&self) -> bool {
+        let prompt = self.run.as_ref().and_then(|run| run.prompt.as_ref());
+        self.is_typing() && prompt.is_some_and(OpenPrompt::is_written)
     }
 
     /// Whether digits go into an answer.

@@ -43,7 +43,7 @@ pub(super) fn answers(lines: &mut Vec<String>, prompts: &[StoredPrompt]) {
 /// An answer as it would be typed.
 pub(crate) fn answer_in_words(answer: &Value) -> String {
     let kind = answer.get("kind").and_then(Value::as_str).unwrap_or_default();
-    match answer.get("key").or_else(|| answer.get("value")).or_else(|| answer.get("decision")) {
+    match ["key", "value", "text", "decision"].iter().find_map(|name| answer.get(name)) {
         Some(Value::String(word)) => word.clone(),
         Some(other) => other.to_string(),
         None => kind.to_owned(),

@@ -85,6 +85,8 @@ fn fits(answer: &WrittenAnswer, kind: &AskedKind<'_>) -> Result<(), String> {
             (Question::Number { .. }, _) => {
                 Err("write a number, or `offered` for the one the prompt offers".to_owned())
             }
+            (Question::Text { .. }, WrittenAnswer::Word(_) | WrittenAnswer::Number(_)) => Ok(()),
+            (Question::Text { .. }, _) => Err("write a line of text".to_owned()),
             (Question::JogTo { .. }, WrittenAnswer::Pose(_)) => Ok(()),
             (Question::JogTo { .. }, WrittenAnswer::Word(word)) => word_of(word, &["done"]),
             (Question::JogTo { .. }, _) => Err("write a pose, as in `{pose_deg: {shoulder: 45}}`".to_owned()),

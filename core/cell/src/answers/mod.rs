@@ -5,6 +5,7 @@
 //!   ready: done                                   # an acknowledgement
 //!   paper: light                                  # a choice, by its key
 //!   gauge: 8.02                                   # a number, in the prompt's unit
+//!   paper_maker: Clairefontaine, 80 g              # a line of text
 //!   level: offered                                # the number the prompt offers, as a simulated instrument reads it
 //!   start: {pose_deg: {shoulder: 45, elbow: -70}} # a jog: where the arm is to be brought
 //!   reading: [8.1, 8.0, 8.2]                      # asked in every turn of a repetition: one answer each
@@ -106,6 +107,9 @@ impl WrittenAnswer {
                 Some(value) => Ok(Answer::Number { value: *value }),
                 None => Err("no number is offered here: write one".to_owned()),
             },
+            (PromptKind::Text { .. }, Self::Word(text)) => Ok(Answer::Text { text: text.clone() }),
+            // A serial number is a number to YAML.
+            (PromptKind::Text { .. }, Self::Number(value)) => Ok(Answer::Text { text: value.to_string() }),
             (PromptKind::JogTo { .. }, Self::Pose(joints)) => Ok(Answer::Pose { joints: joints.clone() }),
             (kind, _) => Err(format!("this prompt is answered by {}", wanted(kind))),
         }
@@ -120,6 +124,7 @@ fn wanted(kind: &PromptKind) -> String {
             format!("one of {}", keys.join(", "))
         }
         PromptKind::Number { .. } => "a number, or `offered` for the one that is offered".to_owned(),
+        PromptKind::Text { .. } => "a line of text".to_owned(),
         PromptKind::JogTo { .. } => "a pose, as in `{pose_deg: {shoulder: 45}}`, or `done`".to_owned(),
         PromptKind::ConfirmPose { .. } => "a person who looks at the arm".to_owned(),
         PromptKind::Decision { .. } => "`retry`, `skip` or `abort`".to_owned(),

@@ -243,6 +243,7 @@ pub(super) fn check_answer(answer: &Answer, kind: &PromptKind) -> Result<(), Str
             };
             Err(format!("{value} {unit} is out of range: it {range} {unit}").trim_end().to_owned())
         }
+        (PromptKind::Text { longest }, Answer::Text { text }) => check_text(text, *longest),
         (PromptKind::ConfirmPose { .. }, Answer::Confirmed) => Ok(()),
         (PromptKind::Decision { options, .. }, Answer::Decision { decision }) => {
             match options.contains(decision) {
@@ -251,6 +252,20 @@ pub(super) fn check_answer(answer: &Answer, kind: &PromptKind) -> Result<(), Str
             }
         }
         _ => Err("this is another kind of answer than the prompt asks for".to_owned()),
+    }
+}
+
+fn check_text(text: &str, longest: usize) -> Result<(), String> {
+    let long = text.chars().count();
+    if text.trim().is_empty() {
+        return Err("nothing is written: write a line".to_owned());
+    }
+    if long > longest {
+        return Err(format!("{long} characters are too many: {longest} at most"));
+    }
+    match text.chars().find(|character| character.is_control()) {
+        Some(_) => Err("a line of text holds no line breaks and no other control characters".to_owned()),
+        None => Ok(()),
     }
 }
 

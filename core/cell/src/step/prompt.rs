@@ -60,6 +60,11 @@ pub enum Question {
         /// Offered first.
         default: Option<Expression>,
     },
+    /// A line of text.
+    Text {
+        /// The most characters it may have.
+        longest: usize,
+    },
     /// The arm brought somewhere by hand.
     JogTo {
         /// Which robot.
@@ -97,22 +102,24 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<PromptStep>
     let choice = map.optional("choice");
     let default = map.optional("default");
     let number = map.optional("number");
+    let write = map.optional("write");
     let jog_to = map.optional("jog_to");
     let simulated = map.optional("simulated").and_then(|node| read_simulated(node, context));
     let place = map.place();
     map.finish();
-    let given = [acknowledge, choice, number, jog_to].iter().flatten().count();
+    let given = [acknowledge, choice, number, write, jog_to].iter().flatten().count();
     if given > 1 {
         context.problems.add(
             place,
             "a prompt asks for one thing",
-            "keep one of `acknowledge`, `choice`, `number`, `jog_to`",
+            "keep one of `acknowledge`, `choice`, `number`, `write`, `jog_to`",
         );
     }
-    let question = match (choice, number, jog_to) {
-        (Some(node), _, _) => read_choice(node, default, context),
-        (_, Some(node), _) => read_number(node, context),
-        (_, _, Some(node)) => read_jog(node, context),
+    let question = match (choice, number, write, jog_to) {
+        (Some(node), ..) => read_choice(node, default, context),
+        (_, Some(node), ..) => read_number(node, context),
+        (_, _, Some(node), _) => read_write(node, context),
+        (.., Some(node)) => read_jog(node, context),
         _ => {
             let label =
                 acknowledge.and_then(|node| node.text("`acknowledge`", context.problems)).unwrap_or("Done");
@@ -186,6 +193,17 @@ fn read_number(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
     Some(Question::Number { unit, minimum, maximum, default })
 }
 
+/// The most characters a written line may have, unless said otherwise, and whatever is said.
+const USUALLY_LONGEST: f64 = 80.0;
+const LONGEST: f64 = 400.0;
+
+fn read_write(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
+    let mut map = MapReader::new(node, "`write`", context.problems)?;
+    let longest = context.number_or(&mut map, "longest", (1.0, LONGEST), USUALLY_LONGEST);
+    map.finish();
+    Some(Question::Text { longest: longest as usize })
+}
+
 fn read_jog(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
     let mut map = MapReader::new(node, "`jog_to`", context.problems)?;
     let robot = context.required_text(&mut map, "robot");
@@ -246,7 +264,7 @@ impl PromptStep {
                     goal.check(robot, context);
                 }
             }
-            Question::Acknowledge { .. } | Question::Choice { .. } => {}
+            Question::Acknowledge { .. } | Question::Choice { .. } | Question::Text { .. } => {}
         }
     }
 
@@ -255,6 +273,7 @@ impl PromptStep {
             Question::Acknowledge { .. } => Shape::Map(Vec::new()),
             Question::Choice { .. } => Shape::Map(vec![("choice".to_owned(), Shape::Single)]),
             Question::Number { .. } => Shape::Map(vec![("value".to_owned(), Shape::Single)]),
+            Question::Text { .. } => Shape::Map(vec![("text".to_owned(), Shape::Single)]),
             Question::JogTo { robot, .. } => Shape::Map(vec![("joints".to_owned(), joints_of(robot))]),
         }
     }

@@ -61,20 +61,26 @@ impl OpenPrompt {
 
     /// Whether digits go into the answer.
     pub(crate) fn is_typed(&self) -> bool {
-        matches!(self.prompt.kind, PromptKind::Number { .. })
+        matches!(self.prompt.kind, PromptKind::Number { .. } | PromptKind::Text { .. })
     }
 
-    /// Types one character into the field of a number. Says whether it belonged there.
+    /// Whether letters do.
+    pub(crate) fn is_written(&self) -> bool {
+        matches!(self.prompt.kind, PromptKind::Text { .. })
+    }
+
+    /// Types one character into the field of a number or a text. Says whether it belonged there.
     pub(crate) fn typed(&mut self, character: char) -> bool {
-        let belongs = matches!(character, '0'..='9' | '.' | ',' | '-' | '+');
-        if !self.is_typed() || !belongs {
-            return false;
-        }
+        let longest = match &self.prompt.kind {
+            // Longer than any number one reads off an instrument.
+            PromptKind::Number { .. } if matches!(character, '0'..='9' | '.' | ',' | '-' | '+') => 18,
+            PromptKind::Text { longest } if !character.is_control() => *longest,
+            _ => return false,
+        };
         if self.offered {
             self.field.clear();
         }
-        // Longer than any number one reads off an instrument.
-        if self.field.chars().count() < 18 {
+        if self.field.chars().count() < longest {
             self.field.push(character);
         }
         self.offered = false;
@@ -118,6 +124,10 @@ impl OpenPrompt {
                 .get(self.chosen)
                 .map(|decision| Answer::Decision { decision: *decision })
                 .ok_or_else(|| "this prompt offers nothing to decide".to_owned()),
+            PromptKind::Text { .. } => match self.field.trim() {
+                "" => Err("Nothing is written: write a line.".to_owned()),
+                text => Ok(Answer::Text { text: text.to_owned() }),
+            },
             PromptKind::Number { unit, minimum, maximum, .. } => {
                 number(&self.field, unit, *minimum, *maximum).map(|value| Answer::Number { value })
             }

@@ -49,7 +49,7 @@ pub(crate) fn note_hits(prompt: &OpenPrompt, scrolled: usize, hits: &Hits, area:
         PromptKind::Acknowledge { .. } => (0, Some(0)),
         PromptKind::Choice { options, .. } => (options.len(), None),
         PromptKind::Decision { options, .. } => (options.len(), None),
-        PromptKind::Number { .. } => (0, None),
+        PromptKind::Number { .. } | PromptKind::Text { .. } => (0, None),
         PromptKind::JogTo { goals, joints, hand_over, .. } => {
             (joints.len(), Some(joints.len() + goals.len() + 1 + usize::from(*hand_over)))
         }
@@ -83,6 +83,7 @@ pub(crate) fn controls(prompt: &OpenPrompt, theme: &Theme, width: usize) -> Vec<
         PromptKind::Number { unit, minimum, maximum, .. } => {
             field(prompt, unit, *minimum, *maximum, theme, width)
         }
+        PromptKind::Text { longest } => line_of_text(prompt, *longest, theme, width),
         PromptKind::JogTo { goals, joints, .. } => jog(prompt, goals, joints, theme),
         PromptKind::ConfirmPose { recorded, reported, .. } => poses(recorded, reported, theme),
         PromptKind::Decision { options, .. } => decisions(options, prompt.chosen, theme),
@@ -142,6 +143,23 @@ fn field(
         let comma = if bounds.is_empty() { "" } else { " \u{b7} " };
         let hint = wrapped(&format!("{bounds}{comma}{hint}"), width);
         lines.extend(hint.into_iter().map(|line| Line::styled(line, theme.faint)));
+    }
+    lines
+}
+
+/// What is written, cut at its beginning where it is too long for the room, with what may be.
+fn line_of_text(prompt: &OpenPrompt, longest: usize, theme: &Theme, width: usize) -> Vec<Line<'static>> {
+    let room = width.saturating_sub(4);
+    let written: Vec<char> = prompt.field.chars().collect();
+    let seen: String = written.iter().skip(written.len().saturating_sub(room)).collect();
+    let mut lines = vec![Line::from(vec![
+        Span::styled("\u{2590} ", theme.focus),
+        Span::styled(seen, theme.heading),
+        Span::styled("\u{2588}", theme.focus),
+    ])];
+    if prompt.refused.is_none() {
+        let hint = format!("up to {longest} characters \u{b7} Enter answers");
+        lines.extend(wrapped(&hint, width).into_iter().map(|line| Line::styled(line, theme.faint)));
     }
     lines
 }

@@ -57,6 +57,10 @@ impl Engine {
                 let shown = NamedValue { name: "value".to_owned(), value, unit, uncertainty: None };
                 Done { result: json!({"value": value}), values: vec![shown], message }
             }
+            Answer::Text { text } => {
+                let message = format!("written: {text}");
+                Done { result: json!({"text": text}), message, ..Done::default() }
+            }
             _ => Done { result: json!({}), message: "done".to_owned(), ..Done::default() },
         })
     }
@@ -93,6 +97,7 @@ impl Engine {
                 default: self.optional_number(at, default.as_ref())?,
                 decimals: None,
             },
+            Question::Text { longest } => PromptKind::Text { longest: *longest },
             Question::JogTo { robot, goals, .. } => {
                 let mut bounds = Vec::new();
                 for goal in goals {
