@@ -266,7 +266,7 @@ fn a_taught_program_runs_once_it_was_asked_for_twice_and_gives_the_arm_back_at_i
     let mut session = bench.run_cell("cell-taught.yaml", &["--pace", "fast"], 100, 30);
     session.wait_for("Then press h twice: the taught program runs.");
     session.press("h");
-    session.wait_for("From then on nothing stops the arm but STOP on its pendant");
+    session.wait_for("From then on nothing stops the arm");
     session.press("h");
     session.wait_for("the pendant has given the arm back");
     // The last point of the program: 800 half-steps of 7072 a turn up.

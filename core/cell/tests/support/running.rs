@@ -99,6 +99,7 @@ pub fn operator(decide: Decision) -> impl FnMut(&Event, &RunHandle) {
             PromptKind::ConfirmPose { .. } => Answer::Confirmed,
             PromptKind::Decision { .. } => Answer::Decision { decision: decide },
             PromptKind::Number { .. } => Answer::Number { value: 0.0 },
+            PromptKind::Text { .. } => Answer::Text { text: "a line".to_owned() },
         };
         handle.send(Command::Answer { prompt: prompt.id, answer, by: "ada".to_owned() });
     }
