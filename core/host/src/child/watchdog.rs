@@ -12,9 +12,17 @@ use crate::channel::exit_code;
 
 /// Looks at the call under way.
 pub(super) struct Watchdog {
-    running: Mutex<Option<Running>>,
+    seen: Mutex<Seen>,
     changed: Condvar,
     grace: Duration,
+}
+
+/// What the watchdog looks at, and when it looks again unasked.
+///
+/// It is woken only by a call that must end before that: waking it with every call cost more than all else that a host does with a request.
+struct Seen {
+    running: Option<Running>,
+    next_look: Instant,
 }
 
 struct Running {
@@ -26,8 +34,9 @@ struct Running {
 impl Watchdog {
     /// Starts the thread that looks. A call may run for `grace` past its time limit.
     pub(super) fn start(context: &'static Context, grace: Duration) -> &'static Self {
+        let seen = Seen { running: None, next_look: Instant::now() };
         let watchdog: &'static Self =
-            Box::leak(Box::new(Self { running: Mutex::new(None), changed: Condvar::new(), grace }));
+            Box::leak(Box::new(Self { seen: Mutex::new(seen), changed: Condvar::new(), grace }));
         thread::spawn(move || watchdog.look(context));
         watchdog
     }
@@ -35,37 +44,43 @@ impl Watchdog {
     /// Does the work of one call under watch.
     pub(super) fn watch<R>(&self, name: &'static str, limit: Duration, work: impl FnOnce() -> R) -> R {
         let end = Instant::now() + limit.min(LONGEST) + self.grace;
-        *self.running() = Some(Running { name, limit, end });
-        self.changed.notify_one();
+        let mut seen = self.seen();
+        seen.running = Some(Running { name, limit, end });
+        let is_seen_in_time = seen.next_look <= end;
+        drop(seen);
+        if !is_seen_in_time {
+            self.changed.notify_one();
+        }
         let result = work();
-        *self.running() = None;
+        self.seen().running = None;
         result
     }
 
     fn look(&self, context: &'static Context) {
-        let mut running = self.running();
+        let mut seen = self.seen();
         loop {
-            let left = running.as_ref().map(|call| call.end.saturating_duration_since(Instant::now()));
-            running = match (left, &*running) {
-                (Some(Duration::ZERO), Some(call)) => {
-                    let (name, limit) = (call.name, call.limit);
-                    let text = format!("the plugin is still in '{name}' after its {limit:?}: the host ends");
-                    drop(running);
-                    context.report(LogLevel::Error, &text);
-                    end_at_once(context, exit_code::WATCHDOG);
-                }
-                (Some(left), _) => {
-                    self.changed.wait_timeout(running, left).unwrap_or_else(PoisonError::into_inner).0
-                }
-                (None, _) => self.changed.wait(running).unwrap_or_else(PoisonError::into_inner),
-            };
+            let now = Instant::now();
+            if let Some(call) = seen.running.as_ref().filter(|call| call.end <= now) {
+                let (name, limit) = (call.name, call.limit);
+                let text = format!("the plugin is still in '{name}' after its {limit:?}: the host ends");
+                drop(seen);
+                context.report(LogLevel::Error, &text);
+                end_at_once(context, exit_code::WATCHDOG);
+            }
+            let end = seen.running.as_ref().map_or(now + UNASKED, |call| call.end);
+            seen.next_look = end.min(now + UNASKED);
+            let wait = seen.next_look - now;
+            seen = self.changed.wait_timeout(seen, wait).unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
-    fn running(&self) -> MutexGuard<'_, Option<Running>> {
-        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    fn seen(&self) -> MutexGuard<'_, Seen> {
+        self.seen.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+/// How long it goes without looking when nothing asks it to.
+const UNASKED: Duration = Duration::from_secs(1);
 
 /// A time limit that never ends; longer ones cannot be added to a time.
 const LONGEST: Duration = Duration::from_secs(365 * 24 * 3600);
