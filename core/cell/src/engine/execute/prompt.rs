@@ -73,8 +73,12 @@ impl Engine {
             numbers.push((name.clone(), self.number(at.scope, value)?));
         }
         let act = Act { name: simulated.act.clone(), numbers, words: simulated.words.clone() };
-        self.standing.forget();
-        self.links.simulate(&act).map_err(StepError::Error)
+        let read = self.links.simulate(&act);
+        // Who only reads an instrument has moved nothing.
+        if !matches!(read, Ok(Some(_))) {
+            self.standing.forget();
+        }
+        read.map_err(StepError::Error)
     }
 
     /// The robot the prompt is about, as it stands now; none without a model of it.
