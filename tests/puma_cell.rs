@@ -10,6 +10,8 @@
 mod cells;
 #[path = "puma/hidden.rs"]
 mod hidden;
+#[path = "puma/panel.rs"]
+mod panel;
 #[path = "puma/poses.rs"]
 mod poses;
 #[path = "puma/zeros.rs"]
@@ -17,6 +19,7 @@ mod zeros;
 
 use cells::{Cells, found, value};
 use hidden::Hidden;
+use panel::Panel;
 
 #[test]
 fn the_zeros_are_found_put_right_and_found_right() {
@@ -148,4 +151,27 @@ fn what_a_world_hides_behind_its_zeros_is_named_measured_and_added_until_the_tip
         assert!(story.with_tracker.left.tip_mm < 1.3 * hidden::FLOOR_MM, "{told}");
         assert!(story.with_tracker.left.apart_mm < 0.3 * story.after.apart_mm, "{told}");
     }
+}
+
+#[test]
+fn a_panic_lost_power_and_a_new_start_end_a_run_with_what_to_do_and_it_goes_on_when_that_was_done() {
+    let mut panel = Panel::new();
+    let (code, end) = panel.run(&[], Some("panic"));
+    assert_eq!(code, Some(2), "{end}");
+    assert!(end.contains("the PANIC button was pressed") && end.contains("press ARM POWER"), "{end}");
+    let stands = panel.stands();
+    assert!(stands[0] < 59.0, "it was stopped on its way: {stands:?}");
+    let (code, end) = panel.run(&["--resume", "1"], None);
+    assert_eq!((code, panel.stands()), (Some(2), stands), "without power nothing moves: {end}");
+    assert!(end.contains("press ARM POWER on the controller's panel"), "{end}");
+    panel.happens("power on");
+    assert_eq!(panel.run(&["--resume", "1"], None), (Some(0), "all steps passed".to_owned()));
+    // Started anew, it has lost its points and its calibration; power is off.
+    panel.happens("reboot");
+    let stands = panel.stands();
+    let (code, end) = panel.run(&[], None);
+    assert_eq!((code, panel.stands()), (Some(2), stands), "{end}");
+    panel.happens("power on");
+    // The cell allows CALIBRATE, so that it goes on by itself.
+    assert_eq!(panel.run(&[], None), (Some(0), "all steps passed".to_owned()));
 }

@@ -15,8 +15,8 @@ use super::poses;
 /// What is left of a tip that is known as well as the tracker shows it (0.05 mm a coordinate), mm.
 pub(crate) const FLOOR_MM: f64 = 0.0866;
 
-/// Rounds of next poses at most.
-const ROUNDS: usize = 3;
+/// Rounds of next poses at most, before the tour.
+const ROUNDS: usize = 2;
 
 /// What is hidden.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -135,7 +135,8 @@ pub(crate) fn tell(hidden: Hidden, seed: u64) -> Story {
     });
     std::fs::rename(cells.puma().join("world.yaml"), cells.puma().join("open.yaml")).unwrap();
     assert_eq!(cells.plumb(&["world", "--file", "open.yaml", "--seal", "world.yaml"]).0, Some(0));
-    let lab = Lab { cells: &cells, fresh: poses::fresh(&cells.puma().join("lab.yaml"), seed) };
+    let tour = std::fs::read_to_string(cells.puma().join("poses.csv")).unwrap();
+    let lab = Lab { cells: &cells, tour, fresh: poses::fresh(&cells.puma().join("lab.yaml"), seed) };
     let before = lab.measure_fresh();
     let calibration = lab.run("calibrate");
     let after = lab.measure_fresh();
@@ -156,6 +157,9 @@ pub(crate) fn tell(hidden: Hidden, seed: u64) -> Story {
 
 struct Lab<'a> {
     cells: &'a Cells,
+    /// The poses that come with the cell.
+    tour: String,
+    /// Poses that no fit sees.
     fresh: String,
 }
 
@@ -168,6 +172,13 @@ impl Lab<'_> {
         let (_, json, _) = self.cells.plumb(&["show", "--record", "record", "--json"]);
         let shown: Value = serde_json::from_str(&json).unwrap();
         shown["run"]["run"].as_i64().unwrap()
+    }
+
+    /// Measures the poses of a table.
+    fn measure(&self, procedure: &str, poses: &str, findings: &mut Findings) -> i64 {
+        findings.poses += poses.lines().count() - 1;
+        self.cells.write("poses.csv", poses);
+        self.run(procedure)
     }
 
     fn measure_fresh(&self) -> i64 {
@@ -211,12 +222,12 @@ impl Lab<'_> {
             if runs.len() > 1 && diagnosis["verdict"] == "named" || runs.len() > ROUNDS {
                 break;
             }
-            let next =
-                self.model(&["next", "-n", "10", "--csv", "--keep-out", "0,0,1,-430", "--payload", "0,1.5"]);
-            findings.poses += next.lines().count() - 1;
-            self.cells.write("poses.csv", &next);
-            runs.push(self.run(procedure));
+            let keep_out = ["--keep-out", "0,0,1,-430", "--payload", "0,1.5"];
+            let next = self.model(&[&["next", "-n", "10", "--csv"], keep_out.as_slice()].concat());
+            runs.push(self.measure(procedure, &next, &mut findings));
         }
+        // Where it sits is known; how much of it there is, the tour of the workspace that comes with the cell tells best.
+        runs.push(self.measure(procedure, &self.tour, &mut findings));
         runs.push(self.measure_fresh());
         self.table(&runs);
         let grown: Value =
@@ -290,26 +301,23 @@ fn tip(rows: &[RowResidual]) -> Tip {
     }
 }
 
-/// The residuals without what a shift and a small turn of the whole arm make of them.
+/// The residuals when the whole arm is shifted and turned so that its believed points lie best on the measured ones (Kabsch).
 fn placed(mut rows: Vec<RowResidual>) -> Vec<RowResidual> {
-    let count = rows.len() * 3;
-    let mut matrix = nalgebra::DMatrix::zeros(count, 6);
-    let mut right = nalgebra::DVector::zeros(count);
-    for (index, row) in rows.iter().enumerate() {
-        let [x, y, z] = row.point_mm;
-        let turned = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]];
-        for axis in 0..3 {
-            matrix[(index * 3 + axis, axis)] = 1.0;
-            for turn in 0..3 {
-                matrix[(index * 3 + axis, 3 + turn)] = turned[axis][turn];
-            }
-            right[index * 3 + axis] = row.vector_mm[axis];
-        }
-    }
-    let placing = matrix.clone().svd(true, true).solve(&right, 1e-12).unwrap();
-    let left = right - matrix * placing;
-    for (index, row) in rows.iter_mut().enumerate() {
-        row.vector_mm = [0, 1, 2].map(|axis| left[index * 3 + axis]);
+    let vector = |parts: [f64; 3]| nalgebra::Vector3::from(parts);
+    let pairs: Vec<_> = rows
+        .iter()
+        .map(|row| (vector(row.point_mm), vector(row.point_mm) + vector(row.vector_mm)))
+        .collect();
+    let count = pairs.len() as f64;
+    let believed = pairs.iter().map(|pair| pair.0).sum::<nalgebra::Vector3<f64>>() / count;
+    let measured = pairs.iter().map(|pair| pair.1).sum::<nalgebra::Vector3<f64>>() / count;
+    let product = pairs.iter().map(|pair| (pair.1 - measured) * (pair.0 - believed).transpose());
+    let svd = product.sum::<nalgebra::Matrix3<f64>>().svd(true, true);
+    let (left, right) = (svd.u.unwrap(), svd.v_t.unwrap());
+    let upright = nalgebra::Vector3::new(1.0, 1.0, (left * right).determinant().signum());
+    let turn = left * nalgebra::Matrix3::from_diagonal(&upright) * right;
+    for (row, pair) in rows.iter_mut().zip(&pairs) {
+        row.vector_mm = (pair.1 - measured - turn * (pair.0 - believed)).into();
     }
     rows
 }

@@ -58,6 +58,23 @@ pub(crate) enum MotionEnd {
     Stopped,
 }
 
+/// What came of teaching a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Taught {
+    /// It is where it is looked for.
+    Point,
+    /// The arm does not stand where it was thought to: there is no point.
+    Elsewhere,
+}
+
+/// Two readings of an arm at rest differ by no more, deg.
+const SAME: f64 = 0.02;
+
+/// Whether two readings are of one pose.
+pub(crate) fn alike(one: &[f64; AXES], other: &[f64; AXES]) -> bool {
+    one.iter().zip(other).all(|(one, other)| (one - other).abs() <= SAME)
+}
+
 /// The monitor of one controller.
 #[derive(Debug)]
 pub(crate) struct Monitor {
@@ -113,15 +130,26 @@ impl Monitor {
         Ok(())
     }
 
-    /// Puts a pose where [`Monitor::move_to_point`] finds it: the pose the arm has, with these joints (degrees) changed.
+    /// Puts a pose where [`Monitor::move_to_point`] finds it: the pose the arm has, with these joints (degrees) changed. The controller shows that pose
+    /// first; where it is not `near`, nothing is put anywhere.
     pub(crate) fn teach_point(
         &mut self,
         joints: &[Option<f64>; AXES],
         near: &[f64; AXES],
-    ) -> Result<(), MonitorError> {
+    ) -> Result<Taught, MonitorError> {
         let here = format!("HERE {POINT}");
         let reply = self.ask(&here, Ending::Question)?;
-        self.only_row(&here, &reply, near)?;
+        let stands = match self.only_row(&here, &reply, near) {
+            Ok(stands) => stands,
+            Err(error) => {
+                self.typist.cancel()?;
+                return Err(error);
+            }
+        };
+        if !alike(&stands, near) {
+            self.typist.cancel()?;
+            return Ok(Taught::Elsewhere);
+        }
         let values: Vec<String> =
             joints.iter().map(|joint| joint.map_or(String::new(), |value| number(folded(value)))).collect();
         let line = values.join(",").trim_end_matches(',').to_owned();
@@ -136,7 +164,7 @@ impl Monitor {
                 return Err(error);
             }
         }
-        self.ask("", Ending::Command).map(drop)
+        self.ask("", Ending::Command).map(|_| Taught::Point)
     }
 
     /// Goes to the pose of [`Monitor::teach_point`].

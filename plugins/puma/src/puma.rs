@@ -10,15 +10,13 @@ use plumb_plugin::{
 use crate::complaint::Consequence;
 use crate::configuration::Configuration;
 use crate::joints::{AXES, JOINTS, READY, is_plain};
-use crate::monitor::{Monitor, MonitorError, MotionEnd};
+use crate::monitor::{Monitor, MonitorError, MotionEnd, Taught, alike};
 use crate::profile::Profile;
 
 /// A joint that is to turn by less than this stays, deg: half of the last digit that is typed.
 const STAYS: f64 = 0.000_5;
 /// An arm that has arrived stands this near to where it was sent, deg.
 const ARRIVED_WITHIN: f64 = 0.05;
-/// Two readings of an arm at rest differ by no more, deg.
-const SAME: f64 = 0.02;
 /// How often the pose is read until two readings agree.
 const READINGS: usize = 5;
 /// The pose from which POTCAL is begun reads at most this far from the ready position, deg.
@@ -90,7 +88,12 @@ impl Robot for Puma {
         self.read(None)?;
         if self.configuration.calibrate {
             let host = self.host.clone();
-            self.done(|monitor, _| monitor.calibrate(CALIBRATION, &mut || host.should_stop()))?;
+            let end = self.done(|monitor, _| monitor.calibrate(CALIBRATION, &mut || host.should_stop()))?;
+            if end == MotionEnd::Stopped {
+                return Err(PluginError::Stopped("CALIBRATE was stopped: the arm is not calibrated".to_owned()));
+            }
+            // Each joint has moved to its next index pulse.
+            self.read(None)?;
         }
         Ok(())
     }
@@ -120,7 +123,6 @@ impl Robot for Puma {
             self.doubt = Some(error.text().to_owned());
             return Err(error);
         }
-        self.read(Some(self.last))?;
         let end = self.travel(&target, motion.speed_fraction)?;
         if end == MotionEnd::Stopped {
             self.read(None)?;
@@ -247,8 +249,8 @@ impl Puma {
                 }
                 Err(error) => return self.done(|_, _| Err(error)),
             };
-            let alike = |other: &[f64; AXES]| now.iter().zip(other).all(|(a, b)| (a - b).abs() <= SAME);
-            if expected.as_ref().is_some_and(alike) || former.as_ref().is_some_and(alike) {
+            let again = |other: &[f64; AXES]| alike(&now, other);
+            if expected.as_ref().is_some_and(again) || former.as_ref().is_some_and(again) {
                 self.last = now;
                 return Ok(());
             }
@@ -261,50 +263,85 @@ impl Puma {
         Err(PluginError::Failed(text))
     }
 
-    /// Goes to a pose, degrees.
+    /// Goes to a pose, degrees. Before anything moves the arm is known to stand where it was read last: where a point is taught the controller shows
+    /// it, else it is read.
     fn travel(&mut self, target: &[f64; AXES], fraction: f64) -> Result<MotionEnd, PluginError> {
         let percent = ((fraction * self.configuration.full_speed_percent * 100.0).round() / 100.0).max(0.01);
-        let here = self.last;
-        let within = within(&here, target, percent);
-        let moves = |joint: usize| {
-            let (here, target) =
-                (here.get(joint).copied().unwrap_or(0.0), target.get(joint).copied().unwrap_or(0.0));
-            ((target - here).abs() > STAYS).then_some(target)
-        };
-        let moving: Vec<usize> = (0..AXES).filter(|joint| moves(*joint).is_some()).collect();
-        let host = self.host.clone();
-        let mut should_stop = || host.should_stop();
-        if moving.is_empty() {
-            return Ok(MotionEnd::Arrived);
-        }
-        if moving.len() > 1 && target.iter().zip(&READY).all(|(target, ready)| (target - ready).abs() < STAYS)
-        {
-            self.done(|monitor, _| monitor.set_speed(percent))?;
-            return self.done(|monitor, _| monitor.ready(within, &mut should_stop));
-        }
-        // What the terminal could take for a whole turn more is driven there by its difference, one joint at a time.
-        let plain = |joint: usize| {
-            moves(joint).filter(|value| JOINTS.get(joint).is_some_and(|facts| is_plain(facts, *value)))
-        };
-        let together: [Option<f64>; AXES] =
-            if moving.len() == 1 { [None; AXES] } else { std::array::from_fn(plain) };
-        if together.iter().any(Option::is_some) {
-            self.done(|monitor, _| monitor.set_speed(percent))?;
-            self.done(|monitor, near| monitor.teach_point(&together, near))?;
-            let end = self.done(|monitor, _| monitor.move_to_point(within, &mut should_stop))?;
-            if end == MotionEnd::Stopped {
+        for _ in 0..2 {
+            let way = Way::between(&self.last, target);
+            let moved = match way {
+                Way::None => {
+                    self.read(Some(self.last))?;
+                    // Somebody has moved it meanwhile: there is a way after all.
+                    (Way::between(&self.last, target) == Way::None).then_some(MotionEnd::Arrived)
+                }
+                Way::Ready => {
+                    self.read(Some(self.last))?;
+                    Some(self.make_ready(target, percent)?)
+                }
+                Way::Joints { together, alone } if together.iter().any(Option::is_some) => {
+                    self.go_by_point(target, &together, &alone, percent)?
+                }
+                Way::Joints { .. } => {
+                    self.read(Some(self.last))?;
+                    match Way::between(&self.last, target) {
+                        Way::Joints { together, alone } if together.iter().all(Option::is_none) => {
+                            Some(self.drive_each(&alone, percent)?)
+                        }
+                        _ => None,
+                    }
+                }
+            };
+            if let Some(end) = moved {
                 return Ok(end);
             }
         }
-        for joint in moving {
-            let alone = together.get(joint).is_none_or(Option::is_none);
-            if let Some(value) = moves(joint).filter(|_| alone) {
-                let by = value - here.get(joint).copied().unwrap_or(0.0);
-                let end =
-                    self.done(|monitor, _| monitor.drive(joint, by, percent, within, &mut should_stop))?;
-                if end == MotionEnd::Stopped {
-                    return Ok(end);
-                }
+        let text = "the arm does not stand where it was read a moment ago: does somebody drive it with the pendant?".to_owned();
+        self.doubt = Some(text.clone());
+        Err(PluginError::Failed(text))
+    }
+
+    fn make_ready(&mut self, target: &[f64; AXES], percent: f64) -> Result<MotionEnd, PluginError> {
+        let (within, host) = (within(&self.last, target, percent), self.host.clone());
+        self.done(|monitor, _| monitor.set_speed(percent))?;
+        self.done(|monitor, _| monitor.ready(within, &mut || host.should_stop()))
+    }
+
+    /// Several joints at once, and then those that have to be driven alone; none if the arm did not stand where it was thought to: then it has been
+    /// read again, and nothing has moved.
+    fn go_by_point(
+        &mut self,
+        target: &[f64; AXES],
+        together: &[Option<f64>; AXES],
+        alone: &[(usize, f64)],
+        percent: f64,
+    ) -> Result<Option<MotionEnd>, PluginError> {
+        let (within, host) = (within(&self.last, target, percent), self.host.clone());
+        self.done(|monitor, _| monitor.set_speed(percent))?;
+        if self.done(|monitor, near| monitor.teach_point(together, near))? == Taught::Elsewhere {
+            self.read(None)?;
+            return Ok(None);
+        }
+        match self.done(|monitor, _| monitor.move_to_point(within, &mut || host.should_stop()))? {
+            MotionEnd::Stopped => Ok(Some(MotionEnd::Stopped)),
+            MotionEnd::Arrived => self.drive_each(alone, percent).map(Some),
+        }
+    }
+
+    /// One joint after the other, by so many degrees.
+    fn drive_each(&mut self, joints: &[(usize, f64)], percent: f64) -> Result<MotionEnd, PluginError> {
+        let host = self.host.clone();
+        for (joint, by) in joints {
+            let mut there = self.last;
+            if let Some(there) = there.get_mut(*joint) {
+                *there += by;
+            }
+            let within = within(&self.last, &there, percent);
+            let end = self.done(|monitor, _| {
+                monitor.drive(*joint, *by, percent, within, &mut || host.should_stop())
+            })?;
+            if end == MotionEnd::Stopped {
+                return Ok(end);
             }
         }
         Ok(MotionEnd::Arrived)
@@ -383,6 +420,44 @@ impl Puma {
     fn in_words(&self) -> String {
         let places = JOINTS.iter().zip(&self.last).map(|(joint, value)| format!("{} {value:.2}", joint.name));
         format!("{} deg", places.collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// How the arm gets from one pose to another.
+#[derive(Clone, Debug, PartialEq)]
+enum Way {
+    /// It is there.
+    None,
+    /// By the command for the ready position.
+    Ready,
+    /// By a point for the joints that it can hold, then the others (from 0) by so many degrees, one at a time.
+    Joints { together: [Option<f64>; AXES], alone: Vec<(usize, f64)> },
+}
+
+impl Way {
+    fn between(here: &[f64; AXES], target: &[f64; AXES]) -> Self {
+        let ways = here.iter().zip(target).enumerate();
+        let moving: Vec<(usize, f64, f64)> = ways
+            .filter(|(_, (here, target))| (*target - *here).abs() > STAYS)
+            .map(|(joint, (here, target))| (joint, *target, target - here))
+            .collect();
+        if moving.is_empty() {
+            return Self::None;
+        }
+        if moving.len() > 1 && target.iter().zip(&READY).all(|(target, ready)| (target - ready).abs() < STAYS)
+        {
+            return Self::Ready;
+        }
+        let (mut together, mut alone) = ([None; AXES], Vec::new());
+        for (joint, target, by) in &moving {
+            // What the terminal could take for a whole turn more is driven there by its difference.
+            let plain = JOINTS.get(*joint).is_some_and(|facts| is_plain(facts, *target));
+            match together.get_mut(*joint) {
+                Some(kept) if plain && moving.len() > 1 => *kept = Some(*target),
+                _ => alone.push((*joint, *by)),
+            }
+        }
+        Self::Joints { together, alone }
     }
 }
 

@@ -7,7 +7,7 @@ use crate::complaint::Complaint;
 pub enum Ending {
     /// A command: `.`.
     Command,
-    /// A command that is allowed while something goes on: `*`.
+    /// One of the few commands it takes while a motion or a program goes on: `*`.
     Busy,
     /// An answer to its question.
     Question,
@@ -23,7 +23,7 @@ pub struct Reply {
 }
 
 /// How what has come so far ends, if it can be an end. A `*` may be the beginning of a complaint, and a question may go on: those are ends only if
-/// nothing follows soon.
+/// nothing follows soon. The question for changes of a point is known, and nothing follows it but what is typed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
     /// It is an end.
@@ -45,10 +45,17 @@ pub fn sign(bytes: &[u8]) -> Option<Sign> {
     match tail.trim() {
         "." => Some(Sign::Sure(Ending::Command)),
         "*" => Some(Sign::IfQuiet(Ending::Busy)),
+        question if is_for_changes(question) => Some(Sign::Sure(Ending::Question)),
+        "" if before.lines().next_back().is_some_and(is_for_changes) => Some(Sign::Sure(Ending::Question)),
         question if question.ends_with('?') => Some(Sign::IfQuiet(Ending::Question)),
         "" if before.trim_end().ends_with('?') => Some(Sign::IfQuiet(Ending::Question)),
         _ => None,
     }
+}
+
+/// Whether a line is the question whether a point's values are to be changed.
+fn is_for_changes(line: &str) -> bool {
+    matches!(line.trim().to_ascii_uppercase().as_str(), "CHANGE?" | "CHANGES?")
 }
 
 impl Reply {
@@ -142,8 +149,9 @@ mod tests {
         assert_eq!(sign(b"\r\n 0.00 1."), None);
         assert_eq!(sign(b"\r\n*"), Some(Sign::IfQuiet(Ending::Busy)));
         assert_eq!(sign(b"\r\n*Joint 3 out"), None);
-        assert_eq!(sign(b"Change? "), Some(Sign::IfQuiet(Ending::Question)));
-        assert_eq!(sign(b"Change?\r\0\0\n"), Some(Sign::IfQuiet(Ending::Question)));
+        assert_eq!(sign(b"\r\nChange? "), Some(Sign::Sure(Ending::Question)));
+        assert_eq!(sign(b"Change?\r\0\0\n"), Some(Sign::Sure(Ending::Question)));
+        assert_eq!(sign(b"Are you sure (Y/N)?"), Some(Sign::IfQuiet(Ending::Question)));
         assert_eq!(sign(b""), None);
     }
 

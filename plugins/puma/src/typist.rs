@@ -197,7 +197,8 @@ impl Typist {
             }
         }
         let doubled = self.read_for(text, self.line.duration(2) + Duration::from_millis(1))?;
-        if !printable(&doubled).is_empty() {
+        // Where nothing was typed, the space behind the prompt may only come now.
+        if !after_prompt(&printable(&doubled), text.is_empty()).is_empty() {
             return Err(self.wrong_echo(text, b"", &doubled));
         }
         self.write(text, b"\r")

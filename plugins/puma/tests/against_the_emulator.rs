@@ -1,112 +1,20 @@
 //! The driver at the terminal of an emulated controller, over the arm of a world.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, clippy::panic, dead_code, reason = "a test that cannot go on fails; shared with the figures of the manual")]
+
+mod terminal;
 
 use std::cell::RefCell;
-use std::path::{Path, PathBuf};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 
-use plumb_plugin::recording::RecordingHost;
-use plumb_plugin::{JointState, JointVector, Motion, PluginError, Robot, conformance};
+use plumb_plugin::{JointVector, PluginError, Robot, conformance};
 use plumb_puma::Puma;
-use plumb_simulated::client::WorldClient;
-use plumb_simulated::emulate::val2::{Dialect, Emulator, EmulatorOptions, Event, LineOptions};
-use plumb_simulated::protocol::{Pace, Verb};
-use plumb_simulated::serve::{ServeError, ServeOptions, serve};
-use serde_json::{Value, json};
+use plumb_simulated::emulate::val2::{Dialect, Emulator, EmulatorOptions, Event};
+use plumb_simulated::protocol::Pace;
+use serde_json::json;
 
-const PATIENCE: Duration = Duration::from_secs(30);
-const READY: [f64; 6] = [0.0, -90.0, 90.0, 0.0, 0.0, 0.0];
-const LEFTY: [f64; 6] = [90.0, 0.0, 180.0, 90.0, 0.0, 45.0];
+use terminal::{Cell, LEFTY, READY, World, conversations, poses, stops};
+
 const FLIPPED: [f64; 6] = [90.0, 0.0, 180.0, 90.0, 0.0, -135.0];
-
-/// A world with a PUMA, served.
-struct World {
-    client: WorldClient,
-    socket: PathBuf,
-    server: Option<JoinHandle<Result<(), ServeError>>>,
-    _folder: tempfile::TempDir,
-}
-
-impl World {
-    fn start(pace: Pace) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let (file, socket) = (folder.path().join("world.yaml"), folder.path().join("world"));
-        std::fs::write(&file, "world: w\narm: {puma560: {resolution: encoder}}\n").unwrap();
-        let options =
-            ServeOptions { file, socket: socket.clone(), pace, seed: None, idle: Duration::from_secs(600) };
-        let server = std::thread::spawn(move || serve(&options));
-        Self { client: connect(&socket), socket, server: Some(server), _folder: folder }
-    }
-
-    /// Where the world's arm stands, as its drive counts, deg.
-    fn joints(&mut self) -> [f64; 6] {
-        self.client.read(Verb::Read {}).unwrap().joints.map(f64::to_degrees)
-    }
-}
-
-impl Drop for World {
-    fn drop(&mut self) {
-        let _ = self.client.call(Verb::Shutdown {}, || false, |_| {});
-        if let Some(server) = self.server.take() {
-            let _ = server.join();
-        }
-    }
-}
-
-/// A line that keeps the time of its bytes.
-fn at_9600() -> LineOptions {
-    LineOptions { baud: Some(9600), ..LineOptions::default() }
-}
-
-fn connect(socket: &Path) -> WorldClient {
-    let deadline = Instant::now() + PATIENCE;
-    loop {
-        match WorldClient::connect(socket, "operator") {
-            Ok(client) => return client,
-            Err(error) if Instant::now() > deadline => panic!("{error}"),
-            Err(_) => std::thread::sleep(Duration::from_millis(2)),
-        }
-    }
-}
-
-struct Cell {
-    arm: Puma,
-    emulator: Emulator,
-    recording: RecordingHost,
-    world: World,
-}
-
-impl Cell {
-    fn of(options: EmulatorOptions, pace: Pace, config: &Value) -> Self {
-        let world = World::start(pace);
-        let emulator = Emulator::start(EmulatorOptions { world: world.socket.clone(), ..options }).unwrap();
-        let recording = RecordingHost::new();
-        let mut config = config.clone();
-        config["port"] = json!(emulator.standing().port);
-        let arm = Puma::create(&config, recording.host()).unwrap();
-        Self { arm, emulator, recording, world }
-    }
-
-    fn speaking(dialect: Dialect) -> Self {
-        Self::of(EmulatorOptions { dialect, ..EmulatorOptions::default() }, Pace::Fast, &json!({}))
-    }
-
-    fn go(&mut self, degrees: [f64; 6]) -> Result<JointState, PluginError> {
-        let target = JointVector::from_slice(&degrees.map(f64::to_radians)).unwrap();
-        self.arm.move_joints(&Motion::absolute(target, 1.0))
-    }
-
-    fn assert_at(&mut self, degrees: [f64; 6]) {
-        let told = self.arm.read_joints().unwrap().joints;
-        for (place, (wanted, made)) in degrees.iter().zip(self.world.joints()).enumerate() {
-            assert!((wanted - made).abs() < 0.012, "joint {}: {wanted} {made}", place + 1);
-            let told = told.get(place).unwrap().to_degrees();
-            assert!((told - made).abs() < 0.012, "joint {}: told {told}, made {made}", place + 1);
-        }
-    }
-}
 
 #[test]
 fn it_does_what_every_robot_must() {
@@ -244,122 +152,40 @@ fn a_pulled_plug_is_said_and_a_new_driver_goes_on() {
     cell.assert_world_at(READY);
 }
 
-impl Cell {
-    fn assert_world_at(&mut self, degrees: [f64; 6]) {
-        for (wanted, made) in degrees.iter().zip(self.world.joints()) {
-            assert!((wanted - made).abs() < 0.012);
-        }
+#[test]
+fn an_arm_that_the_pendant_has_moved_meanwhile_goes_where_it_is_sent_all_the_same() {
+    for (name, dialect) in Dialect::ALL {
+        let mut cell = Cell::speaking(dialect);
+        cell.go(LEFTY).unwrap();
+        cell.world.pendant_turns(1, -3.0);
+        // The shoulder was where it is to be, and is not any more.
+        let target = [80.0, 0.0, 170.0, 90.0, 0.0, 45.0];
+        cell.go(target).unwrap_or_else(|error| panic!("{name}: {error}"));
+        cell.assert_at(target);
     }
 }
 
 #[test]
 fn a_stop_reaches_the_wire_within_a_tenth_of_a_second_and_the_arm_brakes() {
-    let mut late = 0;
-    let mut rows = Vec::new();
-    for round in 0..8 {
-        let (_, dialect) = Dialect::ALL[round % 3];
-        let speed = [1.0, 0.5, 0.2][round % 3];
-        let options = EmulatorOptions { dialect, line: at_9600(), ..EmulatorOptions::default() };
-        let mut cell = Cell::of(options, Pace::Real, &json!({"full_speed_percent": 100}));
-        let target = JointVector::from_slice(&LEFTY.map(f64::to_radians)).unwrap();
-        let stopper = cell.recording.clone();
-        let mut watcher = connect(&cell.world.socket);
-        let asked = std::thread::spawn(move || {
-            // Well under way, so that there is something to brake.
-            let before = loop {
-                let waist = watcher.read(Verb::Read {}).unwrap().joints[0].to_degrees();
-                if waist > 1.0 {
-                    break waist;
-                }
-                std::thread::sleep(Duration::from_millis(2));
-            };
-            stopper.set_stop(true);
-            (Instant::now(), before)
-        });
-        let error = cell.arm.move_joints(&Motion::absolute(target, speed)).unwrap_err();
-        assert!(matches!(error, PluginError::Stopped(_)), "{error:?}");
-        let (asked, before) = asked.join().unwrap();
-        let heard = cell.emulator.standing().last_cancel.unwrap();
-        late += u32::from(heard.saturating_duration_since(asked) > Duration::from_millis(100));
-        rows.push((speed, cell.world.joints()[0] - before, heard.saturating_duration_since(asked)));
-        assert!(!cell.world.client.read(Verb::Read {}).unwrap().moving);
-    }
-    println!("speed, waist from the wish to stop to rest (deg), control C heard after: {rows:?}");
-    assert!(late <= 1, "{rows:?}");
-}
-
-/// A row of the table: how lines are typed, and time per pose against what the line itself needs.
-fn time_for_poses(keeps_up: bool, typing: &str) -> (plumb_puma::Profile, f64) {
-    let options = EmulatorOptions { line: at_9600(), keeps_up, ..EmulatorOptions::default() };
-    let mut cell = Cell::of(options, Pace::Fast, &json!({"typing": typing}));
-    cell.go([1.0, -89.0, 91.0, 1.0, 1.0, 1.0]).unwrap();
-    cell.arm.take_time_profile();
-    for turn in 0..4 {
-        let by = f64::from(turn);
-        cell.go([10.0 + by, -80.0 + by, 80.0, 12.5, 20.0 - by, 33.0 + by]).unwrap();
-    }
-    let profile = cell.arm.take_time_profile();
-    let limit =
-        if typing == "fast" { profile.sent.max(profile.received) } else { profile.sent + profile.received };
-    (profile, f64::from(limit) * 10.0 / 9600.0)
+    let stops = stops::made(8);
+    let late = stops.iter().filter(|stop| stop.after.as_millis() > 100).count();
+    assert!(late <= 1, "{stops:?}");
 }
 
 #[test]
-fn the_time_of_a_pose_is_the_lines_own() {
-    for (keeps_up, typing) in [(false, "careful"), (true, "careful"), (true, "fast"), (false, "fast")] {
-        let (profile, limit) = time_for_poses(keeps_up, typing);
-        let spent = (profile.total - profile.motion).as_secs_f64();
-        println!(
-            "{typing}, controller {}: {profile}; per pose {:.2} s without motion, the line's own {:.2} s, {:.2} times",
-            if keeps_up { "keeps up" } else { "holds one character" },
-            spent / 4.0,
-            limit / 4.0,
-            spent / limit
-        );
+fn a_pose_takes_little_more_than_the_line_itself() {
+    for row in poses::timed(2) {
+        // How much more, `cargo bench -p plumb-puma --bench terminal -- poses` tells on a quiet machine; this holds on any.
+        assert!(row.commands_a_pose <= 5.0, "{row}");
+        assert!(row.times() < 5.0, "{row}");
     }
 }
 
 #[test]
 fn conversations_over_a_bad_line_never_move_an_arm_that_has_told_an_error() {
-    let seeds: u64 = std::env::var("CONVERSATIONS").ok().and_then(|count| count.parse().ok()).unwrap_or(60);
-    let mut errors = 0;
-    for seed in 1..=seeds {
-        let (_, dialect) = Dialect::ALL[(seed % 3) as usize];
-        let options = EmulatorOptions {
-            dialect,
-            line: LineOptions { seed, ..LineOptions::default() },
-            ..EmulatorOptions::default()
-        };
-        let mut cell = Cell::of(options, Pace::Fast, &json!({"echo_within_ms": 60, "reply_within_ms": 300}));
-        cell.emulator.tell(Event::DamageAtRandom([0.0005, 0.002, 0.01][(seed / 3 % 3) as usize]));
-        for turn in 0..4 {
-            let pose = [f64::from(turn) * 7.0 - 20.0, -80.0, 95.0, 3.0 * f64::from(turn), 10.0, -15.0];
-            match cell.go(pose) {
-                Ok(state) => {
-                    let made = cell.world.joints();
-                    for (place, made) in made.iter().enumerate() {
-                        let told = state.joints.get(place).unwrap().to_degrees();
-                        assert!((told - made).abs() < 0.06, "seed {seed}: told {told}, made {made}");
-                        assert!(
-                            (pose[place] - made).abs() < 0.06,
-                            "seed {seed}: sent {}, made {made}",
-                            pose[place]
-                        );
-                    }
-                }
-                Err(error) => {
-                    errors += 1;
-                    assert!(error.text().len() > 10, "seed {seed}");
-                    let stands = cell.world.joints();
-                    std::thread::sleep(Duration::from_millis(30));
-                    let _ = cell.arm.read_joints();
-                    assert_eq!(cell.world.joints(), stands, "seed {seed}: it moved after {error}");
-                    cell.emulator.tell(Event::DamageAtRandom(0.0));
-                    let recovered = cell.arm.activate().or_else(|_| cell.arm.activate());
-                    recovered.unwrap_or_else(|error| panic!("seed {seed}: {error}"));
-                }
-            }
-        }
-    }
-    println!("{seeds} conversations of 4 poses, {errors} errors, each recovered from");
+    // `cargo bench -p plumb-puma --profile dev --bench terminal -- conversations 10000` for more.
+    let held = conversations::hold(1..=60, 4, || ());
+    assert_eq!(held.wrong, Vec::<String>::new());
+    assert!(held.errors > 0, "the lines were bad enough");
+    assert_eq!(held.conversations, 60);
 }

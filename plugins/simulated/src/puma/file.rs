@@ -18,6 +18,7 @@ use crate::physics::rigid::{Rotation, Vector};
 use crate::world::Instrument;
 use crate::world::file::WorldFileError;
 use crate::world::file::error::unknown;
+use crate::world::file::number;
 
 mod imperfections;
 
@@ -310,16 +311,7 @@ impl Checker<'_> {
         range: RangeInclusive<f64>,
         unit: &str,
     ) -> Result<f64, WorldFileError> {
-        let typed = value.value;
-        if typed.is_finite() && range.contains(&typed) {
-            return Ok(typed);
-        }
-        let problem = if typed.is_finite() {
-            format!("`{key}` is {typed}, but must be {} to {} {unit}", range.start(), range.end())
-        } else {
-            format!("`{key}` is {typed}, which is no finite number")
-        };
-        Err(self.wrong(value.referenced, problem))
+        number::within(self.file, key, value, range, unit)
     }
 
     fn wrong(&self, place: Location, problem: String) -> WorldFileError {

@@ -14,18 +14,20 @@ pub struct JointOfPuma {
     pub top_speed_deg: f64,
     /// Counts of the motor's encoder for a degree of the joint (comp.robotics 1990; joint 6 without its divide-by-two bit).
     pub counts_per_deg: f64,
+    /// Counts from one index pulse to the next (Armstrong's table of potentiometers: 800 at joint 2, 1000 else).
+    pub counts_a_turn: f64,
     /// Where it stands in the ready position, degrees.
     pub ready_deg: f64,
 }
 
 /// From the base to the flange.
 pub const JOINTS: [JointOfPuma; AXES] = [
-    joint("waist", [-160.0, 160.0], 82.0, 173.92, 0.0),
-    joint("shoulder", [-225.0, 45.0], 54.0, 239.59, -90.0),
-    joint("elbow", [-45.0, 225.0], 122.0, 149.18, 90.0),
-    joint("wrist_roll", [-110.0, 170.0], 228.0, 211.21, 0.0),
-    joint("wrist_bend", [-100.0, 100.0], 241.0, 199.79, 0.0),
-    joint("flange", [-266.0, 266.0], 228.0, 213.02, 0.0),
+    joint("waist", [-160.0, 160.0], 82.0, [173.92, 1000.0], 0.0),
+    joint("shoulder", [-225.0, 45.0], 54.0, [239.59, 800.0], -90.0),
+    joint("elbow", [-45.0, 225.0], 122.0, [149.18, 1000.0], 90.0),
+    joint("wrist_roll", [-110.0, 170.0], 228.0, [211.21, 1000.0], 0.0),
+    joint("wrist_bend", [-100.0, 100.0], 241.0, [199.79, 1000.0], 0.0),
+    joint("flange", [-266.0, 266.0], 228.0, [213.02, 1000.0], 0.0),
 ];
 
 /// How far a joint's hard stop lies beyond its software limit, degrees.
@@ -42,10 +44,10 @@ const fn joint(
     name: &'static str,
     limits_deg: [f64; 2],
     top_speed_deg: f64,
-    counts_per_deg: f64,
+    [counts_per_deg, counts_a_turn]: [f64; 2],
     ready_deg: f64,
 ) -> JointOfPuma {
-    JointOfPuma { name, limits_deg, top_speed_deg, counts_per_deg, ready_deg }
+    JointOfPuma { name, limits_deg, top_speed_deg, counts_per_deg, counts_a_turn, ready_deg }
 }
 
 impl JointOfPuma {
@@ -53,6 +55,11 @@ impl JointOfPuma {
     pub fn stops_deg(&self) -> [f64; 2] {
         let [lower, upper] = self.limits_deg;
         [lower - TO_THE_STOP_DEG, upper + TO_THE_STOP_DEG]
+    }
+
+    /// How far the joint turns from one index pulse of its motor's encoder to the next, degrees: a turn of the motor.
+    pub fn index_spacing_deg(&self) -> f64 {
+        self.counts_a_turn / self.counts_per_deg
     }
 
     /// How far a value (rad) lies beyond a hard stop, rad.

@@ -27,6 +27,8 @@ enum Mode {
     Sure(Grave),
     /// The arm moves.
     Moving,
+    /// All joints are driven to their next index pulses.
+    Calibrating,
     /// A joint (from 0) is driven to and fro; true on the way back.
     PotCal(usize, bool),
 }
@@ -74,7 +76,7 @@ impl Monitor {
 
     /// Whether the arm is moved.
     pub(super) fn is_moving(&self) -> bool {
-        matches!(self.mode, Mode::Moving | Mode::PotCal(..))
+        matches!(self.mode, Mode::Moving | Mode::Calibrating | Mode::PotCal(..))
     }
 
     /// Whether characters are taken now; where the arm moves without a prompt, only a control C is.
@@ -124,7 +126,8 @@ impl Monitor {
                 self.back_to_commands();
                 Ok(())
             }
-            (_, Ended::Arrived) => {
+            (mode, Ended::Arrived) => {
+                self.calibrated |= mode == Mode::Calibrating;
                 self.back_to_commands();
                 Ok(())
             }
@@ -206,7 +209,7 @@ impl Monitor {
             },
             Mode::Changes(name, values) => self.change(name, values, line),
             Mode::Sure(grave) => self.dare(grave, line),
-            Mode::Moving | Mode::PotCal(..) => match parse(line) {
+            Mode::Moving | Mode::Calibrating | Mode::PotCal(..) => match parse(line) {
                 Ok(Command::Abort) => {
                     self.halt()?;
                     self.end_with(Complaint::Aborted)
@@ -313,11 +316,7 @@ impl Monitor {
             return Ok(());
         }
         match grave {
-            Grave::Calibrate => {
-                self.calibrated = true;
-                self.back_to_commands();
-                Ok(())
-            }
+            Grave::Calibrate => self.find_index_pulses(),
             Grave::PotCal => {
                 let (here, _) = self.arm.read()?;
                 let off =
@@ -328,6 +327,18 @@ impl Monitor {
                 self.drive_for_potcal(0, false)
             }
         }
+    }
+
+    /// The potentiometers tell within which turn of its motor each joint stands; where exactly, the index pulse tells that comes next on the way
+    /// to the ready position. All joints go there together.
+    fn find_index_pulses(&mut self) -> Result<(), ArmError> {
+        let (here, _) = self.arm.read()?;
+        let mut by = [None; 6];
+        for ((by, here), joint) in by.iter_mut().zip(here).zip(&JOINTS) {
+            *by = Some(to_index_pulse(here - joint.ready_deg, joint.index_spacing_deg()));
+        }
+        self.mode = Mode::Calibrating;
+        self.arm.start(by, true, 0.1)
     }
 
     fn drive_for_potcal(&mut self, joint: usize, back: bool) -> Result<(), ArmError> {
@@ -430,5 +441,24 @@ impl Monitor {
     fn say_line(&mut self, text: &str) {
         self.said.extend_from_slice(text.as_bytes());
         self.newline();
+    }
+}
+/// How far a joint that stands so far from the ready position turns toward it to the next pulse, deg; away from it where it stands there.
+fn to_index_pulse(from_ready: f64, spacing: f64) -> f64 {
+    let turns = from_ready / spacing;
+    let next = if turns > 0.0 { (turns - 1e-6).floor() } else { (turns + 1e-6).ceil() };
+    let by = next * spacing - from_ready;
+    if by.abs() < 1e-9 { spacing } else { by }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::to_index_pulse;
+
+    #[test]
+    fn a_joint_turns_toward_the_ready_position_and_by_less_than_a_turn_of_its_motor() {
+        for (from_ready, by) in [(1.0, -1.0), (7.0, -1.5), (-1.0, 1.0), (-6.0, 0.5), (0.0, 5.5)] {
+            assert!((to_index_pulse(from_ready, 5.5) - by).abs() < 1e-9, "{from_ready}");
+        }
     }
 }

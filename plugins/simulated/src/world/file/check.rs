@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use serde_yaml::Location;
 
+use super::number;
 use super::super::drive::{AXES, HalfSteps, Joint, Joints};
 use super::super::geometry::ArmGeometry;
 use super::super::instrument::{Instrument, Instruments};
@@ -311,16 +312,7 @@ impl Checker<'_> {
         range: RangeInclusive<f64>,
         unit: &str,
     ) -> Result<f64, WorldFileError> {
-        let typed = value.value;
-        if typed.is_finite() && range.contains(&typed) {
-            return Ok(typed);
-        }
-        let problem = if !typed.is_finite() {
-            format!("`{key}` is {typed}, which is no finite number")
-        } else {
-            format!("`{key}` is {typed}, but must be {} to {} {unit}", range.start(), range.end())
-        };
-        Err(self.wrong(value.referenced, problem))
+        number::within(self.file, key, value, range, unit)
     }
 
     fn wrong(&self, place: Location, problem: String) -> WorldFileError {

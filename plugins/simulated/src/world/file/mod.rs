@@ -6,6 +6,7 @@
 
 mod check;
 pub(crate) mod error;
+pub(crate) mod number;
 mod raw;
 pub(crate) mod seal;
 
