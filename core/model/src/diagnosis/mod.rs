@@ -8,6 +8,7 @@ mod misfit;
 mod next;
 mod outcome;
 mod refine;
+mod remainder;
 mod repeatable;
 mod score;
 mod search;
@@ -64,11 +65,14 @@ impl Laboratory {
         if matches!(finding.verdict, Verdict::Located | Verdict::Unknown) {
             let place = |spot: &Spot| EffectId::at("", *spot).place(self.model());
             remaining.places = finding.places.iter().map(place).collect();
+            let rest = remainder::remainder(&finding.stage.fitted);
+            (remaining.covariates, remaining.shape) = (rest.covariates, rest.shape);
         }
         let mut verdict = finding.verdict;
         if let Some(split) = split {
             verdict = Verdict::NotRepeatable;
             let joint = self.model().chain.joints.get(split.joint).map_or("?", |joint| joint.name.as_str());
+            remaining.covariates = Vec::new();
             remaining.places = vec![joint.to_owned()];
             remaining.shape = format!(
                 "returns to one pose fall into two camps about {} deg apart at {joint}, for no reason the table records",
@@ -89,6 +93,7 @@ impl Laboratory {
             named: finding.named().filter(|_| settled),
             located: finding.located().filter(|_| settled),
             tied: if settled { finding.tied() } else { Vec::new() },
+            alike: if settled { finding.alike() } else { Vec::new() },
             candidates: finding.candidates(LISTED),
             remaining,
             besides: finding.besides.iter().map(|id| id.label(self.model())).collect(),
@@ -123,7 +128,9 @@ impl Laboratory {
         };
         let mut remaining = Remaining::default();
         if verdict == Verdict::Unknown {
-            remaining.shape = "no further effect predicts rows that were left out".to_owned();
+            let rest = remainder::remainder(fitted);
+            remaining.covariates = rest.covariates;
+            remaining.shape = format!("no further effect predicts rows that were left out; {}", rest.shape);
         }
         let ratio = misfit.map(|misfit| misfit.ratio);
         let mut diagnosis = Diagnosis {
@@ -134,6 +141,7 @@ impl Laboratory {
             named: None,
             located: None,
             tied: Vec::new(),
+            alike: Vec::new(),
             candidates: Vec::new(),
             remaining,
             besides: Vec::new(),

@@ -146,6 +146,9 @@ pub struct Diagnosis {
     pub located: Option<Located>,
     /// Effects that cannot be told apart.
     pub tied: Vec<EffectPlace>,
+    /// Which effects move the readings alike in these poses, in words: why they are tied, or nearly so.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub alike: Vec<String>,
     /// What was considered, the likeliest first.
     pub candidates: Vec<Candidate>,
     /// What is left.

@@ -6,7 +6,7 @@ use super::outcome::{Candidate, EffectPlace, Located, Named, Verdict};
 use super::score::{Score, score};
 use super::search::{CLOSE, Candidates, Contender, LEVEL, Stage, best_variants};
 use super::trial::bic;
-use crate::effect::{EffectId, Search, Spot};
+use crate::effect::{EffectId, Family, Search, Spot};
 use crate::file::AddedEffect;
 use crate::fit::Machine;
 use crate::floor::Floor;
@@ -201,7 +201,7 @@ fn close_contenders(stage: &Stage<'_>) -> Vec<usize> {
 
 /// Standard errors of every cross-validated gain beyond which an effect is real whatever else is left: so much is seen
 /// only in tables of many hundred poses.
-const OVERWHELMING: f64 = 20.0;
+pub(super) const OVERWHELMING: f64 = 20.0;
 
 /// Holm's level below which something is there, even if it is so slight that the sum of all residuals does not show it.
 const SURE: f64 = 1e-4;
@@ -231,15 +231,21 @@ fn judge(stage: &Stage<'_>, close: &[usize], evidence: &Evidence, floor: &Floor)
         return nameless(evidence.rivals);
     }
     let one_place = contenders.iter().all(|contender| contender.id.spot == best.id.spot);
+    let (squares, freedom) = best.left;
+    let explains = chance(squares, freedom, floor).is_none_or(|p| p >= MISFIT_LEVEL);
+    // Directions tell of turns about joints. What bends or shifts a link, and reaches the floor so, sits at that link.
+    let turns = crate::effect::kind(&best.id.name).is_some_and(|kind| kind.family == Family::Joint);
+    let at_best = || match explains && !turns {
+        true => (Verdict::Located, Some(best.id.spot)),
+        false => nameless(Some(best.id.spot)),
+    };
     if !best.passes() {
         // What does not predict rows it has not seen is no finding, unless something must be there.
         return match (noisy, one_place) {
             (false, _) => (quiet, None),
-            (true, true) => nameless(Some(best.id.spot)),
+            (true, true) => at_best(),
             (true, false) => {
                 // What does not reach the floor is no explanation to be tied with others.
-                let (squares, freedom) = best.left;
-                let explains = chance(squares, freedom, floor).is_none_or(|p| p >= MISFIT_LEVEL);
                 match evidence.alone.as_slice() {
                     [spot] if !explains => (Verdict::Located, Some(*spot)),
                     _ => (Verdict::Tied, None),
@@ -253,7 +259,7 @@ fn judge(stage: &Stage<'_>, close: &[usize], evidence: &Evidence, floor: &Floor)
         || evidence.uneven.contains(&best.id.spot)
         || evidence.padded == Some(best.id.spot);
     match (contenders.len(), one_place) {
-        _ if !overwhelming && (unfinished || impostor) => nameless(Some(best.id.spot)),
+        _ if !overwhelming && (unfinished || impostor) => at_best(),
         (1, _) => (Verdict::Named, None),
         (_, true) => (Verdict::Located, Some(best.id.spot)),
         _ => (Verdict::Tied, None),
@@ -319,6 +325,54 @@ impl Finding<'_> {
         places.map(|contender| effect_place(&self.stage.fitted.machine, &contender.id)).collect()
     }
 
+    /// Pairs of the best few contenders that move the readings alike in these poses, in words: the canonical correlation of
+    /// what each adds to what is fitted.
+    pub(crate) fn alike(&self) -> Vec<String> {
+        let Some(best) = self.best() else { return Vec::new() };
+        let fitted = &self.stage.fitted;
+        let (machine, fit) = (&fitted.machine, &fitted.fit);
+        let others = self.stage.contenders.iter().filter(|other| other.id != best.id && other.refitted);
+        let compared: Vec<&Contender> = std::iter::once(best).chain(others.take(COMPARED)).collect();
+        let effects: Vec<_> = compared
+            .iter()
+            .filter_map(|contender| crate::effect::build(&contender.id, machine.model).ok())
+            .collect();
+        if effects.len() != compared.len() {
+            return Vec::new();
+        }
+        let probes: Vec<&dyn crate::effect::Effect> = effects.iter().map(AsRef::as_ref).collect();
+        let normal = machine.normal(&fit.state, &fit.rows, &fit.weights, &probes);
+        let slots = machine.slots().len();
+        let count = normal.matrix.nrows() - slots;
+        let shadow = fit.factor.whiten(&normal.matrix.view((0, slots), (slots, count)).into_owned());
+        let beyond = normal.matrix.view((slots, slots), (count, count)) - shadow.tr_mul(&shadow);
+        let mut first = 0;
+        let ranges: Vec<std::ops::Range<usize>> = probes
+            .iter()
+            .map(|probe| {
+                let range = first..first + probe.parameters().len();
+                first = range.end;
+                range
+            })
+            .collect();
+        let label = |contender: &Contender| contender.id.label(machine.model);
+        let Some(own) = ranges.first() else { return Vec::new() };
+        let correlation = |(other, range): (&&Contender, &std::ops::Range<usize>)| {
+            Some((canonical(&beyond, own, range)?, label(other)))
+        };
+        let mut alike: Vec<(f64, String)> =
+            compared.iter().zip(&ranges).skip(1).filter_map(correlation).collect();
+        alike.retain(|(correlation, _)| *correlation > ALIKE);
+        alike.sort_by(|left, right| right.0.total_cmp(&left.0));
+        let told = |(correlation, other): (f64, String)| {
+            format!(
+                "beyond what is fitted {} and {other} move the readings of these poses alike (canonical correlation {correlation:.3})",
+                label(best)
+            )
+        };
+        alike.into_iter().map(told).collect()
+    }
+
     /// The likeliest candidates, with why each is not the name.
     pub(crate) fn candidates(&self, count: usize) -> Vec<Candidate> {
         let machine = &self.stage.fitted.machine;
@@ -369,6 +423,27 @@ impl Finding<'_> {
             "another explains it better".to_owned()
         })
     }
+}
+
+/// Contenders compared with the best.
+const COMPARED: usize = 6;
+
+/// Canonical correlation from which two effects look alike.
+const ALIKE: f64 = 0.95;
+
+/// The greatest canonical correlation of two groups of columns, from their products; nothing where one is not seen at all.
+fn canonical(
+    products: &nalgebra::DMatrix<f64>,
+    one: &std::ops::Range<usize>,
+    other: &std::ops::Range<usize>,
+) -> Option<f64> {
+    let part = |rows: &std::ops::Range<usize>, columns: &std::ops::Range<usize>| {
+        products.view((rows.start, columns.start), (rows.len(), columns.len())).into_owned()
+    };
+    let (first, second) = (part(one, one).cholesky()?, part(other, other).cholesky()?);
+    let left = first.l().solve_lower_triangular(&part(one, other))?;
+    let both = second.l().solve_lower_triangular(&left.transpose())?;
+    both.svd(false, false).singular_values.iter().copied().reduce(f64::max)
 }
 
 /// Standard errors an effect must have to be seen four times in five at Holm's level among a hundred candidates.

@@ -57,8 +57,9 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
             let labels: Vec<String> =
                 diagnosis.tied.iter().take(4).map(|tie| format!("{}({})", tie.effect, tie.place)).collect();
             format!(
-                "{} cannot be told apart with these data; measure the poses listed.",
-                listed(&labels, "and")
+                "{} cannot be told apart with these data{}; measure the poses listed.",
+                listed(&labels, "and"),
+                diagnosis.alike.first().map_or_else(String::new, |alike| format!(": {alike}"))
             )
         }
         Verdict::AtFloor => format!("Nothing is left but {floor}."),

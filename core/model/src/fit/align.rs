@@ -12,6 +12,9 @@ use crate::progress::{Cancelled, Progress};
 /// Rows looked at, spread over the table.
 const LOOKED_AT: usize = 500;
 
+/// Share of the measured points' spread by which the arm must be off for the targets to be looked for.
+const FAR: f64 = 0.02;
+
 /// How many times smaller the left-over must be before the targets are moved for the first guess.
 const CLEARLY: f64 = 2.0;
 
@@ -115,6 +118,20 @@ fn sights(machine: &Machine<'_>, start: &State, rows: &[usize]) -> Vec<Sight> {
     found
 }
 
+/// Whether the arm is off by more than a good guess of the targets would leave.
+fn far_off(sights: &[Sight], state: &State) -> bool {
+    let count = sights.len().max(1) as f64;
+    let middle = sights.iter().map(|sight| sight.measured).sum::<Vector3<f64>>() / count;
+    let (mut off, mut spread) = (0.0, 0.0);
+    for sight in sights {
+        let tool = state.targets.get(sight.target).copied().unwrap_or_else(Vector3::zeros);
+        let believed = state.base * sight.flange * nalgebra::Point3::from(tool);
+        off += (believed.coords - sight.measured).norm_squared();
+        spread += (sight.measured - middle).norm_squared();
+    }
+    off > FAR * FAR * spread
+}
+
 /// Places the base, if it is free and whole points were measured, so that the nominal arm fits best; and the targets, if
 /// they are free and sit so far from where the model has them that the arm would not fit without.
 pub(crate) fn align(
@@ -138,7 +155,9 @@ pub(crate) fn align(
             }
         }
         let free: Vec<bool> = machine.model.targets.iter().map(|target| target.free).collect();
-        if let Some((base, targets)) = base_and_targets(&sights, &state.base, &state.targets, &free) {
+        if far_off(&sights, &state)
+            && let Some((base, targets)) = base_and_targets(&sights, &state.base, &state.targets, &free)
+        {
             let guess = State { base, targets, ..start.clone() };
             let own =
                 |slot: &Slot| !matches!(slot, Slot::BaseShift(_) | Slot::BaseTurn(_) | Slot::Target(..));

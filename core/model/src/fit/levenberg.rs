@@ -41,8 +41,19 @@ pub(crate) fn descend(
     steps: usize,
     progress: &Progress,
 ) -> Result<Descent, Cancelled> {
-    let mut state = start.clone();
-    let mut normal = machine.normal(&state, rows, weights, &[]);
+    let normal = machine.normal(start, rows, weights, &[]);
+    descend_from(machine, (start.clone(), normal), (rows, weights), held, steps, progress)
+}
+
+/// The same from a state whose normal equations are known.
+pub(crate) fn descend_from(
+    machine: &Machine<'_>,
+    (mut state, mut normal): (State, Normal),
+    (rows, weights): (&[usize], &[f64]),
+    held: &[usize],
+    steps: usize,
+    progress: &Progress,
+) -> Result<Descent, Cancelled> {
     let mut scales: DVector<f64> = normal.matrix.diagonal();
     let (mut damping, mut growth) = (1e-3, 2.0);
     let mut idle = 0;

@@ -6,7 +6,7 @@ use thiserror::Error;
 use super::FitOptions;
 use super::align::align;
 use super::gauge::Gauge;
-use super::levenberg::{Descent, descend};
+use super::levenberg::{Descent, descend, descend_from};
 use super::linear::Factor;
 use super::machine::Machine;
 use super::normal::Normal;
@@ -131,7 +131,8 @@ pub(super) fn refit(
         return Err(FitError::TooFewRows { equations: first.equations, parameters });
     }
     let mut held = factor.dependent;
-    let mut descent = descend(machine, start, rows, &weights, &held, options.steps, progress)?;
+    let first = (start.clone(), first);
+    let mut descent = descend_from(machine, first, (rows, &weights), &held, options.steps, progress)?;
     let mut steps = descent.steps;
     for _ in 1..ROUNDS {
         // Numbers that look alike at the start (offsets along axes that should be parallel) may matter at the end.
@@ -142,7 +143,8 @@ pub(super) fn refit(
             break;
         }
         held = factor.dependent;
-        descent = descend(machine, &descent.state, rows, &weights, &held, options.steps, progress)?;
+        let reached = (descent.state, descent.normal);
+        descent = descend_from(machine, reached, (rows, &weights), &held, options.steps, progress)?;
         steps += descent.steps;
     }
     if options.robust {

@@ -9,5 +9,6 @@ mod fixed_machines;
 mod made_up;
 mod measurement_kinds;
 mod next_poses;
+mod remainders;
 mod reports;
 mod spreadsheets;

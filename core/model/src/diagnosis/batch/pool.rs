@@ -1,36 +1,24 @@
-//! Many effects at one go: the family of harmonics of a transmission is one decision, not a hundred.
-//!
-//! One pass over the rows gathers the normal equations of everything fitted and of every candidate, by region of pose
-//! space and by random fold. Selection, significance and cross-validation then cost no further pass.
+//! Normal equations of everything fitted and of every candidate, by region of pose space and by random fold, from one pass
+//! over the rows. Selection, significance and cross-validation cost no further pass.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::growth::{Step, StepRms};
-use super::outcome::Named;
-use super::score::Probe;
-use super::search;
-use super::trial::Fitted;
-use super::verdict::effect_place;
-use crate::effect::{Effect, EffectId, Search};
+use crate::diagnosis::score::Probe;
+use crate::diagnosis::search;
+use crate::diagnosis::trial::Fitted;
+use crate::effect::{Effect, Search};
 use crate::file::AddedEffect;
-use crate::fit::{Factor, FitOptions, Normal};
-use crate::floor::typical_sigma;
+use crate::fit::{Factor, Normal};
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::progress::Progress;
 use crate::statistics::{Random, f_tail};
 use crate::validation::{pose_groups, region_blocks};
-
-/// Fitted rows from which effects are decided in batches.
-pub(super) const MANY: usize = 400;
 
 /// Random folds.
 const FOLDS: usize = 4;
 
 /// Effects one batch takes in at most.
 const MOST: usize = 120;
-
-/// Harmonics of high order that make a batch; fewer are judged one by one.
-const FAMILY: usize = 3;
 
 /// Share of the least cross-validated error that is given away for a smaller model.
 const PARSIMONY: f64 = 1.01;
@@ -42,22 +30,28 @@ const LEFT: f64 = 1e-3;
 const CHUNK: usize = 128;
 
 /// Normal equations of the fitted numbers and of all candidates, by cell of pose space and fold.
-struct Pool {
-    probes: Vec<Probe>,
+pub(super) struct Pool {
+    pub(super) probes: Vec<Probe>,
     ranges: Vec<std::ops::Range<usize>>,
     slots: usize,
     regions: Vec<Normal>,
     folds: Vec<Normal>,
     total: Normal,
     rank: usize,
-    rows: usize,
+}
+
+/// What all candidates would do beyond what is taken in.
+struct Beyond {
+    left: DMatrix<f64>,
+    gradient: DVector<f64>,
+    squares: f64,
 }
 
 /// A candidate taken in.
-struct Pick {
-    probe: usize,
-    /// Weighted squares left once it is in.
-    left: f64,
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) struct Pick {
+    /// Which of the pool's candidates.
+    pub(super) probe: usize,
 }
 
 fn sum<'n>(size: usize, parts: impl Iterator<Item = &'n Normal>) -> Normal {
@@ -67,7 +61,11 @@ fn sum<'n>(size: usize, parts: impl Iterator<Item = &'n Normal>) -> Normal {
 }
 
 impl Pool {
-    fn gather(lab: &Laboratory, fitted: &Fitted<'_>, progress: &Progress) -> Result<Self, LaboratoryError> {
+    pub(super) fn gather(
+        lab: &Laboratory,
+        fitted: &Fitted<'_>,
+        progress: &Progress,
+    ) -> Result<Self, LaboratoryError> {
         let mut probes = search::probes(lab);
         probes.retain(|probe| probe.search == Search::Nothing);
         let slots = fitted.machine.slots().len();
@@ -95,28 +93,51 @@ impl Pool {
             folds: (0..FOLDS).map(|fold| of(&|index| index % FOLDS == fold)).collect(),
             total: sum(first, normals.iter()),
             rank: fitted.fit.rank(),
-            rows: fitted.fit.rows.len(),
             probes,
         })
     }
 
-    /// Takes in the best candidate again and again, as long as it is worth its price and beyond chance.
-    fn select(&self) -> Vec<Pick> {
+    /// All candidates' normal equations with some columns projected out.
+    fn beyond(&self, columns: &[usize]) -> Beyond {
         let (slots, count) = (self.slots, self.total.matrix.nrows() - self.slots);
-        let factor = Factor::new(&self.total.matrix.view((0, 0), (slots, slots)).into_owned());
-        let shadow = factor.whiten(&self.total.matrix.view((0, slots), (slots, count)).into_owned());
-        let known = factor.whiten(&DMatrix::from_column_slice(
-            slots,
-            1,
-            self.total.gradient.rows(0, slots).as_slice(),
-        ));
-        let mut left = self.total.matrix.view((slots, slots), (count, count)) - shadow.tr_mul(&shadow);
-        let mut gradient = self.total.gradient.rows(slots, count) - shadow.tr_mul(&known).column(0);
-        let mut squares = self.total.squares - known.norm_squared();
+        let taken = self.total.matrix.select_columns(columns);
+        let factor = Factor::new(&taken.select_rows(columns));
+        let shadow = factor.whiten(&taken.rows(slots, count).transpose());
+        let own = self.total.gradient.select_rows(columns);
+        let known = factor.whiten(&DMatrix::from_column_slice(columns.len(), 1, own.as_slice()));
+        Beyond {
+            left: self.total.matrix.view((slots, slots), (count, count)) - shadow.tr_mul(&shadow),
+            gradient: self.total.gradient.rows(slots, count) - shadow.tr_mul(&known).column(0),
+            squares: self.total.squares - known.norm_squared(),
+        }
+    }
+
+    /// Whether, with all the other picks in, some candidate of another name or place would do as well as this one.
+    pub(super) fn rivalled(&self, picks: &[Pick], place: usize) -> bool {
+        let Some(own) = picks.get(place) else { return false };
+        let others: Vec<Pick> = picks.iter().filter(|pick| pick.probe != own.probe).copied().collect();
+        let beyond = self.beyond(&self.columns(&others));
+        let equations = self.total.equations as f64;
+        let worth = |index: usize| {
+            let (gain, values) = self.gain(index, &beyond.left, &beyond.gradient)?;
+            let probe = self.probes.get(index).filter(|probe| plausible(probe.effect.as_ref(), &values))?;
+            let after = (beyond.squares - gain).max(beyond.squares * 1e-6);
+            let price = values.len() as f64 * equations.ln() + probe.search_cost;
+            Some(equations * (beyond.squares / after).ln() - price)
+        };
+        let Some(mine) = worth(own.probe) else { return true };
+        let free = |index: &usize| picks.iter().all(|pick| pick.probe != *index);
+        (0..self.probes.len()).filter(free).filter_map(worth).any(|other| other > mine - search::CLOSE)
+    }
+
+    /// Takes in the best candidate again and again, as long as it is worth its price and beyond chance.
+    pub(super) fn select(&self, closed: &[usize]) -> Vec<Pick> {
+        let Beyond { mut left, mut gradient, mut squares } =
+            self.beyond(&(0..self.slots).collect::<Vec<_>>());
         let equations = self.total.equations as f64;
         let mut rank = self.rank as f64;
         let mut picks: Vec<Pick> = Vec::new();
-        let mut open = vec![true; self.probes.len()];
+        let mut open: Vec<bool> = (0..self.probes.len()).map(|index| !closed.contains(&index)).collect();
         while picks.len() < MOST {
             let mut best: Option<(f64, usize, f64)> = None;
             for (index, probe) in self.probes.iter().enumerate().filter(|(index, _)| open[*index]) {
@@ -149,9 +170,22 @@ impl Pool {
             left.gemm(-1.0, &carried, &columns.transpose(), 1.0);
             squares -= gain;
             rank += range.len() as f64;
-            picks.push(Pick { probe: index, left: squares });
+            picks.push(Pick { probe: index });
         }
         picks
+    }
+
+    /// The picks as effects, at the values all of them have together.
+    pub(super) fn effects(&self, picks: &[Pick]) -> Vec<AddedEffect> {
+        let values = self.values(&self.columns(picks));
+        let mut first = self.slots;
+        let effect = |pick: &Pick| {
+            let width = self.ranges[pick.probe].len();
+            let own = values.rows(first, width).as_slice().to_vec();
+            first += width;
+            AddedEffect { id: self.probes[pick.probe].id.clone(), values: own }
+        };
+        picks.iter().map(effect).collect()
     }
 
     /// A candidate's columns, counted from the first candidate's.
@@ -174,31 +208,48 @@ impl Pool {
         Some((score.dot(&values).max(0.0), values.as_slice().to_vec()))
     }
 
-    fn columns(&self, picks: &[Pick]) -> Vec<usize> {
+    /// The columns of what is fitted and of these picks.
+    pub(super) fn columns(&self, picks: &[Pick]) -> Vec<usize> {
         let picked = picks.iter().flat_map(|pick| self.ranges[pick.probe].clone());
         (0..self.slots).chain(picked).collect()
     }
 
-    /// Weighted squares of rows predicted without their own block.
-    fn left_out(&self, columns: &[usize], blocks: &[Normal]) -> f64 {
-        let pick = |normal: &Normal| {
-            (normal.matrix.select_rows(columns).select_columns(columns), normal.gradient.select_rows(columns))
-        };
-        let (matrix, gradient) = pick(&self.total);
-        let errors = blocks.iter().map(|block| {
-            let (own, own_gradient) = pick(block);
+    /// The values of everything, with these columns free.
+    pub(super) fn values(&self, columns: &[usize]) -> DVector<f64> {
+        let matrix = self.total.matrix.select_rows(columns).select_columns(columns);
+        Factor::new(&matrix).solve(&self.total.gradient.select_rows(columns))
+    }
+
+    /// The same without each region in turn.
+    pub(super) fn values_without_regions(&self, columns: &[usize]) -> Vec<DVector<f64>> {
+        self.values_without(columns, &self.regions)
+    }
+
+    fn values_without(&self, columns: &[usize], blocks: &[Normal]) -> Vec<DVector<f64>> {
+        let (matrix, gradient) = picked(&self.total, columns);
+        let without = |block: &Normal| {
+            let (own, own_gradient) = picked(block, columns);
             let mut rest = &matrix - &own;
             for index in 0..rest.nrows() {
                 rest[(index, index)] *= 1.0 + 1e-6;
             }
-            let step = Factor::new(&rest).solve(&(&gradient - &own_gradient));
+            Factor::new(&rest).solve(&(&gradient - &own_gradient))
+        };
+        blocks.iter().map(without).collect()
+    }
+
+    /// Weighted squares of rows predicted without their own block.
+    fn left_out(&self, columns: &[usize], blocks: &[Normal]) -> f64 {
+        let steps = self.values_without(columns, blocks);
+        let errors = blocks.iter().zip(steps).map(|(block, step)| {
+            let (own, own_gradient) = picked(block, columns);
             block.squares - 2.0 * step.dot(&own_gradient) + step.dot(&(own * &step))
         });
         errors.sum()
     }
 
     /// The fewest picks that predict rows left out at random all but as well as the best number of them would.
-    fn enough(&self, picks: &[Pick]) -> usize {
+    pub(super) fn enough(&self, picks: &[Pick]) -> usize {
         let tried: Vec<usize> =
             (0..=picks.len()).filter(|count| count % 4 == 0 || *count == picks.len()).collect();
         let errors: Vec<(usize, f64)> = tried
@@ -210,7 +261,7 @@ impl Pool {
     }
 
     /// Picks that still matter when all the others are in.
-    fn needed(&self, mut picks: Vec<Pick>) -> Vec<Pick> {
+    pub(super) fn needed(&self, mut picks: Vec<Pick>) -> Vec<Pick> {
         let equations = self.total.equations as f64;
         loop {
             let columns = self.columns(&picks);
@@ -244,6 +295,10 @@ impl Pool {
             };
         }
     }
+}
+
+fn picked(normal: &Normal, columns: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
+    (normal.matrix.select_rows(columns).select_columns(columns), normal.gradient.select_rows(columns))
 }
 
 /// Whether the values could be those of a real machine.
@@ -295,86 +350,4 @@ fn gather_cells(fitted: &Fitted<'_>, cells: &[Vec<usize>], probes: &[Probe], siz
             .collect();
         handles.into_iter().filter_map(|handle| handle.join().ok()).flatten().collect()
     })
-}
-
-/// A batch taken in.
-pub(super) struct Batch {
-    /// The laboratory with the grown model.
-    pub(super) laboratory: Laboratory,
-    /// One step an effect; the last holds the model.
-    pub(super) steps: Vec<Step>,
-}
-
-impl Laboratory {
-    /// Takes in a family of harmonics, with whatever else the rows ask for beside them, at one go; nothing if the table is
-    /// small or no family is at work.
-    pub(super) fn batch(&self, again: bool, progress: &Progress) -> Result<Option<Batch>, LaboratoryError> {
-        if self.measured_rows().len() < MANY {
-            return Ok(None);
-        }
-        progress.report(0.0, "fitting")?;
-        let fitted = self.fit_with(&[], None, progress)?;
-        let pool = Pool::gather(self, &fitted, progress)?;
-        progress.report(0.4, "choosing effects")?;
-        let mut picks = pool.select();
-        picks.truncate(pool.enough(&picks));
-        let picks = pool.needed(picks);
-        let family = picks
-            .iter()
-            .filter(|pick| pool.probes[pick.probe].id.order.is_some_and(|order| order > 4.0))
-            .count();
-        if picks.is_empty() || (family < FAMILY && !again) {
-            return Ok(None);
-        }
-        progress.report(0.6, "fitting what was chosen")?;
-        let columns = pool.columns(&picks);
-        let matrix = pool.total.matrix.select_rows(&columns).select_columns(&columns);
-        let values = Factor::new(&matrix).solve(&pool.total.gradient.select_rows(&columns));
-        let mut first = pool.slots;
-        let more: Vec<AddedEffect> = picks
-            .iter()
-            .map(|pick| {
-                let width = pool.ranges[pick.probe].len();
-                let own = values.rows(first, width).as_slice().to_vec();
-                first += width;
-                AddedEffect { id: pool.probes[pick.probe].id.clone(), values: own }
-            })
-            .collect();
-        // The weights stay: what is wild is judged anew once, when all is in.
-        let plain = FitOptions { robust: false, ..self.options().fit };
-        let (rows, weights) = (&fitted.fit.rows, &fitted.fit.weights);
-        let after = self.fit_near(&more, &fitted, (rows, weights), plain, progress)?;
-        let model = self.adopted(&after);
-        let rms = self.rms(&after.machine, &after.fit);
-        let sized = self.effect_values(&after.machine, &after.fit);
-        let known = sized.len().saturating_sub(more.len());
-        let unit = typical_sigma(&fitted.machine) / (pool.rows.max(1) as f64).sqrt();
-        let mut steps = Vec::new();
-        for (place, pick) in picks.iter().enumerate() {
-            progress
-                .report(0.8 + 0.2 * place as f64 / picks.len() as f64, "telling the fall of the error")?;
-            let id: &EffectId = &pool.probes[pick.probe].id;
-            let value = sized.get(known + place);
-            let last = place + 1 == picks.len();
-            let cv = pool.left_out(&pool.columns(&picks[..=place]), &pool.regions).max(0.0).sqrt() * unit;
-            steps.push(Step {
-                added: Named {
-                    effect: effect_place(&fitted.machine, id),
-                    size: value.map_or(0.0, |value| value.size),
-                    unit: value.map_or_else(String::new, |value| value.unit.clone()),
-                    se: value.map_or(0.0, |value| value.se),
-                },
-                label: id.label(self.model()),
-                rms_mm: if last {
-                    StepRms { fit: rms.fit, cv: rms.cv }
-                } else {
-                    StepRms { fit: pick.left.max(0.0).sqrt() * unit, cv: Some(cv) }
-                },
-                floor_ratio: None,
-                model: last.then(|| model.clone()),
-            });
-        }
-        let laboratory = Self::new(model, self.table().clone(), self.options().clone())?;
-        Ok(Some(Batch { laboratory, steps }))
-    }
 }

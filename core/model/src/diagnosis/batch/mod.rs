@@ -1,0 +1,141 @@
+//! Many effects at one go: the family of harmonics of a transmission is one decision, not a hundred.
+//!
+//! One pass over the rows gathers the normal equations of everything fitted and of every candidate, by region of pose
+//! space and by random fold. Selection, significance and cross-validation then cost no further pass.
+
+mod fall;
+mod pool;
+
+use super::growth::Step;
+use super::misfit::Misfit;
+use super::outcome::Named;
+use super::trial::{Fitted, gains};
+use super::verdict::{OVERWHELMING, effect_place};
+use crate::effect::EffectId;
+use crate::fit::FitOptions;
+use crate::floor::Floor;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::progress::Progress;
+use fall::Fall;
+use pool::{Pick, Pool};
+
+/// Fitted rows from which effects are decided in batches.
+pub(super) const MANY: usize = 400;
+
+/// Harmonics of high order that make a batch; fewer are judged one by one.
+const FAMILY: usize = 3;
+
+/// Rows on which names are doubted, at most.
+const JUDGED_ON: usize = 3000;
+
+/// A batch taken in.
+pub(super) struct Batch {
+    /// The laboratory with the grown model.
+    pub(super) laboratory: Laboratory,
+    /// One step an effect; the last holds the model.
+    pub(super) steps: Vec<Step>,
+}
+
+impl Laboratory {
+    /// Takes in a family of harmonics, with whatever else the rows ask for beside them, at one go; nothing if the table is
+    /// small or no family is at work.
+    pub(super) fn batch(&self, again: bool, progress: &Progress) -> Result<Option<Batch>, LaboratoryError> {
+        if self.measured_rows().len() < MANY {
+            return Ok(None);
+        }
+        progress.report(0.0, "fitting")?;
+        let fitted = self.fit_with(&[], None, progress)?;
+        let floor = &Floor::of(&fitted.machine, &fitted.fit, &self.survey());
+        let pool = Pool::gather(self, &fitted, progress)?;
+        progress.report(0.4, "choosing effects")?;
+        let mut closed = Vec::new();
+        let picks = loop {
+            let mut picks = pool.select(&closed);
+            picks.truncate(pool.enough(&picks));
+            let picks = pool.needed(picks);
+            let high = |pick: &&Pick| pool.probes[pick.probe].id.order.is_some_and(|order| order > 4.0);
+            if picks.is_empty() || (picks.iter().filter(high).count() < FAMILY && !again) {
+                return Ok(None);
+            }
+            let doubtful = self.doubtful(&pool, &picks, &fitted, floor, progress)?;
+            if doubtful.is_empty() {
+                break picks;
+            }
+            closed.extend(doubtful);
+        };
+        progress.report(0.6, "fitting what was chosen")?;
+        let more = pool.effects(&picks);
+        // The weights stay: what is wild is judged anew once, when all is in.
+        let plain = FitOptions { robust: false, ..self.options().fit };
+        let (rows, weights) = (&fitted.fit.rows, &fitted.fit.weights);
+        let after = self.fit_near(&more, &fitted, (rows, weights), plain, progress)?;
+        let model = self.adopted(&after);
+        let rms = self.rms(&after.machine, &after.fit);
+        let sized = self.effect_values(&after.machine, &after.fit);
+        let known = sized.len().saturating_sub(more.len());
+        let fall = Fall::gather(&fitted, &pool, &picks);
+        let mut steps = Vec::new();
+        for (place, pick) in picks.iter().enumerate() {
+            progress
+                .report(0.8 + 0.2 * place as f64 / picks.len() as f64, "telling the fall of the error")?;
+            let id: &EffectId = &pool.probes[pick.probe].id;
+            let value = sized.get(known + place);
+            let last = place + 1 == picks.len();
+            steps.push(Step {
+                added: Named {
+                    effect: effect_place(&fitted.machine, id),
+                    size: value.map_or(0.0, |value| value.size),
+                    unit: value.map_or_else(String::new, |value| value.unit.clone()),
+                    se: value.map_or(0.0, |value| value.se),
+                },
+                label: id.label(self.model()),
+                rms_mm: if last {
+                    super::growth::StepRms { fit: rms.fit, cv: rms.cv }
+                } else {
+                    fall.after(&pool, &picks, place + 1)
+                },
+                floor_ratio: None,
+                model: last.then(|| model.clone()),
+            });
+        }
+        let laboratory = Self::new(model, self.table().clone(), self.options().clone())?;
+        Ok(Some(Batch { laboratory, steps }))
+    }
+
+    /// Picks with a name of their own that may not be claimed: another candidate would do as well beside the other picks,
+    /// or rows left out are not predicted better with them in. A family of harmonics is judged as a whole, and elsewhere.
+    fn doubtful(
+        &self,
+        pool: &Pool,
+        picks: &[Pick],
+        fitted: &Fitted<'_>,
+        floor: &Floor,
+        progress: &Progress,
+    ) -> Result<Vec<usize>, LaboratoryError> {
+        let named = |pick: &Pick| pool.probes[pick.probe].id.order.is_none();
+        if !picks.iter().any(named) {
+            return Ok(Vec::new());
+        }
+        let thin = self.thinned(JUDGED_ON);
+        let laboratory = thin.as_ref().unwrap_or(self);
+        let (rows, weights) = (laboratory.measured_rows(), &fitted.fit.weights);
+        let plain = FitOptions { robust: false, ..self.options().fit };
+        let all = laboratory.fit_near(&pool.effects(picks), fitted, (&rows, weights), plain, progress)?;
+        // Where more than noise is left whatever is taken in, a name takes overwhelming evidence.
+        let unfinished = Misfit::of(&all, floor).is_none_or(|misfit| misfit.fires());
+        let asked = if unfinished { OVERWHELMING } else { 1.0 };
+        let mut doubtful = Vec::new();
+        for (place, pick) in picks.iter().enumerate().filter(|(_, pick)| named(pick)) {
+            progress.check()?;
+            let others: Vec<Pick> = picks.iter().filter(|other| *other != pick).copied().collect();
+            let without =
+                laboratory.fit_near(&pool.effects(&others), &all, (&rows, weights), plain, progress)?;
+            let gains = gains(&without, &all, &pool.probes[pick.probe].id);
+            let predicts = gains.iter().all(|gain| gain.total > asked * gain.error);
+            if !predicts || pool.rivalled(picks, place) {
+                doubtful.push(pick.probe);
+            }
+        }
+        Ok(doubtful)
+    }
+}
