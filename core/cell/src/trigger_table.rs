@@ -42,7 +42,7 @@ struct Row<'a> {
     approach: Vec<i8>,
 }
 
-/// The trigger poses of one robot as CSV with the model lab's columns: `q1_deg ...`, `approach_q1 ...`, `on`, `height_mm`, `time_s`, and, as covariates,
+/// The trigger poses of one robot as CSV with the model lab's columns: `q1_deg ...`, `approach_q1 ...`, `on`, `signal`, `height_mm`, `time_s`, and, as covariates,
 /// `half_width_deg` and `step`. Only poses found by the slow approach of searches that say what they find.
 ///
 /// # Errors
@@ -63,12 +63,13 @@ pub fn trigger_table(
     let count = model.joints.len();
     let mut columns: Vec<String> = (1..=count).map(|joint| format!("q{joint}_deg")).collect();
     columns.extend((1..=count).map(|joint| format!("approach_q{joint}")));
-    columns.extend(["on", "height_mm", "time_s", "half_width_deg", "step"].map(str::to_owned));
+    columns.extend(["on", "signal", "height_mm", "time_s", "half_width_deg", "step"].map(str::to_owned));
     let mut text = columns.join(",") + "\n";
     for row in &rows {
         let mut fields: Vec<String> = row.joints.iter().map(f64::to_string).collect();
         fields.extend(row.approach.iter().map(i8::to_string));
         fields.push(row.trigger.surface.clone().unwrap_or_default());
+        fields.push(if row.trigger.fired { "on" } else { "off" }.to_owned());
         fields.push(row.trigger.height_mm.map(|height| height.to_string()).unwrap_or_default());
         fields.push(((row.trigger.time_ns - begin_ns) as f64 / 1e9).to_string());
         fields.push(row.trigger.half_width.to_string());
@@ -100,15 +101,15 @@ fn row<'a>(
         drive.push(unit.to_internal(said + zero.unwrap_or(value - said)));
     }
     let searched = robot.joints.iter().position(|(joint, _)| *joint == trigger.joint);
-    let direction = trigger.direction.unwrap_or(0);
-    let approach = model.from_drive.iter().map(|row| {
-        let turns = searched.and_then(|column| row.get(column)).copied().unwrap_or(0.0);
-        if turns == 0.0 { 0 } else { direction * turns.signum() as i8 }
-    });
+    let side = |(joint, _): &(String, _)| {
+        let recorded = trigger.sides.get(joint).and_then(Value::as_i64).map_or(0, |side| side.signum() as i8);
+        if *joint == trigger.joint { trigger.direction.unwrap_or(recorded) } else { recorded }
+    };
+    let sides: Vec<i8> = robot.joints.iter().map(side).collect();
     Ok(Row {
         trigger,
         joints: model.model_joints(&drive).into_iter().map(f64::to_degrees).collect(),
-        approach: approach.collect(),
+        approach: model.model_sides(&sides, searched),
     })
 }
 

@@ -7,6 +7,7 @@ pub mod fit;
 pub mod floor;
 pub mod laboratory;
 pub mod plot;
+pub mod prediction;
 pub mod progress;
 pub mod report;
 pub mod revision;

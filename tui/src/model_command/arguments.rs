@@ -134,6 +134,13 @@ pub(crate) struct ChangeArguments {
     pub(crate) effect: String,
 }
 
+/// Options of `accept`.
+#[derive(Debug, Args)]
+pub(crate) struct AcceptArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+}
+
 /// Options of `grow`.
 #[derive(Debug, Args)]
 pub(crate) struct GrowArguments {

@@ -7,12 +7,13 @@ use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::{Instrument, Say, Verb};
 
 /// What procedures may ask for under `simulated:`, with its numbers.
-const ACTS: [(&str, &[&str]); 5] = [
+const ACTS: [(&str, &[&str]); 6] = [
     ("rest_on_gauge", &["height_mm"]),
     ("trim_to_fire", &[]),
     ("place_hand", &["x_mm", "y_mm", "z_mm"]),
     ("read_level", &[]),
     ("read_ruler", &[]),
+    ("read_point", &["axis", "ahead_mm"]),
 ];
 
 /// Does an act in the world that listens there; what an instrument reads.
@@ -46,6 +47,12 @@ fn verb_of(act: &str, values: &[(String, f64)]) -> Result<Verb, String> {
         "trim_to_fire" => Verb::TrimToFire {},
         "place_hand" => {
             Verb::PlaceHand { x_mm: number("x_mm")?, y_mm: number("y_mm")?, z_mm: number("z_mm")? }
+        }
+        "read_point" => {
+            let axis = number("axis")?;
+            let known = [0_u8, 1, 2].into_iter().find(|known| f64::from(*known) == axis);
+            let axis = known.ok_or_else(|| "`axis` of `read_point` is 0, 1 or 2: x, y or z".to_owned())?;
+            Verb::ReadPoint { axis, ahead_mm: number("ahead_mm")? }
         }
         "read_level" => Verb::Measure { with: Instrument::Level, at: None, turned: false },
         _ => Verb::Measure { with: Instrument::Ruler, at: None, turned: false },

@@ -193,9 +193,9 @@ impl Loader<'_> {
     }
 
     fn model(&mut self, model: &(String, Place), raw: &RawRobot, joints: &[String]) -> Option<ModelFile> {
-        let file = self.existing(model)?;
+        let file = plumb_model::revision::Family::newest_file(&self.existing(model)?);
         match read_rows(&file) {
-            Ok(ModelRows { text, convention, joints: model_joints, quantities, surfaces }) => {
+            Ok(ModelRows { text, model: whole, joints: model_joints, quantities, surfaces }) => {
                 for joint in &model_joints {
                     let given = raw.model_from_drive.iter().any(|(name, _)| name.name == *joint);
                     if !given && !joints.contains(joint) {
@@ -209,7 +209,7 @@ impl Loader<'_> {
                 Some(ModelFile {
                     file,
                     text,
-                    convention,
+                    model: whole,
                     joints: model_joints,
                     quantities,
                     surfaces,

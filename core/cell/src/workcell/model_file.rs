@@ -1,8 +1,9 @@
 //! The model file of a robot, as far as a cell needs it: the numbers of its rows for expressions, and how the drive's angles become the model's.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use plumb_kinematics::{Chain, Convention, Joint};
+use plumb_kinematics::Chain;
 use plumb_model::file::{Model, ModelFileError};
 use serde_json::{Map, Value};
 
@@ -14,12 +15,12 @@ use crate::yaml::{FileProblems, Key, Node, NodeValue, Place, Problem, Problems, 
 /// The geometry of a robot.
 #[derive(Debug, Clone)]
 pub struct ModelFile {
-    /// Its file.
+    /// Its file: the newest revision of the one that the cell names.
     pub file: PathBuf,
     /// The file's text.
     pub text: String,
-    /// How the rows are read: `distal` or `proximal`.
-    pub convention: String,
+    /// What it says, with everything that was found and added.
+    pub model: Arc<Model>,
     /// Names of the model's joints, in order.
     pub joints: Vec<String>,
     /// The numbers of each joint's row: `{"shoulder": {"a_mm": 177.8, ...}, ...}`.
@@ -37,32 +38,28 @@ impl ModelFile {
         self.from_drive.iter().map(|row| model_joint(row, drive)).collect()
     }
 
-    /// Its chain of joints.
-    ///
-    /// # Errors
-    /// A sentence that says what is missing in the file.
-    pub fn chain(&self) -> Result<Chain, String> {
-        let convention = match self.convention.as_str() {
-            "distal" => Convention::Distal,
-            "proximal" => Convention::Proximal,
-            other => {
-                return Err(format!(
-                    "the convention `{other}` of {} cannot be used in a cell",
-                    self.file.display()
-                ));
-            }
-        };
-        let row = |joint: &String| {
-            let number = |key: &str| {
-                self.quantities.get(joint).and_then(|row| row.get(key)).and_then(Value::as_f64).unwrap_or(0.0)
+    /// Its nominal chain of joints.
+    pub fn chain(&self) -> &Chain {
+        &self.model.chain
+    }
+
+    /// From which side the model's joints arrived, for the sides from which the drive's did: that of the one joint of the drive that turns
+    /// it, or of `searched` where there are several; 0 where that is not known.
+    pub fn model_sides(&self, drive: &[i8], searched: Option<usize>) -> Vec<i8> {
+        let side = |row: &Vec<f64>| {
+            let turning = |column: &usize| row.get(*column).is_some_and(|turns| *turns != 0.0);
+            let mut columns = (0..drive.len()).filter(turning);
+            let one = match (columns.next(), columns.next()) {
+                (Some(only), None) => Some(only),
+                _ => searched.filter(turning),
             };
-            let angle = |key: &str| number(key).to_radians();
-            let turning =
-                Joint::turning(joint, number("a_mm"), angle("alpha_deg"), number("d_mm"), angle("theta_deg"));
-            Joint { sign: if number("sign") < 0.0 { -1.0 } else { 1.0 }, ..turning }
+            let signed = one.map(|column| {
+                let turns = row.get(column).copied().unwrap_or(0.0);
+                f64::from(drive.get(column).copied().unwrap_or(0)) * turns.signum()
+            });
+            signed.unwrap_or(0.0) as i8
         };
-        Chain::new(convention, self.joints.iter().map(row).collect())
-            .map_err(|error| format!("{}: {error}", self.file.display()))
+        self.from_drive.iter().map(side).collect()
     }
 
     /// What expressions may name of it.
@@ -79,7 +76,7 @@ impl ModelFile {
 /// What is read of a model file.
 pub(super) struct ModelRows {
     pub(super) text: String,
-    pub(super) convention: String,
+    pub(super) model: Arc<Model>,
     pub(super) joints: Vec<String>,
     pub(super) quantities: Map<String, Value>,
     pub(super) surfaces: Vec<String>,
@@ -100,9 +97,12 @@ pub(super) fn model_joint(row: &[f64], drive: &[f64]) -> f64 {
 /// # Errors
 /// The first mistake in it.
 pub(crate) fn check_model(file: &Path) -> Result<(), FileProblems> {
-    let text = read_text(file)?;
-    let error = match Model::parse(&file.display().to_string(), &text) {
-        Ok(_) => return Ok(()),
+    parse_model(file, &read_text(file)?).map(|_| ())
+}
+
+fn parse_model(file: &Path, text: &str) -> Result<Model, FileProblems> {
+    let error = match Model::parse(&file.display().to_string(), text) {
+        Ok(model) => return Ok(model),
         Err(error) => error,
     };
     let reason = match &error {
@@ -116,7 +116,7 @@ pub(crate) fn check_model(file: &Path) -> Result<(), FileProblems> {
     });
     Err(FileProblems {
         file: file.to_owned(),
-        text,
+        text: text.to_owned(),
         problems: vec![Problem { place: at, message: reason, help: None }],
     })
 }
@@ -135,8 +135,6 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
             &[]
         }
     };
-    let convention = entries.iter().find(|(key, _)| key.name == "convention").map(|(_, node)| node);
-    let convention = convention.and_then(|node| node.text("`convention`", &problems)).unwrap_or("distal");
     let mut joints = Vec::new();
     let mut quantities = Map::new();
     for row in rows {
@@ -154,11 +152,9 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
         quantities.insert(name.to_owned(), Value::Object(numbers.collect()));
     }
     problems.into_result(file, &text)?;
-    check_model(file)?;
-    let surfaces = Model::parse(&file.display().to_string(), &text)
-        .map(|model| model.surfaces.into_iter().map(|surface| surface.name).collect())
-        .unwrap_or_default();
-    Ok(ModelRows { text, convention: convention.to_owned(), joints, quantities, surfaces })
+    let model = parse_model(file, &text)?;
+    let surfaces = model.surfaces.iter().map(|surface| surface.name.clone()).collect();
+    Ok(ModelRows { text, model: Arc::new(model), joints, quantities, surfaces })
 }
 
 /// Reads `model_from_drive`: for each model joint an expression that is linear in the drive's joints. A model joint that is not named is

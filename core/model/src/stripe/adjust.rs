@@ -194,6 +194,8 @@ fn base_from_flange(
             weights,
             posture: &posture,
             point: posture.flange.translation.vector,
+            hand: posture.flange.rotation.into_inner(),
+            trigger: None,
         };
         let mut drives = Vec::new();
         let mut first = 0;

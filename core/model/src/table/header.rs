@@ -10,6 +10,7 @@ pub(super) enum Meaning {
     Std { axis: usize, scale: f64 },
     Height { scale: f64 },
     On,
+    Signal,
     Tilt { axis: usize, scale: f64 },
     Distance { scale: f64 },
     DistanceTo,
@@ -42,6 +43,7 @@ impl Meaning {
             Self::Session => (12, 0, 0),
             Self::Approach { joint } => (13, *joint, 0),
             Self::Repeat => (14, 0, 0),
+            Self::Signal => (15, 0, 0),
             Self::Covariate => return None,
         })
     }
@@ -83,6 +85,7 @@ fn needs_unit(name: &str, units: &[(&str, f64)]) -> String {
 pub(super) fn parse(name: &str) -> Result<Meaning, String> {
     let simple = match name {
         "on" => Some(Meaning::On),
+        "signal" => Some(Meaning::Signal),
         "distance_to" => Some(Meaning::DistanceTo),
         "touch" => Some(Meaning::Touch),
         "time_s" => Some(Meaning::Time),
