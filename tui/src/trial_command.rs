@@ -150,7 +150,9 @@ pub(crate) enum TrialError {
     #[error(transparent)]
     World(Box<plumb_simulated::world_file::WorldFileError>),
     /// A world that no trial made.
-    #[error("{0}: this world was not made by `plumb trial new --cell`, so nobody has said what is hidden in it")]
+    #[error(
+        "{0}: this world was not made by `plumb trial new --cell`, so nobody has said what is hidden in it"
+    )]
     NoTruth(PathBuf),
     /// A trial stands there already.
     #[error("{0} stands there already: a trial is not overwritten; give another directory")]

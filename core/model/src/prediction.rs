@@ -52,7 +52,8 @@ fn is_left_out(added: &AddedEffect) -> bool {
 pub fn points(model: &Model, poses: &[Pose]) -> Result<Vec<Vector3<f64>>, PredictionError> {
     let target = model.targets.first().ok_or(PredictionError::NoTarget)?;
     let joints = model.chain.len();
-    let mut table = Table { source: "pose".to_owned(), joints, approach: Some(Vec::new()), ..Table::default() };
+    let mut table =
+        Table { source: "pose".to_owned(), joints, approach: Some(Vec::new()), ..Table::default() };
     let measured =
         PositionColumns { number: 0, target: target.name.clone(), xyz: vec![[0.0; 3]; poses.len()] };
     let mut payloads = Vec::new();

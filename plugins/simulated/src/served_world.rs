@@ -273,7 +273,10 @@ impl ServedWorld for World {
 
     fn read_point(&self, axis: usize, ahead_mm: f64) -> Result<f64, String> {
         let point = World::point_ahead(self, ahead_mm);
-        [point.x, point.y, point.z].get(axis).copied().ok_or_else(|| "an axis is 0, 1 or 2: x, y or z".to_owned())
+        [point.x, point.y, point.z]
+            .get(axis)
+            .copied()
+            .ok_or_else(|| "an axis is 0, 1 or 2: x, y or z".to_owned())
     }
 
     fn latest_change(&self) -> u64 {

@@ -20,8 +20,8 @@ use serde::Serialize;
 
 use crate::failure::CommandResult;
 use arguments::{
-    AcceptArguments, ChangeArguments, CompareArguments, DiagnoseArguments, FamilyArguments, GrowArguments, NextArguments,
-    ReportArguments, ScreenArguments, TemplateArguments,
+    AcceptArguments, ChangeArguments, CompareArguments, DiagnoseArguments, FamilyArguments, GrowArguments,
+    NextArguments, ReportArguments, ScreenArguments, TemplateArguments,
 };
 
 /// What to do with a model.

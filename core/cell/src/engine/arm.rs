@@ -201,8 +201,10 @@ impl Arm {
             if short < AT_POINT {
                 return Ok(target);
             }
-            let columns: Vec<DVector<f64>> =
-                nudged.iter().map(|there| DVector::from_column_slice((there - here).as_slice()) / NUDGE).collect();
+            let columns: Vec<DVector<f64>> = nudged
+                .iter()
+                .map(|there| DVector::from_column_slice((there - here).as_slice()) / NUDGE)
+                .collect();
             let slope = DMatrix::from_columns(&columns);
             let Ok(step) = slope.svd(true, true).solve(&left, 1e-6) else { break };
             let scale = (0.25 / step.amax().max(1e-12)).min(1.0);
@@ -210,7 +212,10 @@ impl Arm {
                 target.set(*column, target.get(*column).unwrap_or(0.0) + by * scale);
             }
         }
-        Err(format!("{} cannot bring its point there by these joints: it stays {short:.2} mm away", self.name))
+        Err(format!(
+            "{} cannot bring its point there by these joints: it stays {short:.2} mm away",
+            self.name
+        ))
     }
 
     /// The side from which each joint of the drive will have arrived once it has gone from one place to another.

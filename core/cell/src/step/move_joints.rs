@@ -47,7 +47,11 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
     }
     let targets = if relative { by } else { to };
     if point.is_some() && relative && !targets.is_empty() {
-        context.problems.add(place, "a point is gone to, not by", "give the other joints under `to_deg` or `to_mm`");
+        context.problems.add(
+            place,
+            "a point is gone to, not by",
+            "give the other joints under `to_deg` or `to_mm`",
+        );
     }
     if targets.is_empty() && point.is_none() {
         let help =
@@ -64,7 +68,8 @@ fn read_point(node: &Node, context: &ReadContext<'_>) -> Option<PointTarget> {
     let xyz = [coordinate("x_mm"), coordinate("y_mm"), coordinate("z_mm")];
     let by = map.required("by").and_then(|node| node.list("`by`", context.problems));
     map.finish();
-    let names = by?.iter().filter_map(|node| Some((node.text("a joint", context.problems)?.to_owned(), node.place)));
+    let names =
+        by?.iter().filter_map(|node| Some((node.text("a joint", context.problems)?.to_owned(), node.place)));
     let by: Vec<(String, Place)> = names.collect();
     if by.len() != 3 {
         let help = "name the three joints that bring it there, as in `by: [waist, shoulder, elbow]`";

@@ -201,7 +201,7 @@ mod tests {
 
     /// An arm of two links of 100 mm, turning in a vertical plane 150 mm over the table.
     fn check() -> KeepOut {
-        let row = |name: &str, numbers| Row { name: name.to_owned(), numbers };
+        let row = |name: &str, numbers| Row { name: name.to_owned(), numbers, less: None };
         KeepOut {
             distal: true,
             rows: vec![

@@ -1,8 +1,8 @@
 //! A surface is lighter or darker than the one the sensor was trimmed on: it switches higher or lower over it.
 
+use super::EffectNameError;
 use super::registry::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
-use super::EffectNameError;
 use crate::file::{Sensor, SurfaceShape};
 
 #[derive(Debug)]
@@ -64,7 +64,9 @@ pub(super) const KIND: Kind = Kind {
         };
         let flat: Vec<usize> = survey.passport.triggered_on.iter().filter(flat).copied().collect();
         match survey.model.sensor.is_some() && flat.len() > 1 {
-            true => flat.into_iter().map(|surface| EffectId::at("reflectance", Spot::Surface(surface))).collect(),
+            true => {
+                flat.into_iter().map(|surface| EffectId::at("reflectance", Spot::Surface(surface))).collect()
+            }
             false => Vec::new(),
         }
     },

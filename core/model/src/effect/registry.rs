@@ -162,7 +162,8 @@ impl Setting<'_> {
 
     /// The arm's own sensor, which the model has to describe.
     pub(super) fn sensor(&self) -> Result<Sensor, EffectNameError> {
-        let missing = "needs the arm's sensor described in the model file, as in `sensor: {working_mm: 8, peak_mm: 5}`";
+        let missing =
+            "needs the arm's sensor described in the model file, as in `sensor: {working_mm: 8, peak_mm: 5}`";
         self.model.sensor.ok_or_else(|| self.unusable(missing))
     }
 

@@ -138,8 +138,9 @@ impl Passport {
                 .filter_map(|row| table.q_of(row).get(joint).copied())
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)))
         };
-        let triggered =
-            |row: &usize| !table.height.as_ref().and_then(|height| height.get(*row)).is_some_and(|h| h.is_finite());
+        let triggered = |row: &usize| {
+            !table.height.as_ref().and_then(|height| height.get(*row)).is_some_and(|h| h.is_finite())
+        };
         let mut triggered_on: Vec<usize> = (0..table.len())
             .filter(triggered)
             .filter_map(|row| model.surface_position(table.on.name(row)?))

@@ -39,7 +39,9 @@ pub(super) const KIND: Kind = Kind {
         let parameters = [Parameter::new("wider_by_mm", Unit::MM, (-12.0, 12.0))];
         Ok(Box::new(TriggerSpot { sensor: setting.sensor()?, parameters }))
     },
-    candidates: |survey| match survey.model.sensor.is_some() && survey.passport.triggers_at_edges(survey.model) {
+    candidates: |survey| match survey.model.sensor.is_some()
+        && survey.passport.triggers_at_edges(survey.model)
+    {
         true => vec![EffectId::at("trigger_spot", Spot::Sensor)],
         false => Vec::new(),
     },

@@ -26,7 +26,9 @@ impl Sensor {
     pub(crate) fn fault(&self) -> Option<&'static str> {
         let all = [self.working, self.peak, self.spot, self.hysteresis, self.dark];
         if all.iter().any(|number| !number.is_finite()) || self.peak <= 0.0 || self.spot < 0.0 {
-            return Some("a sensor needs working_mm and peak_mm above zero, and a spot_mm that is not negative");
+            return Some(
+                "a sensor needs working_mm and peak_mm above zero, and a spot_mm that is not negative",
+            );
         }
         if self.working <= self.peak {
             return Some(
@@ -75,7 +77,8 @@ impl Sensor {
 
 /// How far on the light side of an edge a disk of radius 1 has its middle when this share of it is light.
 fn light_side(share: f64) -> f64 {
-    let share_at = |middle: f64| 0.5 + (middle * (1.0 - middle * middle).max(0.0).sqrt() + middle.asin()) / PI;
+    let share_at =
+        |middle: f64| 0.5 + (middle * (1.0 - middle * middle).max(0.0).sqrt() + middle.asin()) / PI;
     let (mut low, mut high) = (-1.0, 1.0);
     for _ in 0..HALVINGS {
         let middle = f64::midpoint(low, high);

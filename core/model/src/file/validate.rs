@@ -139,7 +139,11 @@ impl Checker<'_> {
             if let Some(less) = &joint.less {
                 let names = raw.joints.iter().take(index).map(|joint| joint.name.value.as_str());
                 let Some(drive) = names.clone().position(|name| name == less.value) else {
-                    let reason = format!("there is no joint `{}` before it{}", less.value, suggestion(&less.value, names));
+                    let reason = format!(
+                        "there is no joint `{}` before it{}",
+                        less.value,
+                        suggestion(&less.value, names)
+                    );
                     return self.fail(&less.referenced, reason);
                 };
                 if let Some(joint) = joints.get_mut(index) {
