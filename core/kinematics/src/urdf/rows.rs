@@ -15,6 +15,13 @@ pub(super) fn arm(robot: &Robot, tip: Option<&str>) -> Result<UrdfArm, UrdfError
     let root = root_of(robot)?;
     let tip = tip_of(robot, &root, tip)?;
     let path = path_to(robot, &tip);
+    if path.first().is_some_and(|first| first.parent != root) {
+        let names: Vec<&str> = path.iter().map(|joint| joint.name.as_str()).collect();
+        return Err(UrdfError::NoTree(format!(
+            "the joints {} go in a circle, a closed loop, and do not begin at `{root}`: leave the joint out that closes it",
+            names.join(", ")
+        )));
+    }
     let moving: Vec<&UrdfJoint> = path.iter().copied().filter(|joint| joint.does != Does::Nothing).collect();
     if let Some(joint) = moving.iter().find(|joint| joint.mimics.is_some()) {
         return Err(UrdfError::Element {
@@ -82,7 +89,8 @@ fn root_of(robot: &Robot) -> Result<String, UrdfError> {
         [root] => Ok((*root).to_owned()),
         [] if robot.links.is_empty() => Err(UrdfError::NoTree("the file has no links".to_owned())),
         [] => Err(UrdfError::NoTree(
-            "every link hangs on another: the joints go in a circle, a closed loop, and no link is the base; leave the joint out that closes it".to_owned(),
+            "every link hangs on another: the joints go in a circle, a closed loop, and no link is the base; leave the joint out that closes it"
+                .to_owned(),
         )),
         several => Err(UrdfError::NoTree(format!(
             "several links hang on nothing ({}): one is the base; join the others to it by fixed joints, or take them out",
@@ -135,11 +143,11 @@ fn path_to<'r>(robot: &'r Robot, tip: &str) -> Vec<&'r UrdfJoint> {
     let mut path = Vec::new();
     let mut link = tip;
     while let Some(joint) = robot.joints.iter().find(|joint| joint.child == link) {
-        path.push(joint);
-        link = &joint.parent;
-        if path.len() > robot.joints.len() {
+        if path.iter().any(|known: &&UrdfJoint| known.name == joint.name) {
             break;
         }
+        path.push(joint);
+        link = &joint.parent;
     }
     path.reverse();
     path
@@ -177,7 +185,7 @@ fn rows(axes: &[Axis], joints: &[&UrdfJoint]) -> (IsometryMatrix3<f64>, Vec<Join
             } else {
                 // Nearest points of the two axes.
                 let normal = cross.normalize();
-                let on_first = next.along.cross(&cross).dot(&between) / -cross.norm_squared();
+                let on_first = next.along.cross(&cross).dot(&between) / cross.norm_squared();
                 let foot = origin + z * on_first;
                 let far = foot + normal * between.dot(&normal);
                 (if normal.dot(&x) < 0.0 { -normal } else { normal }, foot, far)
