@@ -304,10 +304,8 @@ fn tip(rows: &[RowResidual]) -> Tip {
 /// The residuals when the whole arm is shifted and turned so that its believed points lie best on the measured ones (Kabsch).
 fn placed(mut rows: Vec<RowResidual>) -> Vec<RowResidual> {
     let vector = |parts: [f64; 3]| nalgebra::Vector3::from(parts);
-    let pairs: Vec<_> = rows
-        .iter()
-        .map(|row| (vector(row.point_mm), vector(row.point_mm) + vector(row.vector_mm)))
-        .collect();
+    let pairs: Vec<_> =
+        rows.iter().map(|row| (vector(row.point_mm), vector(row.point_mm) + vector(row.vector_mm))).collect();
     let count = pairs.len() as f64;
     let believed = pairs.iter().map(|pair| pair.0).sum::<nalgebra::Vector3<f64>>() / count;
     let measured = pairs.iter().map(|pair| pair.1).sum::<nalgebra::Vector3<f64>>() / count;

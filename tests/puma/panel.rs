@@ -56,7 +56,11 @@ impl Panel {
             std::thread::sleep(Duration::from_millis(5));
         }
         let mut controller = Command::new(env!("CARGO_BIN_EXE_plumb"));
-        controller.args(["emulate", "val2", "--as-fast-as-possible", "--world"]).arg(&socket).arg("--link").arg(&port);
+        controller
+            .args(["emulate", "val2", "--as-fast-as-possible", "--world"])
+            .arg(&socket)
+            .arg("--link")
+            .arg(&port);
         let mut controller =
             controller.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut line = String::new();

@@ -6,6 +6,7 @@ mod answering;
 mod bad_input;
 mod broken;
 mod campaign;
+mod cell_trial;
 mod doctor;
 mod dry_run;
 mod interrupted;

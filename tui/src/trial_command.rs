@@ -2,6 +2,7 @@
 
 mod arguments;
 mod benchmark;
+mod cell;
 mod measure;
 mod reveal;
 mod score;
@@ -50,10 +51,16 @@ pub(crate) enum TrialCommand {
 pub(crate) struct NewArguments {
     #[command(flatten)]
     campaign: CampaignArguments,
+    /// Build a whole simulated cell instead of a campaign's table: `teachmover`. What is hidden is found with the cell's own sensor, by runs.
+    #[arg(long, value_name = "CELL")]
+    cell: Option<String>,
+    /// What to hide in the cell: none, spot, backlash, coupling, droop or lost_steps; by lot when not given.
+    #[arg(long, value_name = "FAULT", requires = "cell")]
+    fault: Option<String>,
     /// Seed of everything: the same seed and options give the same trial.
     #[arg(long)]
     seed: u64,
-    /// Directory to write table.csv, model.yaml and answer.sealed to; made if need be.
+    /// Directory to write table.csv, model.yaml and answer.sealed to, or the cell; made if need be.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 }
@@ -131,6 +138,22 @@ pub(crate) enum TrialError {
         /// What there is.
         known: String,
     },
+    /// `--fault` names nothing that can be hidden.
+    #[error("nothing called `{name}` can be hidden in the cell; known are {known}")]
+    UnknownFault {
+        /// What was asked.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// The cell's world cannot be written or read.
+    #[error(transparent)]
+    World(Box<plumb_simulated::world_file::WorldFileError>),
+    /// A world that no trial made.
+    #[error(
+        "{0}: this world was not made by `plumb trial new --cell`, so nobody has said what is hidden in it"
+    )]
+    NoTruth(PathBuf),
     /// A trial stands there already.
     #[error("{0} stands there already: a trial is not overwritten; give another directory")]
     Exists(PathBuf),
@@ -217,6 +240,9 @@ pub(crate) fn run(command: &TrialCommand) -> CommandResult {
 }
 
 fn new(arguments: &NewArguments) -> Result<Outcome, TrialError> {
+    if let Some(cell) = &arguments.cell {
+        return cell::new(cell, arguments.fault.as_deref(), arguments.seed, &arguments.output);
+    }
     let specification = arguments.campaign.specification(arguments.seed)?;
     let case = campaign::generate(&specification, arguments.seed)?;
     write_case(&case, &arguments.output)?;

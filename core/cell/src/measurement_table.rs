@@ -160,14 +160,16 @@ impl Maker<'_> {
 
     fn trigger_row(&self, trigger: &StoredTrigger) -> Result<Row, TableError> {
         let searched = self.robot.joints.iter().position(|(joint, _)| *joint == trigger.joint);
-        let direction = trigger.direction.unwrap_or(0);
-        let approach = self.model.from_drive.iter().map(|row| {
-            let turns = searched.and_then(|column| row.get(column)).copied().unwrap_or(0.0);
-            if turns == 0.0 { 0 } else { direction * turns.signum() as i8 }
-        });
+        let side = |(joint, _): &(String, _)| {
+            let recorded =
+                trigger.sides.get(joint).and_then(Value::as_i64).map_or(0, |side| side.signum() as i8);
+            if *joint == trigger.joint { trigger.direction.unwrap_or(recorded) } else { recorded }
+        };
+        let sides: Vec<i8> = self.robot.joints.iter().map(side).collect();
         let height = trigger.height_mm.map(|height| height.to_string()).unwrap_or_default();
         let cells = [
             ("on", trigger.surface.clone().unwrap_or_default()),
+            ("signal", if trigger.fired { "on" } else { "off" }.to_owned()),
             ("height_mm", height),
             ("half_width_deg", trigger.half_width.to_string()),
         ];
@@ -175,7 +177,7 @@ impl Maker<'_> {
             time_ns: trigger.time_ns,
             step: trigger.step.clone(),
             joints: self.model_joints(&trigger.joints, self.position_of(&trigger.step))?,
-            approach: Some(approach.collect()),
+            approach: Some(self.model.model_sides(&sides, searched)),
             cells: cells.map(|(name, cell)| (name.to_owned(), cell)).into(),
         })
     }

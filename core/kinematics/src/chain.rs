@@ -45,6 +45,9 @@ pub struct Joint {
     pub motion: Motion,
     /// Constant pose before the row (identity for Denavit-Hartenberg files; a URDF joint's origin).
     pub before: Option<IsometryMatrix3<f64>>,
+    /// The joint whose coordinate this one's is counted with: the joint turns by its own coordinate less that one's. So it is where a drive keeps
+    /// the attitude of what follows, as cables or a parallelogram do.
+    pub less: Option<usize>,
 }
 
 impl Joint {
@@ -62,6 +65,7 @@ impl Joint {
             gear_ratio: None,
             motion: Motion::Turns,
             before: None,
+            less: None,
         }
     }
 }
@@ -92,6 +96,11 @@ pub enum ChainError {
         /// Which of its numbers.
         field: &'static str,
     },
+    /// A joint that keeps its attitude against one that does not come before it, or slides.
+    #[error(
+        "joint `{0}` turns by its coordinate less another joint's: that has to be a joint before it, and both have to turn"
+    )]
+    KeepsNothing(String),
 }
 
 impl Chain {
@@ -116,6 +125,12 @@ impl Chain {
             ];
             if let Some((field, _)) = fields.into_iter().find(|(_, value)| !value.is_finite()) {
                 return Err(ChainError::NotFinite { joint: joint.name.clone(), field });
+            }
+            let turns = |one: &Joint| one.motion == Motion::Turns;
+            if let Some(less) = joint.less
+                && !(less < index && turns(joint) && joints.get(less).is_some_and(turns))
+            {
+                return Err(ChainError::KeepsNothing(joint.name.clone()));
             }
         }
         Ok(Self { convention, joints })

@@ -61,7 +61,8 @@ impl Weights<'_> {
     }
 
     /// The moment of gravity about each joint's axis, N m, positive in the axis's sense, into `moments` (cleared first). For
-    /// a sliding joint it is still the moment about its axis.
+    /// a sliding joint it is still the moment about its axis. Where a later joint keeps its attitude, what rests on it does not rest on the drive
+    /// before it: that one bears the moment it would have to do work against.
     pub fn moments(&self, posture: &Posture, moments: &mut Vec<f64>) {
         moments.clear();
         for (index, joint) in posture.joints.iter().enumerate() {
@@ -70,6 +71,7 @@ impl Weights<'_> {
             };
             moments.push(self.beyond(posture, index).map(about).sum());
         }
+        posture.about_drives(moments);
     }
 
     /// The moment of gravity about the base's origin, N m, base frame: what would tip the arm over.

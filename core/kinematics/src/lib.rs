@@ -6,9 +6,11 @@
 //! parallel are no special case.
 
 mod chain;
+pub mod closed_form;
 mod gravity;
 mod inverse;
 mod posture;
+pub mod urdf;
 pub mod yang_siegel;
 
 pub use chain::{Chain, ChainError, Convention, Joint, Motion};

@@ -82,11 +82,21 @@ pub struct Posture {
     pub joints: Vec<JointFrame>,
     /// The flange: the end of the last row, in the base frame.
     pub flange: IsometryMatrix3<f64>,
+    /// Joints that turn back as another goes on, because their drives keep attitudes.
+    kept: Vec<Kept>,
+}
+
+/// A joint that turns as another's drive does, times `share`.
+#[derive(Debug, Clone, Copy)]
+struct Kept {
+    joint: usize,
+    drive: usize,
+    share: f64,
 }
 
 impl Default for Posture {
     fn default() -> Self {
-        Self { joints: Vec::new(), flange: IsometryMatrix3::identity() }
+        Self { joints: Vec::new(), flange: IsometryMatrix3::identity(), kept: Vec::new() }
     }
 }
 
@@ -208,14 +218,31 @@ impl Posture {
     /// Missing coordinates or deviations count as zero.
     pub fn update(&mut self, chain: &Chain, q: &[f64], deviations: &[Deviation]) {
         self.joints.clear();
+        self.kept.clear();
         let mut walker = Walker::start();
-        let none = Deviation::default();
         for (index, joint) in chain.joints.iter().enumerate() {
-            let coordinate = q.get(index).copied().unwrap_or(0.0);
-            let deviation = deviations.get(index).unwrap_or(&none);
-            self.joints.push(place(&mut walker, chain.convention, joint, coordinate, deviation));
+            let coordinate = |of: usize| q.get(of).copied().unwrap_or(0.0);
+            let mut deviation = deviations.get(index).copied().unwrap_or_default();
+            let mut driven = coordinate(index);
+            if let Some(drive) = joint.less {
+                let share = -joint.sign * chain.joints.get(drive).map_or(1.0, |drive| drive.sign);
+                driven -= coordinate(drive);
+                deviation.theta += share * deviations.get(drive).map_or(0.0, |of_drive| of_drive.theta);
+                self.kept.push(Kept { joint: index, drive, share });
+            }
+            self.joints.push(place(&mut walker, chain.convention, joint, driven, &deviation));
         }
         self.flange = walker.pose();
+    }
+
+    /// From something about each joint's axis to the same about its drive: what a drive turns, and what turns back to keep its attitude.
+    pub(crate) fn about_drives(&self, about_axes: &mut [f64]) {
+        for kept in &self.kept {
+            let about = about_axes.get(kept.joint).copied().unwrap_or(0.0);
+            if let Some(drive) = about_axes.get_mut(kept.drive) {
+                *drive += kept.share * about;
+            }
+        }
     }
 
     /// The posture of `chain` at `q`.
@@ -237,7 +264,17 @@ impl Posture {
         };
         let shift = |direction: Vector3<f64>| Twist { linear: direction, angular: Vector3::zeros() };
         match knob {
-            Knob::Theta => turn(frame.axis, frame.axis_point),
+            Knob::Theta => {
+                let mut twist = turn(frame.axis, frame.axis_point);
+                for kept in self.kept.iter().filter(|kept| kept.drive == joint) {
+                    if let Some(other) = self.joints.get(kept.joint) {
+                        let back = turn(other.axis, other.axis_point);
+                        twist.linear += back.linear * kept.share;
+                        twist.angular += back.angular * kept.share;
+                    }
+                }
+                twist
+            }
             Knob::D => shift(frame.axis),
             Knob::A => shift(frame.normal),
             Knob::Alpha => turn(frame.normal, frame.normal_point),

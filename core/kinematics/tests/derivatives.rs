@@ -190,3 +190,71 @@ fn a_level_link_sags_as_the_textbook_says() {
     let turned = 2.0 * g / 2.0 + 3.0 * g / 8.0;
     assert!((sag.turn - Vector3::new(0.0, turned, 0.0)).norm() < 1e-12, "{}", sag.turn);
 }
+
+/// The TeachMover's structure: the drive keeps the attitudes of forearm and hand. One of its joints counts the other way.
+fn attitude_keeping() -> Chain {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let mut joints = vec![
+        Joint::turning("waist", 0.0, quarter, 195.0, 0.0),
+        Joint::turning("shoulder", 177.8, 0.0, 0.0, 0.0),
+        Joint::turning("elbow", 177.8, 0.0, 0.0, 0.0),
+        Joint::turning("wrist", 0.0, quarter, 0.0, quarter),
+        Joint::turning("roll", 0.0, 0.0, 109.0, 0.0),
+    ];
+    joints[2].less = Some(1);
+    joints[3].less = Some(2);
+    Chain::new(Convention::Distal, joints).unwrap()
+}
+
+#[test]
+fn a_drive_that_keeps_attitudes_turns_the_upper_arm_alone() {
+    let chain = attitude_keeping();
+    let tip = |q: [f64; 5]| Posture::of(&chain, &q, &[]).flange.translation.vector;
+    let (a, b, pitch) = (0.6_f64, -1.4_f64, -1.5_f64);
+    let radius = 177.8 * a.cos() + 177.8 * b.cos() + 109.0 * pitch.cos();
+    let height = 195.0 + 177.8 * a.sin() + 177.8 * b.sin() + 109.0 * pitch.sin();
+    let computed = tip([0.0, a, b, pitch, 0.0]);
+    assert!((computed - Vector3::new(radius, 0.0, height)).norm() < 1e-9, "{computed}");
+}
+
+proptest! {
+    #[test]
+    fn what_a_drive_turns_and_bears_counts_the_attitudes_it_keeps(q in prop::collection::vec(-1.4..1.4f64, 5)) {
+        let mut chain = attitude_keeping();
+        chain.joints[2].sign = -1.0;
+        let masses = [
+            Mass { after: 1, mass: 0.9, centre: Vector3::new(-88.9, 0.0, 0.0) },
+            Mass { after: 2, mass: 0.5, centre: Vector3::new(-88.9, 0.0, 0.0) },
+            Mass { after: 4, mass: 0.4, centre: Vector3::new(0.0, 0.0, -54.5) },
+        ];
+        let down = -Vector3::z();
+        let posture = Posture::of(&chain, &q, &[]);
+        let tip = posture.flange.translation.vector;
+        let mut moments = Vec::new();
+        Weights { masses: &masses, payload: 0.3, down }.moments(&posture, &mut moments);
+        let fallen = |deviations: &[Deviation]| {
+            let posture = Posture::of(&chain, &q, deviations);
+            let carried: f64 = masses.iter().map(|m| m.mass * (posture.joints[m.after].end * nalgebra::Point3::from(m.centre)).coords.dot(&down)).sum();
+            (carried + 0.3 * posture.flange.translation.vector.dot(&down)) * 9.80665e-3
+        };
+        for joint in 0..5 {
+            let step = 1e-5;
+            let nudged = |by: f64| {
+                let mut all = vec![Deviation::default(); 5];
+                all[joint].theta = by;
+                all
+            };
+            let at = |by: f64| Posture::of(&chain, &q, &nudged(by)).flange.translation.vector;
+            let numeric = (at(step) - at(-step)) / (2.0 * step);
+            let twist = posture.twist(joint, Knob::Theta, &tip);
+            prop_assert!((twist.linear - numeric).norm() < 1e-4, "joint {joint}: {} against {numeric}", twist.linear);
+            let moment = (fallen(&nudged(step)) - fallen(&nudged(-step))) / (2.0 * step);
+            prop_assert!((moments[joint] - moment).abs() < 1e-5, "joint {joint}: {} against {moment}", moments[joint]);
+            let mut turned = q.clone();
+            turned[joint] += step;
+            let by_coordinate = Posture::of(&chain, &turned, &[]).flange.translation.vector;
+            let by_deviation = at(step * chain.joints[joint].sign);
+            prop_assert!((by_coordinate - by_deviation).norm() < 1e-9);
+        }
+    }
+}

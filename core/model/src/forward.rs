@@ -64,6 +64,8 @@ pub(crate) fn flange<'a>(
         weights,
         posture: &posture,
         point: posture.flange.translation.vector,
+        hand: posture.flange.rotation.into_inner(),
+        trigger: None,
     };
     let mut drives = Vec::new();
     for (effect, values) in effects {

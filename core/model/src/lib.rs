@@ -8,6 +8,7 @@ pub mod floor;
 pub mod forward;
 pub mod laboratory;
 pub mod plot;
+pub mod prediction;
 pub mod progress;
 pub mod report;
 pub mod revision;

@@ -83,6 +83,18 @@ impl Family {
         names.filter_map(number).max().unwrap_or(0)
     }
 
+    /// The file that what names `path` works on: the newest revision where `path` is the original of a family, else `path` itself.
+    pub fn newest_file(path: &Path) -> PathBuf {
+        match Self::of(path) {
+            Ok(family)
+                if path.file_name().and_then(|name| name.to_str()) == Some(family.original.as_str()) =>
+            {
+                family.path_of(family.newest())
+            }
+            _ => path.to_path_buf(),
+        }
+    }
+
     /// One revision.
     ///
     /// # Errors

@@ -1,5 +1,10 @@
 //! An empty pair to start from: a model file of a known robot, and a table with the right columns.
 
+use std::path::Path;
+
+use nalgebra::Vector3;
+use plumb_kinematics::Motion;
+use plumb_kinematics::urdf::{UrdfArm, UrdfError};
 use thiserror::Error;
 
 use crate::file::{Model, ModelFileError, suggestion};
@@ -28,7 +33,9 @@ pub struct Template {
 #[derive(Debug, Error)]
 pub enum TemplateError {
     /// Not a robot that is known.
-    #[error("no robot `{name}` is known{suggestion}; or give a number of joints, such as 6")]
+    #[error(
+        "no robot `{name}` is known{suggestion}; or give a number of joints, such as 6, or a file that ends in .urdf"
+    )]
     Unknown {
         /// What was written.
         name: String,
@@ -38,6 +45,22 @@ pub enum TemplateError {
     /// A number of joints no arm has.
     #[error("an arm of {0} joints cannot be; write a number from 1 to 12")]
     Joints(usize),
+    /// A URDF file that cannot be read.
+    #[error("{path}: {source}")]
+    File {
+        /// The file.
+        path: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A URDF file that is no arm of this kind.
+    #[error("{path}: {source}")]
+    Urdf {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        source: UrdfError,
+    },
     /// The model it would write cannot be read.
     #[error(transparent)]
     Model(#[from] ModelFileError),
@@ -68,6 +91,22 @@ impl Template {
         }
     }
 
+    /// A pair for the arm of a URDF file, from its root to `tip` (to the end of its longest branch, where none is given).
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no arm.
+    pub fn of_urdf(path: &Path, tip: Option<&str>) -> Result<Self, TemplateError> {
+        let shown = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| TemplateError::File { path: shown.clone(), source })?;
+        let arm = UrdfArm::parse(&text, tip)
+            .map_err(|source| TemplateError::Urdf { path: shown.clone(), source })?;
+        let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
+        let name: String = arm.name.chars().map(plain).collect();
+        let name = if name.is_empty() { "arm".to_owned() } else { name };
+        Self::from_model(&name, &urdf_model(&name, &shown, &arm))
+    }
+
     fn from_model(name: &str, text: &str) -> Result<Self, TemplateError> {
         let model = Model::parse(&format!("{name}.yaml"), text)?;
         Ok(Self { name: name.to_owned(), model: text.to_owned(), table: table(&model) })
@@ -87,6 +126,62 @@ fn table(model: &Model) -> String {
     columns.extend((1..=joints).map(|joint| format!("approach_q{joint}")));
     columns.push("repeat".to_owned());
     columns.join(",") + "\n"
+}
+
+/// A model file with the rows of a URDF's arm.
+fn urdf_model(name: &str, path: &str, arm: &UrdfArm) -> String {
+    let (root, tip) = &arm.ends;
+    let mut text = format!(
+        "# From {path}, `{root}` to `{tip}`: the axes of its joints as distal rows. At coordinates zero the arm stands as in the file.\n\
+         arm: {name}\nconvention: distal\njoints:\n"
+    );
+    for note in &arm.notes {
+        text.insert_str(0, &format!("# {note}.\n"));
+    }
+    let round = |value: f64| {
+        let rounded = (value * 1e9).round() / 1e9;
+        if rounded == 0.0 { 0.0 } else { rounded }
+    };
+    for joint in &arm.chain.joints {
+        let (low, high) = joint.limits;
+        let limits = match joint.motion {
+            Motion::Turns => {
+                format!("limits_deg: [{}, {}]", round(low.to_degrees()), round(high.to_degrees()))
+            }
+            Motion::Slides => format!("slides: true, limits_mm: [{}, {}]", round(low), round(high)),
+        };
+        text.push_str(&format!(
+            "  - {{name: {:?}, a_mm: {}, alpha_deg: {}, d_mm: {}, theta_deg: {}, {limits}}}\n",
+            joint.name,
+            round(joint.a),
+            round(joint.alpha.to_degrees()),
+            round(joint.d),
+            round(joint.theta.to_degrees())
+        ));
+    }
+    let triple =
+        |vector: Vector3<f64>| format!("[{}, {}, {}]", round(vector.x), round(vector.y), round(vector.z));
+    if !arm.masses.is_empty() {
+        text.push_str("links:\n");
+    }
+    for mass in &arm.masses {
+        let after = arm.chain.joints.get(mass.after).map_or("", |joint| joint.name.as_str());
+        text.push_str(&format!(
+            "  - {{after: {after:?}, mass_kg: {}, centre_mm: {}}}\n",
+            round(mass.mass),
+            triple(mass.centre)
+        ));
+    }
+    let (roll, pitch, yaw) = arm.root_from_base.rotation.euler_angles();
+    let rpy = triple(Vector3::new(roll, pitch, yaw).map(f64::to_degrees));
+    let xyz = triple(arm.root_from_base.translation.vector);
+    let point = triple(arm.flange_from_tip.translation.vector);
+    text.push_str(&format!(
+        "base: {{xyz_mm: {xyz}, rpy_deg: {rpy}, free: true}}     # where the first row stands in `{root}`; then wherever the instrument is\n\
+         targets: {{p1: {{xyz_mm: {point}, free: true}}}}     # the origin of `{tip}`; write where the measured point is\n\
+         free: [\"joint_zero(*)\"]\neffects: []\nmeasured_from: instrument\n"
+    ));
+    text
 }
 
 fn generic(joints: usize) -> String {

@@ -8,7 +8,8 @@ use crate::RecordError;
 use crate::error::During;
 
 /// Each entry takes the schema from its index to the next version. Entries are never changed, only added.
-const MIGRATIONS: &[&str] = &[include_str!("schema.sql"), include_str!("schema-2.sql")];
+const MIGRATIONS: &[&str] =
+    &[include_str!("schema.sql"), include_str!("schema-2.sql"), include_str!("schema-3.sql")];
 
 /// Brings the tables up to the version this program knows.
 pub(crate) fn migrate(connection: &mut Connection, path: &Path) -> Result<(), RecordError> {

@@ -31,6 +31,8 @@ pub struct Trigger<'a> {
     pub unit: &'a str,
     /// Which way the searched joint went: 1 or -1.
     pub direction: i8,
+    /// Which way each joint last went, by name: 1, -1, or 0 for one that has not moved.
+    pub sides: &'a Value,
     /// What the sensor stood over, as the robot's model file calls it, where the procedure says.
     pub surface: Option<&'a str>,
     /// How high over it, mm.
@@ -62,6 +64,8 @@ pub struct StoredTrigger {
     pub unit: String,
     /// Which way the searched joint went: 1 or -1; not known of runs of older programs.
     pub direction: Option<i8>,
+    /// Which way each joint last went, by name: 1, -1, or 0 for one that has not moved; null of runs of older programs.
+    pub sides: Value,
     /// What the sensor stood over, as the robot's model file calls it.
     pub surface: Option<String>,
     /// How high over it, mm.
@@ -77,7 +81,7 @@ impl Record {
         self.connection
             .execute(
                 "INSERT INTO triggers (run, step, device, sensor, fired, fine, time_ns, joint, joints, half_width, unit, \
-                 surface, height_mm, direction) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)",
+                 surface, height_mm, direction, sides) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15)",
                 params![
                     run.0,
                     step,
@@ -92,7 +96,8 @@ impl Record {
                     trigger.unit,
                     trigger.surface,
                     trigger.height_mm,
-                    trigger.direction
+                    trigger.direction,
+                    trigger.sides.to_string()
                 ],
             )
             .during("note a trigger pose")?;
@@ -107,7 +112,7 @@ impl Record {
         let mut statement = self
             .connection
             .prepare(
-                "SELECT step, device, sensor, fired, fine, time_ns, joint, joints, half_width, unit, surface, height_mm, direction FROM triggers \
+                "SELECT step, device, sensor, fired, fine, time_ns, joint, joints, half_width, unit, surface, height_mm, direction, sides FROM triggers \
                  WHERE run = ?1 ORDER BY id",
             )
             .during("read the trigger poses of a run")?;
@@ -127,6 +132,7 @@ impl Record {
                     surface: row.get(10)?,
                     height_mm: row.get(11)?,
                     direction: row.get(12)?,
+                    sides: json_column(row, 13)?,
                 })
             })
             .during("read the trigger poses of a run")?;

@@ -60,6 +60,7 @@ fn what_one_program_wrote_another_reads_although_the_first_never_closed_it() {
         surface: Some("table"),
         height_mm: Some(8.0),
         direction: -1,
+        sides: &json!({"shoulder": -1, "elbow": 0}),
         joint: "shoulder",
         joints: &json!([{"name": "shoulder", "drive": 1.0, "value": 1.5, "unit": "deg"}]),
         half_width: 0.02,
@@ -78,6 +79,7 @@ fn what_one_program_wrote_another_reads_although_the_first_never_closed_it() {
     assert_eq!(steps[0].outcome.as_deref(), Some("error"));
     assert_eq!(steps[1].ended, None, "the second attempt was never ended");
     assert_eq!(reader.triggers(run).expect("the triggers")[0].joints[0]["value"], json!(1.5));
+    assert_eq!(reader.triggers(run).expect("the triggers")[0].sides["shoulder"], json!(-1));
     assert_eq!(reader.interruptions(run).expect("the interruptions")[0].kind, "paused");
 }
 

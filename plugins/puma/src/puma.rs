@@ -90,7 +90,9 @@ impl Robot for Puma {
             let host = self.host.clone();
             let end = self.done(|monitor, _| monitor.calibrate(CALIBRATION, &mut || host.should_stop()))?;
             if end == MotionEnd::Stopped {
-                return Err(PluginError::Stopped("CALIBRATE was stopped: the arm is not calibrated".to_owned()));
+                return Err(PluginError::Stopped(
+                    "CALIBRATE was stopped: the arm is not calibrated".to_owned(),
+                ));
             }
             // Each joint has moved to its next index pulse.
             self.read(None)?;
@@ -296,7 +298,9 @@ impl Puma {
                 return Ok(end);
             }
         }
-        let text = "the arm does not stand where it was read a moment ago: does somebody drive it with the pendant?".to_owned();
+        let text =
+            "the arm does not stand where it was read a moment ago: does somebody drive it with the pendant?"
+                .to_owned();
         self.doubt = Some(text.clone());
         Err(PluginError::Failed(text))
     }
@@ -337,9 +341,8 @@ impl Puma {
                 *there += by;
             }
             let within = within(&self.last, &there, percent);
-            let end = self.done(|monitor, _| {
-                monitor.drive(*joint, *by, percent, within, &mut || host.should_stop())
-            })?;
+            let end = self
+                .done(|monitor, _| monitor.drive(*joint, *by, percent, within, &mut || host.should_stop()))?;
             if end == MotionEnd::Stopped {
                 return Ok(end);
             }

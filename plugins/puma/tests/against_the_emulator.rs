@@ -1,6 +1,11 @@
 //! The driver at the terminal of an emulated controller, over the arm of a world.
 
-#![allow(clippy::unwrap_used, clippy::panic, dead_code, reason = "a test that cannot go on fails; shared with the figures of the manual")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    dead_code,
+    reason = "a test that cannot go on fails; shared with the figures of the manual"
+)]
 
 mod terminal;
 

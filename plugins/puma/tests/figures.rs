@@ -21,7 +21,8 @@ use terminal::{conversations, poses, stops};
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
-    let number = |default: u64| arguments.get(1).and_then(|argument| argument.parse().ok()).unwrap_or(default);
+    let number =
+        |default: u64| arguments.get(1).and_then(|argument| argument.parse().ok()).unwrap_or(default);
     match arguments.first().map(String::as_str) {
         Some("poses") => time_poses(number(16)),
         Some("stops") => make_stops(number(90)),
@@ -36,7 +37,9 @@ fn main() -> ExitCode {
 }
 
 fn time_poses(count: u64) {
-    println!("| typing, controller | commands | characters out, in | line | controller | motion | driver | a pose without motion | the line's own | times |");
+    println!(
+        "| typing, controller | commands | characters out, in | line | controller | motion | driver | a pose without motion | the line's own | times |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for row in poses::timed(u32::try_from(count).unwrap_or(16)) {
         println!("{row}");
@@ -49,12 +52,22 @@ fn make_stops(count: u64) {
     after.sort();
     let within = after.iter().filter(|after| after.as_millis() <= 100).count();
     let at = |share: f64| after[((after.len() - 1) as f64 * share) as usize].as_secs_f64() * 1e3;
-    println!("{} stops; the control C on the far end of the wire after: median {:.0} ms, 95 % {:.0} ms, most {:.0} ms; {within} within 100 ms", after.len(), at(0.5), at(0.95), at(1.0));
+    println!(
+        "{} stops; the control C on the far end of the wire after: median {:.0} ms, 95 % {:.0} ms, most {:.0} ms; {within} within 100 ms",
+        after.len(),
+        at(0.5),
+        at(0.95),
+        at(1.0)
+    );
     for speed in stops::SPEEDS {
-        let went: Vec<f64> = stops.iter().filter(|stop| stop.speed == speed).map(|stop| stop.went_deg).collect();
+        let went: Vec<f64> =
+            stops.iter().filter(|stop| stop.speed == speed).map(|stop| stop.went_deg).collect();
         let least = went.iter().copied().fold(f64::INFINITY, f64::min);
         let most = went.iter().copied().fold(0.0, f64::max);
-        println!("at {:.0} % of full speed the waist still went {least:.1} to {most:.1} degrees", speed * 100.0);
+        println!(
+            "at {:.0} % of full speed the waist still went {least:.1} to {most:.1} degrees",
+            speed * 100.0
+        );
     }
 }
 
@@ -133,5 +146,8 @@ fn feed_parsers(duration: Duration) {
             (fed, rows) = (fed + 1, rows + read.len() as u64);
         }
     }
-    println!("{fed} answers in {:.0} s, {rows} rows of numbers among them, nothing open", begun.elapsed().as_secs_f64());
+    println!(
+        "{fed} answers in {:.0} s, {rows} rows of numbers among them, nothing open",
+        begun.elapsed().as_secs_f64()
+    );
 }

@@ -214,6 +214,14 @@ pub enum Verb {
         /// kg; 0 takes it away.
         mass_kg: f64,
     },
+    /// A measuring arm that stands on the target, a borrowed one, tells where a point ahead of the sensor's face truly is, in the target's own
+    /// frame; ends with [`Say::Measured`].
+    ReadPoint {
+        /// Which coordinate: 0 x, 1 y, 2 z.
+        axis: u8,
+        /// How far ahead of the sensor's face, along its line of sight, mm.
+        ahead_mm: f64,
+    },
     /// The operator drives one joint with the pendant until the bubble of a spirit level stands in the middle; ends with
     /// [`Say::Reading`].
     Level {

@@ -110,6 +110,14 @@ pub trait ServedWorld: Send {
     fn shine(&mut self, _laser: Option<bool>, _filter: Option<bool>) -> Result<(), String> {
         Err("this arm has no light stripe".to_owned())
     }
+    /// Where a point ahead of the sensor's face truly is along an axis (0 x, 1 y, 2 z) of the target's frame, mm.
+    ///
+    /// # Errors
+    /// Why nobody can tell.
+    fn read_point(&self, _axis: usize, _ahead_mm: f64) -> Result<f64, String> {
+        Err("no measuring arm stands by this arm's target".to_owned())
+    }
+
     /// Lets time run to the end of the motion under way, if there is one.
     fn finish_motion(&mut self) {
         while let Some(end_ns) = self.motion_ends_ns() {
@@ -271,6 +279,14 @@ impl ServedWorld for World {
             Instrument::Ruler => (self.read_ruler(), "mm"),
             Instrument::Tracker => return Err("no laser tracker stands in this world".to_owned()),
         })
+    }
+
+    fn read_point(&self, axis: usize, ahead_mm: f64) -> Result<f64, String> {
+        let point = World::point_ahead(self, ahead_mm);
+        [point.x, point.y, point.z]
+            .get(axis)
+            .copied()
+            .ok_or_else(|| "an axis is 0, 1 or 2: x, y or z".to_owned())
     }
 
     fn latest_change(&self) -> u64 {

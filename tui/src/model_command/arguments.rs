@@ -134,6 +134,13 @@ pub(crate) struct ChangeArguments {
     pub(crate) effect: String,
 }
 
+/// Options of `accept`.
+#[derive(Debug, Args)]
+pub(crate) struct AcceptArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+}
+
 /// Options of `grow`.
 #[derive(Debug, Args)]
 pub(crate) struct GrowArguments {
@@ -179,8 +186,11 @@ fn keep_out(text: &str) -> Result<KeepOut, String> {
 /// Options of `template`.
 #[derive(Debug, Args)]
 pub(crate) struct TemplateArguments {
-    /// The robot: one of those known, or a number of joints.
+    /// The robot: one of those known, a number of joints, or a URDF file.
     pub(crate) robot: String,
+    /// The link at which the arm of a URDF file ends; the end of its longest branch when not given.
+    #[arg(long, value_name = "LINK")]
+    pub(crate) tip: Option<String>,
     /// Folder to write to.
     #[arg(short, long, default_value = ".", value_name = "FOLDER")]
     pub(crate) output: PathBuf,

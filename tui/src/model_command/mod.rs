@@ -20,8 +20,8 @@ use serde::Serialize;
 
 use crate::failure::CommandResult;
 use arguments::{
-    ChangeArguments, CompareArguments, DiagnoseArguments, FamilyArguments, GrowArguments, NextArguments,
-    ReportArguments, ScreenArguments, TemplateArguments,
+    AcceptArguments, ChangeArguments, CompareArguments, DiagnoseArguments, FamilyArguments, GrowArguments,
+    NextArguments, ReportArguments, ScreenArguments, TemplateArguments,
 };
 
 /// What to do with a model.
@@ -35,6 +35,8 @@ pub(crate) enum ModelCommand {
     Add(ChangeArguments),
     /// Take an effect out: writes the next revision.
     Remove(ChangeArguments),
+    /// Take over what the table says of everything that is free, and add nothing: writes the next revision, by which a cell then commands.
+    Accept(AcceptArguments),
     /// Diagnose and add until nothing more can be named; shows the error fall.
     Grow(GrowArguments),
     /// List the revisions of a model file.
@@ -59,6 +61,7 @@ pub(crate) fn run(command: &ModelCommand) -> CommandResult {
         ModelCommand::Diagnose(arguments) => diagnose::run(arguments)?,
         ModelCommand::Add(arguments) => revise::add(arguments)?,
         ModelCommand::Remove(arguments) => revise::remove(arguments)?,
+        ModelCommand::Accept(arguments) => revise::accept(arguments)?,
         ModelCommand::Grow(arguments) => revise::grow(arguments)?,
         ModelCommand::Next(arguments) => next::run(arguments)?,
         ModelCommand::Template(arguments) => template::run(arguments)?,

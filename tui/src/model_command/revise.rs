@@ -7,7 +7,7 @@ use plumb_model::progress::Progress;
 use plumb_model::revision::Entry;
 use serde::Serialize;
 
-use super::arguments::{ChangeArguments, GrowArguments, Opened};
+use super::arguments::{AcceptArguments, ChangeArguments, GrowArguments, Opened, PairArguments};
 use super::diagnose;
 use super::progress::watched;
 use super::text::{effects_table, floor_line, rms_line};
@@ -28,26 +28,33 @@ struct Changed<'a> {
 
 /// Adds an effect.
 pub(super) fn add(arguments: &ChangeArguments) -> Result<String, Box<dyn Error>> {
-    change(arguments, "add", |opened, progress| opened.laboratory.add(&arguments.effect, progress))
+    let did = format!("add {}", arguments.effect);
+    change(&arguments.pair, &did, |opened, progress| opened.laboratory.add(&arguments.effect, progress))
 }
 
 /// Takes an effect out.
 pub(super) fn remove(arguments: &ChangeArguments) -> Result<String, Box<dyn Error>> {
-    change(arguments, "remove", |opened, progress| opened.laboratory.remove(&arguments.effect, progress))
+    let did = format!("remove {}", arguments.effect);
+    change(&arguments.pair, &did, |opened, progress| opened.laboratory.remove(&arguments.effect, progress))
+}
+
+/// Takes over what the table says of all that is free.
+pub(super) fn accept(arguments: &AcceptArguments) -> Result<String, Box<dyn Error>> {
+    let did = "accept what was fitted";
+    change(&arguments.pair, did, |opened, progress| opened.laboratory.accept(progress))
 }
 
 fn change(
-    arguments: &ChangeArguments,
-    verb: &str,
+    pair: &PairArguments,
+    did: &str,
     work: impl FnOnce(&Opened, &Progress) -> Result<Addition, plumb_model::laboratory::LaboratoryError>,
 ) -> Result<String, Box<dyn Error>> {
-    let opened = arguments.pair.open()?;
+    let opened = pair.open()?;
     let addition = watched(|progress| work(&opened, progress))?;
-    let did = format!("{verb} {}", arguments.effect);
-    let data = arguments.pair.data_name();
+    let data = pair.data_name();
     let rms = Some(addition.rms_mm.fit);
     let parent = Some(opened.entry.number);
-    let entry = opened.family.write(addition.model.clone(), parent, &did, Some(&data), rms)?;
+    let entry = opened.family.write(addition.model.clone(), parent, did, Some(&data), rms)?;
     let sentence = format!(
         "{did}: the error {} from {:.4} to {:.4} mm; revision {} is {}.",
         if addition.rms_mm.fit <= addition.before.fit { "falls" } else { "rises" },
@@ -56,11 +63,11 @@ fn change(
         entry.number,
         entry.path.display()
     );
-    if arguments.pair.json {
+    if pair.json {
         return Ok(super::json(&Changed {
             revision: entry.number,
             file: entry.path.display().to_string(),
-            did: &did,
+            did,
             added: &addition.added,
             before: addition.before,
             rms_mm: addition.rms_mm,

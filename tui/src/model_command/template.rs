@@ -9,7 +9,15 @@ use super::arguments::TemplateArguments;
 
 /// Writes an empty pair; never over a file that is there.
 pub(super) fn run(arguments: &TemplateArguments) -> Result<String, Box<dyn Error>> {
-    let template = Template::of(&arguments.robot)?;
+    let file = std::path::Path::new(&arguments.robot);
+    let is_urdf = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("urdf"));
+    let template = match (is_urdf, &arguments.tip) {
+        (true, tip) => Template::of_urdf(file, tip.as_deref())?,
+        (false, None) => Template::of(&arguments.robot)?,
+        (false, Some(_)) => {
+            return Err("--tip says where the arm of a URDF file ends; give a file that ends in .urdf".into());
+        }
+    };
     let model = arguments.output.join(format!("{}.yaml", template.name));
     let table = arguments.output.join(format!("{}.csv", template.name));
     for (path, text) in [(&model, &template.model), (&table, &template.table)] {

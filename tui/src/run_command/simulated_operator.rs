@@ -8,7 +8,7 @@ use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::{Axis, Instrument, Say, Verb};
 
 /// What procedures may ask for under `simulated:`, with its numbers and its words.
-const ACTS: [(&str, &[&str], &[&str]); 8] = [
+const ACTS: [(&str, &[&str], &[&str]); 9] = [
     ("rest_on_gauge", &["height_mm"], &[]),
     ("trim_to_fire", &[], &[]),
     ("place_hand", &["x_mm", "y_mm", "z_mm"], &[]),
@@ -17,6 +17,7 @@ const ACTS: [(&str, &[&str], &[&str]); 8] = [
     ("read_tracker", &[], &["at", "axis"]),
     ("drive_to_level", &[], &["joint", "at", "turned"]),
     ("hang", &["mass_kg"], &[]),
+    ("read_point", &["axis", "ahead_mm"], &[]),
 ];
 
 /// Does an act in the world that listens there; what an instrument reads.
@@ -80,6 +81,12 @@ fn verb_of(act: &Act) -> Result<Verb, String> {
             turned,
         },
         "hang" => Verb::Hang { mass_kg: number("mass_kg")? },
+        "read_point" => {
+            let axis = number("axis")?;
+            let known = [0_u8, 1, 2].into_iter().find(|known| f64::from(*known) == axis);
+            let axis = known.ok_or_else(|| "`axis` of `read_point` is 0, 1 or 2: x, y or z".to_owned())?;
+            Verb::ReadPoint { axis, ahead_mm: number("ahead_mm")? }
+        }
         _ => read(Instrument::Ruler),
     })
 }

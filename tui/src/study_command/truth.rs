@@ -100,8 +100,7 @@ fn hand_missed(
         index.and_then(|index| corrected.get(index)).copied().unwrap_or(0.0)
     });
     let drive: Vec<f64> = in_order.collect();
-    let chain = model.chain().map_err(StudyError::Cell)?;
-    let believed = Posture::of(&chain, &model.model_joints(&drive), &[]).flange.translation.vector;
+    let believed = Posture::of(model.chain(), &model.model_joints(&drive), &[]).flange.translation.vector;
     let [x, y, z] = truth.sensor_mm;
     let (sine, cosine) = truth.attitudes.first().copied().unwrap_or(0.0).sin_cos();
     let (dx, dy) = (x - believed.x, y - believed.y);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use plumb_simulated::physics::campaign::Truth;
 
 use super::score::{Diagnosis, Score};
-use super::{Outcome, SEALED, TrialError, answer, open};
+use super::{Outcome, SEALED, TrialError, answer, cell, open};
 
 /// Options of `plumb trial reveal`.
 #[derive(Debug, clap::Args)]
@@ -23,7 +23,11 @@ pub(crate) struct RevealArguments {
 
 /// Opens, scores, prints.
 pub(super) fn run(arguments: &RevealArguments) -> Result<Outcome, TrialError> {
-    let truth = open(&arguments.directory.join(SEALED))?.truth;
+    let of_cell = arguments.directory.join(cell::WORLD).exists();
+    let truth = match of_cell {
+        true => cell::open(&arguments.directory)?,
+        false => open(&arguments.directory.join(SEALED))?.truth,
+    };
     let score = match &arguments.diagnosis {
         Some(path) => Some(Score::of(&read_diagnosis(path)?, &truth)),
         None => None,
@@ -52,10 +56,18 @@ fn tell(truth: &Truth) -> String {
         let details: Vec<String> =
             hidden.details.iter().map(|(key, value)| format!("{key} {value}")).collect();
         let details = if details.is_empty() { String::new() } else { format!(" ({})", details.join(", ")) };
-        text.push_str(&format!(
-            "Hidden: {} at {}, {:.4e} {}{details}; it moves the readings by {:.1} times the noise of {}.\n",
-            hidden.effect, hidden.place, hidden.size, hidden.unit, hidden.over_noise, truth.noise
-        ));
+        let size = match hidden.size != 0.0 {
+            true => format!(", {:.4e} {}", hidden.size, hidden.unit),
+            false => String::new(),
+        };
+        let moves = match hidden.over_noise > 0.0 {
+            true => format!(
+                "; it moves the readings by {:.1} times the noise of {}",
+                hidden.over_noise, truth.noise
+            ),
+            false => String::new(),
+        };
+        text.push_str(&format!("Hidden: {} at {}{size}{details}{moves}.\n", hidden.effect, hidden.place));
     }
     if !truth.outlier_rows.is_empty() {
         let rows: Vec<String> = truth.outlier_rows.iter().map(usize::to_string).collect();

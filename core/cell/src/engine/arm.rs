@@ -4,7 +4,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use nalgebra::IsometryMatrix3;
+use nalgebra::{DMatrix, DVector};
 use plumb_kinematics::{Posture, inverse};
+use plumb_model::prediction::{self, Pose};
 use plumb_plugin::{JointState, JointUnit, JointVector, Motion, RobotDescription};
 use plumb_record::AppliedCorrection;
 use serde_json::{Value, json};
@@ -33,9 +35,15 @@ pub(crate) struct Arm {
     /// The joints' zeros are known and trusted, so that it is known where the robot is.
     watches_planes: bool,
     zeros: Zeros,
-    /// The side each joint arrived from by its last motion that was one, -1, 0 (not known) or 1.
-    approach: Vec<i8>,
+    /// Which way each joint of the drive last went: 1, -1, or 0 for one that has not moved since this run took hold of the robot.
+    sides: Vec<i8>,
 }
+
+/// As near to a point is there, mm.
+const AT_POINT: f64 = 1e-6;
+
+/// Steps toward a point at most.
+const STEPS_TO_POINT: usize = 60;
 
 /// Why a robot may not go somewhere. Nothing has moved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -74,7 +82,7 @@ impl Arm {
             name: setting.device.clone(),
             plugin: plugin.to_owned(),
             zeros: Arc::new(Mutex::new(vec![0.0; description.joints.len()])),
-            approach: vec![0; description.joints.len()],
+            sides: vec![0; description.joints.len()],
             link,
             description,
             setting: setting.clone(),
@@ -139,8 +147,8 @@ impl Arm {
     /// A sentence: without a model nobody knows.
     pub(crate) fn flange(&self, drive: &JointVector) -> Result<IsometryMatrix3<f64>, String> {
         let model = self.geometry()?;
-        let approach = self.cell_joints(&self.approach, 0);
-        Ok(flange_of(model, &self.cell_joints(&self.corrected(drive), 0.0), &approach))
+        let sides = self.cell_joints(&self.sides, 0);
+        Ok(flange_of(model, &self.cell_joints(&self.corrected(drive), 0.0), &sides))
     }
 
     /// What the drive has to be told to bring the flange there from where it says it stands. The whole model is undone, with its effects: play by the
@@ -156,40 +164,105 @@ impl Arm {
         let model = self.geometry()?;
         let mut target = *from;
         let mut start = self.cell_joints(&self.corrected(from), 0.0);
-        let mut approach = self.approach.clone();
+        let mut sides = self.sides.clone();
         for _ in 0..2 {
-            let sides = self.cell_joints(&approach, 0);
-            let found = inverse(|joints| flange_of(model, joints, &sides), wanted, &start);
+            let listed = self.cell_joints(&sides, 0);
+            let found = inverse(|joints| flange_of(model, joints, &listed), wanted, &start);
             let found = found.map_err(|error| error.to_string())?;
             for ((joint, _), value) in self.setting.joints.iter().zip(&found) {
                 if let Some(column) = self.column(joint) {
                     target.set(column, value - self.zero(column));
                 }
             }
-            approach = self.approach_after(from, &target);
+            sides = self.sides_at(from, &target);
             start = found;
         }
         Ok(target)
     }
 
+    /// What the drive has to be told so that the model's point comes to `wanted` (mm, the model's frame of measurements) by these joints, the rest
+    /// going from `from` to where `others` has them: by the whole model, with everything that was found and added to it, the side from which each joint
+    /// will arrive with it.
+    ///
+    /// # Errors
+    /// A sentence: out of reach, or there is no model.
+    pub(crate) fn joints_for_point(
+        &self,
+        wanted: [f64; 3],
+        from: &JointVector,
+        others: &JointVector,
+        by: &[usize],
+    ) -> Result<JointVector, String> {
+        let model = self.geometry()?;
+        let wanted = DVector::from_column_slice(&wanted);
+        let mut target = *others;
+        let mut short = f64::INFINITY;
+        for _ in 0..STEPS_TO_POINT {
+            let sides = self.sides_at(from, &target);
+            let mut tried = vec![target];
+            tried.extend(by.iter().map(|column| nudged(&target, *column)));
+            let poses = tried.iter().map(|drive| self.model_pose(model, drive, &sides)).collect::<Vec<_>>();
+            let points = prediction::points(&model.model, &poses).map_err(|error| error.to_string())?;
+            let Some((here, nudged)) = points.split_first() else { break };
+            let left = &wanted - DVector::from_column_slice(here.as_slice());
+            short = left.norm();
+            if short < AT_POINT {
+                return Ok(target);
+            }
+            let columns: Vec<DVector<f64>> = nudged
+                .iter()
+                .map(|there| DVector::from_column_slice((there - here).as_slice()) / NUDGE)
+                .collect();
+            let slope = DMatrix::from_columns(&columns);
+            let Ok(step) = slope.svd(true, true).solve(&left, 1e-6) else { break };
+            let scale = (0.25 / step.amax().max(1e-12)).min(1.0);
+            for (column, by) in by.iter().zip(step.iter()) {
+                target.set(*column, target.get(*column).unwrap_or(0.0) + by * scale);
+            }
+        }
+        Err(format!(
+            "{} cannot bring its point there by these joints: it stays {short:.2} mm away",
+            self.name
+        ))
+    }
+
+    /// The side from which each joint of the drive will have arrived once it has gone from one place to another.
+    fn sides_at(&self, from: &JointVector, target: &JointVector) -> Vec<i8> {
+        let side = |(column, before): (usize, &i8)| {
+            let way = target.get(column).unwrap_or(0.0) - from.get(column).unwrap_or(0.0);
+            // Less than half a step is no way at all.
+            if way.abs() <= self.resolution(column) / 2.0 + 1e-9 { *before } else { way.signum() as i8 }
+        };
+        self.sides.iter().enumerate().map(side).collect()
+    }
+
+    /// Which way each joint of the drive last went: 1, -1, or 0 where that is not known.
+    pub(crate) fn sides(&self) -> &[i8] {
+        &self.sides
+    }
+
+    /// Which way each joint last went, by name, for the record.
+    pub(crate) fn recorded_sides(&self) -> Value {
+        let entry = |(column, side): (usize, &i8)| (self.joint_name(column).to_owned(), Value::from(*side));
+        Value::Object(self.sides.iter().enumerate().map(entry).collect())
+    }
+
+    /// Nobody knows from which side the joints arrived: somebody else has moved them.
+    pub(crate) fn forget_sides(&mut self) {
+        self.sides.fill(0);
+    }
+
+    fn model_pose(&self, model: &ModelFile, drive: &JointVector, sides: &[i8]) -> Pose {
+        Pose {
+            q: model.model_joints(&self.cell_joints(&self.corrected(drive), 0.0)),
+            approach: model.model_sides(&self.cell_joints(sides, 0), None),
+            payload: 0.0,
+        }
+    }
+
     fn geometry(&self) -> Result<&ModelFile, String> {
         let model = self.setting.model.as_ref();
         model.ok_or_else(|| format!("the cell names no model of {}: give `model:`", self.name))
-    }
-
-    /// The side each joint will have arrived from, in the drive's order: a joint that does not move by a step of its drive keeps its own.
-    fn approach_after(&self, from: &JointVector, target: &JointVector) -> Vec<i8> {
-        let side = |(column, known): (usize, &i8)| {
-            let by = target.get(column).unwrap_or(0.0) - from.get(column).unwrap_or(0.0);
-            let least = (0.5 * self.resolution(column)).max(1e-9);
-            if by.abs() > least { if by > 0.0 { 1 } else { -1 } } else { *known }
-        };
-        self.approach.iter().enumerate().map(side).collect()
-    }
-
-    /// The side each joint arrived from, in the drive's order: -1, 0 (not known) or 1.
-    pub(crate) fn approach(&self) -> &[i8] {
-        &self.approach
     }
 
     /// Values in the drive's order as the cell lists the joints.
@@ -246,7 +319,7 @@ impl Arm {
             corrected.get(column).copied()
         });
         let in_order: Option<Vec<f64>> = in_order.collect();
-        let posture = Posture::of(&model.chain().ok()?, &model.model_joints(&in_order?), &[]);
+        let posture = Posture::of(model.chain(), &model.model_joints(&in_order?), &[]);
         let ends = posture.joints.iter().map(|frame| frame.end.translation.vector.into());
         Some(std::iter::once([0.0; 3]).chain(ends).collect())
     }
@@ -332,7 +405,7 @@ impl Arm {
             .filter(|column| from.get(*column) != target.get(*column))
             .fold(0_u32, |mask, column| mask | (1 << column));
         let motion = Motion::absolute(*target, speed).only(mask);
-        self.approach = self.approach_after(from, target);
+        self.sides = self.sides_at(from, target);
         let patience = self.expected_time(from, target, speed) * 3 + Duration::from_secs(10);
         self.link.move_joints(&motion, patience.min(limit))
     }
@@ -344,9 +417,18 @@ pub(crate) fn zero_in_force(corrections: &[AppliedCorrection], joint: &str) -> O
     found.map(|known| known.value)
 }
 
+/// A little way of one joint, rad or mm.
+const NUDGE: f64 = 1e-5;
+
+fn nudged(drive: &JointVector, column: usize) -> JointVector {
+    let mut nudged = *drive;
+    nudged.set(column, drive.get(column).unwrap_or(0.0) + NUDGE);
+    nudged
+}
+
 /// Where the flange is for the joints as the cell lists them, rad.
-fn flange_of(model: &ModelFile, joints: &[f64], approach: &[i8]) -> IsometryMatrix3<f64> {
-    model.forward.flange(&model.model_joints(joints), &model.model_approach(approach))
+fn flange_of(model: &ModelFile, joints: &[f64], sides: &[i8]) -> IsometryMatrix3<f64> {
+    model.forward.flange(&model.model_joints(joints), &model.model_sides(sides, None))
 }
 
 fn lock(zeros: &Zeros) -> MutexGuard<'_, Vec<f64>> {

@@ -1,6 +1,7 @@
 //! `move`: joints of a robot go somewhere, all starting and ending together.
 
 use super::joint_targets::{JointTargets, read_pair};
+use crate::expression::Expression;
 use crate::read_context::{CheckContext, ReadContext};
 use crate::yaml::{MapReader, Node, Place};
 
@@ -15,8 +16,19 @@ pub struct MoveStep {
     pub targets: JointTargets,
     /// The targets are added to where the joints stand.
     pub relative: bool,
+    /// Where the model's point goes, by which joints; nothing for a move that names all its targets.
+    pub point: Option<PointTarget>,
     /// Part of the full speed of the slowest joint, above 0, at most 1.
     pub speed: f64,
+}
+
+/// A place for the model's point, and the joints that bring it there.
+#[derive(Debug, Clone)]
+pub struct PointTarget {
+    /// Its coordinates in the model's frame of measurements, mm.
+    pub xyz: [Expression; 3],
+    /// The joints, and where their names stand.
+    pub by: Vec<(String, Place)>,
 }
 
 pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
@@ -24,6 +36,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
     let robot = context.required_text(&mut map, "robot");
     let to = read_pair(&mut map, "to_deg", "to_mm", context);
     let by = read_pair(&mut map, "by_deg", "by_mm", context);
+    let point = map.optional("to_point").and_then(|node| read_point(node, context));
     let speed = context.number_or(&mut map, "speed", (0.001, 1.0), 0.5);
     let place = map.place();
     map.finish();
@@ -33,18 +46,54 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
         context.problems.add(place, "a move goes either to angles or by angles", "keep `to_...` or `by_...`");
     }
     let targets = if relative { by } else { to };
-    if targets.is_empty() {
+    if point.is_some() && relative && !targets.is_empty() {
+        context.problems.add(
+            place,
+            "a point is gone to, not by",
+            "give the other joints under `to_deg` or `to_mm`",
+        );
+    }
+    if targets.is_empty() && point.is_none() {
         let help =
             "give `to_deg`, `by_deg`, `to_mm` or `by_mm` with joints under it, as in `by_deg: {waist: 5}`";
         context.problems.add(place, "this move names no joint", help);
         return None;
     }
-    Some(MoveStep { robot, robot_place, targets, relative, speed })
+    Some(MoveStep { robot, robot_place, targets, relative, point, speed })
+}
+
+fn read_point(node: &Node, context: &ReadContext<'_>) -> Option<PointTarget> {
+    let mut map = MapReader::new(node, "`to_point`", context.problems)?;
+    let mut coordinate = |key: &'static str| map.required(key).and_then(|node| context.expression(node, key));
+    let xyz = [coordinate("x_mm"), coordinate("y_mm"), coordinate("z_mm")];
+    let by = map.required("by").and_then(|node| node.list("`by`", context.problems));
+    map.finish();
+    let names =
+        by?.iter().filter_map(|node| Some((node.text("a joint", context.problems)?.to_owned(), node.place)));
+    let by: Vec<(String, Place)> = names.collect();
+    if by.len() != 3 {
+        let help = "name the three joints that bring it there, as in `by: [waist, shoulder, elbow]`";
+        context.problems.add(node.place, "a point has three coordinates", help);
+    }
+    let [x, y, z] = xyz;
+    Some(PointTarget { xyz: [x?, y?, z?], by })
 }
 
 impl MoveStep {
     pub(super) fn check(&self, context: &CheckContext<'_>) {
         let robot = context.robot(&self.robot, self.robot_place);
+        if let Some(point) = &self.point {
+            point.xyz.iter().for_each(|coordinate| context.check_expression(coordinate));
+            for (joint, place) in &point.by {
+                if let Some(robot) = robot {
+                    context.joint(robot, joint, *place);
+                }
+                if let Some(named) = self.targets.iter().find(|target| target.joint == *joint) {
+                    let help = "either the point says where it goes, or a number";
+                    context.problems.add(named.place, format!("joint `{joint}` has two goals"), help);
+                }
+            }
+        }
         for target in &self.targets {
             target.check(robot, context);
         }

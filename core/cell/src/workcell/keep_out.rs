@@ -47,6 +47,9 @@ pub struct Trespass {
 struct Row {
     name: String,
     numbers: [f64; 5],
+    /// The joint whose coordinate this one's is counted with.
+    #[serde(default)]
+    less: Option<usize>,
 }
 
 /// Whether a way of one robot keeps clear of its planes.
@@ -69,10 +72,11 @@ impl KeepOut {
         let planes: Vec<KeepOutPlane> =
             planes.iter().filter(|plane| plane.robot == setting.device).cloned().collect();
         let model = setting.model.as_ref().filter(|_| !planes.is_empty())?;
-        let chain = model.chain().ok()?;
+        let chain = model.chain();
         let row = |joint: &Joint| Row {
             name: joint.name.clone(),
             numbers: [joint.a, joint.alpha, joint.d, joint.theta, joint.sign],
+            less: joint.less,
         };
         Some(Self {
             distal: chain.convention == Convention::Distal,
@@ -98,7 +102,7 @@ impl KeepOut {
     fn chain(&self) -> Result<Chain, String> {
         let joint = |row: &Row| {
             let [a, alpha, d, theta, sign] = row.numbers;
-            Joint { sign, ..Joint::turning(&row.name, a, alpha, d, theta) }
+            Joint { sign, less: row.less, ..Joint::turning(&row.name, a, alpha, d, theta) }
         };
         let convention = if self.distal { Convention::Distal } else { Convention::Proximal };
         Chain::new(convention, self.rows.iter().map(joint).collect()).map_err(|error| error.to_string())
@@ -197,7 +201,7 @@ mod tests {
 
     /// An arm of two links of 100 mm, turning in a vertical plane 150 mm over the table.
     fn check() -> KeepOut {
-        let row = |name: &str, numbers| Row { name: name.to_owned(), numbers };
+        let row = |name: &str, numbers| Row { name: name.to_owned(), numbers, less: None };
         KeepOut {
             distal: true,
             rows: vec![

@@ -194,11 +194,11 @@ impl Loader<'_> {
     }
 
     fn model(&mut self, model: &(String, Place), raw: &RawRobot, joints: &[String]) -> Option<ModelFile> {
-        let file = self.existing(model)?;
+        let file = plumb_model::revision::Family::newest_file(&self.existing(model)?);
         match read_rows(&file) {
             Ok(ModelRows {
                 text,
-                convention,
+                model: whole,
                 joints: model_joints,
                 quantities,
                 surfaces,
@@ -218,7 +218,7 @@ impl Loader<'_> {
                 Some(ModelFile {
                     file,
                     text,
-                    convention,
+                    model: whole,
                     joints: model_joints,
                     quantities,
                     surfaces,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use plumb_kinematics::{Chain, Convention, Joint};
+use plumb_kinematics::Chain;
 use plumb_model::file::{Model, ModelFileError};
 use plumb_model::forward::ForwardModel;
 use serde_json::{Map, Value};
@@ -16,12 +16,12 @@ use crate::yaml::{FileProblems, Key, Node, NodeValue, Place, Problem, Problems, 
 /// The geometry of a robot.
 #[derive(Debug, Clone)]
 pub struct ModelFile {
-    /// Its file.
+    /// Its file: the newest revision of the one that the cell names.
     pub file: PathBuf,
     /// The file's text.
     pub text: String,
-    /// How the rows are read: `distal` or `proximal`.
-    pub convention: String,
+    /// What it says, with everything that was found and added.
+    pub model: Arc<Model>,
     /// Names of the model's joints, in order.
     pub joints: Vec<String>,
     /// The numbers of each joint's row: `{"shoulder": {"a_mm": 177.8, ...}, ...}`.
@@ -38,46 +38,33 @@ pub struct ModelFile {
 }
 
 impl ModelFile {
-    /// From which side the model's joints arrived, for the drive's, in the order of the cell's list of joints.
-    pub fn model_approach(&self, drive: &[i8]) -> Vec<i8> {
-        let side = |row: &Vec<f64>| {
-            let sum: f64 = row.iter().zip(drive).map(|(c, side)| c * f64::from(*side)).sum();
-            i8::from(sum > 0.5) - i8::from(sum < -0.5)
-        };
-        self.from_drive.iter().map(side).collect()
-    }
-
     /// The model's joint angles (rad) for the drive's (rad), in the order of the cell's list of joints.
     pub fn model_joints(&self, drive: &[f64]) -> Vec<f64> {
         self.from_drive.iter().map(|row| model_joint(row, drive)).collect()
     }
 
-    /// Its chain of joints.
-    ///
-    /// # Errors
-    /// A sentence that says what is missing in the file.
-    pub fn chain(&self) -> Result<Chain, String> {
-        let convention = match self.convention.as_str() {
-            "distal" => Convention::Distal,
-            "proximal" => Convention::Proximal,
-            other => {
-                return Err(format!(
-                    "the convention `{other}` of {} cannot be used in a cell",
-                    self.file.display()
-                ));
-            }
-        };
-        let row = |joint: &String| {
-            let number = |key: &str| {
-                self.quantities.get(joint).and_then(|row| row.get(key)).and_then(Value::as_f64).unwrap_or(0.0)
+    /// Its nominal chain of joints.
+    pub fn chain(&self) -> &Chain {
+        &self.model.chain
+    }
+
+    /// From which side the model's joints arrived, for the sides from which the drive's did: that of the one joint of the drive that turns
+    /// it, or of `searched` where there are several; 0 where that is not known.
+    pub fn model_sides(&self, drive: &[i8], searched: Option<usize>) -> Vec<i8> {
+        let side = |row: &Vec<f64>| {
+            let turning = |column: &usize| row.get(*column).is_some_and(|turns| *turns != 0.0);
+            let mut columns = (0..drive.len()).filter(turning);
+            let one = match (columns.next(), columns.next()) {
+                (Some(only), None) => Some(only),
+                _ => searched.filter(turning),
             };
-            let angle = |key: &str| number(key).to_radians();
-            let turning =
-                Joint::turning(joint, number("a_mm"), angle("alpha_deg"), number("d_mm"), angle("theta_deg"));
-            Joint { sign: if number("sign") < 0.0 { -1.0 } else { 1.0 }, ..turning }
+            let signed = one.map(|column| {
+                let turns = row.get(column).copied().unwrap_or(0.0);
+                f64::from(drive.get(column).copied().unwrap_or(0)) * turns.signum()
+            });
+            signed.unwrap_or(0.0) as i8
         };
-        Chain::new(convention, self.joints.iter().map(row).collect())
-            .map_err(|error| format!("{}: {error}", self.file.display()))
+        self.from_drive.iter().map(side).collect()
     }
 
     /// What expressions may name of it.
@@ -94,7 +81,7 @@ impl ModelFile {
 /// What is read of a model file.
 pub(super) struct ModelRows {
     pub(super) text: String,
-    pub(super) convention: String,
+    pub(super) model: Arc<Model>,
     pub(super) joints: Vec<String>,
     pub(super) quantities: Map<String, Value>,
     pub(super) surfaces: Vec<String>,
@@ -117,9 +104,12 @@ pub(super) fn model_joint(row: &[f64], drive: &[f64]) -> f64 {
 /// # Errors
 /// The first mistake in it.
 pub(crate) fn check_model(file: &Path) -> Result<(), FileProblems> {
-    let text = read_text(file)?;
-    let error = match Model::parse(&file.display().to_string(), &text) {
-        Ok(_) => return Ok(()),
+    parse_model(file, &read_text(file)?).map(|_| ())
+}
+
+fn parse_model(file: &Path, text: &str) -> Result<Model, FileProblems> {
+    let error = match Model::parse(&file.display().to_string(), text) {
+        Ok(model) => return Ok(model),
         Err(error) => error,
     };
     let reason = match &error {
@@ -133,7 +123,7 @@ pub(crate) fn check_model(file: &Path) -> Result<(), FileProblems> {
     });
     Err(FileProblems {
         file: file.to_owned(),
-        text,
+        text: text.to_owned(),
         problems: vec![Problem { place: at, message: reason, help: None }],
     })
 }
@@ -152,8 +142,6 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
             &[]
         }
     };
-    let convention = entries.iter().find(|(key, _)| key.name == "convention").map(|(_, node)| node);
-    let convention = convention.and_then(|node| node.text("`convention`", &problems)).unwrap_or("distal");
     let mut joints = Vec::new();
     let mut quantities = Map::new();
     for row in rows {
@@ -171,18 +159,23 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
         quantities.insert(name.to_owned(), Value::Object(numbers.collect()));
     }
     problems.into_result(file, &text)?;
-    check_model(file)?;
-    let model = Model::parse(&file.display().to_string(), &text);
-    let whole = |reason: String| FileProblems {
-        file: file.to_owned(),
-        text: text.clone(),
-        problems: vec![Problem { place: None, message: reason, help: None }],
-    };
-    let model = model.map_err(|error| whole(error.to_string()))?;
+    let model = parse_model(file, &text)?;
     let surfaces = model.surfaces.iter().map(|surface| surface.name.clone()).collect();
     let levels = model.levels.iter().filter_map(|level| level.name.clone()).collect();
-    let forward = Arc::new(ForwardModel::new(model).map_err(|error| whole(error.to_string()))?);
-    Ok(ModelRows { convention: convention.to_owned(), joints, quantities, surfaces, levels, forward, text })
+    let forward = ForwardModel::new(model.clone()).map_err(|error| FileProblems {
+        file: file.to_owned(),
+        text: text.clone(),
+        problems: vec![Problem { place: None, message: error.to_string(), help: None }],
+    })?;
+    Ok(ModelRows {
+        text,
+        model: Arc::new(model),
+        joints,
+        quantities,
+        surfaces,
+        levels,
+        forward: Arc::new(forward),
+    })
 }
 
 /// Reads `model_from_drive`: for each model joint an expression that is linear in the drive's joints. A model joint that is not named is

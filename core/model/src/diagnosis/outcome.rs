@@ -45,6 +45,9 @@ pub struct EffectPlace {
     /// What warms up.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub of: Option<String>,
+    /// When a joint jumped, s as in the table (the row's number where no time is logged).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at: Option<f64>,
 }
 
 /// The one effect that is named.

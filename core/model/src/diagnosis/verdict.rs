@@ -275,6 +275,7 @@ pub(crate) fn effect_place(machine: &Machine<'_>, id: &EffectId) -> EffectPlace 
         with: id.with.and_then(joint),
         n: id.order,
         of: id.of.map(|of| of.name().to_owned()),
+        at: id.inner.filter(|_| id.name == "joint_step"),
     }
 }
 

@@ -38,12 +38,14 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
                 .iter()
                 .find(|c| c.effect == named.effect)
                 .map_or(&named.effect.effect, |c| &c.label);
-            format!(
-                "The error of {miss:.3} mm is {label}: {} +- {} {}; add it.",
-                figure(named.size),
-                figure(named.se),
-                named.unit
-            )
+            let size = format!("{} +- {} {}", figure(named.size), figure(named.se), named.unit);
+            match named.effect.at {
+                Some(at) => format!(
+                    "The error of {miss:.3} mm is {label} at {at:.0} s: {size}. No number of the model cures lost steps: find the zeros anew, and drive \
+                     more slowly where they were lost; add it to see what else there is."
+                ),
+                None => format!("The error of {miss:.3} mm is {label}: {size}; add it."),
+            }
         }),
         Verdict::Located => diagnosis.located.as_ref().map_or_else(String::new, |located| {
             let why = match located.family.as_slice() {

@@ -22,6 +22,8 @@ pub enum Spot {
     Instrument,
     /// The arm's own sensor.
     Sensor,
+    /// A surface the sensor triggers over, by its index in the model.
+    Surface(usize),
 }
 
 impl Spot {
@@ -113,6 +115,9 @@ impl EffectId {
             Spot::Axis(axis) => ["x", "y", "z"].get(axis).copied().unwrap_or("?").to_owned(),
             Spot::Base => "base".to_owned(),
             Spot::Sensor => "sensor".to_owned(),
+            Spot::Surface(index) => {
+                model.surfaces.get(index).map_or("?", |surface| surface.name.as_str()).to_owned()
+            }
             Spot::Instrument => "instrument".to_owned(),
         }
     }

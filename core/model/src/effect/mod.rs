@@ -24,19 +24,23 @@ mod link_length;
 mod link_offset;
 mod link_sag;
 mod link_twist;
+mod reflectance;
 mod registry;
 mod scale;
+mod sensor_tilt;
 mod situation;
 mod thermal_growth;
 mod tool_offset;
 mod trigger_height;
+mod trigger_hysteresis;
+mod trigger_spot;
 mod warm_up;
 
 pub(crate) use defined::slides;
 pub use defined::{Addend, Definition, DefinitionError, FormulaError, Place as DefinedPlace};
 pub use identity::{EffectId, EffectNameError, Quantity, Spot};
 pub use registry::{Family, Kind, Places, Search, Setting, Survey, build, expand, kind, kinds, parse};
-pub use situation::{Passport, Situation};
+pub use situation::{Passport, Situation, Trigger};
 
 use nalgebra::{DMatrix, Vector3};
 use plumb_kinematics::Knob;
@@ -56,6 +60,8 @@ pub enum Handle {
     Reading(usize),
     /// The distance over a surface at which the arm's own sensor triggers, mm.
     Trigger,
+    /// How far left of an edge (seen along its direction, from above) the arm's own sensor stands when it triggers, mm.
+    Edge,
     /// A small motion of everything beyond a joint, base frame.
     Twist {
         /// The joint.
@@ -171,7 +177,7 @@ pub enum LooksAt {
     Conditions,
     /// The moments of gravity, which depend on where the arm is.
     Gravity,
-    /// The point that is measured: effects of the instrument.
+    /// The point that is measured: effects of the instrument, and of the arm's own sensor.
     Point,
 }
 

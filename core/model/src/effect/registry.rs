@@ -5,7 +5,7 @@ use plumb_kinematics::Motion;
 use super::defined::{Defined, Definition};
 use super::identity::{Written, joint_names};
 use super::{Effect, EffectId, EffectNameError, Passport, Quantity, Spot};
-use crate::file::{Model, suggestion};
+use crate::file::{Model, Sensor, suggestion};
 
 /// What kind of thing an effect is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +43,8 @@ pub enum Places {
     Instrument,
     /// The arm's own sensor: `name`.
     Sensor,
+    /// A surface the sensor triggers over: `name(table)`.
+    Surfaces,
 }
 
 /// What inside an effect is searched for rather than fitted.
@@ -91,7 +93,7 @@ pub struct Kind {
     pub candidates: fn(&Survey<'_>) -> Vec<EffectId>,
 }
 
-static KINDS: [Kind; 23] = [
+static KINDS: [Kind; 27] = [
     super::joint_zero::KIND,
     super::link_length::KIND,
     super::link_offset::KIND,
@@ -114,6 +116,10 @@ static KINDS: [Kind; 23] = [
     super::base_position::KIND,
     super::scale::KIND,
     super::trigger_height::KIND,
+    super::trigger_spot::KIND,
+    super::trigger_hysteresis::KIND,
+    super::reflectance::KIND,
+    super::sensor_tilt::KIND,
     super::instrument_tilt::KIND,
 ];
 
@@ -152,6 +158,13 @@ impl Setting<'_> {
             Spot::Target(target) if target < self.model.targets.len() => Ok(target),
             _ => Err(self.unusable("needs a target to act on, such as p1")),
         }
+    }
+
+    /// The arm's own sensor, which the model has to describe.
+    pub(super) fn sensor(&self) -> Result<Sensor, EffectNameError> {
+        let missing =
+            "needs the arm's sensor described in the model file, as in `sensor: {working_mm: 8, peak_mm: 5}`";
+        self.model.sensor.ok_or_else(|| self.unusable(missing))
     }
 
     /// Whether a joint slides.
@@ -272,6 +285,7 @@ fn places(
         Places::JointsAndQuantity => "(joint, zero|length|offset)",
         Places::Targets => "(p1)",
         Places::Axes => "(x|y|z)",
+        Places::Surfaces => "(surface)",
         Places::Base | Places::Instrument | Places::Sensor => "",
     };
     let malformed =
@@ -332,6 +346,18 @@ fn places(
                 expected: "a target",
                 place: (*name).to_owned(),
                 suggestion: suggestion(name, model.targets.iter().map(|target| target.name.as_str())),
+            }),
+        },
+        (Places::Surfaces, [] | ["*"]) => {
+            Ok((0..model.surfaces.len()).map(|index| at(Spot::Surface(index))).collect())
+        }
+        (Places::Surfaces, [name]) => match model.surface_position(name) {
+            Some(index) => Ok(vec![at(Spot::Surface(index))]),
+            None => Err(EffectNameError::UnknownPlace {
+                effect: kind.name.to_owned(),
+                expected: "a surface",
+                place: (*name).to_owned(),
+                suggestion: suggestion(name, model.surfaces.iter().map(|surface| surface.name.as_str())),
             }),
         },
         (Places::Axes, [] | ["*"]) => Ok((0..3).map(|axis| at(Spot::Axis(axis))).collect()),

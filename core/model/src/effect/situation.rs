@@ -1,10 +1,10 @@
 //! What an effect may know of a row, and what a table has to offer at all.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use plumb_kinematics::{Chain, Knob, Motion, Posture, Weights};
 
 use super::{Drive, Handle};
-use crate::file::Model;
+use crate::file::{Model, Sensor, SurfaceShape};
 use crate::table::Table;
 
 /// The circumstances of one row.
@@ -32,6 +32,27 @@ pub struct Situation<'a> {
     pub posture: &'a Posture,
     /// The predicted point, in the measurements' frame, mm.
     pub point: Vector3<f64>,
+    /// Axes of the flange in the measurements' frame.
+    pub hand: Matrix3<f64>,
+    /// What the arm's own sensor did, in rows where it triggered.
+    pub trigger: Option<Trigger>,
+}
+
+/// A switching of the arm's own sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trigger {
+    /// The surface it was over, by its place in the model.
+    pub surface: usize,
+    /// It was over an edge, rather than over something flat or round.
+    pub edge: bool,
+    /// On which side of the edge it is light: +1 left of its direction, -1 right, 0 where the model does not say.
+    pub light: f64,
+    /// It came on, rather than went off.
+    pub came_on: bool,
+    /// How far it was from the table along its line of sight, mm; not a number where that is not known yet.
+    pub distance: f64,
+    /// The sensor by its data sheet, where the model has it.
+    pub sensor: Option<Sensor>,
 }
 
 impl Situation<'_> {
@@ -87,6 +108,10 @@ pub struct Passport {
     pub measures_points: bool,
     /// Whether the arm's own sensor triggered over a surface in some row.
     pub triggers: bool,
+    /// The surfaces over which it did, by their places in the model.
+    pub triggered_on: Vec<usize>,
+    /// Whether in some rows it came on, and in some it went off.
+    pub switches_both_ways: bool,
     /// What steps in time are dated by, in order: time in s as in the table, or rows' numbers.
     pub clocks: Vec<f64>,
     /// Greatest moment of gravity about each joint in the table's poses, N m, by the nominal model.
@@ -113,7 +138,19 @@ impl Passport {
                 .filter_map(|row| table.q_of(row).get(joint).copied())
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)))
         };
+        let triggered = |row: &usize| {
+            !table.height.as_ref().and_then(|height| height.get(*row)).is_some_and(|h| h.is_finite())
+        };
+        let mut triggered_on: Vec<usize> = (0..table.len())
+            .filter(triggered)
+            .filter_map(|row| model.surface_position(table.on.name(row)?))
+            .collect();
+        triggered_on.sort_unstable();
+        triggered_on.dedup();
+        let signals = || (0..table.len()).filter(triggered).filter_map(|row| table.came_on(row));
         Self {
+            triggered_on,
+            switches_both_ways: signals().any(|on| on) && signals().any(|on| !on),
             rows: table.len(),
             returns: table.returns().iter().map(Vec::len).sum(),
             both_sides: (0..table.joints).map(sides).collect(),
@@ -130,6 +167,16 @@ impl Passport {
             greatest_moments: greatest_moments(model, table),
             ranges: (0..table.joints).map(span).collect(),
         }
+    }
+
+    /// Whether the arm's own sensor triggered over an edge of which the model says where it is light.
+    pub(crate) fn triggers_at_edges(&self, model: &Model) -> bool {
+        let lit = |surface: &usize| {
+            model.surfaces.get(*surface).is_some_and(|surface| {
+                surface.light.is_some() && matches!(surface.shape, SurfaceShape::Line { .. })
+            })
+        };
+        self.triggered_on.iter().any(lit)
     }
 
     /// Whether a joint arrived from both sides.

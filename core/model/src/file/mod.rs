@@ -5,6 +5,7 @@ mod define;
 mod error;
 mod model;
 mod raw;
+mod sensor;
 mod validate;
 mod write;
 
@@ -14,4 +15,5 @@ pub use model::{
     AddedEffect, Base, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, SurfaceShape, Target,
     Touch, TouchDistance,
 };
+pub use sensor::Sensor;
 pub use write::model_text;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 use plumb_kinematics::{Chain, Mass};
 
+use super::sensor::Sensor;
 use crate::effect::{Definition, EffectId};
 
 /// A named point fixed in the flange's frame, mm.
@@ -84,6 +85,8 @@ pub struct Surface {
     pub shape: SurfaceShape,
     /// Whether fits may move it.
     pub free: bool,
+    /// Of an edge: on which side what the sensor sees is light, +1 left and -1 right of its direction, seen from above; nothing where not said.
+    pub light: Option<f64>,
 }
 
 /// What a frame is fixed to.
@@ -192,6 +195,8 @@ pub struct Model {
     pub gravity: Option<Vector3<f64>>,
     /// The frames whose tilts are measured.
     pub levels: Vec<Level>,
+    /// The arm's own proximity sensor.
+    pub sensor: Option<Sensor>,
     /// Declared noise.
     pub noise: Noise,
     /// The touching target.

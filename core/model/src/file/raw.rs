@@ -66,6 +66,7 @@ pub(super) struct RawModel {
     pub(super) measured_from: RawMeasuredFrom,
     pub(super) gravity: Option<Spanned<[f64; 3]>>,
     pub(super) level: Option<RawLevel>,
+    pub(super) sensor: Option<Spanned<RawSensor>>,
     #[serde(default)]
     pub(super) levels: Listed<RawLevel>,
     #[serde(default)]
@@ -103,6 +104,7 @@ pub(super) struct RawJoint {
     pub(super) gear_ratio: Option<Spanned<f64>>,
     #[serde(default)]
     pub(super) slides: bool,
+    pub(super) less: Option<Spanned<String>>,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -212,6 +214,28 @@ pub(super) struct RawPlane {
 pub(super) struct RawLine {
     pub(super) point_mm: [f64; 3],
     pub(super) direction: Spanned<[f64; 3]>,
+    pub(super) light: Option<RawSide>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawSide {
+    Left,
+    Right,
+}
+
+/// The arm's own proximity sensor, by its data sheet.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawSensor {
+    pub(super) working_mm: f64,
+    pub(super) peak_mm: f64,
+    #[serde(default)]
+    pub(super) spot_mm: f64,
+    #[serde(default)]
+    pub(super) hysteresis_percent: f64,
+    #[serde(default)]
+    pub(super) dark_percent: f64,
 }
 
 #[derive(Debug, Clone, Deserialize)]

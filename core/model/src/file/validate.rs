@@ -13,9 +13,10 @@ use super::model::{
     Touch, TouchDistance,
 };
 use super::raw::{
-    RawConvention, RawEffect, RawJoint, RawLevel, RawMeasuredFrom, RawModel, RawSurface, RawTouch,
-    RawValuedEffect,
+    RawConvention, RawEffect, RawJoint, RawLevel, RawMeasuredFrom, RawModel, RawSensor, RawSide, RawSurface,
+    RawTouch, RawValuedEffect,
 };
+use super::sensor::Sensor;
 use crate::effect;
 
 impl Model {
@@ -89,6 +90,7 @@ impl Checker<'_> {
             },
             gravity: None,
             levels: Vec::new(),
+            sensor: raw.sensor.as_ref().map(|sensor| self.sensor(sensor)).transpose()?,
             noise: self.noise(&raw)?,
             touch: None,
             definitions: Vec::new(),
@@ -130,9 +132,24 @@ impl Checker<'_> {
             RawConvention::Proximal | RawConvention::Modified => Convention::Proximal,
         };
         let joints: Checked<Vec<Joint>> = raw.joints.iter().map(|joint| self.joint(joint)).collect();
-        let joints = joints?;
-        let seen = |index: usize, name: &str| joints.iter().take(index).any(|other| other.name == name);
+        let typed = joints?;
+        let seen = |index: usize, name: &str| typed.iter().take(index).any(|other| other.name == name);
+        let mut joints = typed.clone();
         for (index, joint) in raw.joints.iter().enumerate() {
+            if let Some(less) = &joint.less {
+                let names = raw.joints.iter().take(index).map(|joint| joint.name.value.as_str());
+                let Some(drive) = names.clone().position(|name| name == less.value) else {
+                    let reason = format!(
+                        "there is no joint `{}` before it{}",
+                        less.value,
+                        suggestion(&less.value, names)
+                    );
+                    return self.fail(&less.referenced, reason);
+                };
+                if let Some(joint) = joints.get_mut(index) {
+                    joint.less = Some(drive);
+                }
+            }
             if seen(index, &joint.name.value) {
                 return self
                     .fail(&joint.name.referenced, format!("joint `{}` is named twice", joint.name.value));
@@ -272,9 +289,26 @@ impl Checker<'_> {
                         .fail(&name.referenced, "a surface is one of `plane`, `line`, `sphere`, `point_mm`");
                 }
             };
-            Ok(Surface { name: name.value.clone(), shape, free: raw.free })
+            let light = raw.line.as_ref().and_then(|line| line.light);
+            let light = light.map(|side| if side == RawSide::Left { 1.0 } else { -1.0 });
+            Ok(Surface { name: name.value.clone(), shape, free: raw.free, light })
         };
         raw.surfaces.0.iter().map(surface).collect()
+    }
+
+    fn sensor(&self, raw: &Spanned<RawSensor>) -> Checked<Sensor> {
+        let RawSensor { working_mm, peak_mm, spot_mm, hysteresis_percent, dark_percent } = raw.value;
+        let sensor = Sensor {
+            working: working_mm,
+            peak: peak_mm,
+            spot: spot_mm,
+            hysteresis: hysteresis_percent / 100.0,
+            dark: dark_percent / 100.0,
+        };
+        match sensor.fault() {
+            Some(reason) => self.fail(&raw.referenced, reason),
+            None => Ok(sensor),
+        }
     }
 
     /// The one under `level:`, which has no name, and those under `levels:`, which do.

@@ -101,6 +101,9 @@ fn joints(out: &mut String, model: &Model) -> std::fmt::Result {
         if joint.sign < 0.0 {
             write!(out, ", sign: -1")?;
         }
+        if let Some(less) = joint.less.and_then(|less| model.chain.joints.get(less)) {
+            write!(out, ", less: {}", text(&less.name))?;
+        }
         if let Some(ratio) = joint.gear_ratio {
             write!(out, ", gear_ratio: {}", number(ratio))?;
         }
@@ -209,7 +212,12 @@ fn surfaces(out: &mut String, surfaces: &[Surface]) -> std::fmt::Result {
                 format!("plane: {{normal: {}, offset_mm: {}}}", triple(normal), number(*offset))
             }
             SurfaceShape::Line { point, direction } => {
-                format!("line: {{point_mm: {}, direction: {}}}", triple(point), triple(direction))
+                let light = match surface.light {
+                    Some(side) if side > 0.0 => ", light: left",
+                    Some(_) => ", light: right",
+                    None => "",
+                };
+                format!("line: {{point_mm: {}, direction: {}{light}}}", triple(point), triple(direction))
             }
             SurfaceShape::Sphere { centre, radius } => {
                 format!("sphere: {{centre_mm: {}, radius_mm: {}}}", triple(centre), number(*radius))
@@ -222,6 +230,17 @@ fn surfaces(out: &mut String, surfaces: &[Surface]) -> std::fmt::Result {
 }
 
 fn ends(out: &mut String, model: &Model) -> std::fmt::Result {
+    if let Some(sensor) = &model.sensor {
+        writeln!(
+            out,
+            "sensor: {{working_mm: {}, peak_mm: {}, spot_mm: {}, hysteresis_percent: {}, dark_percent: {}}}",
+            number(sensor.working),
+            number(sensor.peak),
+            number(sensor.spot),
+            number(sensor.hysteresis * 100.0),
+            number(sensor.dark * 100.0)
+        )?;
+    }
     if model.levels.iter().any(|level| level.name.is_some()) {
         writeln!(out, "levels:")?;
     }

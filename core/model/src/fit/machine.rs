@@ -8,7 +8,7 @@ use plumb_kinematics::{Deviation, Knob, Posture, Weights};
 
 use super::observations::{Equation, Observations, Reading};
 use super::state::{Slot, State, square_to, surface_freedoms};
-use crate::effect::{self, Drive, Effect, EffectId, EffectNameError, Handle, LooksAt, Situation};
+use crate::effect::{self, Drive, Effect, EffectId, EffectNameError, Handle, LooksAt, Situation, Trigger};
 use crate::file::{AddedEffect, Frame, Model, SurfaceShape};
 use crate::table::Table;
 
@@ -52,9 +52,13 @@ pub(crate) struct Scratch {
     bend_shift: Vector3<f64>,
     bend_turn: Vector3<f64>,
     target_shifts: Vec<Vector3<f64>>,
-    /// Distance over a surface at which the sensor triggers, mm; and how it grows per slot and probe.
+    /// Distance over a surface at which the sensor triggers, mm; and how it (at an edge: the place left of it) grows per slot and probe.
     trigger_height: f64,
     triggers: Vec<f64>,
+    /// What the sensor itself adds to where it triggers: over a surface, and left of an edge, mm; and how the latter grows with its height.
+    seen_above: f64,
+    seen_left: f64,
+    left_by_height: f64,
     linear: Vec<Vector3<f64>>,
     angular: Vec<Vector3<f64>>,
 }
@@ -178,7 +182,7 @@ impl<'a> Machine<'a> {
         row: usize,
         posture: &'s Posture,
         moments: &'s [f64],
-        point: Vector3<f64>,
+        point: Option<Vector3<f64>>,
     ) -> Situation<'s> {
         let joints = self.table.joints;
         let cell = |column: &Option<Vec<f64>>| column.as_ref().and_then(|column| column.get(row)).copied();
@@ -195,8 +199,78 @@ impl<'a> Machine<'a> {
             weights: self.weights(state, row),
             moments,
             posture,
-            point,
+            point: point.unwrap_or_else(Vector3::zeros),
+            hand: point.map_or_else(Matrix3::identity, |_| {
+                state.base.rotation.matrix() * posture.flange.rotation.matrix()
+            }),
+            trigger: self.trigger(state, row, point),
         }
+    }
+
+    /// What the arm's own sensor did in a row, if it triggered there.
+    fn trigger(&self, state: &State, row: usize, point: Option<Vector3<f64>>) -> Option<Trigger> {
+        let over = self.observations.of_row(row).iter().find_map(|equation| match equation.reading {
+            Reading::Trigger(surface) => Some(usize::from(surface)),
+            _ => None,
+        });
+        let surface = over?;
+        let known = self.model.surfaces.get(surface)?;
+        let edge = matches!(known.shape, SurfaceShape::Line { .. });
+        let sensor = self.model.sensor;
+        let distance = match (sensor, point) {
+            (Some(sensor), Some(point)) => sensor.working + height_of(state, &point),
+            _ => f64::NAN,
+        };
+        Some(Trigger {
+            surface,
+            edge,
+            light: known.light.unwrap_or(0.0),
+            // Where it is not logged, a sensor comes on over something and goes off at an edge.
+            came_on: self.table.came_on(row).unwrap_or(!edge),
+            distance,
+            sensor,
+        })
+    }
+
+    /// What the sensor adds to where it triggers, by its data sheet and by the effects that take part.
+    fn see(&self, state: &State, row: usize, point: Vector3<f64>, scratch: &mut Scratch) {
+        if self.model.sensor.is_none() {
+            return;
+        }
+        (scratch.seen_above, scratch.seen_left) = self.seen(state, row, point, scratch);
+        let higher = point + up_from_table(state) * PROBE_HEIGHT;
+        let (_, left) = self.seen(state, row, higher, scratch);
+        scratch.left_by_height = (left - scratch.seen_left) / PROBE_HEIGHT;
+    }
+
+    fn seen(&self, state: &State, row: usize, point: Vector3<f64>, scratch: &mut Scratch) -> (f64, f64) {
+        let mut drives = std::mem::take(&mut scratch.drives);
+        let situation = self.situation(state, row, &scratch.posture, &scratch.moments, Some(point));
+        let (mut above, mut left) = match situation.trigger {
+            Some(Trigger { edge: true, light, came_on, distance, sensor: Some(sensor), .. }) => {
+                (0.0, light * 0.5 * sensor.spot * sensor.early(came_on, distance, sensor.hysteresis))
+            }
+            Some(Trigger { edge: false, came_on, sensor: Some(sensor), .. }) => {
+                (sensor.above(came_on, sensor.hysteresis), 0.0)
+            }
+            _ => (0.0, 0.0),
+        };
+        for (part, values) in self.parts.iter().zip(&state.effects) {
+            if part.effect.looks_at() == LooksAt::Point {
+                drives.clear();
+                part.effect.drive(&situation, &mut drives);
+                for drive in &drives {
+                    let amount = drive.rate * values.get(drive.parameter).copied().unwrap_or(0.0);
+                    match drive.handle {
+                        Handle::Trigger => above += amount,
+                        Handle::Edge => left += amount,
+                        _ => {}
+                    }
+                }
+            }
+        }
+        scratch.drives = drives;
+        (above, left)
     }
 
     /// What steps in time are dated by in a row; nothing where a logged time is not finite.
@@ -226,7 +300,7 @@ impl<'a> Machine<'a> {
         scratch.target_shifts.resize(state.targets.len(), Vector3::zeros());
         let mut drives = std::mem::take(&mut scratch.drives);
         let idle = Posture::default();
-        let situation = self.situation(state, row, &idle, &[], Vector3::zeros());
+        let situation = self.situation(state, row, &idle, &[], None);
         for (part, values) in self.parts.iter().zip(&state.effects) {
             if part.effect.looks_at() == LooksAt::Conditions {
                 drives.clear();
@@ -253,7 +327,7 @@ impl<'a> Machine<'a> {
             scratch.deviations.clone_from(&stiff);
             scratch.bend_shift = Vector3::zeros();
             scratch.bend_turn = Vector3::zeros();
-            let situation = self.situation(state, row, &posture, &moments, Vector3::zeros());
+            let situation = self.situation(state, row, &posture, &moments, None);
             for (part, values) in self.parts.iter().zip(&state.effects) {
                 if part.effect.looks_at() == LooksAt::Gravity {
                     drives.clear();
@@ -307,7 +381,7 @@ impl<'a> Machine<'a> {
         }
         let mut shift = Vector3::zeros();
         let mut drives = std::mem::take(&mut scratch.drives);
-        let situation = self.situation(state, row, &scratch.posture, &scratch.moments, point);
+        let situation = self.situation(state, row, &scratch.posture, &scratch.moments, Some(point));
         for (part, values) in self.parts.iter().zip(&state.effects) {
             if part.effect.looks_at() == LooksAt::Point {
                 drives.clear();
@@ -347,8 +421,14 @@ impl<'a> Machine<'a> {
                     .surfaces
                     .get(usize::from(surface))
                     .map_or_else(|| (0.0, Vector3::zeros()), |shape| away_from(shape, point, up));
-                let above = self.triggers_above(equation.reading);
-                of_point(value - above * scratch.trigger_height, normal)
+                match self.trigger_handle(equation.reading) {
+                    Some(Handle::Edge) => {
+                        let by_height = up_from_table(state) * scratch.left_by_height;
+                        of_point(value - scratch.seen_left, normal - by_height)
+                    }
+                    Some(_) => of_point(value - scratch.trigger_height - scratch.seen_above, normal),
+                    None => of_point(value, normal),
+                }
             }
             Reading::Distance(surface) => {
                 let place = match state.surfaces.get(usize::from(surface)) {
@@ -365,11 +445,14 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// One for a sensor that triggered over a plane or ball, whose height counts; else zero.
-    fn triggers_above(&self, reading: Reading) -> f64 {
-        let Reading::Trigger(surface) = reading else { return 0.0 };
-        let shape = self.model.surfaces.get(usize::from(surface)).map(|surface| &surface.shape);
-        f64::from(u8::from(matches!(shape, Some(SurfaceShape::Plane { .. } | SurfaceShape::Sphere { .. }))))
+    /// What says where a sensor triggers: over a plane or ball its height, at an edge how far beside it.
+    fn trigger_handle(&self, reading: Reading) -> Option<Handle> {
+        let Reading::Trigger(surface) = reading else { return None };
+        match self.model.surfaces.get(usize::from(surface)).map(|surface| &surface.shape)? {
+            SurfaceShape::Plane { .. } | SurfaceShape::Sphere { .. } => Some(Handle::Trigger),
+            SurfaceShape::Line { .. } => Some(Handle::Edge),
+            SurfaceShape::Point { .. } => None,
+        }
     }
 
     fn tilt(
@@ -414,6 +497,7 @@ impl<'a> Machine<'a> {
                     _ => {
                         let (point, _) = self.point(state, target, scratch);
                         let point = point + self.reading_shift(state, row, point, scratch);
+                        self.see(state, row, point, scratch);
                         known = Some((target, point));
                         point
                     }
@@ -434,7 +518,7 @@ impl<'a> Machine<'a> {
                 let mut scratch = Scratch::default();
                 self.assume(&state, row, &mut scratch);
                 let (point, _) = self.point(&state, 0, &scratch);
-                look(&self.situation(&state, row, &scratch.posture, &scratch.moments, point));
+                look(&self.situation(&state, row, &scratch.posture, &scratch.moments, Some(point)));
             })?;
         }
         Ok(())
@@ -523,7 +607,7 @@ impl<'a> Machine<'a> {
                 (axis.cross(&(frames.point - frames.origin)), axis)
             }
             Handle::Reading(axis) => (Vector3::ith(axis.min(2), 1.0), Vector3::zeros()),
-            Handle::Trigger => (Vector3::zeros(), Vector3::zeros()),
+            Handle::Trigger | Handle::Edge => (Vector3::zeros(), Vector3::zeros()),
             Handle::Twist { after, shift, turn, about } => {
                 if frames.carried_by.is_some_and(|carrier| after > carrier) {
                     return (Vector3::zeros(), Vector3::zeros());
@@ -588,7 +672,7 @@ impl<'a> Machine<'a> {
             {
                 let (by_point, by_turn) = (prediction.by_point * scale, prediction.by_turn * scale);
                 let turns = matches!(subject, Subject::Level(_));
-                let above = self.triggers_above(equation.reading) * scale;
+                let above = if self.trigger_handle(equation.reading).is_some() { scale } else { 0.0 };
                 for (((entry, linear), angular), trigger) in
                     entries.iter_mut().zip(&scratch.linear).zip(&scratch.angular).zip(&scratch.triggers)
                 {
@@ -616,6 +700,8 @@ impl<'a> Machine<'a> {
         let target = if let Subject::Target(target) = subject { target } else { 0 };
         let (point, in_base) = self.point(state, target, scratch);
         let read = point + self.reading_shift(state, row, point, scratch);
+        self.see(state, row, read, scratch);
+        let triggered = self.observations.of_row(row).iter().find_map(|one| self.trigger_handle(one.reading));
         let (base, origin) = self.base(state, scratch);
         let level_frame = match subject {
             Subject::Level(level) => self.model.levels.get(level).map(|level| level.frame),
@@ -632,7 +718,7 @@ impl<'a> Machine<'a> {
         triggers.clear();
         {
             let frames = Frames { posture: &scratch.posture, base, origin, point, in_base, carried_by };
-            let situation = self.situation(state, row, &scratch.posture, &scratch.moments, point);
+            let situation = self.situation(state, row, &scratch.posture, &scratch.moments, Some(point));
             let mut motion = |handle: Option<Handle>| {
                 let still = on_base && matches!(handle, Some(Handle::Joint(..)));
                 let (moved, turned) = match handle {
@@ -661,7 +747,7 @@ impl<'a> Machine<'a> {
                 angular.resize(width, Vector3::zeros());
                 triggers.resize(width, 0.0);
                 for drive in &drives {
-                    if drive.handle == Handle::Trigger
+                    if triggered == Some(drive.handle)
                         && let Some(trigger) = triggers.get_mut(first + drive.parameter)
                     {
                         *trigger += drive.rate;
@@ -769,7 +855,7 @@ fn apply(drives: &[Drive], values: &[f64], scratch: &mut Scratch) {
             Handle::BaseShift(axis) => scratch.base_shift.get_mut(axis),
             Handle::BaseTurn(axis) => scratch.base_turn.get_mut(axis),
             Handle::Trigger => Some(&mut scratch.trigger_height),
-            Handle::Reading(_) => continue,
+            Handle::Reading(_) | Handle::Edge => continue,
             Handle::Twist { shift, turn, about, .. } => {
                 scratch.bend_shift += (shift - turn.cross(&about)) * amount;
                 scratch.bend_turn += turn * amount;
@@ -780,6 +866,26 @@ fn apply(drives: &[Drive], values: &[f64], scratch: &mut Scratch) {
             *part += amount;
         }
     }
+}
+
+/// By how much the sensor is lifted to see how an edge's place depends on its height, mm.
+const PROBE_HEIGHT: f64 = 0.05;
+
+/// The first plane of the model, which the sensor works over.
+fn table_of(state: &State) -> Option<(Vector3<f64>, f64)> {
+    state.surfaces.iter().find_map(|shape| match shape {
+        SurfaceShape::Plane { normal, offset } => Some((*normal, *offset)),
+        _ => None,
+    })
+}
+
+fn up_from_table(state: &State) -> Vector3<f64> {
+    table_of(state).map_or_else(Vector3::z, |(normal, _)| normal)
+}
+
+/// How high a point is over the plane the sensor works over, mm; 0 without one.
+fn height_of(state: &State, point: &Vector3<f64>) -> f64 {
+    table_of(state).map_or(0.0, |(normal, offset)| normal.dot(point) - offset)
 }
 
 /// How far a point is from a surface (mm, positive outside) and in which direction that grows.

@@ -41,6 +41,25 @@ impl Laboratory {
         self.take_in(more, progress)
     }
 
+    /// The model with everything that is free as the table says, and nothing added.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn accept(&self, progress: &Progress) -> Result<Addition, LaboratoryError> {
+        let before = self.compare(progress)?;
+        let fitted = self.fit_with(&[], None, progress)?;
+        let values = self.effect_values(&fitted.machine, &fitted.fit);
+        let comparison = self.comparison(&fitted.machine, &fitted.fit, progress)?;
+        Ok(Addition {
+            model: self.adopted(&fitted),
+            added: values,
+            before: before.rms_mm,
+            rms_mm: comparison.rms_mm,
+            moved: Vec::new(),
+            comparison,
+        })
+    }
+
     pub(crate) fn take_in(
         &self,
         more: Vec<AddedEffect>,

@@ -78,6 +78,8 @@ pub struct Table {
     pub height: Option<Vec<f64>>,
     /// Surfaces named in `on`.
     pub on: Names,
+    /// What the arm's own sensor did in a row: it came on, or went off; nothing where that was not logged.
+    pub signal: Option<Vec<Option<bool>>>,
     /// Tilts about x and y of the level's frame, rad.
     pub tilt: Option<Vec<[f64; 2]>>,
     /// Levels named in `level`: where the level lay.
@@ -125,6 +127,11 @@ impl Table {
     /// Side from which a joint arrived in a row; 0 where it was not logged.
     pub fn approach_of(&self, row: usize, joint: usize) -> i8 {
         self.approach.as_ref().and_then(|sides| sides.get(row * self.joints + joint)).copied().unwrap_or(0)
+    }
+
+    /// Whether the sensor came on in a row, rather than went off; nothing where that was not logged.
+    pub fn came_on(&self, row: usize) -> Option<bool> {
+        self.signal.as_ref().and_then(|signals| signals.get(row)).copied().flatten()
     }
 
     /// Rows in the order of time where the table has it, else in the order of the file.

@@ -10,6 +10,7 @@ pub(super) enum Meaning {
     Std { axis: usize, scale: f64 },
     Height { scale: f64 },
     On,
+    Signal,
     Tilt { axis: usize, scale: f64 },
     Level,
     Distance { scale: f64 },
@@ -44,6 +45,7 @@ impl Meaning {
             Self::Approach { joint } => (13, *joint, 0),
             Self::Repeat => (14, 0, 0),
             Self::Level => (15, 0, 0),
+            Self::Signal => (16, 0, 0),
             Self::Covariate => return None,
         })
     }
@@ -85,6 +87,7 @@ fn needs_unit(name: &str, units: &[(&str, f64)]) -> String {
 pub(super) fn parse(name: &str) -> Result<Meaning, String> {
     let simple = match name {
         "on" => Some(Meaning::On),
+        "signal" => Some(Meaning::Signal),
         "distance_to" => Some(Meaning::DistanceTo),
         "touch" => Some(Meaning::Touch),
         "level" => Some(Meaning::Level),

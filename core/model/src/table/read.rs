@@ -191,6 +191,7 @@ fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
             Meaning::Height { .. } => table.height = Some(Vec::new()),
             Meaning::Tilt { .. } => table.tilt = Some(Vec::new()),
             Meaning::Distance { .. } => table.distance = Some(Vec::new()),
+            Meaning::Signal => table.signal = Some(Vec::new()),
             Meaning::Time => table.time = Some(Vec::new()),
             Meaning::Temperature => table.temperature = Some(Vec::new()),
             Meaning::Payload => table.payload = Some(Vec::new()),
@@ -249,6 +250,12 @@ fn push_row(
         };
         match &column.meaning {
             Meaning::On => on = cell,
+            Meaning::Signal => {
+                let came_on = signal(cell).map_err(fail)?;
+                if let Some(known) = table.signal.as_mut().and_then(|signals| signals.get_mut(row)) {
+                    *known = came_on;
+                }
+            }
             Meaning::DistanceTo => to = cell,
             Meaning::Touch => touch = cell,
             Meaning::Level => level = cell,
@@ -281,6 +288,16 @@ fn push_row(
     Ok(())
 }
 
+/// What a sensor did, as a word.
+fn signal(cell: &str) -> Result<Option<bool>, String> {
+    match cell {
+        "" => Ok(None),
+        "on" => Ok(Some(true)),
+        "off" => Ok(Some(false)),
+        other => Err(format!("`{other}` is nothing a sensor does: it comes `on` or goes `off`")),
+    }
+}
+
 /// What may have gone wrong with a row that is too long or too short.
 fn length_hint(expected: usize, record: &StringRecord, mark: DecimalMark) -> &'static str {
     let whole = |cell: &str| cell.trim_start_matches('-').bytes().all(|byte| byte.is_ascii_digit());
@@ -310,6 +327,9 @@ fn start_row(table: &mut Table) {
     }
     if let Some(std) = &mut table.std {
         std.push([f64::NAN; 3]);
+    }
+    if let Some(signal) = &mut table.signal {
+        signal.push(None);
     }
     if let Some(tilt) = &mut table.tilt {
         tilt.push([f64::NAN; 2]);
@@ -378,6 +398,7 @@ fn store(table: &mut Table, row: usize, meaning: &Meaning, value: f64) {
             }
         }
         Meaning::On
+        | Meaning::Signal
         | Meaning::DistanceTo
         | Meaning::Touch
         | Meaning::Level

@@ -145,6 +145,7 @@ impl Session {
                 self.tell(id, |state| measure(state, &Use { with, at: at.as_deref(), turned, axis }))
             }
             Verb::Hang { mass_kg } => self.change(id, |state| state.world.hang(mass_kg)),
+            Verb::ReadPoint { axis, ahead_mm } => self.tell(id, |state| read_point(state, axis, ahead_mm)),
             Verb::Level { joint, at, turned } => self.answer_level(id, &joint, &at, turned),
             Verb::Look {} => self.tell(id, |state| look(state)),
             Verb::Shine { laser, filter } => self.change(id, |state| state.world.shine(laser, filter)),
@@ -385,6 +386,13 @@ fn look(state: &State) -> Say {
 fn measure(state: &mut State, used: &Use<'_>) -> Say {
     match state.world.measure(used) {
         Ok((value, unit)) => Say::Measured { value, unit: unit.to_owned() },
+        Err(why) => Say::Refused { why },
+    }
+}
+
+fn read_point(state: &State, axis: u8, ahead_mm: f64) -> Say {
+    match state.world.read_point(usize::from(axis), ahead_mm) {
+        Ok(value) => Say::Measured { value, unit: "mm".to_owned() },
         Err(why) => Say::Refused { why },
     }
 }

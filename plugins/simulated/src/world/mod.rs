@@ -411,6 +411,19 @@ impl World {
         self.description.instruments.ruler.read(height, self.description.seed, self.readings_taken)
     }
 
+    /// Where a point truly is that lies so far ahead of the sensor's face, in the target's own frame: that of the world, had the target been laid
+    /// where it was meant to.
+    pub fn point_ahead(&self, ahead_mm: f64) -> Point {
+        let pose = &self.stance.pose;
+        let ahead = |from: f64, looks: f64| from + looks * ahead_mm;
+        let point = Point {
+            x: ahead(pose.tool.x, pose.looks.x),
+            y: ahead(pose.tool.y, pose.looks.y),
+            z: ahead(pose.tool.z, pose.looks.z),
+        };
+        self.description.scene.target.as_meant(point)
+    }
+
     fn inputs(&self) -> u64 {
         u64::from(self.fired) << self.description.scene.sensor.input_bit
     }

@@ -51,6 +51,13 @@ impl TTarget {
         outside_box(u, v, inner, outer, self.head_width / 2.0 + self.patch_margin)
     }
 
+    /// A point of the world in the frame that the target's lines make: that of the world, had it been laid where it was meant to.
+    pub fn as_meant(&self, point: Point) -> Point {
+        let (x, y) = (point.x - self.misplaced[0], point.y - self.misplaced[1]);
+        let (sine, cosine) = self.misturned.sin_cos();
+        Point { x: x * cosine + y * sine, y: y * cosine - x * sine, z: point.z }
+    }
+
     fn own_frame(&self, point: Point) -> (f64, f64) {
         let x = point.x - self.misplaced[0];
         let y = point.y - self.misplaced[1];

@@ -8,7 +8,7 @@ use crate::engine::scope::joints_value;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::NamedValue;
-use crate::step::MoveStep;
+use crate::step::{MoveStep, PointTarget};
 
 impl Engine {
     pub(super) fn execute_move(&mut self, step: &MoveStep, at: &StepContext) -> Result<Done, StepError> {
@@ -25,7 +25,12 @@ impl Engine {
         self.journal.record.note_intent(at.attempt.row, &json!({"target": target.as_slice()}))?;
         let end = self.move_arm(&step.robot, &start, &target, step.speed, at)?;
         let joints = self.arm(&step.robot)?.named(&end);
-        let moved = |joint: &NamedValue| step.targets.iter().any(|target| target.joint == joint.name);
+        let by_point = |name: &String| {
+            step.point.as_ref().is_some_and(|point| point.by.iter().any(|(joint, _)| joint == name))
+        };
+        let moved = |joint: &NamedValue| {
+            by_point(&joint.name) || step.targets.iter().any(|target| target.joint == joint.name)
+        };
         let values: Vec<NamedValue> = joints.iter().filter(|joint| moved(joint)).cloned().collect();
         let places =
             values.iter().map(|value| format!("{} at {:.3} {}", value.name, value.value, value.unit));
@@ -51,7 +56,29 @@ impl Engine {
             };
             target.set(column, place);
         }
+        if let Some(point) = &step.point {
+            target = self.point_target(step, point, at, start, &target)?;
+        }
         Ok(target)
+    }
+
+    /// Where the drive has to go for the model's point to come where it is wanted, the other joints going where they are told. The way there
+    /// decides from which side each joint arrives.
+    fn point_target(
+        &mut self,
+        step: &MoveStep,
+        point: &PointTarget,
+        at: &StepContext,
+        start: &JointVector,
+        others: &JointVector,
+    ) -> Result<JointVector, StepError> {
+        let mut wanted = [0.0; 3];
+        for (value, expression) in wanted.iter_mut().zip(&point.xyz) {
+            *value = self.number(at.scope, expression)?;
+        }
+        let arm = self.arm(&step.robot)?;
+        let by: Vec<usize> = point.by.iter().filter_map(|(joint, _)| arm.column(joint)).collect();
+        arm.joints_for_point(wanted, start, others, &by).map_err(StepError::error)
     }
 
     /// Moves a robot; where it comes to rest is written down with the end of the step.

@@ -204,7 +204,7 @@ impl Engine {
         let arm = self.arm(&step.robot)?;
         let base_from_flange = arm.flange(&joints).map_err(StepError::error)?;
         cloud.poses.push(arm.corrected(&joints));
-        cloud.approaches.push(arm.approach().to_vec());
+        cloud.approaches.push(arm.sides().to_vec());
         for point in points {
             let [x, y, z] = point.flange_mm.map(f64::from);
             let place = base_from_flange * Point3::new(x, y, z);

@@ -341,6 +341,7 @@ impl Engine {
         let height_mm = height.map(|height| self.number(at.scope, height)).transpose()?;
         let arm = self.arm(&step.robot)?;
         let recorded = arm.recorded(&edge.joints);
+        let sides = arm.recorded_sides();
         let named = arm.named(&edge.joints);
         let half_width =
             arm.named_value(search.column, edge.joints_half_width.get(search.column).unwrap_or(0.0));
@@ -357,6 +358,7 @@ impl Engine {
             surface: step.finds.as_ref().map(|finds| finds.surface.as_str()),
             height_mm,
             direction: search.direction.signum() as i8,
+            sides: &sides,
         };
         Ok(self.journal.trigger(&at.path, &trigger, named, half_width.clone())?)
     }

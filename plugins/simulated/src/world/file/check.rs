@@ -4,7 +4,6 @@ use std::ops::RangeInclusive;
 
 use serde_yaml::Location;
 
-use super::number;
 use super::super::drive::{AXES, HalfSteps, Joint, Joints};
 use super::super::geometry::ArmGeometry;
 use super::super::instrument::{Instrument, Instruments};
@@ -14,6 +13,7 @@ use super::super::sensor::{Optics, ProximitySensor, Scene, Spot, Table};
 use super::super::target::TTarget;
 use super::super::{ArmDescription, WorldDescription};
 use super::error::WorldFileError;
+use super::number;
 use super::raw::{self, Number};
 
 /// Rated speeds without load: base, shoulder, elbow, wrists, and 20 mm/s of gripper, half-steps/s.
