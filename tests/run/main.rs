@@ -20,4 +20,5 @@ mod refused;
 mod remembering;
 mod schema;
 mod serial;
+mod stripes;
 mod studies;
