@@ -180,3 +180,21 @@ steps:
     let said = lab.plumb(&["check", "cell.yaml"]);
     assert!(said.code() == 2 && said.all().contains("did you mean `off`?"), "{}", said.all());
 }
+
+#[test]
+fn the_wrist_is_levelled_and_a_second_pass_finds_nothing() {
+    let lab = lab();
+    lab.edit(
+        "world.yaml",
+        "    resolution: encoder",
+        "    resolution: encoder\n    zero_error: {flange_deg: 0.8}",
+    );
+    let (events, code) = run(&lab, "wrist");
+    assert_eq!(code, 0, "{}", end(&events));
+    let found = values(&events, "found", "correction");
+    assert!(found.iter().all(|found| (found - 0.8).abs() < 0.02) && found.len() == 1, "{found:?}");
+    let (events, code) = run(&lab, "wrist");
+    assert_eq!(code, 0, "{}", end(&events));
+    let again = values(&events, "found", "correction");
+    assert!(again.iter().all(|again| again.abs() < 0.02) && again.len() == 1, "{again:?}");
+}

@@ -21,4 +21,5 @@ mod refused;
 mod remembering;
 mod schema;
 mod serial;
+mod stripes;
 mod studies;

@@ -160,7 +160,7 @@ fn summary(outcomes: &[Outcome]) -> String {
 /// One world, from its making to the error measured afresh.
 fn study(arguments: &Arguments, hidden: Hidden, seed: u64) -> Result<Outcome, StudyError> {
     let folder = arguments.output.join(format!("{}-{seed}", hidden.name().replace(' ', "-")));
-    let cell = make_cell(&arguments.cell, &folder, hidden, seed)?;
+    let cell = make_cell(arguments, &folder, hidden, seed)?;
     let on_paper_mm = error_of(&cell, &folder)?;
     let scans = gather(&cell, &folder)?;
     let opened = |add: &[String]| {
@@ -194,11 +194,12 @@ fn study(arguments: &Arguments, hidden: Hidden, seed: u64) -> Result<Outcome, St
 }
 
 /// A copy of the cell's folder with this world, and of the models beside it.
-fn make_cell(from: &Path, to: &Path, hidden: Hidden, seed: u64) -> Result<PathBuf, StudyError> {
-    let beside = from.parent().unwrap_or(Path::new(""));
+fn make_cell(arguments: &Arguments, to: &Path, hidden: Hidden, seed: u64) -> Result<PathBuf, StudyError> {
+    let from = &arguments.cell;
+    let beside = from.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let inside = to.join("cell");
-    copy(beside, &inside)?;
-    copy(&beside.join("../arms"), &to.join("arms"))?;
+    copy(beside, &inside, &arguments.output)?;
+    copy(&beside.join("../arms"), &to.join("arms"), &arguments.output)?;
     let path = inside.join("world.yaml");
     let failed = |cause| StudyError::File { path: path.clone(), cause };
     let text = fs::read_to_string(&path).map_err(failed)?;
@@ -208,15 +209,18 @@ fn make_cell(from: &Path, to: &Path, hidden: Hidden, seed: u64) -> Result<PathBu
     Ok(inside.join(from.file_name().unwrap_or_default()))
 }
 
-fn copy(from: &Path, to: &Path) -> Result<(), StudyError> {
+/// Copies the YAML files of a folder and those below it, but not what the study itself has written.
+fn copy(from: &Path, to: &Path, output: &Path) -> Result<(), StudyError> {
     let failed = |path: &Path, cause| StudyError::File { path: path.to_owned(), cause };
     fs::create_dir_all(to).map_err(|cause| failed(to, cause))?;
     for entry in fs::read_dir(from).map_err(|cause| failed(from, cause))? {
         let path = entry.map_err(|cause| failed(from, cause))?.path();
         let target = to.join(path.file_name().unwrap_or_default());
-        if path.is_dir() {
-            copy(&path, &target)?;
-        } else {
+        let own =
+            matches!((path.canonicalize(), output.canonicalize()), (Ok(one), Ok(other)) if one == other);
+        if path.is_dir() && !own {
+            copy(&path, &target, output)?;
+        } else if path.extension().is_some_and(|ending| ending == "yaml") {
             fs::copy(&path, &target).map(drop).map_err(|cause| failed(&path, cause))?;
         }
     }

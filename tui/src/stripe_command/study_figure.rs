@@ -10,8 +10,11 @@ const SIZE: (u32, u32) = (860, 480);
 /// Agin's worst errors appeared to be on the order of +-5 mm.
 const AGIN_MM: f64 = 10.0;
 
-/// The three states of a world: name, colour, error.
-const STATES: [(&str, RGBColor, fn(&Outcome) -> f64); 3] = [
+/// A state of a world: its name, its colour, its error.
+type State = (&'static str, RGBColor, fn(&Outcome) -> f64);
+
+/// In the order they come about.
+const STATES: [State; 3] = [
     ("arm and rig as drawn", RGBColor(150, 150, 150), |one| one.on_paper_mm),
     ("zeros and rig adjusted", RGBColor(190, 80, 0), |one| one.classical_mm),
     ("what the lab named added", RGBColor(0, 90, 160), |one| one.added_mm),

@@ -176,7 +176,7 @@ impl Problem<'_> {
         let unknowns = jacobian.ncols();
         let names = self.names();
         let (sigmas, not_observable) =
-            spread(&jacobian, &names, chi_square / (self.members.len() - unknowns).max(1) as f64);
+            spread(&jacobian, &names, chi_square / self.members.len().saturating_sub(unknowns).max(1) as f64);
         let values = state.rig_values.iter().chain(&state.values);
         let found = names.iter().zip(values).zip(&sigmas).map(|(((name, unit), value), sigma)| Found {
             name: name.clone(),

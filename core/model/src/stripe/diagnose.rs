@@ -130,7 +130,7 @@ pub fn with_added(model: &Model, added: &[Suspect]) -> super::Options {
 /// The suspects that would bring the weighted squares down most, by the linear estimate, those first whose gain is greatest; one of a family.
 fn ranked(problem: &Problem<'_>, state: &State, all: Vec<Suspect>) -> Result<Vec<Suspect>, AdjustError> {
     let residuals = problem.residuals(state);
-    let weights = residuals.map(|residual| weight(residual));
+    let weights = residuals.map(weight);
     let mut jacobian = problem.jacobian(state);
     for (mut row, weight) in jacobian.row_iter_mut().zip(weights.iter()) {
         row.scale_mut(*weight);
@@ -251,8 +251,9 @@ impl Problem<'_> {
         let rig = plain.options.rig.len()..self.options.rig.len();
         let effects =
             self.options.rig.len() + plain.effect_values()..self.options.rig.len() + self.effect_values();
-        let columns: Vec<DVector<f64>> =
-            rig.chain(effects).map(|unknown| self.slope(state, unknown).component_mul(weights)).collect();
+        let flanges = self.flanges(&state.rig, &state.values);
+        let slope = |unknown| self.slope(state, unknown, &flanges).component_mul(weights);
+        let columns: Vec<DVector<f64>> = rig.chain(effects).map(slope).collect();
         DMatrix::from_columns(&columns)
     }
 

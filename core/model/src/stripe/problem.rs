@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Isometry3, Point3};
 
 use super::adjust::{AdjustError, Options};
 use super::surface::Away;
-use super::{StripePixel, StripeRig, Surface, View};
+use super::{RigParameter, StripePixel, StripeRig, Surface, View};
 use crate::effect::{self, Effect, EffectId, EffectNameError};
 use crate::file::Model;
 use crate::forward;
@@ -82,10 +82,10 @@ impl<'a> Problem<'a> {
         options: Options,
     ) -> Result<Self, EffectNameError> {
         let effects = built(model, &options.effects)?;
-        let of_effect = |(place, effect): (usize, &Box<dyn Effect>)| {
-            (0..effect.parameters().len()).map(move |parameter| (place, parameter)).collect::<Vec<_>>()
-        };
-        let effect_parameters = effects.iter().enumerate().flat_map(of_effect).collect();
+        let counts: Vec<usize> = effects.iter().map(|effect| effect.parameters().len()).collect();
+        let of_effect =
+            |(place, count): (usize, &usize)| (0..*count).map(move |parameter| (place, parameter));
+        let effect_parameters = counts.iter().enumerate().flat_map(of_effect).collect();
         Ok(Self {
             model,
             views,
@@ -121,7 +121,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    fn flanges(&self, rig: &StripeRig, values: &[f64]) -> Vec<Isometry3<f64>> {
+    pub(super) fn flanges(&self, rig: &StripeRig, values: &[f64]) -> Vec<Isometry3<f64>> {
         let flange =
             |view: &View| base_from_flange(self.model, &self.effects, values, view, rig.clock_skew_s);
         self.views.iter().map(flange).collect()
@@ -180,8 +180,7 @@ impl<'a> Problem<'a> {
         self.options.rig.len() + self.effect_parameters.len() + places
     }
 
-    fn distances(&self, state: &State) -> Vec<f64> {
-        let flanges = self.flanges(&state.rig, &state.values);
+    fn distances(&self, state: &State, flanges: &[Isometry3<f64>]) -> Vec<f64> {
         let distance = |member: &Member| {
             let seen = state.rig.point(member.pixel.u_px, member.pixel.v_px)?;
             let surface = state.surfaces.get(member.surface)?;
@@ -191,13 +190,18 @@ impl<'a> Problem<'a> {
     }
 
     pub(super) fn rms_mm(&self, state: &State) -> f64 {
-        let squares: f64 = self.distances(state).iter().map(|distance| distance * distance).sum();
+        let flanges = self.flanges(&state.rig, &state.values);
+        let squares: f64 = self.distances(state, &flanges).iter().map(|distance| distance * distance).sum();
         (squares / self.members.len().max(1) as f64).sqrt()
     }
 
     /// Residuals over their sigmas.
     pub(super) fn residuals(&self, state: &State) -> DVector<f64> {
-        let distances = self.distances(state);
+        self.residuals_from(state, &self.flanges(&state.rig, &state.values))
+    }
+
+    fn residuals_from(&self, state: &State, flanges: &[Isometry3<f64>]) -> DVector<f64> {
+        let distances = self.distances(state, flanges);
         let scaled = distances.iter().zip(&self.members).map(|(distance, member)| distance / member.sigma_mm);
         DVector::from_iterator(self.members.len(), scaled)
     }
@@ -247,17 +251,24 @@ impl<'a> Problem<'a> {
     }
 
     pub(super) fn jacobian(&self, state: &State) -> DMatrix<f64> {
+        let flanges = self.flanges(&state.rig, &state.values);
         let columns: Vec<DVector<f64>> =
-            (0..self.unknowns(state)).map(|unknown| self.slope(state, unknown)).collect();
+            (0..self.unknowns(state)).map(|unknown| self.slope(state, unknown, &flanges)).collect();
         DMatrix::from_columns(&columns)
     }
 
-    /// How the residuals change with one of the unknowns.
-    pub(super) fn slope(&self, state: &State, unknown: usize) -> DVector<f64> {
+    /// How the residuals change with one of the unknowns; `flanges` are those of the state.
+    pub(super) fn slope(&self, state: &State, unknown: usize, flanges: &[Isometry3<f64>]) -> DVector<f64> {
         let small = self.small(unknown);
-        let ahead = self.residuals(&self.moved(state, unknown, small));
-        let behind = self.residuals(&self.moved(state, unknown, -small));
-        (ahead - behind) / (2.0 * small)
+        let of_rig = self.options.rig.get(unknown);
+        let of_effect =
+            (self.options.rig.len()..self.options.rig.len() + self.effect_values()).contains(&unknown);
+        let moves_arm = of_effect || of_rig == Some(&RigParameter::ClockSkew);
+        let residuals = |by: f64| {
+            let moved = self.moved(state, unknown, by);
+            if moves_arm { self.residuals(&moved) } else { self.residuals_from(&moved, flanges) }
+        };
+        (residuals(small) - residuals(-small)) / (2.0 * small)
     }
 
     /// Names and units of what is sought, the surfaces' places left out.

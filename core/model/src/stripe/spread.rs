@@ -15,7 +15,8 @@ pub(super) fn spread(
     let scales: Vec<f64> =
         (0..normal.nrows()).map(|place| normal[(place, place)].sqrt().max(1e-300)).collect();
     let scaled = DMatrix::from_fn(normal.nrows(), normal.ncols(), |row, column| {
-        normal[(row, column)] / (scales[row] * scales[column])
+        let scale = |place: usize| scales.get(place).copied().unwrap_or(1.0);
+        normal[(row, column)] / (scale(row) * scale(column))
     });
     let eigen = scaled.symmetric_eigen();
     let largest = eigen.eigenvalues.max();

@@ -33,20 +33,26 @@ impl Chain {
         for row in component.top as usize..=component.bottom as usize {
             let begin = self.steps.len();
             for place in runs.of_row(row) {
-                if components.root(place) == component.root {
-                    let step = self.step(runs.all()[place], row as u32, above.clone());
+                if components.root(place) == component.root
+                    && let Some(run) = runs.all().get(place)
+                {
+                    let step = self.step(*run, row as u32, above.clone());
                     self.steps.push(step);
                 }
             }
             above = begin..self.steps.len();
             // The later row wins only where it is truly longer: of two ways of one length the first found stands.
             for step in above.clone() {
-                if self.steps[step].length > self.steps[longest].length {
+                if self.length(step) > self.length(longest) {
                     longest = step;
                 }
             }
         }
         self.collect(longest);
+    }
+
+    fn length(&self, step: usize) -> u32 {
+        self.steps.get(step).map_or(0, |step| step.length)
     }
 
     /// The run as the end of the longest way to it; of several, that with the most in common with the run above.
@@ -55,7 +61,7 @@ impl Chain {
         let mut best = Step { run, row, length: 1, before: self.steps.len() as u32 };
         let mut most = i32::MIN;
         for place in above {
-            let upper = &self.steps[place];
+            let Some(upper) = self.steps.get(place) else { break };
             let longer = (upper.length + 1, common(upper.run));
             if upper.run.touches(run) && longer > (best.length, most) {
                 best = Step { run, row, length: upper.length + 1, before: place as u32 };
@@ -72,8 +78,9 @@ impl Chain {
         self.top = (end.row + 1 - end.length) as usize;
         let mut at = longest;
         for run in self.runs.iter_mut().rev() {
-            *run = self.steps[at].run;
-            at = self.steps[at].before as usize;
+            let Some(step) = self.steps.get(at) else { break };
+            *run = step.run;
+            at = step.before as usize;
         }
     }
 }

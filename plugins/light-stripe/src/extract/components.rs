@@ -71,21 +71,26 @@ impl Components {
     #[inline]
     fn earliest(&mut self, run: u32) -> u32 {
         let mut at = run as usize;
-        loop {
-            let next = self.earlier[at] as usize;
+        while let Some(next) = self.earlier.get(at).map(|next| *next as usize) {
             if next == at {
-                return at as u32;
+                break;
             }
-            self.earlier[at] = self.earlier[next];
+            let beyond = self.root(next);
+            if let Some(shorter) = self.earlier.get_mut(at) {
+                *shorter = beyond;
+            }
             at = next;
         }
+        at as u32
     }
 
     #[inline]
     fn join(&mut self, one: u32, other: u32) {
         let (one, other) = (self.earliest(one), self.earliest(other));
         let (first, second) = (one.min(other), one.max(other));
-        self.earlier[second as usize] = first;
+        if let Some(joined) = self.earlier.get_mut(second as usize) {
+            *joined = first;
+        }
     }
 
     /// Gives every run its component's root, and measures the components.
@@ -94,20 +99,36 @@ impl Components {
         self.place_of_root.clear();
         self.place_of_root.resize(self.earlier.len(), 0);
         for row in 0..runs.rows() {
-            for run in runs.of_row(row) {
+            for place in runs.of_row(row) {
                 // A root lies before all others of its component, so that what it points to is settled already.
-                let root = self.earlier[self.earlier[run] as usize];
-                self.earlier[run] = root;
-                let length = u32::from(runs.all()[run].length());
-                if root as usize == run {
-                    self.place_of_root[run] = self.found.len() as u32;
+                let root = self.root(self.root(place) as usize);
+                let (Some(run), Some(earlier)) = (runs.all().get(place), self.earlier.get_mut(place)) else {
+                    continue;
+                };
+                *earlier = root;
+                let length = u32::from(run.length());
+                if root as usize == place {
+                    self.name(place);
                     self.found.push(Component { root, top: row as u32, bottom: row as u32, pixels: length });
-                } else {
-                    let component = &mut self.found[self.place_of_root[root as usize] as usize];
+                } else if let Some(component) = self.component_mut(root) {
                     component.bottom = row as u32;
                     component.pixels += length;
                 }
             }
         }
+    }
+
+    /// The next component found is this run's.
+    #[inline]
+    fn name(&mut self, run: usize) {
+        if let Some(place) = self.place_of_root.get_mut(run) {
+            *place = self.found.len() as u32;
+        }
+    }
+
+    #[inline]
+    fn component_mut(&mut self, root: u32) -> Option<&mut Component> {
+        let place = *self.place_of_root.get(root as usize)?;
+        self.found.get_mut(place as usize)
     }
 }

@@ -76,7 +76,7 @@ impl SpotFinder {
         let (mut sum, mut across, mut down, mut spread) = (0.0, 0.0, 0.0, 0.0);
         for row in largest.top as usize..=largest.bottom as usize {
             for place in self.runs.of_row(row) {
-                let run = self.runs.all()[place];
+                let Some(run) = self.runs.all().get(place).copied() else { continue };
                 if self.components.root(place) != largest.root {
                     continue;
                 }

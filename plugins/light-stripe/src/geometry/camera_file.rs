@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{Camera, Distortion};
+use super::{Camera, Distortion, WrongFile};
 
 /// Who writes camera files this way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,27 +11,6 @@ pub enum CameraFormat {
     OpenCv,
     /// ROS's camera_info_manager.
     Ros,
-}
-
-/// Why a camera file cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum CameraFileError {
-    /// Not of this form.
-    #[error("{origin}: {cause}")]
-    Form {
-        /// The file.
-        origin: String,
-        /// What is wrong, and where.
-        cause: String,
-    },
-    /// A value cannot be, or cannot be used.
-    #[error("{origin}: {what}")]
-    Value {
-        /// The file.
-        origin: String,
-        /// What is wrong, and what would be right.
-        what: String,
-    },
 }
 
 #[derive(Deserialize)]
@@ -58,14 +37,13 @@ struct RawMatrix {
 /// Reads a camera file of OpenCV or ROS; what else it holds is left aside. `origin` is named in errors.
 ///
 /// # Errors
-/// [`CameraFileError`]
-pub fn read_camera(text: &str, origin: &str) -> Result<Camera, CameraFileError> {
+/// [`WrongFile`]
+pub fn read_camera(text: &str, origin: &str) -> Result<Camera, WrongFile> {
     // OpenCV heads its files with a directive and tags its matrices, both of its own.
     let lines = text.lines().filter(|line| !line.starts_with("%YAML") && line.trim() != "---");
     let plain: String = lines.map(|line| line.replace("!!opencv-matrix", "")).collect::<Vec<_>>().join("\n");
-    let raw: RawCamera = serde_yaml::from_str(&plain)
-        .map_err(|cause| CameraFileError::Form { origin: origin.to_owned(), cause: cause.to_string() })?;
-    let wrong = |what: String| CameraFileError::Value { origin: origin.to_owned(), what };
+    let raw: RawCamera = serde_yaml::from_str(&plain).map_err(|cause| WrongFile::new(origin, cause))?;
+    let wrong = |what: String| WrongFile::new(origin, what);
     if let Some(model) = raw.distortion_model.as_deref().filter(|model| *model != "plumb_bob") {
         return Err(wrong(format!(
             "distortion_model is `{model}`; only plumb_bob (k1, k2, p1, p2, k3) is known: calibrate with it"

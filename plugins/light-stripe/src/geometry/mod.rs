@@ -8,9 +8,11 @@ mod camera_file;
 mod collineation;
 mod rig;
 mod rig_file;
+mod wrong_file;
 
 pub use camera::{Camera, Distortion};
-pub use camera_file::{CameraFileError, CameraFormat, read_camera, write_camera};
+pub use camera_file::{CameraFormat, read_camera, write_camera};
 pub use collineation::{Collineation, CollineationError, NoPoint};
 pub use rig::{Rig, StripePlane};
 pub use rig_file::{RigFileError, read_rig, write_rig};
+pub use wrong_file::WrongFile;

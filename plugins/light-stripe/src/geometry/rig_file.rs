@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{Camera, CollineationError, Rig, StripePlane};
+use super::{Camera, CollineationError, Rig, StripePlane, WrongFile};
 
 /// The convention of the plane that files name.
 const CONVENTION: &str = "n.x + d = 0";
@@ -39,22 +39,9 @@ pub enum RigFileError {
         /// What the system said.
         cause: io::Error,
     },
-    /// Not of this form.
-    #[error("{origin}: {cause}")]
-    Form {
-        /// The file.
-        origin: String,
-        /// What is wrong, and where.
-        cause: String,
-    },
-    /// A value cannot be.
-    #[error("{origin}: {what}")]
-    Value {
-        /// The file.
-        origin: String,
-        /// What is wrong, and what would be right.
-        what: String,
-    },
+    /// Not of this form, or with a value that cannot be.
+    #[error(transparent)]
+    Wrong(#[from] WrongFile),
     /// Camera and light cannot measure.
     #[error("{origin}: {cause}")]
     Degenerate {
@@ -127,9 +114,8 @@ pub fn read_rig(path: &Path) -> Result<Rig, RigFileError> {
 }
 
 fn parse(text: &str, origin: &str) -> Result<Rig, RigFileError> {
-    let raw: RawRig = serde_yaml::from_str(text)
-        .map_err(|cause| RigFileError::Form { origin: origin.to_owned(), cause: cause.to_string() })?;
-    let wrong = |what: String| RigFileError::Value { origin: origin.to_owned(), what };
+    let raw: RawRig = serde_yaml::from_str(text).map_err(|cause| WrongFile::new(origin, cause))?;
+    let wrong = |what: String| RigFileError::from(WrongFile::new(origin, what));
     if let Some(problem) = raw.camera.problem() {
         return Err(wrong(format!("camera: {problem}")));
     }
@@ -171,10 +157,10 @@ fn test(rig: &Rig, expected: &RawSelfTest, origin: &str) -> Result<(), RigFileEr
     other.plane.d_mm = -other.plane.d_mm;
     let other_way = other.point_of(pixel).is_ok_and(|point| (point - wanted).norm() <= SELF_TEST_MM);
     match found {
-        Err(why) if !other_way => Err(RigFileError::Value {
-            origin: origin.to_owned(),
-            what: format!("self_test: pixel [{}, {}]: {why}", pixel.x, pixel.y),
-        }),
+        Err(why) if !other_way => {
+            let what = format!("self_test: pixel [{}, {}]: {why}", pixel.x, pixel.y);
+            Err(WrongFile::new(origin, what).into())
+        }
         found => {
             let found = found.map_or([f64::NAN; 3], |point| point.coords.into());
             let hint = match other_way {
