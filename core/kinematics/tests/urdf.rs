@@ -1,5 +1,7 @@
 //! URDF files: rows that move as the file says, and refusals that name the element and its line.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Unit, Vector3};
 use plumb_kinematics::Posture;
 use plumb_kinematics::urdf::{UrdfArm, UrdfError};
