@@ -34,7 +34,7 @@ pub(crate) fn fresh(model: &Path, seed: u64) -> String {
     while poses.len() < FRESH {
         let point = poses.len() / 2;
         let (radius, load) =
-            (if point % 2 == 0 { 400.0 } else { 700.0 }, if point < FRESH / 4 { 0.0 } else { 1.5 });
+            (if point.is_multiple_of(2) { 400.0 } else { 700.0 }, if point < FRESH / 4 { 0.0 } else { 1.5 });
         let azimuth = dice.between(-120.0, 120.0);
         let (sin, cos) = azimuth.to_radians().sin_cos();
         let wanted = [radius * cos, radius * sin, dice.between(-150.0, 250.0)];
