@@ -223,7 +223,7 @@ impl Lab<'_> {
                 break;
             }
             let keep_out = ["--keep-out", "0,0,1,-430", "--payload", "0,1.5"];
-            let next = self.model(&[&["next", "-n", "10", "--csv"], keep_out.as_slice()].concat());
+            let next = self.model(&[["next", "-n", "10", "--csv"].as_slice(), keep_out.as_slice()].concat());
             runs.push(self.measure(procedure, &next, &mut findings));
         }
         // Where it sits is known; how much of it there is, the tour of the workspace that comes with the cell tells best.

@@ -226,7 +226,7 @@ impl Monitor {
     ) -> Result<MotionEnd, MonitorError> {
         match self.typist.ask_for_motion(text, within, should_stop) {
             Ok(Waited::Answered(reply)) => match reply.complaint() {
-                Some(complaint) => Err(MonitorError::Complaint(complaint)),
+                Some(complaint) => Err(self.complains(complaint)),
                 None => Ok(MotionEnd::Arrived),
             },
             Ok(Waited::Interrupted(_)) => {
@@ -260,9 +260,15 @@ impl Monitor {
             self.typist.cancel()?;
         }
         match complaint {
-            Some(complaint) => Err(MonitorError::Complaint(complaint)),
+            Some(complaint) => Err(self.complains(complaint)),
             None => Err(self.unexpected(text, &reply)),
         }
+    }
+
+    /// A complaint; what the controller has said before without being asked (the panic button) tells better what happened.
+    fn complains(&mut self, complaint: Complaint) -> MonitorError {
+        let earlier = self.unasked_complaint().ok().flatten();
+        MonitorError::Complaint(earlier.unwrap_or(complaint))
     }
 
     fn only_row(&self, text: &str, reply: &Reply, near: &[f64; AXES]) -> Result<[f64; AXES], MonitorError> {
