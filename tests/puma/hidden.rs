@@ -240,12 +240,13 @@ impl Lab<'_> {
                 (text("effect"), text("where"), added["size"].as_f64().unwrap_or(f64::NAN))
             })
             .collect();
+        findings.verdicts.push(in_words(&grown));
         let residuals = self.residuals(None, Holdout::Session);
         let fresh: Vec<RowResidual> = residuals.into_iter().filter(|row| row.held_out).collect();
         findings.left = match procedure {
             "measure-tip" => tip(&fresh),
             // No height says where the arm stands in the tracker's frame: its foot is placed by the fresh points.
-            _ => tip(&placed(fresh)),
+            _ => tip(&placed(fresh, &self.measured_last())),
         };
         for entry in std::fs::read_dir(self.cells.puma()).unwrap().flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
@@ -254,6 +255,13 @@ impl Lab<'_> {
             }
         }
         findings
+    }
+
+    /// What the tracker has shown of the fresh poses, the last rows of the table.
+    fn measured_last(&self) -> Vec<[f64; 3]> {
+        let table = Table::read(&self.cells.puma().join("table.csv")).unwrap();
+        let tip = table.positions.iter().find(|columns| columns.target == "p2").unwrap();
+        tip.xyz[table.len() - poses::FRESH..].to_vec()
     }
 
     /// Measured less believed, by the newest revision of the model.
@@ -302,10 +310,13 @@ fn tip(rows: &[RowResidual]) -> Tip {
 }
 
 /// The residuals when the whole arm is shifted and turned so that its believed points lie best on the measured ones (Kabsch).
-fn placed(mut rows: Vec<RowResidual>) -> Vec<RowResidual> {
+fn placed(mut rows: Vec<RowResidual>, measured: &[[f64; 3]]) -> Vec<RowResidual> {
     let vector = |parts: [f64; 3]| nalgebra::Vector3::from(parts);
-    let pairs: Vec<_> =
-        rows.iter().map(|row| (vector(row.point_mm), vector(row.point_mm) + vector(row.vector_mm))).collect();
+    let pairs: Vec<_> = rows
+        .iter()
+        .zip(measured)
+        .map(|(row, measured)| (vector(*measured) - vector(row.vector_mm), vector(*measured)))
+        .collect();
     let count = pairs.len() as f64;
     let believed = pairs.iter().map(|pair| pair.0).sum::<nalgebra::Vector3<f64>>() / count;
     let measured = pairs.iter().map(|pair| pair.1).sum::<nalgebra::Vector3<f64>>() / count;
