@@ -74,7 +74,7 @@ impl Trial {
         self.run("verify-by-points", settings);
         let shown: Value = serde_json::from_str(&self.plumb(&["show", "--json"])).unwrap();
         let steps = shown["steps"].as_array().unwrap();
-        let error = steps.iter().find(|step| step["path"] == "error").unwrap();
+        let error = steps.iter().find(|step| step["step"] == "error").unwrap();
         error["result"]["rms_mm"].as_f64().unwrap()
     }
 
