@@ -139,19 +139,6 @@ fn a_forearm_that_droops_is_found() {
 }
 
 #[test]
-fn a_spot_is_not_told_from_the_targets_place_by_edges_at_one_height() {
-    let trial = Trial::new("spot", 15);
-    trial.measure(&["press_step_mm=0"]);
-    let diagnosis = trial.lab(
-        "diagnose",
-        &["--free", "joint_zero(waist),joint_zero(shoulder),joint_zero(elbow),joint_zero(wrist_pitch)"],
-    );
-    let text = diagnosis.to_string();
-    assert_ne!(diagnosis["verdict"], "named", "{}", diagnosis["sentence"]);
-    assert!(text.contains("trigger_spot"), "{text}");
-}
-
-#[test]
 fn lost_steps_are_found_and_dated_and_a_new_initialization_cures_them() {
     let trial = Trial::new("lost_steps", 16);
     trial.measure(&[]);
