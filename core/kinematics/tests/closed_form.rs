@@ -1,5 +1,7 @@
 //! The closed-form inverses against forward kinematics: every configuration, random poses, and the poses at which a solution is not unique.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::Vector3;
