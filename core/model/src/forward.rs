@@ -102,7 +102,7 @@ mod tests {
             arm("effects: [{effect: joint_compliance, where: shoulder, values: {compliance: 1.0e-4}}]");
         let sunk = soft.flange(&q, &[]).translation.z - stiff.translation.z;
         assert!((-5.0..-0.5).contains(&sunk), "{sunk} mm");
-        let worn = arm("effects: [{effect: joint_backlash, where: shoulder, values: {width: 0.2}}]");
+        let worn = arm("effects: [{effect: joint_backlash, where: shoulder, values: {play_deg: 0.2}}]");
         let side = |side: i8| worn.flange(&q, &[0, side, 0, 0, 0, 0]).translation.z;
         assert!((side(1) - side(-1)).abs() > 1.0 && (side(0) - stiff.translation.z).abs() < 1e-9);
     }

@@ -17,7 +17,7 @@ const ACTS: [(&str, &[&str], &[&str]); 9] = [
     ("read_tracker", &[], &["at", "axis"]),
     ("drive_to_level", &[], &["joint", "at", "turned"]),
     ("hang", &["mass_kg"], &[]),
-    ("read_point", &["axis", "ahead_mm"], &[]),
+    ("read_point", &["ahead_mm"], &["axis"]),
 ];
 
 /// Does an act in the world that listens there; what an instrument reads.
@@ -57,6 +57,13 @@ fn verb_of(act: &Act) -> Result<Verb, String> {
         Some("false") | None => false,
         Some(other) => return Err(format!("`turned` of `{name}` is `{other}`; it is true or false")),
     };
+    let axis = || match word("axis").as_deref() {
+        Some("x") => Ok(Axis::X),
+        Some("y") => Ok(Axis::Y),
+        Some("z") => Ok(Axis::Z),
+        Some(other) => Err(format!("`axis` of `{name}` is `{other}`; it is x, y or z")),
+        None => Err(needs("axis")),
+    };
     let read = |with: Instrument| Verb::Measure { with, at: word("at"), turned, axis: None };
     Ok(match name {
         "rest_on_gauge" => Verb::RestOnGauge { height_mm: number("height_mm")? },
@@ -66,14 +73,7 @@ fn verb_of(act: &Act) -> Result<Verb, String> {
         }
         "read_level" => read(Instrument::Level),
         "read_tracker" => {
-            let axis = match word("axis").as_deref() {
-                Some("x") => Axis::X,
-                Some("y") => Axis::Y,
-                Some("z") => Axis::Z,
-                Some(other) => return Err(format!("`axis` of `{name}` is `{other}`; it is x, y or z")),
-                None => return Err(needs("axis")),
-            };
-            Verb::Measure { with: Instrument::Tracker, at: word("at"), turned, axis: Some(axis) }
+            Verb::Measure { with: Instrument::Tracker, at: word("at"), turned, axis: Some(axis()?) }
         }
         "drive_to_level" => Verb::Level {
             joint: word("joint").ok_or_else(|| needs("joint"))?,
@@ -82,9 +82,11 @@ fn verb_of(act: &Act) -> Result<Verb, String> {
         },
         "hang" => Verb::Hang { mass_kg: number("mass_kg")? },
         "read_point" => {
-            let axis = number("axis")?;
-            let known = [0_u8, 1, 2].into_iter().find(|known| f64::from(*known) == axis);
-            let axis = known.ok_or_else(|| "`axis` of `read_point` is 0, 1 or 2: x, y or z".to_owned())?;
+            let axis = match axis()? {
+                Axis::X => 0,
+                Axis::Y => 1,
+                Axis::Z => 2,
+            };
             Verb::ReadPoint { axis, ahead_mm: number("ahead_mm")? }
         }
         _ => read(Instrument::Ruler),
