@@ -71,7 +71,7 @@ figures:
     title: a tilted hand
     vary: world.arm.teachmover.start.wrist_pitch_deg
     across: attitude, deg
-    values: [-91, -89]
+    values: [-90.5, -89.5]
     show: [{of: elbow_deg, as: bias}]
 ";
 
