@@ -11,9 +11,12 @@ use crate::error::During;
 const MIGRATIONS: &[&str] =
     &[include_str!("schema.sql"), include_str!("schema-2.sql"), include_str!("schema-3.sql")];
 
+/// The version this program knows.
+pub(crate) const KNOWN: i64 = MIGRATIONS.len() as i64;
+
 /// Brings the tables up to the version this program knows.
 pub(crate) fn migrate(connection: &mut Connection, path: &Path) -> Result<(), RecordError> {
-    let known = MIGRATIONS.len() as i64;
+    let known = KNOWN;
     let transaction = connection
         .transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)
         .during("look at its schema")?;
