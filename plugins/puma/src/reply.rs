@@ -18,7 +18,7 @@ pub enum Ending {
 pub struct Reply {
     /// Its lines, without the prompt.
     pub lines: Vec<String>,
-    /// What is waited for now.
+    /// How it ended: at a prompt, or with a question.
     pub ending: Ending,
 }
 

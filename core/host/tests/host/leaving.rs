@@ -4,14 +4,14 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::channel;
 use std::thread;
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use plumb_bus::Bus;
-use plumb_host::HostProcess;
+use plumb_host::{HostArguments, HostProcess};
 use plumb_plugin::Value;
 
 use crate::place::{LONG, Place, command, example_file, until, waist_to};
@@ -76,19 +76,25 @@ fn is_gone(process: i32) -> bool {
         .map_or(true, |stat| stat.rsplit(')').next().is_some_and(|rest| rest.trim_start().starts_with('Z')))
 }
 
-#[test]
-fn a_robot_is_stopped_when_its_orchestrator_is_killed() {
-    let place = Place::new();
-    let diary = place.directory.path().join("diary");
-    let arguments = place.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
+/// An orchestrator that has set its robot moving, and the process number of the robot's host.
+fn orchestrate(arguments: &HostArguments) -> (Child, i32) {
     let mut orchestrator = Command::new(example_file("host_process"))
-        .args(["orchestrate", &serde_json::to_string(&arguments).unwrap()])
+        .args(["orchestrate", &serde_json::to_string(arguments).unwrap()])
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
     let mut line = String::new();
     BufReader::new(orchestrator.stdout.take().unwrap()).read_line(&mut line).unwrap();
     let host: i32 = line.trim().parse().expect("the orchestrator prints its host's process number");
+    (orchestrator, host)
+}
+
+#[test]
+fn a_robot_is_stopped_when_its_orchestrator_is_killed() {
+    let place = Place::new();
+    let diary = place.directory.path().join("diary");
+    let arguments = place.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
+    let (mut orchestrator, host) = orchestrate(&arguments);
     orchestrator.kill().unwrap();
     orchestrator.wait().unwrap();
     until("the host's end", || is_gone(host).then_some(()));
@@ -143,14 +149,7 @@ fn what_was_killed_before_it_had_a_size_holds_nobody_up() {
     let mut place = Place::new();
     let arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
     place.bus = None;
-    let mut orchestrator = Command::new(example_file("host_process"))
-        .args(["orchestrate", &serde_json::to_string(&arguments).unwrap()])
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut line = String::new();
-    BufReader::new(orchestrator.stdout.take().unwrap()).read_line(&mut line).unwrap();
-    let host: i32 = line.trim().parse().expect("the orchestrator prints its host's process number");
+    let (mut orchestrator, host) = orchestrate(&arguments);
     kill(Pid::from_raw(host), Signal::SIGKILL).unwrap();
     orchestrator.kill().unwrap();
     orchestrator.wait().unwrap();
