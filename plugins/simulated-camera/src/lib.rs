@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use plumb_plugin::{
     FrameHeader, Host, PluginError, Quantity, QuantityDescription, Reading, Sensor, SensorDescription, Value,
 };
-use plumb_simulated::client::{ClientError, WorldClient};
+use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::Verb;
 use serde::Deserialize;
 
@@ -61,7 +61,7 @@ impl Sensor for SimulatedCamera {
             let takes = "a simulated camera takes {laser: on or off, filter: in or out} and, from the cell, the socket of its world";
             PluginError::Refused(format!("{error}; {takes}"))
         })?;
-        let world = WorldClient::connect(&world, "simulated-camera").map_err(told)?;
+        let world = WorldClient::connect(&world, "simulated-camera")?;
         let mut camera = Self { host, world };
         camera.shine(Settings { laser, filter })?;
         Ok(camera)
@@ -84,7 +84,7 @@ impl Sensor for SimulatedCamera {
     }
 
     fn read(&mut self, _after_ns: u64) -> Result<Option<Reading>, PluginError> {
-        let picture = self.world.expose().map_err(told)?;
+        let picture = self.world.expose()?;
         let header = FrameHeader {
             time_ns: picture.time_ns,
             width: picture.width,
@@ -114,19 +114,7 @@ impl SimulatedCamera {
             laser: settings.laser.map(|laser| laser == OnOff::On),
             filter: settings.filter.map(|filter| filter == InOut::In),
         };
-        self.world.read(verb).map(drop).map_err(told)
-    }
-}
-
-fn told(error: ClientError) -> PluginError {
-    let text = error.to_string();
-    match error {
-        ClientError::Unreachable { .. } | ClientError::Broken(_) | ClientError::Gone => {
-            PluginError::Disconnected(text)
-        }
-        ClientError::Silent => PluginError::TimedOut(text),
-        ClientError::Refused(_) => PluginError::Refused(text),
-        ClientError::Garbled(_) => PluginError::Failed(text),
+        self.world.read(verb).map(drop).map_err(PluginError::from)
     }
 }
 

@@ -5,6 +5,8 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use plumb_plugin::PluginError;
+
 use crate::lines::{Lines, Received};
 use crate::protocol::{Answer, Call, Hello, PROTOCOL, Reading, Say, TruthReport, Verb, Welcome};
 
@@ -48,6 +50,21 @@ pub struct WorldClient {
     lines: Lines,
     welcome: Welcome,
     calls: u64,
+}
+
+/// What a plugin in that world says of it.
+impl From<ClientError> for PluginError {
+    fn from(error: ClientError) -> Self {
+        let text = error.to_string();
+        match error {
+            ClientError::Unreachable { .. } | ClientError::Broken(_) | ClientError::Gone => {
+                Self::Disconnected(text)
+            }
+            ClientError::Silent => Self::TimedOut(text),
+            ClientError::Refused(_) => Self::Refused(text),
+            ClientError::Garbled(_) => Self::Failed(text),
+        }
+    }
 }
 
 impl WorldClient {

@@ -48,7 +48,7 @@ impl Robot for SimulatedRobot {
                 "{error}; a simulated robot takes {{arm: teachmover}} or {{arm: puma560}} and, from the cell, the socket of its world"
             ))
         })?;
-        let world = WorldClient::connect(&config.world, "simulated").map_err(told)?;
+        let world = WorldClient::connect(&config.world, "simulated")?;
         let there = &world.welcome().arm;
         if *there != config.arm {
             return Err(PluginError::Refused(format!(
@@ -168,19 +168,7 @@ impl SimulatedRobot {
         {
             self.world = world;
         }
-        told(error)
-    }
-}
-
-fn told(error: ClientError) -> PluginError {
-    let text = error.to_string();
-    match error {
-        ClientError::Unreachable { .. } | ClientError::Broken(_) | ClientError::Gone => {
-            PluginError::Disconnected(text)
-        }
-        ClientError::Silent => PluginError::TimedOut(text),
-        ClientError::Refused(_) => PluginError::Refused(text),
-        ClientError::Garbled(_) => PluginError::Failed(text),
+        PluginError::from(error)
     }
 }
 
