@@ -17,6 +17,7 @@ mod light_stripe;
 mod passed;
 mod plugins;
 mod procedures;
+mod reader_gone;
 mod refused;
 mod remembering;
 mod schema;

@@ -12,6 +12,7 @@ use plumb_record::{Record, RunFilter, RunId, RunState, RunSummary};
 use crate::failure::CommandResult;
 use crate::history_command::record_directory;
 use crate::run_command::prepare::operator;
+use crate::say::say;
 
 /// Answer the prompt of a run that goes on in another terminal, or show it when no answer is given. The first valid answer counts.
 #[derive(clap::Args)]
@@ -86,8 +87,8 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let stored = record.open_prompt(run.run)?.ok_or(AnswerError::NothingAsked(run.run.0))?;
     let prompt: Prompt = serde_json::from_value(stored.description)?;
     let Some(answer) = answer else {
-        println!("run {} asks at {}: {}\n{}", run.run, prompt.step, prompt.title, prompt.text);
-        println!("answer with: plumb answer {}", ways_to_answer(&prompt.kind));
+        say!("run {} asks at {}: {}\n{}", run.run, prompt.step, prompt.title, prompt.text)?;
+        say!("answer with: plumb answer {}", ways_to_answer(&prompt.kind))?;
         return Ok(ExitCode::SUCCESS);
     };
     let meant = read(answer, &prompt.kind).map_err(|right| AnswerError::WrongKind {
@@ -98,7 +99,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let by = operator(arguments.operator.as_ref());
     let offer = record.offer_answer(prompt.id.0, &serde_json::to_value(&meant)?, &by)?;
     await_taken(&record, run.run, &prompt, offer, &meant)?;
-    println!("run {}: {} is answered", run.run, prompt.step);
+    say!("run {}: {} is answered", run.run, prompt.step)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -9,6 +9,7 @@ use plumb_record::{Record, RunEnd, RunId, RunState};
 
 use crate::failure::CommandResult;
 use crate::history_command::{record_directory, state_in_words};
+use crate::say::say;
 use page::{Certificate, page};
 
 /// Write a certificate of a run: the machine as it was found and as it was left, with uncertainties, instruments, trigger poses, and the hashes
@@ -61,6 +62,6 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     };
     let write = |source| CertificateError::Write { path: arguments.output.clone(), source };
     std::fs::write(&arguments.output, page(&certificate)).map_err(write)?;
-    println!("{}: certificate of run {}", arguments.output.display(), arguments.run);
+    say!("{}: certificate of run {}", arguments.output.display(), arguments.run)?;
     Ok(ExitCode::SUCCESS)
 }

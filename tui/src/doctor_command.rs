@@ -15,6 +15,7 @@ use std::process::ExitCode;
 use finding::Mark;
 
 use crate::failure::CommandResult;
+use crate::say::say;
 
 /// Look at shared memory, cells and their processes, serial ports, the terminal, plugins and the record, and say how to mend what is wrong.
 /// Nothing is changed without --clean. Ends with 1 when something is wrong.
@@ -55,22 +56,22 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let mut last_mend = None;
     for finding in &findings {
         if arguments.json {
-            println!("{}", serde_json::to_string(finding)?);
+            say!("{}", serde_json::to_string(finding)?)?;
             continue;
         }
-        println!("{}", finding.line());
+        say!("{}", finding.line())?;
         // What mends several things in a row is said once.
         if let Some(mend) = finding.mend.as_ref().filter(|mend| last_mend != Some(*mend)) {
-            println!("{:22}{mend}", "");
+            say!("{:22}{mend}", "")?;
         }
         last_mend = finding.mend.as_ref();
     }
     let wrong = findings.iter().filter(|finding| finding.mark == Mark::Wrong).count();
     if !arguments.json {
         match wrong {
-            0 => println!("\nnothing is wrong"),
-            1 => println!("\none thing is wrong"),
-            many => println!("\n{many} things are wrong"),
+            0 => say!("\nnothing is wrong")?,
+            1 => say!("\none thing is wrong")?,
+            many => say!("\n{many} things are wrong")?,
         }
     }
     Ok(if wrong == 0 { ExitCode::SUCCESS } else { ExitCode::from(WRONG) })

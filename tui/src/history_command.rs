@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use plumb_record::{Record, RunEnd, RunFilter, RunState, RunSummary, default_directory, is_day};
 
 use crate::failure::CommandResult;
+use crate::say::say;
 use crate::screens;
 
 /// List the runs in the record, the newest first; or, with --trend, what runs found for one joint over time.
@@ -107,32 +108,34 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let runs = record.find_runs(&filter)?;
     if arguments.json {
         for run in &runs {
-            println!("{}", serde_json::to_string(run)?);
+            say!("{}", serde_json::to_string(run)?)?;
         }
         return Ok(ExitCode::SUCCESS);
     }
     if arguments.csv {
-        println!("run,started,ended,outcome,cell,procedure,operator,message");
-        runs.iter().for_each(|run| println!("{}", csv_row(run)));
+        say!("run,started,ended,outcome,cell,procedure,operator,message")?;
+        for run in &runs {
+            say!("{}", csv_row(run))?;
+        }
         return Ok(ExitCode::SUCCESS);
     }
     if runs.is_empty() {
         let such =
             if filter == (RunFilter { limit: filter.limit, ..RunFilter::default() }) { "" } else { "such " };
-        println!("no {such}runs in {}", directory.display());
+        say!("no {such}runs in {}", directory.display())?;
         return Ok(ExitCode::SUCCESS);
     }
-    println!(
-        "{:>5}  {:<20}  {:<14}  {:<20}  {:<30}  by",
-        "run", "started (UTC)", "ended", "cell", "procedure"
-    );
+    say!("{:>5}  {:<20}  {:<14}  {:<20}  {:<30}  by", "run", "started (UTC)", "ended", "cell", "procedure")?;
     for run in &runs {
         let started = run.started.get(..19).unwrap_or(&run.started).replace('T', " ");
         let ended = state_in_words(run);
-        println!(
+        say!(
             "{:>5}  {started:<20}  {ended:<14}  {:<20}  {:<30}  {}",
-            run.run.0, run.cell, run.procedure, run.operator
-        );
+            run.run.0,
+            run.cell,
+            run.procedure,
+            run.operator
+        )?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -21,6 +21,7 @@ mod note_command;
 mod plugins_command;
 mod record_command;
 mod run_command;
+mod say;
 mod schema_command;
 mod screens;
 mod show_command;

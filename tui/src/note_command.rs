@@ -8,6 +8,7 @@ use plumb_record::{Record, RunId};
 use crate::failure::CommandResult;
 use crate::history_command::record_directory;
 use crate::run_command::prepare::operator;
+use crate::say::say;
 
 /// Add a note to a run, during it or years after. Notes are only added, never changed.
 #[derive(clap::Args)]
@@ -30,6 +31,6 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let mut record = Record::open(&record_directory(arguments.record.as_ref())?)?;
     let author = operator(arguments.operator.as_ref());
     record.add_note(RunId(arguments.run), &author, &arguments.text.join(" "))?;
-    println!("noted with run {}", arguments.run);
+    say!("noted with run {}", arguments.run)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -8,6 +8,7 @@ use plumb_record::Record;
 
 use crate::failure::CommandResult;
 use crate::history_command::record_directory;
+use crate::say::say;
 
 /// What to do with the record.
 #[derive(Subcommand)]
@@ -57,21 +58,18 @@ pub(crate) fn run(command: &RecordCommand) -> CommandResult {
         RecordCommand::Backup(backup) => {
             record.back_up(&backup.to)?;
             let size = std::fs::metadata(&backup.to)?.len();
-            println!(
-                "{}: {} runs, {} kB",
-                backup.to.display(),
-                record.number_of_runs()?,
-                size.div_ceil(1000)
-            );
+            say!("{}: {} runs, {} kB", backup.to.display(), record.number_of_runs()?, size.div_ceil(1000))?;
             Ok(ExitCode::SUCCESS)
         }
         RecordCommand::Check(_) => {
             let damage = record.damage()?;
             if damage.is_empty() {
-                println!("{}: sound; {} runs", directory.display(), record.number_of_runs()?);
+                say!("{}: sound; {} runs", directory.display(), record.number_of_runs()?)?;
                 return Ok(ExitCode::SUCCESS);
             }
-            damage.iter().for_each(|line| println!("{line}"));
+            for line in &damage {
+                say!("{line}")?;
+            }
             Ok(ExitCode::from(DAMAGED))
         }
     }

@@ -15,6 +15,7 @@ use plumb_cell::command::Command;
 use plumb_cell::event::RunOutcome;
 
 use crate::failure::CommandResult;
+use crate::say::say;
 use crate::screens::{self, Left};
 use prepare::Refused;
 
@@ -137,19 +138,20 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
             handle.send(Command::Keep);
             // The robots come to rest and the devices' processes end; a simulated world waits for the resume.
             let _left_by_the_operator = running.thread.join();
-            println!("Run {} is kept; go on with: plumb run --resume {}", running.run.0, running.run.0);
+            // Whoever read along may have gone: how the run stands counts.
+            drop(say!("Run {} is kept; go on with: plumb run --resume {}", running.run.0, running.run.0));
             return Ok(ExitCode::from(RunOutcome::NeedsOperator.exit_code()));
         }
         // A run that has ended takes no notice; one whose terminal was lost must not go on unseen.
         handle.send(Command::Abort);
         let outcome = running.thread.join().unwrap_or(RunOutcome::Error);
         shown?;
-        println!(
+        drop(say!(
             "Run {} {}; the record keeps it: plumb show {}",
             running.run.0,
             headless::in_words(outcome),
             running.run.0
-        );
+        ));
         outcome
     };
     Ok(ExitCode::from(outcome.exit_code()))

@@ -8,6 +8,7 @@ use plumb_cell::schema::schema;
 use plumb_host::Catalogue;
 
 use crate::failure::CommandResult;
+use crate::say::say;
 
 /// Print the JSON Schema of cell, procedure or answers files, with what each installed plugin may be told. An editor that speaks the YAML
 /// language server completes and checks with it: begin the file with `# yaml-language-server: $schema=cell.schema.json`.
@@ -43,7 +44,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let manifests: Vec<_> =
         catalogue.rows().iter().filter_map(|row| Some(row.plugin.as_ref().ok()?.manifest.clone())).collect();
     if let Some(schema) = schema(kind, &manifests)? {
-        println!("{}", serde_json::to_string_pretty(&schema)?);
+        say!("{}", serde_json::to_string_pretty(&schema)?)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -14,6 +14,7 @@ pub(crate) use tables::answer_in_words;
 
 use crate::failure::CommandResult;
 use crate::history_command::{record_directory, state_in_words};
+use crate::say::say;
 
 /// Show what the record holds of a run: its steps, answers, trigger poses, computed values and corrections.
 #[derive(clap::Args)]
@@ -84,11 +85,11 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
             "interruptions": record.interruptions(id)?,
             "log": record.log(id)?,
         });
-        println!("{}", serde_json::to_string_pretty(&everything)?);
+        say!("{}", serde_json::to_string_pretty(&everything)?)?;
         return Ok(ExitCode::SUCCESS);
     }
     for line in report(&record, &run)? {
-        println!("{line}");
+        say!("{line}")?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,11 +1,13 @@
 //! `plumb history --trend arm.waist`: what runs found for one place over time.
 
+use std::io;
 use std::process::ExitCode;
 
 use plumb_record::{Record, TrendPoint};
 
 use super::Arguments;
 use crate::failure::CommandResult;
+use crate::say::say;
 
 /// Columns of the little plot.
 const WIDTH: usize = 31;
@@ -37,34 +39,34 @@ pub(super) fn print(record: &Record, place: &str, arguments: &Arguments) -> Comm
     points.drain(..points.len().saturating_sub(arguments.number as usize));
     if arguments.json {
         for point in &points {
-            println!("{}", serde_json::to_string(point)?);
+            say!("{}", serde_json::to_string(point)?)?;
         }
         return Ok(ExitCode::SUCCESS);
     }
     if arguments.csv {
-        println!("run,time,cell,quantity,old,new,uncertainty,unit,in_force");
+        say!("run,time,cell,quantity,old,new,uncertainty,unit,in_force")?;
         for point in &points {
             let TrendPoint { time, cell, quantity, old, new, uncertainty, unit, in_force, .. } = point;
-            println!(
+            say!(
                 "{},{time},{cell},{quantity},{old},{new},{uncertainty},{unit},{in_force}",
                 run_number(point)
-            );
+            )?;
         }
         return Ok(ExitCode::SUCCESS);
     }
-    print_for_people(place, &points);
+    print_for_people(place, &points)?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn print_for_people(place: &str, points: &[TrendPoint]) {
-    let Some(newest) = points.last() else { return };
+fn print_for_people(place: &str, points: &[TrendPoint]) -> io::Result<()> {
+    let Some(newest) = points.last() else { return Ok(()) };
     let unit = &newest.unit;
     let (least, most) = range(points);
-    println!("{} of {place}, {unit}; the newest last", newest.quantity.replace('_', " "));
-    println!("{:>5}  {:<16}  {:>11}  {:>9}  {:>10}  in force", "run", "found (UTC)", "value", "+-", "change");
+    say!("{} of {place}, {unit}; the newest last", newest.quantity.replace('_', " "))?;
+    say!("{:>5}  {:<16}  {:>11}  {:>9}  {:>10}  in force", "run", "found (UTC)", "value", "+-", "change")?;
     for point in points {
         let time = point.time.get(..16).unwrap_or(&point.time).replace('T', " ");
-        println!(
+        say!(
             "{:>5}  {time:<16}  {:>11.4}  {:>9.1e}  {:>+10.4}  {:<8}  {}",
             run_number(point),
             point.new,
@@ -72,15 +74,16 @@ fn print_for_people(place: &str, points: &[TrendPoint]) {
             point.new - point.old,
             if point.in_force { "yes" } else { "no" },
             dot(point.new, least, most)
-        );
+        )?;
     }
     if points.len() > 1 {
         let (mean, spread) = statistics(points);
-        println!(
+        say!(
             "{} findings: mean {mean:.4} {unit}, spread {spread:.4} {unit} (1 sigma), from {least:.4} to {most:.4}",
             points.len()
-        );
+        )?;
     }
+    Ok(())
 }
 
 fn run_number(point: &TrendPoint) -> String {

@@ -1,5 +1,6 @@
 //! `plumb run --dry-run`: the plan, with nothing started.
 
+use std::io;
 use std::process::ExitCode;
 
 use plumb_cell::engine::{DryRun, DryStep, PlannedMotion, dry_run};
@@ -8,15 +9,16 @@ use plumb_cell::event::RunOutcome;
 use super::Arguments;
 use super::headless::duration;
 use super::prepare::{Refused, Wanted, wanted};
+use crate::say::say;
 
 /// Prints what the run would do. The exit code is 4 when it could not start without somebody there.
 pub(super) fn plan(arguments: &Arguments) -> Result<ExitCode, Refused> {
     let Wanted { request, .. } = wanted(arguments)?;
     let plan = dry_run(&request)?;
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&plan)?);
+        say!("{}", serde_json::to_string_pretty(&plan)?)?;
     } else {
-        print(&plan);
+        print(&plan)?;
     }
     Ok(match &plan.needs_operator {
         None => ExitCode::SUCCESS,
@@ -27,28 +29,31 @@ pub(super) fn plan(arguments: &Arguments) -> Result<ExitCode, Refused> {
     })
 }
 
-fn print(plan: &DryRun) {
-    println!("{} in {}: {}", plan.procedure, plan.cell, plan.title);
+fn print(plan: &DryRun) -> io::Result<()> {
+    say!("{} in {}: {}", plan.procedure, plan.cell, plan.title)?;
     let parameters: Vec<String> =
         plan.parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect();
     if !parameters.is_empty() {
-        println!("parameters: {}", parameters.join(", "));
+        say!("parameters: {}", parameters.join(", "))?;
     }
     let asks = plan.steps.iter().filter(|step| step.asks).count();
-    println!(
+    say!(
         "{} steps, {asks} of which ask; about {} at typical speeds, prompts left out; nothing was started",
         plan.steps.len(),
         duration(plan.estimate_s)
-    );
-    println!();
+    )?;
+    say!()?;
     for (index, step) in plan.steps.iter().enumerate() {
-        print_step(index + 1, plan.steps.len(), step);
+        print_step(index + 1, plan.steps.len(), step)?;
     }
-    println!();
-    plan.safety.iter().for_each(|sentence| println!("{sentence}"));
+    say!()?;
+    for sentence in &plan.safety {
+        say!("{sentence}")?;
+    }
+    Ok(())
 }
 
-fn print_step(number: usize, all: usize, step: &DryStep) {
+fn print_step(number: usize, all: usize, step: &DryStep) -> io::Result<()> {
     let width = all.to_string().len();
     let time = match step.estimate_s {
         Some(seconds) if seconds >= 0.5 => format!(", about {}", duration(seconds)),
@@ -56,14 +61,15 @@ fn print_step(number: usize, all: usize, step: &DryStep) {
     };
     let asks = if step.asks { ", asks" } else { "" };
     let indent = "  ".repeat(step.depth as usize);
-    println!("[{number:>width$}/{all}] {indent}{}: {} ({}{asks}{time})", step.step, step.title, step.kind);
+    say!("[{number:>width$}/{all}] {indent}{}: {} ({}{asks}{time})", step.step, step.title, step.kind)?;
     let margin = " ".repeat(2 * width + 4);
     if let Some(when) = &step.when {
-        println!("{margin}{indent}only when {when}");
+        say!("{margin}{indent}only when {when}")?;
     }
     for motion in &step.moves {
-        println!("{margin}{indent}{}", moved(motion));
+        say!("{margin}{indent}{}", moved(motion))?;
     }
+    Ok(())
 }
 
 fn moved(motion: &PlannedMotion) -> String {

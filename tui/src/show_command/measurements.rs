@@ -1,5 +1,6 @@
 //! `plumb show --table`: what a run measured, for the model lab.
 
+use std::io::{self, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -60,7 +61,7 @@ pub(super) fn print(record: &Record, run: &RunSummary, arguments: &Arguments) ->
     }
     let held = runs.iter().map(|run| Held::of(record, run.run)).collect::<Result<Vec<_>, _>>()?;
     let recorded: Vec<Recorded<'_>> = held.iter().map(Held::recorded).collect();
-    print!("{}", measurement_table(robot, &recorded, zeros)?);
+    io::stdout().write_all(measurement_table(robot, &recorded, zeros)?.as_bytes())?;
     Ok(ExitCode::SUCCESS)
 }
 

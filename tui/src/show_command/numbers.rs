@@ -1,5 +1,6 @@
 //! `plumb show --csv`: every number of a run, one a line.
 
+use std::io;
 use std::process::ExitCode;
 
 use plumb_record::{Record, RunSummary};
@@ -8,11 +9,12 @@ use serde_json::Value;
 use super::answer_in_words;
 use crate::failure::CommandResult;
 use crate::history_command::csv_field;
+use crate::say::say;
 
 /// Prints them.
 pub(super) fn print(record: &Record, run: &RunSummary) -> CommandResult {
     let id = run.run;
-    println!("kind,step,name,value,unit,uncertainty");
+    say!("kind,step,name,value,unit,uncertainty")?;
     for reading in record.readings(id)? {
         let uncertainty = reading.uncertainty.map(|value| value.to_string()).unwrap_or_default();
         line([
@@ -22,7 +24,7 @@ pub(super) fn print(record: &Record, run: &RunSummary) -> CommandResult {
             &reading.value.to_string(),
             &reading.unit,
             &uncertainty,
-        ]);
+        ])?;
     }
     for trigger in record.triggers(id)?.iter().filter(|trigger| trigger.fine) {
         for joint in trigger.joints.as_array().into_iter().flatten() {
@@ -30,22 +32,22 @@ pub(super) fn print(record: &Record, run: &RunSummary) -> CommandResult {
             let value = joint.get("value").map(Value::to_string).unwrap_or_default();
             let uncertainty =
                 if text("name") == trigger.joint { trigger.half_width.to_string() } else { String::new() };
-            line(["trigger", &trigger.step, text("name"), &value, text("unit"), &uncertainty]);
+            line(["trigger", &trigger.step, text("name"), &value, text("unit"), &uncertainty])?;
         }
     }
     for prompt in record.prompts(id)? {
         if let Some(answer) = &prompt.answer {
-            line(["answer", &prompt.step, &answer.by, &answer_in_words(&answer.answer), "", ""]);
+            line(["answer", &prompt.step, &answer.by, &answer_in_words(&answer.answer), "", ""])?;
         }
     }
     for one in record.corrections_of_run(id)? {
         let name = format!("{} {} {}", one.key.quantity, one.key.device, one.key.place);
-        line(["as_found", &one.step, &name, &one.old.to_string(), &one.unit, ""]);
-        line(["as_left", &one.step, &name, &one.new.to_string(), &one.unit, &one.uncertainty.to_string()]);
+        line(["as_found", &one.step, &name, &one.old.to_string(), &one.unit, ""])?;
+        line(["as_left", &one.step, &name, &one.new.to_string(), &one.unit, &one.uncertainty.to_string()])?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn line(fields: [&str; 6]) {
-    println!("{}", fields.map(csv_field).join(","));
+fn line(fields: [&str; 6]) -> io::Result<()> {
+    say!("{}", fields.map(csv_field).join(","))
 }
