@@ -18,7 +18,7 @@ use crate::physics::rigid::{Rotation, Vector};
 use crate::world::Instrument;
 use crate::world::file::WorldFileError;
 use crate::world::file::error::unknown;
-use crate::world::file::number;
+use crate::world::file::typed::Typed;
 
 mod imperfections;
 
@@ -133,18 +133,12 @@ struct RawRuler {
 
 /// Checks the text of an open world file; `file` is the name its errors bear.
 pub(crate) fn parse(file: &str, text: &str) -> Result<PumaDescription, WorldFileError> {
-    let options = serde_yaml::options! {
-        strict_booleans: true,
-        with_snippet: false,
-        budget: serde_yaml::budget! { max_nodes: 20_000, max_depth: 32 },
-    };
-    let raw: RawWorld = serde_yaml::from_str_with_options(text, options)
-        .map_err(|error| WorldFileError::from_yaml(file, text, &error))?;
-    Checker { file }.world(raw)
+    let typed = Typed { file };
+    Checker { typed }.world(typed.parse(text)?)
 }
 
 struct Checker<'a> {
-    file: &'a str,
+    typed: Typed<'a>,
 }
 
 impl Checker<'_> {
@@ -153,8 +147,8 @@ impl Checker<'_> {
         let place = raw.world.referenced;
         let nominal = match arms::by_name("puma560") {
             Some(Ok(nominal)) => nominal,
-            Some(Err(error)) => return Err(self.wrong(place, error.to_string())),
-            None => return Err(self.wrong(place, "the program does not know the PUMA 560".to_owned())),
+            Some(Err(error)) => return Err(self.typed.wrong(place, error.to_string())),
+            None => return Err(self.typed.wrong(place, "the program does not know the PUMA 560".to_owned())),
         };
         let mut imperfections = self.base(&arm.base)?;
         for one in &arm.imperfections {
@@ -182,7 +176,7 @@ impl Checker<'_> {
             ruler: self.ruler(&raw.instruments.ruler)?,
             light: self.light(raw.light.as_ref(), raw.seed)?,
             tracker: self.ruler(&raw.instruments.tracker)?,
-            calibration: raw.calibration.map(|name| Path::new(self.file).with_file_name(name)),
+            calibration: raw.calibration.map(|name| Path::new(self.typed.file).with_file_name(name)),
             sealed_text: None,
         };
         self.require_standing(&described, place)?;
@@ -198,7 +192,7 @@ impl Checker<'_> {
         let checked = raw.value.check(seed);
         checked
             .map(|light| Some(Arc::new(light)))
-            .map_err(|what| self.wrong(raw.referenced, format!("light: {what}")))
+            .map_err(|what| self.typed.wrong(raw.referenced, format!("light: {what}")))
     }
 
     /// The arm must stand, stretched out with its load: what is too soft there is a mistake of the file.
@@ -206,11 +200,11 @@ impl Checker<'_> {
         let mut machine = Machine::new(&world.arm(), &world.imperfections);
         machine.go(&[0.0, 0.0, std::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0], 0.0);
         let conditions = Conditions { time_s: 0.0, temperature_c: 20.0, payload_kg: 0.0 };
-        machine.stand(&conditions).map(drop).map_err(|error| self.wrong(place, error.to_string()))
+        machine.stand(&conditions).map(drop).map_err(|error| self.typed.wrong(place, error.to_string()))
     }
 
     fn joints(&self, raw: &RawJoints, range: RangeInclusive<f64>) -> Result<[f64; AXES], WorldFileError> {
-        let degrees = |key, value| self.or(key, value, 0.0, range.clone(), "deg").map(f64::to_radians);
+        let degrees = |key, value| self.typed.or(key, value, 0.0, range.clone(), "deg").map(f64::to_radians);
         Ok([
             degrees("waist_deg", &raw.waist_deg)?,
             degrees("shoulder_deg", &raw.shoulder_deg)?,
@@ -223,7 +217,7 @@ impl Checker<'_> {
 
     fn base(&self, raw: &RawBase) -> Result<Vec<Imperfection>, WorldFileError> {
         let tilt = |key, value, axis: [f64; 3]| {
-            let size = self.or(key, value, 0.0, -5.0..=5.0, "deg")?.to_radians();
+            let size = self.typed.or(key, value, 0.0, -5.0..=5.0, "deg")?.to_radians();
             Ok(Imperfection { mechanism: Mechanism::BaseTilt { axis }, size })
         };
         let tilts = [
@@ -234,17 +228,17 @@ impl Checker<'_> {
     }
 
     fn cage(&self, raw: &RawCage) -> Result<Cage, WorldFileError> {
-        let lean = |key, value| self.or(key, value, 0.0, -10.0..=10.0, "deg").map(f64::to_radians);
+        let lean = |key, value| self.typed.or(key, value, 0.0, -10.0..=10.0, "deg").map(f64::to_radians);
         let tip = match &raw.tip_mm {
             Some(tip) if tip.value.iter().any(|part| !part.is_finite() || part.abs() > 1000.0) => {
                 let problem = "`tip_mm` is three numbers, each within 1000 mm of the flange".to_owned();
-                return Err(self.wrong(tip.referenced, problem));
+                return Err(self.typed.wrong(tip.referenced, problem));
             }
             Some(tip) => Vector::from(tip.value),
             None => Vector::new(40.0, 0.0, 120.0),
         };
         Ok(Cage {
-            mass_kg: self.or("mass_kg", &raw.mass_kg, 1.05, 0.0..=5.0, "kg")?,
+            mass_kg: self.typed.or("mass_kg", &raw.mass_kg, 1.05, 0.0..=5.0, "kg")?,
             centre: Vector::new(0.0, 0.0, 50.8),
             lean: [
                 lean("lean_x_deg", &raw.lean_x_deg)?,
@@ -256,30 +250,30 @@ impl Checker<'_> {
     }
 
     fn table(&self, raw: &RawTable) -> Result<Tabletop, WorldFileError> {
-        let tilt = |key, value| self.or(key, value, 0.0, -5.0..=5.0, "deg").map(f64::to_radians);
+        let tilt = |key, value| self.typed.or(key, value, 0.0, -5.0..=5.0, "deg").map(f64::to_radians);
         let turned = Rotation::about(Vector::X, tilt("tilt_x_deg", &raw.tilt_x_deg)?)
             * Rotation::about(Vector::Y, tilt("tilt_y_deg", &raw.tilt_y_deg)?);
         Ok(Tabletop {
-            height: self.or("height_mm", &raw.height_mm, -671.8, -2000.0..=0.0, "mm")?,
+            height: self.typed.or("height_mm", &raw.height_mm, -671.8, -2000.0..=0.0, "mm")?,
             normal: turned.z,
         })
     }
 
     fn level(&self, raw: &RawLevel) -> Result<SpiritLevel, WorldFileError> {
         let degrees =
-            |key, value, most: f64| self.or(key, value, 0.0, 0.0..=most, "deg").map(f64::to_radians);
+            |key, value, most: f64| self.typed.or(key, value, 0.0, 0.0..=most, "deg").map(f64::to_radians);
         let instrument = Instrument {
             error: degrees("error_deg", &raw.error_deg, 5.0)?,
             division: degrees("division_deg", &raw.division_deg, 5.0)?,
         };
-        let zero = self.or("zero_deg", &raw.zero_deg, 0.0, -5.0..=5.0, "deg")?.to_radians();
+        let zero = self.typed.or("zero_deg", &raw.zero_deg, 0.0, -5.0..=5.0, "deg")?.to_radians();
         Ok(SpiritLevel { instrument, zero })
     }
 
     fn ruler(&self, raw: &RawRuler) -> Result<Instrument, WorldFileError> {
         Ok(Instrument {
-            error: self.or("error_mm", &raw.error_mm, 0.0, 0.0..=50.0, "mm")?,
-            division: self.or("division_mm", &raw.division_mm, 0.0, 0.0..=50.0, "mm")?,
+            error: self.typed.or("error_mm", &raw.error_mm, 0.0, 0.0..=50.0, "mm")?,
+            division: self.typed.or("division_mm", &raw.division_mm, 0.0, 0.0..=50.0, "mm")?,
         })
     }
 
@@ -288,33 +282,7 @@ impl Checker<'_> {
         let found = JOINTS.iter().position(|joint| joint.name == name.value);
         found.ok_or_else(|| {
             let names = JOINTS.map(|joint| joint.name);
-            self.wrong(name.referenced, unknown("joint", &name.value, &names))
+            self.typed.wrong(name.referenced, unknown("joint", &name.value, &names))
         })
-    }
-
-    /// A number that may be left out.
-    fn or(
-        &self,
-        key: &str,
-        value: &Option<Number>,
-        default: f64,
-        range: RangeInclusive<f64>,
-        unit: &str,
-    ) -> Result<f64, WorldFileError> {
-        value.as_ref().map_or(Ok(default), |value| self.number(key, value, range, unit))
-    }
-
-    fn number(
-        &self,
-        key: &str,
-        value: &Number,
-        range: RangeInclusive<f64>,
-        unit: &str,
-    ) -> Result<f64, WorldFileError> {
-        number::within(self.file, key, value, range, unit)
-    }
-
-    fn wrong(&self, place: Location, problem: String) -> WorldFileError {
-        WorldFileError::at(self.file, place, problem)
     }
 }

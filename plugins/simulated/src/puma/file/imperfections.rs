@@ -116,15 +116,16 @@ impl Checker<'_> {
         raw: &RawImperfection,
         place: Location,
     ) -> Result<Imperfection, WorldFileError> {
-        let mm = |raw: &InMm| Ok((self.joint(&raw.joint)?, self.number("mm", &raw.mm, -50.0..=50.0, "mm")?));
+        let mm =
+            |raw: &InMm| Ok((self.joint(&raw.joint)?, self.typed.number("mm", &raw.mm, -50.0..=50.0, "mm")?));
         let deg = |raw: &InDeg| {
-            let size = self.number("deg", &raw.deg, -10.0..=10.0, "deg")?.to_radians();
+            let size = self.typed.number("deg", &raw.deg, -10.0..=10.0, "deg")?.to_radians();
             Ok((self.joint(&raw.joint)?, size))
         };
-        let softness = |value: &Number| self.number("rad_per_nm", value, 0.0..=0.01, "rad/(N m)");
+        let softness = |value: &Number| self.typed.number("rad_per_nm", value, 0.0..=0.01, "rad/(N m)");
         let (mechanism, size) = match raw {
             RawImperfection::JointGain(raw) => {
-                let size = self.number("deg_per_deg", &raw.deg_per_deg, -0.1..=0.1, "deg/deg")?;
+                let size = self.typed.number("deg_per_deg", &raw.deg_per_deg, -0.1..=0.1, "deg/deg")?;
                 (Mechanism::JointGain { joint: self.joint(&raw.joint)? }, size)
             }
             RawImperfection::LinkLength(raw) => {
@@ -147,23 +148,23 @@ impl Checker<'_> {
                 (Mechanism::JointCompliance { joint: self.joint(&raw.joint)? }, softness(&raw.rad_per_nm)?)
             }
             RawImperfection::JointStiffening(raw) => {
-                let knee = self.number("knee_nm", &raw.knee_nm, 0.01..=1000.0, "N m")?;
+                let knee = self.typed.number("knee_nm", &raw.knee_nm, 0.01..=1000.0, "N m")?;
                 let joint = self.joint(&raw.joint)?;
                 (Mechanism::JointStiffening { joint, knee }, softness(&raw.rad_per_nm)?)
             }
             RawImperfection::JointHarmonic(raw) => self.harmonic(raw)?,
             RawImperfection::JointBacklash(raw) => {
-                let width = self.number("width_deg", &raw.width_deg, 0.0..=5.0, "deg")?.to_radians();
+                let width = self.typed.number("width_deg", &raw.width_deg, 0.0..=5.0, "deg")?.to_radians();
                 (Mechanism::JointBacklash { joint: self.joint(&raw.joint)? }, width)
             }
             RawImperfection::JointCoupling(raw) => {
                 let (joint, driver) = (self.joint(&raw.joint)?, self.joint(&raw.driver)?);
-                let size = self.number("deg_per_deg", &raw.deg_per_deg, -1.0..=1.0, "deg/deg")?;
+                let size = self.typed.number("deg_per_deg", &raw.deg_per_deg, -1.0..=1.0, "deg/deg")?;
                 (Mechanism::JointCoupling { joint, driver }, size)
             }
             RawImperfection::WarmUp(raw) => self.warm_up(raw, place)?,
             RawImperfection::LinkSag(raw) => {
-                let size = self.number("per_nm2", &raw.per_nm2, 0.0..=0.01, "1/(N m2)")?;
+                let size = self.typed.number("per_nm2", &raw.per_nm2, 0.0..=0.01, "1/(N m2)")?;
                 (Mechanism::LinkSag { joint: self.joint(&raw.joint)? }, size)
             }
         };
@@ -173,28 +174,28 @@ impl Checker<'_> {
     fn harmonic(&self, raw: &Harmonic) -> Result<(Mechanism, f64), WorldFileError> {
         let joint = self.joint(&raw.joint)?;
         let per_turn =
-            self.number("per_turn", &raw.per_turn, 0.01..=1000.0, "turns for a turn of the joint")?;
-        let phase = self.or("phase_deg", &raw.phase_deg, 0.0, -360.0..=360.0, "deg")?.to_radians();
-        let size = self.number("amplitude_deg", &raw.amplitude_deg, 0.0..=2.0, "deg")?.to_radians();
+            self.typed.number("per_turn", &raw.per_turn, 0.01..=1000.0, "turns for a turn of the joint")?;
+        let phase = self.typed.or("phase_deg", &raw.phase_deg, 0.0, -360.0..=360.0, "deg")?.to_radians();
+        let size = self.typed.number("amplitude_deg", &raw.amplitude_deg, 0.0..=2.0, "deg")?.to_radians();
         Ok((Mechanism::JointHarmonic { joint, per_turn, phase }, size))
     }
 
     fn warm_up(&self, raw: &WarmUp, place: Location) -> Result<(Mechanism, f64), WorldFileError> {
         let joint = self.joint(&raw.joint)?;
-        let time_constant_s = self.number("time_constant_s", &raw.time_constant_s, 1.0..=1e6, "s")?;
+        let time_constant_s = self.typed.number("time_constant_s", &raw.time_constant_s, 1.0..=1e6, "s")?;
         let (of, size) = match (&raw.zero_deg, &raw.length_mm, &raw.offset_mm) {
             (Some(zero), None, None) => {
-                (Warming::Zero, self.number("zero_deg", zero, -5.0..=5.0, "deg")?.to_radians())
+                (Warming::Zero, self.typed.number("zero_deg", zero, -5.0..=5.0, "deg")?.to_radians())
             }
             (None, Some(length), None) => {
-                (Warming::Length, self.number("length_mm", length, -10.0..=10.0, "mm")?)
+                (Warming::Length, self.typed.number("length_mm", length, -10.0..=10.0, "mm")?)
             }
             (None, None, Some(offset)) => {
-                (Warming::Offset, self.number("offset_mm", offset, -10.0..=10.0, "mm")?)
+                (Warming::Offset, self.typed.number("offset_mm", offset, -10.0..=10.0, "mm")?)
             }
             _ => {
                 let problem = "a warm-up changes one thing: give `zero_deg`, `length_mm` or `offset_mm`, what it comes to in the end";
-                return Err(self.wrong(place, problem.to_owned()));
+                return Err(self.typed.wrong(place, problem.to_owned()));
             }
         };
         Ok((Mechanism::WarmUp { joint, of, time_constant_s }, size))

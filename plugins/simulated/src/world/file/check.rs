@@ -13,22 +13,22 @@ use super::super::sensor::{Optics, ProximitySensor, Scene, Spot, Table};
 use super::super::target::TTarget;
 use super::super::{ArmDescription, WorldDescription};
 use super::error::WorldFileError;
-use super::number;
 use super::raw::{self, Number};
+use super::typed::Typed;
 
 /// Rated speeds without load: base, shoulder, elbow, wrists, and 20 mm/s of gripper, half-steps/s.
 const RATED_HALF_STEPS_PER_S: [f64; AXES] = [472.0, 405.0, 551.0, 487.0, 487.0, 292.0];
 
 /// Checks one file.
 pub(super) struct Checker<'a> {
-    pub(super) file: &'a str,
+    pub(super) typed: Typed<'a>,
 }
 
 impl Checker<'_> {
     pub(super) fn world(&self, raw: raw::World) -> Result<WorldDescription, WorldFileError> {
         let raw::Arm::TeachMover(arm) = raw.arm else {
             let problem = "a PUMA 560 stands in this world, but a TeachMover is wanted here".to_owned();
-            return Err(self.wrong(raw.world.referenced, problem));
+            return Err(self.typed.wrong(raw.world.referenced, problem));
         };
         let raw::Target::T(target) = raw.target;
         let start = arm.start.referenced;
@@ -49,7 +49,8 @@ impl Checker<'_> {
     }
 
     fn teachmover(&self, raw: &raw::TeachMover) -> Result<ArmDescription, WorldFileError> {
-        let length = |key, value: &Option<Number>, default| self.or(key, value, default, 1.0..=2000.0, "mm");
+        let length =
+            |key, value: &Option<Number>, default| self.typed.or(key, value, default, 1.0..=2000.0, "mm");
         let geometry = ArmGeometry {
             shoulder_height: length("shoulder_height_mm", &raw.shoulder_height_mm, 195.0)?,
             upper_arm: length("upper_arm_mm", &raw.upper_arm_mm, 177.8)?,
@@ -81,14 +82,14 @@ impl Checker<'_> {
     }
 
     fn joints(&self, raw: &raw::JointValues, range: RangeInclusive<f64>) -> Result<Joints, WorldFileError> {
-        let degrees = |key, value| self.or(key, value, 0.0, range.clone(), "deg").map(f64::to_radians);
+        let degrees = |key, value| self.typed.or(key, value, 0.0, range.clone(), "deg").map(f64::to_radians);
         Ok(Joints([
             degrees("waist_deg", &raw.waist_deg)?,
             degrees("shoulder_deg", &raw.shoulder_deg)?,
             degrees("elbow_deg", &raw.elbow_deg)?,
             degrees("wrist_pitch_deg", &raw.wrist_pitch_deg)?,
             degrees("wrist_roll_deg", &raw.wrist_roll_deg)?,
-            self.or("gripper_mm", &raw.gripper_mm, 0.0, -100.0..=100.0, "mm")?,
+            self.typed.or("gripper_mm", &raw.gripper_mm, 0.0, -100.0..=100.0, "mm")?,
         ]))
     }
 
@@ -103,15 +104,20 @@ impl Checker<'_> {
         ];
         let mut rates = HalfSteps(RATED_HALF_STEPS_PER_S);
         for ((key, value), rate) in motors.into_iter().zip(&mut rates.0) {
-            *rate = self.or(key, value, *rate, 1.0..=100_000.0, "half-steps/s")?;
+            *rate = self.typed.or(key, value, *rate, 1.0..=100_000.0, "half-steps/s")?;
         }
         Ok(rates)
     }
 
     fn cable_drag(&self, raw: &raw::CableDrag) -> Result<CableDrag, WorldFileError> {
-        let share = |key, value| self.or(key, value, 0.0, -1.0..=1.0, "deg/deg");
-        let gripper =
-            self.or("gripper_mm_per_elbow_deg", &raw.gripper_mm_per_elbow_deg, 0.0, -1.0..=1.0, "mm/deg")?;
+        let share = |key, value| self.typed.or(key, value, 0.0, -1.0..=1.0, "deg/deg");
+        let gripper = self.typed.or(
+            "gripper_mm_per_elbow_deg",
+            &raw.gripper_mm_per_elbow_deg,
+            0.0,
+            -1.0..=1.0,
+            "mm/deg",
+        )?;
         Ok(CableDrag {
             elbow_by_shoulder: share("elbow_deg_per_shoulder_deg", &raw.elbow_deg_per_shoulder_deg)?,
             wrist_pitch_by_shoulder: share(
@@ -124,8 +130,8 @@ impl Checker<'_> {
     }
 
     fn droop(&self, raw: &raw::Droop) -> Result<Droop, WorldFileError> {
-        let mass = |key, value| self.or(key, value, 0.0, 0.0..=20.0, "kg");
-        let give = |key, value| self.or(key, value, 0.0, 0.0..=5.0, "deg/(N m)").map(f64::to_radians);
+        let mass = |key, value| self.typed.or(key, value, 0.0, 0.0..=20.0, "kg");
+        let give = |key, value| self.typed.or(key, value, 0.0, 0.0..=5.0, "deg/(N m)").map(f64::to_radians);
         Ok(Droop {
             upper_arm_mass: mass("upper_arm_kg", &raw.upper_arm_kg)?,
             forearm_mass: mass("forearm_kg", &raw.forearm_kg)?,
@@ -137,28 +143,29 @@ impl Checker<'_> {
     }
 
     fn table(&self, raw: &raw::Table) -> Result<Table, WorldFileError> {
-        let reflectance = self.or("reflectance", &raw.reflectance, 0.8, 0.0..=1.0, "of 1")?;
+        let reflectance = self.typed.or("reflectance", &raw.reflectance, 0.8, 0.0..=1.0, "of 1")?;
         Ok(Table { solid: raw.solid, reflectance })
     }
 
     fn target(&self, raw: &raw::TTarget) -> Result<TTarget, WorldFileError> {
-        let line_b_distance = self.number("distance_mm", &raw.line_b.distance_mm, 20.0..=2000.0, "mm")?;
-        let offset = self.number("offset_deg", &raw.line_b.offset_deg, -60.0..=60.0, "deg")?;
+        let line_b_distance =
+            self.typed.number("distance_mm", &raw.line_b.distance_mm, 20.0..=2000.0, "mm")?;
+        let offset = self.typed.number("offset_deg", &raw.line_b.offset_deg, -60.0..=60.0, "deg")?;
         if offset == 0.0 {
             let problem = "`offset_deg` is 0, but its sign says on which side of line A white lies: give the waist's \
                            angle from line A to where line B is looked for, such as 8 or -8";
-            return Err(self.wrong(raw.line_b.offset_deg.referenced, problem.to_owned()));
+            return Err(self.typed.wrong(raw.line_b.offset_deg.referenced, problem.to_owned()));
         }
-        let black = self.or("black", &raw.reflectance.black, 0.05, 0.0..=1.0, "of 1")?;
-        let white = self.or("white", &raw.reflectance.white, 0.9, 0.0..=1.0, "of 1")?;
+        let black = self.typed.or("black", &raw.reflectance.black, 0.05, 0.0..=1.0, "of 1")?;
+        let white = self.typed.or("white", &raw.reflectance.white, 0.9, 0.0..=1.0, "of 1")?;
         if let Some(place) = raw.reflectance.white.as_ref().or(raw.reflectance.black.as_ref())
             && white <= black
         {
             let problem = format!("`white` ({white}) must reflect more than `black` ({black})");
-            return Err(self.wrong(place.referenced, problem));
+            return Err(self.typed.wrong(place.referenced, problem));
         }
         let body_radius =
-            self.or("radius_mm", &raw.body.radius_mm, line_b_distance + 70.0, 20.0..=2000.0, "mm")?;
+            self.typed.or("radius_mm", &raw.body.radius_mm, line_b_distance + 70.0, 20.0..=2000.0, "mm")?;
         if let Some(radius) = &raw.body.radius_mm
             && body_radius <= line_b_distance
         {
@@ -166,24 +173,30 @@ impl Checker<'_> {
                 "`radius_mm` is {body_radius}, but the body begins at line B, {line_b_distance} mm from the waist's axis: \
                  it must end further out"
             );
-            return Err(self.wrong(radius.referenced, problem));
+            return Err(self.typed.wrong(radius.referenced, problem));
         }
         Ok(TTarget {
-            line_a: self.number("line_a_deg", &raw.line_a_deg, -180.0..=180.0, "deg")?.to_radians(),
+            line_a: self.typed.number("line_a_deg", &raw.line_a_deg, -180.0..=180.0, "deg")?.to_radians(),
             line_b_distance,
             line_b_offset: offset.to_radians(),
-            head_depth: self.or("depth_mm", &raw.head.depth_mm, 25.0, 1.0..=line_b_distance, "mm")?,
-            head_width: self.or("width_mm", &raw.head.width_mm, 120.0, 1.0..=2000.0, "mm")?,
+            head_depth: self.typed.or("depth_mm", &raw.head.depth_mm, 25.0, 1.0..=line_b_distance, "mm")?,
+            head_width: self.typed.or("width_mm", &raw.head.width_mm, 120.0, 1.0..=2000.0, "mm")?,
             body_radius,
-            body_angle: self.or("angle_deg", &raw.body.angle_deg, 12.0, 0.5..=90.0, "deg")?.to_radians(),
-            patch_margin: self.or("patch_margin_mm", &raw.patch_margin_mm, 20.0, 0.0..=1000.0, "mm")?,
+            body_angle: self
+                .typed
+                .or("angle_deg", &raw.body.angle_deg, 12.0, 0.5..=90.0, "deg")?
+                .to_radians(),
+            patch_margin: self.typed.or("patch_margin_mm", &raw.patch_margin_mm, 20.0, 0.0..=1000.0, "mm")?,
             black,
             white,
             misplaced: [
-                self.or("x_mm", &raw.misplaced.x_mm, 0.0, -500.0..=500.0, "mm")?,
-                self.or("y_mm", &raw.misplaced.y_mm, 0.0, -500.0..=500.0, "mm")?,
+                self.typed.or("x_mm", &raw.misplaced.x_mm, 0.0, -500.0..=500.0, "mm")?,
+                self.typed.or("y_mm", &raw.misplaced.y_mm, 0.0, -500.0..=500.0, "mm")?,
             ],
-            misturned: self.or("turn_deg", &raw.misplaced.turn_deg, 0.0, -180.0..=180.0, "deg")?.to_radians(),
+            misturned: self
+                .typed
+                .or("turn_deg", &raw.misplaced.turn_deg, 0.0, -180.0..=180.0, "deg")?
+                .to_radians(),
         })
     }
 
@@ -193,13 +206,18 @@ impl Checker<'_> {
             && input_bit > 6
         {
             let problem = format!("`input_bit` is {input_bit}, but the arm has the input bits 0 to 6");
-            return Err(self.wrong(bit.referenced, problem));
+            return Err(self.typed.wrong(bit.referenced, problem));
         }
         let optics = match &raw.optics {
             raw::Optics::Ideal(ideal) => {
-                let height = self.number("height_mm", &ideal.height_mm, 0.01..=200.0, "mm")?;
-                let release_height =
-                    self.or("release_height_mm", &ideal.release_height_mm, height, height..=400.0, "mm")?;
+                let height = self.typed.number("height_mm", &ideal.height_mm, 0.01..=200.0, "mm")?;
+                let release_height = self.typed.or(
+                    "release_height_mm",
+                    &ideal.release_height_mm,
+                    height,
+                    height..=400.0,
+                    "mm",
+                )?;
                 Optics::Ideal { height, release_height }
             }
             raw::Optics::Spot(spot) => Optics::Spot(self.spot(spot, white)?),
@@ -209,22 +227,24 @@ impl Checker<'_> {
 
     /// The sensor was trimmed over the target's own white.
     fn spot(&self, raw: &raw::Spot, white: f64) -> Result<Spot, WorldFileError> {
-        let peak_distance = self.number("peak_mm", &raw.peak_mm, 0.1..=200.0, "mm")?;
+        let peak_distance = self.typed.number("peak_mm", &raw.peak_mm, 0.1..=200.0, "mm")?;
         let trimmed_distance =
-            self.number("trimmed_to_fire_at_mm", &raw.trimmed_to_fire_at_mm, 0.1..=400.0, "mm")?;
+            self.typed.number("trimmed_to_fire_at_mm", &raw.trimmed_to_fire_at_mm, 0.1..=400.0, "mm")?;
         if trimmed_distance <= peak_distance {
             let problem = format!(
                 "`trimmed_to_fire_at_mm` is {trimmed_distance}, but a hand that comes down meets the most light at \
                  `peak_mm`, {peak_distance}: the sensor must fire above that"
             );
-            return Err(self.wrong(raw.trimmed_to_fire_at_mm.referenced, problem));
+            return Err(self.typed.wrong(raw.trimmed_to_fire_at_mm.referenced, problem));
         }
-        let interval_ms = self.or("noise_interval_ms", &raw.noise_interval_ms, 1.0, 0.05..=1000.0, "ms")?;
+        let interval_ms =
+            self.typed.or("noise_interval_ms", &raw.noise_interval_ms, 1.0, 0.05..=1000.0, "ms")?;
         let untrimmed = Spot {
-            diameter: self.number("diameter_mm", &raw.diameter_mm, 0.01..=50.0, "mm")?,
+            diameter: self.typed.number("diameter_mm", &raw.diameter_mm, 0.01..=50.0, "mm")?,
             peak_distance,
-            hysteresis: self.or("hysteresis_percent", &raw.hysteresis_percent, 0.0, 0.0..=90.0, "%")? / 100.0,
-            noise: self.or("noise_percent", &raw.noise_percent, 0.0, 0.0..=50.0, "%")? / 100.0,
+            hysteresis: self.typed.or("hysteresis_percent", &raw.hysteresis_percent, 0.0, 0.0..=90.0, "%")?
+                / 100.0,
+            noise: self.typed.or("noise_percent", &raw.noise_percent, 0.0, 0.0..=50.0, "%")? / 100.0,
             noise_knot_ns: (interval_ms * 1e6) as u64,
             firing_level: 0.0,
         };
@@ -232,8 +252,8 @@ impl Checker<'_> {
     }
 
     fn instruments(&self, raw: &raw::Instruments) -> Result<Instruments, WorldFileError> {
-        let level = |key, value| self.or(key, value, 0.0, 0.0..=45.0, "deg").map(f64::to_radians);
-        let ruler = |key, value| self.or(key, value, 0.0, 0.0..=50.0, "mm");
+        let level = |key, value| self.typed.or(key, value, 0.0, 0.0..=45.0, "deg").map(f64::to_radians);
+        let ruler = |key, value| self.typed.or(key, value, 0.0, 0.0..=50.0, "mm");
         Ok(Instruments {
             level: Instrument {
                 error: level("error_deg", &raw.level.error_deg)?,
@@ -276,7 +296,7 @@ impl Checker<'_> {
         if solid_table && pose.tool.z < 0.0 {
             let problem =
                 format!("the arm would start with its sensor {:.1} mm under the table", -pose.tool.z);
-            return Err(self.wrong(place, problem));
+            return Err(self.typed.wrong(place, problem));
         }
         let past_stop = arm.mechanism.trespass(start, start, &pose, solid_table) > 0.0;
         if past_stop || start.of(Joint::Gripper) < 0.0 {
@@ -288,34 +308,8 @@ impl Checker<'_> {
                 shoulder - elbow,
                 wrist_pitch - elbow,
             );
-            return Err(self.wrong(place, problem));
+            return Err(self.typed.wrong(place, problem));
         }
         Ok(())
-    }
-
-    /// A number that may be left out.
-    fn or(
-        &self,
-        key: &str,
-        value: &Option<Number>,
-        default: f64,
-        range: RangeInclusive<f64>,
-        unit: &str,
-    ) -> Result<f64, WorldFileError> {
-        value.as_ref().map_or(Ok(default), |value| self.number(key, value, range, unit))
-    }
-
-    fn number(
-        &self,
-        key: &str,
-        value: &Number,
-        range: RangeInclusive<f64>,
-        unit: &str,
-    ) -> Result<f64, WorldFileError> {
-        number::within(self.file, key, value, range, unit)
-    }
-
-    fn wrong(&self, place: Location, problem: String) -> WorldFileError {
-        WorldFileError::at(self.file, place, problem)
     }
 }

@@ -6,14 +6,15 @@
 
 mod check;
 pub(crate) mod error;
-pub(crate) mod number;
 mod raw;
 pub(crate) mod seal;
+pub(crate) mod typed;
 
 use std::path::Path;
 
 pub use error::WorldFileError;
 pub use seal::seal;
+use typed::Typed;
 
 use super::WorldDescription;
 
@@ -48,12 +49,6 @@ pub fn write_sealed(path: &Path, sealed: &Path) -> Result<(), WorldFileError> {
 }
 
 fn parse_open(file: &str, text: &str) -> Result<WorldDescription, WorldFileError> {
-    let options = serde_yaml::options! {
-        strict_booleans: true,
-        with_snippet: false,
-        budget: serde_yaml::budget! { max_nodes: 20_000, max_depth: 32 },
-    };
-    let raw: raw::World = serde_yaml::from_str_with_options(text, options)
-        .map_err(|error| WorldFileError::from_yaml(file, text, &error))?;
-    check::Checker { file }.world(raw)
+    let typed = Typed { file };
+    check::Checker { typed }.world(typed.parse(text)?)
 }
