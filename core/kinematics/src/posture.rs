@@ -122,6 +122,9 @@ impl Walker {
     }
 
     fn turn_x(&mut self, angle: f64) {
+        if angle == 0.0 {
+            return;
+        }
         let (sine, cosine) = angle.sin_cos();
         let y = self.y * cosine + self.z * sine;
         self.z = self.z * cosine - self.y * sine;

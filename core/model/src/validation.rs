@@ -1,5 +1,7 @@
 //! Blocked cross-validation: whole regions are left out in turn, and predicted by what is fitted to the rest.
 
+use nalgebra::DMatrix;
+
 use crate::fit::{Distances, Factor, Fit, Machine, Normal};
 use crate::laboratory::row_square;
 use crate::split::Poses;
@@ -92,12 +94,65 @@ pub(crate) fn left_out(
     fit: &Fit,
     blocks: &[Vec<usize>],
 ) -> Option<Vec<Option<LeftOut>>> {
+    left_out_by(machine, fit, blocks, |rows| machine.normal_of_rows(&fit.state, rows, &fit.weights))
+}
+
+/// The derivatives of all fitted rows at a fit: what is asked of several ways of leaving rows out is worked out once.
+pub(crate) struct Derivatives<'a> {
+    machine: &'a Machine<'a>,
+    fit: &'a Fit,
+    residuals: Vec<f64>,
+    /// Slots by equations.
+    jacobian: DMatrix<f64>,
+    /// Per row of the table: its first equation among those gathered.
+    first: Vec<Option<usize>>,
+}
+
+impl<'a> Derivatives<'a> {
+    pub(crate) fn of(machine: &'a Machine<'a>, fit: &'a Fit) -> Self {
+        let block = machine.block(&fit.state, &fit.rows, &fit.weights, &[]);
+        let mut first = vec![None; machine.table.len()];
+        let mut next = 0;
+        for row in &fit.rows {
+            if let Some(slot) = first.get_mut(*row) {
+                *slot = Some(next);
+            }
+            next += machine.observations.range(*row).len();
+        }
+        Self { machine, fit, residuals: block.residuals, jacobian: block.jacobian, first }
+    }
+
+    fn normal(&self, rows: &[usize]) -> Normal {
+        let places = rows.iter().filter_map(|row| {
+            let first = self.first.get(*row).copied().flatten()?;
+            Some(first..first + self.machine.observations.range(*row).len())
+        });
+        let columns: Vec<usize> = places.flatten().collect();
+        let residuals: Vec<f64> =
+            columns.iter().filter_map(|column| self.residuals.get(*column)).copied().collect();
+        let mut total = Normal::zeros(self.jacobian.nrows());
+        total.take(&residuals, &self.jacobian.select_columns(&columns));
+        total
+    }
+
+    /// [`left_out`].
+    pub(crate) fn left_out(&self, blocks: &[Vec<usize>]) -> Option<Vec<Option<LeftOut>>> {
+        left_out_by(self.machine, self.fit, blocks, |rows| self.normal(rows))
+    }
+}
+
+fn left_out_by(
+    machine: &Machine<'_>,
+    fit: &Fit,
+    blocks: &[Vec<usize>],
+    normal_of: impl Fn(&[usize]) -> Normal,
+) -> Option<Vec<Option<LeftOut>>> {
     if blocks.len() < 2 {
         return None;
     }
     let mut all = vec![None; machine.table.len()];
     for block in blocks {
-        let without = fit_without(machine, fit, block)?;
+        let without = fit_without(fit, &normal_of(block))?;
         let state = fit.state.stepped(machine.slots(), &without);
         let residuals = machine.residuals_apart(&state, block, &[]);
         let distances = Distances::of(machine, &residuals);
@@ -112,11 +167,11 @@ pub(crate) fn left_out(
     Some(all)
 }
 
-/// The step from the full fit to the fit without some rows, by one step of Newton's method.
-fn fit_without(machine: &Machine<'_>, fit: &Fit, block: &[usize]) -> Option<Vec<f64>> {
-    let own = machine.normal_of_rows(&fit.state, block, &fit.weights);
+/// The step from the full fit to the fit without some rows, by one step of Newton's method; `own` is what those rows add to
+/// the normal equations.
+fn fit_without(fit: &Fit, own: &Normal) -> Option<Vec<f64>> {
     let mut rest: Normal = fit.normal.clone();
-    rest.subtract(&own);
+    rest.subtract(own);
     if rest.equations <= fit.rank() {
         return None;
     }

@@ -3,12 +3,14 @@
 //! by taking the component along its motion out of every row, refitting what is free to the rest, and holding what is
 //! left against the floor. Nothing about the mechanism is assumed.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::misfit::{MISFIT_LEVEL, chance};
 use super::trial::Fitted;
 use crate::effect::{Drive, Effect, Handle, LooksAt, Parameter, Situation, Spot, Unit};
-use crate::fit::Factor;
+use crate::fit::{Factor, Normal, for_each};
 use crate::floor::Floor;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::statistics::{chi_squared_quantile, f_tail, median};
@@ -45,6 +47,9 @@ impl Bearing {
 
 /// Rows looked at, at most: more tell no more about a direction.
 const ENOUGH_ROWS: usize = 1500;
+
+/// Rows handled at once by one thread.
+const CHUNK: usize = 128;
 
 /// Degrees of freedom below which nothing is said.
 const LEAST_FREEDOM: f64 = 8.0;
@@ -90,69 +95,125 @@ impl Effect for Loose {
     }
 }
 
-/// One row, whitened: residuals, and the free parameters' columns (parameters by equations).
-struct Row {
+/// Some rows, whitened: residuals, and the free parameters' columns (parameters by equations).
+struct Rows {
     residuals: DVector<f64>,
     columns: DMatrix<f64>,
-    directions: DMatrix<f64>,
+    /// First equation of each row, and one past the last.
+    first: Vec<usize>,
 }
 
-/// A row with some directions taken out, and how many equations are left of it.
+/// Rows with some directions taken out, and how many equations are left of each.
 struct Projected {
-    residuals: DVector<f64>,
-    columns: DMatrix<f64>,
-    equations: f64,
+    rows: Rows,
+    equations: Vec<f64>,
 }
 
-impl Row {
-    /// Takes the motions in `range` out.
-    fn without(&self, range: std::ops::Range<usize>) -> Projected {
-        let mut projected = Projected {
+impl Rows {
+    fn range(&self, row: usize) -> Range<usize> {
+        let at = |index: usize| self.first.get(index).copied().unwrap_or(0);
+        at(row)..at(row + 1)
+    }
+
+    fn len(&self) -> usize {
+        self.first.len().saturating_sub(1)
+    }
+
+    /// Takes the motions in `range` of the `directions` (motions by equations) out of every row.
+    fn without(&self, directions: &DMatrix<f64>, range: Range<usize>) -> Projected {
+        let mut rows = Self {
             residuals: self.residuals.clone(),
             columns: self.columns.clone(),
-            equations: self.residuals.len() as f64,
+            first: self.first.clone(),
         };
-        let mut taken: Vec<DVector<f64>> = Vec::new();
-        for index in range {
-            let full = self.directions.row(index).transpose();
-            let mut direction = full.clone();
-            for earlier in &taken {
-                direction -= earlier * earlier.dot(&full);
+        let mut equations = Vec::with_capacity(self.len());
+        for row in 0..self.len() {
+            let own = self.range(row);
+            let mut left = own.len() as f64;
+            let mut taken: Vec<DVector<f64>> = Vec::new();
+            for index in range.clone() {
+                let full = directions.view((index, own.start), (1, own.len())).transpose();
+                let mut direction = full.column(0).into_owned();
+                for earlier in &taken {
+                    direction -= earlier * earlier.dot(&full);
+                }
+                let Some(direction) = direction.try_normalize(1e-6 * full.norm().max(1e-9)) else { continue };
+                let mut residuals = rows.residuals.rows_mut(own.start, own.len());
+                let amount = direction.dot(&residuals);
+                residuals.axpy(-amount, &direction, 1.0);
+                let mut columns = rows.columns.columns_mut(own.start, own.len());
+                let amounts = &columns * &direction;
+                columns.ger(-1.0, &amounts, &direction, 1.0);
+                left -= 1.0;
+                taken.push(direction);
             }
-            let Some(direction) = direction.try_normalize(1e-6 * full.norm().max(1e-9)) else { continue };
-            let amount = direction.dot(&projected.residuals);
-            projected.residuals.axpy(-amount, &direction, 1.0);
-            let amounts = &projected.columns * &direction;
-            projected.columns.ger(-1.0, &amounts, &direction, 1.0);
-            projected.equations -= 1.0;
-            taken.push(direction);
+            equations.push(left);
         }
-        projected
+        Projected { rows, equations }
     }
 }
 
-/// Sum of squares left by the best linear fit of the free parameters, and its degrees of freedom; and the rows kept.
-fn left_of(rows: &[Projected], kept: &[bool], full: &DVector<f64>) -> (f64, f64, DVector<f64>) {
-    let size = full.len();
-    let (mut matrix, mut gradient) = (DMatrix::zeros(size, size), DVector::zeros(size));
-    let (mut squares, mut equations) = (0.0, 0.0);
-    for (row, _) in rows.iter().zip(kept).filter(|(_, kept)| **kept) {
-        matrix.gemm(1.0, &row.columns, &row.columns.transpose(), 1.0);
-        gradient.gemv(1.0, &row.columns, &row.residuals, 1.0);
-        squares += row.residuals.norm_squared();
-        equations += row.equations;
+/// Normal equations of those rows of a projection that are kept.
+struct Kept {
+    normal: Normal,
+    equations: f64,
+    kept: Vec<bool>,
+}
+
+impl Kept {
+    fn none(projected: &Projected) -> Self {
+        let normal = Normal::zeros(projected.rows.columns.nrows());
+        Self { normal, equations: 0.0, kept: vec![false; projected.rows.len()] }
     }
-    // A column that the projection took away whole leaves rounding behind.
-    for index in 0..size {
-        if matrix[(index, index)] < 1e-10 * full[index] {
-            matrix.row_mut(index).fill(0.0);
-            matrix.column_mut(index).fill(0.0);
-            gradient[index] = 0.0;
+
+    /// Keeps these rows; only those that come or go are counted anew.
+    fn keep(&mut self, projected: &Projected, kept: &[bool]) {
+        for (wanted, sign) in [(true, 1.0), (false, -1.0)] {
+            let changed: Vec<usize> = (0..projected.rows.len())
+                .filter(|row| kept.get(*row) == Some(&wanted) && self.kept.get(*row) == Some(&!wanted))
+                .collect();
+            if changed.is_empty() {
+                continue;
+            }
+            let places: Vec<usize> = changed.iter().flat_map(|row| projected.rows.range(*row)).collect();
+            let residuals: Vec<f64> =
+                places.iter().filter_map(|place| projected.rows.residuals.get(*place)).copied().collect();
+            let mut own = Normal::zeros(self.normal.gradient.len());
+            own.take(&residuals, &projected.rows.columns.select_columns(&places));
+            match wanted {
+                true => self.normal.add(&own),
+                false => self.normal.subtract(&own),
+            }
+            let equations = changed.iter().filter_map(|row| projected.equations.get(*row));
+            self.equations += sign * equations.sum::<f64>();
         }
+        self.kept = kept.to_vec();
     }
-    let factor = Factor::new(&matrix);
-    let step = factor.solve(&gradient);
-    ((squares - gradient.dot(&step)).max(0.0), equations - factor.rank() as f64, step)
+
+    /// Sum of squares left by the best linear fit of the free parameters, its degrees of freedom, and that fit.
+    fn left(&self, full: &DVector<f64>) -> (f64, f64, DVector<f64>) {
+        let (mut matrix, mut gradient) = (self.normal.matrix.clone(), self.normal.gradient.clone());
+        // A column that the projection took away whole leaves rounding behind.
+        for index in 0..full.len() {
+            if matrix[(index, index)] < 1e-10 * full[index] {
+                matrix.row_mut(index).fill(0.0);
+                matrix.column_mut(index).fill(0.0);
+                gradient[index] = 0.0;
+            }
+        }
+        let factor = Factor::new(&matrix);
+        let step = factor.solve(&gradient);
+        let squares = (self.normal.squares - gradient.dot(&step)).max(0.0);
+        (squares, self.equations - factor.rank() as f64, step)
+    }
+}
+
+/// [`Kept::left`] of some rows of a projection.
+fn left_of(projected: &Projected, kept: &[bool], full: &DVector<f64>) -> (f64, f64) {
+    let mut some = Kept::none(projected);
+    some.keep(projected, kept);
+    let (squares, freedom, _) = some.left(full);
+    (squares, freedom)
 }
 
 /// A place's own view of which rows are wild: those kept, how far each row is off by its fit, and its scatter.
@@ -162,27 +223,32 @@ struct View {
     scale: f64,
 }
 
-/// A row's typical distance for a scatter of one, and by how much a wild one's is greater.
-fn typical(equations: f64) -> f64 {
-    chi_squared_quantile(0.5, equations).sqrt()
+/// A quantile's root by the number of equations.
+fn corners(share: f64, rows: &Rows) -> Vec<f64> {
+    let most = (0..rows.len()).map(|row| rows.range(row).len()).max().unwrap_or(0);
+    (0..=most).map(|equations| chi_squared_quantile(share, equations as f64).sqrt()).collect()
 }
 
 /// Leaves rows out that lie far outside the others' scatter; nine turns settle it.
-fn view(rows: &[Projected], full: &DVector<f64>) -> View {
+fn view(projected: &Projected, full: &DVector<f64>) -> View {
+    let rows = &projected.rows;
     let mut view = View { kept: vec![true; rows.len()], distances: Vec::new(), scale: 1.0 };
+    let (typical, wild) = (corners(0.5, rows), corners(TAME, rows));
+    let of = |corners: &[f64], equations: f64| corners.get(equations as usize).copied().unwrap_or(1.0);
+    let mut some = Kept::none(projected);
     for _ in 0..9 {
-        let (_, freedom, step) = left_of(rows, &view.kept, full);
-        let counted = rows.iter().zip(&view.kept).filter(|(_, kept)| **kept);
-        let equations: f64 = counted.map(|(row, _)| row.equations).sum();
-        let off = |row: &Projected| (&row.residuals - row.columns.tr_mul(&step)).norm();
-        view.distances = rows.iter().map(off).collect();
-        let measured = rows.iter().zip(&view.distances).filter(|(row, _)| row.equations > 0.0);
-        let relative: Vec<f64> = measured.map(|(row, off)| off / typical(row.equations)).collect();
-        view.scale = median(&relative) * (equations / freedom.max(1.0)).sqrt();
-        let near = |(row, off): (&Projected, &f64)| {
-            row.equations <= 0.0 || *off <= view.scale * chi_squared_quantile(TAME, row.equations).sqrt()
-        };
-        let fresh: Vec<bool> = rows.iter().zip(&view.distances).map(near).collect();
+        some.keep(projected, &view.kept);
+        let (_, freedom, step) = some.left(full);
+        let off = &rows.residuals - rows.columns.tr_mul(&step);
+        let norm = |row: usize| off.rows(rows.range(row).start, rows.range(row).len()).norm();
+        view.distances = (0..rows.len()).map(norm).collect();
+        let measured =
+            projected.equations.iter().zip(&view.distances).filter(|(equations, _)| **equations > 0.0);
+        let relative: Vec<f64> = measured.map(|(equations, off)| off / of(&typical, *equations)).collect();
+        view.scale = median(&relative) * (some.equations / freedom.max(1.0)).sqrt();
+        let near =
+            |(equations, off): (&f64, &f64)| *equations <= 0.0 || *off <= view.scale * of(&wild, *equations);
+        let fresh: Vec<bool> = projected.equations.iter().zip(&view.distances).map(near).collect();
         if fresh == view.kept {
             break;
         }
@@ -196,12 +262,15 @@ const TAME: f64 = 0.9995;
 
 /// What all rows are off for a common scatter, less what noise alone would make it. A wild row costs the same however wild
 /// it is and whatever is left of it: a place that calls rows wild which another explains pays for them.
-fn surplus(rows: &[Projected], view: &View, scale: f64) -> f64 {
-    let cost = |(row, off): (&Projected, &f64)| {
+fn surplus(projected: &Projected, view: &View, scale: f64) -> f64 {
+    let wild = corners(TAME, &projected.rows);
+    let cost = |(equations, off): (&f64, &f64)| {
         let squares = (off / scale).powi(2);
-        if squares > chi_squared_quantile(TAME, row.equations) { WILD } else { squares - row.equations }
+        let edge = wild.get(*equations as usize).copied().unwrap_or(0.0).powi(2);
+        if squares > edge { WILD } else { squares - equations }
     };
-    rows.iter().zip(&view.distances).filter(|(row, _)| row.equations > 0.0).map(cost).sum()
+    let rows = projected.equations.iter().zip(&view.distances);
+    rows.filter(|(equations, _)| **equations > 0.0).map(cost).sum()
 }
 
 /// Price of a wild row, in squared sigmas.
@@ -224,46 +293,47 @@ impl Laboratory {
         let probes: Vec<&dyn Effect> = loose.iter().map(|loose| loose as &dyn Effect).collect();
         let own = fitted.machine.slots().len();
         let ones = vec![1.0; self.table().len()];
-        let mut full = DVector::zeros(own);
-        let rows: Vec<Row> = chosen
-            .iter()
-            .map(|row| {
-                let block = fitted.machine.block(&fitted.fit.state, &[*row], &ones, &probes);
-                let columns = block.jacobian.rows(0, own).into_owned();
-                for (total, column) in full.iter_mut().zip(columns.row_iter()) {
-                    *total += column.norm_squared();
-                }
-                let directions = block.jacobian.rows(own, block.jacobian.nrows() - own).into_owned();
-                Row { residuals: DVector::from_vec(block.residuals), columns, directions }
-            })
-            .collect();
-        let mut first = 0;
-        let mut tried: Vec<(Spot, Vec<Projected>, View)> = Vec::new();
-        for (spot, loose) in spots.iter().zip(&loose) {
-            let range = first..first + loose.parameters.len();
-            first = range.end;
-            let projected: Vec<Projected> = rows.iter().map(|row| row.without(range.clone())).collect();
-            let view = view(&projected, &full);
-            if left_of(&projected, &view.kept, &full).1 >= LEAST_FREEDOM {
-                tried.push((*spot, projected, view));
-            }
+        let chunks: Vec<&[usize]> = chosen.chunks(CHUNK).collect();
+        let state = &fitted.fit.state;
+        let blocks = for_each(&chunks, |chunk| fitted.machine.block(state, chunk, &ones, &probes));
+        let equations = blocks.iter().map(|block| block.residuals.len()).sum();
+        let width = own + loose.iter().map(|loose| loose.parameters.len()).sum::<usize>();
+        let mut all = DMatrix::zeros(width, equations);
+        let mut residuals = Vec::with_capacity(equations);
+        for block in blocks {
+            all.columns_mut(residuals.len(), block.residuals.len()).copy_from(&block.jacobian);
+            residuals.extend(block.residuals);
         }
+        let mut first = vec![0];
+        for row in &chosen {
+            first.push(first.last().copied().unwrap_or(0) + fitted.machine.observations.range(*row).len());
+        }
+        let (columns, directions) = (all.rows(0, own).into_owned(), all.rows(own, width - own).into_owned());
+        let full = DVector::from_iterator(own, columns.row_iter().map(|column| column.norm_squared()));
+        let rows = Rows { residuals: DVector::from_vec(residuals), columns, first };
+        let mut ranges: Vec<(Spot, Range<usize>)> = Vec::new();
+        for (spot, loose) in spots.iter().zip(&loose) {
+            let start = ranges.last().map_or(0, |(_, last)| last.end);
+            ranges.push((*spot, start..start + loose.parameters.len()));
+        }
+        let tried = for_each(&ranges, |(spot, range)| {
+            let projected = rows.without(&directions, range.clone());
+            let view = view(&projected, &full);
+            let told = left_of(&projected, &view.kept, &full).1 >= LEAST_FREEDOM;
+            told.then_some((*spot, projected, view))
+        });
+        let tried: Vec<(Spot, Projected, View)> = tried.into_iter().flatten().collect();
         // All places are judged on the same rows: those the likeliest keeps.
         let scale = tried.iter().map(|(_, _, view)| view.scale).fold(f64::INFINITY, f64::min).max(1e-300);
-        let cost = |(_, rows, view): &(Spot, Vec<Projected>, View)| surplus(rows, view, scale);
+        let cost = |(_, rows, view): &(Spot, Projected, View)| surplus(rows, view, scale);
         let likeliest = tried.iter().min_by(|left, right| cost(left).total_cmp(&cost(right)));
         let Some(kept) = likeliest.map(|(_, _, view)| view.kept.clone()) else { return Ok(Vec::new()) };
-        let whole: Vec<Projected> = rows.iter().map(|row| row.without(0..0)).collect();
-        let (whole_squares, whole_freedom, _) = left_of(&whole, &kept, &full);
-        let mut found: Vec<Bearing> = tried
-            .iter()
-            .map(|(spot, projected, _)| {
-                let (squares, freedom, _) = left_of(projected, &kept, &full);
-                let p = chance(squares, freedom, floor).unwrap_or(1.0);
-                let (across, whole) = ((squares, freedom.max(1.0)), (whole_squares, whole_freedom));
-                Bearing { spot: *spot, across, whole, p }
-            })
-            .collect();
+        let whole = left_of(&rows.without(&directions, 0..0), &kept, &full);
+        let mut found: Vec<Bearing> = for_each(&tried, |(spot, projected, _)| {
+            let (squares, freedom) = left_of(projected, &kept, &full);
+            let p = chance(squares, freedom, floor).unwrap_or(1.0);
+            Bearing { spot: *spot, across: (squares, freedom.max(1.0)), whole, p }
+        });
         found.sort_by(|left, right| {
             (left.across.0 / left.across.1).total_cmp(&(right.across.0 / right.across.1))
         });

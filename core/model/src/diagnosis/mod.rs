@@ -71,13 +71,10 @@ impl Laboratory {
         let mut verdict = finding.verdict;
         if let Some(split) = split {
             verdict = Verdict::NotRepeatable;
-            let joint = self.model().chain.joints.get(split.joint).map_or("?", |joint| joint.name.as_str());
+            let place = EffectId::at("", split.spot).place(self.model());
             remaining.covariates = Vec::new();
-            remaining.places = vec![joint.to_owned()];
-            remaining.shape = format!(
-                "returns to one pose fall into two camps about {} deg apart at {joint}, for no reason the table records",
-                wording::figure(split.apart.to_degrees())
-            );
+            remaining.shape = split.told(&place);
+            remaining.places = vec![place];
         }
         let settled = verdict == finding.verdict;
         let next = if settled { searched.poses_for(&finding, &floor, progress)? } else { Vec::new() };

@@ -55,6 +55,9 @@ pub struct NextPoses {
 /// Candidates looked at for each pose.
 const LOOKED_AT: usize = 240;
 
+/// Share of a joint's range that chosen poses keep clear of either limit.
+const CLEAR_OF_LIMITS: f64 = 0.02;
+
 /// Rounds of small changes to the best.
 const REFINED: usize = 3;
 
@@ -277,7 +280,9 @@ impl Chooser<'_> {
         let measured = self.lab.passport().ranges.get(joint).copied().unwrap_or((-1.0, 1.0));
         let (low, high) = row.map_or(measured, |row| row.limits);
         if high - low < 1.9 * std::f64::consts::TAU && (high - low).is_finite() && high - low < 1e5 {
-            return (low, high);
+            // An arm that is told to stand on its limit may refuse: its zeros are what is being looked for.
+            let clear = CLEAR_OF_LIMITS * (high - low);
+            return (low + clear, high - clear);
         }
         let margin = 0.15 * (measured.1 - measured.0);
         ((measured.0 - margin).max(low), (measured.1 + margin).min(high))

@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
+use plumb_kinematics::Motion;
 
+use crate::effect::Spot;
 use crate::fit::Machine;
 use crate::floor::{Returns, SIDE_OF_APPROACH, Scatter, allow};
 use crate::statistics::median;
@@ -11,10 +13,23 @@ use crate::statistics::median;
 /// Returns that fall into two camps.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Split {
-    /// The joint whose motion lies between the two camps.
-    pub(crate) joint: usize,
-    /// Distance of the camps, rad (mm for a sliding joint).
+    /// What lies between the two camps.
+    pub(crate) spot: Spot,
+    /// Distance of the camps, rad or mm.
     pub(crate) apart: f64,
+    /// Whether that is an angle.
+    pub(crate) turns: bool,
+}
+
+impl Split {
+    /// What it is, in words.
+    pub(crate) fn told(&self, place: &str) -> String {
+        let (apart, unit) = if self.turns { (self.apart.to_degrees(), "deg") } else { (self.apart, "mm") };
+        let figure = super::wording::figure(apart);
+        format!(
+            "returns to one pose fall into two camps about {figure} {unit} apart at {place}, for no reason the table records"
+        )
+    }
 }
 
 /// Members of one group along one joint's motion: how far each lies from the group's mean (rad), and how well that is
@@ -56,31 +71,85 @@ pub(crate) fn find_split(machine: &Machine<'_>, returns: &Returns) -> Option<Spl
     let a_number = 0.5 * (returns.members.len().max(1) as f64).ln();
     let price = a_number * returns.groups as f64;
     let allowed = a_number * wanted.len() as f64;
-    let found = (0..joints).filter_map(|joint| {
-        let one = Lines::along(returns, &scatter.deviations, &kept, joint)?.one_camp() - allowed;
-        let by_side = sides.iter().filter_map(|side| {
-            Some(Lines::along(returns, &side.deviations, &kept, joint)?.one_camp() - allowed - price)
-        });
-        // Or the joint jumped once, at a moment between two of the returns.
+    let joint_motions = (0..joints).map(|joint| {
+        let turns = machine.model.chain.joints.get(joint).is_some_and(|joint| joint.motion == Motion::Turns);
+        let of =
+            |motions: &Vec<DVector<f64>>| motions.get(joint).cloned().unwrap_or_else(|| DVector::zeros(0));
+        let along = returns.motions.iter().map(of).collect();
+        Path { spot: Spot::Joint(joint), turns, along, price: 0.0 }
+    });
+    // Or the base or a target stands in two places: in which direction is read off the returns, and paid for.
+    let raw = ways.first().map(|way| way.deviations.as_slice()).unwrap_or_default();
+    let shifts = returns.loose.iter().filter_map(|(id, columns)| {
+        let direction = farthest(columns, raw, &kept)?;
+        let along = columns.iter().map(|columns| columns * &direction).collect();
+        let price = a_number * (direction.len() as f64 - 1.0);
+        Some(Path { spot: id.spot, turns: id.name == "base_tilt", along, price })
+    });
+    let paths: Vec<Path> = joint_motions.chain(shifts).collect();
+    let found = paths.iter().filter_map(|path| {
+        // What one camp has to be explained by: conditions, a gap between the sides of approach, or one jump at a moment between
+        // two of the returns. Each with its price.
+        let mut ones: Vec<(Vec<DVector<f64>>, f64)> = vec![(scatter.deviations.clone(), allowed)];
+        ones.extend(sides.iter().map(|side| (side.deviations.clone(), allowed + price)));
         let jumps: Vec<&Range<usize>> = returns
             .candidates
             .iter()
-            .filter(|(id, _)| id.name == "joint_step" && id.joint() == Some(joint))
+            .filter(|(id, _)| id.name == "joint_step" && id.spot == path.spot)
             .map(|(_, range)| range)
             .collect();
         let jump_price = a_number + (jumps.len().max(1) as f64).ln();
-        let by_jump = jumps.iter().filter_map(|range| {
+        ones.extend(jumps.iter().map(|range| {
             let columns: Vec<usize> = wanted.iter().copied().chain((*range).clone()).collect();
-            let jumped = returns.scatter(&columns);
-            Some(Lines::along(returns, &jumped.deviations, &kept, joint)?.one_camp() - allowed - jump_price)
-        });
-        let one = by_side.chain(by_jump).fold(one, f64::max);
-        let camps =
-            ways.iter().filter_map(|way| Lines::along(returns, &way.deviations, &kept, joint)?.judge(one));
-        let best = camps.max_by(|left, right| left.1.total_cmp(&right.1))?;
-        Some((Split { joint, apart: best.0 }, best.1))
+            (returns.scatter(&columns).deviations, allowed + jump_price)
+        }));
+        let judged = |kept: &[f64]| {
+            let along = |deviations: &[DVector<f64>]| Lines::along(returns, deviations, kept, &path.along);
+            let likelihoods =
+                ones.iter().filter_map(|(one, price)| Some((along(one)?.one_camp() - price, one)));
+            let (one, explained) = likelihoods.max_by(|left, right| left.0.total_cmp(&right.0))?;
+            let camps = ways.iter().filter_map(|way| along(&way.deviations)?.judge(one + path.price));
+            Some((camps.max_by(|left, right| left.1.total_cmp(&right.1))?, explained))
+        };
+        let (first, explained) = judged(&kept)?;
+        // Returns that are wild once that is explained which can be make no camp either.
+        let tamer: Vec<f64> =
+            kept.iter().zip(without_wild(explained)).map(|(kept, tame)| kept * tame).collect();
+        let best = if tamer == kept { first } else { judged(&tamer)?.0 };
+        Some((Split { spot: path.spot, apart: best.0, turns: path.turns }, best.1))
     });
     found.max_by(|left, right| left.1.total_cmp(&right.1)).map(|(split, _)| split)
+}
+
+/// A motion along which returns may stand in two places.
+struct Path {
+    spot: Spot,
+    turns: bool,
+    /// Per member: how its equations move, whitened.
+    along: Vec<DVector<f64>>,
+    /// What was paid for finding its direction, natural logarithms.
+    price: f64,
+}
+
+/// The direction, unit length, in which some numbers must differ to do most of what returns differ by.
+fn farthest(columns: &[DMatrix<f64>], deviations: &[DVector<f64>], kept: &[f64]) -> Option<DVector<f64>> {
+    let count = columns.first()?.ncols();
+    let (mut all, mut differing) = (DMatrix::zeros(count, count), DMatrix::zeros(count, count));
+    for ((columns, deviation), kept) in columns.iter().zip(deviations).zip(kept) {
+        if *kept > 0.0 && columns.nrows() == deviation.len() {
+            all += columns.tr_mul(columns);
+            let seen = columns.tr_mul(deviation);
+            differing.ger(1.0, &seen, &seen, 1.0);
+        }
+    }
+    let lower = all.cholesky()?.l();
+    let half = lower.solve_lower_triangular(&differing)?;
+    let white = lower.solve_lower_triangular(&half.transpose())?;
+    let eigen = (&white + white.transpose()).symmetric_eigen();
+    let most = eigen.eigenvalues.imax();
+    let direction =
+        lower.transpose().solve_upper_triangular(&eigen.eigenvectors.column(most).into_owned())?;
+    direction.try_normalize(1e-300)
 }
 
 /// Members that are not wild: nearer their group's mean than four times what three in four are. (Of two camps, more than
@@ -101,7 +170,12 @@ struct Lines {
 }
 
 impl Lines {
-    fn along(returns: &Returns, deviations: &[DVector<f64>], kept: &[f64], joint: usize) -> Option<Self> {
+    fn along(
+        returns: &Returns,
+        deviations: &[DVector<f64>],
+        kept: &[f64],
+        path: &[DVector<f64>],
+    ) -> Option<Self> {
         let mut all = Self { lines: Vec::new(), across: 0.0, freedom: 0.0, typical: 0.0 };
         let mut sizes = Vec::new();
         for group in 0..returns.groups {
@@ -110,7 +184,7 @@ impl Lines {
                     && kept.get(*member).is_some_and(|kept| *kept > 0.0)
             };
             let members: Vec<usize> = (0..returns.members.len()).filter(own).take(LONGEST).collect();
-            let motion = |member: &usize| returns.motions.get(*member)?.get(joint);
+            let motion = |member: &usize| path.get(*member);
             let Some(length) =
                 members.first().and_then(motion).map(|motion| motion.norm()).filter(|length| *length > 1e-9)
             else {
@@ -211,10 +285,10 @@ fn shifted(line: &Line, pattern: u32, half: f64) -> Vec<f64> {
     line.places.iter().enumerate().map(|(index, place)| place - side(index)).collect()
 }
 
-/// Both camps have a fair share of members, and in most groups that could show it both are met: a few wild returns do not
-/// make a camp.
+/// Both camps have a fair share of members, and of the groups that could show it as many hold both as chance would have: a few
+/// wild returns do not make a camp.
 fn in_earnest(lines: &[Line], half: f64, sigma: f64) -> bool {
-    let (mut members, mut fewer, mut able, mut split) = (0, 0, 0, 0);
+    let (mut members, mut fewer, mut expected, mut split) = (0.0, 0.0, 0.0, 0.0);
     for line in lines {
         let patterns = 0..1_u32 << line.places.len();
         let best = patterns
@@ -222,12 +296,16 @@ fn in_earnest(lines: &[Line], half: f64, sigma: f64) -> bool {
         let high = best.unwrap_or(0).count_ones() as usize;
         let low = line.places.len() - high;
         let visible = 2.0 * half > 3.0 * sigma * line.spread;
-        if visible && line.places.len() >= 3 {
-            able += 1;
-            split += usize::from(high > 0 && low > 0);
-            members += line.places.len();
-            fewer += high.min(low);
+        if visible && line.places.len() >= 2 {
+            let all_alike = 2.0 * 0.5_f64.powi(line.places.len() as i32);
+            expected += 1.0 - all_alike;
+            split += f64::from(u8::from(high > 0 && low > 0));
+            members += line.places.len() as f64 * (1.0 - all_alike);
+            fewer += high.min(low) as f64;
         }
     }
-    able > 0 && 2 * split > able && 6 * fewer >= members
+    expected >= LEAST_SPLIT && split > 0.55 * expected && 6.0 * fewer >= members
 }
+
+/// Groups that must be expected to hold both camps before anything is said.
+const LEAST_SPLIT: f64 = 0.9;

@@ -38,6 +38,8 @@ pub(crate) struct Score {
     pub(crate) values: Vec<f64>,
     /// Covariance of the values.
     pub(crate) covariance: DMatrix<f64>,
+    /// How the fitted parameters are expected to move beside it, one a slot.
+    pub(crate) beside: Vec<f64>,
     /// Expected size.
     pub(crate) size: Size,
     /// Whether the values are those of a real machine, within two standard errors.
@@ -75,6 +77,7 @@ impl Noise {
 
 /// Sums over rows that scores are made of.
 struct Sums {
+    /// Candidates by fitted parameters.
     with_parameters: DMatrix<f64>,
     own: Vec<DMatrix<f64>>,
     with_residuals: DVector<f64>,
@@ -84,7 +87,7 @@ impl Sums {
     fn zeros(parameters: usize, ranges: &[std::ops::Range<usize>]) -> Self {
         let width = ranges.last().map_or(0, |range| range.end);
         Self {
-            with_parameters: DMatrix::zeros(parameters, width),
+            with_parameters: DMatrix::zeros(width, parameters),
             own: ranges.iter().map(|range| DMatrix::zeros(range.len(), range.len())).collect(),
             with_residuals: DVector::zeros(width),
         }
@@ -118,18 +121,20 @@ pub(crate) fn score(machine: &Machine<'_>, fit: &Fit, probes: &[Probe]) -> Vec<S
         || Sums::zeros(parameters, &ranges),
         |sums, chunk| {
             let block = machine.block(&fit.state, chunk, &fit.weights, &effects);
-            let known = block.jacobian.rows(0, parameters).into_owned();
-            let asked = block.jacobian.rows(parameters, first).into_owned();
-            sums.with_parameters.gemm(1.0, &known, &asked.transpose(), 1.0);
+            let known = block.jacobian.rows(0, parameters).transpose();
+            let asked = block.jacobian.rows(parameters, first);
+            sums.with_parameters.gemm(1.0, &asked, &known, 1.0);
             sums.with_residuals.gemv(1.0, &asked, &DVector::from_column_slice(&block.residuals), 1.0);
-            for (own, range) in sums.own.iter_mut().zip(&ranges) {
-                let part = asked.rows(range.start, range.len());
-                own.gemm(1.0, &part, &part.transpose(), 1.0);
+            for column in asked.column_iter() {
+                for (own, range) in sums.own.iter_mut().zip(&ranges) {
+                    let part = column.rows(range.start, range.len());
+                    own.ger(1.0, &part, &part, 1.0);
+                }
             }
         },
         |part| sums.add(&part),
     );
-    let swallowed = fit.factor.whiten(&sums.with_parameters);
+    let swallowed = fit.factor.whiten(&sums.with_parameters.transpose());
     let gradient = DMatrix::from_column_slice(parameters, 1, fit.normal.gradient.as_slice());
     let left_over = fit.factor.whiten(&gradient);
     let noise = Noise::of(machine, fit);
@@ -142,7 +147,10 @@ pub(crate) fn score(machine: &Machine<'_>, fit: &Fit, probes: &[Probe]) -> Vec<S
             let beyond = own - shadow.tr_mul(&shadow);
             let score =
                 sums.with_residuals.rows(range.start, range.len()) - shadow.tr_mul(&left_over).column(0);
-            one(probe, own, &beyond, &score.into_owned(), noise)
+            let mut score = one(probe, own, &beyond, &score.into_owned(), noise);
+            let moved = left_over.column(0) - shadow * DVector::from_column_slice(&score.values);
+            score.beside = fit.factor.back(moved).as_slice().to_vec();
+            score
         })
         .collect()
 }
@@ -225,6 +233,7 @@ fn one(
         plausible,
         values,
         covariance,
+        beside: Vec::new(),
         size,
         absorbed,
         strength: scales.norm() / (count.max(1) as f64).sqrt() / first,

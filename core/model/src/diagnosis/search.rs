@@ -5,10 +5,10 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use super::score::{Noise, Probe, Score, score};
-use super::trial::{Fitted, Gain, bic, gains};
+use super::trial::{Fitted, Gain, Judge, bic};
 use crate::effect::{self, EffectId, Search, Survey};
 use crate::file::AddedEffect;
-use crate::fit::FitOptions;
+use crate::fit::{FitOptions, for_each};
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::progress::Progress;
 use crate::statistics::{f_tail, holm};
@@ -237,7 +237,7 @@ impl Laboratory {
         candidates: &Candidates,
         progress: &Progress,
     ) -> Result<Vec<usize>, LaboratoryError> {
-        let mut fits = Vec::new();
+        let mut asked: Vec<(&Probe, Score)> = Vec::new();
         for probes in [&candidates.listed, &candidates.unlisted] {
             let scores = best_variants(probes, score(&robust.machine, &robust.fit, probes));
             let open = |probe: &&Probe| !taken.iter().any(|known| known.id.same_as(&probe.id));
@@ -247,11 +247,12 @@ impl Laboratory {
                 .filter(|(_, score)| score.p < PROMISING)
                 .collect();
             best.sort_by(|left, right| left.1.p.total_cmp(&right.1.p));
-            for (probe, score) in best.into_iter().take(JUDGES) {
-                progress.check()?;
-                fits.push(self.fit_probe(taken, probe, score.values, robust, progress)?);
-            }
+            asked.extend(best.into_iter().take(JUDGES));
         }
+        let fits: Vec<Fitted<'_>> =
+            for_each(&asked, |(probe, score)| self.fit_probe(taken, (probe, score), robust, progress))
+                .into_iter()
+                .collect::<Result<_, _>>()?;
         let scale = fits.iter().map(|fit| fit.fit.scale).fold(robust.fit.scale, f64::min).max(1e-300);
         let equations = robust.fit.normal.equations as f64;
         let own = |fit: &Fitted<'_>| bic(fit.loss(scale), equations, fit.fit.rank() as f64, 0.0);
@@ -270,11 +271,18 @@ impl Laboratory {
         if stage.fitted.fit.rows.len() == robust.fit.rows.len() {
             return Ok(());
         }
-        for contender in stage.contenders.iter_mut().filter(|contender| contender.passes()).take(JUDGES) {
-            progress.check()?;
-            let mut more = stage.taken.clone();
-            more.push(AddedEffect { id: contender.id.clone(), values: contender.values.clone() });
-            let with = self.fit_with(&more, Some(robust), progress)?;
+        let asked: Vec<usize> = (0..stage.contenders.len())
+            .filter(|index| stage.contenders.get(*index).is_some_and(Contender::passes))
+            .take(JUDGES)
+            .collect();
+        let fits = for_each(&asked, |index| {
+            let contender = stage.contenders.get(*index);
+            let added = contender.map(|one| AddedEffect { id: one.id.clone(), values: one.values.clone() });
+            let more: Vec<AddedEffect> = stage.taken.iter().cloned().chain(added).collect();
+            self.fit_with(&more, Some(robust), progress)
+        });
+        for (index, with) in asked.into_iter().zip(fits) {
+            let (with, Some(contender)) = (with?, stage.contenders.get_mut(index)) else { continue };
             let noise = Noise::of(&with.machine, &with.fit);
             let gain = (robust.loss(with.fit.scale) - with.loss(with.fit.scale)).max(0.0);
             let freedom = contender.score.freedom.max(1) as f64;
@@ -292,15 +300,22 @@ impl Laboratory {
         let count = stage.contenders.iter().take(HANDFUL).filter(promising).count();
         let equations = stage.fitted.fit.normal.equations as f64;
         let options = FitOptions { robust: false, ..self.options().fit };
-        for contender in stage.contenders.iter_mut().take(count) {
-            progress.check()?;
+        let Some(asked) = stage.contenders.get(..count).filter(|asked| !asked.is_empty()) else {
+            return Ok(());
+        };
+        let judge = Judge::of(&stage.fitted, asked.iter().map(|contender| &contender.id));
+        let refits = for_each(asked, |contender| {
             let mut more = stage.taken.clone();
             more.push(AddedEffect { id: contender.id.clone(), values: contender.values.clone() });
-            let fit = &stage.fitted.fit;
-            let refit = self.fit_near(&more, &stage.fitted, (&fit.rows, &fit.weights), options, progress)?;
+            let refit = self.fit_scored(&more, &stage.fitted, &contender.score, options, progress)?;
+            let gains = judge.gains(&refit, &contender.id);
+            Ok::<_, LaboratoryError>((refit, gains))
+        });
+        for (contender, refit) in stage.contenders.iter_mut().zip(refits) {
+            let (refit, gains) = refit?;
             contender.bic =
                 bic(refit.fit.normal.squares, equations, refit.fit.rank() as f64, contender.search_cost);
-            contender.gains = gains(&stage.fitted, &refit, &contender.id);
+            contender.gains = gains;
             contender.refitted = true;
             let squares = refit.fit.normal.squares;
             contender.left = (squares, f64::max(equations - refit.fit.rank() as f64, 1.0));

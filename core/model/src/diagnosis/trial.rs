@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use super::score::Probe;
+use super::score::{Probe, Score};
 use crate::effect::EffectId;
 use crate::file::AddedEffect;
-use crate::fit::{Distances, Fit, FitOptions, Machine, State, corner};
+use crate::fit::{Distances, Fit, FitOptions, Machine, State, corner, for_each};
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::progress::Progress;
 use crate::statistics::chi_squared_quantile;
-use crate::validation::{LeftOut, joint_blocks, left_out, pose_groups, region_blocks, session_blocks};
+use crate::validation::{Derivatives, LeftOut, joint_blocks, pose_groups, region_blocks, session_blocks};
 
 /// A machine with its fit.
 pub(crate) struct Fitted<'a> {
@@ -87,7 +87,31 @@ fn start_near(machine: &Machine<'_>, near: &Fitted<'_>) -> State {
     start
 }
 
+/// A start moved to where a score expects the fitted parameters beside the last effect: what the two machines share comes
+/// first in both.
+fn beside(machine: &Machine<'_>, start: &State, beside: &[f64]) -> State {
+    let known = beside.len().min(machine.slots().len());
+    let moved = start.stepped(machine.slots().get(..known).unwrap_or(&[]), beside);
+    if moved.is_finite() { moved } else { start.clone() }
+}
+
 impl Laboratory {
+    /// Fits the model with one more effect than an earlier fit has, from where its score expects everything, to the same rows
+    /// with the same weights.
+    pub(crate) fn fit_scored<'a>(
+        &'a self,
+        more: &[AddedEffect],
+        near: &Fitted<'_>,
+        score: &Score,
+        options: FitOptions,
+        progress: &Progress,
+    ) -> Result<Fitted<'a>, LaboratoryError> {
+        let machine = self.machine(more)?;
+        let start = beside(&machine, &start_near(&machine, near), &score.beside);
+        let fit = machine.refit(&start, &near.fit.rows, &near.fit.weights, options, progress)?;
+        Ok(Fitted { machine, fit })
+    }
+
     /// Fits the model with `more` effects to some rows with these weights, starting from an earlier fit's state.
     pub(crate) fn fit_near<'a>(
         &'a self,
@@ -107,14 +131,13 @@ impl Laboratory {
     pub(crate) fn fit_probe<'a>(
         &'a self,
         more: &[AddedEffect],
-        probe: &Probe,
-        values: Vec<f64>,
+        (probe, score): (&Probe, &Score),
         near: &Fitted<'_>,
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
         let mut machine = self.machine(more)?;
-        machine.admit(probe.id.clone(), Arc::clone(&probe.effect), values);
-        let start = start_near(&machine, near);
+        machine.admit(probe.id.clone(), Arc::clone(&probe.effect), score.values.clone());
+        let start = beside(&machine, &start_near(&machine, near), &score.beside);
         let ones = vec![1.0; self.table().len()];
         let fit = machine.refit(&start, &self.measured_rows(), &ones, self.options().fit, progress)?;
         Ok(Fitted { machine, fit })
@@ -142,39 +165,76 @@ impl Laboratory {
     }
 }
 
+/// How one fit predicts rows that are left out, for every way of leaving blocks out that applies to effects: regions, ranges of
+/// joints, sessions. Each way is worked out once.
+pub(crate) struct Judge {
+    regions: Way,
+    joints: Vec<Way>,
+    sessions: Option<Way>,
+    poses: Vec<Vec<usize>>,
+}
+
+/// A way of leaving blocks out, and how rows are predicted so; nothing if too little is left to fit.
+struct Way {
+    blocks: Vec<Vec<usize>>,
+    rows: Option<Vec<Option<LeftOut>>>,
+}
+
+impl Judge {
+    /// Looks at what is fitted before any of the effects in `ids` is in.
+    pub(crate) fn of<'i>(before: &Fitted<'_>, ids: impl Iterator<Item = &'i EffectId>) -> Self {
+        let (machine, fit) = (&before.machine, &before.fit);
+        let derivatives = Derivatives::of(machine, fit);
+        let mut asked: Vec<usize> = ids.filter_map(EffectId::joint).collect();
+        asked.sort_unstable();
+        asked.dedup();
+        let mut ways = vec![region_blocks(machine, fit)];
+        ways.extend((0..machine.model.chain.len()).map(|joint| match asked.contains(&joint) {
+            true => joint_blocks(machine, fit, joint),
+            false => Vec::new(),
+        }));
+        ways.extend(session_blocks(machine, fit));
+        let rows = for_each(&ways, |blocks| derivatives.left_out(blocks));
+        let mut ways = ways.into_iter().zip(rows).map(|(blocks, rows)| Way { blocks, rows });
+        let regions = ways.next().unwrap_or_else(|| Way { blocks: Vec::new(), rows: None });
+        let joints = ways.by_ref().take(machine.model.chain.len()).collect();
+        let (sessions, poses) = (ways.next(), pose_groups(machine, fit));
+        Self { regions, joints, sessions, poses }
+    }
+
+    /// How much better `after` predicts left-out blocks, for every way that applies to the effect.
+    pub(crate) fn gains(&self, after: &Fitted<'_>, id: &EffectId) -> Vec<Gain> {
+        let derivatives = Derivatives::of(&after.machine, &after.fit);
+        let joint = id.joint().and_then(|joint| self.joints.get(joint));
+        let ways = [Some(&self.regions), joint, self.sessions.as_ref()];
+        ways.into_iter().flatten().filter_map(|way| self.gain(way, &derivatives)).collect()
+    }
+
+    fn gain(&self, way: &Way, after: &Derivatives<'_>) -> Option<Gain> {
+        let (old, new) = (way.rows.as_ref()?, after.left_out(&way.blocks)?);
+        let of = |rows: &[Option<LeftOut>], row: usize| {
+            rows.get(row).copied().flatten().map(|row| row.distance.0.powi(2))
+        };
+        // Returns to one pose share what the model does wrong there: they count as one.
+        let differences: Vec<f64> = self
+            .poses
+            .iter()
+            .map(|rows| rows.iter().filter_map(|row| Some(of(old, *row)? - of(&new, *row)?)).sum())
+            .collect();
+        let count = differences.len() as f64;
+        if count < 3.0 {
+            return None;
+        }
+        let total: f64 = differences.iter().sum();
+        let mean = total / count;
+        let variance =
+            differences.iter().map(|difference| (difference - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        Some(Gain { total, error: (variance * count).sqrt() })
+    }
+}
+
 /// How much better `after` predicts left-out blocks than `before`, for every way of leaving out that applies to the
 /// effect: regions, ranges of its joint, sessions.
 pub(crate) fn gains(before: &Fitted<'_>, after: &Fitted<'_>, id: &EffectId) -> Vec<Gain> {
-    let mut ways = vec![region_blocks(&before.machine, &before.fit)];
-    ways.extend(id.joint().map(|joint| joint_blocks(&before.machine, &before.fit, joint)));
-    ways.extend(session_blocks(&before.machine, &before.fit));
-    let poses = pose_groups(&before.machine, &before.fit);
-    ways.iter().filter_map(|blocks| gain(before, after, blocks, &poses)).collect()
-}
-
-fn gain(
-    before: &Fitted<'_>,
-    after: &Fitted<'_>,
-    blocks: &[Vec<usize>],
-    poses: &[Vec<usize>],
-) -> Option<Gain> {
-    let old = left_out(&before.machine, &before.fit, blocks)?;
-    let new = left_out(&after.machine, &after.fit, blocks)?;
-    let of = |rows: &[Option<LeftOut>], row: usize| {
-        rows.get(row).copied().flatten().map(|row| row.distance.0.powi(2))
-    };
-    // Returns to one pose share what the model does wrong there: they count as one.
-    let differences: Vec<f64> = poses
-        .iter()
-        .map(|rows| rows.iter().filter_map(|row| Some(of(&old, *row)? - of(&new, *row)?)).sum())
-        .collect();
-    let count = differences.len() as f64;
-    if count < 3.0 {
-        return None;
-    }
-    let total: f64 = differences.iter().sum();
-    let mean = total / count;
-    let variance =
-        differences.iter().map(|difference| (difference - mean).powi(2)).sum::<f64>() / (count - 1.0);
-    Some(Gain { total, error: (variance * count).sqrt() })
+    Judge::of(before, std::iter::once(id)).gains(after, id)
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 
-use super::levenberg::descend;
+use super::levenberg::{CAREFUL, descend};
 use super::linear::Factor;
 use super::machine::Machine;
 use super::observations::Reading;
@@ -164,7 +164,7 @@ pub(crate) fn align(
             let held: Vec<usize> = (0..machine.slots().len())
                 .filter(|index| machine.slots().get(*index).is_some_and(own))
                 .collect();
-            let settled = descend(machine, &guess, &some, &ones, &held, STEPS, progress)?;
+            let settled = descend(machine, &guess, &some, &ones, &held, (STEPS, CAREFUL), progress)?;
             if CLEARLY * CLEARLY * settled.normal.squares < least {
                 state = settled.state;
             }

@@ -16,8 +16,18 @@ pub(crate) struct Descent {
     pub(crate) settled: bool,
 }
 
+/// Damping, relative to the scales, of the first step from anywhere.
+pub(crate) const CAREFUL: f64 = 1e-3;
+
+/// Damping of the first step from a place that was the bottom until a few weights changed.
+pub(crate) const NEAR: f64 = 1e-8;
+
 /// Steps in a row that gain next to nothing before a descent counts as settled whatever a full step promises.
 const IDLE: usize = 10;
+
+/// Steps refused in a row, and share of the squares a full step may promise, after which a descent ends.
+const REFUSED: usize = 3;
+const NEVER_COMES: f64 = 3e-4;
 
 /// What a full step would gain if the problem were linear: under heavy damping a step promises little however far the
 /// bottom is.
@@ -38,11 +48,11 @@ pub(crate) fn descend(
     rows: &[usize],
     weights: &[f64],
     held: &[usize],
-    steps: usize,
+    (steps, damping): (usize, f64),
     progress: &Progress,
 ) -> Result<Descent, Cancelled> {
     let normal = machine.normal(start, rows, weights, &[]);
-    descend_from(machine, (start.clone(), normal), (rows, weights), held, steps, progress)
+    descend_from(machine, (start.clone(), normal), (rows, weights), held, (steps, damping), progress)
 }
 
 /// The same from a state whose normal equations are known.
@@ -51,12 +61,12 @@ pub(crate) fn descend_from(
     (mut state, mut normal): (State, Normal),
     (rows, weights): (&[usize], &[f64]),
     held: &[usize],
-    steps: usize,
+    (steps, mut damping): (usize, f64),
     progress: &Progress,
 ) -> Result<Descent, Cancelled> {
     let mut scales: DVector<f64> = normal.matrix.diagonal();
-    let (mut damping, mut growth) = (1e-3, 2.0);
-    let mut idle = 0;
+    let mut growth = 2.0;
+    let (mut idle, mut refused) = (0, 0);
     for step in 0..steps {
         progress.check()?;
         for (scale, fresh) in scales.iter_mut().zip(normal.matrix.diagonal().iter()) {
@@ -100,9 +110,13 @@ pub(crate) fn descend_from(
             damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
             damping = damping.max(1e-14);
             growth = 2.0;
+            refused = 0;
         } else {
-            if damping > 1e12 {
-                let settled = predicted <= 1e-8 * normal.squares;
+            refused += 1;
+            // Where derivatives are good to first order only, the last thousandths are promised again and again, and never come.
+            let little = promised(&normal, held) <= NEVER_COMES * normal.squares;
+            if damping > 1e12 || (refused >= REFUSED && little) {
+                let settled = predicted <= 1e-8 * normal.squares || little;
                 return Ok(Descent { state, normal, steps: step, settled });
             }
             damping = (damping * growth).max(1e-12);

@@ -83,11 +83,15 @@ impl Factor {
     /// The solution with dependent unknowns left at zero.
     pub(crate) fn solve(&self, right: &DVector<f64>) -> DVector<f64> {
         let right = DMatrix::from_column_slice(right.len(), 1, right.as_slice());
-        let mut white = self.whiten(&right);
+        self.back(self.whiten(&right).column(0).into_owned())
+    }
+
+    /// The solution whose right-hand side, made white, is `white`; dependent unknowns stay at zero.
+    pub(crate) fn back(&self, mut white: DVector<f64>) -> DVector<f64> {
         self.lower.tr_solve_lower_triangular_mut(&mut white);
         let mut solution = DVector::zeros(self.size);
         for (index, column) in self.independent.iter().enumerate() {
-            solution[*column] = white[(index, 0)] / self.scales[*column];
+            solution[*column] = white[index] / self.scales[*column];
         }
         solution
     }

@@ -61,6 +61,8 @@ pub(crate) struct Scratch {
     left_by_height: f64,
     linear: Vec<Vector3<f64>>,
     angular: Vec<Vector3<f64>>,
+    /// How the subject moves when a joint turns, one a joint.
+    turned: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
 
 /// What an equation is of: a target's point, or the level's frame.
@@ -594,8 +596,11 @@ impl<'a> Machine<'a> {
                 if frames.carried_by.is_some_and(|carrier| joint > carrier) {
                     return (Vector3::zeros(), Vector3::zeros());
                 }
-                let twist = frames.posture.twist(joint, knob, &frames.in_base);
-                (frames.base * twist.linear, frames.base * twist.angular)
+                match (knob, frames.turned.get(joint)) {
+                    // Most effects turn joints: that is worked out once a row.
+                    (Knob::Theta, Some(turned)) => *turned,
+                    _ => frames.moved(joint, knob),
+                }
             }
             Handle::Target(target, axis) if subject == Subject::Target(target) => {
                 (frames.base * frames.posture.flange.rotation.matrix().column(axis.min(2)), Vector3::zeros())
@@ -716,8 +721,13 @@ impl<'a> Machine<'a> {
         linear.clear();
         angular.clear();
         triggers.clear();
+        let mut turned = std::mem::take(&mut scratch.turned);
+        turned.clear();
         {
-            let frames = Frames { posture: &scratch.posture, base, origin, point, in_base, carried_by };
+            let mut frames =
+                Frames { posture: &scratch.posture, base, origin, point, in_base, carried_by, turned: &[] };
+            turned.extend((0..self.model.chain.len()).map(|joint| frames.moved(joint, Knob::Theta)));
+            frames.turned = &turned;
             let situation = self.situation(state, row, &scratch.posture, &scratch.moments, Some(point));
             let mut motion = |handle: Option<Handle>| {
                 let still = on_base && matches!(handle, Some(Handle::Joint(..)));
@@ -769,6 +779,7 @@ impl<'a> Machine<'a> {
         scratch.triggers = triggers;
         scratch.linear = linear;
         scratch.angular = angular;
+        scratch.turned = turned;
         scratch.drives = drives;
         read
     }
@@ -837,6 +848,16 @@ struct Frames<'a> {
     in_base: Vector3<f64>,
     /// For a level, the joint that carries it: what lies beyond does not turn it.
     carried_by: Option<usize>,
+    /// How the subject moves when a joint turns, where that has been worked out.
+    turned: &'a [(Vector3<f64>, Vector3<f64>)],
+}
+
+impl Frames<'_> {
+    /// How the subject moves, and turns, with one number of one joint's row.
+    fn moved(&self, joint: usize, knob: Knob) -> (Vector3<f64>, Vector3<f64>) {
+        let twist = self.posture.twist(joint, knob, &self.in_base);
+        (self.base * twist.linear, self.base * twist.angular)
+    }
 }
 
 fn apply(drives: &[Drive], values: &[f64], scratch: &mut Scratch) {

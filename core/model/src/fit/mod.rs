@@ -20,7 +20,7 @@ pub use state::{Slot, State};
 pub(crate) use align::{Sight, base_and_targets};
 pub(crate) use linear::Factor;
 pub(crate) use machine::Part;
-pub(crate) use normal::{Normal, over_rows};
+pub(crate) use normal::{Normal, for_each, over_rows};
 pub(crate) use robust::{Distances, corner};
 pub(crate) use state::square_to;
 

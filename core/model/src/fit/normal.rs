@@ -1,5 +1,9 @@
 //! Normal equations, gathered row by row and never holding all derivatives at once.
 
+use std::cell::Cell;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use nalgebra::{DMatrix, DVector};
 
 use super::machine::{Machine, Scratch};
@@ -51,6 +55,46 @@ impl Normal {
     }
 }
 
+thread_local! {
+    /// Whether this thread is one of several at work already.
+    static BUSY: Cell<bool> = const { Cell::new(false) };
+}
+
+/// How many threads a computation that starts here may use. Asked of the system once: it takes as long as a small fit.
+fn cores() -> usize {
+    static CORES: OnceLock<usize> = OnceLock::new();
+    if BUSY.get() {
+        return 1;
+    }
+    *CORES.get_or_init(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get))
+}
+
+/// Does `work` for every item on as many threads as the machine has, and answers in the items' order. What `work` itself would
+/// share among threads it does alone.
+pub(crate) fn for_each<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let threads = cores().min(items.len());
+    if threads < 2 {
+        return items.iter().map(work).collect();
+    }
+    let next = AtomicUsize::new(0);
+    let share = || {
+        BUSY.set(true);
+        let mut own: Vec<(usize, R)> = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(index) else { return own };
+            own.push((index, work(item)));
+        }
+    };
+    let mut all: Vec<(usize, R)> = std::thread::scope(|scope| {
+        let handles: Vec<_> = (0..threads).map(|_| scope.spawn(share)).collect();
+        let joined = handles.into_iter().map(std::thread::ScopedJoinHandle::join);
+        joined.flat_map(|own| own.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+    });
+    all.sort_by_key(|(index, _)| *index);
+    all.into_iter().map(|(_, answer)| answer).collect()
+}
+
 /// Runs `work` over chunks of `rows` on as many threads as the machine has, and hands each thread's sum to `join`.
 pub(crate) fn over_rows<S: Send>(
     rows: &[usize],
@@ -58,8 +102,7 @@ pub(crate) fn over_rows<S: Send>(
     work: impl Fn(&mut S, &[usize]) + Sync,
     mut join: impl FnMut(S),
 ) {
-    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let threads = cores.min(rows.len().div_ceil(4 * CHUNK)).max(1);
+    let threads = cores().min(rows.len().div_ceil(4 * CHUNK)).max(1);
     if threads == 1 {
         let mut sum = start();
         rows.chunks(CHUNK).for_each(|chunk| work(&mut sum, chunk));

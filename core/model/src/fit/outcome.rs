@@ -6,7 +6,7 @@ use thiserror::Error;
 use super::FitOptions;
 use super::align::align;
 use super::gauge::Gauge;
-use super::levenberg::{Descent, descend, descend_from};
+use super::levenberg::{CAREFUL, Descent, NEAR, descend, descend_from};
 use super::linear::Factor;
 use super::machine::Machine;
 use super::normal::Normal;
@@ -132,7 +132,8 @@ pub(super) fn refit(
     }
     let mut held = factor.dependent;
     let first = (start.clone(), first);
-    let mut descent = descend_from(machine, first, (rows, &weights), &held, options.steps, progress)?;
+    let limits = (options.steps, CAREFUL);
+    let mut descent = descend_from(machine, first, (rows, &weights), &held, limits, progress)?;
     let mut steps = descent.steps;
     for _ in 1..ROUNDS {
         // Numbers that look alike at the start (offsets along axes that should be parallel) may matter at the end.
@@ -144,7 +145,7 @@ pub(super) fn refit(
         }
         held = factor.dependent;
         let reached = (descent.state, descent.normal);
-        descent = descend_from(machine, reached, (rows, &weights), &held, options.steps, progress)?;
+        descent = descend_from(machine, reached, (rows, &weights), &held, limits, progress)?;
         steps += descent.steps;
     }
     if options.robust {
@@ -157,7 +158,8 @@ pub(super) fn refit(
             if moved < 1e-2 {
                 break;
             }
-            descent = descend(machine, &descent.state, rows, &weights, &held, options.steps, progress)?;
+            let limits = (options.steps, NEAR);
+            descent = descend(machine, &descent.state, rows, &weights, &held, limits, progress)?;
             steps += descent.steps;
         }
     }

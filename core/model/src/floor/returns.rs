@@ -20,6 +20,8 @@ pub(crate) struct Returns {
     pub(crate) columns: Vec<DMatrix<f64>>,
     /// Per member and joint: how its equations move with the joint, whitened.
     pub(crate) motions: Vec<Vec<DVector<f64>>>,
+    /// Ways in which the base or a target may stand in two places, with what each moves per member: one column a number.
+    pub(crate) loose: Vec<(EffectId, Vec<DMatrix<f64>>)>,
     /// Candidates with the range of their columns.
     pub(crate) candidates: Vec<(EffectId, Range<usize>)>,
     /// Number of groups.
@@ -64,6 +66,18 @@ impl Returns {
             .collect();
         let probes: Vec<&dyn Effect> =
             built.iter().map(|(_, effect)| effect.as_ref()).chain(zeros.iter().map(Box::as_ref)).collect();
+        let mut loose_ids =
+            vec![EffectId::at("base_position", Spot::Base), EffectId::at("base_tilt", Spot::Base)];
+        let targets = 0..machine.model.targets.len();
+        loose_ids.extend(targets.map(|target| EffectId::at("tool_offset", Spot::Target(target))));
+        let loose_built: Vec<(EffectId, Box<dyn Effect>)> = loose_ids
+            .into_iter()
+            .filter_map(|id| effect::build(&id, machine.model).ok().map(|effect| (id, effect)))
+            .collect();
+        let probes: Vec<&dyn Effect> =
+            probes.into_iter().chain(loose_built.iter().map(|(_, effect)| effect.as_ref())).collect();
+        let mut loose: Vec<(EffectId, Vec<DMatrix<f64>>)> =
+            loose_built.iter().map(|(id, _)| (id.clone(), Vec::new())).collect();
         let own = machine.slots().len();
         let mut first = 0;
         let candidates: Vec<(EffectId, Range<usize>)> = built
@@ -105,10 +119,16 @@ impl Returns {
                     own_columns.column_mut(column).copy_from(&(motion(*joint) * side));
                 }
                 columns.push(own_columns);
+                let mut from = own + known + zeros.len();
+                for ((_, of_members), (_, effect)) in loose.iter_mut().zip(&loose_built) {
+                    let count = effect.parameters().len();
+                    of_members.push(block.jacobian.rows(from, count).transpose());
+                    from += count;
+                }
                 motions.push((0..zeros.len()).map(motion).collect());
             }
         }
-        Some(Self { members, residuals, columns, motions, candidates, groups: groups.len() })
+        Some(Self { members, residuals, columns, motions, loose, candidates, groups: groups.len() })
     }
 
     /// Deviations of residuals and of the given columns from their group's weighted mean.

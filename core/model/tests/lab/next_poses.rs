@@ -36,7 +36,8 @@ fn poses_reach_for_what_the_data_lack_and_end_with_two_returns() {
     assert!(poses.separation > 10.0 && poses.instead.is_none(), "{}", poses.sentence);
     assert!(poses.next.iter().any(|pose| (pose.q_deg[1] - 60.0).abs() > 40.0), "{:?}", poses.next);
     for pose in &poses.next {
-        assert!(pose.q_deg[0].abs() <= 170.0 && pose.q_deg[1].abs() <= 150.0, "{pose:?}");
+        // On a limit itself an arm whose zeros are off may refuse to stand.
+        assert!(pose.q_deg[0].abs() <= 165.0 && pose.q_deg[1].abs() <= 145.0, "{pose:?}");
         assert!(poses.between.iter().all(|label| pose.predicted.contains_key(label)), "{pose:?}");
     }
     assert_eq!(poses.next[0].q_deg, poses.next[4].q_deg);

@@ -1,0 +1,81 @@
+//! Returns to one pose that stand in two places: whatever moves between them, no model can be right.
+
+use plumb_model::diagnosis::{Diagnosis, Verdict};
+use plumb_model::laboratory::Options;
+use plumb_model::progress::Progress;
+use plumb_model::split::Holdout;
+
+use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
+
+/// The column arm: 40 poses, and six to which it returned five times; `moved` shifts a row's point. It is told whether the row is a
+/// return, the pose, and a number between 0 and 1.
+fn diagnosed(seed: u64, moved: impl Fn(bool, [f64; 3], f64) -> [f64; 3]) -> Diagnosis {
+    let mut dice = Dice::seeded(seed);
+    let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm,repeat\n".to_owned();
+    let poses = column_poses(46, seed);
+    let (single, returned) = poses.split_at(40);
+    let returns = (0..30).filter_map(|index| Some((*returned.get(index % 6)?, format!("r{}", index % 6))));
+    let rows: Vec<([f64; 3], String)> =
+        single.iter().map(|pose| (*pose, String::new())).chain(returns).collect();
+    for (pose, group) in rows {
+        let (point, shift) = (column_tip(pose), moved(!group.is_empty(), pose, dice.unit()));
+        let cells: Vec<String> = pose.iter().map(|angle| format!("{angle:.4}")).collect();
+        let read: Vec<String> = point
+            .iter()
+            .zip(shift)
+            .map(|(part, shift)| format!("{:.4}", part + shift + dice.noise(0.05)))
+            .collect();
+        text.push_str(&format!("{},{},{group}\n", cells.join(","), read.join(",")));
+    }
+    let model = format!(
+        "{COLUMN_ARM}targets: {{p1: {{xyz_mm: [0, 0, 0], free: true}}}}\nfree: [joint_zero(*)]\nmeasured_from: world\n"
+    );
+    let options = Options { holdout: Holdout::None, ..Options::default() };
+    laboratory(&model, &text, options).diagnose(&Progress::unwatched()).unwrap()
+}
+
+#[test]
+fn a_base_that_stands_in_two_places_is_the_hardwares_fault() {
+    for seed in 1..=3 {
+        let found = diagnosed(seed, |returned, _, chance| {
+            [if returned && chance < 0.5 { 0.5 } else { 0.0 }, 0.0, 0.0]
+        });
+        assert_eq!(found.verdict, Verdict::NotRepeatable, "{}", found.sentence);
+        assert_eq!(found.remaining.places, ["base"], "{}", found.sentence);
+        assert!(
+            found.sentence.contains("two camps about 0.") && found.sentence.contains(" mm apart"),
+            "{}",
+            found.sentence
+        );
+    }
+}
+
+#[test]
+fn a_tool_that_stands_in_two_places_in_its_holder_is_the_hardwares_fault() {
+    for seed in 1..=3 {
+        let found = diagnosed(seed, |returned, [waist, shoulder, elbow], chance| {
+            // Along the hand's x, which points where the last link does.
+            let (waist, lift) = (waist.to_radians(), (shoulder + elbow).to_radians());
+            let by = if returned && chance < 0.5 { 0.5 } else { 0.0 };
+            [by * lift.cos() * waist.cos(), by * lift.cos() * waist.sin(), by * lift.sin()]
+        });
+        assert_eq!(found.verdict, Verdict::NotRepeatable, "{}", found.sentence);
+        assert_eq!(found.remaining.places, ["p1"], "{}", found.sentence);
+    }
+}
+
+#[test]
+fn returns_that_scatter_alike_or_of_which_a_few_are_wild_are_no_fault() {
+    for seed in 1..=3 {
+        let quiet = diagnosed(seed, |_, _, _| [0.0; 3]);
+        assert_ne!(quiet.verdict, Verdict::NotRepeatable, "{}", quiet.sentence);
+        let wild =
+            diagnosed(
+                seed,
+                |_, _, chance| {
+                    if chance < 0.08 { [12.0 * chance, 1.0 - 20.0 * chance, 0.7] } else { [0.0; 3] }
+                },
+            );
+        assert_ne!(wild.verdict, Verdict::NotRepeatable, "{}", wild.sentence);
+    }
+}
