@@ -6,6 +6,7 @@ mod error;
 mod model;
 mod raw;
 mod sensor;
+mod urdf;
 mod validate;
 mod write;
 

@@ -46,6 +46,8 @@ impl<'de, V: Deserialize<'de>> Deserialize<'de> for Listed<V> {
 pub(super) struct RawModel {
     pub(super) arm: String,
     pub(super) convention: Spanned<RawConvention>,
+    pub(super) urdf: Option<Spanned<String>>,
+    pub(super) tip: Option<Spanned<String>>,
     #[serde(default)]
     pub(super) joints: Vec<RawJoint>,
     #[serde(default)]
@@ -77,13 +79,44 @@ pub(super) struct RawModel {
     pub(super) revision: Option<RawRevision>,
 }
 
-#[derive(Debug, Clone, Deserialize)]
-#[serde(rename_all = "lowercase")]
+/// How the rows are read, or which URDF file they come from.
+#[derive(Debug, Clone)]
 pub(super) enum RawConvention {
     Distal,
-    Standard,
     Proximal,
-    Modified,
+    Urdf { file: Option<String>, tip: Option<String> },
+}
+
+impl<'de> Deserialize<'de> for RawConvention {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Word;
+        impl<'de> Visitor<'de> for Word {
+            type Value = RawConvention;
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str("distal, proximal, or {urdf: FILE}")
+            }
+            fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Self::Value, E> {
+                match word {
+                    "distal" | "standard" => Ok(RawConvention::Distal),
+                    "proximal" | "modified" => Ok(RawConvention::Proximal),
+                    "urdf" => Ok(RawConvention::Urdf { file: None, tip: None }),
+                    other => Err(E::unknown_variant(other, &["distal", "proximal", "urdf"])),
+                }
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+                let (mut file, mut tip) = (None, None);
+                while let Some(key) = map.next_key::<String>()? {
+                    match key.as_str() {
+                        "urdf" => file = Some(map.next_value()?),
+                        "tip" => tip = Some(map.next_value()?),
+                        other => return Err(serde::de::Error::unknown_field(other, &["urdf", "tip"])),
+                    }
+                }
+                Ok(RawConvention::Urdf { file, tip })
+            }
+        }
+        deserializer.deserialize_any(Word)
+    }
 }
 
 #[derive(Debug, Clone, Deserialize)]

@@ -17,6 +17,7 @@ use super::raw::{
     RawTouch, RawValuedEffect,
 };
 use super::sensor::Sensor;
+use super::urdf;
 use crate::effect;
 
 impl Model {
@@ -43,7 +44,7 @@ impl Model {
 }
 
 pub(super) struct Checker<'a> {
-    path: &'a str,
+    pub(super) path: &'a str,
 }
 
 pub(super) type Checked<T> = Result<T, ModelFileError>;
@@ -73,13 +74,27 @@ impl Checker<'_> {
     }
 
     fn model(&self, raw: RawModel) -> Checked<Model> {
-        let chain = self.chain(&raw)?;
+        let described = self.described(&raw)?;
+        let chain = match &described {
+            Some(arm) => self.described_chain(&raw, arm)?,
+            None => self.chain(&raw)?,
+        };
+        let typed_masses = self.masses(&raw, &chain)?;
+        let base = Base::new(raw.base.xyz_mm, raw.base.rpy_deg.map(f64::to_radians), raw.base.free);
+        let targets = self.targets(&raw)?;
+        let (masses, base, targets) = match &described {
+            Some(arm) => {
+                let masses = if raw.links.is_empty() { arm.masses.clone() } else { typed_masses };
+                (masses, urdf::on_root(base, arm), urdf::at_tip(targets, arm))
+            }
+            None => (typed_masses, base, targets),
+        };
         let mut model = Model {
             arm: raw.arm.clone(),
-            masses: self.masses(&raw, &chain)?,
+            masses,
             chain,
-            base: Base::new(raw.base.xyz_mm, raw.base.rpy_deg.map(f64::to_radians), raw.base.free),
-            targets: self.targets(&raw)?,
+            base,
+            targets,
             free: Vec::new(),
             effects: Vec::new(),
             fitted: Vec::new(),
@@ -128,8 +143,8 @@ impl Checker<'_> {
 
     fn chain(&self, raw: &RawModel) -> Checked<Chain> {
         let convention = match raw.convention.value {
-            RawConvention::Distal | RawConvention::Standard => Convention::Distal,
-            RawConvention::Proximal | RawConvention::Modified => Convention::Proximal,
+            RawConvention::Proximal => Convention::Proximal,
+            RawConvention::Distal | RawConvention::Urdf { .. } => Convention::Distal,
         };
         let joints: Checked<Vec<Joint>> = raw.joints.iter().map(|joint| self.joint(joint)).collect();
         let typed = joints?;
@@ -159,7 +174,7 @@ impl Checker<'_> {
             .or_else(|error| self.fail(&raw.convention.referenced, error.to_string()))
     }
 
-    fn joint(&self, raw: &RawJoint) -> Checked<Joint> {
+    pub(super) fn joint(&self, raw: &RawJoint) -> Checked<Joint> {
         let name = &raw.name;
         if name.value.trim().is_empty() || name.value.contains(['(', ')', ',', '*']) {
             return self.fail(&name.referenced, format!("`{}` cannot be a joint's name", name.value));

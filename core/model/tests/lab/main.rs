@@ -11,4 +11,6 @@ mod measurement_kinds;
 mod next_poses;
 mod remainders;
 mod reports;
+mod returns;
 mod spreadsheets;
+mod urdf_files;
