@@ -198,3 +198,53 @@ fn the_wrist_is_levelled_and_a_second_pass_finds_nothing() {
     let again = values(&events, "found", "correction");
     assert!(again.iter().all(|again| again.abs() < 0.02) && again.len() == 1, "{again:?}");
 }
+
+#[test]
+fn pictures_exposed_late_are_told_by_two_speeds_and_a_delay_that_is_known_is_made_good() {
+    let lab = lab();
+    lab.edit("world.yaml", "light:\n", "light:\n  exposure_delay_ms: 12\n");
+    let (events, code) = run(&lab, "exposure-delay");
+    let message = end(&events);
+    assert!(code == 1 && message.contains("add that to `exposure_delay_ms`"), "{code}: {message}");
+    let found = values(&events, "found", "delay_ms");
+    assert!(found.iter().all(|found| (found - 12.0).abs() < 0.3) && found.len() == 1, "{found:?}");
+    // There and back lie twice speed times delay apart.
+    let apart = values(&events, "found", "there_and_back_fast");
+    assert!(apart.iter().all(|apart| (apart + 2.0 * 160.0 * 0.012).abs() < 0.1), "{apart:?}");
+    lab.edit("cell.yaml", "exposure_delay_ms: 0", &format!("exposure_delay_ms: {:.3}", found[0]));
+    let (events, code) = run(&lab, "exposure-delay");
+    assert_eq!(code, 0, "{}", end(&events));
+    // At rest nothing of it shows: the pyramid stands where it stands.
+    let (events, _) = run(&lab, "scan-pyramid");
+    let apex = values(&events, "scan", "apex_x");
+    assert!(apex.iter().all(|apex| (apex - 60.0).abs() < 0.1) && apex.len() == 1, "{apex:?}");
+}
+
+#[test]
+fn a_scan_in_motion_faster_than_the_arm_or_without_a_camera_is_refused() {
+    let lab = lab();
+    let scan = |more: &str| {
+        let scan = "robot: arm, sensor: stripe, from_mm: [10, 530, -280], to_mm: [110, 530, -280], step_mm: 5, aim_mm: [-30, 0, 360]";
+        format!("steps:\n  - {{id: scan, do: {{scan: {{{scan}, {more}}}}}, on_error: abort}}\n")
+    };
+    with_steps(&lab, &scan("trigger: camera, fly_mm_s: 90000"));
+    let (events, code) = run(&lab, "extra");
+    let message = end(&events);
+    assert!(code == 2 && message.contains("mm/s, not at 90000"), "{message}");
+    lab.edit("procedures/extra.yaml", "trigger: camera, fly_mm_s: 90000", "fly_mm_s: 50");
+    let (events, code) = run(&lab, "extra");
+    let message = end(&events);
+    assert!(code == 2 && message.contains("asks a camera for its pictures: give `trigger:`"), "{message}");
+}
+
+#[test]
+fn the_modern_rig_sees_the_pyramid_as_well() {
+    let lab = lab();
+    let said = lab.plumb(&["run", "modern.yaml", "scan-pyramid", "--headless", "--json"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    let events: Vec<Value> = said.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    for (axis, truth) in [("apex_x", 60.0), ("apex_y", 530.0), ("apex_z", -260.0)] {
+        let apex = values(&events, "scan", axis);
+        assert!(apex.iter().all(|apex| (apex - truth).abs() < 0.05) && apex.len() == 1, "{axis}: {apex:?}");
+    }
+}

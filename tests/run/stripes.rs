@@ -52,6 +52,71 @@ fn a_shoulder_that_gives_way_is_named_and_the_error_measured_afresh_falls_below_
     let [_, on_paper, zeros_and_rig, with_it] = numbers.as_slice() else { panic!("{row}") };
     assert!(*on_paper > 2.0 && *zeros_and_rig > 1.0 && *with_it < 0.5, "{row}");
     assert!(fs::read_to_string(lab.path("study/direction-error.svg")).unwrap().starts_with("<svg"));
+
+    // A study that goes on where it was left does not study again what it has.
+    let result = "study/cell-shoulder-gives-way-5/result.csv";
+    lab.edit(result, ",5,", ",5,9");
+    let said = lab.plumb(&study);
+    assert!(said.code() == 0 && said.out().contains(" 9"), "{}", said.all());
+}
+
+#[test]
+fn pictures_exposed_late_are_named_from_scans_in_motion_and_the_cell_that_is_written_allows_for_it() {
+    let lab = Lab::of("light-stripe");
+    lab.edit("world.yaml", "light:\n", "light:\n  exposure_delay_ms: -9\n");
+    let gather = ["run", "cell.yaml", "gather", "--set", "fly_mm_s=120", "--headless", "--record", "record"];
+    let said = lab.plumb(&gather);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    let scans = ["--scans", "record/run-1"];
+    let said = lab.plumb(&[&["stripe", "diagnose", "cell.yaml", "--json"], scans.as_slice()].concat());
+    assert_eq!(said.code(), 0, "{}", said.all());
+    let told: Value = serde_json::from_str(&said.out()).unwrap();
+    assert_eq!(
+        (told["verdict"].as_str(), told["candidates"][0]["effect"].as_str()),
+        (Some("named"), Some("clock_skew")),
+        "{told}"
+    );
+    let adjust = ["stripe", "adjust", "cell.yaml", "--add", "clock_skew", "-o", "cell-true.yaml"];
+    let said = lab.plumb(&[adjust.as_slice(), scans.as_slice()].concat());
+    assert_eq!(said.code(), 0, "{}", said.all());
+    let cell = fs::read_to_string(lab.path("cell-true.yaml")).unwrap();
+    let (_, delay) = cell.split_once("exposure_delay_ms: ").unwrap();
+    let delay: f64 = delay.split('}').next().unwrap().parse().unwrap();
+    assert!((delay + 9.0).abs() < 0.1, "{delay} ms");
+    assert_eq!(lab.plumb(&["check", "cell-true.yaml"]).code(), 0);
+}
+
+#[test]
+fn a_bent_sheet_is_kept_in_the_rig_file_and_scans_with_it_come_out_straight() {
+    let lab = Lab::of("light-stripe");
+    lab.edit("world.yaml", "    width_mm: 1\n", "    width_mm: 1\n    bow: 0.03\n");
+    let said = lab.plumb(&["run", "cell.yaml", "gather", "--headless", "--record", "record"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    let adjust = [
+        "stripe",
+        "adjust",
+        "cell.yaml",
+        "--scans",
+        "record/run-1",
+        "--add",
+        "stripe_bow",
+        "-o",
+        "cell-true.yaml",
+    ];
+    let said = lab.plumb(&adjust);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    assert!(fs::read_to_string(lab.path("cell-true.rig.yaml")).unwrap().contains("bow_per_mm:"));
+    let band = |cell: &str| {
+        let said = lab.plumb(&["run", cell, "random-error", "--headless", "--json"]);
+        let events = said.out();
+        let events = events.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+        let scan = events.filter(|event| event["step"] == "plane" && event["event"] == "step_finished");
+        let values: Vec<Value> = scan.flat_map(|event| event["values"].as_array().unwrap().clone()).collect();
+        let band = values.iter().find(|value| value["name"] == "thickness");
+        band.unwrap()["value"].as_f64().unwrap()
+    };
+    let (before, after) = (band("cell.yaml"), band("cell-true.yaml"));
+    assert!(before > 0.5 && after < 0.4, "the plane's band was {before} mm thick, and is {after} mm");
 }
 
 #[test]

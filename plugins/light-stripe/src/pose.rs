@@ -16,8 +16,8 @@ pub(crate) struct Way {
 /// Where the robot was.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Pose {
-    /// There.
-    At(JointVector),
+    /// There, and so fast, rad/s or mm/s.
+    At(JointVector, JointVector),
     /// What it tells next will say.
     NotYet,
     /// It has been forgotten, or was never told.
@@ -40,6 +40,19 @@ impl Way {
         self.states.clear();
     }
 
+    /// How fast it went when it last told where it was.
+    fn last_speeds(&self) -> JointVector {
+        let mut last = self.states.iter().rev();
+        match (last.next(), last.next()) {
+            (Some(last), Some(before)) => match between(before, last, last.time_ns) {
+                Pose::At(_, speeds) => speeds,
+                Pose::NotYet | Pose::Unknown => JointVector::zeros(last.joints.len()),
+            },
+            (Some(last), None) => JointVector::zeros(last.joints.len()),
+            _ => JointVector::zeros(0),
+        }
+    }
+
     /// Where the robot was at a moment, interpolated between what it told.
     pub(crate) fn at(&self, time_ns: u64) -> Pose {
         let after = self.states.partition_point(|state| state.time_ns <= time_ns);
@@ -47,21 +60,25 @@ impl Way {
             return if self.states.is_empty() { Pose::NotYet } else { Pose::Unknown };
         };
         match self.states.get(after) {
-            Some(next) => Pose::At(between(before, next, time_ns)),
-            None if before.time_ns == time_ns || !before.is_moving() => Pose::At(before.joints),
+            Some(next) => between(before, next, time_ns),
+            None if !before.is_moving() => Pose::At(before.joints, JointVector::zeros(before.joints.len())),
+            None if before.time_ns == time_ns => Pose::At(before.joints, self.last_speeds()),
             None => Pose::NotYet,
         }
     }
 }
 
-fn between(before: &JointState, next: &JointState, time_ns: u64) -> JointVector {
+fn between(before: &JointState, next: &JointState, time_ns: u64) -> Pose {
     let span = next.time_ns.saturating_sub(before.time_ns).max(1) as f64;
     let share = time_ns.saturating_sub(before.time_ns) as f64 / span;
-    let mut joints = before.joints;
-    for (joint, to) in joints.as_mut_slice().iter_mut().zip(next.joints.as_slice()) {
-        *joint += (to - *joint) * share;
+    let (mut joints, mut speeds) = (before.joints, JointVector::zeros(before.joints.len()));
+    let each = joints.as_mut_slice().iter_mut().zip(speeds.as_mut_slice()).zip(next.joints.as_slice());
+    for ((joint, speed), to) in each {
+        let way = to - *joint;
+        *speed = way / (span * 1e-9);
+        *joint += way * share;
     }
-    joints
+    Pose::At(joints, speeds)
 }
 
 #[cfg(test)]
@@ -78,7 +95,7 @@ mod tests {
 
     fn joint(pose: Pose) -> Option<f64> {
         match pose {
-            Pose::At(joints) => joints.get(0),
+            Pose::At(joints, _) => joints.get(0),
             Pose::NotYet | Pose::Unknown => None,
         }
     }
@@ -88,6 +105,19 @@ mod tests {
         let way = way(&[(100, 0.0, true), (200, 1.0, true)]);
         assert_eq!(joint(way.at(150)), Some(0.5));
         assert_eq!(joint(way.at(200)), Some(1.0));
+    }
+
+    #[test]
+    fn how_fast_it_went_is_told_beside_where_it_was() {
+        let speed = |way: &Way, time_ns| match way.at(time_ns) {
+            Pose::At(_, speeds) => speeds.get(0),
+            Pose::NotYet | Pose::Unknown => None,
+        };
+        let moving = way(&[(0, 0.0, false), (500_000_000, 1.0, true), (1_000_000_000, 3.0, true)]);
+        assert_eq!(speed(&moving, 250_000_000), Some(2.0));
+        assert_eq!(speed(&moving, 750_000_000), Some(4.0));
+        assert_eq!(speed(&moving, 1_000_000_000), Some(4.0));
+        assert_eq!(speed(&way(&[(0, 0.0, true), (500_000_000, 1.0, false)]), 600_000_000), Some(0.0));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use plumb_plugin::{
 use crate::config::{Config, Find};
 use crate::extract::{Extractor, Image, NoStripe, RowPoint, SpotFinder};
 use crate::frame::FrameFolder;
-use crate::geometry::{Camera, Collineation, read_rig};
+use crate::geometry::{Collineation, Rig, read_rig};
 use crate::pose::{Pose, Way};
 
 /// The wired input of pictures.
@@ -43,7 +43,7 @@ pub struct LightStripe {
 /// From pixels to points, ready to use.
 #[derive(Debug)]
 struct Geometry {
-    camera: Camera,
+    rig: Rig,
     collineation: Collineation,
 }
 
@@ -164,7 +164,7 @@ impl LightStripe {
             Some(path) => {
                 let rig = read_rig(&config.path(path)).map_err(|error| refused(&error))?;
                 let collineation = rig.collineation().map_err(|error| refused(&error))?;
-                Some(Geometry { camera: rig.camera, collineation })
+                Some(Geometry { rig, collineation })
             }
         };
         if config.frames != self.config.frames || self.folder.is_none() {
@@ -222,9 +222,9 @@ impl LightStripe {
         let size = *self.size.get_or_insert((header.width, header.height));
         self.require_size(size, header)?;
         let time_ns = header.time_ns.saturating_add_signed(self.config.delay_ns());
-        let joints = match self.way.at(time_ns) {
-            _ if !self.has_pose => JointVector::zeros(0),
-            Pose::At(joints) => joints,
+        let (joints, speeds) = match self.way.at(time_ns) {
+            _ if !self.has_pose => (JointVector::zeros(0), JointVector::zeros(0)),
+            Pose::At(joints, speeds) => (joints, speeds),
             Pose::NotYet => return Ok(false),
             Pose::Unknown => {
                 return Err(PluginError::InputLost(
@@ -235,7 +235,8 @@ impl LightStripe {
         self.last_frame_ns = header.time_ns;
         let image = Image::new(header.width as usize, header.height as usize, pixels)
             .map_err(|error| PluginError::Failed(error.to_string()))?;
-        self.look(header.time_ns, joints, &image)?;
+        let seen = StripeHeader { time_ns: header.time_ns, joints, speeds, ..StripeHeader::default() };
+        self.look(seen, &image)?;
         Ok(true)
     }
 
@@ -243,7 +244,7 @@ impl LightStripe {
         let wanted = self
             .geometry
             .as_ref()
-            .map_or(size, |geometry| (geometry.camera.width_px, geometry.camera.height_px));
+            .map_or(size, |geometry| (geometry.rig.camera.width_px, geometry.rig.camera.height_px));
         if (header.width, header.height) == wanted {
             return Ok(());
         }
@@ -267,12 +268,12 @@ impl LightStripe {
         Ok(())
     }
 
-    fn look(&mut self, time_ns: u64, joints: JointVector, image: &Image<'_>) -> Result<(), PluginError> {
+    fn look(&mut self, seen: StripeHeader, image: &Image<'_>) -> Result<(), PluginError> {
         let quantities = match self.config.find {
-            Find::Stripe => self.look_for_stripe(time_ns, joints, image)?,
+            Find::Stripe => self.look_for_stripe(seen, image)?,
             Find::BrightSpot | Find::DarkSpot => self.look_for_spot(image)?,
         };
-        self.last = Some(Last { time_ns, quantities });
+        self.last = Some(Last { time_ns: seen.time_ns, quantities });
         Ok(())
     }
 
@@ -289,8 +290,7 @@ impl LightStripe {
 
     fn look_for_stripe(
         &mut self,
-        time_ns: u64,
-        joints: JointVector,
+        seen: StripeHeader,
         image: &Image<'_>,
     ) -> Result<Vec<Quantity>, PluginError> {
         let found = self.extractor.extract(image, &self.config.settings());
@@ -301,7 +301,7 @@ impl LightStripe {
                 (&[][..], fault_of(&error).code())
             }
         };
-        let header = StripeHeader { time_ns, fault, joints, ..StripeHeader::default() };
+        let header = StripeHeader { fault, ..seen };
         let geometry = self.geometry.as_ref();
         let told: Vec<StripePoint> = points.iter().map(|point| told(point, geometry)).collect();
         let quantities = summary(points, fault);
@@ -333,8 +333,8 @@ fn told(point: &RowPoint, geometry: Option<&Geometry>) -> StripePoint {
         sigma_mm: f32::NAN,
     };
     let place = geometry.and_then(|geometry| {
-        let pixel = geometry.camera.straighten([f64::from(point.centre), f64::from(point.row)].into())?;
-        let place = geometry.collineation.point(pixel).ok()?;
+        let pixel = geometry.rig.camera.straighten([f64::from(point.centre), f64::from(point.row)].into())?;
+        let place = geometry.rig.bent(geometry.collineation.point(pixel).ok()?);
         Some((place, geometry.collineation.per_column(pixel).ok()?.norm()))
     });
     if let Some((place, per_column)) = place {

@@ -51,6 +51,7 @@ fn drawn(light: &Light) -> Rig {
         },
         flange_from_camera,
         plane: StripePlane::new(normal, -normal.dot(&Vector3::new(70.0, 0.0, 60.0))).unwrap(),
+        bow_per_mm: 0.0,
     }
 }
 

@@ -20,6 +20,8 @@ struct Config {
     laser: Option<OnOff>,
     #[serde(default)]
     filter: Option<InOut>,
+    #[serde(default)]
+    every_ms: Option<f64>,
     /// The world's socket; the cell gives it.
     world: PathBuf,
 }
@@ -32,6 +34,9 @@ struct Settings {
     laser: Option<OnOff>,
     #[serde(default)]
     filter: Option<InOut>,
+    /// From picture to picture while the arm moves, ms; 0: only when it is asked.
+    #[serde(default)]
+    every_ms: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -57,13 +62,13 @@ pub struct SimulatedCamera {
 
 impl Sensor for SimulatedCamera {
     fn create(config: &Value, host: Host) -> Result<Self, PluginError> {
-        let Config { laser, filter, world } = Config::deserialize(config).map_err(|error| {
-            let takes = "a simulated camera takes {laser: on or off, filter: in or out} and, from the cell, the socket of its world";
+        let Config { laser, filter, every_ms, world } = Config::deserialize(config).map_err(|error| {
+            let takes = "a simulated camera takes {laser: on or off, filter: in or out, every_ms: ms} and, from the cell, the socket of its world";
             PluginError::Refused(format!("{error}; {takes}"))
         })?;
         let world = WorldClient::connect(&world, "simulated-camera")?;
         let mut camera = Self { host, world };
-        camera.shine(Settings { laser, filter })?;
+        camera.shine(Settings { laser, filter, every_ms })?;
         Ok(camera)
     }
 
@@ -72,13 +77,15 @@ impl Sensor for SimulatedCamera {
         SensorDescription {
             model: format!("Camera with a light stripe (simulated: {})", self.world.welcome().world),
             switches: false,
-            quantities: vec![quantity("mean"), quantity("brightest")],
+            quantities: vec![quantity("mean"), quantity("brightest"), quantity("waiting")],
         }
     }
 
     fn configure(&mut self, settings: &Value) -> Result<(), PluginError> {
         let settings = Settings::deserialize(settings).map_err(|error| {
-            PluginError::Refused(format!("{error}; write {{laser: on or off, filter: in or out}}"))
+            PluginError::Refused(format!(
+                "{error}; write {{laser: on or off, filter: in or out, every_ms: ms}}"
+            ))
         })?;
         self.shine(settings)
     }
@@ -103,6 +110,7 @@ impl Sensor for SimulatedCamera {
         let quantities = vec![
             quantity("mean", sum / picture.pixels.len().max(1) as f64),
             quantity("brightest", f64::from(brightest)),
+            quantity("waiting", f64::from(picture.waiting)),
         ];
         Ok(Some(Reading { time_ns: picture.time_ns, quantities, ..Reading::default() }))
     }
@@ -114,7 +122,12 @@ impl SimulatedCamera {
             laser: settings.laser.map(|laser| laser == OnOff::On),
             filter: settings.filter.map(|filter| filter == InOut::In),
         };
-        self.world.read(verb).map(drop).map_err(PluginError::from)
+        self.world.read(verb).map_err(PluginError::from)?;
+        if let Some(every_ms) = settings.every_ms {
+            let every_ms = (every_ms != 0.0).then_some(every_ms);
+            self.world.read(Verb::Shutter { every_ms }).map_err(PluginError::from)?;
+        }
+        Ok(())
     }
 }
 

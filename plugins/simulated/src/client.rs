@@ -155,10 +155,10 @@ impl WorldClient {
             },
         )?;
         match end {
-            Say::Exposed { time_ns, width, height }
+            Say::Exposed { time_ns, width, height, waiting }
                 if whole && pixels.len() == width as usize * height as usize =>
             {
-                Ok(Exposed { time_ns, width, height, pixels })
+                Ok(Exposed { time_ns, width, height, waiting, pixels })
             }
             other => Err(ClientError::Garbled(format!("{other:?} after {} pixels", pixels.len()))),
         }
@@ -188,6 +188,8 @@ pub struct Exposed {
     pub width: u32,
     /// Rows.
     pub height: u32,
+    /// How many that the camera took by itself still wait.
+    pub waiting: u32,
     /// A row after the other.
     pub pixels: Vec<u8>,
 }

@@ -242,7 +242,14 @@ pub enum Verb {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         filter: Option<bool>,
     },
-    /// Takes a picture with the camera on the hand; ends with [`Say::Exposed`], after its [`Say::Pixels`].
+    /// Has the camera take a picture every so many milliseconds by itself while the arm moves, or only when it is asked; ends with [`Say::Reading`].
+    Shutter {
+        /// From picture to picture, ms; left out, it takes them when it is asked. What waits is thrown away.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        every_ms: Option<f64>,
+    },
+    /// Takes a picture with the camera on the hand, or gives the first of those it took by itself; ends with [`Say::Exposed`], after its
+    /// [`Say::Pixels`].
     Expose {},
     /// Breaks the seal of a sealed world, so that `look` is answered; ends with [`Say::Revealed`].
     Reveal {},
@@ -336,6 +343,9 @@ pub enum Say {
         width: u32,
         /// Rows.
         height: u32,
+        /// How many pictures the camera took by itself still wait.
+        #[serde(default)]
+        waiting: u32,
     },
     /// The end of a call that succeeded: what the controller knows.
     Reading(Reading),

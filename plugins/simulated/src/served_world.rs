@@ -51,6 +51,8 @@ pub struct Exposure {
     pub switches: Switches,
     /// Which picture it is.
     pub number: u64,
+    /// How many that the camera took by itself still wait.
+    pub waiting: u32,
 }
 
 /// What serving needs of a world. Refusals are sentences that say what would be right.
@@ -96,11 +98,18 @@ pub trait ServedWorld: Send {
     /// Why nothing can be measured.
     fn measure(&mut self, used: &Use<'_>) -> Result<(f64, &'static str), String>;
 
-    /// What the camera on the hand sees now, to be turned into a picture at leisure.
+    /// What the camera on the hand sees now, or saw when it took the first picture that waits, to be turned into a picture at leisure.
     ///
     /// # Errors
     /// Why there is no picture.
     fn expose(&mut self) -> Result<Exposure, String> {
+        Err("this arm has no camera".to_owned())
+    }
+    /// Has the camera take a picture every so often (ns) while the arm moves, or only when it is asked.
+    ///
+    /// # Errors
+    /// Why not.
+    fn set_shutter(&mut self, _every_ns: Option<u64>) -> Result<(), String> {
         Err("this arm has no camera".to_owned())
     }
     /// Switches the light stripe's laser and puts its filter in or out; none leaves it.

@@ -11,7 +11,7 @@ use plumb_model::stripe::{Adjustment, adjust, with_added};
 
 use super::cell_text::with_value;
 use super::diagnose::numbers;
-use super::lab::{Chosen, Lab, LabError, from_lab, to_lab};
+use super::lab::{Chosen, DELAY, Lab, LabError, from_lab, to_lab};
 use crate::failure::CommandResult;
 
 /// Options of `adjust`.
@@ -52,13 +52,6 @@ pub(super) fn write(lab: &Lab, found: &Adjustment, from: &Path, to: &Path) -> Re
     if from.parent() != to.parent() {
         return Err(failed(to, format!("the new cell must lie beside {}", from.display())));
     }
-    if found.rig.bow != 0.0 {
-        let what = format!(
-            "the sheet bends by {:.2e}/mm, which no rig file can hold: leave stripe_bow out, or mend the projector",
-            found.rig.bow
-        );
-        return Err(failed(to, what));
-    }
     let mut model = lab.model.clone();
     model.effects = found.added(&model)?;
     let rig = write_rig(&from_lab(&found.rig, &lab.rig)).map_err(|what| failed(to, what))?;
@@ -70,7 +63,14 @@ pub(super) fn write(lab: &Lab, found: &Adjustment, from: &Path, to: &Path) -> Re
     let cell = fs::read_to_string(from).map_err(|cause| failed(from, cause.to_string()))?;
     let changed = with_value(&cell, "model", &arm_name).and_then(|cell| with_value(&cell, "rig", &rig_name));
     let what = "`model:` and `rig:` must stand in it once each, for them to be replaced".to_owned();
-    let changed = changed.ok_or_else(|| failed(from, what))?;
+    let mut changed = changed.ok_or_else(|| failed(from, what))?;
+    if found.rig.clock_skew_s != 0.0 {
+        let delay_ms = lab.exposure_delay_ms + 1000.0 * found.rig.clock_skew_s;
+        let what = format!(
+            "`{DELAY}:` must stand in the light stripe's `config` once, if only as 0, for {delay_ms:.4} to be written"
+        );
+        changed = with_value(&changed, DELAY, &format!("{delay_ms:.5}")).ok_or_else(|| failed(from, what))?;
+    }
     let files = [
         (to.with_file_name(&arm_name), model_text(&model)),
         (to.with_file_name(&rig_name), rig),

@@ -33,6 +33,8 @@ pub(crate) struct Lab {
     pub(crate) model: Model,
     /// The rig as the cell has it.
     pub(crate) rig: Rig,
+    /// How much later than its time says a picture was taken, as the cell has it, ms.
+    pub(crate) exposure_delay_ms: f64,
     /// Forms, about where they stand.
     pub(crate) surfaces: Vec<Surface>,
     /// What was seen.
@@ -64,8 +66,11 @@ pub(crate) enum LabError {
     Write { path: PathBuf, what: String },
 }
 
-/// Of a picture's rows every so many are looked at: neighbours tell almost the same.
-const EVERY_ROW: u32 = 12;
+/// The key of the sensor's configuration for how much later than its time says a picture was taken.
+pub(super) const DELAY: &str = "exposure_delay_ms";
+
+/// Of a picture's rows so many are looked at: neighbours tell almost the same.
+const ROWS_A_PICTURE: u32 = 21;
 
 impl Chosen {
     /// Opens it.
@@ -105,11 +110,14 @@ impl Chosen {
         model.fitted.clear();
         let beside = self.cell.parent().unwrap_or(Path::new(""));
         let scene = self.scene.clone().unwrap_or_else(|| beside.join("scene.yaml"));
+        let rig = read_rig(&beside.join(rig))?;
+        let every_row = rig.camera.height_px / ROWS_A_PICTURE;
         Ok(Lab {
             model,
-            rig: read_rig(&beside.join(rig))?,
+            rig,
+            exposure_delay_ms: sensor.config.get(DELAY).and_then(serde_json::Value::as_f64).unwrap_or(0.0),
             surfaces: read_scene(&scene)?.into_iter().map(|(_, surface)| surface).collect(),
-            scans: Scans::read(&self.scans)?.thinned(EVERY_ROW),
+            scans: Scans::read(&self.scans)?.thinned(every_row),
             added,
         })
     }
@@ -126,7 +134,7 @@ pub(crate) fn to_lab(rig: &Rig) -> StripeRig {
         flange_from_camera: rig.flange_from_camera,
         normal: rig.plane.normal,
         d_mm: rig.plane.d_mm,
-        bow: 0.0,
+        bow: rig.bow_per_mm,
         clock_skew_s: 0.0,
     }
 }
@@ -139,6 +147,7 @@ pub(crate) fn from_lab(found: &StripeRig, before: &Rig) -> Rig {
     [rig.camera.fx_px, rig.camera.fy_px] = found.focal_px;
     [rig.camera.cx_px, rig.camera.cy_px] = found.principal_px;
     rig.flange_from_camera = found.flange_from_camera;
+    rig.bow_per_mm = found.bow;
     rig.plane = StripePlane { normal: found.normal, d_mm: found.d_mm };
     rig
 }

@@ -4,6 +4,7 @@ mod adjust;
 mod cell_text;
 mod diagnose;
 mod lab;
+mod outcome;
 mod study;
 mod study_figure;
 mod study_world;

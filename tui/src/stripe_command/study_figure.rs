@@ -2,13 +2,17 @@
 
 use plotters::prelude::*;
 
-use super::study::Outcome;
+use super::outcome::Outcome;
 use super::study_world::Hidden;
 
-const SIZE: (u32, u32) = (860, 480);
+/// Of one rig's chart.
+const SIZE: (u32, u32) = (900, 420);
 
 /// Agin's worst errors appeared to be on the order of +-5 mm.
 const AGIN_MM: f64 = 10.0;
+
+/// What is asked of the paper's camera, and of a modern one.
+const ASKED_MM: [f64; 2] = [1.0, 0.3];
 
 /// A state of a world: its name, its colour, its error.
 type State = (&'static str, RGBColor, fn(&Outcome) -> f64);
@@ -31,13 +35,35 @@ pub(super) fn svg(outcomes: &[Outcome]) -> Result<String, String> {
 }
 
 fn draw(outcomes: &[Outcome], document: &mut String) -> Result<(), Box<dyn std::error::Error>> {
+    let mut rigs: Vec<&str> = outcomes.iter().map(|one| one.rig.as_str()).collect();
+    rigs.sort_unstable();
+    rigs.dedup();
+    let (width, height) = SIZE;
+    let area =
+        SVGBackend::with_string(document, (width, height * rigs.len().max(1) as u32)).into_drawing_area();
+    area.fill(&WHITE)?;
+    for (rig, part) in rigs.iter().zip(area.split_evenly((rigs.len().max(1), 1))) {
+        let of: Vec<&Outcome> = outcomes.iter().filter(|one| one.rig == *rig).collect();
+        draw_rig(rig, &of, &part)?;
+    }
+    area.present()?;
+    Ok(())
+}
+
+/// The worlds of one rig.
+fn draw_rig(
+    rig: &str,
+    outcomes: &[&Outcome],
+    area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
+) -> Result<(), Box<dyn std::error::Error>> {
     let studied: Vec<Hidden> =
         Hidden::ALL.into_iter().filter(|hidden| outcomes.iter().any(|one| one.hidden == *hidden)).collect();
-    let area = SVGBackend::with_string(document, SIZE).into_drawing_area();
-    area.fill(&WHITE)?;
     let across = studied.len() as f64;
-    let mut chart = ChartBuilder::on(&area)
-        .caption("What makes the direction-dependent error, world by world", ("sans-serif", 18))
+    let mut chart = ChartBuilder::on(area)
+        .caption(
+            format!("{rig}: what makes the direction-dependent error, world by world"),
+            ("sans-serif", 18),
+        )
         .margin(12)
         .x_label_area_size(36)
         .y_label_area_size(64)
@@ -55,12 +81,13 @@ fn draw(outcomes: &[Outcome], document: &mut String) -> Result<(), Box<dyn std::
         .x_label_formatter(&named)
         .y_desc("farthest apexes of 12 approaches, mm")
         .draw()?;
-    for (level, colour) in [(AGIN_MM, RGBColor(90, 90, 90)), (1.0, RGBColor(0, 130, 60))] {
+    let asked = ASKED_MM.map(|level| (level, RGBColor(0, 130, 60)));
+    for (level, colour) in asked.into_iter().chain([(AGIN_MM, RGBColor(90, 90, 90))]) {
         chart.draw_series(LineSeries::new([(0.0, level), (across, level)], colour.stroke_width(1)))?;
     }
     for (state, (name, colour, error)) in STATES.into_iter().enumerate() {
         let points = studied.iter().enumerate().flat_map(|(place, hidden)| {
-            let of: Vec<&Outcome> = outcomes.iter().filter(|one| one.hidden == *hidden).collect();
+            let of: Vec<&Outcome> = outcomes.iter().copied().filter(|one| one.hidden == *hidden).collect();
             let count = of.len() as f64;
             let begin = place as f64 + 0.14 + 0.26 * state as f64;
             of.into_iter()
@@ -74,6 +101,5 @@ fn draw(outcomes: &[Outcome], document: &mut String) -> Result<(), Box<dyn std::
             .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
     }
     chart.configure_series_labels().background_style(WHITE).border_style(BLACK).draw()?;
-    area.present()?;
     Ok(())
 }

@@ -17,11 +17,14 @@ pub(crate) enum Hidden {
     Wheel,
     /// The lens bends straight lines.
     Lens,
+    /// Pictures are exposed later than their times say, and scanned in motion.
+    Delay,
 }
 
 impl Hidden {
     /// Those that are studied unless told otherwise.
-    pub(crate) const ALL: [Self; 5] = [Self::Nothing, Self::Shoulder, Self::Elbow, Self::Wheel, Self::Lens];
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Nothing, Self::Shoulder, Self::Elbow, Self::Wheel, Self::Lens, Self::Delay];
 
     /// For tables.
     pub(crate) fn name(self) -> &'static str {
@@ -31,6 +34,7 @@ impl Hidden {
             Self::Elbow => "elbow has play",
             Self::Wheel => "wheel out of true",
             Self::Lens => "lens bends lines",
+            Self::Delay => "exposed late",
         }
     }
 
@@ -42,7 +46,13 @@ impl Hidden {
             Self::Elbow => name == "joint_backlash(elbow)",
             Self::Wheel => name.starts_with("joint_harmonic(shoulder"),
             Self::Lens => name == "lens_distortion",
+            Self::Delay => name == "clock_skew",
         }
+    }
+
+    /// How fast the cell scans in motion, mm/s; 0: at rest for every stripe.
+    pub(crate) fn fly_mm_s(self) -> f64 {
+        if self == Self::Delay { 160.0 } else { 0.0 }
     }
 
     /// Lines under the arm's `imperfections:`.
@@ -60,7 +70,7 @@ impl Hidden {
                 0.35 * size,
                 360.0 * chance.uniform()
             ),
-            Self::Nothing | Self::Lens => String::new(),
+            Self::Nothing | Self::Lens | Self::Delay => String::new(),
         }
     }
 }
@@ -91,13 +101,14 @@ pub(crate) fn world(text: &str, hidden: Hidden, seed: u64) -> Option<String> {
     let text = with_value(&text, "resolution", &faults)?;
     let text = placed(&text, "camera:", &shift, &camera)?;
     let text = placed(&text, "projector:", &shift, &projector)?;
-    if hidden != Hidden::Lens {
-        return Some(text);
-    }
-    let k1 = -0.45 * (0.7 + 0.6 * chance.uniform());
-    let blur = text.find("    blur_px:")?;
-    let (before, after) = text.split_at(blur);
-    Some(format!("{before}    distortion: {{k1: {k1:.5}}}\n{after}"))
+    let size = 0.7 + 0.6 * chance.uniform();
+    let (place, line) = match hidden {
+        Hidden::Lens => ("    blur_px:", format!("    distortion: {{k1: {:.5}}}\n", -0.45 * size)),
+        Hidden::Delay => ("  camera:", format!("  exposure_delay_ms: {:.4}\n", 15.0 * size)),
+        _ => return Some(text),
+    };
+    let (before, after) = text.split_at(text.find(place)?);
+    Some(format!("{before}{line}{after}"))
 }
 
 /// The text with the first `in_flange:` after a word shifted and turned.
@@ -129,19 +140,21 @@ mod tests {
 
     #[test]
     fn every_hidden_effect_makes_a_world_that_can_be_read_and_only_one_is_in_it() {
-        let text = include_str!("../../../workcells/light-stripe/world.yaml");
-        for hidden in Hidden::ALL {
+        let paper = include_str!("../../../workcells/light-stripe/world.yaml");
+        let modern = include_str!("../../../workcells/light-stripe/world-modern.yaml");
+        for (hidden, text) in Hidden::ALL.into_iter().flat_map(|hidden| [(hidden, paper), (hidden, modern)]) {
             let changed = world(text, hidden, 7).unwrap();
             let place = tempfile::tempdir().unwrap();
             let file = place.path().join("world.yaml");
             std::fs::write(&file, &changed).unwrap();
             let Described::Puma(described) = read(&file).unwrap() else { panic!("no PUMA") };
             assert_eq!(described.seed, 7);
-            let expected = usize::from(!matches!(hidden, Hidden::Nothing | Hidden::Lens));
+            let expected = usize::from(matches!(hidden, Hidden::Shoulder | Hidden::Elbow | Hidden::Wheel));
             assert_eq!(described.imperfections.len(), expected, "{changed}");
             assert!(described.zero_error[1] != 0.0 && described.zero_error[0] == 0.0);
             let light = described.light.unwrap();
             assert_eq!(light.camera.radial[0] != 0.0, hidden == Hidden::Lens);
+            assert_eq!(light.exposure_delay_ns != 0, hidden == Hidden::Delay);
             assert_eq!(world(text, hidden, 7), Some(changed), "the same seed makes the same world");
         }
     }

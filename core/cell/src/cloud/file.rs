@@ -93,13 +93,17 @@ impl Cloud {
     fn poses_table(&self, joints: &[String]) -> String {
         let numbers = 1..=joints.len();
         let columns = numbers.clone().map(|joint| format!("q{joint}_deg"));
-        let sides = numbers.map(|joint| format!("approach_q{joint}"));
-        let mut text = format!("{}\n", columns.chain(sides).collect::<Vec<_>>().join(","));
+        let sides = numbers.clone().map(|joint| format!("approach_q{joint}"));
+        let flown = self.speeds.iter().flatten().any(|speed| *speed != 0.0);
+        let speeds = numbers.filter(|_| flown).map(|joint| format!("speed_q{joint}_deg_s"));
+        let mut text = format!("{}\n", columns.chain(sides).chain(speeds).collect::<Vec<_>>().join(","));
         for (row, pose) in self.poses.iter().enumerate() {
             let values = pose.iter().map(|joint| format!("{:.9}", joint.to_degrees()));
             let sides = self.approaches.get(row).map(Vec::as_slice).unwrap_or_default();
             let sides = (0..pose.len()).map(|joint| sides.get(joint).copied().unwrap_or(0).to_string());
-            let _ = writeln!(text, "{}", values.chain(sides).collect::<Vec<_>>().join(","));
+            let speeds = self.speeds.get(row).filter(|_| flown).map(Vec::as_slice).unwrap_or_default();
+            let speeds = speeds.iter().map(|speed| format!("{:.6}", speed.to_degrees()));
+            let _ = writeln!(text, "{}", values.chain(sides).chain(speeds).collect::<Vec<_>>().join(","));
         }
         text
     }
@@ -135,9 +139,25 @@ mod tests {
     use nalgebra::Point3;
 
     #[test]
+    fn how_fast_the_joints_went_stands_in_the_table_of_a_scan_in_motion_alone() {
+        let mut cloud =
+            Cloud { poses: vec![vec![0.5; 2]], approaches: vec![vec![1, -1]], ..Cloud::default() };
+        cloud.speeds = vec![vec![0.0; 2]];
+        assert!(
+            cloud
+                .poses_table(&["a".to_owned(), "b".to_owned()])
+                .starts_with("q1_deg,q2_deg,approach_q1,approach_q2\n")
+        );
+        cloud.speeds = vec![vec![1_f64.to_radians(), 0.0]];
+        let table = cloud.poses_table(&["a".to_owned(), "b".to_owned()]);
+        assert!(table.lines().next().unwrap().ends_with(",speed_q1_deg_s,speed_q2_deg_s"), "{table}");
+        assert!(table.lines().nth(1).unwrap().ends_with(",1,-1,1.000000,0.000000"), "{table}");
+    }
+
+    #[test]
     fn both_formats_hold_as_many_bytes_as_their_headers_say() {
         let point = CloudPoint { place: Point3::new(1.0, 2.0, 3.0), stripe: 4, seen: Default::default() };
-        let cloud = Cloud { points: vec![point; 7], poses: vec![vec![0.5; 6]], approaches: Vec::new() };
+        let cloud = Cloud { points: vec![point; 7], poses: vec![vec![0.5; 6]], ..Cloud::default() };
         let after = |bytes: &[u8], mark: &[u8]| {
             let at = bytes.windows(mark.len()).position(|window| window == mark).unwrap();
             bytes.len() - at - mark.len()

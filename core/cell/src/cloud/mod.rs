@@ -31,4 +31,6 @@ pub struct Cloud {
     pub poses: Vec<Vec<f64>>,
     /// The side each joint had arrived from at each stripe, -1, 0 (not known) or 1.
     pub approaches: Vec<Vec<i8>>,
+    /// How fast each joint went at each stripe, rad/s or mm/s.
+    pub speeds: Vec<Vec<f64>>,
 }

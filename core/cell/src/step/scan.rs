@@ -33,6 +33,8 @@ pub struct ScanStep {
     pub turn: Option<Expression>,
     /// Part of the full speed.
     pub speed: f64,
+    /// How fast the aim goes along the line while the camera takes pictures by itself, mm/s; none or 0: the arm rests for each.
+    pub fly: Option<Expression>,
     /// What is fitted to the points.
     pub fit: Option<Fitted>,
     /// The name of the cloud's files.
@@ -66,6 +68,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<ScanStep> {
     let mut angle =
         |key: &'static str| map.optional(key).and_then(|node| context.expression(node, &format!("`{key}`")));
     let (tilt, azimuth, turn) = (angle("tilt_deg"), angle("azimuth_deg"), angle("turn_deg"));
+    let fly = angle("fly_mm_s");
     let speed = context.number_or(&mut map, "speed", (0.001, 1.0), 0.5);
     let fit = map
         .optional("fit")
@@ -96,6 +99,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<ScanStep> {
         azimuth,
         turn,
         speed,
+        fly,
         fit,
         save,
         on,
@@ -119,10 +123,15 @@ impl ScanStep {
             context.sensor(trigger, *place);
         }
         let expressions = self.from.iter().chain(&self.to).chain([&self.step]);
-        let angles = self.tilt.iter().chain(&self.azimuth).chain(&self.turn);
+        let angles = self.tilt.iter().chain(&self.azimuth).chain(&self.turn).chain(&self.fly);
         for expression in expressions.chain(angles) {
             context.check_expression(expression);
         }
+    }
+
+    /// The camera that takes pictures by itself while the arm flies.
+    pub(crate) fn camera(&self) -> Option<&str> {
+        self.trigger.as_ref().map(|(name, _)| name.as_str())
     }
 
     pub(super) fn result_shape(&self) -> Shape {

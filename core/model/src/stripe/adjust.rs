@@ -79,6 +79,9 @@ pub struct Adjustment {
 /// Rounds of choosing points' surfaces anew.
 const ROUNDS: usize = 4;
 
+/// A step that gains less than this share of what is left is the last.
+pub(super) const SETTLED: f64 = 1e-7;
+
 /// Steps in a round.
 const STEPS: usize = 12;
 
@@ -110,27 +113,23 @@ impl Problem<'_> {
     ) -> Result<(), AdjustError> {
         for round in 0..ROUNDS {
             self.choose(state, pixels, limit)?;
-            self.settle(state)?;
+            self.settle(state, SETTLED)?;
             let rms = self.rms_mm(state);
             limit = if round == 0 { (6.0 * rms).clamp(1.0, 8.0) } else { (4.0 * rms).clamp(0.3, limit) };
         }
         Ok(())
     }
 
-    pub(super) fn settle(&self, state: &mut State) -> Result<(), AdjustError> {
+    /// Goes down until a step gains less than this share of what is left.
+    pub(super) fn settle(&self, state: &mut State, enough: f64) -> Result<(), AdjustError> {
         let cost = |residuals: &DVector<f64>| residuals.iter().map(|residual| huber(*residual)).sum::<f64>();
         let mut residuals = self.residuals(state);
         let mut damping = 1e-6;
         for _ in 0..STEPS {
             let mut jacobian = self.jacobian(state);
-            let mut weighted = residuals.clone();
-            for (row, residual) in residuals.iter().enumerate() {
-                let weight = weight(*residual);
-                jacobian.row_mut(row).scale_mut(weight);
-                if let Some(value) = weighted.get_mut(row) {
-                    *value *= weight;
-                }
-            }
+            let weights = residuals.map(weight);
+            let weighted = residuals.component_mul(&weights);
+            jacobian.column_iter_mut().for_each(|mut column| column.component_mul_assign(&weights));
             let normal = jacobian.tr_mul(&jacobian);
             let toward = jacobian.tr_mul(&weighted);
             let before = cost(&residuals);
@@ -150,7 +149,7 @@ impl Problem<'_> {
                 }
                 let left = self.residuals(&tried);
                 if cost(&left) <= before {
-                    gained = before - cost(&left) > 1e-7 * before;
+                    gained = before - cost(&left) > enough * before;
                     *state = tried;
                     residuals = left;
                     damping = (damping * 0.1).max(1e-9);

@@ -3,7 +3,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::adjust::{AdjustError, Adjustment, huber, weight};
+use super::adjust::{AdjustError, Adjustment, SETTLED, huber, weight};
 use super::problem::{Problem, State};
 use super::suspect::{Suspect, classical, suspects};
 use super::{Scans, StripeRig, Surface};
@@ -23,6 +23,9 @@ pub enum StripeVerdict {
 }
 
 impl StripeVerdict {
+    /// All there are.
+    pub const ALL: [Self; 4] = [Self::AtFloor, Self::Named, Self::Tied, Self::Unknown];
+
     /// As reports write it.
     pub fn word(self) -> &'static str {
         match self {
@@ -68,6 +71,9 @@ const FOR_REAL: usize = 6;
 /// Scans are left out in so many turns.
 const FOLDS: usize = 4;
 
+/// Gains of left-out scans are compared to within some percent: nearer adjustments would not change what is said.
+const SETTLED_FOR_COMPARISON: f64 = 1e-4;
+
 /// Independent readings in a stripe: where it lies, how it is turned, how it bends.
 const A_STRIPE_TELLS: f64 = 3.0;
 
@@ -100,7 +106,7 @@ pub fn diagnose(
     for suspect in best {
         let (wider, start) = problem.with(&state, &suspect.options)?;
         let mut there = start.clone();
-        if wider.settle(&mut there).is_err() {
+        if wider.settle(&mut there, SETTLED).is_err() {
             continue;
         }
         let after = wider.held_out(&start, scans)?;
@@ -168,7 +174,8 @@ fn score(
     let shared = jacobian.tr_mul(columns);
     let own = columns.tr_mul(columns);
     let left = &own - shared.tr_mul(&normal.solve(&shared));
-    let swallowed = |place: usize| left[(place, place)] < (1.0 - SWALLOWED) * own[(place, place)];
+    // What these scans do not show at all is swallowed as well: a clock that is wrong where nothing moved.
+    let swallowed = |place: usize| left[(place, place)] <= (1.0 - SWALLOWED) * own[(place, place)];
     if (0..own.nrows()).all(swallowed) {
         return None;
     }
@@ -251,8 +258,8 @@ impl Problem<'_> {
         let rig = plain.options.rig.len()..self.options.rig.len();
         let effects =
             self.options.rig.len() + plain.effect_values()..self.options.rig.len() + self.effect_values();
-        let flanges = self.flanges(&state.rig, &state.values);
-        let slope = |unknown| self.slope(state, unknown, &flanges).component_mul(weights);
+        let here = self.here(state);
+        let slope = |unknown| self.slope(state, unknown, &here).component_mul(weights);
         let columns: Vec<DVector<f64>> = rig.chain(effects).map(slope).collect();
         DMatrix::from_columns(&columns)
     }
@@ -264,7 +271,7 @@ impl Problem<'_> {
         for fold in 0..FOLDS {
             let (mut taught, mut there) = self.with(state, &super::Options::default())?;
             taught.members.retain(|member| fold_of(member.pixel.view) != fold);
-            taught.settle(&mut there)?;
+            taught.settle(&mut there, SETTLED_FOR_COMPARISON)?;
             taught.members.clone_from(&self.members);
             let residuals = taught.residuals(&there);
             for (member, residual) in self.members.iter().zip(residuals.iter()) {

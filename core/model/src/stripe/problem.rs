@@ -35,6 +35,15 @@ pub(super) struct State {
     pub(super) values: Vec<f64>,
 }
 
+/// Where arm and points are in a state.
+pub(super) struct Here {
+    flanges: Vec<Isometry3<f64>>,
+    /// In the flange's frame.
+    seen: Vec<Option<Point3<f64>>>,
+    /// In the base's frame.
+    points: Vec<Option<Point3<f64>>>,
+}
+
 pub(super) struct Problem<'a> {
     pub(super) model: &'a Model,
     pub(super) views: &'a [View],
@@ -180,29 +189,44 @@ impl<'a> Problem<'a> {
         self.options.rig.len() + self.effect_parameters.len() + places
     }
 
-    fn distances(&self, state: &State, flanges: &[Isometry3<f64>]) -> Vec<f64> {
-        let distance = |member: &Member| {
-            let seen = state.rig.point(member.pixel.u_px, member.pixel.v_px)?;
-            let surface = state.surfaces.get(member.surface)?;
-            Some(surface.distance(member.part, &(flanges.get(member.pixel.view)? * seen)))
-        };
-        self.members.iter().map(|member| distance(member).unwrap_or(0.0)).collect()
+    /// What is computed once for all unknowns of a state.
+    pub(super) fn here(&self, state: &State) -> Here {
+        let (flanges, seen) = (self.flanges(&state.rig, &state.values), self.seen(&state.rig));
+        let points = self.points(&flanges, &seen);
+        Here { flanges, seen, points }
+    }
+
+    /// The members' points in the flange's frame.
+    fn seen(&self, rig: &StripeRig) -> Vec<Option<Point3<f64>>> {
+        self.members.iter().map(|member| rig.point(member.pixel.u_px, member.pixel.v_px)).collect()
+    }
+
+    /// The members' points in the base's frame.
+    fn points(&self, flanges: &[Isometry3<f64>], seen: &[Option<Point3<f64>>]) -> Vec<Option<Point3<f64>>> {
+        let each = self.members.iter().zip(seen);
+        each.map(|(member, seen)| Some(flanges.get(member.pixel.view)? * (*seen)?)).collect()
+    }
+
+    fn distance(&self, member: &Member, surfaces: &[Surface], point: &Option<Point3<f64>>) -> f64 {
+        let distance = |point: &Point3<f64>| Some(surfaces.get(member.surface)?.distance(member.part, point));
+        point.as_ref().and_then(distance).unwrap_or(0.0)
     }
 
     pub(super) fn rms_mm(&self, state: &State) -> f64 {
-        let flanges = self.flanges(&state.rig, &state.values);
-        let squares: f64 = self.distances(state, &flanges).iter().map(|distance| distance * distance).sum();
+        let each = self.members.iter().zip(self.here(state).points);
+        let squares: f64 =
+            each.map(|(member, point)| self.distance(member, &state.surfaces, &point).powi(2)).sum();
         (squares / self.members.len().max(1) as f64).sqrt()
     }
 
     /// Residuals over their sigmas.
     pub(super) fn residuals(&self, state: &State) -> DVector<f64> {
-        self.residuals_from(state, &self.flanges(&state.rig, &state.values))
+        self.residuals_at(&state.surfaces, &self.here(state).points)
     }
 
-    fn residuals_from(&self, state: &State, flanges: &[Isometry3<f64>]) -> DVector<f64> {
-        let distances = self.distances(state, flanges);
-        let scaled = distances.iter().zip(&self.members).map(|(distance, member)| distance / member.sigma_mm);
+    fn residuals_at(&self, surfaces: &[Surface], points: &[Option<Point3<f64>>]) -> DVector<f64> {
+        let each = self.members.iter().zip(points);
+        let scaled = each.map(|(member, point)| self.distance(member, surfaces, point) / member.sigma_mm);
         DVector::from_iterator(self.members.len(), scaled)
     }
 
@@ -251,22 +275,28 @@ impl<'a> Problem<'a> {
     }
 
     pub(super) fn jacobian(&self, state: &State) -> DMatrix<f64> {
-        let flanges = self.flanges(&state.rig, &state.values);
+        let here = self.here(state);
         let columns: Vec<DVector<f64>> =
-            (0..self.unknowns(state)).map(|unknown| self.slope(state, unknown, &flanges)).collect();
+            (0..self.unknowns(state)).map(|unknown| self.slope(state, unknown, &here)).collect();
         DMatrix::from_columns(&columns)
     }
 
-    /// How the residuals change with one of the unknowns; `flanges` are those of the state.
-    pub(super) fn slope(&self, state: &State, unknown: usize, flanges: &[Isometry3<f64>]) -> DVector<f64> {
+    /// How the residuals change with one of the unknowns; `here` is the state's. What the unknown does not move is not computed anew.
+    pub(super) fn slope(&self, state: &State, unknown: usize, here: &Here) -> DVector<f64> {
         let small = self.small(unknown);
         let of_rig = self.options.rig.get(unknown);
-        let of_effect =
-            (self.options.rig.len()..self.options.rig.len() + self.effect_values()).contains(&unknown);
-        let moves_arm = of_effect || of_rig == Some(&RigParameter::ClockSkew);
+        let first_surface = self.options.rig.len() + self.effect_values();
+        let moves_arm = of_rig.map_or(unknown < first_surface, |rig| *rig == RigParameter::ClockSkew);
         let residuals = |by: f64| {
             let moved = self.moved(state, unknown, by);
-            if moves_arm { self.residuals(&moved) } else { self.residuals_from(&moved, flanges) }
+            if moves_arm {
+                let points = self.points(&self.flanges(&moved.rig, &moved.values), &here.seen);
+                self.residuals_at(&moved.surfaces, &points)
+            } else if of_rig.is_some() {
+                self.residuals_at(&moved.surfaces, &self.points(&here.flanges, &self.seen(&moved.rig)))
+            } else {
+                self.residuals_at(&moved.surfaces, &here.points)
+            }
         };
         (residuals(small) - residuals(-small)) / (2.0 * small)
     }

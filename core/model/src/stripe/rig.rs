@@ -109,11 +109,13 @@ impl StripeRig {
         if falling.abs() < 1e-9 {
             return None;
         }
-        let (along, _) = self.in_sheet();
         let mut distance = -height / falling;
-        for _ in 0..if self.bow == 0.0 { 0 } else { 4 } {
-            let place = (lens + toward * distance).dot(&along);
-            distance = (self.bow * place * place - height) / falling;
+        if self.bow != 0.0 {
+            let (along, _) = self.in_sheet();
+            for _ in 0..4 {
+                let place = (lens + toward * distance).dot(&along);
+                distance = (self.bow * place * place - height) / falling;
+            }
         }
         (distance > 0.0).then(|| Point3::from(lens + toward * distance))
     }

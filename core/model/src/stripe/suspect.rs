@@ -54,6 +54,7 @@ fn of_rig() -> Vec<(&'static str, Vec<RigParameter>)> {
     vec![
         ("lens_distortion", vec![RigParameter::LensDistortion(0)]),
         ("stripe_bow", vec![RigParameter::StripeBow]),
+        ("clock_skew", vec![RigParameter::ClockSkew]),
         ("camera_scale", vec![RigParameter::CameraScale(0), RigParameter::CameraScale(1)]),
         ("principal_point", vec![RigParameter::PrincipalPoint(0), RigParameter::PrincipalPoint(1)]),
     ]

@@ -109,6 +109,10 @@ impl Scans {
                 if poses.place(&side).is_some() {
                     view.approach.push(poses.number(*line, row, &side)?.clamp(-1.0, 1.0) as i8);
                 }
+                let speed = format!("speed_q{joint}_deg_s");
+                if poses.place(&speed).is_some() {
+                    view.speed.push(poses.number(*line, row, &speed)?.to_radians());
+                }
             }
             self.views.push(view);
             self.scan_of_view.push(scan);

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::{JointVector, Message, MessageError};
 
-/// What stands before the points of a light stripe. A message of `stripe-points/1` is this, then `count` times [`StripePoint`].
+/// What stands before the points of a light stripe. A message of `stripe-points/2` is this, then `count` times [`StripePoint`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct StripeHeader {
@@ -18,6 +18,8 @@ pub struct StripeHeader {
     pub fault: u32,
     /// The robot's joints at the moment of the exposure: rad, or mm where its description says so; none when not known.
     pub joints: JointVector,
+    /// How fast they went then: rad/s or mm/s; none when not known.
+    pub speeds: JointVector,
 }
 
 /// One point of a light stripe.
@@ -80,7 +82,7 @@ impl StripeFault {
 }
 
 impl Message for StripeHeader {
-    const TYPE_NAME: &'static str = "stripe-points/1";
+    const TYPE_NAME: &'static str = "stripe-points/2";
 }
 
 impl StripeHeader {

@@ -32,7 +32,12 @@ pub struct Rig {
     pub flange_from_camera: Isometry3<f64>,
     /// Where the light is.
     pub plane: StripePlane,
+    /// How the sheet bends out of its plane: n.x + d = bow s^2, with s the place along it down the camera's view, mm from the flange's axis; 1/mm.
+    pub bow_per_mm: f64,
 }
+
+/// Rounds in which a bent sheet's point is found from its plane's.
+const BENDING_ROUNDS: usize = 6;
 
 impl Rig {
     /// From ideal pixels to points in the flange's frame.
@@ -41,6 +46,25 @@ impl Rig {
     /// [`CollineationError`]
     pub fn collineation(&self) -> Result<Collineation, CollineationError> {
         Collineation::from_plane(&self.flange_from_camera, &self.camera.ray_from_pixel(), &self.plane)
+    }
+
+    /// The point of the bent sheet on the ray that meets its plane in this point.
+    pub fn bent(&self, flat: Point3<f64>) -> Point3<f64> {
+        if self.bow_per_mm == 0.0 {
+            return flat;
+        }
+        let normal = self.plane.normal;
+        let down = self.flange_from_camera.rotation * Vector3::y();
+        let along = (down - normal * normal.dot(&down)).normalize();
+        let lens = Point3::from(self.flange_from_camera.translation.vector);
+        let ray = flat - lens;
+        let height = normal.dot(&lens.coords) + self.plane.d_mm;
+        let mut share = 1.0;
+        for _ in 0..BENDING_ROUNDS {
+            let place = (lens + ray * share).coords.dot(&along);
+            share = 1.0 - self.bow_per_mm * place * place / height;
+        }
+        lens + ray * share
     }
 
     /// The pixel a point in the flange's frame falls on; none behind the lens.
@@ -59,6 +83,7 @@ impl Rig {
             .straighten(pixel)
             .ok_or_else(|| "the pixel lies outside of what the lens's distortion holds for".to_owned())?;
         let collineation = self.collineation().map_err(|error| error.to_string())?;
-        collineation.point(straight).map_err(|error: NoPoint| error.to_string())
+        let flat = collineation.point(straight).map_err(|error: NoPoint| error.to_string())?;
+        Ok(self.bent(flat))
     }
 }

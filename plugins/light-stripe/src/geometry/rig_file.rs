@@ -10,6 +10,7 @@
 //!   normal: [0.8, 0, 0.6]
 //!   d_mm: -216
 //!   convention: n.x + d = 0              # the only one; files of n.x = d change the sign of d
+//!   bow_per_mm: 0                        # left out for a flat sheet; else n.x + d = bow s^2, s down the camera's view from the flange's axis
 //! self_test: {pixel: [27.5, 227.5], point_mm: [-64.286, 64.286, 445.714]}
 //! ```
 
@@ -94,7 +95,16 @@ struct RawPlane {
     normal: [f64; 3],
     d_mm: f64,
     convention: String,
+    #[serde(default, skip_serializing_if = "is_flat")]
+    bow_per_mm: f64,
 }
+
+fn is_flat(bow: &f64) -> bool {
+    *bow == 0.0
+}
+
+/// A sheet that bends more than this is none, 1/mm: 2.5 mm at 50 mm from its middle.
+const MOST_BOW: f64 = 1e-3;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -129,6 +139,12 @@ fn parse(text: &str, origin: &str) -> Result<Rig, RigFileError> {
     if numbers.chain([&raw.stripe_plane.d_mm]).any(|number| !number.is_finite()) {
         return Err(wrong("hand_eye or stripe_plane: a number is not finite".to_owned()));
     }
+    if !(-MOST_BOW..=MOST_BOW).contains(&raw.stripe_plane.bow_per_mm) {
+        return Err(wrong(format!(
+            "stripe_plane: bow_per_mm is {}; a sheet bends by {MOST_BOW} at most either way",
+            raw.stripe_plane.bow_per_mm
+        )));
+    }
     let plane = StripePlane::new(Vector3::from(raw.stripe_plane.normal), raw.stripe_plane.d_mm)
         .ok_or_else(|| wrong("stripe_plane: normal has no length".to_owned()))?;
     let [roll, pitch, yaw] = raw.hand_eye.rpy_deg.map(f64::to_radians);
@@ -140,6 +156,7 @@ fn parse(text: &str, origin: &str) -> Result<Rig, RigFileError> {
             UnitQuaternion::from_euler_angles(roll, pitch, yaw),
         ),
         plane,
+        bow_per_mm: raw.stripe_plane.bow_per_mm,
     };
     test(&rig, &raw.self_test, origin)?;
     Ok(rig)
@@ -202,6 +219,7 @@ pub fn write_rig(rig: &Rig) -> Result<String, String> {
             normal: rig.plane.normal.into(),
             d_mm: rig.plane.d_mm,
             convention: CONVENTION.to_owned(),
+            bow_per_mm: rig.bow_per_mm,
         },
         self_test: RawSelfTest { pixel: aside, point_mm: point.coords.into() },
     };
@@ -231,6 +249,23 @@ self_test: {pixel: [27.5, 227.5], point_mm: [-64.285714, 64.285714, 445.714286]}
         let again = parse(&write_rig(&rig).unwrap(), "again.yaml").unwrap();
         assert!((again.plane.normal - rig.plane.normal).norm() < 1e-12);
         assert!((again.flange_from_camera.to_matrix() - rig.flange_from_camera.to_matrix()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_bent_sheet_comes_back_from_its_file_and_bends_its_points() {
+        let flat = parse(GOOD, "rig.yaml").unwrap();
+        let bent = Rig { bow_per_mm: 4e-5, ..flat.clone() };
+        let again = parse(&write_rig(&bent).unwrap(), "again.yaml").unwrap();
+        assert_eq!(again.bow_per_mm, 4e-5);
+        let pixel = Vector2::new(60.0, 230.0);
+        let point = again.point_of(pixel).unwrap();
+        assert!((again.pixel_of(point).unwrap() - pixel).norm() < 1e-9, "it stays on its ray");
+        let out = again.plane.normal.dot(&point.coords) + again.plane.d_mm;
+        // The camera looks along z with its rows along y: that is where the sheet's middle line is measured from.
+        assert!((out - 4e-5 * point.y * point.y).abs() < 1e-6, "{out}");
+        assert!((flat.point_of(pixel).unwrap() - point).norm() > 0.05);
+        let told = message("convention: n.x + d = 0", "convention: n.x + d = 0, bow_per_mm: 1");
+        assert!(told.contains("bow_per_mm is 1; a sheet bends by 0.001 at most"), "{told}");
     }
 
     #[test]

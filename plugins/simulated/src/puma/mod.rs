@@ -10,6 +10,7 @@ pub(crate) mod file;
 mod joints;
 mod measuring;
 mod served;
+mod shutter;
 mod travel;
 
 pub use description::{Cage, PumaDescription, Resolution, SpiritLevel, Tabletop};
@@ -19,6 +20,7 @@ pub use measuring::{LevelPlace, MeasuringError};
 use crate::light::Switches;
 use crate::physics::machine::{Conditions, Machine, NoEquilibrium, Stance};
 use joints::{AXES, nearest_counted};
+use shutter::Shutter;
 use travel::Travel;
 
 /// Temperature of the room, degrees Celsius.
@@ -46,6 +48,7 @@ pub struct PumaWorld {
     readings_taken: u64,
     switches: Switches,
     exposures: u64,
+    shutter: Shutter,
     /// On the flange, beside the cage, kg.
     hung_kg: f64,
 }
@@ -115,6 +118,7 @@ impl PumaWorld {
                 .as_ref()
                 .map_or(Switches { laser: false, filter: false }, |light| light.switches),
             exposures: 0,
+            shutter: Shutter::default(),
             hung_kg: 0.0,
             description,
         };
@@ -213,6 +217,7 @@ impl PumaWorld {
         }
         let target = self.counted(target);
         self.travel = Some(Travel::plan(self.believed, target, speed, self.time_ns));
+        self.shutter.set_out(self.time_ns);
         Ok(())
     }
 
@@ -231,6 +236,20 @@ impl PumaWorld {
     /// Lets the world's time run to `until_ns`; earlier moments change nothing.
     pub fn advance(&mut self, until_ns: u64) {
         let until_ns = until_ns.max(self.time_ns);
+        let moves_until_ns = self.travel_ends_ns().map_or(self.time_ns, |end_ns| end_ns.min(until_ns));
+        while let Some(due_ns) = self.shutter.due_before(moves_until_ns) {
+            self.go_on(due_ns);
+            match self.exposure() {
+                Ok(exposure) => self.shutter.took(exposure),
+                // An arm that cannot stand takes no pictures; whoever asks for one is told why.
+                Err(_) => break,
+            }
+        }
+        self.go_on(until_ns);
+    }
+
+    /// Lets time run without a look at the camera.
+    fn go_on(&mut self, until_ns: u64) {
         if let Some(travel) = self.travel.take() {
             let (reached_ns, joints) = travel.at(until_ns);
             self.time_ns = reached_ns;

@@ -2,6 +2,7 @@
 
 use super::joints::{AXES, JOINTS, encoder_counts};
 use super::measuring::{Levelling, MeasuringError, joint_named, only};
+use super::shutter::Shutter;
 use super::{PumaWorld, Resolution};
 use crate::protocol::{Instrument, JointFacts, JointUnit, Reading, TruthReport};
 use crate::served_world::{ArmFacts, Exposure, ServedWorld, Use};
@@ -10,6 +11,27 @@ use crate::world_file::Described;
 
 /// As near as an arm that is set continuously comes to what the operator sees, rad.
 const SEEN_WITHIN: f64 = 1e-6;
+
+/// Said of a world file without `light:`.
+const NO_RIG: &str = "no rig is on this arm's hand: describe it under `light:` in the world file";
+
+impl PumaWorld {
+    /// What the camera sees now.
+    pub(super) fn exposure(&mut self) -> Result<Exposure, String> {
+        let light = self.description.light.clone().ok_or(NO_RIG)?;
+        let stance = self.standing().map_err(|error| error.to_string())?;
+        self.exposures += 1;
+        Ok(Exposure {
+            // The shutter opens later than the camera says.
+            time_ns: self.time_ns.saturating_add_signed(-light.exposure_delay_ns),
+            light,
+            world_from_flange: stance.posture.world_from_flange,
+            switches: self.switches,
+            number: self.exposures,
+            waiting: 0,
+        })
+    }
+}
 
 impl ServedWorld for PumaWorld {
     fn title(&self) -> &str {
@@ -158,19 +180,18 @@ impl ServedWorld for PumaWorld {
     }
 
     fn expose(&mut self) -> Result<Exposure, String> {
-        let light = self.description.light.clone();
-        let light =
-            light.ok_or("no rig is on this arm's hand: describe it under `light:` in the world file")?;
-        let stance = self.standing().map_err(|error| error.to_string())?;
-        self.exposures += 1;
-        Ok(Exposure {
-            // The shutter opens later than the camera says.
-            time_ns: self.time_ns.saturating_add_signed(-light.exposure_delay_ns),
-            light,
-            world_from_flange: stance.posture.world_from_flange,
-            switches: self.switches,
-            number: self.exposures,
-        })
+        match self.shutter.waiting.pop_front() {
+            Some(taken) => Ok(Exposure { waiting: self.shutter.waiting.len() as u32, ..taken }),
+            None => self.exposure(),
+        }
+    }
+
+    fn set_shutter(&mut self, every_ns: Option<u64>) -> Result<(), String> {
+        if self.description.light.is_none() {
+            return Err(NO_RIG.to_owned());
+        }
+        self.shutter = Shutter { every_ns, ..Shutter::default() };
+        Ok(())
     }
 
     fn shine(&mut self, laser: Option<bool>, filter: Option<bool>) -> Result<(), String> {

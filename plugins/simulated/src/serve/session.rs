@@ -12,7 +12,7 @@ use crate::lines::{Lines, Received};
 use crate::protocol::{
     Answer, Call, Hello, Instrument, PIXELS_A_LINE, PROTOCOL, Pace, Reading, Say, SomeJoints, Verb,
 };
-use crate::served_world::Use;
+use crate::served_world::{Exposure, Use};
 use crate::world::{MotionOrder, Point};
 
 /// How often a client that says nothing is asked whether the world ends.
@@ -149,6 +149,7 @@ impl Session {
             Verb::Level { joint, at, turned } => self.answer_level(id, &joint, &at, turned),
             Verb::Look {} => self.tell(id, |state| look(state)),
             Verb::Shine { laser, filter } => self.change(id, |state| state.world.shine(laser, filter)),
+            Verb::Shutter { every_ms } => self.change(id, |state| state.set_shutter(every_ms)),
             Verb::Expose {} => self.answer_expose(id),
             Verb::Reveal {} => self.tell(id, |state| Say::Revealed { text: state.reveal() }),
             Verb::Shutdown {} => {
@@ -247,7 +248,8 @@ impl Session {
             self.say(id, Say::Pixels { hex })?;
         }
         let (width, height) = (picture.width as u32, picture.height as u32);
-        self.say(id, Say::Exposed { time_ns: exposure.time_ns, width, height })
+        let Exposure { time_ns, waiting, .. } = exposure;
+        self.say(id, Say::Exposed { time_ns, width, height, waiting })
     }
 
     fn answer_wait(&mut self, id: u64, ms: u64) -> Result<(), Gone> {
@@ -277,14 +279,17 @@ impl Session {
     /// Makes one motion to its end, telling what happens on the way; a client that goes meanwhile leaves the arm standing where
     /// it was. The inner error is a refusal.
     fn make_motion(&mut self, id: u64, order: &Order) -> Result<Result<Ended, String>, Gone> {
-        let (cut_short_before, began_ns) = {
+        let (cut_short_before, beginning) = {
             let mut state = self.shared.now();
-            let before = (state.cut_short, state.reading().time_ns);
+            let before = (state.cut_short, state.reading());
             if let Err(refused) = state.begin(order) {
                 return Ok(Err(refused));
             }
             before
         };
+        let began_ns = beginning.time_ns;
+        // Where and when it began: who asks where the arm was at a moment of its way needs both ends.
+        self.say(id, Say::Joints(beginning))?;
         let ended = self.follow_motion(id, cut_short_before, began_ns);
         if ended.is_err() {
             self.shared.now().halt();

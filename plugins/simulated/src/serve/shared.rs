@@ -136,6 +136,18 @@ impl State {
         Ok(())
     }
 
+    /// Has the camera take pictures by itself while the arm moves, or not.
+    pub(super) fn set_shutter(&mut self, every_ms: Option<f64>) -> Result<(), String> {
+        let every_ns = match every_ms {
+            Some(every_ms) if (1.0..=60_000.0).contains(&every_ms) => Some((every_ms * 1e6) as u64),
+            Some(every_ms) => {
+                return Err(format!("a picture every {every_ms} ms is not to be had; from 1 to 60000 ms is"));
+            }
+            None => None,
+        };
+        self.world.set_shutter(every_ns)
+    }
+
     /// Whether what is true may be told.
     pub(super) fn is_revealed(&self) -> bool {
         self.revealed

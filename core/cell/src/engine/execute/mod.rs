@@ -5,6 +5,7 @@ mod check;
 mod compute;
 mod configure;
 mod declare;
+mod flight;
 mod measure;
 mod move_joints;
 mod pendant;

@@ -3,10 +3,11 @@
 use std::time::Instant;
 
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
-use plumb_plugin::StripeFault;
+use plumb_plugin::{JointVector, StripeFault, StripeHeader, StripePoint};
 use serde_json::{Map, Value, json};
 
 use crate::cloud::{Cloud, CloudPoint};
+use crate::device::Stripe;
 use crate::engine::Engine;
 use crate::engine::scope::named_value;
 use crate::engine::step_context::{Done, StepContext};
@@ -16,17 +17,18 @@ use crate::expression::Expression;
 use crate::step::{Fitted, ScanStep};
 
 /// A scan with its numbers.
-struct Scan {
+pub(super) struct Scan {
     from: Vector3<f64>,
-    way: Vector3<f64>,
-    stripes: usize,
+    /// From the first stripe's middle to the last's.
+    pub(super) way: Vector3<f64>,
+    pub(super) stripes: usize,
     attitude: Rotation3<f64>,
     aim: Vector3<f64>,
 }
 
 /// Pictures without a stripe, and why.
 #[derive(Default)]
-struct Empty {
+pub(super) struct Empty {
     stripes: usize,
     faults: Vec<(StripeFault, usize)>,
 }
@@ -71,7 +73,11 @@ impl Engine {
         let _ = self.sensor(&step.sensor)?.link.stripes();
         let mut cloud = Cloud::default();
         let mut empty = Empty::default();
-        for stripe in 0..scan.stripes {
+        let flight = step.fly.as_ref().map(|fly| self.number(at.scope, fly)).transpose()?.unwrap_or(0.0);
+        if flight != 0.0 {
+            self.fly(step, at, &scan, flight, &mut cloud, &mut empty)?;
+        }
+        for stripe in 0..if flight == 0.0 { scan.stripes } else { 0 } {
             let share = if scan.stripes > 1 { stripe as f64 / (scan.stripes - 1) as f64 } else { 0.0 };
             self.go_to_stripe(step, at, &scan, share)?;
             self.take_stripe(step, at, stripe, &mut cloud, &mut empty)?;
@@ -81,7 +87,7 @@ impl Engine {
         if cloud.points.is_empty() {
             return Err(StepError::error(format!(
                 "none of the {} pictures showed a stripe ({}): {}",
-                scan.stripes,
+                cloud.poses.len(),
                 empty.told(),
                 empty.cure()
             )));
@@ -89,14 +95,14 @@ impl Engine {
         let seconds = begin.elapsed().as_secs_f64();
         let mut result = Map::from_iter([
             ("points".to_owned(), json!(cloud.points.len())),
-            ("stripes".to_owned(), json!(scan.stripes)),
+            ("stripes".to_owned(), json!(cloud.poses.len())),
             ("empty".to_owned(), json!(empty.stripes)),
             ("seconds".to_owned(), json!(seconds)),
         ]);
         let mut message = format!(
             "{} points of {} stripes ({} without one)",
             cloud.points.len(),
-            scan.stripes,
+            cloud.poses.len(),
             empty.stripes
         );
         if let Some(fitted) = step.fit {
@@ -152,13 +158,24 @@ impl Engine {
         Ok(Vector3::new(self.number(at.scope, x)?, self.number(at.scope, y)?, self.number(at.scope, z)?))
     }
 
-    fn go_to_stripe(
+    pub(super) fn go_to_stripe(
         &mut self,
         step: &ScanStep,
         at: &StepContext,
         scan: &Scan,
         share: f64,
     ) -> Result<(), StepError> {
+        let (here, target) = self.stripe_target(step, scan, share)?;
+        self.move_arm(&step.robot, &here, &target, step.speed, at).map(drop)
+    }
+
+    /// Where the drive stands, and what it has to be told to bring the aim to a share of the way.
+    pub(super) fn stripe_target(
+        &mut self,
+        step: &ScanStep,
+        scan: &Scan,
+        share: f64,
+    ) -> Result<(JointVector, JointVector), StepError> {
         let place = scan.from + scan.way * share;
         let origin = place - scan.attitude * scan.aim;
         let wanted = IsometryMatrix3::from_parts(Translation3::from(origin), scan.attitude);
@@ -171,7 +188,7 @@ impl Engine {
             ))
         })?;
         arm.check_move(&here, &target).map_err(|reason| StepError::error(reason.to_string()))?;
-        self.move_arm(&step.robot, &here, &target, step.speed, at).map(drop)
+        Ok((here, target))
     }
 
     /// Takes a stripe where the arm stands.
@@ -183,10 +200,8 @@ impl Engine {
         cloud: &mut Cloud,
         empty: &mut Empty,
     ) -> Result<(), StepError> {
-        let trigger = step.trigger.as_ref().map(|(name, _)| name.as_str());
-        self.take_reading(&step.sensor, trigger)?;
-        let taken = self.sensor(&step.sensor)?.link.stripes();
-        let taken = taken.map_err(|error| self.device_error(error))?;
+        self.take_reading(&step.sensor, step.camera())?;
+        let taken = self.stripes_of(step)?;
         let Some((header, points)) = taken.last() else {
             return Err(StepError::error(format!(
                 "{} has told no stripe: it is no light stripe sensor, or looks for something else",
@@ -194,8 +209,28 @@ impl Engine {
             )));
         };
         if let Some(fault) = StripeFault::from_code(header.fault) {
-            empty.add(fault);
             self.journal.progress(&at.path, None, format!("stripe {}: {}", stripe + 1, fault.name()));
+        }
+        self.keep_stripe(step, header, points, cloud, empty)
+    }
+
+    /// What the sensor has told since it was last asked.
+    pub(super) fn stripes_of(&mut self, step: &ScanStep) -> Result<Vec<Stripe>, StepError> {
+        let taken = self.sensor(&step.sensor)?.link.stripes();
+        taken.map_err(|error| self.device_error(error))
+    }
+
+    /// Adds a stripe to the cloud, in the base's frame.
+    pub(super) fn keep_stripe(
+        &mut self,
+        step: &ScanStep,
+        header: &StripeHeader,
+        points: &[StripePoint],
+        cloud: &mut Cloud,
+        empty: &mut Empty,
+    ) -> Result<(), StepError> {
+        if let Some(fault) = StripeFault::from_code(header.fault) {
+            empty.add(fault);
         }
         let joints = match header.joints.len() {
             0 => self.read_pose(&step.robot)?.joints,
@@ -203,13 +238,15 @@ impl Engine {
         };
         let arm = self.arm(&step.robot)?;
         let base_from_flange = arm.flange(&joints).map_err(StepError::error)?;
+        let stripe = cloud.poses.len() as u32;
         cloud.poses.push(arm.corrected(&joints));
         cloud.approaches.push(arm.sides().to_vec());
+        cloud.speeds.push(header.speeds.as_slice().to_vec());
         for point in points {
             let [x, y, z] = point.flange_mm.map(f64::from);
             let place = base_from_flange * Point3::new(x, y, z);
             if place.iter().all(|axis| axis.is_finite()) {
-                cloud.points.push(CloudPoint { place, stripe: stripe as u32, seen: *point });
+                cloud.points.push(CloudPoint { place, stripe, seen: *point });
             }
         }
         Ok(())
