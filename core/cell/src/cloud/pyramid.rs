@@ -133,7 +133,7 @@ mod tests {
 
     fn cloud(points: impl Iterator<Item = Point3<f64>>) -> Cloud {
         let point = |place| CloudPoint { place, stripe: 0, seen: Default::default() };
-        Cloud { points: points.map(point).collect(), poses: Vec::new(), approaches: Vec::new() }
+        Cloud { points: points.map(point).collect(), ..Cloud::default() }
     }
 
     /// Points of a pyramid of 60 mm height and 90 mm edge on a table, as a scan has them, with noise of 0.1 mm.

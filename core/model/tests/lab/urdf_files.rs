@@ -88,9 +88,15 @@ fn what_does_not_go_with_a_urdf_file_is_refused_with_its_place() {
         let said = read.err().unwrap();
         assert!(parts.iter().all(|part| said.contains(part)), "{said}");
     };
-    says("arm: a\nconvention: {urdf: nowhere.urdf}\n", &["line 2, ", "nowhere.urdf", "from this file's folder"]);
+    says(
+        "arm: a\nconvention: {urdf: nowhere.urdf}\n",
+        &["line 2, ", "nowhere.urdf", "from this file's folder"],
+    );
     says("arm: a\nconvention: urdf\n", &["line 2, ", "which URDF file?"]);
-    says("arm: a\nconvention: distal\nurdf: arms/column.urdf\n", &["line 3, ", "goes with `convention: urdf`"]);
+    says(
+        "arm: a\nconvention: distal\nurdf: arms/column.urdf\n",
+        &["line 3, ", "goes with `convention: urdf`"],
+    );
     says("arm: a\nconvention: {urdf: arms/column.urdf, tip: hend}\n", &["there is no link `hend`", "hand"]);
     says("arm: a\nconvention: {urdf: arms/column.urdf, top: hand}\n", &["there is no key `top`"]);
     says("arm: a\nconvention: udrf\n", &["`udrf` is not known here", "urdf"]);
