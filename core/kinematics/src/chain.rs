@@ -80,7 +80,7 @@ pub struct Chain {
 }
 
 /// Why a chain cannot be built.
-#[derive(Debug, Error, PartialEq)]
+#[derive(Debug, Clone, Error, PartialEq)]
 pub enum ChainError {
     /// No joints at all.
     #[error("an arm needs at least one joint")]

@@ -149,3 +149,42 @@ fn what_is_no_number_no_axis_and_no_arm_is_told() {
     let said = UrdfArm::parse(ARM, Some("toool")).unwrap_err().to_string();
     assert!(said.contains("there is no link `toool`"), "{said}");
 }
+
+#[test]
+fn what_is_wrong_beside_the_arm_does_not_matter() {
+    let beside = r#"<link name="cup"/>
+  <joint name="lid" type="revolute"><parent link="upper"/><child link="cup"/><axis xyz="0 0 1"/></joint>
+  <joint name="rotor" type="floating"><parent link="upper"/><child link="nowhere"/></joint>"#;
+    let text = ARM.replace(r#"<link name="camera"/>"#, &format!(r#"<link name="camera"/>{beside}"#));
+    let plain = UrdfArm::parse(ARM, Some("tool")).unwrap();
+    assert_eq!(UrdfArm::parse(&text, Some("tool")).unwrap().chain, plain.chain);
+    let said = UrdfArm::parse(&text, Some("cup")).unwrap_err().to_string();
+    assert!(said.contains("joint `lid`: a revolute joint needs <limit"), "{said}");
+}
+
+#[test]
+fn a_joint_that_does_not_move_needs_no_axis_and_limits_without_end_are_none() {
+    let text = ARM
+        .replace(r#"rpy="1 0 0.5"/></joint>"#, r#"rpy="1 0 0.5"/><axis xyz="0 0 0"/></joint>"#)
+        .replace(r#"<limit lower="-2" upper="2"/>"#, r#"<limit lower="-1e16" upper="1e16"/>"#);
+    let arm = UrdfArm::parse(&text, None).unwrap();
+    assert_eq!(arm.chain.joints[0].limits, UrdfArm::parse(ARM, None).unwrap().chain.joints[1].limits);
+}
+
+#[test]
+fn what_is_not_written_of_limits_is_nought_as_the_format_has_it() {
+    let text = ARM.replace(r#"<limit lower="-2" upper="2"/>"#, r#"<limit upper="2"/>"#);
+    assert_eq!(UrdfArm::parse(&text, None).unwrap().chain.joints[0].limits, (0.0, 2.0));
+    let said = refused(r#"<limit lower="-2" upper="2"/>"#, r#"<limit effort="3"/>"#);
+    assert!(said.contains("hold no pose") && said.contains("`continuous`"), "{said}");
+}
+
+#[test]
+fn an_arm_ends_before_its_fingers() {
+    let fingers = r#"<link name="left"/><link name="right"/>
+  <joint name="finger" type="prismatic"><parent link="tool"/><child link="left"/><axis xyz="0 1 0"/><limit lower="0" upper="0.04"/></joint>
+  <joint name="other" type="prismatic"><parent link="tool"/><child link="right"/><axis xyz="0 -1 0"/><limit lower="0" upper="0.04"/><mimic joint="finger"/></joint>"#;
+    let text = ARM.replace(r#"<link name="camera"/>"#, &format!(r#"<link name="camera"/>{fingers}"#));
+    let arm = UrdfArm::parse(&text, None).unwrap();
+    assert_eq!((arm.ends.1.as_str(), arm.chain.len()), ("tool", 4));
+}

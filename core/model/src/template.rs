@@ -27,6 +27,8 @@ pub struct Template {
     pub model: String,
     /// The table's text: the header, and nothing below it.
     pub table: String,
+    /// The links of a URDF file between which the arm was taken to be.
+    pub ends: Option<(String, String)>,
 }
 
 /// Why there is no template.
@@ -104,12 +106,13 @@ impl Template {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
         let name: String = arm.name.chars().map(plain).collect();
         let name = if name.is_empty() { "arm".to_owned() } else { name };
-        Self::from_model(&name, &urdf_model(&name, &shown, &arm))
+        let template = Self::from_model(&name, &urdf_model(&name, &shown, &arm))?;
+        Ok(Self { ends: Some(arm.ends), ..template })
     }
 
     fn from_model(name: &str, text: &str) -> Result<Self, TemplateError> {
         let model = Model::parse(&format!("{name}.yaml"), text)?;
-        Ok(Self { name: name.to_owned(), model: text.to_owned(), table: table(&model) })
+        Ok(Self { name: name.to_owned(), model: text.to_owned(), table: table(&model), ends: None })
     }
 }
 

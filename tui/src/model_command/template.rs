@@ -25,8 +25,11 @@ pub(super) fn run(arguments: &TemplateArguments) -> Result<String, Box<dyn Error
             .and_then(|mut file| file.write_all(text.as_bytes()))
             .map_err(|source| format!("{}: {source}", path.display()))?;
     }
+    let ends = template.ends.map_or_else(String::new, |(root, tip)| {
+        format!("The arm is what moves between `{root}` and `{tip}`; --tip LINK takes another end.\n")
+    });
     Ok(format!(
-        "Wrote {} and {}.\nCheck the model's lengths, put one row a pose into the table (leave empty what was not measured or logged), \
+        "Wrote {} and {}.\n{ends}Check the model's lengths, put one row a pose into the table (leave empty what was not measured or logged), \
          return to five poses or more under the same `repeat` id, then: plumb model compare {} --data {}\n",
         model.display(),
         table.display(),

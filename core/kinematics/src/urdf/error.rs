@@ -3,7 +3,7 @@
 use crate::chain::ChainError;
 
 /// Why a URDF file gives no arm.
-#[derive(Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum UrdfError {
     /// No XML.
     #[error("line {line}: this is no XML: {reason}")]
@@ -45,7 +45,9 @@ pub enum UrdfError {
     #[error("{0}")]
     NoTree(String),
     /// Several branches are as long.
-    #[error("the robot branches: {0} end after equally many moving joints; say which is the arm's tip")]
+    #[error(
+        "the robot branches: {0} end after equally many moving joints; say which is the arm's tip (`--tip LINK`, in a model file `tip: LINK`)"
+    )]
     Branches(String),
     /// No such link.
     #[error("there is no link `{wanted}`; there are {known}")]

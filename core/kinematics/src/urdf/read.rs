@@ -10,6 +10,9 @@ const MM_PER_M: f64 = 1e3;
 /// Lengths beyond this are no metres of an arm.
 const LONGEST_M: f64 = 20.0;
 
+/// Limits beyond this, rad, are written where none are meant.
+const ENDLESS: f64 = 1e4;
+
 /// What a joint does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Does {
@@ -33,6 +36,8 @@ pub(super) struct UrdfJoint {
     pub(super) axis: Vector3<f64>,
     pub(super) limits: Option<(f64, f64)>,
     pub(super) mimics: Option<String>,
+    /// What is wrong with it: told only if the joint is part of the arm.
+    pub(super) fault: Option<UrdfError>,
 }
 
 /// A link as typed.
@@ -99,7 +104,42 @@ fn link(node: &Node<'_, '_>) -> Result<UrdfLink, UrdfError> {
 fn joint(node: &Node<'_, '_>, links: &[UrdfLink]) -> Result<UrdfJoint, UrdfError> {
     let Some(name) = node.attribute("name") else { return refuse(node, "a joint", "it has no name") };
     let element = format!("joint `{name}`");
-    let does = match node.attribute("type") {
+    let child_of = |tag: &str| node.children().find(|child| child.has_tag_name(tag));
+    let end = |tag: &str| -> Result<String, UrdfError> {
+        let Some(found) = child_of(tag).and_then(|end| end.attribute("link").map(str::to_owned)) else {
+            return refuse(node, &element, format!("it needs <{tag} link=\"...\"/>"));
+        };
+        Ok(found)
+    };
+    let mimics = child_of("mimic").map(|mimic| mimic.attribute("joint").unwrap_or("another").to_owned());
+    let mut read = UrdfJoint {
+        name: name.to_owned(),
+        line: line_of(node),
+        does: Does::Turns,
+        parent: end("parent")?,
+        child: end("child")?,
+        origin: IsometryMatrix3::identity(),
+        axis: Vector3::x(),
+        limits: None,
+        mimics,
+        fault: None,
+    };
+    let strange = [("parent", &read.parent), ("child", &read.child)]
+        .into_iter()
+        .find(|(_, end)| !links.iter().any(|link| link.name == **end))
+        .map(|(tag, end)| format!("its {tag} `{end}` is no link of the file"));
+    let moves = match strange {
+        Some(reason) => refuse(node, &element, reason),
+        None => motion(node, &element, &mut read),
+    };
+    read.fault = moves.err();
+    Ok(read)
+}
+
+/// How a joint moves, and where it stands.
+fn motion(node: &Node<'_, '_>, element: &str, joint: &mut UrdfJoint) -> Result<(), UrdfError> {
+    let child_of = |tag: &str| node.children().find(|child| child.has_tag_name(tag));
+    joint.does = match node.attribute("type") {
         Some("fixed") => Does::Nothing,
         Some("revolute") => Does::Turns,
         Some("continuous") => Does::TurnsOn,
@@ -108,40 +148,24 @@ fn joint(node: &Node<'_, '_>, links: &[UrdfLink]) -> Result<UrdfJoint, UrdfError
             let reason = format!(
                 "its type is `{other}`; an arm's joints are revolute, continuous, prismatic or fixed"
             );
-            return refuse(node, &element, reason);
+            return refuse(node, element, reason);
         }
-        None => return refuse(node, &element, "it has no `type`: revolute, continuous, prismatic or fixed"),
+        None => return refuse(node, element, "it has no `type`: revolute, continuous, prismatic or fixed"),
     };
-    let child_of = |tag: &str| node.children().find(|child| child.has_tag_name(tag));
-    let end = |tag: &str| -> Result<String, UrdfError> {
-        let Some(found) = child_of(tag).and_then(|end| end.attribute("link").map(str::to_owned)) else {
-            return refuse(node, &element, format!("it needs <{tag} link=\"...\"/>"));
-        };
-        match links.iter().any(|link| link.name == found) {
-            true => Ok(found),
-            false => refuse(node, &element, format!("its {tag} `{found}` is no link of the file")),
-        }
-    };
+    joint.origin = origin_of(node, element)?;
+    if joint.does == Does::Nothing {
+        return Ok(());
+    }
     let axis = match child_of("axis") {
-        Some(axis) => triple(&axis, &element, "xyz")?.unwrap_or_else(Vector3::x),
+        Some(axis) => triple(&axis, element, "xyz")?.unwrap_or_else(Vector3::x),
         None => Vector3::x(),
     };
     let Some(axis) = axis.try_normalize(1e-9) else {
-        return refuse(node, &element, "its axis has no direction; write for example xyz=\"0 0 1\"");
+        return refuse(node, element, "its axis has no direction; write for example xyz=\"0 0 1\"");
     };
-    let limits = limits(node, child_of("limit"), &element, does)?;
-    let mimics = child_of("mimic").map(|mimic| mimic.attribute("joint").unwrap_or("another").to_owned());
-    Ok(UrdfJoint {
-        name: name.to_owned(),
-        line: line_of(node),
-        does,
-        parent: end("parent")?,
-        child: end("child")?,
-        origin: origin_of(node, &element)?,
-        axis,
-        limits,
-        mimics,
-    })
+    joint.axis = axis;
+    joint.limits = limits(node, child_of("limit"), element, joint.does)?;
+    Ok(())
 }
 
 fn limits(
@@ -165,13 +189,21 @@ fn limits(
             format!("a {kind} joint needs <limit lower=\"...\" upper=\"...\"/>{else_}"),
         );
     };
-    let (lower, upper) = (number(&limit, element, "lower")?, number(&limit, element, "upper")?);
+    // The format's own rule: what is not written is 0.
+    let or_zero = |name: &str| match limit.attribute(name) {
+        Some(_) => number(&limit, element, name),
+        None => Ok(0.0),
+    };
+    let (lower, upper) = (or_zero("lower")?, or_zero("upper")?);
     if lower >= upper {
-        return refuse(
-            &limit,
-            element,
-            format!("its limits {lower} and {upper} hold no pose; the lower comes first"),
+        let reason = format!(
+            "its limits {lower} and {upper} hold no pose; write the lower and the upper{}",
+            if does == Does::Turns { ", or the type `continuous` if it turns without end" } else { "" }
         );
+        return refuse(&limit, element, reason);
+    }
+    if does == Does::Turns && lower.min(-upper) < -ENDLESS {
+        return Ok(None);
     }
     if does == Does::Turns && lower.abs().max(upper.abs()) > 30.0 {
         let reason = format!("its limits {lower} and {upper} look like degrees: URDF counts in radians");

@@ -12,7 +12,12 @@ use crate::posture::Posture;
 const PARALLEL: f64 = 1e-6;
 
 pub(super) fn arm(robot: &Robot, tip: Option<&str>) -> Result<UrdfArm, UrdfError> {
-    let root = root_of(robot)?;
+    let faults = || robot.joints.iter().find_map(|joint| joint.fault.clone());
+    let root = root_of(robot).map_err(|error| match error {
+        // A joint that ends nowhere leaves the links beyond it without a root.
+        UrdfError::NoTree(_) => faults().unwrap_or(error),
+        other => other,
+    })?;
     let tip = tip_of(robot, &root, tip)?;
     let path = path_to(robot, &tip);
     if path.first().is_some_and(|first| first.parent != root) {
@@ -21,6 +26,9 @@ pub(super) fn arm(robot: &Robot, tip: Option<&str>) -> Result<UrdfArm, UrdfError
             "the joints {} go in a circle, a closed loop, and do not begin at `{root}`: leave the joint out that closes it",
             names.join(", ")
         )));
+    }
+    if let Some(fault) = path.iter().find_map(|joint| joint.fault.clone()) {
+        return Err(fault);
     }
     let moving: Vec<&UrdfJoint> = path.iter().copied().filter(|joint| joint.does != Does::Nothing).collect();
     if let Some(joint) = moving.iter().find(|joint| joint.mimics.is_some()) {
@@ -110,14 +118,20 @@ fn tip_of(robot: &Robot, root: &str, wanted: Option<&str>) -> Result<String, Urd
         };
     }
     let bears = |link: &str| robot.joints.iter().any(|joint| joint.parent == link);
-    let leaves = robot.links.iter().map(|link| link.name.as_str()).filter(|link| !bears(link));
+    let mut leaves: Vec<&str> = Vec::new();
+    for leaf in robot.links.iter().map(|link| link.name.as_str()).filter(|link| !bears(link)) {
+        let hand = before_fingers(robot, leaf);
+        if !leaves.contains(&hand) {
+            leaves.push(hand);
+        }
+    }
     let moving = |tip: &str| {
         path_to(robot, tip)
             .iter()
             .filter(|joint| joint.does != Does::Nothing && joint.mimics.is_none())
             .count()
     };
-    let counted: Vec<(&str, usize)> = leaves.map(|leaf| (leaf, moving(leaf))).collect();
+    let counted: Vec<(&str, usize)> = leaves.into_iter().map(|leaf| (leaf, moving(leaf))).collect();
     let most = counted.iter().map(|(_, count)| *count).max().unwrap_or(0);
     let longest: Vec<&str> =
         counted.iter().filter(|(_, count)| *count == most).map(|(leaf, _)| *leaf).collect();
@@ -135,6 +149,19 @@ fn tip_of(robot: &Robot, root: &str, wanted: Option<&str>) -> Result<String, Urd
             Ok((*first).to_owned())
         }
         several => Err(UrdfError::Branches(several.join(", "))),
+    }
+}
+
+/// The link that bears the fingers a leaf belongs to, or the leaf itself: joints at the end that follow one another are a gripper's,
+/// not the arm's.
+fn before_fingers<'r>(robot: &'r Robot, leaf: &'r str) -> &'r str {
+    let follows =
+        |joint: &UrdfJoint| robot.joints.iter().any(|other| other.mimics.as_deref() == Some(&joint.name));
+    let path = path_to(robot, leaf);
+    let last = path.iter().rposition(|joint| joint.does != Does::Nothing);
+    match last.and_then(|last| path.get(last).copied()) {
+        Some(joint) if joint.mimics.is_some() || follows(joint) => before_fingers(robot, &joint.parent),
+        _ => leaf,
     }
 }
 

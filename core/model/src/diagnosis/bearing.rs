@@ -22,8 +22,9 @@ pub(crate) struct Bearing {
     pub(crate) spot: Spot,
     /// Sum of squares across the motion (declared sigmas squared) and its degrees of freedom.
     pub(crate) across: (f64, f64),
-    /// The same over all directions, on the same rows.
-    pub(crate) whole: (f64, f64),
+    /// The same, and over all directions, on rows that are not wild in any direction: a wild row that happens to lie along the
+    /// motion says nothing of it.
+    tame: ((f64, f64), (f64, f64)),
     /// Probability of so much across if the rest is noise.
     pub(crate) p: f64,
 }
@@ -37,11 +38,12 @@ impl Bearing {
     /// Probability of what is left along the motion if it is no more than what is left across: the lack of fit where a
     /// mechanism at this place must show it.
     pub(crate) fn along(&self) -> f64 {
-        let (squares, freedom) = (self.whole.0 - self.across.0, self.whole.1 - self.across.1);
-        if freedom < 1.0 || self.across.1 < LEAST_FREEDOM || self.across.0 <= 0.0 {
+        let (across, whole) = self.tame;
+        let (squares, freedom) = (whole.0 - across.0, whole.1 - across.1);
+        if freedom < 1.0 || across.1 < LEAST_FREEDOM || across.0 <= 0.0 {
             return 1.0;
         }
-        f_tail(squares.max(0.0) / freedom / (self.across.0 / self.across.1), freedom, self.across.1)
+        f_tail(squares.max(0.0) / freedom / (across.0 / across.1), freedom, across.1)
     }
 }
 
@@ -328,11 +330,15 @@ impl Laboratory {
         let cost = |(_, rows, view): &(Spot, Projected, View)| surplus(rows, view, scale);
         let likeliest = tried.iter().min_by(|left, right| cost(left).total_cmp(&cost(right)));
         let Some(kept) = likeliest.map(|(_, _, view)| view.kept.clone()) else { return Ok(Vec::new()) };
-        let whole = left_of(&rows.without(&directions, 0..0), &kept, &full);
+        let all_ways = rows.without(&directions, 0..0);
+        let near = view(&all_ways, &full).kept;
+        let tame: Vec<bool> = kept.iter().zip(near).map(|(kept, near)| *kept && near).collect();
+        let whole = left_of(&all_ways, &tame, &full);
         let mut found: Vec<Bearing> = for_each(&tried, |(spot, projected, _)| {
             let (squares, freedom) = left_of(projected, &kept, &full);
             let p = chance(squares, freedom, floor).unwrap_or(1.0);
-            Bearing { spot: *spot, across: (squares, freedom.max(1.0)), whole, p }
+            let tame = (left_of(projected, &tame, &full), whole);
+            Bearing { spot: *spot, across: (squares, freedom.max(1.0)), tame, p }
         });
         found.sort_by(|left, right| {
             (left.across.0 / left.across.1).total_cmp(&(right.across.0 / right.across.1))

@@ -79,3 +79,39 @@ fn returns_that_scatter_alike_or_of_which_a_few_are_wild_are_no_fault() {
         assert_ne!(wild.verdict, Verdict::NotRepeatable, "{}", wild.sentence);
     }
 }
+
+/// A joint that jumps half-way through 120 poses, one reading in twelve wild, all of these along that joint's motion; what is said.
+fn jumped(seed: u64) -> Diagnosis {
+    let mut dice = Dice::seeded(seed);
+    let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
+    for (row, pose) in column_poses(120, seed).into_iter().enumerate() {
+        let step = if row >= 60 { 0.06 } else { 0.0 };
+        let point = column_tip([pose[0], pose[1], pose[2] + step]);
+        let wild = if dice.unit() < 1.0 / 12.0 { dice.between(-1.5, 1.5) } else { 0.0 };
+        let further = column_tip([pose[0], pose[1], pose[2] + step + 0.5]);
+        // Half a degree of the elbow moves the tip by 1.3 mm.
+        let along: Vec<f64> = further.iter().zip(point).map(|(there, here)| (there - here) / 1.3).collect();
+        let cells: Vec<String> = pose.iter().map(|angle| format!("{angle:.4}")).collect();
+        let read: Vec<String> = point
+            .iter()
+            .zip(along)
+            .map(|(part, along)| format!("{:.4}", part + wild * along + dice.noise(0.05)))
+            .collect();
+        text.push_str(&format!("{},{}\n", cells.join(","), read.join(",")));
+    }
+    let model = format!(
+        "{COLUMN_ARM}targets: {{p1: {{xyz_mm: [0, 0, 0], free: true}}}}\nfree: [joint_zero(*)]\nmeasured_from: world\nnoise: {{p1_mm: 0.05}}\n"
+    );
+    let options = Options { holdout: Holdout::None, ..Options::default() };
+    laboratory(&model, &text, options).diagnose(&Progress::unwatched()).unwrap()
+}
+
+#[test]
+fn a_wild_reading_that_happens_to_lie_along_a_joints_motion_speaks_against_no_name() {
+    for seed in 1..=4 {
+        let found = jumped(seed);
+        let named =
+            found.named.as_ref().map(|named| (named.effect.effect.as_str(), named.effect.place.as_str()));
+        assert_eq!(named, Some(("joint_step", "elbow")), "seed {seed}: {}", found.sentence);
+    }
+}
