@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
 
+mod agin_steps;
 mod answering;
 mod bad_input;
 mod broken;
@@ -22,5 +23,6 @@ mod refused;
 mod remembering;
 mod schema;
 mod serial;
+mod stripe_bad_input;
 mod stripes;
 mod studies;

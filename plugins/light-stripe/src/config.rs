@@ -28,6 +28,8 @@ pub(crate) struct Config {
     #[serde(default)]
     pub(crate) pieces: Pieces,
     #[serde(default)]
+    pub(crate) rays: bool,
+    #[serde(default)]
     pub(crate) exposure_delay_ms: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) cell_directory: Option<PathBuf>,
@@ -68,7 +70,7 @@ impl Config {
         let value = if value.is_null() { &empty } else { value };
         let config = Self::deserialize(value).map_err(|error| {
             PluginError::Refused(format!(
-                "{error}; light-stripe takes rig, frames, find, threshold, centre, noise, least_rows, pieces and exposure_delay_ms"
+                "{error}; light-stripe takes rig, frames, find, threshold, centre, noise, least_rows, pieces, rays and exposure_delay_ms"
             ))
         })?;
         config.check()?;

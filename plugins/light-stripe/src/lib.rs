@@ -9,6 +9,7 @@ pub mod extract;
 pub mod frame;
 pub mod geometry;
 mod pose;
+mod rays;
 mod sensor;
 
 pub use sensor::LightStripe;

@@ -10,6 +10,7 @@ use crate::extract::{Extractor, Image, NoStripe, RowPoint, SpotFinder};
 use crate::frame::FrameFolder;
 use crate::geometry::{Collineation, Rig, read_rig};
 use crate::pose::{Pose, Way};
+use crate::rays;
 
 /// The wired input of pictures.
 const FRAMES: &str = "frames";
@@ -150,9 +151,22 @@ const QUANTITIES: &[(&str, &str)] = &[
     ("spot_u", "px"),
     ("spot_v", "px"),
     ("spot_pixels", ""),
+    ("ray_x", ""),
+    ("ray_y", ""),
+    ("top_x", ""),
+    ("top_y", ""),
+    ("bottom_x", ""),
+    ("bottom_y", ""),
+    ("lens_x", "mm"),
+    ("lens_y", "mm"),
+    ("lens_z", "mm"),
+    ("sheet_x", ""),
+    ("sheet_y", ""),
+    ("sheet_z", ""),
+    ("sheet_d", "mm"),
 ];
 
-fn quantity(name: &str, value: f64, standard_uncertainty: f64) -> Quantity {
+pub(crate) fn quantity(name: &str, value: f64, standard_uncertainty: f64) -> Quantity {
     Quantity { name: name.to_owned(), value, standard_uncertainty }
 }
 
@@ -281,11 +295,21 @@ impl LightStripe {
         let dark = self.config.find == Find::DarkSpot;
         let spot = self.spots.find(image, self.config.threshold, dark, &self.config.noise);
         let spot = spot.map_err(|error| PluginError::Failed(error.to_string()))?;
-        Ok(vec![
+        let mut quantities = vec![
             quantity("spot_u", spot.u_px, spot.sigma_px),
             quantity("spot_v", spot.v_px, spot.sigma_px),
             quantity("spot_pixels", f64::from(spot.pixels), 0.0),
-        ])
+        ];
+        if let Some(rig) = rig_of_rays(&self.config, self.geometry.as_ref())? {
+            let ray = rig.ray([spot.u_px, spot.v_px].into()).ok_or_else(|| {
+                PluginError::Failed(
+                    "the spot lies outside of what the lens's distortion holds for".to_owned(),
+                )
+            })?;
+            quantities.extend([quantity("ray_x", ray.x, 0.0), quantity("ray_y", ray.y, 0.0)]);
+            quantities.extend(rays::rig_quantities(rig));
+        }
+        Ok(quantities)
     }
 
     fn look_for_stripe(
@@ -304,10 +328,23 @@ impl LightStripe {
         let header = StripeHeader { fault, ..seen };
         let geometry = self.geometry.as_ref();
         let told: Vec<StripePoint> = points.iter().map(|point| told(point, geometry)).collect();
-        let quantities = summary(points, fault);
+        let mut quantities = summary(points, fault);
+        if let Some(rig) = rig_of_rays(&self.config, self.geometry.as_ref())? {
+            quantities.extend(rays::line_quantities(rig, points));
+            quantities.extend(rays::rig_quantities(rig));
+        }
         self.host.emit_bytes(POINTS, &header.message(&told))?;
         Ok(quantities)
     }
+}
+
+/// The rig, where rays are to be told.
+fn rig_of_rays<'a>(config: &Config, geometry: Option<&'a Geometry>) -> Result<Option<&'a Rig>, PluginError> {
+    if !config.rays {
+        return Ok(None);
+    }
+    let none = || PluginError::Refused("`rays` needs a `rig`: without one pixels have no rays".to_owned());
+    geometry.map(|geometry| Some(&geometry.rig)).ok_or_else(none)
 }
 
 fn fault_of(error: &NoStripe) -> StripeFault {

@@ -8,7 +8,7 @@ use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::{Axis, Instrument, Say, Verb};
 
 /// What procedures may ask for under `simulated:`, with its numbers and its words.
-const ACTS: [(&str, &[&str], &[&str]); 9] = [
+const ACTS: [(&str, &[&str], &[&str]); 10] = [
     ("rest_on_gauge", &["height_mm"], &[]),
     ("trim_to_fire", &[], &[]),
     ("place_hand", &["x_mm", "y_mm", "z_mm"], &[]),
@@ -18,6 +18,7 @@ const ACTS: [(&str, &[&str], &[&str]); 9] = [
     ("drive_to_level", &[], &["joint", "at", "turned"]),
     ("hang", &["mass_kg"], &[]),
     ("read_point", &["ahead_mm"], &["axis"]),
+    ("shine", &[], &["laser", "filter"]),
 ];
 
 /// Does an act in the world that listens there; what an instrument reads.
@@ -65,7 +66,16 @@ fn verb_of(act: &Act) -> Result<Verb, String> {
         None => Err(needs("axis")),
     };
     let read = |with: Instrument| Verb::Measure { with, at: word("at"), turned, axis: None };
+    let one_of = |key: &str, yes: &str, no: &str| match word(key).as_deref() {
+        Some(word) if word == yes => Ok(Some(true)),
+        Some(word) if word == no => Ok(Some(false)),
+        Some(other) => Err(format!("`{key}` of `{name}` is `{other}`; it is {yes} or {no}")),
+        None => Ok(None),
+    };
     Ok(match name {
+        "shine" => {
+            Verb::Shine { laser: one_of("laser", "on", "off")?, filter: one_of("filter", "in", "out")? }
+        }
         "rest_on_gauge" => Verb::RestOnGauge { height_mm: number("height_mm")? },
         "trim_to_fire" => Verb::TrimToFire {},
         "place_hand" => {

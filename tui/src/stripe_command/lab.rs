@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use plumb_cell::expression::Calculator;
-use plumb_cell::workcell::load_workcell;
+use plumb_cell::workcell::{DeviceSetting, Workcell, load_workcell};
 use plumb_light_stripe::geometry::{Distortion, Rig, RigFileError, StripePlane, read_rig};
 use plumb_model::effect::EffectNameError;
 use plumb_model::file::{Model, ModelFileError};
@@ -82,15 +82,7 @@ impl Chosen {
             LabError::Cell(problems.iter().map(ToString::to_string).collect::<String>())
         })?;
         let lacks = |what| LabError::NoStripe { cell: self.cell.clone(), what };
-        let with_rig = |device: &plumb_cell::workcell::DeviceSetting| {
-            let rig = device.config.get("rig")?.as_str()?.to_owned();
-            (device.plugin == "light-stripe").then_some((device.clone(), rig))
-        };
-        let (sensor, rig) = cell
-            .devices
-            .iter()
-            .find_map(with_rig)
-            .ok_or_else(|| lacks("no device is a light-stripe with a `rig:`"))?;
+        let (sensor, rig) = rig_of(&cell, &self.cell)?;
         let carrier = sensor.inputs.iter().find(|wire| wire.input == "pose").map(|wire| wire.device.as_str());
         let robot = carrier.and_then(|carrier| cell.robot(carrier));
         let robot =
@@ -121,6 +113,20 @@ impl Chosen {
             added,
         })
     }
+}
+
+/// The light stripe of a cell, and the name of its rig file.
+///
+/// # Errors
+/// [`LabError::NoStripe`]
+pub(crate) fn rig_of(cell: &Workcell, path: &Path) -> Result<(DeviceSetting, String), LabError> {
+    let with_rig = |device: &DeviceSetting| {
+        let rig = device.config.get("rig")?.as_str()?.to_owned();
+        (device.plugin == "light-stripe").then_some((device.clone(), rig))
+    };
+    let what = "no device is a light-stripe with a `rig:`";
+    let found = cell.devices.iter().find_map(with_rig);
+    found.ok_or_else(|| LabError::NoStripe { cell: path.to_owned(), what })
 }
 
 /// The rig as the lab has it.

@@ -2,6 +2,7 @@
 
 mod adjust;
 mod cell_text;
+mod correct;
 mod diagnose;
 mod lab;
 mod outcome;
@@ -20,6 +21,8 @@ pub(crate) enum StripeCommand {
     Diagnose(diagnose::Arguments),
     /// Adjust zeros, rig and what is added to scans, and write a cell that uses what was found.
     Adjust(adjust::Arguments),
+    /// Write a cell whose rig has the corrections that a run of a calibration procedure found.
+    Correct(correct::Arguments),
     /// Hide an effect in sealed worlds, find it from stripes, and measure the direction-dependent error before and after.
     Study(study::Arguments),
 }
@@ -29,6 +32,7 @@ pub(crate) fn run(command: &StripeCommand) -> CommandResult {
     match command {
         StripeCommand::Diagnose(arguments) => diagnose::run(arguments),
         StripeCommand::Adjust(arguments) => adjust::run(arguments),
+        StripeCommand::Correct(arguments) => correct::run(arguments),
         StripeCommand::Study(arguments) => study::run(arguments),
     }
 }

@@ -43,6 +43,8 @@ pub(crate) enum StudyError {
     Content { path: PathBuf, what: &'static str },
     #[error("`plumb run {} {procedure}` failed: {said}", cell.display())]
     Run { cell: PathBuf, procedure: &'static str, said: String },
+    #[error("{failures} worlds could not be studied, as told above; the same command studies these again and keeps what lies in {}", output.display())]
+    Missing { failures: u32, output: PathBuf },
     #[error(transparent)]
     Lab(#[from] LabError),
 }
@@ -58,14 +60,23 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
     let hidden = if arguments.hidden.is_empty() { Hidden::ALL.to_vec() } else { arguments.hidden.clone() };
     fs::create_dir_all(&arguments.output)?;
     let mut outcomes = Vec::new();
+    let mut failures = 0_u32;
     println!("{HEADER}");
     for hidden in hidden {
         for cell in &arguments.cells {
             for seed in arguments.seed..arguments.seed + arguments.worlds {
                 let world = SealedWorld { cell, hidden, seed, output: &arguments.output };
-                let outcome = world.studied()?;
-                println!("{}", line(&outcome));
-                outcomes.push(outcome);
+                match world.studied() {
+                    Ok(outcome) => {
+                        println!("{}", line(&outcome));
+                        outcomes.push(outcome);
+                    }
+                    // The other worlds are studied nevertheless; it is told at the end that some are missing.
+                    Err(error) => {
+                        failures += 1;
+                        eprintln!("{} with seed {seed} in {}: {error}", hidden.name(), cell.display());
+                    }
+                }
             }
         }
     }
@@ -76,6 +87,9 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
     write("direction-error.csv", &table(&outcomes))?;
     write("direction-error.svg", &study_figure::svg(&outcomes)?)?;
     print!("\n{}", summary(&outcomes));
+    if failures > 0 {
+        return Err(StudyError::Missing { failures, output: arguments.output.clone() }.into());
+    }
     Ok(ExitCode::SUCCESS)
 }
 

@@ -25,7 +25,7 @@ pub use configure::ConfigureStep;
 pub use declare::DeclareStep;
 pub use joint_targets::{JointTarget, JointTargets};
 pub use measure::MeasureStep;
-pub use move_joints::{MoveStep, PointTarget};
+pub use move_joints::{HandTarget, MoveStep, PointTarget};
 pub use prompt::{PromptStep, Question, SimulatedAct};
 pub use repeat::{RepeatStep, Rows, Turns};
 pub use row::RowStep;

@@ -1,6 +1,7 @@
 //! `move`: joints of a robot go somewhere, all starting and ending together.
 
 use super::joint_targets::{JointTargets, read_pair};
+use super::scan::read_place;
 use crate::expression::Expression;
 use crate::read_context::{CheckContext, ReadContext};
 use crate::yaml::{MapReader, Node, Place};
@@ -18,6 +19,8 @@ pub struct MoveStep {
     pub relative: bool,
     /// Where the model's point goes, by which joints; nothing for a move that names all its targets.
     pub point: Option<PointTarget>,
+    /// Where the hand goes, by all joints.
+    pub hand: Option<Box<HandTarget>>,
     /// Part of the full speed of the slowest joint, above 0, at most 1.
     pub speed: f64,
 }
@@ -31,12 +34,28 @@ pub struct PointTarget {
     pub by: Vec<(String, Place)>,
 }
 
+/// A place and an attitude for the hand, as a scan has them.
+#[derive(Debug, Clone)]
+pub struct HandTarget {
+    /// Where the aim goes, mm in the robot's base frame.
+    pub at: [Expression; 3],
+    /// The point of the flange's frame that is brought there, mm.
+    pub aim_mm: [f64; 3],
+    /// How far the flange's axis is tilted from straight down, deg.
+    pub tilt: Option<Expression>,
+    /// The direction, about the vertical from the base's x, in which the flange then stands, deg.
+    pub azimuth: Option<Expression>,
+    /// How far the flange is turned about its own axis, deg.
+    pub turn: Option<Expression>,
+}
+
 pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
     let mut map = MapReader::new(node, "a move", context.problems)?;
     let robot = context.required_text(&mut map, "robot");
     let to = read_pair(&mut map, "to_deg", "to_mm", context);
     let by = read_pair(&mut map, "by_deg", "by_mm", context);
     let point = map.optional("to_point").and_then(|node| read_point(node, context));
+    let hand = map.optional("to_hand").and_then(|node| read_hand(node, context)).map(Box::new);
     let speed = context.number_or(&mut map, "speed", (0.001, 1.0), 0.5);
     let place = map.place();
     map.finish();
@@ -53,13 +72,31 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
             "give the other joints under `to_deg` or `to_mm`",
         );
     }
-    if targets.is_empty() && point.is_none() {
+    if hand.is_some() && (point.is_some() || !targets.is_empty()) {
+        context.problems.add(
+            place,
+            "a hand that is brought somewhere takes all joints",
+            "keep `to_hand` alone",
+        );
+    }
+    if targets.is_empty() && point.is_none() && hand.is_none() {
         let help =
             "give `to_deg`, `by_deg`, `to_mm` or `by_mm` with joints under it, as in `by_deg: {waist: 5}`";
         context.problems.add(place, "this move names no joint", help);
         return None;
     }
-    Some(MoveStep { robot, robot_place, targets, relative, point, speed })
+    Some(MoveStep { robot, robot_place, targets, relative, point, hand, speed })
+}
+
+fn read_hand(node: &Node, context: &ReadContext<'_>) -> Option<HandTarget> {
+    let mut map = MapReader::new(node, "`to_hand`", context.problems)?;
+    let at = map.required("at_mm").and_then(|node| read_place(node, "`at_mm`", context));
+    let aim_mm = map.required("aim_mm").and_then(|node| node.numbers("`aim_mm`", context.problems));
+    let mut angle =
+        |key: &'static str| map.optional(key).and_then(|node| context.expression(node, &format!("`{key}`")));
+    let (tilt, azimuth, turn) = (angle("tilt_deg"), angle("azimuth_deg"), angle("turn_deg"));
+    map.finish();
+    Some(HandTarget { at: at?, aim_mm: aim_mm?, tilt, azimuth, turn })
 }
 
 fn read_point(node: &Node, context: &ReadContext<'_>) -> Option<PointTarget> {
@@ -93,6 +130,10 @@ impl MoveStep {
                     context.problems.add(named.place, format!("joint `{joint}` has two goals"), help);
                 }
             }
+        }
+        if let Some(hand) = &self.hand {
+            let angles = hand.tilt.iter().chain(&hand.azimuth).chain(&hand.turn);
+            hand.at.iter().chain(angles).for_each(|expression| context.check_expression(expression));
         }
         for target in &self.targets {
             target.check(robot, context);

@@ -32,7 +32,7 @@ pub struct SimulatedAct {
 }
 
 /// What an act is told in words; all else are numbers.
-const WORDS: [&str; 4] = ["at", "joint", "axis", "turned"];
+const WORDS: [&str; 6] = ["at", "joint", "axis", "turned", "laser", "filter"];
 
 /// What counts as an answer.
 #[derive(Debug, Clone)]

@@ -106,7 +106,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<ScanStep> {
     })
 }
 
-fn read_place(node: &Node, what: &str, context: &ReadContext<'_>) -> Option<[Expression; 3]> {
+pub(super) fn read_place(node: &Node, what: &str, context: &ReadContext<'_>) -> Option<[Expression; 3]> {
     let items = node.list(what, context.problems)?;
     let [x, y, z] = items else {
         context.problems.add(node.place, format!("{what} has {} numbers", items.len()), "write `[x, y, z]`");

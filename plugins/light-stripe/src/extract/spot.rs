@@ -70,7 +70,9 @@ impl SpotFinder {
         self.runs.find(&image, |_| bright_above);
         self.components.find(&self.runs);
         let largest = self.components.all().iter().max_by_key(|component| component.pixels);
-        let Some(largest) = largest.filter(|component| component.pixels >= LEAST_PIXELS) else {
+        // What fills most of the picture is no spot but the ground, in a light that is too weak or too strong.
+        let fits = |pixels: u32| pixels >= LEAST_PIXELS && (pixels as usize) < image.pixels().len() / 2;
+        let Some(largest) = largest.filter(|component| fits(component.pixels)) else {
             return Err(NoSpot::None { threshold: level });
         };
         let (mut sum, mut across, mut down, mut spread) = (0.0, 0.0, 0.0, 0.0);

@@ -88,6 +88,9 @@ impl Distortion {
     }
 }
 
+/// A picture wider than this is of no lens that this model describes, deg.
+const WIDEST_DEG: f64 = 150.0;
+
 impl Camera {
     /// The pixel a straight ray (x/z, y/z) falls on.
     pub fn pixel(&self, ray: Vector2<f64>) -> Vector2<f64> {
@@ -138,6 +141,13 @@ impl Camera {
         }
         if self.width_px == 0 || self.height_px == 0 {
             return Some("the picture has no pixels: give width_px and height_px".to_owned());
+        }
+        let across = 2.0 * (0.5 * f64::from(self.width_px) / self.fx_px).atan().to_degrees();
+        if across > WIDEST_DEG {
+            return Some(format!(
+                "a focal length of {} px makes a picture {across:.0} deg wide: fx_px and fy_px count in pixels; 25 mm behind pixels of 0.036 mm are 694 px",
+                self.fx_px
+            ));
         }
         None
     }

@@ -1,6 +1,6 @@
 //! The rig: a camera and a sheet of light, both fixed to the flange.
 
-use nalgebra::{Isometry3, Point3, Unit, Vector2, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector2, Vector3};
 
 use super::{Camera, Collineation, CollineationError, NoPoint};
 
@@ -65,6 +65,39 @@ impl Rig {
             share = 1.0 - self.bow_per_mm * place * place / height;
         }
         lens + ray * share
+    }
+
+    /// The same with the camera turned where it is, first about the flange's y, then about its x, rad.
+    #[must_use]
+    pub fn aimed(mut self, about_x: f64, about_y: f64) -> Self {
+        let turn = |axis: Unit<Vector3<f64>>, angle| UnitQuaternion::from_axis_angle(&axis, angle);
+        let aimed = turn(Vector3::x_axis(), about_x) * turn(Vector3::y_axis(), about_y);
+        self.flange_from_camera.rotation = aimed * self.flange_from_camera.rotation;
+        self
+    }
+
+    /// The same with the camera turned about its principal ray, rad.
+    #[must_use]
+    pub fn rolled(mut self, angle: f64) -> Self {
+        self.flange_from_camera.rotation *= UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+        self
+    }
+
+    /// The same with another sheet of light, by a normal of any length in the flange's frame, and how far it is turned from this one, rad; none of a
+    /// normal without length.
+    pub fn with_sheet(mut self, normal: [f64; 3], d_mm: f64) -> Option<(Self, f64)> {
+        let plane = StripePlane::new(Vector3::from(normal), d_mm)?;
+        let angle = self.plane.normal.angle(&plane.normal);
+        self.plane = plane;
+        Some((self, angle))
+    }
+
+    /// The direction a pixel of the real picture looks in, in the flange's frame: x/z and y/z; none where the lens model does not hold, or across z.
+    pub fn ray(&self, pixel: Vector2<f64>) -> Option<Vector2<f64>> {
+        let straight = self.camera.straighten(pixel)?;
+        let toward = self.camera.ray_from_pixel() * Vector3::new(straight.x, straight.y, 1.0);
+        let toward = self.flange_from_camera.rotation * toward;
+        (toward.z > 0.1 * toward.norm()).then(|| Vector2::new(toward.x / toward.z, toward.y / toward.z))
     }
 
     /// The pixel a point in the flange's frame falls on; none behind the lens.

@@ -29,6 +29,12 @@ const CONVENTION: &str = "n.x + d = 0";
 /// The self-test's point comes out to within this, mm.
 const SELF_TEST_MM: f64 = 0.01;
 
+/// No lens sees a stripe nearer than this sharply, mm.
+const NEAREST_MM: f64 = 20.0;
+
+/// No hand carries a rig that looks farther than this, mm.
+const FARTHEST_MM: f64 = 20_000.0;
+
 /// Why a rig file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum RigFileError {
@@ -158,6 +164,12 @@ fn parse(text: &str, origin: &str) -> Result<Rig, RigFileError> {
         plane,
         bow_per_mm: raw.stripe_plane.bow_per_mm,
     };
+    let away_mm = (Vector3::from(raw.self_test.point_mm) - rig.flange_from_camera.translation.vector).norm();
+    if !(NEAREST_MM..=FARTHEST_MM).contains(&away_mm) {
+        return Err(wrong(format!(
+            "self_test: point_mm lies {away_mm:.4} mm from the lens: lengths are mm; a file in metres is to be multiplied by 1000, one in inches by 25.4"
+        )));
+    }
     test(&rig, &raw.self_test, origin)?;
     Ok(rig)
 }
@@ -295,6 +307,16 @@ self_test: {pixel: [27.5, 227.5], point_mm: [-64.285714, 64.285714, 445.714286]}
     #[test]
     fn a_camera_that_was_never_calibrated_is_refused() {
         assert!(message("fx_px: 600", "fx_px: 0").contains("never calibrated"));
+    }
+
+    #[test]
+    fn a_file_in_other_units_is_refused_with_the_cure() {
+        let metres = GOOD.replace("[0, 0, 60]", "[0, 0, 0.06]").replace("-216", "-0.216");
+        let metres = metres.replace("[-64.285714, 64.285714, 445.714286]", "[-0.064286, 0.064286, 0.445714]");
+        let told = parse(&metres, "rig.yaml").unwrap_err().to_string();
+        assert!(told.contains("0.3963 mm from the lens: lengths are mm; a file in metres"), "{told}");
+        let told = message("fx_px: 600", "fx_px: 25");
+        assert!(told.contains("fx_px and fy_px count in pixels"), "{told}");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! `move`
 
+use nalgebra::{IsometryMatrix3, Translation3, Vector3};
 use plumb_plugin::JointVector;
 use serde_json::json;
 
@@ -29,7 +30,9 @@ impl Engine {
             step.point.as_ref().is_some_and(|point| point.by.iter().any(|(joint, _)| joint == name))
         };
         let moved = |joint: &NamedValue| {
-            by_point(&joint.name) || step.targets.iter().any(|target| target.joint == joint.name)
+            step.hand.is_some()
+                || by_point(&joint.name)
+                || step.targets.iter().any(|target| target.joint == joint.name)
         };
         let values: Vec<NamedValue> = joints.iter().filter(|joint| moved(joint)).cloned().collect();
         let places =
@@ -55,6 +58,12 @@ impl Engine {
                 value - arm.zero(column)
             };
             target.set(column, place);
+        }
+        if let Some(hand) = &step.hand {
+            let attitude = self.attitude([&hand.tilt, &hand.azimuth, &hand.turn], at)?;
+            let origin = self.place(&hand.at, at)? - attitude * Vector3::from(hand.aim_mm);
+            let wanted = IsometryMatrix3::from_parts(Translation3::from(origin), attitude);
+            target = self.arm(&step.robot)?.joints_for(&wanted, start).map_err(StepError::error)?;
         }
         if let Some(point) = &step.point {
             target = self.point_target(step, point, at, start, &target)?;

@@ -134,26 +134,35 @@ impl Engine {
             )));
         }
         let way = if way.norm() > 0.0 { way.normalize() * (pitch * (stripes - 1.0)) } else { way };
+        let attitude = self.attitude([&step.tilt, &step.azimuth, &step.turn], at)?;
+        Ok(Scan { from, way, stripes: stripes as usize, attitude, aim: Vector3::from(step.aim_mm) })
+    }
+
+    /// The flange's attitude by tilt, azimuth and turn, deg, each 0 where it is left out: looking straight down.
+    pub(super) fn attitude(
+        &mut self,
+        angles: [&Option<Expression>; 3],
+        at: &StepContext,
+    ) -> Result<Rotation3<f64>, StepError> {
         let mut angle = |expression: &Option<Expression>| match expression {
             None => Ok(0.0),
             Some(expression) => self.number(at.scope, expression).map(f64::to_radians),
         };
-        let (tilt, azimuth, turn) = (angle(&step.tilt)?, angle(&step.azimuth)?, angle(&step.turn)?);
+        let [tilt, azimuth, turn] = angles;
+        let (tilt, azimuth, turn) = (angle(tilt)?, angle(azimuth)?, angle(turn)?);
         let about_z = |angle: f64| Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
         let down = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         // Tilted so that the flange stands in the direction of the azimuth and looks back at the place.
         let tilted =
             about_z(azimuth) * Rotation3::from_axis_angle(&Vector3::y_axis(), tilt) * about_z(-azimuth);
-        Ok(Scan {
-            from,
-            way,
-            stripes: stripes as usize,
-            attitude: tilted * about_z(turn) * down,
-            aim: Vector3::from(step.aim_mm),
-        })
+        Ok(tilted * about_z(turn) * down)
     }
 
-    fn place(&mut self, place: &[Expression; 3], at: &StepContext) -> Result<Vector3<f64>, StepError> {
+    pub(super) fn place(
+        &mut self,
+        place: &[Expression; 3],
+        at: &StepContext,
+    ) -> Result<Vector3<f64>, StepError> {
         let [x, y, z] = place;
         Ok(Vector3::new(self.number(at.scope, x)?, self.number(at.scope, y)?, self.number(at.scope, z)?))
     }
