@@ -220,7 +220,12 @@ impl<'a> Machine<'a> {
         let edge = matches!(known.shape, SurfaceShape::Line { .. });
         let sensor = self.model.sensor;
         let distance = match (sensor, point) {
-            (Some(sensor), Some(point)) => sensor.working + height_of(state, &point),
+            // At an edge it works over the table; over anything else, over that.
+            (Some(sensor), Some(point)) if edge => sensor.working + height_of(state, &point),
+            (Some(sensor), Some(point)) => {
+                let shape = state.surfaces.get(surface);
+                sensor.working + shape.map_or(0.0, |shape| away_from(shape, &point, &Vector3::z()).0)
+            }
             _ => f64::NAN,
         };
         Some(Trigger {

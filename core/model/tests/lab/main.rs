@@ -12,5 +12,6 @@ mod next_poses;
 mod remainders;
 mod reports;
 mod returns;
+mod sensor_effects;
 mod spreadsheets;
 mod urdf_files;
