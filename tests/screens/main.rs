@@ -2,6 +2,7 @@
 
 mod exploring;
 mod operating;
+mod scanning;
 mod terminal;
 mod watching;
 

@@ -73,6 +73,17 @@ pub enum Event {
         /// What it does now, for people.
         text: String,
     },
+    /// A scan has taken a stripe.
+    StripeTaken {
+        /// Which scan.
+        step: StepPath,
+        /// The light stripe sensor.
+        device: String,
+        /// Which of its stripes, counted from 0.
+        stripe: u32,
+        /// Where its points lie, mm in the robot's base frame.
+        points: Vec<[f32; 3]>,
+    },
     /// A step is over.
     StepFinished {
         /// Which.

@@ -4,7 +4,7 @@
 //! Keys are read by a task of its own, which fires the stop itself: neither a slow terminal nor a queue full of events
 //! stands between the stop key and the robots.
 
-use std::io;
+use std::io::{self, Write as _};
 use std::sync::mpsc::Sender;
 use std::time::Duration;
 
@@ -12,7 +12,9 @@ use futures_util::StreamExt as _;
 use plumb_cell::RunHandle;
 use plumb_cell::command::Command as Tell;
 use plumb_cell::event::StampedEvent;
-use ratatui::crossterm::event::{Event, EventStream, KeyEventKind, MouseButton, MouseEventKind};
+use ratatui::crossterm::event::{
+    Event, EventStream, KeyEventKind, KeyModifiers, MouseButton, MouseEventKind,
+};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
@@ -127,9 +129,27 @@ async fn run(state: &mut State, sources: &mut Sources, outside: &Outside) -> io:
                 Action::Lab(request) => outside.lab(request),
                 Action::CancelLab => outside.cancel_lab(),
                 Action::Archive(request) => outside.archive(request),
+                Action::SavePicture { name, bytes } => {
+                    let saved = bytes
+                        .and_then(|bytes| save_picture(&name, &bytes).map_err(|cause| cause.to_string()));
+                    update(state, Message::PictureSaved(saved));
+                }
             }
         }
     }
+}
+
+/// Writes a picture under a name that nothing has yet; gives the name.
+fn save_picture(name: &str, bytes: &[u8]) -> io::Result<String> {
+    for number in 1_u32.. {
+        let name = format!("{name}-{number}.png");
+        match std::fs::File::create_new(&name) {
+            Ok(mut file) => return file.write_all(bytes).map(|()| name),
+            Err(cause) if cause.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(cause) => return Err(cause),
+        }
+    }
+    Err(io::Error::other("there are too many pictures here"))
 }
 
 /// Where actions go.
@@ -222,6 +242,14 @@ fn heard_from_terminal(event: &Event, handle: Option<&RunHandle>) -> Option<Mess
             MouseEventKind::Down(MouseButton::Left) => {
                 Some(Message::Click { column: mouse.column, row: mouse.row })
             }
+            MouseEventKind::Down(MouseButton::Right) => {
+                Some(Message::Grab { column: mouse.column, row: mouse.row })
+            }
+            MouseEventKind::Drag(button) => Some(Message::Drag {
+                column: mouse.column,
+                row: mouse.row,
+                moves: button == MouseButton::Right || mouse.modifiers.contains(KeyModifiers::CONTROL),
+            }),
             MouseEventKind::ScrollUp => Some(Message::Scroll(-1)),
             MouseEventKind::ScrollDown => Some(Message::Scroll(1)),
             _ => None,

@@ -15,6 +15,8 @@ pub(crate) enum Hit {
     Card(usize),
     /// The run at this place of those shown.
     Run(usize),
+    /// The view of a cloud.
+    Cloud,
 }
 
 /// Everything that can be clicked in the frame drawn last. Drawing only looks at the state, and notes its places through
@@ -31,6 +33,11 @@ impl Hits {
     /// Notes that `hit` was drawn in `area`.
     pub(crate) fn note(&self, area: Rect, hit: Hit) {
         self.0.borrow_mut().push((area, hit));
+    }
+
+    /// Where something was drawn last.
+    pub(crate) fn area_of(&self, hit: Hit) -> Option<Rect> {
+        self.0.borrow().iter().find(|(_, other)| *other == hit).map(|(area, _)| *area)
     }
 
     /// What was drawn last at a place.

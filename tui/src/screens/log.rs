@@ -102,7 +102,8 @@ fn line_of(event: &Event) -> Option<(LogLevel, String, String)> {
         Event::RunEnded { message, .. } => run(message.clone()),
         // The line that says how a step ended says that it had begun, and what it found.
         Event::StepStarted { .. } | Event::TriggerFound { .. } => None,
-        Event::StepProgress { .. } | Event::Joints { .. } | Event::Signal { .. } => None,
+        Event::StepProgress { .. } | Event::StripeTaken { .. } => None,
+        Event::Joints { .. } | Event::Signal { .. } => None,
     }
 }
 

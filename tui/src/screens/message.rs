@@ -26,6 +26,24 @@ pub(crate) enum Message {
         /// Counted from the top, from 0.
         row: u16,
     },
+    /// The right mouse button was pressed in this column and row.
+    Grab {
+        /// Counted from the left, from 0.
+        column: u16,
+        /// Counted from the top, from 0.
+        row: u16,
+    },
+    /// The mouse was dragged to this column and row.
+    Drag {
+        /// Counted from the left, from 0.
+        column: u16,
+        /// Counted from the top, from 0.
+        row: u16,
+        /// With the right button, or with Ctrl held.
+        moves: bool,
+    },
+    /// A picture was saved under this name, or could not be.
+    PictureSaved(Result<String, String>),
     /// The wheel was turned; up is negative.
     Scroll(i32),
     /// The terminal has this size now.
@@ -60,6 +78,13 @@ pub(crate) enum Action {
     CancelLab,
     /// Read something in the record.
     Archive(ArchiveRequest),
+    /// Write a picture into the folder the program runs in, under a name nothing has yet.
+    SavePicture {
+        /// The name's beginning.
+        name: String,
+        /// PNG, or why there is none.
+        bytes: Result<Vec<u8>, String>,
+    },
     /// Ring the terminal's bell: somebody is needed.
     Bell,
     /// Close the screens.

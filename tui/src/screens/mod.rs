@@ -15,6 +15,7 @@ mod message;
 mod model;
 mod pane;
 mod run;
+pub(crate) mod scan;
 mod state;
 mod terminal;
 mod theme;
@@ -72,6 +73,15 @@ pub(crate) fn watch(events: UnboundedReceiver<StampedEvent>) -> io::Result<()> {
     Runtime::new()?
         .block_on(event_loop::show(State::of_watcher(Theme::from_environment()), sources))
         .map(drop)
+}
+
+/// Shows a cloud until the operator leaves.
+///
+/// # Errors
+/// The terminal cannot be used, or was lost.
+pub(crate) fn look(scan: scan::ScanState) -> io::Result<()> {
+    let state = State::of_cloud(scan, Theme::from_environment());
+    Runtime::new()?.block_on(event_loop::show(state, Sources::default())).map(drop)
 }
 
 /// How the operator left a run.

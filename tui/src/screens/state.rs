@@ -9,6 +9,7 @@ use super::keys::Place;
 use super::log::LogState;
 use super::model::ModelState;
 use super::run::{OpenPrompt, RunState};
+use super::scan::ScanState;
 use super::theme::Theme;
 
 /// The pages of the program.
@@ -24,11 +25,14 @@ pub(crate) enum Screen {
     History,
     /// What happened, line by line.
     Log,
+    /// A cloud of points that turns.
+    Scan,
 }
 
 impl Screen {
     /// All pages in the order of their tabs.
-    pub(crate) const ALL: [Self; 5] = [Self::Cell, Self::Run, Self::Model, Self::History, Self::Log];
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Cell, Self::Run, Self::Model, Self::History, Self::Log, Self::Scan];
 
     /// The name on the tab.
     pub(crate) fn name(self) -> &'static str {
@@ -38,6 +42,7 @@ impl Screen {
             Self::Model => "Model",
             Self::History => "History",
             Self::Log => "Log",
+            Self::Scan => "Scan",
         }
     }
 }
@@ -112,6 +117,8 @@ pub(crate) struct State {
     pub model: Option<ModelState>,
     /// The record; none where nothing is recorded.
     pub history: Option<HistoryState>,
+    /// The cloud; none where nothing was scanned.
+    pub scan: Option<ScanState>,
     /// What happened.
     pub log: LogState,
     /// What can be clicked in the frame drawn last.
@@ -146,6 +153,11 @@ impl State {
         Self { model: Some(model), screen: Screen::Model, ..Self::empty("", theme) }
     }
 
+    /// The screen of a cloud alone.
+    pub(crate) fn of_cloud(scan: ScanState, theme: Theme) -> Self {
+        Self { scan: Some(scan), screen: Screen::Scan, ..Self::empty("", theme) }
+    }
+
     fn empty(operator: &str, theme: Theme) -> Self {
         Self {
             screen: Screen::Log,
@@ -160,6 +172,7 @@ impl State {
             run: None,
             model: None,
             history: None,
+            scan: None,
             log: LogState::default(),
             hits: Hits::default(),
         }
@@ -172,6 +185,7 @@ impl State {
             Screen::Model => self.model.is_some(),
             Screen::History => self.history.is_some(),
             Screen::Log => self.run.is_some() || self.model.is_some(),
+            Screen::Scan => self.scan.is_some(),
         };
         Screen::ALL.into_iter().filter(shown).collect()
     }
@@ -205,6 +219,7 @@ impl State {
             (Screen::History, _) if self.has_opened_run() => vec![Place::OpenedRun],
             (Screen::History, _) => vec![Place::History],
             (Screen::Log, _) => vec![Place::Log],
+            (Screen::Scan, _) => vec![Place::Scan],
         };
         if !self.is_typing() {
             places.push(Place::NotTyping);

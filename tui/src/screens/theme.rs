@@ -36,6 +36,8 @@ pub(crate) struct Theme {
     pub ground: Style,
     /// What would be if a candidate were added.
     pub preview: Style,
+    /// Values from low to high.
+    pub ramp: [Style; 5],
 }
 
 impl Theme {
@@ -57,6 +59,8 @@ impl Theme {
             machine: plain.fg(Color::Yellow),
             ground: plain.fg(Color::DarkGray),
             preview: plain.fg(Color::Magenta),
+            ramp: [Color::Blue, Color::Cyan, Color::Green, Color::Yellow, Color::Red]
+                .map(|colour| plain.fg(colour)),
         }
     }
 
@@ -80,6 +84,7 @@ impl Theme {
             machine: bold,
             ground: plain,
             preview: bold,
+            ramp: [plain; 5],
         }
     }
 

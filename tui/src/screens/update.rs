@@ -15,6 +15,7 @@ use super::keys::{Command, command_for};
 use super::message::{Action, Message};
 use super::model;
 use super::run::{OpenPrompt, Phase};
+use super::scan;
 use super::state::{Gravity, Leaving, Overlay, Screen, State};
 use super::view::command_at;
 
@@ -30,6 +31,23 @@ pub(crate) fn update(state: &mut State, message: Message) -> Vec<Action> {
         Message::Key(event) => key(state, &event),
         Message::StopKey { leave } => note_stop(state, leave),
         Message::Click { column, row } => click(state, column, row),
+        Message::Grab { column, row } => {
+            scan::grab(state, column, row);
+            Vec::new()
+        }
+        Message::Drag { column, row, moves } => {
+            if state.screen == Screen::Scan && state.overlay.is_none() {
+                scan::drag(state, column, row, moves);
+            }
+            Vec::new()
+        }
+        Message::PictureSaved(saved) => {
+            match saved {
+                Ok(name) => state.say(Gravity::Calm, format!("Picture saved: {name}")),
+                Err(reason) => state.say(Gravity::Fault, format!("The picture was not saved: {reason}")),
+            }
+            Vec::new()
+        }
         Message::Scroll(lines) => scroll(state, if lines < 0 { -3 } else { 3 }),
         Message::Resized { width, height } => {
             state.size = (width, height);
@@ -92,6 +110,7 @@ fn click(state: &mut State, column: u16, row: u16) -> Vec<Action> {
         Some(Hit::Answer) => return obey(state, Command::Answer),
         Some(Hit::Card(place)) => return model::choose_at(state, place),
         Some(Hit::Run(place)) => history::choose(state, place),
+        Some(Hit::Cloud) => return scan::click(state, column, row),
         None => {}
     }
     Vec::new()
@@ -137,6 +156,7 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         | Command::Scale
         | Command::Cancel
         | Command::Judge => return model::obey(state, command),
+        Command::Scan(command) => return scan::obey(state, command),
         Command::OpenRun
         | Command::CloseRun
         | Command::Filter
@@ -248,6 +268,7 @@ fn show(state: &mut State, screen: Screen) -> Vec<Action> {
     } else {
         let text = match screen {
             Screen::Model => "No model and table are open: plumb model screen MODEL --data CSV opens them.",
+            Screen::Scan => "No scan has begun: plumb stripe show CLOUD opens a stored cloud.",
             Screen::History => "No record is open: plumb history --screen opens it.",
             _ => "No cell is open: plumb run CELL opens one.",
         };
@@ -282,6 +303,7 @@ fn scroll(state: &mut State, by: isize) -> Vec<Action> {
         Screen::Model => return model::choose(state, by),
         Screen::History => history::scroll(state, by),
         Screen::Log => state.log.scroll(by),
+        Screen::Scan => scan::scroll(state, by),
         Screen::Cell => {}
     }
     Vec::new()
@@ -318,6 +340,7 @@ fn note_stop(state: &mut State, leave: bool) -> Vec<Action> {
 fn engine(state: &mut State, stamped: &StampedEvent) -> Vec<Action> {
     state.cell.take(&stamped.event);
     state.log.take(stamped);
+    scan::take(state, &stamped.event);
     let now = state.now;
     let needed = state.run.as_mut().is_some_and(|run| run.take(&stamped.event, now));
     tell_news(state, &stamped.event);

@@ -8,7 +8,7 @@ use ratatui::widgets::{Clear, Paragraph, Wrap};
 use super::keys::Command;
 use super::run::Phase;
 use super::state::{Gravity, Overlay, Screen, State};
-use super::{cell, footer, help, history, log, model, pane, run};
+use super::{cell, footer, help, history, log, model, pane, run, scan};
 
 /// Below this width or height there is room for the stop key and no page.
 const SMALLEST: (u16, u16) = (24, 6);
@@ -50,6 +50,7 @@ pub(crate) fn view(state: &State, frame: &mut Frame) {
         Screen::Model => model::view(state, frame, rows.body),
         Screen::History => history::view(state, frame, rows.body),
         Screen::Log => log::view(state, frame, rows.body),
+        Screen::Scan => scan::view(state, frame, rows.body),
     }
     if let Some(notice) = &state.notice {
         let (sign, style) = match notice.grave {
@@ -114,6 +115,7 @@ fn title(state: &State, area: Rect) -> String {
     let name = match (&state.run, &state.model) {
         (Some(_), _) => state.cell.name.as_str(),
         (None, Some(model)) => model.arm.as_str(),
+        (None, None) if state.scan.is_some() => "a cloud",
         (None, None) => "the record",
     };
     let tabs: u16 = state.screens().iter().map(|screen| tab_width(*screen)).sum();

@@ -4,8 +4,10 @@ mod adjust;
 mod cell_text;
 mod correct;
 mod diagnose;
+mod export;
 mod lab;
 mod outcome;
+mod show;
 mod study;
 mod study_figure;
 mod study_world;
@@ -25,6 +27,8 @@ pub(crate) enum StripeCommand {
     Correct(correct::Arguments),
     /// Hide an effect in sealed worlds, find it from stripes, and measure the direction-dependent error before and after.
     Study(study::Arguments),
+    Show(show::Arguments),
+    Export(export::Arguments),
 }
 
 /// Runs one of the commands.
@@ -34,5 +38,7 @@ pub(crate) fn run(command: &StripeCommand) -> CommandResult {
         StripeCommand::Adjust(arguments) => adjust::run(arguments),
         StripeCommand::Correct(arguments) => correct::run(arguments),
         StripeCommand::Study(arguments) => study::run(arguments),
+        StripeCommand::Show(arguments) => show::run(arguments),
+        StripeCommand::Export(arguments) => export::run(arguments),
     }
 }

@@ -2,6 +2,7 @@
 
 use super::point::RowPoint;
 use super::runs::Run;
+use super::sums::Sums;
 
 /// How the centre is found inside the chosen component.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -75,32 +76,29 @@ pub(super) fn binary(row: u32, run: Run, pixels: &[u8]) -> RowPoint {
 /// The centroid of what exceeds the threshold.
 #[inline]
 pub(super) fn centroid(row: u32, run: Run, pixels: &[u8], threshold: u8, noise: &Noise) -> RowPoint {
-    let lit = pixels.get(usize::from(run.start)..usize::from(run.end)).unwrap_or_default();
-    let (mut peak, mut saturated) = (0_u8, 0_u32);
-    let (mut sum, mut moment) = (0_u32, 0_u32);
-    for (place, pixel) in lit.iter().enumerate() {
-        let above = u32::from(pixel.saturating_sub(threshold));
-        sum += above;
-        moment += above * place as u32;
-        peak = peak.max(*pixel);
-        saturated += u32::from(*pixel == SATURATION);
-    }
-    let sum = sum.max(1) as f32;
-    let from_start = moment as f32 / sum;
+    let Sums { peak, levels, first, second } = Sums::of(run, pixels);
+    let count = f64::from(run.length());
+    let places = count * (count - 1.0) / 2.0;
+    let squares = places * (2.0 * count - 1.0) / 3.0;
+    let (floor, levels, first, second) = (f64::from(threshold), levels as f64, first as f64, second as f64);
+    // Every pixel of a run is above the threshold, so that nothing here is below zero.
+    let inverse = 1.0 / (levels - floor * count).max(1.0);
+    let from_start = (first - floor * places) * inverse;
     // A pixel's noise moves the centroid by its distance from it. Saturated pixels have no noise that could be seen, but hide as much.
-    let mut variance = 0.0_f32;
-    for (place, pixel) in lit.iter().enumerate() {
-        let away = place as f32 - from_start;
-        variance += away * away * noise.variance(f32::from(*pixel));
-    }
-    let speckle = noise.speckle_px;
+    let spread = |zeroth: f64, first: f64, second: f64| {
+        second - 2.0 * from_start * first + from_start * from_start * zeroth
+    };
+    let variance = f64::from(noise.variance(0.0)) * spread(count, places, squares)
+        + f64::from(noise.per_level) * spread(levels, first, second);
+    let speckle = f64::from(noise.speckle_px);
     // One pixel alone does not tell where in it the middle lies.
-    let noise_square = if lit.len() > 1 { variance / (sum * sum) } else { BINARY_SIGMA * BINARY_SIGMA };
+    let one_pixel = f64::from(BINARY_SIGMA);
+    let noise_square = if count > 1.0 { variance * inverse * inverse } else { one_pixel * one_pixel };
     RowPoint {
         row,
-        flags: if saturated > 0 { RowPoint::SATURATED } else { 0 },
-        centre: f32::from(run.start) + from_start,
-        sigma: (noise_square + speckle * speckle).sqrt(),
+        flags: if peak == SATURATION { RowPoint::SATURATED } else { 0 },
+        centre: f32::from(run.start) + from_start as f32,
+        sigma: ((noise_square + speckle * speckle) as f32).sqrt(),
         width: f32::from(run.length()),
         peak: f32::from(peak),
     }

@@ -10,8 +10,13 @@ pub(super) struct Chain {
     pub(super) top: usize,
     /// The runs.
     pub(super) runs: Vec<Run>,
+    /// The median of their lengths, pixels; 0 where there are none.
+    pub(super) median_width: f32,
     steps: Vec<Step>,
 }
+
+/// Runs at least this long are counted together.
+const LONGEST_COUNTED: usize = 255;
 
 /// A run on its way down.
 #[derive(Debug, Clone, Copy)]
@@ -27,6 +32,48 @@ struct Step {
 impl Chain {
     /// Finds the longest way down a component.
     pub(super) fn follow(&mut self, component: &Component, components: &Components, runs: &Runs) {
+        if component.runs == component.height() {
+            self.take_all(component, components, runs);
+        } else {
+            self.follow_longest(component, components, runs);
+        }
+        self.median_width = self.median();
+    }
+
+    /// Of a component with one run a row there is one way down: all of it.
+    fn take_all(&mut self, component: &Component, components: &Components, runs: &Runs) {
+        self.top = component.top as usize;
+        self.runs.clear();
+        for row in component.top as usize..=component.bottom as usize {
+            let of_it = |place: &usize| components.root(*place) == component.root;
+            let run = runs.of_row(row).find(of_it).and_then(|place| runs.all().get(place));
+            self.runs.extend(run);
+        }
+    }
+
+    fn median(&self) -> f32 {
+        let mut counts = [0_u32; LONGEST_COUNTED + 1];
+        for run in &self.runs {
+            if let Some(count) = counts.get_mut(usize::from(run.length()).min(LONGEST_COUNTED)) {
+                *count += 1;
+            }
+        }
+        let (mut seen, middle) = (0, self.runs.len() as u32 / 2);
+        let median = counts.iter().position(|count| {
+            seen += count;
+            seen > middle
+        });
+        match median {
+            None => 0.0,
+            Some(LONGEST_COUNTED) => {
+                let mut lengths: Vec<u16> = self.runs.iter().map(|run| run.length()).collect();
+                f32::from(*lengths.select_nth_unstable(middle as usize).1)
+            }
+            Some(length) => length as f32,
+        }
+    }
+
+    fn follow_longest(&mut self, component: &Component, components: &Components, runs: &Runs) {
         self.steps.clear();
         let mut above = 0..0;
         let mut longest = 0_usize;

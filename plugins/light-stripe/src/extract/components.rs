@@ -13,6 +13,8 @@ pub(super) struct Component {
     pub(super) bottom: u32,
     /// Its lit pixels.
     pub(super) pixels: u32,
+    /// Its runs.
+    pub(super) runs: u32,
 }
 
 impl Component {
@@ -109,10 +111,12 @@ impl Components {
                 let length = u32::from(run.length());
                 if root as usize == place {
                     self.name(place);
-                    self.found.push(Component { root, top: row as u32, bottom: row as u32, pixels: length });
+                    let row = row as u32;
+                    self.found.push(Component { root, top: row, bottom: row, pixels: length, runs: 1 });
                 } else if let Some(component) = self.component_mut(root) {
                     component.bottom = row as u32;
                     component.pixels += length;
+                    component.runs += 1;
                 }
             }
         }

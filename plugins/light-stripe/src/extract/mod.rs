@@ -11,6 +11,7 @@ mod image;
 mod point;
 mod runs;
 mod spot;
+mod sums;
 mod threshold;
 
 pub use centre::{Centre, Noise};
@@ -210,7 +211,7 @@ impl Extractor {
                 false => NoStripe::Short { rows, least },
             });
         }
-        let median = self.median_width();
+        let median = self.chain.median_width;
         if median >= self.chain.runs.len() as f32 {
             return Err(NoStripe::Flat { columns: median as u32, rows: tallest.height() });
         }
@@ -252,19 +253,10 @@ impl Extractor {
         self.order.clone()
     }
 
-    fn median_width(&mut self) -> f32 {
-        let mut widths: Vec<u16> = self.chain.runs.iter().map(|run| run.length()).collect();
-        let middle = widths.len() / 2;
-        if widths.is_empty() {
-            return 0.0;
-        }
-        f32::from(*widths.select_nth_unstable(middle).1)
-    }
-
     /// Adds the centres of a component's stripe.
     fn take(&mut self, component: &Component, image: &Image<'_>, settings: &Settings) {
         self.follow(component);
-        let widest = (WIDEST * self.median_width()).max(6.0);
+        let widest = (WIDEST * self.chain.median_width).max(6.0);
         let mut before: Option<Run> = None;
         for (place, whole) in self.chain.runs.iter().enumerate() {
             let row = self.chain.top + place;

@@ -41,11 +41,15 @@ impl Runs {
         self.runs.clear();
         self.row_begins.clear();
         self.row_begins.push(0);
-        let set = instruction_set();
-        for (row, pixels) in image.pixels().chunks_exact(image.width()).enumerate() {
-            scan::row(set, pixels, threshold_of_row(row), &mut self.runs);
-            self.row_begins.push(self.runs.len() as u32);
-        }
+        let (pixels, width) = (image.pixels(), image.width());
+        scan::picture(
+            instruction_set(),
+            pixels,
+            width,
+            threshold_of_row,
+            &mut self.runs,
+            &mut self.row_begins,
+        );
     }
 
     /// All runs, from the top row on.
@@ -94,9 +98,10 @@ mod tests {
             threshold in prop_oneof![Just(0_u8), 55..65_u8, Just(254), Just(255)],
         ) {
             for set in scan::available() {
-                let mut runs = Vec::new();
-                scan::row(set, &row, threshold, &mut runs);
+                let (mut runs, mut row_ends) = (Vec::new(), Vec::new());
+                scan::picture(set, &row, row.len(), |_| threshold, &mut runs, &mut row_ends);
                 prop_assert_eq!(&runs, &plainly(&row, threshold), "{:?}", set);
+                prop_assert_eq!(row_ends, vec![runs.len() as u32]);
             }
         }
     }

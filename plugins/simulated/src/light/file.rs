@@ -139,6 +139,7 @@ struct RawSurface {
     pyramid: Option<RawPyramid>,
     sphere: Option<RawSphere>,
     tube: Option<RawTube>,
+    ellipsoid: Option<RawEllipsoid>,
     reflectance: f64,
     spot: Option<RawSpot>,
 }
@@ -182,6 +183,15 @@ struct RawTube {
     foot_mm: [f64; 3],
     radius_mm: f64,
     height_mm: f64,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawEllipsoid {
+    centre_mm: [f64; 3],
+    half_axes_mm: [f64; 3],
+    #[serde(default)]
+    yaw_deg: f64,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -282,17 +292,18 @@ impl RawSurface {
             values.iter().try_for_each(|value| within(key, *value, 0.1, 10_000.0).map(drop))
         };
         let yaw = |degrees: f64| within("yaw_deg", degrees, -360.0, 360.0).map(f64::to_radians);
-        let form = match (&self.plane, &self.block, &self.pyramid, &self.sphere, &self.tube) {
-            (Some(plane), None, None, None, None) => {
+        let forms = (&self.plane, &self.block, &self.pyramid, &self.sphere, &self.tube, &self.ellipsoid);
+        let form = match forms {
+            (Some(plane), None, None, None, None, None) => {
                 let normal = Vector::from(plane.normal).unit();
                 let normal = normal.ok_or("`normal` of a plane has no length")?;
                 Form::Plane { point: plane.point_mm.into(), normal }
             }
-            (None, Some(block), None, None, None) => {
+            (None, Some(block), None, None, None, None) => {
                 lengths("edges_mm", &block.edges_mm)?;
                 Form::block(block.centre_mm.into(), block.edges_mm, yaw(block.yaw_deg)?)
             }
-            (None, None, Some(pyramid), None, None) => {
+            (None, None, Some(pyramid), None, None, None) => {
                 lengths("edge_mm and height_mm", &[pyramid.edge_mm, pyramid.height_mm])?;
                 Form::pyramid(
                     pyramid.apex_mm.into(),
@@ -301,15 +312,27 @@ impl RawSurface {
                     yaw(pyramid.yaw_deg)?,
                 )
             }
-            (None, None, None, Some(sphere), None) => {
+            (None, None, None, Some(sphere), None, None) => {
                 lengths("radius_mm", &[sphere.radius_mm])?;
                 Form::Sphere { centre: sphere.centre_mm.into(), radius: sphere.radius_mm }
             }
-            (None, None, None, None, Some(tube)) => {
+            (None, None, None, None, Some(tube), None) => {
                 lengths("radius_mm and height_mm", &[tube.radius_mm, tube.height_mm])?;
                 Form::Tube { foot: tube.foot_mm.into(), radius: tube.radius_mm, height: tube.height_mm }
             }
-            _ => return Err("a surface is one of plane, block, pyramid, sphere and tube".to_owned()),
+            (None, None, None, None, None, Some(ellipsoid)) => {
+                lengths("half_axes_mm", &ellipsoid.half_axes_mm)?;
+                Form::Ellipsoid {
+                    centre: ellipsoid.centre_mm.into(),
+                    halves: ellipsoid.half_axes_mm,
+                    yaw: yaw(ellipsoid.yaw_deg)?,
+                }
+            }
+            _ => {
+                return Err(
+                    "a surface is one of plane, block, pyramid, sphere, tube and ellipsoid".to_owned()
+                );
+            }
         };
         let spot = match &self.spot {
             None => None,

@@ -46,6 +46,15 @@ pub enum Form {
         /// mm.
         radius: f64,
     },
+    /// A ball that is not round, its axes level and upright: the bowl of a spoon, the bottom of a cup.
+    Ellipsoid {
+        /// mm.
+        centre: Vector,
+        /// Half of its extent along its own x, y and z, mm.
+        halves: [f64; 3],
+        /// How far it is turned about the vertical, rad.
+        yaw: f64,
+    },
     /// An upright tube, open at its ends, thin-walled: the wall of a cup.
     Tube {
         /// The middle of its foot, mm.
@@ -138,6 +147,29 @@ impl Form {
                 let normal = (from + toward * distance - *centre) * (1.0 / radius);
                 (inside > 0.0 && distance > SKIN).then_some((distance, normal, 0))
             }
+            Form::Ellipsoid { centre, halves: [a, b, c], yaw } => {
+                let (sine, cosine) = yaw.sin_cos();
+                let own = |vector: Vector| {
+                    Vector::new(
+                        vector.x * cosine + vector.y * sine,
+                        vector.y * cosine - vector.x * sine,
+                        vector.z,
+                    )
+                };
+                // Where it is a ball of radius 1.
+                let round = |vector: Vector| Vector::new(vector.x / a, vector.y / b, vector.z / c);
+                let (start, way) = (round(own(from - *centre)), round(own(toward)));
+                let (square, along, outside) = (way.dot(way), start.dot(way), start.dot(start) - 1.0);
+                let inside = along * along - square * outside;
+                let distance = (-along - inside.max(0.0).sqrt()) / square;
+                let steep = round(start + way * distance);
+                let normal = Vector::new(
+                    steep.x * cosine - steep.y * sine,
+                    steep.x * sine + steep.y * cosine,
+                    steep.z,
+                );
+                (inside > 0.0 && distance > SKIN).then_some((distance, normal.unit()?, 0))
+            }
             Form::Tube { foot, radius, height } => {
                 let flat = |vector: Vector| Vector::new(vector.x, vector.y, 0.0);
                 let (start, way) = (flat(from - *foot), flat(toward));
@@ -210,6 +242,17 @@ mod tests {
         assert!((distance - 70.0).abs() < 1e-9 && (normal.x - 0.5_f64.sqrt()).abs() < 1e-9);
         let ball = Form::Sphere { centre: Vector::new(0.0, 0.0, 25.0), radius: 25.0 };
         assert_eq!(hit(ball, [0.0, 0.0, 100.0], down), Some((50.0, Vector::Z)));
+        let bowl = Form::Ellipsoid {
+            centre: Vector::new(0.0, 0.0, 5.0),
+            halves: [20.0, 10.0, 5.0],
+            yaw: std::f64::consts::FRAC_PI_2,
+        };
+        assert_eq!(hit(bowl.clone(), [0.0, 0.0, 100.0], down), Some((90.0, Vector::Z)));
+        assert_eq!(hit(bowl.clone(), [11.0, 0.0, 100.0], down), None, "its long side lies along y");
+        let (distance, normal) = hit(bowl, [0.0, 16.0, 100.0], down).unwrap();
+        assert!((distance - 92.0).abs() < 1e-9, "{distance}");
+        // Of x^2/a^2 + z^2/c^2 = 1 at (16, 3): toward (16/400, 3/25).
+        assert!((normal.y / normal.z - (16.0 / 400.0) / (3.0 / 25.0)).abs() < 1e-9, "{normal:?}");
         let cup = Form::Tube { foot: Vector::ZERO, radius: 40.0, height: 90.0 };
         let (inside, normal) = hit(cup.clone(), [0.0, 0.0, 120.0], [1.0, 0.0, -1.0]).unwrap();
         assert!((inside - 40.0 * 2.0_f64.sqrt()).abs() < 1e-9 && normal.x < 0.0);

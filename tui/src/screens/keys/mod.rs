@@ -5,6 +5,7 @@ mod table;
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
+use super::scan::ScanCommand;
 use super::state::Screen;
 pub(crate) use table::BINDINGS;
 
@@ -45,6 +46,8 @@ pub(crate) enum Place {
     OpenedRun,
     /// On the Log screen.
     Log,
+    /// On the Scan screen.
+    Scan,
 }
 
 impl Place {
@@ -68,6 +71,7 @@ impl Place {
             Self::Filtering => "History, filter",
             Self::OpenedRun => "History, one run",
             Self::Log => "Log",
+            Self::Scan => "Scan",
         }
     }
 }
@@ -163,6 +167,8 @@ pub(crate) enum Command {
     NextTrend,
     /// Draw the one before.
     PreviousTrend,
+    /// Something on the Scan screen.
+    Scan(ScanCommand),
 }
 
 /// One row of the key table.

@@ -5,3 +5,4 @@ mod fixtures;
 mod operating;
 mod pages;
 mod panicking;
+mod scanning;

@@ -1,5 +1,7 @@
 //! A scan in motion: the arm goes the whole way at once, and the camera takes pictures by itself meanwhile.
 
+use std::time::Instant;
+
 use serde_json::json;
 
 use super::scan::{Empty, Scan};
@@ -13,7 +15,8 @@ use crate::step::ScanStep;
 const WAITING: &str = "waiting";
 
 impl Engine {
-    /// Flies along the line at `speed_mm_s`, a picture every step, and keeps the stripes that were taken under way, each with where the arm was then.
+    /// Flies along the line at `speed_mm_s`, a picture every step, and keeps the stripes that were taken under way, each with where the arm was then. Gives how long it
+    /// moved, seconds.
     pub(super) fn fly(
         &mut self,
         step: &ScanStep,
@@ -22,7 +25,7 @@ impl Engine {
         speed_mm_s: f64,
         cloud: &mut Cloud,
         empty: &mut Empty,
-    ) -> Result<(), StepError> {
+    ) -> Result<f64, StepError> {
         let camera = step.camera().ok_or_else(|| {
             StepError::error("a scan in motion asks a camera for its pictures: give `trigger:`".to_owned())
         })?;
@@ -47,14 +50,16 @@ impl Engine {
         }
         let every_ms = 1000.0 * duration_s / (scan.stripes - 1) as f64;
         self.set_shutter(camera, every_ms)?;
+        let leaving = Instant::now();
         let flown = self.move_arm(&step.robot, &here, &target, speed, at);
-        let kept = flown.and_then(|_| self.keep_pictures(step, camera, cloud, empty));
+        let moving_s = leaving.elapsed().as_secs_f64();
+        let kept = flown.and_then(|_| self.keep_pictures(step, at, camera, cloud, empty));
         let shut = self.set_shutter(camera, 0.0);
         kept.and(shut)?;
         let text =
             format!("{} stripes at {speed_mm_s} mm/s, {} points", cloud.poses.len(), cloud.points.len());
         self.journal.progress(&at.path, Some(1.0), text);
-        Ok(())
+        Ok(moving_s)
     }
 
     fn set_shutter(&mut self, camera: &str, every_ms: f64) -> Result<(), StepError> {
@@ -66,6 +71,7 @@ impl Engine {
     fn keep_pictures(
         &mut self,
         step: &ScanStep,
+        at: &StepContext,
         camera: &str,
         cloud: &mut Cloud,
         empty: &mut Empty,
@@ -81,7 +87,7 @@ impl Engine {
             read.map_err(|error| self.device_error(error))?;
             for (header, points) in self.stripes_of(step)? {
                 if header.speeds.as_slice().iter().any(|speed| *speed != 0.0) {
-                    self.keep_stripe(step, &header, &points, cloud, empty)?;
+                    self.keep_stripe(step, at, &header, &points, cloud, empty)?;
                 }
             }
             if waiting < 1.0 {

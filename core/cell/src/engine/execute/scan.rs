@@ -73,13 +73,16 @@ impl Engine {
         let _ = self.sensor(&step.sensor)?.link.stripes();
         let mut cloud = Cloud::default();
         let mut empty = Empty::default();
+        let mut moving_s = 0.0;
         let flight = step.fly.as_ref().map(|fly| self.number(at.scope, fly)).transpose()?.unwrap_or(0.0);
         if flight != 0.0 {
-            self.fly(step, at, &scan, flight, &mut cloud, &mut empty)?;
+            moving_s += self.fly(step, at, &scan, flight, &mut cloud, &mut empty)?;
         }
         for stripe in 0..if flight == 0.0 { scan.stripes } else { 0 } {
             let share = if scan.stripes > 1 { stripe as f64 / (scan.stripes - 1) as f64 } else { 0.0 };
+            let leaving = Instant::now();
             self.go_to_stripe(step, at, &scan, share)?;
+            moving_s += leaving.elapsed().as_secs_f64();
             self.take_stripe(step, at, stripe, &mut cloud, &mut empty)?;
             let text = format!("stripe {} of {}, {} points", stripe + 1, scan.stripes, cloud.points.len());
             self.journal.progress(&at.path, Some((stripe + 1) as f64 / scan.stripes as f64), text);
@@ -98,6 +101,7 @@ impl Engine {
             ("stripes".to_owned(), json!(cloud.poses.len())),
             ("empty".to_owned(), json!(empty.stripes)),
             ("seconds".to_owned(), json!(seconds)),
+            ("processing_percent".to_owned(), json!(100.0 * (1.0 - moving_s / seconds).max(0.0))),
         ]);
         let mut message = format!(
             "{} points of {} stripes ({} without one)",
@@ -220,7 +224,7 @@ impl Engine {
         if let Some(fault) = StripeFault::from_code(header.fault) {
             self.journal.progress(&at.path, None, format!("stripe {}: {}", stripe + 1, fault.name()));
         }
-        self.keep_stripe(step, header, points, cloud, empty)
+        self.keep_stripe(step, at, header, points, cloud, empty)
     }
 
     /// What the sensor has told since it was last asked.
@@ -233,6 +237,7 @@ impl Engine {
     pub(super) fn keep_stripe(
         &mut self,
         step: &ScanStep,
+        at: &StepContext,
         header: &StripeHeader,
         points: &[StripePoint],
         cloud: &mut Cloud,
@@ -251,13 +256,16 @@ impl Engine {
         cloud.poses.push(arm.corrected(&joints));
         cloud.approaches.push(arm.sides().to_vec());
         cloud.speeds.push(header.speeds.as_slice().to_vec());
+        let mut places = Vec::with_capacity(points.len());
         for point in points {
             let [x, y, z] = point.flange_mm.map(f64::from);
             let place = base_from_flange * Point3::new(x, y, z);
             if place.iter().all(|axis| axis.is_finite()) {
                 cloud.points.push(CloudPoint { place, stripe, seen: *point });
+                places.push(place.coords.map(|axis| axis as f32).into());
             }
         }
+        self.journal.stripe(&at.path, &step.sensor, stripe, places);
         Ok(())
     }
 

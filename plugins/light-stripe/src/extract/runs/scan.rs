@@ -1,4 +1,4 @@
-//! One row's runs, by the widest instructions the processor has.
+//! A picture's runs, by the widest instructions the processor has.
 //!
 //! A stripe lights one pixel in a hundred: what costs time is to see that the others are dark. Hence blocks of 64 pixels become the bits of
 //! a word, and only where the bits change is anything done.
@@ -43,9 +43,13 @@ pub fn instruction_set() -> InstructionSet {
 /// What this processor has, the best first.
 pub(super) fn available() -> impl Iterator<Item = InstructionSet> {
     #[cfg(target_arch = "x86_64")]
+    let has_avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1");
+    #[cfg(target_arch = "x86_64")]
+    let has_avx512 = has_avx2 && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512bw");
+    #[cfg(target_arch = "x86_64")]
     let has = [
-        (InstructionSet::Avx512, is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512bw")),
-        (InstructionSet::Avx2, is_x86_feature_detected!("avx2")),
+        (InstructionSet::Avx512, has_avx512),
+        (InstructionSet::Avx2, has_avx2),
         (InstructionSet::Portable, true),
     ];
     #[cfg(not(target_arch = "x86_64"))]
@@ -53,18 +57,72 @@ pub(super) fn available() -> impl Iterator<Item = InstructionSet> {
     has.into_iter().filter_map(|(set, there)| there.then_some(set))
 }
 
-/// Adds a row's runs of pixels above `threshold`. `set` is one of [`available`].
-#[inline]
-pub(super) fn row(set: InstructionSet, pixels: &[u8], threshold: u8, runs: &mut Vec<Run>) {
+/// Adds the runs of pixels above `threshold_of_row`, and after each row of `width` pixels how many runs there are. `set` is one of [`available`].
+pub(super) fn picture(
+    set: InstructionSet,
+    pixels: &[u8],
+    width: usize,
+    threshold_of_row: impl Fn(usize) -> u8,
+    runs: &mut Vec<Run>,
+    row_ends: &mut Vec<u32>,
+) {
     match set {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `set` is only `Avx512` where `available` saw these instructions.
-        InstructionSet::Avx512 => unsafe { row_avx512(pixels, threshold, runs) },
+        InstructionSet::Avx512 => unsafe {
+            picture_avx512(pixels, width, threshold_of_row, runs, row_ends);
+        },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `set` is only `Avx2` where `available` saw these instructions.
-        InstructionSet::Avx2 => unsafe { row_avx2(pixels, threshold, runs) },
-        _ => row_portable(pixels, threshold, runs),
+        InstructionSet::Avx2 => unsafe {
+            picture_avx2(pixels, width, threshold_of_row, runs, row_ends);
+        },
+        _ => each_row(pixels, width, threshold_of_row, runs, row_ends, row_portable),
     }
+}
+
+/// All rows, one after the other; part of its caller, so that a row costs no call.
+#[inline(always)]
+fn each_row(
+    pixels: &[u8],
+    width: usize,
+    threshold_of_row: impl Fn(usize) -> u8,
+    runs: &mut Vec<Run>,
+    row_ends: &mut Vec<u32>,
+    row: impl Fn(&[u8], u8, &mut Vec<Run>),
+) {
+    for (number, pixels) in pixels.chunks_exact(width).enumerate() {
+        row(pixels, threshold_of_row(number), runs);
+        row_ends.push(runs.len() as u32);
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,bmi1")]
+fn picture_avx512(
+    pixels: &[u8],
+    width: usize,
+    threshold_of_row: impl Fn(usize) -> u8,
+    runs: &mut Vec<Run>,
+    row_ends: &mut Vec<u32>,
+) {
+    each_row(pixels, width, threshold_of_row, runs, row_ends, |pixels, threshold, runs| {
+        row_avx512(pixels, threshold, runs);
+    });
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1")]
+fn picture_avx2(
+    pixels: &[u8],
+    width: usize,
+    threshold_of_row: impl Fn(usize) -> u8,
+    runs: &mut Vec<Run>,
+    row_ends: &mut Vec<u32>,
+) {
+    each_row(pixels, width, threshold_of_row, runs, row_ends, |pixels, threshold, runs| {
+        row_avx2(pixels, threshold, runs);
+    });
 }
 
 /// The run that is open where a block ends.
@@ -81,15 +139,22 @@ impl Edges {
     #[inline(always)]
     fn take(&mut self, mask: u64, at: usize, runs: &mut Vec<Run>) {
         let mut edges = mask ^ ((mask << 1) | self.lit);
-        let mut open = self.lit != 0;
-        while edges != 0 {
-            let place = (at + edges.trailing_zeros() as usize) as u16;
-            if open {
-                runs.push(Run { start: self.start, end: place });
-            } else {
-                self.start = place;
+        if self.lit != 0 {
+            if edges == 0 {
+                return;
             }
-            open = !open;
+            runs.push(Run { start: self.start, end: (at + edges.trailing_zeros() as usize) as u16 });
+            edges &= edges - 1;
+        }
+        // From here on edges come in pairs, but for the last of a run that goes on into the next block.
+        while edges != 0 {
+            let start = (at + edges.trailing_zeros() as usize) as u16;
+            edges &= edges - 1;
+            if edges == 0 {
+                self.start = start;
+                break;
+            }
+            runs.push(Run { start, end: (at + edges.trailing_zeros() as usize) as u16 });
             edges &= edges - 1;
         }
         self.lit = mask >> 63;
@@ -109,7 +174,8 @@ impl Edges {
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw")]
+#[target_feature(enable = "avx512f,avx512bw,bmi1")]
+#[inline]
 fn row_avx512(pixels: &[u8], threshold: u8, runs: &mut Vec<Run>) {
     use std::arch::x86_64::{_mm512_cmpgt_epu8_mask, _mm512_loadu_si512, _mm512_max_epu8, _mm512_set1_epi8};
     const AT_ONCE: usize = 4 * BLOCK;
@@ -142,7 +208,8 @@ fn row_avx512(pixels: &[u8], threshold: u8, runs: &mut Vec<Run>) {
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
+#[target_feature(enable = "avx2,bmi1")]
+#[inline]
 fn row_avx2(pixels: &[u8], threshold: u8, runs: &mut Vec<Run>) {
     use std::arch::x86_64::{
         __m256i, _mm256_cmpeq_epi8, _mm256_loadu_si256, _mm256_max_epu8, _mm256_movemask_epi8,

@@ -1,0 +1,73 @@
+//! The Scan screen around a small cloud: a level plate of 40 x 30 mm with a block of 10 mm on it, in ten stripes.
+
+#![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
+
+use std::fmt::Write as _;
+use std::fs;
+
+use tempfile::TempDir;
+
+use crate::plumb;
+use crate::terminal::{Session, is_given_back};
+
+/// Writes the cloud; its path.
+fn cloud(folder: &TempDir) -> String {
+    let mut points = String::new();
+    for stripe in 0..10 {
+        for row in 0..31 {
+            let (x, y) = (f64::from(stripe) * 4.0, f64::from(row));
+            let high = (3..6).contains(&stripe) && (10..20).contains(&row);
+            let z = if high { 10.0 } else { 0.01 * f64::from((row * 7 + stripe * 3) % 5 - 2) };
+            writeln!(points, "{x} {y} {z} {stripe} {row}").expect("text can be written");
+        }
+    }
+    let head = "ply\nformat ascii 1.0\ncomment units mm\nelement vertex 310\nproperty float x\nproperty float y\n\
+        property float z\nproperty float stripe\nproperty float row\nend_header\n";
+    let path = folder.path().join("plate.ply");
+    fs::write(&path, format!("{head}{points}")).expect("the cloud is written");
+    path.display().to_string()
+}
+
+#[test]
+fn a_stored_cloud_turns_is_measured_and_leaves_pictures() {
+    let folder = TempDir::new().expect("a folder for the files");
+    let path = cloud(&folder);
+    let (program, folder_path) = (plumb(), folder.path().display().to_string());
+    let arguments =
+        ["-c", "cd \"$1\" && shift && exec \"$@\"", "sh", &folder_path, &program.display().to_string()];
+    let arguments: Vec<&str> = arguments.iter().copied().chain(["stripe", "show", path.as_str()]).collect();
+    let mut session = Session::start(std::path::Path::new("/bin/sh"), &arguments, 120, 30);
+    session.wait_for("plate.ply \u{b7} 310 points, 10 stripes");
+    session.wait_for("turn 330 deg, up 30 deg");
+    session.press("\x1b[C");
+    session.wait_for("turn 335 deg");
+    session.press("]");
+    session.wait_for("opening 35 deg");
+    // Edge-on, the plate is a band of some hundredths of a millimetre, whatever stands on it.
+    session.press("e");
+    session.wait_for("band 0.040 mm thick");
+    session.press("e");
+    session.wait_for("turn 335 deg");
+    // Straight down the cross stands on the block's middle after a click there: distances are measured from it.
+    session.press("vvv");
+    session.wait_for("up 90 deg");
+    session.press("j");
+    session.wait_for("cursor [");
+    session.press("mllllllllll");
+    session.wait_for("mm from the mark");
+    session.press("x");
+    session.wait_for("Picture saved: plate-view-1.png");
+    session.press("X");
+    session.wait_for("Picture saved: plate-view-2.png");
+    for (name, width) in [("plate-view-1.png", 1280_u32), ("plate-view-2.png", 2560)] {
+        let bytes = fs::read(folder.path().join(name)).expect("the picture is there");
+        assert_eq!(bytes.get(16..20), Some(&width.to_be_bytes()[..]), "{name}");
+    }
+    for (columns, rows) in [(80, 24), (1, 1), (40, 10), (120, 30)] {
+        session.resize(columns, rows);
+    }
+    session.wait_for("310 points");
+    session.press("q");
+    assert!(session.wait_for_end().success());
+    is_given_back(&session);
+}
