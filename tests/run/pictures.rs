@@ -76,7 +76,7 @@ fn pictures_that_cannot_be_used_end_an_unattended_run_with_what_is_wrong() {
         (vec![("a.pgm", cut)], "a.pgm: it is cut short"),
         (
             vec![("a.pgm", stripe.clone()), ("b.pgm", other)],
-            "a picture of 104 x 96 pixels came; those before it had 96 x 96",
+            "b.pgm: its size is 104 x 96; the pictures before it have 96 x 96",
         ),
         (vec![("a.png", b"\x89PNG\r\n\x1a\n".to_vec())], "a.png: "),
         (Vec::new(), "holds no pictures"),

@@ -22,6 +22,10 @@ pub(crate) struct Band {
     pub points: usize,
 }
 
+/// Planes that are tried.
+const TRIES: usize = 200;
+/// Points that are looked at to choose between them.
+const LOOKED_AT: usize = 1500;
 /// Rounds of leaving out what lies elsewhere.
 const ROUNDS: usize = 20;
 
@@ -30,6 +34,9 @@ impl Band {
     pub(crate) fn of(points: &[CloudPoint]) -> Option<Self> {
         let mut cloud = Cloud { points: points.to_vec(), ..Cloud::default() };
         let mut plane = cloud.fit_plane().ok()?;
+        if let Some((normal, offset_mm)) = through_most(points) {
+            (plane.normal, plane.offset_mm) = (normal, offset_mm);
+        }
         for _ in 0..ROUNDS {
             let away = |point: &CloudPoint| (plane.normal.dot(&point.place.coords) - plane.offset_mm).abs();
             let mut distances: Vec<f64> = points.iter().map(away).collect();
@@ -76,6 +83,34 @@ impl Band {
     pub(crate) fn thickness(&self) -> f64 {
         self.edges.1 - self.edges.0
     }
+}
+
+/// Of many planes through three points each, the one whose median distance from all points is the least (Rousseeuw 1984): whatever holds less than half of
+/// the points does not draw it away.
+fn through_most(points: &[CloudPoint]) -> Option<(Vector3<f64>, f64)> {
+    let places: Vec<Vector3<f64>> = points
+        .iter()
+        .step_by(points.len().div_ceil(LOOKED_AT).max(1))
+        .map(|point| point.place.coords)
+        .collect();
+    let mut chance = 1_u32;
+    let mut any = || {
+        chance = chance.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        places.get((chance >> 8) as usize % places.len().max(1)).copied()
+    };
+    let mut best: Option<(f64, Vector3<f64>, f64)> = None;
+    for _ in 0..TRIES {
+        let (Some(a), Some(b), Some(c)) = (any(), any(), any()) else { break };
+        let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-6) else { continue };
+        let offset = normal.dot(&a);
+        let mut distances: Vec<f64> = places.iter().map(|place| (normal.dot(place) - offset).abs()).collect();
+        let middle = distances.len() / 2;
+        let median = *distances.select_nth_unstable_by(middle, f64::total_cmp).1;
+        if best.is_none_or(|(least, ..)| median < least) {
+            best = Some((median, normal, offset));
+        }
+    }
+    best.map(|(_, normal, offset)| if normal.z < 0.0 { (-normal, -offset) } else { (normal, offset) })
 }
 
 #[cfg(test)]

@@ -51,6 +51,8 @@ pub(crate) struct Seen {
 
 /// The steepest an eye stands over or under a cloud.
 const STEEPEST: f64 = std::f64::consts::FRAC_PI_2;
+/// An eye goes back at most so often to see all.
+const MOST_STEPS_BACK: usize = 40;
 /// The widest opening, rad.
 const WIDEST: f64 = 2.0;
 /// What the shorter side shows at least and at most, mm.
@@ -77,8 +79,22 @@ impl Eye {
         let [right, up, _] = self.axes();
         let half = (high - low) / 2.0;
         let reach = |axis: Vector3<f64>| axis.abs().dot(&half);
-        // Views are wider than high; what comes nearer in perspective takes some more room.
+        // Views are wider than high.
         self.span = (2.2 * reach(up).max(reach(right) / 1.2)).clamp(1.0, SPANS.1);
+        // What comes nearer in perspective takes more room.
+        for _ in 0..MOST_STEPS_BACK {
+            let corners = (0..8_u8).map(|corner| {
+                let axis = |axis: usize| if corner >> axis & 1 == 1 { high[axis] } else { low[axis] };
+                Point3::new(axis(0), axis(1), axis(2))
+            });
+            let room = corners
+                .map(|corner| self.see(&corner).map_or(2.0, |seen| seen.y.abs().max(seen.x.abs() / 1.2)));
+            let most = room.fold(0.0, f64::max);
+            if most <= 1.0 {
+                break;
+            }
+            self.span = (self.span * most.clamp(1.02, 1.5)).clamp(1.0, SPANS.1);
+        }
     }
 
     /// To the right, up, and toward the eye.
@@ -255,7 +271,7 @@ mod tests {
         for _ in 0..20 {
             for corner in &corners {
                 let seen = eye.see(corner).unwrap();
-                assert!(seen.x.abs() < 1.6 && seen.y.abs() < 1.25, "{seen:?}");
+                assert!(seen.x.abs() <= 1.2001 && seen.y.abs() <= 1.0001, "{seen:?}");
             }
             eye.turn(0.3, 0.05);
             eye.see_all(corners.into_iter());
