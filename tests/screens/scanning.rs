@@ -38,18 +38,18 @@ fn a_stored_cloud_turns_is_measured_and_leaves_pictures() {
     let arguments: Vec<&str> = arguments.iter().copied().chain(["stripe", "show", path.as_str()]).collect();
     let mut session = Session::start(std::path::Path::new("/bin/sh"), &arguments, 120, 30);
     session.wait_for("plate.ply \u{b7} 310 points, 10 stripes");
-    session.wait_for("turn 330 deg, up 30 deg");
+    session.wait_for("turn -30 deg, up 30 deg");
     session.press("\x1b[C");
     session.wait_for("turn 335 deg");
     session.press("]");
-    session.wait_for("opening 35 deg");
+    session.wait_for("35 deg, at");
     // Edge-on, the plate is a band of some hundredths of a millimetre, whatever stands on it.
     session.press("e");
     session.wait_for("band 0.040 mm thick");
     session.press("e");
     session.wait_for("turn 335 deg");
     // Straight down the cross stands on the block's middle after a click there: distances are measured from it.
-    session.press("vvv");
+    session.press("vvvv");
     session.wait_for("up 90 deg");
     session.press("j");
     session.wait_for("cursor [");
