@@ -63,10 +63,6 @@ fn a_stored_cloud_turns_is_measured_and_leaves_pictures() {
         let bytes = fs::read(folder.path().join(name)).expect("the picture is there");
         assert_eq!(bytes.get(16..20), Some(&width.to_be_bytes()[..]), "{name}");
     }
-    for (columns, rows) in [(80, 24), (1, 1), (40, 10), (120, 30)] {
-        session.resize(columns, rows);
-    }
-    session.wait_for("310 points");
     session.press("q");
     assert!(session.wait_for_end().success());
     is_given_back(&session);

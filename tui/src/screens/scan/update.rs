@@ -31,30 +31,23 @@ const SIDES: [(f64, f64, &str); 4] = [
 
 /// Takes in what the engine says of scans.
 pub(crate) fn take(state: &mut State, event: &Event) {
-    match event {
-        Event::StripeTaken { step, stripe, points, .. } => {
-            let goes_on =
-                state.scan.as_ref().is_some_and(|scan| scan.step.as_ref() == Some(step) && *stripe > 0);
-            if !goes_on {
-                let before = state.scan.take();
-                let mut scan = ScanState::of_step(step);
-                // A new scan is looked at as the one before was.
-                if let Some(before) =
-                    before.filter(|before| before.step.is_some() && before.before_edge.is_none())
-                {
-                    (scan.eye, scan.eye_is_set) = (before.eye, before.eye_is_set);
-                    (scan.strokes, scan.colouring) = (before.strokes, before.colouring);
-                }
-                state.scan = Some(scan);
-            }
-            if let Some(scan) = &mut state.scan {
-                scan.add_stripe(*stripe, points);
-                if scan.colouring == Colouring::Residual || scan.before_edge.is_some() {
-                    scan.know_band();
-                }
-            }
+    let Event::StripeTaken { step, stripe, points, .. } = event else { return };
+    let goes_on = state.scan.as_ref().is_some_and(|scan| scan.step.as_ref() == Some(step) && *stripe > 0);
+    if !goes_on {
+        let before = state.scan.take();
+        let mut scan = ScanState::of_step(step);
+        // A new scan is looked at as the one before was.
+        if let Some(before) = before.filter(|before| before.step.is_some() && before.before_edge.is_none()) {
+            (scan.eye, scan.eye_is_set) = (before.eye, before.eye_is_set);
+            (scan.strokes, scan.colouring) = (before.strokes, before.colouring);
         }
-        _ => {}
+        state.scan = Some(scan);
+    }
+    if let Some(scan) = &mut state.scan {
+        scan.add_stripe(*stripe, points);
+        if scan.colouring == Colouring::Residual || scan.before_edge.is_some() {
+            scan.know_band();
+        }
     }
 }
 
