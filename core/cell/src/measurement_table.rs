@@ -55,14 +55,14 @@ struct Row {
     step: String,
     /// Of the model's joints, deg.
     joints: Vec<f64>,
-    /// Side from which each joint of the model arrived: -1, 0 (it did not move), 1; for a row that says nothing of it, none.
+    /// Side from which each joint of the model arrived: -1, 0 (it did not move), 1; for a row of a record that says nothing of it, none.
     approach: Option<Vec<i8>>,
     /// What was measured: column, cell.
     cells: Vec<(String, String)>,
 }
 
-/// A table as CSV with the model lab's columns: `q1_deg ...`, what was measured, `time_s`, and, as a covariate, `step`. Trigger poses also have
-/// `approach_q1 ...` and `half_width_deg`; only those of the slow approach of searches that say what they find. Rows of several runs bear the run as
+/// A table as CSV with the model lab's columns: `q1_deg ...`, what was measured, `approach_q1 ...`, `time_s`, and, as a covariate, `step`. Trigger poses
+/// also have `half_width_deg`; only those of the slow approach of searches that say what they find. Rows of several runs bear the run as
 /// their `session`, and no time: each run has a clock of its own.
 ///
 /// # Errors
@@ -144,7 +144,7 @@ impl Maker<'_> {
                 time_ns: of("time_ns").and_then(Value::as_i64).unwrap_or(0),
                 step: step.step.clone(),
                 joints: self.model_joints(joints, position)?,
-                approach: None,
+                approach: of("sides").map(|sides| self.model.model_sides(&self.sides(sides), None)),
                 cells: cells.collect(),
             });
         }
@@ -160,12 +160,12 @@ impl Maker<'_> {
 
     fn trigger_row(&self, trigger: &StoredTrigger) -> Result<Row, TableError> {
         let searched = self.robot.joints.iter().position(|(joint, _)| *joint == trigger.joint);
-        let side = |(joint, _): &(String, _)| {
-            let recorded =
-                trigger.sides.get(joint).and_then(Value::as_i64).map_or(0, |side| side.signum() as i8);
-            if *joint == trigger.joint { trigger.direction.unwrap_or(recorded) } else { recorded }
-        };
-        let sides: Vec<i8> = self.robot.joints.iter().map(side).collect();
+        let mut sides = self.sides(&trigger.sides);
+        if let (Some(side), Some(direction)) =
+            (searched.and_then(|joint| sides.get_mut(joint)), trigger.direction)
+        {
+            *side = direction;
+        }
         let height = trigger.height_mm.map(|height| height.to_string()).unwrap_or_default();
         let cells = [
             ("on", trigger.surface.clone().unwrap_or_default()),
@@ -180,6 +180,12 @@ impl Maker<'_> {
             approach: Some(self.model.model_sides(&sides, searched)),
             cells: cells.map(|(name, cell)| (name.to_owned(), cell)).into(),
         })
+    }
+
+    /// The way each joint of the drive last went, as the record holds it.
+    fn sides(&self, recorded: &Value) -> Vec<i8> {
+        let side = |(joint, _): &(String, _)| recorded.get(joint).and_then(Value::as_i64);
+        self.robot.joints.iter().map(|joint| side(joint).map_or(0, |side| side.signum() as i8)).collect()
     }
 
     /// Where a step stands among all that were begun: at its last attempt.

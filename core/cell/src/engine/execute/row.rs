@@ -21,7 +21,8 @@ impl Engine {
                 pose.set(column, value - arm.zero(column));
             }
         }
-        let joints = self.arm(&step.robot)?.recorded(&pose);
+        let arm = self.arm(&step.robot)?;
+        let (joints, sides) = (arm.recorded(&pose), arm.recorded_sides());
         let mut columns = Map::new();
         let mut shown: Vec<NamedValue> = Vec::new();
         for (name, value) in &step.numbers {
@@ -35,8 +36,9 @@ impl Engine {
         columns.extend(step.words.iter().map(|(name, word, _)| (name.clone(), Value::from(word.as_str()))));
         let message = shown.iter().map(|value| format!("{} {:.3} {}", value.name, value.value, value.unit));
         let message = message.map(|text| text.trim_end().to_owned()).collect::<Vec<_>>().join(", ");
+        let (robot, time_ns) = (&step.robot, state.time_ns);
         let result =
-            json!({"robot": step.robot, "time_ns": state.time_ns, "joints": joints, "columns": columns});
+            json!({"robot": robot, "time_ns": time_ns, "joints": joints, "sides": sides, "columns": columns});
         Ok(Done { result, values: shown, message })
     }
 }
