@@ -27,6 +27,8 @@ pub(crate) enum Hidden {
     Wheel,
     /// Bending the wrist turns the flange.
     Coupling,
+    /// A joint has play.
+    Backlash,
 }
 
 /// How far the tip is off over the fresh poses.
@@ -68,7 +70,7 @@ pub(crate) struct Story {
 }
 
 impl Hidden {
-    pub(crate) const ALL: [Self; 3] = [Self::Compliance, Self::Wheel, Self::Coupling];
+    pub(crate) const ALL: [Self; 4] = [Self::Compliance, Self::Wheel, Self::Coupling, Self::Backlash];
 
     /// The effect as the lab calls it.
     pub(crate) fn effect(self) -> &'static str {
@@ -76,6 +78,7 @@ impl Hidden {
             Self::Compliance => "joint_compliance",
             Self::Wheel => "joint_harmonic",
             Self::Coupling => "joint_coupling",
+            Self::Backlash => "joint_backlash",
         }
     }
 
@@ -85,6 +88,7 @@ impl Hidden {
             Self::Compliance => "shoulder gives way",
             Self::Wheel => "wheel out of true",
             Self::Coupling => "wrist coupling",
+            Self::Backlash => "play",
         }
     }
 
@@ -112,6 +116,12 @@ impl Hidden {
                     "{{joint_coupling: {{joint: flange, driver: wrist_bend, deg_per_deg: {drag:.4}}}}}"
                 );
                 ("flange".to_owned(), format!("{drag:.4} deg/deg"), text)
+            }
+            Self::Backlash => {
+                let joint = ["shoulder", "elbow"][(seed % 2) as usize];
+                let width = 0.12 + 0.16 * share;
+                let text = format!("{{joint_backlash: {{joint: {joint}, width_deg: {width:.3}}}}}");
+                (joint.to_owned(), format!("{width:.3} deg"), text)
             }
         }
     }

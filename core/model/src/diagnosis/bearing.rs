@@ -3,6 +3,7 @@
 //! by taking the component along its motion out of every row, refitting what is free to the rest, and holding what is
 //! left against the floor. Nothing about the mechanism is assumed.
 
+use std::mem::{Discriminant, discriminant};
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -10,7 +11,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::misfit::{MISFIT_LEVEL, chance};
 use super::trial::Fitted;
 use crate::effect::{Drive, Effect, Handle, LooksAt, Parameter, Situation, Spot, Unit};
-use crate::fit::{Factor, Normal, for_each};
+use crate::fit::{Factor, Normal, Reading, for_each};
 use crate::floor::Floor;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::statistics::{chi_squared_quantile, f_tail, median};
@@ -22,8 +23,9 @@ pub(crate) struct Bearing {
     pub(crate) spot: Spot,
     /// Sum of squares across the motion (declared sigmas squared) and its degrees of freedom.
     pub(crate) across: (f64, f64),
-    /// The same, and over all directions, on rows that are not wild in any direction: a wild row that happens to lie along the
-    /// motion says nothing of it.
+    /// The same, and over all directions, on rows that are not wild in any direction, every instrument's scatter brought to
+    /// one: a wild row that happens to lie along the motion says nothing of it, and a level quieter than was declared would make
+    /// a tracker's rows look as if something were left in them.
     tame: ((f64, f64), (f64, f64)),
     /// Probability of so much across if the rest is noise.
     pub(crate) p: f64,
@@ -121,6 +123,15 @@ impl Rows {
         self.first.len().saturating_sub(1)
     }
 
+    /// Every equation divided by its own scatter.
+    fn over(&self, scatter: &DVector<f64>) -> Self {
+        Self {
+            residuals: self.residuals.component_div(scatter),
+            columns: over(&self.columns, scatter),
+            first: self.first.clone(),
+        }
+    }
+
     /// Takes the motions in `range` of the `directions` (motions by equations) out of every row.
     fn without(&self, directions: &DMatrix<f64>, range: Range<usize>) -> Projected {
         let mut rows = Self {
@@ -216,6 +227,53 @@ fn left_of(projected: &Projected, kept: &[bool], full: &DVector<f64>) -> (f64, f
     some.keep(projected, kept);
     let (squares, freedom, _) = some.left(full);
     (squares, freedom)
+}
+
+/// A matrix (anything by equations) with every equation's column divided by its scatter.
+fn over(columns: &DMatrix<f64>, scatter: &DVector<f64>) -> DMatrix<f64> {
+    let mut divided = columns.clone();
+    for (mut column, scatter) in divided.column_iter_mut().zip(scatter) {
+        column /= *scatter;
+    }
+    divided
+}
+
+/// Per equation: the scatter of its instrument about the best fit, in declared sigmas; nothing if there is but one instrument.
+fn scatter(
+    all: &Projected,
+    kept: &[bool],
+    full: &DVector<f64>,
+    instruments: &[Discriminant<Reading>],
+) -> Option<DVector<f64>> {
+    let first = instruments.first()?;
+    if instruments.iter().all(|instrument| instrument == first) {
+        return None;
+    }
+    let mut some = Kept::none(all);
+    some.keep(all, kept);
+    let (squares, freedom, step) = some.left(full);
+    let off = &all.rows.residuals - all.rows.columns.tr_mul(&step);
+    let of = |wanted: &Discriminant<Reading>| {
+        let rows = (0..all.rows.len()).filter(|row| kept.get(*row) == Some(&true));
+        let places = rows.flat_map(|row| all.rows.range(row));
+        let own = places.filter(|place| instruments.get(*place) == Some(wanted));
+        let (own, count) =
+            own.fold((0.0, 0.0), |(sum, count), place| (sum + off[place] * off[place], count + 1.0));
+        // Too few say nothing of their instrument: they are taken to be as good as the rest.
+        if count < LEAST_FREEDOM { squares / some.equations } else { own / count }
+    };
+    let freed = (some.equations / freedom.max(1.0)).sqrt();
+    let least = 1e-3 * (squares / some.equations).sqrt().max(1e-9);
+    let mut known: Vec<(Discriminant<Reading>, f64)> = Vec::new();
+    for instrument in instruments {
+        if !known.iter().any(|(known, _)| known == instrument) {
+            known.push((*instrument, of(instrument).sqrt().max(least) * freed));
+        }
+    }
+    let scatter = instruments.iter().map(|instrument| {
+        known.iter().find(|(known, _)| known == instrument).map_or(1.0, |(_, scatter)| *scatter)
+    });
+    Some(DVector::from_iterator(instruments.len(), scatter))
 }
 
 /// A place's own view of which rows are wild: those kept, how far each row is off by its fit, and its scatter.
@@ -333,12 +391,26 @@ impl Laboratory {
         let all_ways = rows.without(&directions, 0..0);
         let near = view(&all_ways, &full).kept;
         let tame: Vec<bool> = kept.iter().zip(near).map(|(kept, near)| *kept && near).collect();
-        let whole = left_of(&all_ways, &tame, &full);
+        let instruments = chosen.iter().flat_map(|row| fitted.machine.observations.of_row(*row));
+        let instruments: Vec<Discriminant<Reading>> =
+            instruments.map(|equation| discriminant(&equation.reading)).collect();
+        let scatter = scatter(&all_ways, &tame, &full, &instruments);
+        let levelled = scatter.map(|scatter| (rows.over(&scatter), over(&directions, &scatter)));
+        let whole = match &levelled {
+            None => left_of(&all_ways, &tame, &full),
+            Some((rows, directions)) => left_of(&rows.without(directions, 0..0), &tame, &full),
+        };
         let mut found: Vec<Bearing> = for_each(&tried, |(spot, projected, _)| {
             let (squares, freedom) = left_of(projected, &kept, &full);
             let p = chance(squares, freedom, floor).unwrap_or(1.0);
-            let tame = (left_of(projected, &tame, &full), whole);
-            Bearing { spot: *spot, across: (squares, freedom.max(1.0)), tame, p }
+            let range = ranges.iter().find(|(known, _)| known == spot).map(|(_, range)| range.clone());
+            let across = match (&levelled, range) {
+                (Some((rows, directions)), Some(range)) => {
+                    left_of(&rows.without(directions, range), &tame, &full)
+                }
+                _ => left_of(projected, &tame, &full),
+            };
+            Bearing { spot: *spot, across: (squares, freedom.max(1.0)), tame: (across, whole), p }
         });
         found.sort_by(|left, right| {
             (left.across.0 / left.across.1).total_cmp(&(right.across.0 / right.across.1))
