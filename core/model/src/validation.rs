@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::fit::{Distances, Factor, Fit, Machine, Normal};
+use crate::fit::{Distances, Factor, Fit, Machine, Normal, Slot};
 use crate::laboratory::row_square;
 use crate::split::Poses;
 
@@ -152,11 +152,12 @@ fn left_out_by(
     }
     let mut all = vec![None; machine.table.len()];
     for block in blocks {
-        let without = fit_without(fit, &normal_of(block))?;
-        let state = fit.state.stepped(machine.slots(), &without);
+        let without = Without::of(fit, &normal_of(block))?;
+        let state = fit.state.stepped(machine.slots(), &without.step);
         let residuals = machine.residuals_apart(&state, block, &[]);
         let distances = Distances::of(machine, &residuals);
-        for row in block {
+        let untold = without.untold(machine, fit, block);
+        for row in block.iter().filter(|row| !untold.contains(row)) {
             if let (Some(slot), Some(square), Some(distance)) =
                 (all.get_mut(*row), row_square(machine, &residuals, *row), distances.rows.get(*row))
             {
@@ -167,17 +168,55 @@ fn left_out_by(
     Some(all)
 }
 
-/// The step from the full fit to the fit without some rows, by one step of Newton's method; `own` is what those rows add to
-/// the normal equations.
-fn fit_without(fit: &Fit, own: &Normal) -> Option<Vec<f64>> {
-    let mut rest: Normal = fit.normal.clone();
-    rest.subtract(own);
-    if rest.equations <= fit.rank() {
-        return None;
+/// Variance that a surface adds to what is foretold of a reading, in variances of the reading itself, beyond which the other
+/// rows do not know the surface.
+const UNTOLD: f64 = 1.0;
+
+/// The fit without some rows.
+struct Without {
+    /// The step to it from the full fit, by one step of Newton's method.
+    step: Vec<f64>,
+    factor: Factor,
+}
+
+impl Without {
+    /// `own` is what the rows left out add to the normal equations; nothing if too little is left to fit.
+    fn of(fit: &Fit, own: &Normal) -> Option<Self> {
+        let mut rest: Normal = fit.normal.clone();
+        rest.subtract(own);
+        if rest.equations <= fit.rank() {
+            return None;
+        }
+        // A little damping holds back what the rest of the rows hardly sees: along a valley the linear step runs too far.
+        for index in 0..rest.matrix.nrows() {
+            rest.matrix[(index, index)] *= 1.0 + DAMPING;
+        }
+        let factor = Factor::new(&rest.matrix);
+        Some(Self { step: factor.solve(&rest.gradient).as_slice().to_vec(), factor })
     }
-    // A little damping holds back what the rest of the rows hardly sees: along a valley the linear step runs too far.
-    for index in 0..rest.matrix.nrows() {
-        rest.matrix[(index, index)] *= 1.0 + DAMPING;
+
+    /// Of the rows left out, those measured against a surface that nothing else tells: what is foretold of them says where the
+    /// surface was thought to lie, and nothing of the arm.
+    fn untold(&self, machine: &Machine<'_>, fit: &Fit, block: &[usize]) -> Vec<usize> {
+        let of_surface = |slot: &Slot| matches!(slot, Slot::Surface(..));
+        if !machine.slots().iter().any(of_surface) {
+            return Vec::new();
+        }
+        let mut jacobian = machine.block(&fit.state, block, &fit.weights, &[]).jacobian;
+        for (mut row, slot) in jacobian.row_iter_mut().zip(machine.slots()) {
+            if !of_surface(slot) {
+                row.fill(0.0);
+            }
+        }
+        let spread = self.factor.whiten(&jacobian);
+        let lost =
+            |equation: usize| self.factor.dependent.iter().any(|slot| jacobian[(*slot, equation)] != 0.0);
+        let mut first = 0;
+        let untold = block.iter().filter(|row| {
+            let own = first..first + machine.observations.range(**row).len();
+            first = own.end;
+            own.into_iter().any(|equation| spread.column(equation).norm_squared() > UNTOLD || lost(equation))
+        });
+        untold.copied().collect()
     }
-    Some(Factor::new(&rest.matrix).solve(&rest.gradient).as_slice().to_vec())
 }

@@ -43,6 +43,9 @@ struct Line {
 const THAN_ONE: f64 = 12.0;
 const THAN_WIDE: f64 = 3.0;
 
+/// How much likelier base or tool must be than a joint, in natural logarithms: joints slip, feet and flanges seldom do.
+const THAN_JOINT: f64 = 6.0;
+
 /// Groups longer than this are judged by their first members: patterns of camps are counted out one by one.
 const LONGEST: usize = 10;
 
@@ -118,7 +121,14 @@ pub(crate) fn find_split(machine: &Machine<'_>, returns: &Returns) -> Option<Spl
         let best = if tamer == kept { first } else { judged(&tamer)?.0 };
         Some((Split { spot: path.spot, apart: best.0, turns: path.turns }, best.1))
     });
-    found.max_by(|left, right| left.1.total_cmp(&right.1)).map(|(split, _)| split)
+    let (at_joints, elsewhere): (Vec<_>, Vec<_>) =
+        found.partition(|(split, _): &(Split, f64)| matches!(split.spot, Spot::Joint(_)));
+    let likeliest =
+        |found: Vec<(Split, f64)>| found.into_iter().max_by(|left, right| left.1.total_cmp(&right.1));
+    match (likeliest(at_joints), likeliest(elsewhere)) {
+        (Some(joint), Some(other)) if other.1 - joint.1 > THAN_JOINT => Some(other.0),
+        (joint, other) => joint.or(other).map(|(split, _)| split),
+    }
 }
 
 /// A motion along which returns may stand in two places.

@@ -72,6 +72,33 @@ fn heights_over_a_plane_of_which_nobody_knows_how_it_lies() {
     finds_the_elbow(&compare(&model(surfaces), &format!("{Q},height_mm,on"), &rows));
 }
 
+#[test]
+fn rows_left_out_are_not_asked_of_a_plane_that_nothing_else_tells() {
+    let mut dice = Dice::seeded(7);
+    let mut rows: Vec<String> = column_poses(60, 7)
+        .into_iter()
+        .map(|q| {
+            let cells = truth(q).map(|part| format!("{:.5}", part + dice.noise(0.05)));
+            format!("{},{},,", joints(q), cells.join(","))
+        })
+        .collect();
+    // Heights in two corners: without the one, the plane under it is anybody's guess.
+    for waist in [-60.0, 60.0] {
+        for q in
+            [[waist, 30.0, -60.0], [waist + 3.0, 30.0, -60.0], [waist, 33.0, -60.0], [waist, 30.0, -64.0]]
+        {
+            let height = truth(q)[2] - 12.0 + dice.noise(0.2);
+            rows.push(format!("{},,,,{height:.5},table", joints(q)));
+        }
+    }
+    let rest = "noise: {p1_mm: 0.05, height_mm: 0.2}
+surfaces: {table: {plane: {normal: [0, 0, 1], offset_mm: 0}, free: true}}\n";
+    let found = compare(&model(rest), &format!("{Q},p1_x_mm,p1_y_mm,p1_z_mm,height_mm,on"), &rows);
+    finds_the_elbow(&found);
+    let cv = found.rms_mm.cv.unwrap();
+    assert!(cv < 2.0 * found.rms_mm.fit, "{:?}", found.rms_mm);
+}
+
 /// The elbow's command that brings the tip to where `miss` is zero, from a start, by bisection.
 fn command(mut low: f64, mut high: f64, miss: impl Fn(f64) -> f64) -> f64 {
     assert!(miss(low) * miss(high) < 0.0, "{} .. {}", miss(low), miss(high));
