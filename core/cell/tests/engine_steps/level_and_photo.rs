@@ -12,7 +12,7 @@ const STEPS: &str = "
 steps:
   - {id: lie, do: {prompt: {text: Lay the level on the hand., level: {most_deg: 5}}}}
   - {id: seen, do: {prompt: {text: Take a picture of it., photo: {}}}}
-  - {id: flat, do: {check: {that: lie.tilt_deg < 0.6 && lie.tilt_deg > lie.x_deg && seen.format == 'png', otherwise: no}}}
+  - {id: flat, do: {check: {that: 'lie.tilt_deg < 0.6 && lie.tilt_deg > lie.x_deg && seen.format == \"png\"', otherwise: no}}}
 ";
 
 #[test]
