@@ -227,7 +227,7 @@ impl<'a> Machine<'a> {
         let edge = matches!(known.shape, SurfaceShape::Line { .. });
         let sensor = self.model.sensor;
         let distance = match (sensor, point) {
-// At an edge it works over the table; over anything else, over that.
+            // At an edge it works over the table; over anything else, over that.
             (Some(sensor), Some(point)) if edge => sensor.working + ahead(state, &point, &look),
             (Some(sensor), Some(point)) => {
                 let shape = state.surfaces.get(surface);
