@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
+use plumb_cell::answers::level_readings;
 use plumb_cell::device::{CellPlace, PlaceState};
 use plumb_cell::event::NamedValue;
 use plumb_cell::prompt::{Answer, Decision, Prompt, PromptKind};
@@ -176,6 +177,10 @@ pub(crate) fn ways_to_answer(kind: &PromptKind) -> String {
             format!("NUMBER   (in {}{range})", if unit.is_empty() { "no unit" } else { unit })
         }
         PromptKind::Text { longest } => format!("'A LINE OF TEXT'   (up to {longest} characters)"),
+        PromptKind::Level { most } => {
+            format!("'X Y'   (two readings of the level, deg, up to {most} to either side)")
+        }
+        PromptKind::Photo => "FILE   (the picture you took, PNG or JPEG)".to_owned(),
         PromptKind::JogTo { .. } => "done   (or where it is to go, as in shoulder=45,elbow=-70)".to_owned(),
         PromptKind::ConfirmPose { .. } => "confirm".to_owned(),
         PromptKind::Decision { options, .. } => {
@@ -199,6 +204,15 @@ fn read(text: &str, kind: &PromptKind) -> Result<Answer, String> {
         }
         PromptKind::Text { .. } if text.is_empty() => Err(right()),
         PromptKind::Text { .. } => Ok(Answer::Text { text: text.to_owned() }),
+        PromptKind::Level { .. } => {
+            level_readings(text).map(|(x, y)| Answer::Level { x, y }).map_err(|_| right())
+        }
+        PromptKind::Photo if text.is_empty() => Err(right()),
+        PromptKind::Photo => {
+            // Whoever runs the procedure may stand in another directory.
+            let file = std::path::absolute(text).map_err(|error| error.to_string())?;
+            Ok(Answer::Photo { file: file.display().to_string() })
+        }
         PromptKind::JogTo { .. } if text == "done" => Ok(Answer::Done),
         PromptKind::JogTo { joints, .. } => {
             let mut pose = Vec::new();

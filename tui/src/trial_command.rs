@@ -4,6 +4,7 @@ mod arguments;
 mod benchmark;
 mod cell;
 mod measure;
+mod rehearsal;
 mod reveal;
 mod score;
 mod wish;
@@ -24,6 +25,7 @@ use crate::failure::CommandResult;
 use arguments::CampaignArguments;
 use benchmark::BenchmarkArguments;
 use measure::MeasureArguments;
+use rehearsal::RehearsalArguments;
 use reveal::RevealArguments;
 
 const TABLE: &str = "table.csv";
@@ -42,6 +44,8 @@ pub(crate) enum TrialCommand {
     Measure(MeasureArguments),
     /// Open the seal, and score a diagnosis against it.
     Reveal(RevealArguments),
+    /// Work through trials in a cell unattended, each from its first run to the last: what was found, and how far the true error fell.
+    Rehearse(RehearsalArguments),
     /// Hide, diagnose and compare many times: how often is the truth found, and by whom.
     Benchmark(BenchmarkArguments),
 }
@@ -201,6 +205,14 @@ pub(crate) enum TrialError {
         /// What is wrong.
         reason: String,
     },
+    /// A command of a rehearsal failed.
+    #[error("plumb {command}: {cause}")]
+    Rehearsal {
+        /// The command, without the program.
+        command: String,
+        /// What it said last.
+        cause: String,
+    },
     /// A diagnosis that is none.
     #[error("{path}: not a diagnosis as `plumb model diagnose --json` writes it: {source}")]
     Diagnosis {
@@ -233,6 +245,7 @@ pub(crate) fn run(command: &TrialCommand) -> CommandResult {
         TrialCommand::Batch(arguments) => batch(arguments),
         TrialCommand::Measure(arguments) => measure::run(arguments),
         TrialCommand::Reveal(arguments) => reveal::run(arguments),
+        TrialCommand::Rehearse(arguments) => rehearsal::run(arguments),
         TrialCommand::Benchmark(arguments) => benchmark::run(arguments),
     }?;
     io::stdout().write_all(outcome.said.as_bytes())?;

@@ -12,6 +12,7 @@ pub mod expression;
 mod file;
 mod in_words;
 pub mod measurement_table;
+pub mod photo;
 pub mod procedure;
 pub mod prompt;
 mod read_context;

@@ -60,6 +60,13 @@ pub enum PromptKind {
         /// The most characters it may have.
         longest: usize,
     },
+    /// A spirit level read along two axes.
+    Level {
+        /// Furthest it can show to either side, deg.
+        most: f64,
+    },
+    /// A picture that was taken: its file.
+    Photo,
     /// Bring the arm somewhere by hand (pendant, or jog commands), then confirm.
     JogTo {
         /// The robot.
@@ -156,6 +163,18 @@ pub enum Answer {
     Text {
         /// The line, without blanks around it.
         text: String,
+    },
+    /// To a level: how much higher the end is to which each of its axes points, deg.
+    Level {
+        /// Along the level's x.
+        x: f64,
+        /// Along its y.
+        y: f64,
+    },
+    /// To a photo.
+    Photo {
+        /// The file, as the operator names it.
+        file: String,
     },
     /// To a jog, where no hand is there to jog: the arm is moved to these joints, the others stay.
     Pose {

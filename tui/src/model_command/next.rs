@@ -75,6 +75,9 @@ fn tell(poses: &NextPoses, joints: &[&str]) -> String {
         if loaded {
             text.push_str(&format!("  load {} kg", pose.payload_kg));
         }
+        if let Some(surface) = &pose.on {
+            text.push_str(&format!("  where the sensor triggers over {surface}"));
+        }
         if let Some(wait) = pose.predicted.get("after_waiting_s").and_then(serde_json::Value::as_f64) {
             text.push_str(&format!("  after waiting {:.0} min", wait / 60.0));
         }

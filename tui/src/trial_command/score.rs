@@ -181,6 +181,10 @@ fn size_error(found: &Candidate, hidden: &Hidden) -> Option<f64> {
         _ => 1.0,
     };
     let found_unit = found.unit.as_deref().unwrap_or(&hidden.unit);
+    // How far lost steps put a joint off is not known beforehand.
+    if hidden.size == 0.0 {
+        return None;
+    }
     let (to_rad, to_hidden) = (factor(found_unit), factor(&hidden.unit));
     // A ratio of angles is the same number in degrees and radians.
     let scale = if hidden.unit == "rad/rad" { 1.0 } else { to_rad / to_hidden };

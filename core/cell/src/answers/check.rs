@@ -87,6 +87,12 @@ fn fits(answer: &WrittenAnswer, kind: &AskedKind<'_>) -> Result<(), String> {
             }
             (Question::Text { .. }, WrittenAnswer::Word(_) | WrittenAnswer::Number(_)) => Ok(()),
             (Question::Text { .. }, _) => Err("write a line of text".to_owned()),
+            (Question::Level { .. }, WrittenAnswer::Word(readings)) => {
+                super::level_readings(readings).map(drop)
+            }
+            (Question::Level { .. }, _) => super::level_readings("").map(drop),
+            (Question::Photo, WrittenAnswer::Word(_)) => Ok(()),
+            (Question::Photo, _) => Err("write the path of a PNG or JPEG file".to_owned()),
             (Question::JogTo { .. }, WrittenAnswer::Pose(_)) => Ok(()),
             (Question::JogTo { .. }, WrittenAnswer::Word(word)) => word_of(word, &["done"]),
             (Question::JogTo { .. }, _) => Err("write a pose, as in `{pose_deg: {shoulder: 45}}`".to_owned()),

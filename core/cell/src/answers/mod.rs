@@ -110,9 +110,30 @@ impl WrittenAnswer {
             (PromptKind::Text { .. }, Self::Word(text)) => Ok(Answer::Text { text: text.clone() }),
             // A serial number is a number to YAML.
             (PromptKind::Text { .. }, Self::Number(value)) => Ok(Answer::Text { text: value.to_string() }),
+            (PromptKind::Photo, Self::Word(file)) => Ok(Answer::Photo { file: file.clone() }),
+            (PromptKind::Level { .. }, Self::Word(readings)) => {
+                level_readings(readings).map(|(x, y)| Answer::Level { x, y })
+            }
             (PromptKind::JogTo { .. }, Self::Pose(joints)) => Ok(Answer::Pose { joints: joints.clone() }),
             (kind, _) => Err(format!("this prompt is answered by {}", wanted(kind))),
         }
+    }
+}
+
+/// What answers a level.
+const TWO_READINGS: &str = "two readings in degrees, along x and along y, as in `0.2 -0.1`";
+
+/// The two readings of a level as people write them: `0.2 -0.1`, with a blank between them; a decimal comma is understood.
+///
+/// # Errors
+/// A sentence that says what would be right.
+pub fn level_readings(text: &str) -> Result<(f64, f64), String> {
+    let number = |word: &str| word.replace(',', ".").parse::<f64>().ok().filter(|value| value.is_finite());
+    let words: Vec<Option<f64>> =
+        text.split([' ', ';', '/']).filter(|word| !word.is_empty()).map(number).collect();
+    match words.as_slice() {
+        [Some(x), Some(y)] => Ok((*x, *y)),
+        _ => Err(format!("write {TWO_READINGS}")),
     }
 }
 
@@ -125,6 +146,8 @@ fn wanted(kind: &PromptKind) -> String {
         }
         PromptKind::Number { .. } => "a number, or `offered` for the one that is offered".to_owned(),
         PromptKind::Text { .. } => "a line of text".to_owned(),
+        PromptKind::Level { .. } => TWO_READINGS.to_owned(),
+        PromptKind::Photo => "the path of a PNG or JPEG file".to_owned(),
         PromptKind::JogTo { .. } => "a pose, as in `{pose_deg: {shoulder: 45}}`, or `done`".to_owned(),
         PromptKind::ConfirmPose { .. } => "a person who looks at the arm".to_owned(),
         PromptKind::Decision { .. } => "`retry`, `skip` or `abort`".to_owned(),

@@ -63,6 +63,8 @@ pub struct HostedDevices {
     bus: Option<Bus>,
     world: Option<Box<dyn World>>,
     hosts: BTreeMap<String, (HostProcess, Value)>,
+    /// Started with others at once, not asked for yet.
+    prepared: BTreeMap<String, (Result<HostProcess, String>, Value)>,
     log_in: Sender<DeviceLog>,
     log_out: Receiver<DeviceLog>,
 }
@@ -76,7 +78,17 @@ impl HostedDevices {
         world: Option<Box<dyn World>>,
     ) -> Self {
         let (log_in, log_out) = channel();
-        Self { cell, catalogue, domain, bus: None, world, hosts: BTreeMap::new(), log_in, log_out }
+        Self {
+            cell,
+            catalogue,
+            domain,
+            bus: None,
+            world,
+            hosts: BTreeMap::new(),
+            prepared: BTreeMap::new(),
+            log_in,
+            log_out,
+        }
     }
 
     fn bus(&mut self) -> Result<&Bus, String> {
@@ -86,7 +98,12 @@ impl HostedDevices {
         self.bus.as_ref().ok_or_else(|| "shared memory cannot be used".to_owned())
     }
 
-    fn spawn(&mut self, device: &DeviceSetting, guard: Value) -> Result<HostProcess, String> {
+    /// What a device's host is told, and how it is started.
+    fn order(
+        &mut self,
+        device: &DeviceSetting,
+        guard: Value,
+    ) -> Result<(HostArguments, HostCommand), String> {
         let plugin = self.catalogue.find(&device.plugin).map_err(|error| error.to_string())?.clone();
         let mut arguments = HostArguments::new(&device.name, &self.domain, &plugin);
         arguments.config = self.config_of(device, &plugin.manifest.config)?;
@@ -107,6 +124,11 @@ impl HostedDevices {
                 let _ = log.lock().unwrap_or_else(PoisonError::into_inner).send(line);
             }
         });
+        Ok((arguments, command))
+    }
+
+    fn spawn(&mut self, device: &DeviceSetting, guard: Value) -> Result<HostProcess, String> {
+        let (arguments, command) = self.order(device, guard)?;
         HostProcess::spawn(self.bus()?, &arguments, command).map_err(|error| error.to_string())
     }
 
@@ -187,12 +209,40 @@ fn cannot_start(device: &DeviceSetting, cause: &str) -> DeviceError {
 }
 
 impl DeviceLinks for HostedDevices {
+    /// Loading a library, opening its streams and reaching its device take most of a start, and each host does that by itself.
+    fn prepare(&mut self, devices: &[(&DeviceSetting, Value)]) {
+        let Ok(bus) = self.bus().cloned() else { return };
+        let orders: Vec<_> = devices
+            .iter()
+            .map(|(device, guard)| (device.name.clone(), guard.clone(), self.order(device, guard.clone())))
+            .collect();
+        self.prepared = thread::scope(|scope| {
+            let bus = &bus;
+            let starts: Vec<_> = orders
+                .into_iter()
+                .map(|(name, guard, order)| {
+                    let start = scope.spawn(move || {
+                        let (arguments, command) = order?;
+                        HostProcess::spawn(bus, &arguments, command).map_err(|error| error.to_string())
+                    });
+                    (name, guard, start)
+                })
+                .collect();
+            let ended = |start: thread::ScopedJoinHandle<'_, Result<HostProcess, String>>| {
+                start.join().unwrap_or_else(|_| Err("its host could not be started".to_owned()))
+            };
+            starts.into_iter().map(|(name, guard, start)| (name, (ended(start), guard))).collect()
+        });
+    }
+
     fn connect(&mut self, device: &DeviceSetting, guard: Value) -> Result<Link, DeviceError> {
         let failed = |cause: String| cannot_start(device, &cause);
         if let Some((old, _)) = self.hosts.remove(&device.name) {
             old.finish(PUTTING_AWAY);
         }
-        let host = self.spawn(device, guard.clone()).map_err(failed)?;
+        let prepared = self.prepared.remove(&device.name).filter(|(_, known)| *known == guard);
+        let host = prepared.map_or_else(|| self.spawn(device, guard.clone()), |(host, _)| host);
+        let host = host.map_err(failed)?;
         self.hosts.insert(device.name.clone(), (host, guard));
         self.link(device)
     }
@@ -210,7 +260,9 @@ impl DeviceLinks for HostedDevices {
     }
 
     fn shut_down(&mut self, keep_world: bool) {
-        for (_, (host, _)) in std::mem::take(&mut self.hosts) {
+        let unasked = std::mem::take(&mut self.prepared).into_values().filter_map(|(host, _)| host.ok());
+        let asked = std::mem::take(&mut self.hosts).into_values().map(|(host, _)| host);
+        for host in asked.chain(unasked) {
             host.finish(PUTTING_AWAY);
         }
         self.bus = None;

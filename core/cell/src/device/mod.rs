@@ -182,6 +182,10 @@ pub struct Act {
 
 /// Starts the devices of a cell, and starts them again.
 pub trait DeviceLinks: Send {
+    /// Begins to start several devices at once, each with its check of moves as in [`DeviceLinks::connect`], which is asked for each of them afterwards
+    /// and tells how that went.
+    fn prepare(&mut self, _devices: &[(&DeviceSetting, Value)]) {}
+
     /// Starts a device, or starts it again, in place of what was there under its name. It does not move. `guard` is what its host makes a
     /// check of moves from ([`crate::workcell::guard`]); null for none.
     ///

@@ -16,7 +16,12 @@ impl Engine {
     /// Starts every device of the cell. Nothing moves.
     pub(super) fn connect_all(&mut self) -> Result<(), StepError> {
         let cell = Arc::clone(&self.cell);
-        // A device that takes in another's stream finds it there.
+        // Their hosts start at once: whoever comes first makes a stream, the other finds it there.
+        let mut wanted = Vec::new();
+        for device in &cell.devices {
+            wanted.push((device, self.guard_of(&device.name)?));
+        }
+        self.links.prepare(&wanted);
         let (first, second): (Vec<_>, Vec<_>) =
             cell.devices.iter().partition(|device| device.inputs.is_empty());
         for device in first.into_iter().chain(second) {
@@ -25,15 +30,19 @@ impl Engine {
         Ok(())
     }
 
+    /// What a robot's host makes its check of moves from; null while nobody knows its zeros.
+    fn guard_of(&mut self, device: &str) -> Result<Value, StepError> {
+        let keep_out = self.keep_out_of(device)?;
+        let trusted = keep_out.filter(|_| self.trusts_zeros(device));
+        Ok(trusted.as_ref().map_or(Value::Null, KeepOut::to_value))
+    }
+
     /// Starts one device, in place of what was there under its name.
     fn connect(&mut self, device: &DeviceSetting) -> Result<(), StepError> {
         self.journal.device(&device.name, &device.plugin, DeviceState::Unconfigured, None);
         self.standing.forget();
         let keep_out = self.keep_out_of(&device.name)?;
-        let guard = keep_out
-            .as_ref()
-            .filter(|_| self.trusts_zeros(&device.name))
-            .map_or(Value::Null, KeepOut::to_value);
+        let guard = self.guard_of(&device.name)?;
         let link = self.links.connect(device, guard)?;
         self.lost.retain(|lost| *lost != device.name);
         match (link, self.cell.robot(&device.name).cloned()) {

@@ -244,6 +244,15 @@ pub(super) fn check_answer(answer: &Answer, kind: &PromptKind) -> Result<(), Str
             Err(format!("{value} {unit} is out of range: it {range} {unit}").trim_end().to_owned())
         }
         (PromptKind::Text { longest }, Answer::Text { text }) => check_text(text, *longest),
+        (PromptKind::Level { most }, Answer::Level { x, y }) => {
+            match [("x", x), ("y", y)].into_iter().find(|(_, value)| !(-most..=*most).contains(*value)) {
+                None => Ok(()),
+                Some((axis, value)) => Err(format!(
+                    "{axis} = {value} deg is out of range: this level shows {most} deg at most, to either side"
+                )),
+            }
+        }
+        (PromptKind::Photo, Answer::Photo { file }) => crate::photo::examine(file).map(drop),
         (PromptKind::ConfirmPose { .. }, Answer::Confirmed) => Ok(()),
         (PromptKind::Decision { options, .. }, Answer::Decision { decision }) => {
             match options.contains(decision) {

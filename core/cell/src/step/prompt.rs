@@ -65,6 +65,13 @@ pub enum Question {
         /// The most characters it may have.
         longest: usize,
     },
+    /// A spirit level, read along two axes.
+    Level {
+        /// Furthest it can show to either side, deg.
+        most: f64,
+    },
+    /// A picture that is taken, by its file.
+    Photo,
     /// The arm brought somewhere by hand.
     JogTo {
         /// Which robot.
@@ -103,22 +110,26 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<PromptStep>
     let default = map.optional("default");
     let number = map.optional("number");
     let write = map.optional("write");
+    let level = map.optional("level");
+    let photo = map.optional("photo");
     let jog_to = map.optional("jog_to");
     let simulated = map.optional("simulated").and_then(|node| read_simulated(node, context));
     let place = map.place();
     map.finish();
-    let given = [acknowledge, choice, number, write, jog_to].iter().flatten().count();
+    let given = [acknowledge, choice, number, write, level, photo, jog_to].iter().flatten().count();
     if given > 1 {
         context.problems.add(
             place,
             "a prompt asks for one thing",
-            "keep one of `acknowledge`, `choice`, `number`, `write`, `jog_to`",
+            "keep one of `acknowledge`, `choice`, `number`, `write`, `level`, `photo`, `jog_to`",
         );
     }
-    let question = match (choice, number, write, jog_to) {
+    let question = match (choice, number, write, (level, photo), jog_to) {
         (Some(node), ..) => read_choice(node, default, context),
         (_, Some(node), ..) => read_number(node, context),
-        (_, _, Some(node), _) => read_write(node, context),
+        (_, _, Some(node), ..) => read_write(node, context),
+        (_, _, _, (Some(node), _), _) => read_level(node, context),
+        (_, _, _, (_, Some(node)), _) => read_photo(node, context),
         (.., Some(node)) => read_jog(node, context),
         _ => {
             let label =
@@ -204,6 +215,22 @@ fn read_write(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
     Some(Question::Text { longest: longest as usize })
 }
 
+/// How far a level shows to either side unless said otherwise, and whatever is said, deg.
+const USUALLY_MOST: f64 = 10.0;
+const MOST: f64 = 90.0;
+
+fn read_level(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
+    let mut map = MapReader::new(node, "`level`", context.problems)?;
+    let most = context.number_or(&mut map, "most_deg", (0.01, MOST), USUALLY_MOST);
+    map.finish();
+    Some(Question::Level { most })
+}
+
+fn read_photo(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
+    MapReader::new(node, "`photo`", context.problems)?.finish();
+    Some(Question::Photo)
+}
+
 fn read_jog(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
     let mut map = MapReader::new(node, "`jog_to`", context.problems)?;
     let robot = context.required_text(&mut map, "robot");
@@ -264,7 +291,11 @@ impl PromptStep {
                     goal.check(robot, context);
                 }
             }
-            Question::Acknowledge { .. } | Question::Choice { .. } | Question::Text { .. } => {}
+            Question::Acknowledge { .. }
+            | Question::Choice { .. }
+            | Question::Text { .. }
+            | Question::Level { .. }
+            | Question::Photo => {}
         }
     }
 
@@ -274,6 +305,14 @@ impl PromptStep {
             Question::Choice { .. } => Shape::Map(vec![("choice".to_owned(), Shape::Single)]),
             Question::Number { .. } => Shape::Map(vec![("value".to_owned(), Shape::Single)]),
             Question::Text { .. } => Shape::Map(vec![("text".to_owned(), Shape::Single)]),
+            Question::Level { .. } => {
+                let single = |name: &str| (name.to_owned(), Shape::Single);
+                Shape::Map(vec![single("x_deg"), single("y_deg"), single("tilt_deg")])
+            }
+            Question::Photo => {
+                let single = |name: &str| (name.to_owned(), Shape::Single);
+                Shape::Map(vec![single("file"), single("format"), single("bytes"), single("sha256")])
+            }
             Question::JogTo { robot, .. } => Shape::Map(vec![("joints".to_owned(), joints_of(robot))]),
         }
     }

@@ -99,6 +99,8 @@ pub fn operator(decide: Decision) -> impl FnMut(&Event, &RunHandle) {
             PromptKind::ConfirmPose { .. } => Answer::Confirmed,
             PromptKind::Decision { .. } => Answer::Decision { decision: decide },
             PromptKind::Number { .. } => Answer::Number { value: 0.0 },
+            PromptKind::Level { .. } => Answer::Level { x: 0.1, y: -0.2 },
+            PromptKind::Photo => Answer::Photo { file: "picture.png".to_owned() },
             PromptKind::Text { .. } => Answer::Text { text: "a line".to_owned() },
         };
         handle.send(Command::Answer { prompt: prompt.id, answer, by: "ada".to_owned() });

@@ -25,10 +25,9 @@ pub(crate) struct Device {
     context: &'static Context,
 }
 
-#[derive(Clone, Copy)]
 enum Functions {
-    Robot(&'static RobotFunctions),
-    Sensor(&'static SensorFunctions),
+    Robot(RobotFunctions),
+    Sensor(SensorFunctions),
 }
 
 impl Loaded {
@@ -56,9 +55,23 @@ impl Loaded {
     fn functions(self) -> Result<Functions, LoadError> {
         match self.kind {
             DeviceKind::Robot => {
-                // SAFETY: behind the name of a robot's functions lies their table, which stays; its size is looked at before it is used.
-                let table = unsafe { self.table::<RobotFunctions>(ROBOT_EXTENSION) };
-                let whole = |t: &&RobotFunctions| {
+                let nothing = RobotFunctions {
+                    size: 0,
+                    reserved: 0,
+                    describe: None,
+                    activate: None,
+                    deactivate: None,
+                    read_joints: None,
+                    move_joints: None,
+                    stop: None,
+                    read_inputs: None,
+                    write_outputs: None,
+                    jog: None,
+                    set_zero: None,
+                };
+                // SAFETY: behind the name of a robot's functions lies a beginning of their table; where it ends it lacks functions, which may be null.
+                let table = unsafe { self.table(ROBOT_EXTENSION, nothing) };
+                let whole = |t: &RobotFunctions| {
                     t.describe.is_some()
                         && t.read_joints.is_some()
                         && t.move_joints.is_some()
@@ -71,9 +84,18 @@ impl Loaded {
                 })
             }
             DeviceKind::Sensor => {
+                let nothing = SensorFunctions {
+                    size: 0,
+                    reserved: 0,
+                    describe: None,
+                    configure: None,
+                    arm: None,
+                    poll: None,
+                    read: None,
+                };
                 // SAFETY: as above, for a sensor's.
-                let table = unsafe { self.table::<SensorFunctions>(SENSOR_EXTENSION) };
-                let whole = |t: &&SensorFunctions| t.describe.is_some() && t.read.is_some();
+                let table = unsafe { self.table(SENSOR_EXTENSION, nothing) };
+                let whole = |t: &SensorFunctions| t.describe.is_some() && t.read.is_some();
                 table.filter(whole).map(Functions::Sensor).ok_or(LoadError::Extension {
                     kind: self.kind,
                     extension: SENSOR_EXTENSION,
@@ -83,21 +105,30 @@ impl Loaded {
         }
     }
 
-    /// The table behind an extension's name, when it is at least as long as ours.
+    /// The table behind an extension's name. A plugin of an older minor version has a shorter one: what it ends before stays as in `nothing`. One of
+    /// a newer version has a longer one, whose end nobody here knows.
     ///
     /// # Safety
-    /// `T` is the table of that name, which begins with its size.
-    unsafe fn table<T>(self, name: &str) -> Option<&'static T> {
+    /// What lies behind that name is `T` or a beginning of it, and begins with its size; every field of `T` may keep its value from `nothing`
+    /// while others are the plugin's.
+    unsafe fn table<T>(self, name: &str, nothing: T) -> Option<T> {
         let extension = self.entry.extension?;
         // SAFETY: the entry was checked; the name outlives the call.
-        let table = unsafe { extension(Bytes::of_text(name)) };
+        let theirs = unsafe { extension(Bytes::of_text(name)) };
         // SAFETY: every table begins with its size.
-        let size = unsafe { table.cast::<u32>().as_ref() }?;
-        if (*size as usize) < size_of::<T>() {
-            return None;
+        let size = unsafe { theirs.cast::<u32>().as_ref() }?;
+        // A field that is cut in two is none.
+        let whole = *size as usize / size_of::<usize>() * size_of::<usize>();
+        let mut ours = nothing;
+        // SAFETY: no more is read than the plugin has, and no more written than there is; whole fields only, which the caller says may be mixed.
+        unsafe {
+            ptr::copy_nonoverlapping(
+                theirs.cast::<u8>(),
+                (&raw mut ours).cast::<u8>(),
+                whole.min(size_of::<T>()),
+            );
         }
-        // SAFETY: promised by the caller; the table is long enough.
-        unsafe { table.cast::<T>().as_ref() }
+        Some(ours)
     }
 }
 
@@ -120,7 +151,7 @@ fn missing(what: &str) -> PluginError {
 impl Device {
     /// What the device says about itself.
     pub(crate) fn describe(&self) -> Result<Description, PluginError> {
-        match self.functions {
+        match &self.functions {
             Functions::Robot(functions) => {
                 let describe = functions.describe.ok_or_else(|| missing("describe itself"))?;
                 // SAFETY: as in `call`.
@@ -201,7 +232,7 @@ impl Device {
 
     /// Lets a sensor take in what has come; a robot takes nothing in.
     pub(crate) fn poll(&mut self) -> Result<(), PluginError> {
-        let Functions::Sensor(functions) = self.functions else { return Ok(()) };
+        let Functions::Sensor(functions) = &self.functions else { return Ok(()) };
         // SAFETY: as in `call`.
         functions.poll.map_or(Ok(()), |poll| self.call(|| unsafe { poll(self.instance) }))
     }
@@ -228,8 +259,8 @@ impl Device {
         self.context.take_failure().map_or(Ok(()), |text| Err(PluginError::Failed(text)))
     }
 
-    fn robot(&self) -> Result<&'static RobotFunctions, PluginError> {
-        match self.functions {
+    fn robot(&self) -> Result<&RobotFunctions, PluginError> {
+        match &self.functions {
             Functions::Robot(functions) => Ok(functions),
             Functions::Sensor(_) => {
                 Err(PluginError::Unsupported("this device is a sensor, not a robot".to_owned()))
@@ -237,8 +268,8 @@ impl Device {
         }
     }
 
-    fn sensor(&self) -> Result<&'static SensorFunctions, PluginError> {
-        match self.functions {
+    fn sensor(&self) -> Result<&SensorFunctions, PluginError> {
+        match &self.functions {
             Functions::Sensor(functions) => Ok(functions),
             Functions::Robot(_) => {
                 Err(PluginError::Unsupported("this device is a robot, not a sensor".to_owned()))
@@ -251,7 +282,7 @@ impl Device {
         &self,
         function: impl Fn(&RobotFunctions) -> Option<unsafe extern "C" fn(*mut Instance) -> Status>,
     ) -> Result<(), PluginError> {
-        let Functions::Robot(functions) = self.functions else { return Ok(()) };
+        let Functions::Robot(functions) = &self.functions else { return Ok(()) };
         // SAFETY: as in `call`.
         function(functions).map_or(Ok(()), |function| self.call(|| unsafe { function(self.instance) }))
     }

@@ -17,6 +17,10 @@ fn abi() -> PathBuf {
 
 /// The worked example compiled into a directory, with further definitions; `None`, said in words, without a C compiler.
 pub(crate) fn compiled(directory: &Path, definitions: &[&str]) -> Option<Plugin> {
+    compiled_from(&abi().join("examples/counting_arm/counting_arm.c"), directory, definitions)
+}
+
+fn compiled_from(source: &Path, directory: &Path, definitions: &[&str]) -> Option<Plugin> {
     let library = directory.join("libcounting_arm.so");
     let output = Command::new("cc")
         .args(["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-shared", "-fPIC"])
@@ -25,7 +29,7 @@ pub(crate) fn compiled(directory: &Path, definitions: &[&str]) -> Option<Plugin>
         .arg(abi().join("include"))
         .arg("-o")
         .arg(&library)
-        .arg(abi().join("examples/counting_arm/counting_arm.c"))
+        .arg(source)
         .arg("-lm")
         .output();
     match output {
@@ -99,4 +103,25 @@ fn a_library_with_something_else_under_the_entrys_name_is_refused() {
         message.ends_with("is not a usable plugin: it begins with \"NOTPLUMB\" instead of 'PLUMBPLG'"),
         "{message}"
     );
+}
+
+#[test]
+fn a_robot_of_an_older_minor_version_with_a_shorter_table_is_loaded() {
+    let place = Place::new();
+    // Its table ends where `read_inputs` would begin: what lies behind is not the table's.
+    let example = fs::read_to_string(abi().join("examples/counting_arm/counting_arm.c")).unwrap();
+    let shorter =
+        example.replace("sizeof(plumb_robot_functions)", "offsetof(plumb_robot_functions, read_inputs)");
+    assert_ne!(shorter, example);
+    let source = place.directory.path().join("counting_arm.c");
+    fs::write(&source, shorter).unwrap();
+    let Some(plugin) = compiled_from(&source, place.directory.path(), &["-include", "stddef.h"]) else {
+        return;
+    };
+    let host = place.spawn(&HostArguments::new("arm", &place.domain, &plugin)).unwrap();
+    let robot = host.robot().unwrap();
+    assert_eq!(robot.describe().unwrap().model, "counting arm");
+    let error = robot.read_inputs().unwrap_err().to_string();
+    assert!(error.contains("cannot read input lines"), "{error}");
+    assert!(host.finish(LONG).is_orderly());
 }

@@ -4,6 +4,7 @@ mod batch;
 mod bearing;
 mod extrapolation;
 mod growth;
+mod landing;
 mod misfit;
 mod next;
 mod outcome;

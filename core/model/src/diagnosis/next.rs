@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use super::landing::{self, Ground};
 use super::outcome::{NextPose, Verdict};
 use super::search;
 use super::trial::Fitted;
@@ -109,7 +110,7 @@ impl Laboratory {
         let lab = thin.as_ref().unwrap_or(self);
         let (rivals, verdict, noise) = lab.rivals(progress)?;
         progress.report(0.7, "choosing poses")?;
-        let mut chooser = Chooser { lab, rivals, noise, sensing: Sensing::AsBefore };
+        let mut chooser = Chooser::new(lab, rivals, noise)?;
         let (designs, separation) = chooser.choose(wanted, progress)?;
         if designs.is_empty() {
             return Err(LaboratoryError::Refused(
@@ -153,7 +154,7 @@ impl Laboratory {
             return Ok(Vec::new());
         }
         let (rivals, noise) = self.rivals_of(finding, floor, progress)?;
-        let mut chooser = Chooser { lab: self, rivals, noise, sensing: Sensing::AsBefore };
+        let mut chooser = Chooser::new(self, rivals, noise)?;
         let wanted = Wanted { count: 4, keep_out: Vec::new(), payloads: Vec::new() };
         let (designs, _) = chooser.choose(&wanted, progress)?;
         Ok(chooser.told(&designs))
@@ -204,9 +205,34 @@ struct Chooser<'a> {
     rivals: Vec<Rival>,
     noise: f64,
     sensing: Sensing,
+    /// Where the arm's own sensor triggered, if it is all that measures.
+    ground: Option<Ground>,
+}
+
+impl<'a> Chooser<'a> {
+    fn new(lab: &'a Laboratory, rivals: Vec<Rival>, noise: f64) -> Result<Self, LaboratoryError> {
+        let mut effects = lab.fitted_effects()?;
+        let ground = rivals.first().and_then(|rival| {
+            effects.extend(rival.effects.iter().cloned());
+            Ground::of(lab, &rival.state, &effects)
+        });
+        Ok(Self { lab, rivals, noise, sensing: Sensing::AsBefore, ground })
+    }
 }
 
 impl Chooser<'_> {
+    /// Brings poses onto the surface the sensor is to trigger over; those that cannot be are left out.
+    fn landed(&self, designs: Vec<Design>) -> Result<Vec<Design>, LaboratoryError> {
+        let (Some(ground), Some(rival)) = (&self.ground, self.rivals.first()) else { return Ok(designs) };
+        let mut effects = self.lab.fitted_effects()?;
+        effects.extend(rival.effects.iter().cloned());
+        let mut table = self.table(&designs);
+        let ranges: Vec<(f64, f64)> = (0..table.joints).map(|joint| self.range(joint)).collect();
+        let stands = landing::land(self.lab, ground, (&rival.state, &effects), &mut table, &ranges)?;
+        let rows = designs.into_iter().enumerate().zip(stands).filter(|(_, stands)| *stands);
+        Ok(rows.map(|((row, design), _)| Design { q: table.q_of(row).to_vec(), ..design }).collect())
+    }
+
     /// Poses one after the other, each where the rivals differ most given those before; and the separation reached.
     fn choose(
         &mut self,
@@ -220,7 +246,8 @@ impl Chooser<'_> {
         let mut total = 0.0;
         for place in 0..wanted.count {
             progress.report(0.7 + 0.3 * place as f64 / wanted.count as f64, "choosing poses")?;
-            let mut designs: Vec<Design> = (0..LOOKED_AT).map(|_| self.anywhere(wanted, &mut dice)).collect();
+            let mut designs =
+                self.landed((0..LOOKED_AT).map(|_| self.anywhere(wanted, &mut dice)).collect())?;
             let mut best: Option<(f64, Design, Vec<DMatrix<f64>>)> = None;
             for round in 0..=REFINED {
                 let forecast = self.forecast(&designs, wanted)?;
@@ -235,7 +262,8 @@ impl Chooser<'_> {
                 }
                 let Some((_, centre, _)) = &best else { break };
                 let width = 0.15 / f64::from(1 << round);
-                designs = (0..LOOKED_AT / 4).map(|_| self.near(centre, width, &mut dice)).collect();
+                designs =
+                    self.landed((0..LOOKED_AT / 4).map(|_| self.near(centre, width, &mut dice)).collect())?;
             }
             let Some((worth, design, rows)) = best else { break };
             total += if self.rivals.len() > 1 { worth } else { 0.0 };
@@ -353,9 +381,10 @@ impl Chooser<'_> {
         {
             table.positions.push(crate::table::PositionColumns { number: 0, target: name, xyz: Vec::new() });
         }
-        let surface = known.on.names.first().cloned();
+        let ground = self.ground.as_ref().filter(|_| self.sensing == Sensing::AsBefore);
+        let surface = ground.map(|ground| ground.name.clone()).or_else(|| known.on.names.first().cloned());
         let point = known.distance_to.names.first().cloned();
-        table.height = surface.as_ref().map(|_| Vec::new());
+        table.height = surface.as_ref().filter(|_| ground.is_none()).map(|_| Vec::new());
         table.distance = point.as_ref().map(|_| Vec::new());
         // A level with a name is a spirit level: its bubble is at its end in most poses, so tilts are counted on only where nothing else is read.
         let level = known.level.names.first();
@@ -503,6 +532,7 @@ impl Chooser<'_> {
                     q_deg: design.q.iter().enumerate().map(|(joint, q)| shown(joint, *q)).collect(),
                     approach: design.approach.clone(),
                     payload_kg: design.payload,
+                    on: self.ground.as_ref().map(|ground| ground.name.clone()),
                     predicted,
                 }
             })

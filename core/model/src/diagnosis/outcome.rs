@@ -128,6 +128,9 @@ pub struct NextPose {
     pub approach: Vec<i8>,
     /// Load to carry, kg.
     pub payload_kg: f64,
+    /// The surface over which the arm's own sensor is to trigger there, where that is what is measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub on: Option<String>,
     /// Reading each contender predicts, mm, as `effect(where)`: [x, y, z].
     pub predicted: serde_json::Map<String, Value>,
 }

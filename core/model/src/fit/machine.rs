@@ -190,6 +190,9 @@ impl<'a> Machine<'a> {
         let cell = |column: &Option<Vec<f64>>| column.as_ref().and_then(|column| column.get(row)).copied();
         let approach =
             self.table.approach.as_deref().and_then(|sides| sides.get(row * joints..(row + 1) * joints));
+        let hand = point.map_or_else(Matrix3::identity, |_| {
+            state.base.rotation.matrix() * posture.flange.rotation.matrix()
+        });
         Situation {
             chain: &self.model.chain,
             q: self.table.q_of(row),
@@ -202,15 +205,19 @@ impl<'a> Machine<'a> {
             moments,
             posture,
             point: point.unwrap_or_else(Vector3::zeros),
-            hand: point.map_or_else(Matrix3::identity, |_| {
-                state.base.rotation.matrix() * posture.flange.rotation.matrix()
-            }),
-            trigger: self.trigger(state, row, point),
+            hand,
+            trigger: self.trigger(state, row, point, hand.column(2).into_owned()),
         }
     }
 
-    /// What the arm's own sensor did in a row, if it triggered there.
-    fn trigger(&self, state: &State, row: usize, point: Option<Vector3<f64>>) -> Option<Trigger> {
+    /// What the arm's own sensor did in a row, if it triggered there looking in the direction `look`.
+    fn trigger(
+        &self,
+        state: &State,
+        row: usize,
+        point: Option<Vector3<f64>>,
+        look: Vector3<f64>,
+    ) -> Option<Trigger> {
         let over = self.observations.of_row(row).iter().find_map(|equation| match equation.reading {
             Reading::Trigger(surface) => Some(usize::from(surface)),
             _ => None,
@@ -221,7 +228,7 @@ impl<'a> Machine<'a> {
         let sensor = self.model.sensor;
         let distance = match (sensor, point) {
             // At an edge it works over the table; over anything else, over that.
-            (Some(sensor), Some(point)) if edge => sensor.working + height_of(state, &point),
+            (Some(sensor), Some(point)) if edge => sensor.working + ahead(state, &point, &look),
             (Some(sensor), Some(point)) => {
                 let shape = state.surfaces.get(surface);
                 sensor.working + shape.map_or(0.0, |shape| away_from(shape, &point, &Vector3::z()).0)
@@ -424,14 +431,24 @@ impl<'a> Machine<'a> {
                 of_point((point - place).dot(&unit(axis)), unit(axis))
             }
             Reading::Surface(surface) | Reading::Trigger(surface) => {
-                let (value, normal) = state
-                    .surfaces
-                    .get(usize::from(surface))
-                    .map_or_else(|| (0.0, Vector3::zeros()), |shape| away_from(shape, point, up));
+                let away = |point: &Vector3<f64>| {
+                    let shape = state.surfaces.get(usize::from(surface));
+                    shape.map_or_else(|| (0.0, Vector3::zeros()), |shape| away_from(shape, point, up))
+                };
+                let (value, normal) = away(point);
                 match self.trigger_handle(equation.reading) {
                     Some(Handle::Edge) => {
-                        let by_height = up_from_table(state) * scratch.left_by_height;
-                        of_point(value - scratch.seen_left, normal - by_height)
+                        // A hand that tilts looks aside: what counts is the place on the table at which the sensor looks.
+                        let (base, _) = self.base(state, scratch);
+                        let look = base * scratch.posture.flange.rotation.matrix().column(2);
+                        let (far, table) = (ahead(state, point, &look), up_from_table(state));
+                        let (value, normal) = away(&(point + look * far));
+                        let beside = normal - table * (normal.dot(&look) / steepness(&look, &table));
+                        Prediction {
+                            value: value - scratch.seen_left,
+                            by_point: beside - table * scratch.left_by_height,
+                            by_turn: look.cross(&beside) * far,
+                        }
                     }
                     Some(_) => of_point(value - scratch.trigger_height - scratch.seen_above, normal),
                     None => of_point(value, normal),
@@ -681,15 +698,11 @@ impl<'a> Machine<'a> {
                 (column < block.jacobian.ncols()).then(|| block.jacobian.column_mut(column))
             {
                 let (by_point, by_turn) = (prediction.by_point * scale, prediction.by_turn * scale);
-                let turns = matches!(subject, Subject::Level(_));
                 let above = if self.trigger_handle(equation.reading).is_some() { scale } else { 0.0 };
                 for (((entry, linear), angular), trigger) in
                     entries.iter_mut().zip(&scratch.linear).zip(&scratch.angular).zip(&scratch.triggers)
                 {
-                    *entry = by_point.dot(linear) - above * trigger;
-                    if turns {
-                        *entry += by_turn.dot(angular);
-                    }
+                    *entry = by_point.dot(linear) + by_turn.dot(angular) - above * trigger;
                 }
                 self.own_freedoms(state, equation, &point, &up, scale, &mut entries);
             }
@@ -914,6 +927,17 @@ fn height_of(state: &State, point: &Vector3<f64>) -> f64 {
     table_of(state).map_or(0.0, |(normal, offset)| normal.dot(point) - offset)
 }
 
+/// How steeply a direction goes down to a table whose normal is `table`: its component along the normal, -1 straight down. What hardly goes down does
+/// not see the table, and is taken as if it went down at 15 degrees.
+fn steepness(look: &Vector3<f64>, table: &Vector3<f64>) -> f64 {
+    look.dot(table).min(-0.26)
+}
+
+/// How far ahead of a point, seen in the direction `look`, the plane lies that the sensor works over, mm.
+fn ahead(state: &State, point: &Vector3<f64>, look: &Vector3<f64>) -> f64 {
+    -height_of(state, point) / steepness(look, &up_from_table(state))
+}
+
 /// How far a point is from a surface (mm, positive outside) and in which direction that grows.
 fn away_from(shape: &SurfaceShape, point: &Vector3<f64>, up: &Vector3<f64>) -> (f64, Vector3<f64>) {
     match shape {
@@ -952,6 +976,78 @@ fn surface_derivative(shape: &SurfaceShape, which: usize, point: &Vector3<f64>, 
         SurfaceShape::Sphere { .. } | SurfaceShape::Point { .. } => {
             let (_, away) = away_from(shape, point, up);
             -away.get(which).copied().unwrap_or(0.0)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::{Spot, build};
+
+    const ARM: &str = "
+arm: folded
+convention: distal
+joints:
+  - {name: waist, a_mm: 0, alpha_deg: 90, d_mm: 195, theta_deg: 0}
+  - {name: shoulder, a_mm: 177.8, alpha_deg: 0, d_mm: 0, theta_deg: 0}
+  - {name: elbow, a_mm: 177.8, alpha_deg: 0, d_mm: 0, theta_deg: 0, less: shoulder}
+  - {name: pitch, a_mm: 0, alpha_deg: 90, d_mm: 0, theta_deg: 90, less: elbow}
+  - {name: roll, a_mm: 0, alpha_deg: 0, d_mm: 109, theta_deg: 0}
+base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0], free: false}
+targets: {p1: {xyz_mm: [0, 0, 8], free: false}}
+surfaces:
+  table: {plane: {normal: [0, 0, 1], offset_mm: 0}, free: false}
+  line_b: {line: {point_mm: [140, 0, 0], direction: [0, 1, 0], light: right}, free: false}
+measured_from: world
+sensor: {working_mm: 8, peak_mm: 5, spot_mm: 3, hysteresis_percent: 10, dark_percent: 7}
+noise: {on_mm: 1}
+";
+
+    /// The hand tilted outward and 2 mm lower than where it fires.
+    const EDGE: &str = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,on,signal\n12,24.9,-112,-65,0,line_b,off\n";
+
+    #[test]
+    fn a_tilted_hand_meets_an_edge_where_it_looks_and_its_derivatives_say_so() {
+        let model = Model::parse("arm.yaml", ARM).unwrap();
+        let table = Table::parse("edge.csv", EDGE).unwrap();
+        let observations = Observations::new(&model, &table).unwrap();
+        let zeros: Vec<AddedEffect> = (0..4)
+            .map(|joint| AddedEffect {
+                id: EffectId::at("joint_zero", Spot::Joint(joint)),
+                values: vec![0.0],
+            })
+            .collect();
+        assert!(zeros.iter().all(|zero| build(&zero.id, &model).is_ok()));
+        let machine = Machine::new(&model, &table, &observations, &zeros).unwrap();
+        let residual = |state: &State| machine.block(state, &[0], &[1.0], &[]).residuals[0];
+        let start = machine.start();
+
+        let point = machine.believed_point(&start, 0);
+        let look_outward = 65_f64.to_radians().tan().recip();
+        let seen = point.x + point.z * look_outward * 12_f64.to_radians().cos();
+        assert!(point.z.abs() > 1.0, "the point is not on the table: {point}");
+        let early = {
+            let sensor = machine.model.sensor.unwrap();
+            let distance = sensor.working + point.z / 65_f64.to_radians().sin();
+            -0.5 * sensor.spot * sensor.early(false, distance, sensor.hysteresis)
+        };
+        // Left of a line along y, seen from above, is towards -x.
+        let expected = -(-(seen - 140.0) - early);
+        assert!((residual(&start) - expected).abs() < 1e-6, "{} {expected}", residual(&start));
+
+        let jacobian = machine.block(&start, &[0], &[1.0], &[]).jacobian;
+        for joint in 0..4 {
+            let at = |by: f64| {
+                let mut state = start.clone();
+                state.effects[joint][0] += by;
+                residual(&state)
+            };
+            let slope = (at(-1e-5) - at(1e-5)) / 2e-5;
+            assert!(
+                (jacobian[(joint, 0)] - slope).abs() < 0.05 + 2e-3 * slope.abs(),
+                "{joint}: {slope} {jacobian}"
+            );
         }
     }
 }

@@ -127,6 +127,11 @@ impl Laboratory {
         &self.model
     }
 
+    /// What the table's readings are.
+    pub(crate) fn observations(&self) -> &Observations {
+        &self.observations
+    }
+
     /// The table.
     pub fn table(&self) -> &Table {
         &self.table

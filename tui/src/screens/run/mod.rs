@@ -3,6 +3,7 @@
 mod convergence;
 mod found;
 mod large;
+mod level_view;
 mod prompt;
 mod prompt_view;
 mod state;

@@ -2,12 +2,16 @@
 
 use std::time::Duration;
 
+use plumb_cell::answers::level_readings;
 use plumb_cell::command::Command;
 use plumb_cell::event::NamedValue;
 use plumb_cell::prompt::{Answer, Decision, Prompt, PromptKind};
 
 /// Steps a jog can make, in degrees (mm for a linear joint).
 pub(crate) const JOG_STEPS: [f64; 5] = [0.1, 0.5, 1.0, 5.0, 10.0];
+
+/// Characters the path of a picture may have.
+const LONGEST_PATH: usize = 1000;
 
 /// How long the first `h` waits for the second.
 const SAID_TWICE_WITHIN: Duration = Duration::from_secs(10);
@@ -61,12 +65,12 @@ impl OpenPrompt {
 
     /// Whether digits go into the answer.
     pub(crate) fn is_typed(&self) -> bool {
-        matches!(self.prompt.kind, PromptKind::Number { .. } | PromptKind::Text { .. })
+        matches!(self.prompt.kind, PromptKind::Number { .. } | PromptKind::Level { .. }) || self.is_written()
     }
 
     /// Whether letters do.
     pub(crate) fn is_written(&self) -> bool {
-        matches!(self.prompt.kind, PromptKind::Text { .. })
+        matches!(self.prompt.kind, PromptKind::Text { .. } | PromptKind::Photo)
     }
 
     /// Types one character into the field of a number or a text. Says whether it belonged there.
@@ -74,7 +78,9 @@ impl OpenPrompt {
         let longest = match &self.prompt.kind {
             // Longer than any number one reads off an instrument.
             PromptKind::Number { .. } if matches!(character, '0'..='9' | '.' | ',' | '-' | '+') => 18,
+            PromptKind::Level { .. } if matches!(character, '0'..='9' | '.' | ',' | '-' | '+' | ' ') => 24,
             PromptKind::Text { longest } if !character.is_control() => *longest,
+            PromptKind::Photo if !character.is_control() => LONGEST_PATH,
             _ => return false,
         };
         if self.offered {
@@ -128,6 +134,11 @@ impl OpenPrompt {
                 "" => Err("Nothing is written: write a line.".to_owned()),
                 text => Ok(Answer::Text { text: text.to_owned() }),
             },
+            PromptKind::Photo => match self.field.trim() {
+                "" => Err("Nothing is written: write the path of the picture you took.".to_owned()),
+                file => Ok(Answer::Photo { file: file.to_owned() }),
+            },
+            PromptKind::Level { .. } => level_readings(&self.field).map(|(x, y)| Answer::Level { x, y }),
             PromptKind::Number { unit, minimum, maximum, .. } => {
                 number(&self.field, unit, *minimum, *maximum).map(|value| Answer::Number { value })
             }

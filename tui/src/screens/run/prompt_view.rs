@@ -7,6 +7,7 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
+use super::level_view::level;
 use super::prompt::{OpenPrompt, bounds};
 use super::view::padded;
 use crate::screens::hits::{Hit, Hits};
@@ -49,7 +50,10 @@ pub(crate) fn note_hits(prompt: &OpenPrompt, scrolled: usize, hits: &Hits, area:
         PromptKind::Acknowledge { .. } => (0, Some(0)),
         PromptKind::Choice { options, .. } => (options.len(), None),
         PromptKind::Decision { options, .. } => (options.len(), None),
-        PromptKind::Number { .. } | PromptKind::Text { .. } => (0, None),
+        PromptKind::Number { .. }
+        | PromptKind::Text { .. }
+        | PromptKind::Level { .. }
+        | PromptKind::Photo => (0, None),
         PromptKind::JogTo { goals, joints, hand_over, .. } => {
             (joints.len(), Some(joints.len() + goals.len() + 1 + usize::from(*hand_over)))
         }
@@ -83,7 +87,13 @@ pub(crate) fn controls(prompt: &OpenPrompt, theme: &Theme, width: usize) -> Vec<
         PromptKind::Number { unit, minimum, maximum, .. } => {
             field(prompt, unit, *minimum, *maximum, theme, width)
         }
-        PromptKind::Text { longest } => line_of_text(prompt, *longest, theme, width),
+        PromptKind::Text { longest } => {
+            line_of_text(prompt, &format!("up to {longest} characters"), theme, width)
+        }
+        PromptKind::Level { most } => level(prompt, *most, theme, width),
+        PromptKind::Photo => {
+            line_of_text(prompt, "the path of the picture you took, PNG or JPEG", theme, width)
+        }
         PromptKind::JogTo { goals, joints, .. } => jog(prompt, goals, joints, theme),
         PromptKind::ConfirmPose { recorded, reported, .. } => poses(recorded, reported, theme),
         PromptKind::Decision { options, .. } => decisions(options, prompt.chosen, theme),
@@ -148,7 +158,7 @@ fn field(
 }
 
 /// What is written, cut at its beginning where it is too long for the room, with what may be.
-fn line_of_text(prompt: &OpenPrompt, longest: usize, theme: &Theme, width: usize) -> Vec<Line<'static>> {
+fn line_of_text(prompt: &OpenPrompt, what: &str, theme: &Theme, width: usize) -> Vec<Line<'static>> {
     let room = width.saturating_sub(4);
     let written: Vec<char> = prompt.field.chars().collect();
     let seen: String = written.iter().skip(written.len().saturating_sub(room)).collect();
@@ -158,7 +168,7 @@ fn line_of_text(prompt: &OpenPrompt, longest: usize, theme: &Theme, width: usize
         Span::styled("\u{2588}", theme.focus),
     ])];
     if prompt.refused.is_none() {
-        let hint = format!("up to {longest} characters \u{b7} Enter answers");
+        let hint = format!("{what} \u{b7} Enter answers");
         lines.extend(wrapped(&hint, width).into_iter().map(|line| Line::styled(line, theme.faint)));
     }
     lines

@@ -14,6 +14,7 @@ use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::NamedValue;
 use crate::expression::{Expression, Template};
+use crate::photo;
 use crate::prompt::{Answer, JogGoal, Prompt, PromptKind};
 use crate::step::{PromptStep, Question};
 
@@ -56,6 +57,28 @@ impl Engine {
                 let message = format!("answered: {value} {unit}").trim_end().to_owned();
                 let shown = NamedValue { name: "value".to_owned(), value, unit, uncertainty: None };
                 Done { result: json!({"value": value}), values: vec![shown], message }
+            }
+            Answer::Level { x, y } => {
+                let tilt = x.to_radians().tan().hypot(y.to_radians().tan()).atan().to_degrees();
+                let named = [("x", x), ("y", y), ("tilt", tilt)].map(|(name, value)| NamedValue {
+                    name: name.to_owned(),
+                    value,
+                    unit: "deg".to_owned(),
+                    uncertainty: None,
+                });
+                Done {
+                    result: json!({"x_deg": x, "y_deg": y, "tilt_deg": tilt}),
+                    message: format!("read: x {x} deg, y {y} deg, tilted {tilt:.2} deg"),
+                    values: named.into(),
+                }
+            }
+            Answer::Photo { file } => {
+                let photo = photo::examine(&file).map_err(StepError::Error)?;
+                Done {
+                    message: format!("photo: {} ({} bytes)", photo.file, photo.bytes),
+                    result: serde_json::to_value(&photo).unwrap_or_default(),
+                    ..Done::default()
+                }
             }
             Answer::Text { text } => {
                 let message = format!("written: {text}");
@@ -102,6 +125,8 @@ impl Engine {
                 decimals: None,
             },
             Question::Text { longest } => PromptKind::Text { longest: *longest },
+            Question::Level { most } => PromptKind::Level { most: *most },
+            Question::Photo => PromptKind::Photo,
             Question::JogTo { robot, goals, .. } => {
                 let mut bounds = Vec::new();
                 for goal in goals {
