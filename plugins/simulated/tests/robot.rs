@@ -99,7 +99,8 @@ fn a_stop_ends_a_move_with_the_arm_at_rest() {
     let before = robot.read_joints().unwrap();
     let (stopper, mut watcher) = (recording.clone(), served.connect());
     let stopping = std::thread::spawn(move || {
-        until("the move", || watcher.read(Verb::Read {}).unwrap().moving);
+        let started = watcher.read(Verb::Read {}).unwrap().joints;
+        until("the move", || watcher.read(Verb::Read {}).unwrap().joints != started);
         stopper.set_stop(true);
     });
     let error = robot.move_joints(&turn(0, 60.0)).unwrap_err();

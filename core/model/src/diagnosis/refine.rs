@@ -17,6 +17,9 @@ const STEPS: [f64; 3] = [0.35, 0.2, 0.1];
 /// How far the logarithm may move in one of them.
 const FARTHEST: f64 = 0.7;
 
+/// Rows that may not see the joint before and after its jump.
+const BLIND_ROWS: usize = 2;
+
 /// A refit with what is searched for at one place.
 struct Tried {
     squares: f64,
@@ -36,22 +39,24 @@ impl Laboratory {
         }
     }
 
-    /// The moment of a jump, to the row: all moments between the neighbours of the one that was tried.
+    /// The moment of a jump, to the row: all moments between the neighbours of the one that was tried. Rows that do not see the
+    /// joint date nothing: of moments that explain as much the last is taken, that of the first row that shows the jump.
     fn date(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
         let Some(first) = stage.contenders.first() else { return Ok(()) };
         let Some(tried) = first.id.inner else { return Ok(()) };
         let (id, start) = (first.id.clone(), first.values.clone());
         let clocks = &self.passport().clocks;
         let place = clocks.partition_point(|clock| *clock < tried);
-        let near = clocks.len().div_ceil(2 * joint_step::MOMENTS).max(1);
-        let mut best: Option<(Tried, f64)> = None;
+        let near = clocks.len().div_ceil(2 * joint_step::MOMENTS) + BLIND_ROWS;
+        let mut all: Vec<(Tried, f64)> = Vec::new();
         for at in clocks.iter().skip(place.saturating_sub(near)).take(2 * near + 1) {
             let there = EffectId { inner: Some(*at), ..id.clone() };
-            let there = self.tried(stage, &there, start.clone(), progress)?;
-            if best.as_ref().is_none_or(|(best, _)| there.squares < best.squares) {
-                best = Some((there, *at));
-            }
+            all.push((self.tried(stage, &there, start.clone(), progress)?, *at));
         }
+        let least = all.iter().map(|(there, _)| there.squares).fold(f64::INFINITY, f64::min);
+        let rank = all.first().map_or(0.0, |(there, _)| there.rank);
+        let variance = least / (stage.fitted.fit.normal.equations as f64 - rank).max(1.0);
+        let best = all.into_iter().rfind(|(there, _)| there.squares <= least + variance);
         let equations = stage.fitted.fit.normal.equations as f64;
         if let (Some((best, at)), Some(first)) = (best, stage.contenders.first_mut()) {
             first.bic = bic(best.squares, equations, best.rank, first.search_cost);

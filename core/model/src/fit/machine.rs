@@ -438,16 +438,21 @@ impl<'a> Machine<'a> {
                 let (value, normal) = away(point);
                 match self.trigger_handle(equation.reading) {
                     Some(Handle::Edge) => {
+                        if self.model.sensor.is_none() {
+                            return of_point(value, normal);
+                        }
                         // A hand that tilts looks aside: what counts is the place on the table at which the sensor looks.
                         let (base, _) = self.base(state, scratch);
                         let look = base * scratch.posture.flange.rotation.matrix().column(2);
                         let (far, table) = (ahead(state, point, &look), up_from_table(state));
                         let (value, normal) = away(&(point + look * far));
+                        // The further it looks, the earlier or later a spot of some width meets the edge.
+                        let by_height = table * scratch.left_by_height;
                         let beside = normal - table * (normal.dot(&look) / steepness(&look, &table));
                         Prediction {
                             value: value - scratch.seen_left,
-                            by_point: beside - table * scratch.left_by_height,
-                            by_turn: look.cross(&beside) * far,
+                            by_point: beside - by_height,
+                            by_turn: look.cross(&(beside - by_height)) * far,
                         }
                     }
                     Some(_) => of_point(value - scratch.trigger_height - scratch.seen_above, normal),
@@ -908,7 +913,7 @@ fn apply(drives: &[Drive], values: &[f64], scratch: &mut Scratch) {
 }
 
 /// By how much the sensor is lifted to see how an edge's place depends on its height, mm.
-const PROBE_HEIGHT: f64 = 0.05;
+const PROBE_HEIGHT: f64 = 0.002;
 
 /// The first plane of the model, which the sensor works over.
 fn table_of(state: &State) -> Option<(Vector3<f64>, f64)> {

@@ -19,7 +19,7 @@ joints:
   - {name: elbow, a_mm: 150}
   - {name: wrist, alpha_deg: 90}
 base: {free: false}
-targets: {p1: {xyz_mm: [0, 0, 8], free: false}}
+targets: {p1: {xyz_mm: [0, 0, 48], free: false}}
 sensor: {working_mm: 8, peak_mm: 5, spot_mm: 2, hysteresis_percent: 10, dark_percent: 5}
 surfaces:
   table: {plane: {normal: [0, 0, 1], offset_mm: 0}}
@@ -55,9 +55,13 @@ fn falls_through(mut low: f64, mut high: f64, of: impl Fn(f64) -> f64) -> f64 {
     low
 }
 
-/// Joint angles, deg, for a hand at radius `r` and height `z` of a column turned by `waist`, looking down but for `lean` (deg).
+/// From the wrist's axis to the face of the sensor, mm: were it nought, a wrist that is off and a sensor askew would be the same.
+const REACH: f64 = 40.0;
+
+/// Joint angles, deg, for a sensor's face at radius `r` and height `z` of a column turned by `waist`, looking down but for `lean` (deg).
 fn pose(waist: f64, r: f64, z: f64, lean: f64) -> [f64; 4] {
-    let z = z - 200.0;
+    let (sine, cosine) = lean.to_radians().sin_cos();
+    let (r, z) = (r - REACH * sine, z + REACH * cosine - 200.0);
     let elbow = -((r * r + z * z - 200.0_f64.powi(2) - 150.0_f64.powi(2)) / (2.0 * 200.0 * 150.0)).acos();
     let shoulder = z.atan2(r) - (150.0 * elbow.sin()).atan2(200.0 + 150.0 * elbow.cos());
     let (shoulder, elbow) = (shoulder.to_degrees(), elbow.to_degrees());
