@@ -4,6 +4,8 @@
 //! it has to say on standard output and gives its exit code; an error comes back here, is printed once, and ends the
 //! program with 2.
 
+#![warn(clippy::print_stdout, reason = "`say!` gives an error where `println!` panics")]
+
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};

@@ -9,6 +9,7 @@ use plumb_cell::cloud::{Cloud, CloudCamera};
 use plumb_light_stripe::geometry::read_rig;
 
 use crate::failure::CommandResult;
+use crate::say::say;
 
 /// Write a stored cloud for another program: PLY, PCD, E57, or MCAP with Foxglove's PointCloud and the camera's calibration.
 #[derive(Debug, clap::Args)]
@@ -54,6 +55,6 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let time_ns =
         taken.and_then(|time| time.duration_since(UNIX_EPOCH).ok()).map_or(0, |time| time.as_nanos() as u64);
     cloud.write(&arguments.to, time_ns, camera.as_ref())?;
-    println!("{} points in {}", cloud.points.len(), arguments.to.display());
+    say!("{} points in {}", cloud.points.len(), arguments.to.display())?;
     Ok(ExitCode::SUCCESS)
 }

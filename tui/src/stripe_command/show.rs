@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use plumb_cell::cloud::Cloud;
 
 use crate::failure::CommandResult;
+use crate::say::say;
 use crate::screens;
 use crate::screens::scan::{Colouring, PictureSize, ScanState, Stand, Strokes, picture};
 
@@ -94,14 +95,14 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let failed = |what: String| ShowError::Picture { path: path.clone(), what };
     let bytes = picture(&scan, arguments.size, arguments.stereo).map_err(failed)?;
     fs::write(path, bytes).map_err(|cause| failed(cause.to_string()))?;
-    println!("{} points of {} stripes, {}", scan.points.len(), scan.stripes, scan.eye.told());
+    say!("{} points of {} stripes, {}", scan.points.len(), scan.stripes, scan.eye.told())?;
     if let (true, Some(band)) = (arguments.edge_on, &scan.band) {
-        println!(
+        say!(
             "band {:.3} mm thick (95 % of the {} points in it), {:.3} mm rms",
             band.thickness(),
             band.points,
             band.rms
-        );
+        )?;
     }
     Ok(ExitCode::SUCCESS)
 }

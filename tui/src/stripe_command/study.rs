@@ -13,6 +13,7 @@ use super::outcome::{HEADER, Outcome, line, read_row, row, summary, table};
 use super::study_world::{Hidden, world};
 use super::{adjust, diagnose, study_figure};
 use crate::failure::CommandResult;
+use crate::say::say;
 
 /// Options of `study`.
 #[derive(Debug, clap::Args)]
@@ -61,14 +62,14 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
     fs::create_dir_all(&arguments.output)?;
     let mut outcomes = Vec::new();
     let mut failures = 0_u32;
-    println!("{HEADER}");
+    say!("{HEADER}")?;
     for hidden in hidden {
         for cell in &arguments.cells {
             for seed in arguments.seed..arguments.seed + arguments.worlds {
                 let world = SealedWorld { cell, hidden, seed, output: &arguments.output };
                 match world.studied() {
                     Ok(outcome) => {
-                        println!("{}", line(&outcome));
+                        say!("{}", line(&outcome))?;
                         outcomes.push(outcome);
                     }
                     // The other worlds are studied nevertheless; it is told at the end that some are missing.
@@ -86,7 +87,7 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
     };
     write("direction-error.csv", &table(&outcomes))?;
     write("direction-error.svg", &study_figure::svg(&outcomes)?)?;
-    print!("\n{}", summary(&outcomes));
+    say!("\n{}", summary(&outcomes).trim_end())?;
     if failures > 0 {
         return Err(StudyError::Missing { failures, output: arguments.output.clone() }.into());
     }
