@@ -1,6 +1,9 @@
 //! What was searched for on a coarse grid (a time constant, the moment at which a joint stiffens) is settled, and what is not
 //! known of it widens the error of the size.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
 use nalgebra::DVector;
 
 use super::search::Stage;
@@ -46,17 +49,30 @@ impl Laboratory {
         let Some(tried) = first.id.inner else { return Ok(()) };
         let (id, start) = (first.id.clone(), first.values.clone());
         let clocks = &self.passport().clocks;
-        let place = clocks.partition_point(|clock| *clock < tried);
+        let mut place = clocks.partition_point(|clock| *clock < tried);
         let near = clocks.len().div_ceil(2 * joint_step::MOMENTS) + BLIND_ROWS;
-        let mut all: Vec<(Tried, f64)> = Vec::new();
-        for at in clocks.iter().skip(place.saturating_sub(near)).take(2 * near + 1) {
-            let there = EffectId { inner: Some(*at), ..id.clone() };
-            all.push((self.tried(stage, &there, start.clone(), progress)?, *at));
+        let mut known: BTreeMap<usize, Tried> = BTreeMap::new();
+        // A moment at the edge of those that were tried may have better ones beyond.
+        for _ in 0..clocks.len() {
+            let (first, last) = (place.saturating_sub(near), (place + near + 1).min(clocks.len()));
+            for (row, at) in clocks.iter().enumerate().take(last).skip(first) {
+                if let Entry::Vacant(unknown) = known.entry(row) {
+                    let there = EffectId { inner: Some(*at), ..id.clone() };
+                    unknown.insert(self.tried(stage, &there, start.clone(), progress)?);
+                }
+            }
+            let least = known.values().map(|there| there.squares).fold(f64::INFINITY, f64::min);
+            let rank = known.values().next().map_or(0.0, |there| there.rank);
+            let variance = least / (stage.fitted.fit.normal.equations as f64 - rank).max(1.0);
+            let alike = |(_, there): &(&usize, &Tried)| there.squares <= least + variance;
+            let Some(latest) = known.iter().rfind(alike).map(|(row, _)| *row) else { return Ok(()) };
+            let inside = (latest > first || first == 0) && (latest + 1 < last || last == clocks.len());
+            place = latest;
+            if inside {
+                break;
+            }
         }
-        let least = all.iter().map(|(there, _)| there.squares).fold(f64::INFINITY, f64::min);
-        let rank = all.first().map_or(0.0, |(there, _)| there.rank);
-        let variance = least / (stage.fitted.fit.normal.equations as f64 - rank).max(1.0);
-        let best = all.into_iter().rfind(|(there, _)| there.squares <= least + variance);
+        let best = known.remove(&place).zip(clocks.get(place).copied());
         let equations = stage.fitted.fit.normal.equations as f64;
         if let (Some((best, at)), Some(first)) = (best, stage.contenders.first_mut()) {
             first.bic = bic(best.squares, equations, best.rank, first.search_cost);
