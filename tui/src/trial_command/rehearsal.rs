@@ -77,13 +77,13 @@ pub(super) fn run(arguments: &RehearsalArguments) -> Result<Outcome, TrialError>
                 Some(floor_mm) => *floor_mm,
                 None => {
                     tell(&format!("seed {seed}, nothing hidden"));
-                    let floor_mm = Bench::new(arguments, "none", seed)?.floor()?;
+                    let floor_mm = Bench::new(arguments, "floor", "none", seed)?.floor()?;
                     floors.insert(seed, floor_mm);
                     floor_mm
                 }
             };
             tell(&format!("seed {seed}, {fault}"));
-            done.push(Bench::new(arguments, fault, seed)?.rehearse(floor_mm)?);
+            done.push(Bench::new(arguments, fault, fault, seed)?.rehearse(floor_mm)?);
         }
     }
     tell("");
@@ -156,8 +156,9 @@ impl Drop for Passing {
 }
 
 impl Bench {
-    fn new(arguments: &RehearsalArguments, fault: &str, seed: u64) -> Result<Self, TrialError> {
-        let name = format!("{fault}-{seed}");
+    /// `called` begins the directory's name: nothing hidden may be a trial of its own and the floor of the others.
+    fn new(arguments: &RehearsalArguments, called: &str, fault: &str, seed: u64) -> Result<Self, TrialError> {
+        let name = format!("{called}-{seed}");
         let (directory, passing) = match &arguments.output {
             Some(folder) => (folder.join(name), None),
             None => {
