@@ -5,31 +5,14 @@
 
 #![allow(clippy::print_stdout, reason = "its table is what it is for")]
 
+#[path = "../tests/common/chance.rs"]
+mod chance;
+
+use chance::Chance;
 use plumb_light_stripe::extract::{Centre, Extractor, Image, Noise, Settings, Threshold};
 
 const PICTURES: u64 = 64;
 const SIZE: usize = 256;
-
-/// Chance, the same every time (splitmix).
-struct Chance(u64);
-
-impl Chance {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: usize, high: usize) -> usize {
-        low + (self.uniform() * (high - low) as f64) as usize
-    }
-
-    fn normal(&mut self) -> f64 {
-        (-2.0 * (1.0 - self.uniform()).ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
-    }
-}
 
 /// What a picture is made of.
 #[derive(Clone, Copy)]
