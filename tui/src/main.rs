@@ -13,6 +13,7 @@ use clap::{Parser, Subcommand};
 mod answer_command;
 mod certificate_command;
 mod check_command;
+mod cloud_file;
 mod doctor_command;
 mod emulate_command;
 mod failure;

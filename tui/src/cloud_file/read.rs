@@ -5,19 +5,19 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use nalgebra::Point3;
+use plumb_cell::cloud::{Cloud, CloudPoint};
 use plumb_plugin::StripePoint;
 
 use super::number_format::{NumberFormat, Numbers};
-use super::{Cloud, CloudPoint};
 
 /// Why a file gives no cloud.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {what}", path.display())]
-pub struct CloudReadError {
+pub(crate) struct CloudReadError {
     /// The file.
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// What is wrong, and what would be right.
-    pub what: String,
+    pub(crate) what: String,
 }
 
 /// A file with more points is a mistake.
@@ -84,27 +84,25 @@ impl Gathered {
     }
 }
 
-impl Cloud {
-    /// Reads a cloud from a file by its ending: `.ply`, `.pcd` or `.e57`. Lengths are mm unless a PLY or PCD says `units m` in a comment; E57 has metres.
-    ///
-    /// # Errors
-    /// [`CloudReadError`]
-    pub fn read(path: &Path) -> Result<Cloud, CloudReadError> {
-        let wrong = |what: String| CloudReadError { path: path.to_owned(), what };
-        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase();
-        let bytes = fs::read(path).map_err(|cause| wrong(cause.to_string()))?;
-        let cloud = match ending.as_str() {
-            "ply" => from_ply(&bytes),
-            "pcd" => from_pcd(&bytes),
-            "e57" => from_e57(bytes),
-            _ => Err(format!("clouds are read from .ply, .pcd and .e57, not from `.{ending}`")),
-        };
-        let cloud = cloud.map_err(wrong)?;
-        if cloud.points.is_empty() {
-            return Err(wrong("it holds no point".to_owned()));
-        }
-        Ok(cloud)
+/// Reads a cloud from a file by its ending: `.ply`, `.pcd` or `.e57`. Lengths are mm unless a PLY or PCD says `units m` in a comment; E57 has metres.
+///
+/// # Errors
+/// [`CloudReadError`]
+pub(crate) fn read(path: &Path) -> Result<Cloud, CloudReadError> {
+    let wrong = |what: String| CloudReadError { path: path.to_owned(), what };
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase();
+    let bytes = fs::read(path).map_err(|cause| wrong(cause.to_string()))?;
+    let cloud = match ending.as_str() {
+        "ply" => from_ply(&bytes),
+        "pcd" => from_pcd(&bytes),
+        "e57" => from_e57(bytes),
+        _ => Err(format!("clouds are read from .ply, .pcd and .e57, not from `.{ending}`")),
+    };
+    let cloud = cloud.map_err(wrong)?;
+    if cloud.points.is_empty() {
+        return Err(wrong("it holds no point".to_owned()));
     }
+    Ok(cloud)
 }
 
 /// Splits off the head up to and with the line that begins with `last`; its lines, and what follows.

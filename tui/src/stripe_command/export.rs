@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::UNIX_EPOCH;
 
-use plumb_cell::cloud::{Cloud, CloudCamera};
 use plumb_light_stripe::geometry::read_rig;
 
+use crate::cloud_file::{self, CloudCamera};
 use crate::failure::CommandResult;
 use crate::say::say;
 
@@ -33,7 +33,7 @@ struct Exists(PathBuf);
 /// # Errors
 /// The file holds no cloud, the rig cannot be read, the new file is there already or cannot be written.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
-    let cloud = Cloud::read(&arguments.cloud)?;
+    let cloud = cloud_file::read(&arguments.cloud)?;
     let camera = match &arguments.rig {
         None => None,
         Some(path) => {
@@ -54,7 +54,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let taken = fs::metadata(&arguments.cloud).and_then(|file| file.modified()).ok();
     let time_ns =
         taken.and_then(|time| time.duration_since(UNIX_EPOCH).ok()).map_or(0, |time| time.as_nanos() as u64);
-    cloud.write(&arguments.to, time_ns, camera.as_ref())?;
+    cloud_file::write(&cloud, &arguments.to, time_ns, camera.as_ref())?;
     say!("{} points in {}", cloud.points.len(), arguments.to.display())?;
     Ok(ExitCode::SUCCESS)
 }

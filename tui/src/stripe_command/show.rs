@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use plumb_cell::cloud::Cloud;
 
+use crate::cloud_file;
 use crate::failure::CommandResult;
 use crate::say::say;
 use crate::screens;
@@ -86,7 +87,7 @@ fn size(text: &str) -> Result<PictureSize, String> {
 /// # Errors
 /// The file holds no cloud; the picture cannot be written; the terminal cannot be used.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
-    let cloud = Cloud::read(&arguments.cloud)?;
+    let cloud = cloud_file::read(&arguments.cloud)?;
     let scan = arguments.looked_at(cloud)?;
     let Some(path) = &arguments.picture else {
         screens::look(scan)?;

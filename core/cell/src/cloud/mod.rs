@@ -1,20 +1,15 @@
 //! Clouds of points: what a scan has made, as files and as fitted surfaces.
 
 mod file;
-mod number_format;
 mod pyramid;
-mod read;
 mod surface;
-mod write;
 
 use nalgebra::Point3;
 use plumb_plugin::StripePoint;
 
 pub use file::SaveError;
 pub use pyramid::PyramidFit;
-pub use read::CloudReadError;
 pub use surface::{FitError, PlaneFit, SphereFit};
-pub use write::CloudCamera;
 
 /// A point of a cloud.
 #[derive(Debug, Clone, Copy, PartialEq)]
