@@ -2,7 +2,7 @@
 //!
 //! ```console
 //! $ cargo bench --workspace --bench figures              # everything, a few minutes
-//! $ cargo bench --workspace --bench figures -- stop      # or: request, stream, frames, start, steps, paths
+//! $ cargo bench --workspace --bench figures -- stop      # or: request, stream, frames, start, steps, parsers, paths
 //! $ cargo bench --workspace --bench figures -- paths 200 # with a count of one's own
 //! ```
 //!
@@ -11,6 +11,7 @@
 #![allow(clippy::print_stdout, reason = "its tables are what it is for")]
 
 mod frames;
+mod parsers;
 mod parts;
 mod paths;
 mod request;
@@ -30,7 +31,7 @@ type Measured = Result<(), Box<dyn Error>>;
 /// A measurement: its name, what it measures, how often unless told otherwise, and how.
 type Row = (&'static str, &'static str, usize, fn(usize) -> Measured);
 
-const MEASUREMENTS: [Row; 7] = [
+const MEASUREMENTS: [Row; 8] = [
     ("request", "a request to a plugin and back, beside raw iceoryx2", 4000, request::measure),
     ("stream", "a state stream of 1 kHz, messages", 10_000, stream::measure),
     (
@@ -42,6 +43,7 @@ const MEASUREMENTS: [Row; 7] = [
     ("stop", "from a stop to the last half-step at 9600 baud, stops each", 100, stop::measure),
     ("start", "from `plumb run` to the first motion, runs each", 10, start::measure),
     ("steps", "steps of a procedure a second, beside OpenHTF, steps", 500, steps::measure),
+    ("parsers", "what reads the controllers' answers, fed with damaged ones, seconds", 60, parsers::measure),
     ("paths", "the same initialization over two ways to a worn arm, seeds", 20, paths::measure),
 ];
 

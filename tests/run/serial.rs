@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use nix::pty::{OpenptyResult, openpty};
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::Verb;
-use plumb_teachmover::serial_line::SerialLine;
+use plumb_teachmover::reply_line::ReplyLine;
 
 use crate::lab::{Lab, PATIENCE, Running, Said};
 
@@ -245,7 +245,7 @@ fn a_port_that_another_program_has_is_named_with_how_to_find_that() {
     let bench = Bench::new();
     let port = bench.lab.path("port").display().to_string();
     let before = bench.stands();
-    let held = SerialLine::open(&port, 9600).unwrap();
+    let held = ReplyLine::open(&port, 9600).unwrap();
     let run = bench.run();
     assert_refused(&run, "another program has it open; end that program (fuser ");
     drop(held);

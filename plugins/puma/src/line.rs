@@ -1,10 +1,9 @@
-//! The serial line: bytes with deadlines, and errors that say what to check.
+//! The serial line, with a count of what went over it, and what can go wrong in a conversation.
 
-use std::io::{ErrorKind, Read, Write};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use plumb_plugin::PluginError;
-use serialport::{ClearBuffer, DataBits, FlowControl, Parity, SerialPort, StopBits, TTYPort};
+use plumb_serial_line::{OpenFailure, SerialLine, Unplugged, WriteFailure};
 
 use crate::reply::text_of;
 
@@ -24,13 +23,14 @@ pub struct LineError {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LineFailure {
     /// The port cannot be opened.
-    #[error(
-        "the port cannot be opened: {0}; check its name (ls /dev/serial/by-id), that the adapter is plugged in, and that no other program has it"
-    )]
-    Open(String),
+    #[error("cannot open the serial port: {0}")]
+    Open(OpenFailure),
+    /// The line takes no more characters.
+    #[error(transparent)]
+    NotTaken(WriteFailure),
     /// The port is gone.
-    #[error("the port is gone ({0}); check that the adapter is plugged in")]
-    Unplugged(String),
+    #[error(transparent)]
+    Unplugged(#[from] Unplugged),
     /// The controller does not answer to a control C.
     #[error(
         "the controller does not answer; check that it is switched on, the cable, the rate (9600 baud, 8 bits, no parity), and that its terminal line is the one plugged in"
@@ -82,9 +82,11 @@ impl LineError {
     pub fn plugin_error(&self) -> PluginError {
         let text = self.to_string();
         match self.failure {
-            LineFailure::Open(_) | LineFailure::Unplugged(_) | LineFailure::Silent => {
-                PluginError::Disconnected(text)
-            }
+            LineFailure::Open(ref failure) if failure.is_of_the_name() => PluginError::Refused(text),
+            LineFailure::Open(_)
+            | LineFailure::NotTaken(_)
+            | LineFailure::Unplugged(_)
+            | LineFailure::Silent => PluginError::Disconnected(text),
             LineFailure::Rebooted => PluginError::NotReady(text),
             LineFailure::Unfinished { .. } => PluginError::TimedOut(text),
             LineFailure::NotEchoed { .. }
@@ -101,71 +103,44 @@ pub(crate) fn shown(bytes: &[u8]) -> String {
     if short.len() < text.len() { format!("{short}...") } else { short }
 }
 
-/// A port that is open, 8 data bits, no parity, 1 stop bit, no handshake.
+/// How long the line may take for its bytes, beside their own time on it.
+const TAKEN_WITHIN: Duration = Duration::from_secs(2);
+
+/// An open port, with the number of characters that went over it each way since it was opened.
 #[derive(Debug)]
 pub(crate) struct Line {
-    port: TTYPort,
-    pub(crate) name: String,
-    baud: u32,
-    /// Bytes sent and received since the line was opened.
+    line: SerialLine,
     pub(crate) sent: u32,
     pub(crate) received: u32,
 }
 
 impl Line {
     pub(crate) fn open(name: &str, baud: u32) -> Result<Self, LineFailure> {
-        let failed = |error: serialport::Error| LineFailure::Open(error.description);
-        let port = serialport::new(name, baud)
-            .data_bits(DataBits::Eight)
-            .parity(Parity::None)
-            .stop_bits(StopBits::One)
-            .flow_control(FlowControl::None)
-            .timeout(Duration::from_millis(10))
-            .open_native()
-            .map_err(failed)?;
-        port.clear(ClearBuffer::All).map_err(failed)?;
-        Ok(Self { port, name: name.to_owned(), baud, sent: 0, received: 0 })
+        let line = SerialLine::open(name, baud).map_err(LineFailure::Open)?;
+        Ok(Self { line, sent: 0, received: 0 })
     }
 
-    /// How long `bytes` characters take on the line: each is ten bits.
-    pub(crate) fn duration(&self, bytes: u32) -> Duration {
-        Duration::from_secs_f64(f64::from(bytes) * 10.0 / f64::from(self.baud.max(1)))
+    pub(crate) fn name(&self) -> &str {
+        self.line.name()
+    }
+
+    /// How long `characters` take on the line.
+    pub(crate) fn duration(&self, characters: u32) -> Duration {
+        self.line.duration(characters as usize)
     }
 
     pub(crate) fn write(&mut self, bytes: &[u8]) -> Result<(), LineFailure> {
-        let deadline = Instant::now() + Duration::from_secs(2) + self.duration(bytes.len() as u32);
-        for byte in bytes {
-            loop {
-                match self.port.write(&[*byte]) {
-                    Ok(1..) => break,
-                    Ok(0) => {}
-                    Err(error) if matches!(error.kind(), ErrorKind::Interrupted | ErrorKind::TimedOut) => {}
-                    Err(error) => return Err(LineFailure::Unplugged(error.to_string())),
-                }
-                if Instant::now() > deadline {
-                    return Err(LineFailure::Unplugged("it takes no more characters".to_owned()));
-                }
-            }
-            self.sent = self.sent.saturating_add(1);
-        }
-        Ok(())
+        let written = self.line.write(bytes, TAKEN_WITHIN + self.line.duration(bytes.len()));
+        let sent = written.as_ref().map_or_else(|error| error.sent, |()| bytes.len());
+        self.sent = self.sent.saturating_add(sent as u32);
+        written.map_err(|error| LineFailure::NotTaken(error.failure))
     }
 
     /// What comes within `limit`; it returns as soon as something has come.
     pub(crate) fn read(&mut self, limit: Duration) -> Result<Vec<u8>, LineFailure> {
-        let unplugged = |error: &dyn std::fmt::Display| LineFailure::Unplugged(error.to_string());
-        let mut bytes = [0; 256];
-        self.port.set_timeout(limit).map_err(|error| unplugged(&error))?;
-        match self.port.read(&mut bytes) {
-            Ok(count) => {
-                self.received = self.received.saturating_add(count as u32);
-                Ok(bytes.get(..count).unwrap_or_default().to_vec())
-            }
-            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {
-                Ok(Vec::new())
-            }
-            Err(error) => Err(unplugged(&error)),
-        }
+        let came = self.line.read(limit)?;
+        self.received = self.received.saturating_add(came.len() as u32);
+        Ok(came)
     }
 
     /// What comes until the line has been quiet for `quiet`, but no longer than `most`.
@@ -174,15 +149,8 @@ impl Line {
         quiet: Duration,
         most: Duration,
     ) -> Result<Vec<u8>, LineFailure> {
-        let deadline = Instant::now() + most;
-        let mut came = Vec::new();
-        while Instant::now() < deadline {
-            let more = self.read(quiet)?;
-            if more.is_empty() {
-                break;
-            }
-            came.extend(more);
-        }
+        let came = self.line.read_until_quiet(quiet, most)?;
+        self.received = self.received.saturating_add(came.len() as u32);
         Ok(came)
     }
 }

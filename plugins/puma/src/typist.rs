@@ -334,7 +334,7 @@ impl Typist {
     }
 
     fn error(&self, command: &str, failure: LineFailure) -> LineError {
-        LineError { port: self.line.name.clone(), command: command.to_owned(), failure }
+        LineError { port: self.line.name().to_owned(), command: command.to_owned(), failure }
     }
 }
 

@@ -11,8 +11,10 @@ mod terminal;
 
 use std::cell::RefCell;
 
+use plumb_plugin::recording::RecordingHost;
 use plumb_plugin::{JointVector, PluginError, Robot, conformance};
 use plumb_puma::Puma;
+use plumb_serial_line::SerialLine;
 use plumb_simulated::emulate::val2::{Dialect, Emulator, EmulatorOptions, Event};
 use plumb_simulated::protocol::Pace;
 use serde_json::json;
@@ -33,6 +35,23 @@ fn it_does_what_every_robot_must() {
         Puma::create(&config, host)
     });
     assert!(report.is_good(), "{report}");
+}
+
+#[test]
+fn a_port_that_cannot_be_used_is_told_with_what_to_check() {
+    let world = World::start(Pace::Fast);
+    let options = EmulatorOptions { world: world.socket.clone(), ..EmulatorOptions::default() };
+    let emulator = Emulator::start(options).unwrap();
+    let taken = emulator.standing().port.unwrap().display().to_string();
+    let _holder = SerialLine::open(&taken, 9600).unwrap();
+    for (port, told) in [
+        ("/dev/ttyUSB-none".to_owned(), "there is no such port; check that the adapter is plugged in"),
+        (taken, "another program has it open; end that program"),
+        ("/dev/null".to_owned(), "that is no serial port; check the name"),
+    ] {
+        let error = Puma::create(&json!({"port": port}), RecordingHost::new().host()).unwrap_err();
+        assert!(error.text().contains(&port) && error.text().contains(told), "{error:?}");
+    }
 }
 
 #[test]

@@ -4,7 +4,6 @@
 //! cargo bench -p plumb-puma --profile dev --bench terminal -- poses 16             time per pose, and where it goes
 //! cargo bench -p plumb-puma --profile dev --bench terminal -- stops 90             stops, from the wish to the wire, and how far the arm still goes
 //! cargo bench -p plumb-puma --profile dev --bench terminal -- conversations 10000  conversations over bad lines; ends with 1 if anything was wrong
-//! cargo bench -p plumb-puma --profile dev --bench terminal -- parsers 3600         what reads the line, fed with bytes at random, for so many seconds
 //! ```
 
 #![allow(clippy::unwrap_used, clippy::panic, dead_code, reason = "shared with the tests")]
@@ -16,7 +15,6 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use plumb_puma::reply::{Ending, Reply, sign};
 use terminal::{conversations, poses, stops};
 
 fn main() -> ExitCode {
@@ -27,9 +25,8 @@ fn main() -> ExitCode {
         Some("poses") => time_poses(number(16)),
         Some("stops") => make_stops(number(90)),
         Some("conversations") => return hold_conversations(number(10_000)),
-        Some("parsers") => feed_parsers(Duration::from_secs(number(60))),
         _ => {
-            eprintln!("say which figures: poses, stops, conversations or parsers, and a number");
+            eprintln!("say which figures: poses, stops or conversations, and a number");
             return ExitCode::from(2);
         }
     }
@@ -91,63 +88,4 @@ fn hold_conversations(count: u64) -> ExitCode {
     );
     held.wrong.iter().for_each(|wrong| println!("  {wrong}"));
     if held.wrong.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-}
-
-/// What a controller may say, cut, joined and damaged.
-const SAID: [&[u8]; 12] = [
-    b"\r\n    X/JT1    Y/JT2    Z/JT3    O/JT4    A/JT5    T/JT6\r\n",
-    b"  -90.000  -180.000   180.000  -100.250     0.000  -135.500\r\n",
-    b" -90.00-180.00 180.00-100.25   0.00-135.50  12.00\r\n",
-    b"Change? ",
-    b"CHANGES?",
-    b"Change?\r\0\0\n",
-    b"Are you sure (Y/N)? ",
-    b"*Joint 3 out of range*\r\n.",
-    b"[Fatal] Panic command\r\n.",
-    b"\r\nVAL-II  1.4B\r\nLoad VAL from floppy (Y/N)? N\r\n.",
-    b"* ",
-    b". ",
-];
-
-/// A small generator (xorshift).
-struct Dice(u64);
-
-impl Dice {
-    fn below(&mut self, most: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 16) as usize % most.max(1)
-    }
-}
-
-fn feed_parsers(duration: Duration) {
-    let (begun, mut dice, mut fed, mut rows) = (Instant::now(), Dice(0x2026_1985), 0_u64, 0_u64);
-    while begun.elapsed() < duration {
-        for _ in 0..1000 {
-            let mut bytes = Vec::new();
-            for _ in 0..dice.below(6) {
-                bytes.extend_from_slice(SAID[dice.below(SAID.len())]);
-            }
-            for _ in 0..dice.below(8) {
-                let (place, byte) = (dice.below(bytes.len()), dice.below(256) as u8);
-                match dice.below(4) {
-                    0 => bytes.truncate(place),
-                    1 => bytes.insert(place, byte),
-                    2 if !bytes.is_empty() => drop(bytes.remove(place)),
-                    _ => bytes.iter_mut().skip(place).take(1).for_each(|kept| *kept = byte),
-                }
-            }
-            let _ = sign(&bytes);
-            let reply = Reply::of(&bytes, Ending::Command);
-            let read = reply.rows();
-            assert!(read.iter().flatten().all(|number| number.is_finite()), "{bytes:?}");
-            let _ = (reply.complaint(), reply.is_greeting());
-            (fed, rows) = (fed + 1, rows + read.len() as u64);
-        }
-    }
-    println!(
-        "{fed} answers in {:.0} s, {rows} rows of numbers among them, nothing open",
-        begun.elapsed().as_secs_f64()
-    );
 }

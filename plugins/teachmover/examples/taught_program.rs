@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use plumb_teachmover::controller::{Controller, OnlyThePendantStopsIt};
 use plumb_teachmover::protocol::{Command, ProgramLine, Status, parse_program};
-use plumb_teachmover::serial_line::SerialLine;
+use plumb_teachmover::reply_line::ReplyLine;
 
 /// What an operator types to confirm that they can stop the arm.
 const CONFIRMATION: &str = "I stand at the pendant";
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn connect(port: &str) -> Result<Controller, Box<dyn Error>> {
-    let mut controller = Controller::new(SerialLine::open(port, 9600)?, b'@', Duration::from_secs(1));
+    let mut controller = Controller::new(ReplyLine::open(port, 9600)?, b'@', Duration::from_secs(1));
     controller.resynchronise()?;
     controller.read()?;
     Ok(controller)

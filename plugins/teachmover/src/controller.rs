@@ -9,7 +9,7 @@ use crate::drive::HalfSteps;
 use crate::protocol::{
     Command, ControllerState, PrintableBytes, ProgramLine, Status, parse_program, parse_state, parse_status,
 };
-use crate::serial_line::{ReplyFailure, SerialError, SerialLine};
+use crate::reply_line::{ReplyFailure, ReplyLine, SerialError};
 use crate::speed_code::SpeedCode;
 
 /// How often a reading is asked for before it is given up: reading moves nothing, so asking again is safe.
@@ -71,7 +71,7 @@ impl OnlyThePendantStopsIt {
 /// The controller at the far end of the line.
 #[derive(Debug)]
 pub struct Controller {
-    line: SerialLine,
+    line: ReplyLine,
     recognition: u8,
     reply_limit: Duration,
 }
@@ -79,7 +79,7 @@ pub struct Controller {
 impl Controller {
     /// The controller that answers to `recognition`, usually `@`. `reply_limit` is how long it may take to answer, beside the time on the line
     /// and that of the motion.
-    pub fn new(line: SerialLine, recognition: u8, reply_limit: Duration) -> Self {
+    pub fn new(line: ReplyLine, recognition: u8, reply_limit: Duration) -> Self {
         Self { line, recognition, reply_limit }
     }
 
@@ -89,7 +89,7 @@ impl Controller {
     }
 
     /// The line it is on.
-    pub fn line(&self) -> &SerialLine {
+    pub fn line(&self) -> &ReplyLine {
         &self.line
     }
 

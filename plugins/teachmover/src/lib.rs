@@ -8,7 +8,7 @@ pub mod controller;
 pub mod cutting;
 pub mod drive;
 pub mod protocol;
-pub mod serial_line;
+pub mod reply_line;
 pub mod speed_code;
 
 mod configuration;

@@ -18,7 +18,7 @@ use crate::controller::Controller;
 use crate::cutting::Slowness;
 use crate::drive::{HalfSteps, Joint, Joints, RegisterZero};
 use crate::protocol::ControllerState;
-use crate::serial_line::SerialLine;
+use crate::reply_line::ReplyLine;
 use crate::speed_code::SpeedCode;
 
 /// How long an arm that was read without a fault is taken to stand as it did then, when it is activated.
@@ -65,7 +65,7 @@ enum Mode {
 impl Robot for TeachMover {
     fn create(config: &Value, host: Host) -> Result<Self, PluginError> {
         let configuration = Configuration::read(config)?;
-        let line = SerialLine::open(&configuration.port, configuration.baud)?;
+        let line = ReplyLine::open(&configuration.port, configuration.baud)?;
         let reply_within_ms = u64::from(configuration.reply_within_ms);
         let pauses_ms = u64::from(configuration.reply_delay.unwrap_or(0)) * LONGEST_REPLY;
         let reply_limit = Duration::from_millis(reply_within_ms + pauses_ms);

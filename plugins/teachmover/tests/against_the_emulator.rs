@@ -11,7 +11,7 @@ use plumb_teachmover::TeachMover;
 use plumb_teachmover::controller::{Controller, OnlyThePendantStopsIt};
 use plumb_teachmover::drive::{HalfSteps, Joint, RegisterZero};
 use plumb_teachmover::protocol::{Command, ProgramLine, Status};
-use plumb_teachmover::serial_line::SerialLine;
+use plumb_teachmover::reply_line::ReplyLine;
 use plumb_teachmover::speed_code::SpeedCode;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
@@ -229,7 +229,7 @@ fn any_sequence_of_the_ten_commands_is_understood_alike() {
             let mut emulator =
                 Emulator::start(LineOptions::default(), Box::new(BareMotors::new(true, OPENING))).unwrap();
             let port = emulator.standing().port.unwrap().display().to_string();
-            let line = SerialLine::open(&port, 9600).unwrap();
+            let line = ReplyLine::open(&port, 9600).unwrap();
             let mut controller = Controller::new(line, b'@', Duration::from_secs(5));
             for command in &commands {
                 carry_out(&mut controller, &mut emulator, command);

@@ -9,7 +9,7 @@ use plumb_plugin::{LogLevel, PluginError};
 use super::TeachMover;
 use crate::controller::ControllerError;
 use crate::protocol::{ProgramLine, parse_program};
-use crate::serial_line::{ReplyFailure, SerialError};
+use crate::reply_line::{ReplyFailure, SerialError};
 
 /// Whether nobody answered.
 fn is_silence(error: &ControllerError) -> bool {

@@ -11,7 +11,7 @@ use crate::cutting::Closing;
 use crate::drive::{HalfSteps, Joint};
 use crate::limits;
 use crate::protocol::Command;
-use crate::serial_line::SerialError;
+use crate::reply_line::SerialError;
 use crate::speed_code::SpeedCode;
 
 /// The most half-steps by which one piece closes the gripper while its switch is watched: half a millimetre. 32 half-steps past the contact

@@ -5,8 +5,9 @@ use std::time::Duration;
 use crate::pseudo_terminal::PseudoTerminal;
 use plumb_plugin::recording::RecordingHost;
 use plumb_plugin::{PluginError, Robot};
+use plumb_serial_line::WriteFailure;
 use plumb_teachmover::TeachMover;
-use plumb_teachmover::serial_line::{SerialError, SerialLine, WriteFailure};
+use plumb_teachmover::reply_line::{ReplyLine, SerialError};
 use serde_json::json;
 
 fn error_of(port: &str) -> PluginError {
@@ -28,7 +29,7 @@ fn a_port_that_is_not_there_is_named_with_what_to_check() {
 fn a_port_another_program_has_open_is_named_with_how_to_find_it() {
     let terminal = PseudoTerminal::open();
     let port = terminal.path.display().to_string();
-    let _holder = SerialLine::open(&port, 9600).unwrap();
+    let _holder = ReplyLine::open(&port, 9600).unwrap();
     assert_eq!(
         error_of(&port),
         PluginError::Disconnected(format!(
@@ -52,7 +53,7 @@ fn a_file_that_is_no_port_is_refused() {
 #[test]
 fn a_peer_that_reads_nothing_cannot_hold_a_long_write() {
     let terminal = PseudoTerminal::open();
-    let mut line = SerialLine::open(&terminal.path.display().to_string(), 9600).unwrap();
+    let mut line = ReplyLine::open(&terminal.path.display().to_string(), 9600).unwrap();
     let error = line.write("a long command", &[b'x'; 100_000], Duration::from_millis(200)).unwrap_err();
     let SerialError::WriteCommand { sent, length: 100_000, failure, .. } = error else { panic!("{error}") };
     assert!(sent < 100_000);
@@ -63,7 +64,7 @@ fn a_peer_that_reads_nothing_cannot_hold_a_long_write() {
 fn what_waited_in_the_port_before_it_was_opened_is_thrown_away() {
     let mut terminal = PseudoTerminal::open();
     terminal.send(b"1\r1\r");
-    let mut line = SerialLine::open(&terminal.path.display().to_string(), 9600).unwrap();
+    let mut line = ReplyLine::open(&terminal.path.display().to_string(), 9600).unwrap();
     line.drain().unwrap();
     assert_eq!(line.line_at_hand(), Ok(None));
 }

@@ -1,9 +1,9 @@
 //! What can go wrong on the line, by the operation it went wrong in.
 
-use std::io::ErrorKind;
 use std::time::Duration;
 
 use plumb_plugin::PluginError;
+use plumb_serial_line::{OpenFailure, Unplugged, WriteFailure};
 
 use crate::protocol::{Fault, PrintableBytes};
 
@@ -50,71 +50,6 @@ pub enum SerialError {
         /// Why, and what to check.
         failure: ReplyFailure,
     },
-}
-
-/// Why a port cannot be opened.
-#[derive(Debug, thiserror::Error)]
-pub enum OpenFailure {
-    /// There is no such file.
-    #[error(
-        "there is no such port; check that the adapter is plugged in, and its name (ls /dev/serial/by-id)"
-    )]
-    Missing,
-    /// Another program has it.
-    #[error("another program has it open; end that program (fuser {0} names it)")]
-    Busy(String),
-    /// The user may not.
-    #[error("permission denied; add this user to the group that owns it (often dialout) and log in again")]
-    Forbidden,
-    /// It is no serial port.
-    #[error("that is no serial port; check the name (ls /dev/serial/by-id)")]
-    NotAPort,
-    /// Anything else.
-    #[error("{0}")]
-    Other(String),
-}
-
-impl OpenFailure {
-    /// What an error of opening the port of that name means.
-    pub(super) fn of(port: &str, error: serialport::Error) -> Self {
-        match error.kind {
-            serialport::ErrorKind::Io(ErrorKind::NotFound) => Self::Missing,
-            serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => Self::Forbidden,
-            // The crate's word for a port that another process has locked.
-            serialport::ErrorKind::NoDevice => Self::Busy(port.to_owned()),
-            _ if matches!(error.description.as_str(), "Not a typewriter" | "Is a directory") => {
-                Self::NotAPort
-            }
-            _ => Self::Other(error.description),
-        }
-    }
-}
-
-/// Why the line does not take bytes.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum WriteFailure {
-    /// It took no more for too long.
-    #[error("it took no more within {} ms; check the adapter, and that nothing holds the line back", waited.as_millis())]
-    Full {
-        /// For how long.
-        waited: Duration,
-    },
-    /// The port is gone.
-    #[error("the port is gone ({cause}); check that the adapter is plugged in")]
-    Unplugged {
-        /// What the system said.
-        cause: String,
-    },
-}
-
-impl WriteFailure {
-    /// What an error of a write that may take `limit` means.
-    pub(super) fn of(error: &std::io::Error, limit: Duration) -> Self {
-        match error.kind() {
-            ErrorKind::TimedOut => Self::Full { waited: limit },
-            _ => Self::Unplugged { cause: error.to_string() },
-        }
-    }
 }
 
 /// Why a reply does not come, or is none.
@@ -169,11 +104,8 @@ pub enum ReplyFailure {
         received: Vec<u8>,
     },
     /// The port is gone.
-    #[error("the port is gone ({cause}); check that the adapter is plugged in")]
-    Unplugged {
-        /// What the system said.
-        cause: String,
-    },
+    #[error(transparent)]
+    Unplugged(#[from] Unplugged),
 }
 
 impl ReplyFailure {
@@ -187,7 +119,7 @@ impl ReplyFailure {
     pub fn may_pass(&self) -> bool {
         match self {
             Self::CutShort { .. } | Self::Garbled { .. } | Self::Silent { .. } | Self::Stray { .. } => true,
-            Self::Babbling { .. } | Self::Unplugged { .. } => false,
+            Self::Babbling { .. } | Self::Unplugged(_) => false,
         }
     }
 }
@@ -196,13 +128,11 @@ impl From<SerialError> for PluginError {
     fn from(error: SerialError) -> Self {
         let text = error.to_string();
         match error {
-            SerialError::Open { failure: OpenFailure::NotAPort | OpenFailure::Other(_), .. } => {
-                Self::Refused(text)
-            }
+            SerialError::Open { failure, .. } if failure.is_of_the_name() => Self::Refused(text),
             SerialError::Open { .. } | SerialError::WriteCommand { .. } => Self::Disconnected(text),
             SerialError::ReadReply { failure, .. } | SerialError::Resynchronise { failure, .. } => {
                 match failure {
-                    ReplyFailure::Silent { .. } | ReplyFailure::Unplugged { .. } => Self::Disconnected(text),
+                    ReplyFailure::Silent { .. } | ReplyFailure::Unplugged(_) => Self::Disconnected(text),
                     ReplyFailure::CutShort { .. }
                     | ReplyFailure::Garbled { .. }
                     | ReplyFailure::Babbling { .. }

@@ -1,13 +1,12 @@
-//! The serial line: bytes with deadlines, and errors that say what to check.
+//! The serial line as the TeachMover speaks on it: commands go out, replies come in line by line.
 
 mod error;
 
-pub use error::{OpenFailure, ReplyFailure, SerialError, WriteFailure};
+pub use error::{ReplyFailure, SerialError};
 
-use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
-use serialport::{ClearBuffer, DataBits, FlowControl, Parity, SerialPort, StopBits, TTYPort};
+use plumb_serial_line::SerialLine;
 
 /// The longest reply line that makes sense. A peer that sends more without a carriage return is no TeachMover.
 const LONGEST_LINE: usize = 200;
@@ -19,87 +18,47 @@ const QUIET: Duration = Duration::from_millis(40);
 /// How many bytes may come in before a line that is to become quiet is called babbling.
 const BABBLE: usize = 2000;
 
-/// A port that is open, 8 data bits, no parity, 1 stop bit, no handshake.
+/// An open port, and what came in on it and was not read yet.
 #[derive(Debug)]
-pub struct SerialLine {
-    port: TTYPort,
-    name: String,
-    baud: u32,
+pub struct ReplyLine {
+    line: SerialLine,
     /// Bytes that came in and belong to no line yet.
     pending: Vec<u8>,
 }
 
-impl SerialLine {
+impl ReplyLine {
     /// Opens the port and throws away what waits in it.
     ///
     /// # Errors
     /// [`SerialError::Open`], saying what to check.
     pub fn open(name: &str, baud: u32) -> Result<Self, SerialError> {
-        let open_error =
-            |failure| SerialError::Open { port: name.to_owned(), failure: OpenFailure::of(name, failure) };
-        let mut port = serialport::new(name, baud)
-            .data_bits(DataBits::Eight)
-            .parity(Parity::None)
-            .stop_bits(StopBits::One)
-            .flow_control(FlowControl::None)
-            .timeout(Duration::from_millis(10))
-            .open_native()
-            .map_err(open_error)?;
-        // What the settings read back as is not looked at: pseudo-terminals and some adapters report others than they use.
-        if let Err(error) = port.clear(ClearBuffer::All) {
-            return Err(open_error(error));
-        }
-        port.set_timeout(Duration::from_millis(10)).map_err(open_error)?;
-        Ok(Self { port, name: name.to_owned(), baud, pending: Vec::new() })
+        let line = SerialLine::open(name, baud)
+            .map_err(|failure| SerialError::Open { port: name.to_owned(), failure })?;
+        Ok(Self { line, pending: Vec::new() })
     }
 
     /// The port's name, such as `/dev/ttyUSB0`.
     pub fn name(&self) -> &str {
-        &self.name
+        self.line.name()
     }
 
-    /// How long `bytes` characters take on the line: each is ten bits.
+    /// How long `bytes` characters take on the line.
     pub fn duration(&self, bytes: usize) -> Duration {
-        Duration::from_secs_f64(bytes as f64 * 10.0 / f64::from(self.baud.max(1)))
+        self.line.duration(bytes)
     }
 
     /// Hands a command to the line.
     ///
-    /// One byte at a time, each when the system has room for it: a longer write may find less room than it needs and then waits without end,
-    /// whatever time-out is set.
-    ///
     /// # Errors
     /// [`SerialError::WriteCommand`] when the line has not taken all within `limit`.
     pub fn write(&mut self, command: &str, bytes: &[u8], limit: Duration) -> Result<(), SerialError> {
-        let deadline = Instant::now() + limit;
-        for (sent, byte) in bytes.iter().enumerate() {
-            if let Err(error) = self.write_byte(*byte, deadline) {
-                return Err(SerialError::WriteCommand {
-                    port: self.name.clone(),
-                    command: command.to_owned(),
-                    sent,
-                    length: bytes.len(),
-                    failure: WriteFailure::of(&error, limit),
-                });
-            }
-        }
-        Ok(())
-    }
-
-    fn write_byte(&mut self, byte: u8, deadline: Instant) -> std::io::Result<()> {
-        loop {
-            let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return Err(ErrorKind::TimedOut.into());
-            }
-            self.port.set_timeout(left)?;
-            match self.port.write(&[byte]) {
-                Ok(0) => {}
-                Ok(_) => return Ok(()),
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(error),
-            }
-        }
+        self.line.write(bytes, limit).map_err(|error| SerialError::WriteCommand {
+            port: self.name().to_owned(),
+            command: command.to_owned(),
+            sent: error.sent,
+            length: bytes.len(),
+            failure: error.failure,
+        })
     }
 
     /// The next line up to its carriage return, which is left out; line feeds and NULs are passed over.
@@ -143,10 +102,11 @@ impl SerialLine {
     /// # Errors
     /// [`SerialError::Resynchronise`] when the line does not become quiet, or the port is gone.
     pub fn drain(&mut self) -> Result<Vec<u8>, SerialError> {
-        let error = |failure, line: &Self| SerialError::Resynchronise { port: line.name.clone(), failure };
+        let error =
+            |failure, line: &Self| SerialError::Resynchronise { port: line.name().to_owned(), failure };
         let mut thrown_away = std::mem::take(&mut self.pending);
         loop {
-            self.receive(QUIET + self.duration(2)).map_err(|failure| error(failure, self))?;
+            self.receive(QUIET + self.line.duration(2)).map_err(|failure| error(failure, self))?;
             if self.pending.is_empty() {
                 return Ok(thrown_away);
             }
@@ -168,14 +128,7 @@ impl SerialLine {
 
     /// Adds what comes in within `limit` to the pending bytes; nothing when nothing comes.
     fn receive(&mut self, limit: Duration) -> Result<(), ReplyFailure> {
-        let unplugged = |error: &std::io::Error| ReplyFailure::Unplugged { cause: error.to_string() };
-        let mut bytes = [0; 256];
-        self.port.set_timeout(limit).map_err(|error| unplugged(&error.into()))?;
-        match self.port.read(&mut bytes) {
-            Ok(count) => self.pending.extend_from_slice(bytes.get(..count).unwrap_or_default()),
-            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
-            Err(error) => return Err(unplugged(&error)),
-        }
+        self.pending.extend(self.line.read(limit)?);
         Ok(())
     }
 
