@@ -8,6 +8,7 @@ mod landing;
 mod misfit;
 mod next;
 mod outcome;
+mod products;
 mod refine;
 mod remainder;
 mod repeatable;

@@ -1,12 +1,14 @@
 //! Efficient scores: what every candidate would explain of the residuals, beyond what the fitted parameters could, from
 //! one pass over the rows and without refitting.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::products::{Plan, Products};
 use crate::effect::{Effect, EffectId, Search, Size};
-use crate::fit::{Fit, Machine, over_rows};
+use crate::fit::{Fit, Machine};
 use crate::statistics::f_tail;
 
 /// A candidate effect ready to be scored.
@@ -75,84 +77,26 @@ impl Noise {
     }
 }
 
-/// Sums over rows that scores are made of.
-struct Sums {
-    /// Candidates by fitted parameters.
-    with_parameters: DMatrix<f64>,
-    own: Vec<DMatrix<f64>>,
-    with_residuals: DVector<f64>,
-}
-
-impl Sums {
-    fn zeros(parameters: usize, ranges: &[std::ops::Range<usize>]) -> Self {
-        let width = ranges.last().map_or(0, |range| range.end);
-        Self {
-            with_parameters: DMatrix::zeros(width, parameters),
-            own: ranges.iter().map(|range| DMatrix::zeros(range.len(), range.len())).collect(),
-            with_residuals: DVector::zeros(width),
-        }
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.with_parameters += &other.with_parameters;
-        self.with_residuals += &other.with_residuals;
-        for (own, other) in self.own.iter_mut().zip(&other.own) {
-            *own += other;
-        }
-    }
-}
-
 /// Scores all probes at a fit.
 pub(crate) fn score(machine: &Machine<'_>, fit: &Fit, probes: &[Probe]) -> Vec<Score> {
     let effects: Vec<&dyn Effect> = probes.iter().map(|probe| probe.effect.as_ref()).collect();
-    let mut first = 0;
-    let ranges: Vec<std::ops::Range<usize>> = effects
-        .iter()
-        .map(|effect| {
-            let range = first..first + effect.parameters().len();
-            first = range.end;
-            range
-        })
-        .collect();
-    let parameters = machine.slots().len();
-    let mut sums = Sums::zeros(parameters, &ranges);
-    over_rows(
-        &fit.rows,
-        || Sums::zeros(parameters, &ranges),
-        |sums, chunk| {
-            let block = machine.block(&fit.state, chunk, &fit.weights, &effects);
-            let known = block.jacobian.rows(0, parameters).transpose();
-            let asked = block.jacobian.rows(parameters, first);
-            sums.with_parameters.gemm(1.0, &asked, &known, 1.0);
-            sums.with_residuals.gemv(1.0, &asked, &DVector::from_column_slice(&block.residuals), 1.0);
-            for column in asked.column_iter() {
-                for (own, range) in sums.own.iter_mut().zip(&ranges) {
-                    let part = column.rows(range.start, range.len());
-                    own.ger(1.0, &part, &part, 1.0);
-                }
-            }
-        },
-        |part| sums.add(&part),
-    );
-    let swallowed = fit.factor.whiten(&sums.with_parameters.transpose());
-    let gradient = DMatrix::from_column_slice(parameters, 1, fit.normal.gradient.as_slice());
+    let plan = Plan::of(&effects, machine.model.chain.len());
+    let products = Products::of(machine, fit, &plan);
+    let swallowed = fit.factor.whiten(&products.with_parameters.transpose());
+    let gradient = DMatrix::from_column_slice(fit.normal.gradient.len(), 1, fit.normal.gradient.as_slice());
     let left_over = fit.factor.whiten(&gradient);
     let noise = Noise::of(machine, fit);
-    probes
-        .iter()
-        .zip(&ranges)
-        .zip(&sums.own)
-        .map(|((probe, range), own)| {
-            let shadow = swallowed.columns(range.start, range.len());
-            let beyond = own - shadow.tr_mul(&shadow);
-            let score =
-                sums.with_residuals.rows(range.start, range.len()) - shadow.tr_mul(&left_over).column(0);
-            let mut score = one(probe, own, &beyond, &score.into_owned(), noise);
-            let moved = left_over.column(0) - shadow * DVector::from_column_slice(&score.values);
-            score.beside = fit.factor.back(moved).as_slice().to_vec();
-            score
-        })
-        .collect()
+    let scored = |((probe, range), own): ((&Probe, &Range<usize>), &DMatrix<f64>)| {
+        let shadow = swallowed.columns(range.start, range.len());
+        let beyond = own - shadow.tr_mul(&shadow);
+        let score =
+            products.with_residuals.rows(range.start, range.len()) - shadow.tr_mul(&left_over).column(0);
+        let mut score = one(probe, own, &beyond, &score.into_owned(), noise);
+        let moved = left_over.column(0) - shadow * DVector::from_column_slice(&score.values);
+        score.beside = fit.factor.back(moved).as_slice().to_vec();
+        score
+    };
+    probes.iter().zip(&plan.ranges).zip(&products.own).map(scored).collect()
 }
 
 /// Squares (in variances) the greatest plausible size must have beyond the fitted parameters.

@@ -82,6 +82,10 @@ impl Effect for Unlisted {
         }
     }
 
+    fn changes_coordinate(&self) -> Option<usize> {
+        (!matches!(self.shape, Shape::RockingBase { .. })).then_some(self.joint)
+    }
+
     fn looks_at(&self) -> LooksAt {
         LooksAt::Gravity
     }

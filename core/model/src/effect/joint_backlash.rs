@@ -17,6 +17,10 @@ impl Effect for JointBacklash {
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         drives.push(situation.drive_joint(self.joint, 0, -0.5 * situation.side(self.joint)));
     }
+
+    fn changes_coordinate(&self) -> Option<usize> {
+        Some(self.joint)
+    }
 }
 
 pub(super) const KIND: Kind = Kind {

@@ -26,6 +26,10 @@ impl Effect for JointHarmonic {
         drives.push(situation.drive_joint(self.joint, 1, cosine));
     }
 
+    fn changes_coordinate(&self) -> Option<usize> {
+        Some(self.joint)
+    }
+
     fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
         amplitude(values, covariance, Unit::DEG)
     }

@@ -19,6 +19,10 @@ impl Effect for JointSettling {
         let moved = before.map_or(0.0, |before| situation.coordinate(self.joint) - before);
         drives.push(situation.drive_joint(self.joint, 0, -moved));
     }
+
+    fn changes_coordinate(&self) -> Option<usize> {
+        Some(self.joint)
+    }
 }
 
 pub(super) const KIND: Kind = Kind {

@@ -24,6 +24,10 @@ impl Effect for JointStep {
         let after = if situation.clock >= self.at { 1.0 } else { 0.0 };
         drives.push(situation.drive_joint(self.joint, 0, after));
     }
+
+    fn changes_coordinate(&self) -> Option<usize> {
+        Some(self.joint)
+    }
 }
 
 pub(super) const KIND: Kind = Kind {

@@ -189,6 +189,11 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
     /// Appends what moves in this row per unit of each parameter.
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>);
 
+    /// The joint whose coordinate it changes, where that is all it does: such effects of one joint differ by their rates alone.
+    fn changes_coordinate(&self) -> Option<usize> {
+        None
+    }
+
     /// What of a row it looks at.
     fn looks_at(&self) -> LooksAt {
         LooksAt::Conditions

@@ -29,16 +29,21 @@ const IDLE: usize = 10;
 const REFUSED: usize = 3;
 const NEVER_COMES: f64 = 3e-4;
 
-/// What a full step would gain if the problem were linear: under heavy damping a step promises little however far the
-/// bottom is.
-fn promised(normal: &Normal, held: &[usize]) -> f64 {
+/// The step to the bottom if the problem were linear. The slots in `held` stay where they are.
+pub(super) fn full_step(normal: &Normal, held: &[usize]) -> DVector<f64> {
     let (mut matrix, mut gradient) = (normal.matrix.clone(), normal.gradient.clone());
     for slot in held {
         matrix.row_mut(*slot).fill(0.0);
         matrix.column_mut(*slot).fill(0.0);
         gradient[*slot] = 0.0;
     }
-    gradient.dot(&Factor::new(&matrix).solve(&gradient))
+    Factor::new(&matrix).solve(&gradient)
+}
+
+/// What a full step would gain if the problem were linear: under heavy damping a step promises little however far the
+/// bottom is.
+fn promised(normal: &Normal, held: &[usize]) -> f64 {
+    normal.gradient.dot(&full_step(normal, held))
 }
 
 /// Goes downhill from `start` until neither steps nor gains matter any more. The slots in `held` stay where they are.
@@ -101,12 +106,12 @@ pub(crate) fn descend_from(
             return Ok(Descent { state, normal, steps: step, settled: true });
         }
         let next = state.stepped(machine.slots(), change.as_slice());
-        let squares = machine.squares(&next, rows, weights);
-        let gain = (normal.squares - squares) / predicted;
-        if squares.is_finite() && next.is_finite() && gain > 1e-4 {
-            idle = if normal.squares - squares <= settled_by { idle + 1 } else { 0 };
-            state = next;
-            normal = machine.normal(&state, rows, weights, &[]);
+        // Nearly every step is taken: what is needed there comes with the look at how good it is.
+        let there = machine.normal(&next, rows, weights, &[]);
+        let gain = (normal.squares - there.squares) / predicted;
+        if there.squares.is_finite() && next.is_finite() && gain > 1e-4 {
+            idle = if normal.squares - there.squares <= settled_by { idle + 1 } else { 0 };
+            (state, normal) = (next, there);
             damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
             damping = damping.max(1e-14);
             growth = 2.0;

@@ -658,18 +658,59 @@ impl<'a> Machine<'a> {
         weights: &[f64],
         probes: &[&dyn Effect],
     ) -> RowBlock {
+        self.block_and_rates(state, rows, weights, probes, &[]).0
+    }
+
+    /// The same, and how fast the parameters of further effects drive what they drive: parameters by rows. For effects that
+    /// change one joint's coordinate and nothing else.
+    pub(crate) fn block_and_rates(
+        &self,
+        state: &State,
+        rows: &[usize],
+        weights: &[f64],
+        probes: &[&dyn Effect],
+        driving: &[&dyn Effect],
+    ) -> (RowBlock, DMatrix<f64>) {
         let equations: usize = rows.iter().map(|row| self.observations.range(*row).len()).sum();
         let probe_parameters: usize = probes.iter().map(|probe| probe.parameters().len()).sum();
         let width = self.slots.len() + probe_parameters;
         let mut block =
             RowBlock { residuals: Vec::with_capacity(equations), jacobian: DMatrix::zeros(width, equations) };
+        let driven: usize = driving.iter().map(|effect| effect.parameters().len()).sum();
+        let mut rates = DMatrix::zeros(driven, rows.len());
         let mut scratch = Scratch::default();
         let mut column = 0;
-        for row in rows {
+        for (row, mut rates) in rows.iter().zip(rates.column_iter_mut()) {
             let weight = weights.get(*row).copied().unwrap_or(1.0).sqrt();
             column = self.row_block(state, *row, weight, probes, &mut scratch, &mut block, column);
+            self.rates(state, *row, driving, &mut scratch, rates.as_mut_slice());
         }
-        block
+        (block, rates)
+    }
+
+    /// How fast every parameter of some effects drives what it drives, in a row whose posture is known.
+    fn rates(
+        &self,
+        state: &State,
+        row: usize,
+        driving: &[&dyn Effect],
+        scratch: &mut Scratch,
+        rates: &mut [f64],
+    ) {
+        let mut drives = std::mem::take(&mut scratch.drives);
+        let situation = self.situation(state, row, &scratch.posture, &scratch.moments, None);
+        let mut first = 0;
+        for effect in driving {
+            drives.clear();
+            effect.drive(&situation, &mut drives);
+            for drive in &drives {
+                if let Some(rate) = rates.get_mut(first + drive.parameter) {
+                    *rate += drive.rate;
+                }
+            }
+            first += effect.parameters().len();
+        }
+        scratch.drives = drives;
     }
 
     #[allow(

@@ -10,6 +10,7 @@ mod observations;
 mod outcome;
 mod robust;
 mod state;
+mod tangent;
 
 pub use gauge::Gauge;
 pub use machine::Machine;

@@ -12,6 +12,7 @@ use super::machine::Machine;
 use super::normal::Normal;
 use super::robust::Distances;
 use super::state::State;
+use super::tangent::Tangent;
 use crate::progress::{Cancelled, Progress};
 
 /// Whether a fit arrived at its optimum.
@@ -56,24 +57,36 @@ pub struct Fit {
 #[derive(Debug, Error, PartialEq)]
 pub enum FitError {
     /// No rows to fit.
-    #[error("no rows are left to fit")]
-    NoRows,
+    #[error("{table}: no rows are left to fit; lock fewer away (`--holdout none`) or measure more")]
+    NoRows {
+        /// The table.
+        table: String,
+    },
     /// Fewer numbers than unknowns.
     #[error(
-        "{equations} measured numbers cannot settle {parameters} free ones; measure more poses, or free fewer (`--free none`)"
+        "{table}: {equations} measured numbers cannot settle {parameters} free ones; measure more poses, or free fewer (`--free none`)"
     )]
     TooFewRows {
+        /// The table.
+        table: String,
         /// Numbers measured.
         equations: usize,
         /// Independent unknowns.
         parameters: usize,
     },
     /// A single row.
-    #[error("only one row is left to fit; measure more poses")]
-    OneRow,
+    #[error("{table}: line {line}: only one row is left to fit; measure more poses")]
+    OneRow {
+        /// The table.
+        table: String,
+        /// Line of the file.
+        line: u32,
+    },
     /// Every row has the same pose.
-    #[error("all {rows} rows have the same pose; a fit needs different ones")]
+    #[error("{table}: all {rows} rows have the same pose; a fit needs different ones")]
     OnePose {
+        /// The table.
+        table: String,
         /// Rows.
         rows: usize,
     },
@@ -128,7 +141,8 @@ pub(super) fn refit(
     let factor = Factor::new(&first.matrix);
     let parameters = factor.rank();
     if parameters >= first.equations {
-        return Err(FitError::TooFewRows { equations: first.equations, parameters });
+        let table = machine.table.source.clone();
+        return Err(FitError::TooFewRows { table, equations: first.equations, parameters });
     }
     let mut held = factor.dependent;
     let first = (start.clone(), first);
@@ -158,8 +172,14 @@ pub(super) fn refit(
             if moved < 1e-2 {
                 break;
             }
+            let mut start = descent.state;
+            if let Some(tangent) = Tangent::at(machine, &start, rows) {
+                let (step, settled) = tangent.settle(weights, &held, parameters);
+                let moved = start.stepped(machine.slots(), step.as_slice());
+                (start, weights) = if moved.is_finite() { (moved, settled) } else { (start, settled) };
+            }
             let limits = (options.steps, NEAR);
-            descent = descend(machine, &descent.state, rows, &weights, &held, limits, progress)?;
+            descent = descend(machine, &start, rows, &weights, &held, limits, progress)?;
             steps += descent.steps;
         }
     }
@@ -172,13 +192,15 @@ fn difference(left: &[f64], right: &[f64], row: usize) -> f64 {
 }
 
 fn check(machine: &Machine<'_>, rows: &[usize]) -> Result<(), FitError> {
-    let Some(first) = rows.first() else { return Err(FitError::NoRows) };
+    let table = machine.table.source.clone();
+    let Some(first) = rows.first() else { return Err(FitError::NoRows { table }) };
     if rows.len() == 1 {
-        return Err(FitError::OneRow);
+        let line = machine.table.lines.get(*first).copied().unwrap_or(0);
+        return Err(FitError::OneRow { table, line });
     }
     let same = |row: &usize| machine.table.q_of(*row) == machine.table.q_of(*first);
     if rows.iter().all(same) {
-        return Err(FitError::OnePose { rows: rows.len() });
+        return Err(FitError::OnePose { table, rows: rows.len() });
     }
     Ok(())
 }
