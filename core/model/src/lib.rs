@@ -7,6 +7,7 @@ pub mod fit;
 pub mod floor;
 pub mod forward;
 pub mod laboratory;
+mod opened;
 pub mod plot;
 pub mod prediction;
 pub mod progress;

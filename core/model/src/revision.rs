@@ -24,7 +24,7 @@ pub enum RevisionError {
     #[error("{0}: nothing has been added yet; there is nothing to undo")]
     NothingToUndo(String),
     /// The path names no file.
-    #[error("{0}: this is no file name")]
+    #[error("{0}: this is a folder; name a file in it")]
     NoFileName(String),
 }
 

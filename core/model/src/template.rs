@@ -36,7 +36,7 @@ pub struct Template {
 pub enum TemplateError {
     /// Not a robot that is known.
     #[error(
-        "no robot `{name}` is known{suggestion}; or give a number of joints, such as 6, or a file that ends in .urdf"
+        "`{name}` is no robot that is known, nor a number of joints such as 6, nor a file that ends in .urdf{suggestion}"
     )]
     Unknown {
         /// What was written.

@@ -114,7 +114,7 @@ fn parse_model(file: &Path, text: &str) -> Result<Model, FileProblems> {
     };
     let reason = match &error {
         ModelFileError::Syntax { reason, .. } | ModelFileError::Meaning { reason, .. } => reason.clone(),
-        ModelFileError::Open { source, .. } => source.to_string(),
+        ModelFileError::Open { cause, .. } => cause.to_string(),
     };
     let at = error.place().filter(|place| place.line > 0).map(|place| Place {
         line: usize::try_from(place.line).unwrap_or(usize::MAX),

@@ -5,6 +5,8 @@ use std::fmt;
 use strsim::damerau_levenshtein;
 use thiserror::Error;
 
+use crate::opened::why;
+
 /// A place in a file, counted from 1; line 0 when the place is not known.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Place {
@@ -29,12 +31,12 @@ impl fmt::Display for Place {
 #[derive(Debug, Error)]
 pub enum ModelFileError {
     /// It cannot be opened or read.
-    #[error("{path}: {source}")]
+    #[error("{path}: {}", why(cause))]
     Open {
         /// The file.
         path: String,
         /// What the system said.
-        source: std::io::Error,
+        cause: std::io::Error,
     },
     /// The YAML is broken or does not have the expected shape.
     #[error("{place}: {reason}")]

@@ -6,6 +6,7 @@ mod error;
 mod model;
 mod raw;
 mod sensor;
+mod syntax;
 mod urdf;
 mod validate;
 mod write;

@@ -17,6 +17,7 @@ use super::raw::{
     RawTouch, RawValuedEffect,
 };
 use super::sensor::Sensor;
+use super::syntax;
 use super::urdf;
 use crate::effect;
 
@@ -28,7 +29,7 @@ impl Model {
     pub fn read(path: &Path) -> Result<Self, ModelFileError> {
         let shown = path.display().to_string();
         let text = std::fs::read_to_string(path)
-            .map_err(|source| ModelFileError::Open { path: shown.clone(), source })?;
+            .map_err(|cause| ModelFileError::Open { path: shown.clone(), cause })?;
         Self::parse(&shown, &text)
     }
 
@@ -38,7 +39,7 @@ impl Model {
     /// See [`ModelFileError`].
     pub fn parse(source: &str, text: &str) -> Result<Self, ModelFileError> {
         let checker = Checker { path: source };
-        let raw: RawModel = serde_yaml::from_str(text).map_err(|error| checker.syntax(&error))?;
+        let raw: RawModel = serde_yaml::from_str(text).map_err(|error| checker.syntax(&error, text))?;
         checker.model(raw)
     }
 }
@@ -58,18 +59,10 @@ impl Checker<'_> {
         Err(ModelFileError::Meaning { place: self.place(location), reason: reason.into() })
     }
 
-    fn syntax(&self, error: &serde_yaml::Error) -> ModelFileError {
+    fn syntax(&self, error: &serde_yaml::Error, text: &str) -> ModelFileError {
         let place = error.location().map(|location| self.place(&location)).unwrap_or_default();
         let place = if place.path.is_empty() { Place { path: self.path.to_owned(), ..place } } else { place };
-        let reason = match error.without_snippet() {
-            serde_yaml::Error::SerdeUnknownField { field, expected, .. } => {
-                format!("there is no key `{field}` here{}", suggestion(field, expected.iter().copied()))
-            }
-            serde_yaml::Error::SerdeUnknownVariant { variant, expected, .. } => {
-                format!("`{variant}` is not known here{}", suggestion(variant, expected.iter().copied()))
-            }
-            other => plain(&other.to_string()),
-        };
+        let reason = syntax::reason(error, text, &place);
         ModelFileError::Syntax { place, reason }
     }
 
@@ -474,11 +467,4 @@ fn written(raw: &RawValuedEffect) -> String {
         true => raw.effect.value.clone(),
         false => format!("{}({})", raw.effect.value, arguments.join(", ")),
     }
-}
-
-/// The parser's own words, without the place it repeats.
-fn plain(message: &str) -> String {
-    let first = message.lines().next().unwrap_or(message);
-    let trimmed = first.split_once(": line ").map_or(first, |(reason, _)| reason);
-    trimmed.split(" at line ").next().unwrap_or(trimmed).trim_start_matches("error: ").to_owned()
 }

@@ -8,17 +8,18 @@ use thiserror::Error;
 use super::columns::{Covariate, PositionColumns, Table};
 use super::header::{self, Meaning};
 use super::number::{self, DecimalMark};
+use crate::opened::why;
 
 /// Why a table cannot be read. The message names the place and what would be right.
 #[derive(Debug, Error)]
 pub enum TableError {
     /// The file cannot be opened or read.
-    #[error("{path}: {source}")]
+    #[error("{path}: {}", why(cause))]
     Open {
         /// The file.
         path: String,
         /// What the system said.
-        source: std::io::Error,
+        cause: std::io::Error,
     },
     /// Nothing in it, or no rows.
     #[error("{path}: {reason}")]
@@ -83,6 +84,19 @@ struct Column {
     meaning: Meaning,
 }
 
+/// The text of a file: UTF-8, or UTF-16 with its mark in front, as some spreadsheets write it.
+fn decoded(bytes: &[u8]) -> String {
+    let units = |read: fn([u8; 2]) -> u16| -> String {
+        let units = bytes.chunks_exact(2).skip(1).filter_map(|pair| Some(read(pair.try_into().ok()?)));
+        char::decode_utf16(units).map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
+    };
+    match bytes {
+        [0xff, 0xfe, ..] => units(u16::from_le_bytes),
+        [0xfe, 0xff, ..] => units(u16::from_be_bytes),
+        _ => String::from_utf8_lossy(bytes).into_owned(),
+    }
+}
+
 impl Table {
     /// Reads a table from a file.
     ///
@@ -90,8 +104,8 @@ impl Table {
     /// See [`TableError`].
     pub fn read(path: &Path) -> Result<Self, TableError> {
         let shown = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|source| TableError::Open { path: shown.clone(), source })?;
-        Self::parse(&shown, &String::from_utf8_lossy(&bytes))
+        let bytes = std::fs::read(path).map_err(|cause| TableError::Open { path: shown.clone(), cause })?;
+        Self::parse(&shown, &decoded(&bytes))
     }
 
     /// Reads a table from text; `source` is the name used in messages.
@@ -157,6 +171,17 @@ fn columns(path: &str, headers: &StringRecord) -> Result<Vec<Column>, TableError
     Ok(columns)
 }
 
+/// What to say of a header that names no joints.
+fn without_joints(columns: &[Column]) -> String {
+    let mut names = columns.iter().map(|column| column.name.as_str()).filter(|name| !name.is_empty());
+    let what = match columns {
+        [only] if only.name.contains(':') => "this is no table",
+        _ if names.all(|name| name.parse::<f64>().is_ok()) => "line 1 holds numbers where names belong",
+        _ => "no joint columns",
+    };
+    format!("{what}; the header needs q1_deg ... qn_deg, and what was measured, such as p1_x_mm")
+}
+
 fn joint_count(path: &str, columns: &[Column]) -> Result<usize, TableError> {
     let joints: Vec<usize> = columns
         .iter()
@@ -166,7 +191,7 @@ fn joint_count(path: &str, columns: &[Column]) -> Result<usize, TableError> {
         .collect();
     let count = joints.iter().max().map_or(0, |highest| highest + 1);
     if count == 0 {
-        let reason = "no joint columns; the header needs q1_deg ... qn_deg".to_owned();
+        let reason = without_joints(columns);
         return Err(TableError::Empty { path: path.to_owned(), reason });
     }
     if let Some(missing) = (0..count).find(|joint| !joints.contains(joint)) {
