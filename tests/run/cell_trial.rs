@@ -29,7 +29,7 @@ fn millimetres(rehearsed: &Value, key: &str) -> f64 {
 }
 
 /// What is wrong is found in the cell, and the cell then does better by it.
-fn found_and_cured(fault: &str, seed: u64, effect: &str) {
+fn found_and_cured(fault: &str, seed: u64, effect: &str) -> Value {
     let place = tempfile::tempdir().unwrap();
     let trial = rehearsed(place.path(), fault, seed);
     assert_eq!(trial["right"], true, "{trial:#}");
@@ -42,6 +42,7 @@ fn found_and_cured(fault: &str, seed: u64, effect: &str) {
     let [before, after, floor] = ["before_mm", "after_mm", "floor_mm"].map(|key| millimetres(&trial, key));
     assert!(before > OF_THE_FLOOR * floor, "{fault}: {before:.3} mm before, floor {floor:.3}");
     assert!(after <= OF_THE_FLOOR * floor, "{effect}: {after:.3} mm, floor {floor:.3}");
+    trial
 }
 
 #[test]
@@ -50,8 +51,40 @@ fn a_wide_spot_is_found_by_edges_at_several_heights() {
 }
 
 #[test]
-fn a_forearm_that_droops_is_found() {
-    found_and_cured("droop", 2, "joint_compliance(elbow)");
+fn a_forearm_that_droops_is_told_from_a_wheel_out_of_true_by_the_load_the_lab_asks_for() {
+    let trial = found_and_cured("droop", 2, "joint_compliance(elbow)");
+    assert_eq!((&trial["at_first"], &trial["verdict"]), (&"located".into(), &"named".into()), "{trial:#}");
+}
+
+#[test]
+fn poses_that_cannot_be_taken_are_refused_before_the_arm_moves_and_a_load_too_heavy_stops_the_run() {
+    let place = tempfile::tempdir().unwrap();
+    plumb(
+        place.path(),
+        &["trial", "new", "--cell", "teachmover", "--fault", "none", "--seed", "1", "-o", "cell"],
+    );
+    let poses = place.path().join("cell/poses.csv");
+    let asked = fs::read_to_string(&poses).unwrap();
+    for (table, told) in [
+        (asked.replace("approach_q3", "side_q3"), "`poses` has no `approach_q3`"),
+        (asked.replace("-105", "low"), "line 3: `low` under `q3_deg` is no number"),
+    ] {
+        fs::write(&poses, table).unwrap();
+        let (code, said) = plumb(place.path(), &["run", "cell/cell.yaml", "measure-poses", "--headless"]);
+        assert!(code == Some(2) && said.contains(told) && !said.contains("high: Raise the arm"), "{said}");
+    }
+    fs::write(&poses, asked.replace(",0.3,", ",2,")).unwrap();
+    let (code, said) = plumb(place.path(), &["run", "cell/cell.yaml", "measure-poses", "--headless"]);
+    assert!(code == Some(2) && said.contains("this hand lifts 0 to 0.454 kg"), "{said}");
+}
+
+/// A command in a folder with a record of its own: its exit code, and what it said.
+fn plumb(place: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
+    command.args(arguments).current_dir(place).env("XDG_STATE_HOME", place.join("record"));
+    let done = command.stdin(Stdio::null()).env("NO_COLOR", "1").output().unwrap();
+    let said = [done.stdout, done.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    (done.status.code(), said.concat())
 }
 
 #[test]

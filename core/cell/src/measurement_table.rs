@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use plumb_record::{StoredCorrection, StoredStep, StoredTrigger};
 use serde_json::Value;
 
-use crate::engine::CONTROLLER_ZERO;
+use crate::engine::{CIRCUMSTANCES, CONTROLLER_ZERO};
 use crate::workcell::{ModelFile, RobotSetting};
 
 /// Which zeros the joints of the table stand on. All rows stand on the same, although a run may put new ones in force on its way.
@@ -167,6 +167,7 @@ impl Maker<'_> {
             *side = direction;
         }
         let height = trigger.height_mm.map(|height| height.to_string()).unwrap_or_default();
+        let position = self.position_of(&trigger.step);
         let cells = [
             ("on", trigger.surface.clone().unwrap_or_default()),
             ("signal", if trigger.fired { "on" } else { "off" }.to_owned()),
@@ -176,10 +177,21 @@ impl Maker<'_> {
         Ok(Row {
             time_ns: trigger.time_ns,
             step: trigger.step.clone(),
-            joints: self.model_joints(&trigger.joints, self.position_of(&trigger.step))?,
+            joints: self.model_joints(&trigger.joints, position)?,
             approach: Some(self.model.model_sides(&sides, searched)),
-            cells: cells.map(|(name, cell)| (name.to_owned(), cell)).into(),
+            cells: cells
+                .map(|(name, cell)| (name.to_owned(), cell))
+                .into_iter()
+                .chain(self.circumstances(position))
+                .collect(),
         })
+    }
+
+    /// Under which load and so on a search ended.
+    fn circumstances(&self, position: usize) -> impl Iterator<Item = (String, String)> {
+        let told =
+            self.recorded.steps.get(position).and_then(|step| step.result.get(CIRCUMSTANCES)?.as_object());
+        told.into_iter().flatten().map(|(column, value)| (column.clone(), cell_of(value)))
     }
 
     /// The way each joint of the drive last went, as the record holds it.

@@ -209,7 +209,7 @@ pub enum Verb {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         axis: Option<Axis>,
     },
-    /// The operator hangs a weight on the flange, in place of what hung there; ends with [`Say::Reading`].
+    /// The operator hangs a weight on the flange, or puts it into the fingers, in place of what was there; ends with [`Say::Reading`].
     Hang {
         /// kg; 0 takes it away.
         mass_kg: f64,

@@ -179,7 +179,7 @@ pub trait ServedWorld: Send {
     fn turn_trim(&mut self, _by: f64) -> Result<(), String> {
         Err("this arm has no proximity sensor".to_owned())
     }
-    /// Hangs a weight (kg) on the flange, in place of what hung there.
+    /// Hangs a weight (kg) on the flange, or puts it into the fingers, in place of what was there.
     ///
     /// # Errors
     /// Why not.
@@ -338,6 +338,13 @@ impl ServedWorld for World {
     fn put_between_fingers(&mut self, width_mm: f64) -> Result<(), String> {
         let fits = World::put_between_fingers(self, width_mm);
         fits.then_some(()).ok_or_else(|| "the fingers do not stand so far open; open them first".to_owned())
+    }
+
+    fn hang(&mut self, mass_kg: f64) -> Result<(), String> {
+        let holds = World::carry(self, mass_kg);
+        holds
+            .then_some(())
+            .ok_or_else(|| format!("this hand lifts 0 to 0.454 kg (one pound), not {mass_kg} kg"))
     }
 }
 

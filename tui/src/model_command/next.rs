@@ -28,13 +28,14 @@ pub(super) fn run(arguments: &NextArguments) -> Result<String, Box<dyn Error>> {
     Ok(tell(&poses, &names))
 }
 
-/// A line a pose: joints, load, and a number that all returns to one pose share, none of which the data has; 0 for a pose without returns.
+/// A line a pose: joints, the side each is to arrive from (1 moving up, -1 moving down, 0 no matter), load, and a number that all returns to one pose share, none of which the data has; 0 for a pose without returns.
 fn as_table(poses: &NextPoses, data: &Table) -> String {
     let numbers = data.repeat.names.iter().filter_map(|name| name.parse::<f64>().ok());
     let mut newest = numbers.fold(0.0, f64::max).max(data.repeat.names.len() as f64);
     let mut text = String::new();
     let joints = poses.next.first().map_or(0, |pose| pose.q_deg.len());
     (1..=joints).for_each(|joint| text.push_str(&format!("q{joint}_deg,")));
+    (1..=joints).for_each(|joint| text.push_str(&format!("approach_q{joint},")));
     text.push_str("payload_kg,repeat\n");
     let mut returns: Vec<(&[f64], f64, f64)> = Vec::new();
     for pose in &poses.next {
@@ -50,6 +51,8 @@ fn as_table(poses: &NextPoses, data: &Table) -> String {
             None => 0.0,
         };
         pose.q_deg.iter().for_each(|q| text.push_str(&format!("{q},")));
+        let side = |joint| pose.approach.get(joint).copied().unwrap_or(0);
+        (0..joints).for_each(|joint| text.push_str(&format!("{},", side(joint))));
         text.push_str(&format!("{},{number}\n", pose.payload_kg));
     }
     text
@@ -66,8 +69,8 @@ fn tell(poses: &NextPoses, joints: &[&str]) -> String {
         text.push_str(&format!("{:>3}", index + 1));
         for (q, side) in pose.q_deg.iter().zip(&pose.approach) {
             let side = match side {
-                1 => " from +",
-                -1 => " from -",
+                1 => " side +",
+                -1 => " side -",
                 _ => "",
             };
             text.push_str(&format!(" {:>11}", format!("{q:.1}{side}")));
@@ -82,6 +85,9 @@ fn tell(poses: &NextPoses, joints: &[&str]) -> String {
             text.push_str(&format!("  after waiting {:.0} min", wait / 60.0));
         }
         text.push('\n');
+    }
+    if poses.next.iter().any(|pose| pose.approach.iter().any(|side| *side != 0)) {
+        text.push_str("side +, side -: as 1 and -1 under `approach` in the table; in those of a cell, arriving upwards and downwards\n");
     }
     format!("{text}\n{}\n", poses.sentence)
 }

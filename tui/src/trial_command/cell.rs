@@ -19,10 +19,13 @@ pub(super) const FAULTS: [&str; 6] = ["none", "spot", "backlash", "coupling", "d
 /// The sealed world of a cell's trial.
 pub(super) const WORLD: &str = "world.yaml";
 
+/// Where `measure-poses` looks for the poses it is to take.
+pub(super) const POSES: &str = "poses.csv";
+
 /// With which the line of a world's text begins that holds the truth.
 const TRUTH: &str = "# truth: ";
 
-const FILES: [(&str, &str); 9] = [
+const FILES: [(&str, &str); 11] = [
     ("cell.yaml", include_str!("../../../workcells/teachmover/cell-trial.yaml")),
     ("trial.model.yaml", include_str!("../../../workcells/teachmover/trial.model.yaml")),
     ("answers-trial.yaml", include_str!("../../../workcells/teachmover/answers-trial.yaml")),
@@ -39,6 +42,11 @@ const FILES: [(&str, &str); 9] = [
         "procedures/measure-by-triggers.yaml",
         include_str!("../../../workcells/teachmover/procedures/measure-by-triggers.yaml"),
     ),
+    (
+        "procedures/measure-poses.yaml",
+        include_str!("../../../workcells/teachmover/procedures/measure-poses.yaml"),
+    ),
+    (POSES, include_str!("../../../workcells/teachmover/poses.csv")),
     (
         "procedures/verify-by-points.yaml",
         include_str!("../../../workcells/teachmover/procedures/verify-by-points.yaml"),

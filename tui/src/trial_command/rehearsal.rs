@@ -1,5 +1,5 @@
-//! `plumb trial rehearse`: trials in a cell from the first run to the last, unattended: built, measured by the cell's own sensor, diagnosed, mended by what
-//! the lab ranks first, and held against the truth and against the same arm with nothing hidden. Every step is the command a person would give.
+//! `plumb trial rehearse`: trials in a cell from the first run to the last, unattended: built, measured by the cell's own sensor, diagnosed, measured
+//! further where the lab asks for poses that would tell what is tied, mended by what it ranks first, and held against the truth and against the same arm with nothing hidden. Every step is the command a person would give.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -42,6 +42,9 @@ struct Rehearsal {
     seed: u64,
     /// What was hidden: effect, place, size with its unit.
     hidden: String,
+    /// The verdict on the first measurement, where poses were taken that the lab asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    at_first: Option<String>,
     verdict: String,
     /// What was ranked first and added; empty where nothing was.
     added: String,
@@ -62,6 +65,14 @@ impl Rehearsal {
     /// What is left over the floor once everything was done that the lab asked for.
     fn over_floor(&self) -> f64 {
         self.anew_mm.unwrap_or(self.after_mm) / self.floor_mm
+    }
+
+    /// The verdict; before it, the one that led to further poses.
+    fn verdicts(&self) -> String {
+        match &self.at_first {
+            Some(first) => format!("{first}, {}", self.verdict),
+            None => self.verdict.clone(),
+        }
     }
 }
 
@@ -104,17 +115,17 @@ fn tell(what: &str) {
 
 fn table(done: &[Rehearsal]) -> String {
     let mut text = format!(
-        "{:<10} {:>4}  {:<40} {:<10} {:<34} {:>6} {:>6} {:>6} {:>7}\n",
+        "{:<10} {:>4}  {:<44} {:<14} {:<34} {:>6} {:>6} {:>6} {:>7}\n",
         "fault", "seed", "hidden", "verdict", "added", "before", "after", "floor", "ratio"
     );
     for one in done {
         let wrong = if one.right { "" } else { "  WRONG" };
         text.push_str(&format!(
-            "{:<10} {:>4}  {:<40} {:<10} {:<34} {:>6.2} {:>6.2} {:>6.2} {:>7.2}{wrong}\n",
+            "{:<10} {:>4}  {:<44} {:<14} {:<34} {:>6.2} {:>6.2} {:>6.2} {:>7.2}{wrong}\n",
             one.fault,
             one.seed,
             one.hidden,
-            one.verdict,
+            one.verdicts(),
             one.added,
             one.lost_again_mm.unwrap_or(one.before_mm),
             one.anew_mm.unwrap_or(one.after_mm),
@@ -133,6 +144,24 @@ fn table(done: &[Rehearsal]) -> String {
     );
     text
 }
+
+fn word(diagnosis: &Value, key: &str) -> String {
+    diagnosis.get(key).and_then(Value::as_str).unwrap_or_default().to_owned()
+}
+
+/// Whether the lab says that other poses would tell more.
+fn is_undecided(verdict: &str) -> bool {
+    ["tied", "located"].contains(&verdict)
+}
+
+/// What has been measured, in a trial's directory.
+const TABLE: &str = "table.csv";
+
+/// How many poses the lab is asked for, beside the two it returns to.
+const POSES_ASKED: &str = "12";
+
+/// What the hand can be given to carry, kg: two thirds of what this arm lifts.
+const LOAD_KG: f64 = 0.3;
 
 /// Times the floor within which an error counts as gone.
 const NEAR: f64 = 1.3;
@@ -223,16 +252,46 @@ impl Bench {
     fn lab(&self, command: &str, more: &[&str]) -> Result<Value, TrialError> {
         let mut arguments = vec!["model", command, "cell/trial.model.yaml"];
         arguments.extend(more);
-        arguments.extend(["--data", "table.csv", "--json"]);
+        arguments.extend(["--data", TABLE, "--json"]);
         self.json(&arguments)
     }
 
-    /// Measures by the sensor in the hand.
-    fn measure(&self) -> Result<(), TrialError> {
+    /// Measures by the sensor in the hand: the number of the run.
+    fn measure(&self) -> Result<String, TrialError> {
         self.run("measure-by-triggers", &[])?;
-        let rows = self.plumb(&["show", "--table"])?;
-        let path = self.directory.join("table.csv");
-        fs::write(&path, rows).map_err(|source| TrialError::Write { path, source })
+        let run = self.last_run()?;
+        self.tabulate(&[&run])?;
+        Ok(run)
+    }
+
+    /// Takes the poses that the lab says would tell apart what is tied, some under load, beside what a run has measured.
+    fn measure_further(&self, measured: &str) -> Result<(), TrialError> {
+        let loads = format!("0,{LOAD_KG}");
+        let model = "cell/trial.model.yaml";
+        let asked =
+            ["model", "next", model, "--data", TABLE, "-n", POSES_ASKED, "--payload", &loads, "--csv"];
+        self.write(&format!("cell/{}", cell::POSES), &self.plumb(&asked)?)?;
+        self.run("measure-poses", &[])?;
+        self.tabulate(&[measured, &self.last_run()?])
+    }
+
+    /// Makes a measurement table of what runs have measured.
+    fn tabulate(&self, runs: &[&str]) -> Result<(), TrialError> {
+        self.write(TABLE, &self.plumb(&[&["show"], runs, &["--table"]].concat())?)
+    }
+
+    fn write(&self, name: &str, text: &str) -> Result<(), TrialError> {
+        let path = self.directory.join(name);
+        fs::write(&path, text).map_err(|source| TrialError::Write { path, source })
+    }
+
+    fn last_run(&self) -> Result<String, TrialError> {
+        let shown = self.json(&["show", "--json"])?;
+        let number = shown.pointer("/run/run").and_then(Value::as_i64);
+        number.map(|number| number.to_string()).ok_or_else(|| TrialError::Rehearsal {
+            command: "show --json".to_owned(),
+            cause: "the run has no number".to_owned(),
+        })
     }
 
     /// The true error of the hand over fresh points, mm RMS.
@@ -257,10 +316,14 @@ impl Bench {
 
     fn rehearse(&self, floor_mm: f64) -> Result<Rehearsal, TrialError> {
         let before_mm = self.true_error(&[])?;
-        self.measure()?;
-        let diagnosis = self.lab("diagnose", &[])?;
-        let word = |key: &str| diagnosis.get(key).and_then(Value::as_str).unwrap_or_default().to_owned();
-        let (verdict, sentence) = (word("verdict"), word("sentence"));
+        let run = self.measure()?;
+        let mut diagnosis = self.lab("diagnose", &[])?;
+        let at_first = Some(word(&diagnosis, "verdict")).filter(|verdict| is_undecided(verdict));
+        if at_first.is_some() {
+            self.measure_further(&run)?;
+            diagnosis = self.lab("diagnose", &[])?;
+        }
+        let (verdict, sentence) = (word(&diagnosis, "verdict"), word(&diagnosis, "sentence"));
         let first = diagnosis.pointer("/candidates/0/label").and_then(Value::as_str).unwrap_or_default();
         let found = ["named", "located", "tied"].contains(&verdict.as_str()) && !first.is_empty();
         let added = if found { first.to_owned() } else { String::new() };
@@ -278,6 +341,7 @@ impl Bench {
             fault,
             seed,
             hidden,
+            at_first,
             verdict,
             added,
             right,

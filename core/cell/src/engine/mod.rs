@@ -30,7 +30,7 @@ use std::sync::Arc;
 use plumb_plugin::{JointState, JointVector};
 use serde_json::{Map, Value};
 
-pub(crate) use execute::CONTROLLER_ZERO;
+pub(crate) use execute::{CIRCUMSTANCES, CONTROLLER_ZERO};
 
 pub use dry_run::{DryRun, DryStep, PlannedMotion, dry_run};
 pub use event_sender::EventSender;

@@ -28,7 +28,7 @@ const NUMBERS: [&str; 7] =
 const WORDS: [&str; 5] = ["on", "level", "session", "touch", "distance_to"];
 
 /// Columns that say how it was measured, not what.
-const CIRCUMSTANCES: [&str; 3] = ["payload_kg", "temperature_c", "repeat"];
+pub(super) const CIRCUMSTANCES: [&str; 3] = ["payload_kg", "temperature_c", "repeat"];
 
 pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<RowStep> {
     let NodeValue::Map(entries) = &node.value else {

@@ -1,5 +1,6 @@
 //! `search`: a guarded move of one joint until a sensor changes.
 
+use super::row::CIRCUMSTANCES;
 use crate::expression::Expression;
 use crate::read_context::{CheckContext, DegOrMm, ReadContext};
 use crate::yaml::{MapReader, Node, Place, did_you_mean};
@@ -48,6 +49,8 @@ pub struct Finds {
     pub place: Place,
     /// How high over it the hand is then, mm.
     pub height_mm: Option<Expression>,
+    /// Under which circumstances, by the model lab's columns: load, temperature, which return to a pose.
+    pub circumstances: Vec<(&'static str, Expression)>,
 }
 
 /// How a search approaches.
@@ -122,9 +125,14 @@ fn read_finds(node: &Node, context: &ReadContext<'_>) -> Option<Finds> {
     let mut map = MapReader::new(node, "`finds`", context.problems)?;
     let surface = context.required_text(&mut map, "on");
     let height_mm = map.optional("height_mm").and_then(|node| context.expression(node, "`height_mm`"));
+    let circumstances = CIRCUMSTANCES.into_iter().filter_map(|column| {
+        let value = context.expression(map.optional(column)?, &format!("`{column}`"))?;
+        Some((column, value))
+    });
+    let circumstances = circumstances.collect();
     map.finish();
     let (surface, place) = surface?;
-    Some(Finds { surface, place, height_mm })
+    Some(Finds { surface, place, height_mm, circumstances })
 }
 
 fn read_approach(
@@ -150,8 +158,9 @@ fn read_approach(
 impl SearchStep {
     pub(super) fn check(&self, context: &CheckContext<'_>) {
         context.check_expression(&self.travel);
-        if let Some(height) = self.finds.as_ref().and_then(|finds| finds.height_mm.as_ref()) {
-            context.check_expression(height);
+        if let Some(finds) = &self.finds {
+            let circumstances = finds.circumstances.iter().map(|(_, value)| value);
+            finds.height_mm.iter().chain(circumstances).for_each(|value| context.check_expression(value));
         }
         context.sensor(&self.sensor, self.sensor_place);
         let Some(robot) = context.robot(&self.robot, self.robot_place) else { return };

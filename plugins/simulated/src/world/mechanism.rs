@@ -21,6 +21,8 @@ pub struct Mechanism {
     pub droop: Droop,
     /// Width of what is between the fingers, mm; 0 when they meet each other.
     pub held_width: f64,
+    /// Mass that hangs at the fingers' tips, kg.
+    pub carried_mass: f64,
 }
 
 /// How far (mm of its drive) the gripper's cable can be drawn past the touch of the fingers before the motor stalls: the
@@ -70,10 +72,14 @@ impl Mechanism {
     /// The true attitudes when the links stand so behind their drives. The fingers stop at what they hold; their cable is
     /// drawn on.
     pub fn attitudes(&self, carried: &Joints) -> Joints {
-        let mut attitudes = self.droop.settled(&self.geometry, &self.drag.dragged(carried));
+        let mut attitudes = self.droop.settled(&self.loaded(), &self.drag.dragged(carried));
         let opening = &mut attitudes.0[Joint::Gripper.place()];
         *opening = opening.max(self.held_width);
         attitudes
+    }
+
+    fn loaded(&self) -> Loaded<'_> {
+        Loaded { geometry: &self.geometry, carried_mass: self.carried_mass }
     }
 
     /// How far the gripper's cable is drawn past the touch of the fingers, mm of its drive.
@@ -88,7 +94,7 @@ impl Mechanism {
 
     /// Where the links must stand behind their drives for the true attitudes to be these.
     pub fn carried_for(&self, attitudes: &Joints) -> Joints {
-        self.drag.released(&self.droop.lifted(&self.geometry, attitudes))
+        self.drag.released(&self.droop.lifted(&self.loaded(), attitudes))
     }
 
     /// How deep the arm is in something it cannot enter, mm; 0 or less when it is free. Stops of joints count as their angle
@@ -136,13 +142,20 @@ impl CableDrag {
     }
 }
 
+/// The arm's lengths, and what it carries at the fingers' tips, kg.
+#[derive(Clone, Copy)]
+struct Loaded<'a> {
+    geometry: &'a ArmGeometry,
+    carried_mass: f64,
+}
+
 impl Droop {
     /// The attitudes at which weight and give balance, found by letting the arm sink until it stays.
-    fn settled(&self, geometry: &ArmGeometry, unloaded: &Joints) -> Joints {
+    fn settled(&self, arm: &Loaded<'_>, unloaded: &Joints) -> Joints {
         const STILL: f64 = 1e-15;
         let mut attitudes = *unloaded;
         for _ in 0..200 {
-            let lower = unloaded.minus(&self.sag(geometry, &attitudes));
+            let lower = unloaded.minus(&self.sag(arm, &attitudes));
             let stir = lower.minus(&attitudes).largest();
             attitudes = lower;
             if stir < STILL {
@@ -152,21 +165,24 @@ impl Droop {
         attitudes
     }
 
-    fn lifted(&self, geometry: &ArmGeometry, loaded: &Joints) -> Joints {
-        loaded.plus(&self.sag(geometry, loaded))
+    fn lifted(&self, arm: &Loaded<'_>, loaded: &Joints) -> Joints {
+        loaded.plus(&self.sag(arm, loaded))
     }
 
     /// How far each joint gives way, rad. The cables hold forearm and hand from the base, so that their moments pass the
     /// shoulder by and only their weight rests on the upper arm's end.
-    fn sag(&self, geometry: &ArmGeometry, attitudes: &Joints) -> Joints {
+    fn sag(&self, arm: &Loaded<'_>, attitudes: &Joints) -> Joints {
+        let Loaded { geometry, carried_mass } = *arm;
+        let at_the_wrist = self.hand_mass + carried_mass;
         let newton_metres = |mass: f64, lever: f64, joint: Joint| {
             mass * GRAVITY * lever * METRES_PER_MM * attitudes.of(joint).cos()
         };
         let on_shoulder = newton_metres(self.upper_arm_mass, geometry.upper_arm / 2.0, Joint::Shoulder)
-            + newton_metres(self.forearm_mass + self.hand_mass, geometry.upper_arm, Joint::Shoulder);
+            + newton_metres(self.forearm_mass + at_the_wrist, geometry.upper_arm, Joint::Shoulder);
         let on_elbow = newton_metres(self.forearm_mass, geometry.forearm / 2.0, Joint::Elbow)
-            + newton_metres(self.hand_mass, geometry.forearm, Joint::Elbow);
-        let on_wrist = newton_metres(self.hand_mass, geometry.hand / 2.0, Joint::WristPitch);
+            + newton_metres(at_the_wrist, geometry.forearm, Joint::Elbow);
+        let on_wrist = newton_metres(self.hand_mass, geometry.hand / 2.0, Joint::WristPitch)
+            + newton_metres(carried_mass, geometry.hand, Joint::WristPitch);
         Joints([
             0.0,
             self.shoulder_give * on_shoulder,
@@ -202,6 +218,7 @@ mod tests {
                 wrist_pitch_give: 0.03,
             },
             held_width: 0.0,
+            carried_mass: 0.0,
         }
     }
 
@@ -229,6 +246,22 @@ mod tests {
         let hanging = -std::f64::consts::FRAC_PI_2;
         let still = mechanism.attitudes(&Joints([0.0, 0.5, hanging, hanging, 0.0, 0.0]));
         assert!((still.of(Joint::Elbow) - hanging).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_the_fingers_carry_bends_the_wrist_by_its_whole_lever_and_rests_on_the_joints_before() {
+        let mut mechanism = mechanism();
+        mechanism.drag = CableDrag::default();
+        (mechanism.droop.shoulder_give, mechanism.droop.elbow_give, mechanism.droop.wrist_pitch_give) =
+            (1e-6, 1e-6, 1e-6);
+        let empty = mechanism.attitudes(&Joints::default());
+        mechanism.carried_mass = 0.3;
+        let more = mechanism.attitudes(&Joints::default()).minus(&empty);
+        for (joint, lever_mm) in [(Joint::Shoulder, 177.8), (Joint::Elbow, 177.8), (Joint::WristPitch, 109.0)]
+        {
+            let expected = -1e-6 * 0.3 * GRAVITY * lever_mm * 1e-3;
+            assert!((more.of(joint) - expected).abs() < 1e-12, "{joint:?}: {}", more.of(joint));
+        }
     }
 
     #[test]

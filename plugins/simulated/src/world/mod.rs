@@ -45,6 +45,9 @@ const SLOWEST: f64 = 0.001;
 /// No motor makes more half-steps in a motion, or in a second.
 const MOST_HALF_STEPS: f64 = 100_000.0;
 
+/// More the hand does not lift, kg: the TeachMover's data sheet says one pound.
+const MOST_CARRIED: f64 = 0.454;
+
 /// The world's time at its beginning, ns: not 0, so that no moment of it can be taken for none.
 const BEGINS_NS: u64 = 1_000_000_000;
 
@@ -389,6 +392,16 @@ impl World {
             self.look_again();
         }
         fits
+    }
+
+    /// Has the fingers carry this mass (kg) in place of what they carried. False when it is more than they hold.
+    pub fn carry(&mut self, mass: f64) -> bool {
+        let holds = (0.0..=MOST_CARRIED).contains(&mass);
+        if holds {
+            self.description.arm.mechanism.carried_mass = mass;
+            self.look_again();
+        }
+        holds
     }
 
     /// Sees anew what stands there, after something other than a motor changed it.

@@ -49,7 +49,7 @@ fn next_pose(pose: &NextPose) -> String {
         .collect();
     let mut text = joints.join(" ");
     if pose.approach.iter().any(|side| *side != 0) {
-        text.push_str(&format!(" from {sides}"));
+        text.push_str(&format!(" side {sides}"));
     }
     if pose.payload_kg > 0.0 {
         text.push_str(&format!(" with {} kg", pose.payload_kg));

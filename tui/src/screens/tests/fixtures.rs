@@ -346,7 +346,7 @@ fn standing() -> Standing {
         warnings: vec!["row 79 lies far outside the others' scatter".to_owned()],
         residuals: residuals(),
         arm_mm: vec![[0.0, 0.0, 0.0], [0.0, 0.0, 300.0], [200.0, 40.0, 420.0], [320.0, 60.0, 300.0]],
-        next: vec!["10 -40 80 0 30 5 from ++0000".to_owned()],
+        next: vec!["10 -40 80 0 30 5 side ++0000".to_owned()],
         fall: vec![
             FallStep { added: "start".to_owned(), fit_mm2: 0.51, held_out_mm2: Some(0.53) },
             FallStep { added: "joint_zero(*)".to_owned(), fit_mm2: 0.33, held_out_mm2: Some(0.34) },

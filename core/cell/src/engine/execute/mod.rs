@@ -15,6 +15,7 @@ mod scan;
 mod search;
 
 pub(crate) use declare::CONTROLLER_ZERO;
+pub(crate) use search::CIRCUMSTANCES;
 
 use super::Engine;
 use super::step_context::{Done, StepContext};

@@ -4,7 +4,7 @@
 
 use plumb_plugin::{JointVector, ProximityEdge, Reading};
 use plumb_record::Trigger;
-use serde_json::json;
+use serde_json::{Map, Value, json};
 
 use crate::engine::Engine;
 use crate::engine::execute::move_joints::joint_vector;
@@ -14,6 +14,9 @@ use crate::engine::step_error::StepError;
 use crate::event::{Event, NamedValue};
 use crate::in_words::give_or_take;
 use crate::step::{Approach, SearchStep};
+
+/// Where the result of a search keeps its circumstances.
+pub(crate) const CIRCUMSTANCES: &str = "circumstances";
 
 /// The first step of a drive without steps that creeps on towards its edge, rad or mm: far below what any pose is known to.
 const FINEST_CREEP: f64 = 1e-12;
@@ -47,7 +50,7 @@ impl Engine {
             return Err(self.not_there_again(&search, self.chunk(&search, &step.fast)));
         };
         self.return_to_trigger(&search, at, &fine)?;
-        self.search_done(&search, &fine, &fast)
+        self.search_done(&search, at, &fine, &fast)
     }
 
     /// Where the search begins: where the arm stands, or where an interrupted attempt began.
@@ -363,13 +366,31 @@ impl Engine {
         Ok(self.journal.trigger(&at.path, &trigger, named, half_width.clone())?)
     }
 
+    /// Under which load and so on the sensor changed, by the columns of the measurement table; no return to a pose is 0, and left out.
+    fn circumstances(
+        &mut self,
+        step: &SearchStep,
+        at: &StepContext,
+    ) -> Result<Map<String, Value>, StepError> {
+        let mut told = Map::new();
+        for (column, value) in step.finds.iter().flat_map(|finds| &finds.circumstances) {
+            let value = self.number(at.scope, value)?;
+            if *column != "repeat" || value != 0.0 {
+                told.insert((*column).to_owned(), value.into());
+            }
+        }
+        Ok(told)
+    }
+
     fn search_done(
         &mut self,
         search: &Search<'_>,
+        at: &StepContext,
         fine: &ProximityEdge,
         fast: &ProximityEdge,
     ) -> Result<Done, StepError> {
         let step = search.step;
+        let circumstances = self.circumstances(step, at)?;
         let arm = self.arm(&step.robot)?;
         let joints = arm.named(&fine.joints);
         let half_width =
@@ -378,6 +399,9 @@ impl Engine {
         let mut result = json!({"found": true, "joints": joints_value(&joints), "fast_joints": joints_value(&arm.named(&fast.joints))});
         if let Some(entries) = result.as_object_mut() {
             entries.insert(format!("half_width_{unit}"), half_width.into());
+            entries.extend(
+                (!circumstances.is_empty()).then(|| (CIRCUMSTANCES.to_owned(), circumstances.into())),
+            );
         }
         let found: Vec<NamedValue> = joints.into_iter().filter(|joint| joint.name == step.joint).collect();
         let place = found.first().map_or(0.0, |joint| joint.value);

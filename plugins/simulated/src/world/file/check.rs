@@ -64,6 +64,7 @@ impl Checker<'_> {
                 drag: self.cable_drag(&raw.cable_drag)?,
                 droop: self.droop(&raw.droop)?,
                 held_width: 0.0,
+                carried_mass: 0.0,
             },
             resolution: match raw.resolution {
                 raw::Resolution::Continuous => Resolution::Continuous,
