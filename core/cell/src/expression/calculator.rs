@@ -6,6 +6,9 @@ use serde_json::{Map, Value};
 /// One step of arithmetic is about one operation; a fixed point of a recursion takes some thousands.
 const MOST_OPERATIONS: u64 = 500_000;
 
+/// Entries that all turns of a `repeat` may have: some tens a turn, for the longest that procedures here allow.
+const MOST_ENTRIES: usize = 1_000_000;
+
 /// Why an expression gave no usable value.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{expression}`: {cause}")]
@@ -39,8 +42,9 @@ impl Calculator {
         engine.set_max_call_levels(16);
         engine.set_max_modules(0);
         engine.set_max_string_size(10_000);
-        engine.set_max_array_size(10_000);
-        engine.set_max_map_size(1_000);
+        // What all turns of a long `repeat` have found is counted together, entry by entry.
+        engine.set_max_array_size(MOST_ENTRIES);
+        engine.set_max_map_size(MOST_ENTRIES);
         engine.disable_symbol("eval");
         engine.on_print(|_| {});
         engine.on_debug(|_, _, _| {});
@@ -285,6 +289,17 @@ mod tests {
         assert_eq!(evaluate("-lower.joints.elbow_deg - 1"), Ok(69.5.into()));
         assert_eq!(evaluate("sqrt(4) + acos_deg(0.5) + mean([1, 2.0, 3])"), Ok(64.0.into()));
         assert_eq!(evaluate("min(1, 2.5) + max(1, 2.5) + abs(-3)"), Ok(6.5.into()));
+    }
+
+    #[test]
+    fn what_a_thousand_turns_have_found_can_be_gone_through() {
+        let calculator = Calculator::new();
+        let turn =
+            serde_json::json!({"joints": {"waist_deg": 1, "shoulder_deg": 2, "elbow_deg": 3}, "found": true});
+        let Value::Object(values) = serde_json::json!({"all": {"met": vec![turn; 1000]}}) else { return };
+        let text = "let sum = 0; for one in all.met + all.met { sum += one.joints.elbow_deg; } sum";
+        let ast = calculator.compile_script(text).expect("it is a script");
+        assert_eq!(calculator.evaluate(&ast, text, &values).expect("within the limits"), 6000);
     }
 
     #[test]
