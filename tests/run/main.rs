@@ -16,6 +16,7 @@ mod killed;
 mod lab;
 mod left_behind;
 mod light_stripe;
+mod model_bad_input;
 mod passed;
 mod pictures;
 mod plugins;

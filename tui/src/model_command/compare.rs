@@ -18,8 +18,7 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<String, Box<dyn Error>
     match arguments.plot {
         Some(PlotFormat::Svg) => {
             let path = arguments.output();
-            std::fs::write(path, plot::svg(&comparison))
-                .map_err(|source| format!("{}: {source}", path.display()))?;
+            std::fs::write(path, plot::svg(&comparison)).map_err(|error| super::not_written(path, &error))?;
             if !arguments.pair.json {
                 writeln!(said, "Drawn to {}.", path.display())?;
             }

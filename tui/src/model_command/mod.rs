@@ -13,6 +13,7 @@ mod template;
 mod text;
 
 use std::io::{self, Write as _};
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Subcommand;
@@ -73,6 +74,20 @@ pub(crate) fn run(command: &ModelCommand) -> CommandResult {
     out.write_all(said.as_bytes())?;
     out.flush()?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// What to say of a file that could not be written.
+fn not_written(path: &Path, error: &io::Error) -> String {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir());
+    match (error.kind(), folder) {
+        (io::ErrorKind::NotFound, Some(folder)) => {
+            format!("{}: there is no folder {} to write to", path.display(), folder.display())
+        }
+        (io::ErrorKind::AlreadyExists, _) => {
+            format!("{}: there is such a file already; name another folder with -o", path.display())
+        }
+        _ => format!("{}: {error}", path.display()),
+    }
 }
 
 /// A value as indented JSON with a line end.

@@ -22,7 +22,7 @@ pub(super) fn run(arguments: &ReportArguments) -> Result<String, Box<dyn Error>>
     }
     let report = watched(|progress| opened.laboratory.report(story, progress))?;
     let path = &arguments.output;
-    std::fs::write(path, html(&report)).map_err(|source| format!("{}: {source}", path.display()))?;
+    std::fs::write(path, html(&report)).map_err(|error| super::not_written(path, &error))?;
     if arguments.pair.json {
         return Ok(super::json(&report)?);
     }

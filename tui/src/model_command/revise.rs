@@ -1,6 +1,7 @@
 //! `plumb model add`, `remove` and `grow`: what changes a model writes its next revision.
 
 use std::error::Error;
+use std::path::Path;
 
 use plumb_model::laboratory::{Addition, EffectValue};
 use plumb_model::progress::Progress;
@@ -28,14 +29,26 @@ struct Changed<'a> {
 
 /// Adds an effect.
 pub(super) fn add(arguments: &ChangeArguments) -> Result<String, Box<dyn Error>> {
+    in_order(arguments)?;
     let did = format!("add {}", arguments.effect);
     change(&arguments.pair, &did, |opened, progress| opened.laboratory.add(&arguments.effect, progress))
 }
 
 /// Takes an effect out.
 pub(super) fn remove(arguments: &ChangeArguments) -> Result<String, Box<dyn Error>> {
+    in_order(arguments)?;
     let did = format!("remove {}", arguments.effect);
     change(&arguments.pair, &did, |opened, progress| opened.laboratory.remove(&arguments.effect, progress))
+}
+
+/// Refuses an effect where the model file belongs, and a file where the effect does.
+fn in_order(arguments: &ChangeArguments) -> Result<(), String> {
+    let (model, effect) = (&arguments.pair.model, Path::new(&arguments.effect));
+    if model.exists() || !effect.is_file() {
+        return Ok(());
+    }
+    let (model, effect) = (model.display(), effect.display());
+    Err(format!("`{effect}` is a file and `{model}` is none: the model file comes first, then the effect"))
 }
 
 /// Takes over what the table says of all that is free.

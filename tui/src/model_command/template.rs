@@ -23,7 +23,7 @@ pub(super) fn run(arguments: &TemplateArguments) -> Result<String, Box<dyn Error
     for (path, text) in [(&model, &template.model), (&table, &template.table)] {
         std::fs::File::create_new(path)
             .and_then(|mut file| file.write_all(text.as_bytes()))
-            .map_err(|source| format!("{}: {source}", path.display()))?;
+            .map_err(|error| super::not_written(path, &error))?;
     }
     let ends = template.ends.map_or_else(String::new, |(root, tip)| {
         format!("The arm is what moves between `{root}` and `{tip}`; --tip LINK takes another end.\n")
