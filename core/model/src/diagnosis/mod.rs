@@ -2,6 +2,7 @@
 
 mod batch;
 mod bearing;
+mod camps;
 mod extrapolation;
 mod growth;
 mod landing;
@@ -27,6 +28,7 @@ pub use next::{KeepOut, NextPoses, Wanted};
 pub use outcome::{Candidate, Diagnosis, EffectPlace, Located, Named, NextPose, Remaining, Verdict};
 
 use misfit::Misfit;
+use repeatable::Split;
 
 use crate::effect::{EffectId, Spot};
 use crate::floor::{Floor, Returns};
@@ -56,7 +58,8 @@ impl Laboratory {
         progress.report(0.1, "noise floor")?;
         let returns = Returns::gather(&machine, &fit, &self.survey());
         let floor = Floor::among(&machine, returns.as_ref());
-        let split = returns.as_ref().and_then(|returns| repeatable::find_split(&machine, returns));
+        let splits =
+            returns.as_ref().map(|returns| repeatable::find_splits(&machine, returns)).unwrap_or_default();
         let comparison = self.comparison(&machine, &fit, progress)?;
         let candidates =
             search::Candidates { listed: search::probes(self), unlisted: unlisted::probes(self) };
@@ -71,12 +74,12 @@ impl Laboratory {
             (remaining.covariates, remaining.shape) = (rest.covariates, rest.shape);
         }
         let mut verdict = finding.verdict;
-        if let Some(split) = split {
+        if !splits.is_empty() {
             verdict = Verdict::NotRepeatable;
-            let place = EffectId::at("", split.spot).place(self.model());
+            let place = |split: &Split| EffectId::at("", split.spot).place(self.model());
             remaining.covariates = Vec::new();
-            remaining.shape = split.told(&place);
-            remaining.places = vec![place];
+            remaining.shape = repeatable::told(splits.iter().map(|split| (split, place(split))));
+            remaining.places = splits.iter().map(place).collect();
         }
         let settled = verdict == finding.verdict;
         let next = if settled { searched.poses_for(&finding, &floor, progress)? } else { Vec::new() };

@@ -64,6 +64,40 @@ fn a_tool_that_stands_in_two_places_in_its_holder_is_the_hardwares_fault() {
     }
 }
 
+/// How far the tip moves when shoulder and elbow are off by so many degrees.
+fn turned([waist, shoulder, elbow]: [f64; 3], [by_shoulder, by_elbow]: [f64; 2]) -> [f64; 3] {
+    let (there, here) =
+        (column_tip([waist, shoulder + by_shoulder, elbow + by_elbow]), column_tip([waist, shoulder, elbow]));
+    std::array::from_fn(|axis| there[axis] - here[axis])
+}
+
+#[test]
+fn two_joints_that_stand_in_two_places_each_are_both_found() {
+    for seed in 1..=3 {
+        let found = diagnosed(seed, |_, pose, chance| {
+            // Two coins out of one number.
+            let (first, second) = (chance < 0.5, (2.0 * chance).fract() < 0.5);
+            let off = |up: bool, by: f64| if up { by } else { 0.0 };
+            turned(pose, [off(first, 0.15), off(second, 0.25)])
+        });
+        assert_eq!(found.verdict, Verdict::NotRepeatable, "seed {seed}: {}", found.sentence);
+        let mut places = found.remaining.places.clone();
+        places.sort();
+        assert_eq!(places, ["elbow", "shoulder"], "seed {seed}: {}", found.sentence);
+        assert!(found.sentence.contains(" deg apart at elbow"), "{}", found.sentence);
+    }
+}
+
+#[test]
+fn the_camp_of_the_fewer_is_no_wild_reading_however_long_the_lever() {
+    for seed in 1..=4 {
+        let found =
+            diagnosed(seed, |_, pose, chance| turned(pose, [if chance < 0.3 { 0.4 } else { 0.0 }, 0.0]));
+        assert_eq!(found.verdict, Verdict::NotRepeatable, "seed {seed}: {}", found.sentence);
+        assert_eq!(found.remaining.places, ["shoulder"], "seed {seed}: {}", found.sentence);
+    }
+}
+
 #[test]
 fn returns_that_scatter_alike_or_of_which_a_few_are_wild_are_no_fault() {
     for seed in 1..=3 {
