@@ -2,7 +2,6 @@
 
 use super::point::RowPoint;
 use super::runs::Run;
-use super::sums::Sums;
 
 /// How the centre is found inside the chosen component.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -42,7 +41,7 @@ impl Noise {
 
     /// Variance at a grey level. The rounding to whole levels is a twelfth.
     #[inline]
-    fn variance(&self, level: f32) -> f32 {
+    pub(super) fn variance(&self, level: f32) -> f32 {
         self.dark * self.dark + self.per_level * level + 1.0 / 12.0
     }
 }
@@ -53,55 +52,13 @@ impl Default for Noise {
     }
 }
 
-/// The grey level of a saturated pixel.
-const SATURATION: u8 = 255;
-
 /// Two edges, each somewhere in a pixel.
-const BINARY_SIGMA: f32 = 0.204_124_15;
+pub(super) const BINARY_SIGMA: f32 = 0.204_124_15;
 
-/// The middle of the lit pixels.
-pub(super) fn binary(row: u32, run: Run, pixels: &[u8]) -> RowPoint {
-    let lit = pixels.get(usize::from(run.start)..usize::from(run.end)).unwrap_or_default();
-    let peak = lit.iter().fold(0, |peak: u8, pixel| peak.max(*pixel));
-    RowPoint {
-        row,
-        flags: if peak == SATURATION { RowPoint::SATURATED } else { 0 },
-        centre: (f32::from(run.start) + f32::from(run.end) - 1.0) / 2.0,
-        sigma: BINARY_SIGMA,
-        width: f32::from(run.length()),
-        peak: f32::from(peak),
-    }
-}
-
-/// The centroid of what exceeds the threshold.
-#[inline]
-pub(super) fn centroid(row: u32, run: Run, pixels: &[u8], threshold: u8, noise: &Noise) -> RowPoint {
-    let Sums { peak, levels, first, second } = Sums::of(run, pixels);
-    let count = f64::from(run.length());
-    let places = count * (count - 1.0) / 2.0;
-    let squares = places * (2.0 * count - 1.0) / 3.0;
-    let (floor, levels, first, second) = (f64::from(threshold), levels as f64, first as f64, second as f64);
-    // Every pixel of a run is above the threshold, so that nothing here is below zero.
-    let inverse = 1.0 / (levels - floor * count).max(1.0);
-    let from_start = (first - floor * places) * inverse;
-    // A pixel's noise moves the centroid by its distance from it. Saturated pixels have no noise that could be seen, but hide as much.
-    let spread = |zeroth: f64, first: f64, second: f64| {
-        second - 2.0 * from_start * first + from_start * from_start * zeroth
-    };
-    let variance = f64::from(noise.variance(0.0)) * spread(count, places, squares)
-        + f64::from(noise.per_level) * spread(levels, first, second);
-    let speckle = f64::from(noise.speckle_px);
-    // One pixel alone does not tell where in it the middle lies.
-    let one_pixel = f64::from(BINARY_SIGMA);
-    let noise_square = if count > 1.0 { variance * inverse * inverse } else { one_pixel * one_pixel };
-    RowPoint {
-        row,
-        flags: if peak == SATURATION { RowPoint::SATURATED } else { 0 },
-        centre: f32::from(run.start) + from_start as f32,
-        sigma: ((noise_square + speckle * speckle) as f32).sqrt(),
-        width: f32::from(run.length()),
-        peak: f32::from(peak),
-    }
+/// The middle of the lit pixels, in place of their centroid.
+pub(super) fn binary(centroid: RowPoint, run: Run) -> RowPoint {
+    let centre = (f32::from(run.start) + f32::from(run.end) - 1.0) / 2.0;
+    RowPoint { centre, sigma: BINARY_SIGMA, ..centroid }
 }
 
 /// The zero of the smoothed row's derivative nearest to the centroid; the centroid itself where there is none.

@@ -12,8 +12,15 @@ pub(super) struct Chain {
     pub(super) runs: Vec<Run>,
     /// The median of their lengths, pixels; 0 where there are none.
     pub(super) median_width: f32,
+    /// The greatest of their lengths, pixels.
+    pub(super) greatest_width: u16,
+    /// The places of those a spur is joined to, once [`Chain::find_spurs`] looked.
+    pub(super) spurs: Vec<usize>,
     steps: Vec<Step>,
 }
+
+/// A run wider than this many times the stripe's median has something joined to it.
+const WIDEST: f32 = 2.5;
 
 /// Runs at least this long are counted together.
 const LONGEST_COUNTED: usize = 255;
@@ -37,18 +44,53 @@ impl Chain {
         } else {
             self.follow_longest(component, components, runs);
         }
+        self.greatest_width = self.runs.iter().map(|run| run.length()).max().unwrap_or(0);
         self.median_width = self.median();
+    }
+
+    /// Finds the runs that are far wider than the stripe is, and if wanted cuts off what does not go on from it above and below. Where
+    /// nothing tells, an empty run is left.
+    pub(super) fn find_spurs(&mut self, cut: bool) {
+        self.spurs.clear();
+        let widest = (WIDEST * self.median_width).max(6.0);
+        let is_spurred = |run: &Run| f32::from(run.length()) > widest;
+        if f32::from(self.greatest_width) <= widest {
+            return;
+        }
+        let mut above = None;
+        let mut rest = self.runs.as_mut_slice();
+        let mut place = 0;
+        while let Some((run, later)) = rest.split_first_mut() {
+            if is_spurred(run) {
+                self.spurs.push(place);
+                if cut {
+                    let below = later.iter().find(|run| !is_spurred(run)).copied();
+                    *run = without_spur(*run, above, below).unwrap_or_default();
+                }
+            } else {
+                above = Some(*run);
+            }
+            (rest, place) = (later, place + 1);
+        }
     }
 
     /// Of a component with one run a row there is one way down: all of it.
     fn take_all(&mut self, component: &Component, components: &Components, runs: &Runs) {
-        self.top = component.top as usize;
+        let (top, bottom) = (component.top as usize, component.bottom as usize);
+        let places = runs.of_row(top).start..runs.of_row(bottom).end;
+        let among = runs.all().get(places.clone()).unwrap_or_default();
+        self.top = top;
         self.runs.clear();
-        for row in component.top as usize..=component.bottom as usize {
-            let of_it = |place: &usize| components.root(*place) == component.root;
-            let run = runs.of_row(row).find(of_it).and_then(|place| runs.all().get(place));
-            self.runs.extend(run);
+        self.runs.resize(component.runs as usize + 1, Run::default());
+        // Every run is written down, and over those of others the next: that is faster than to guess which are.
+        let mut count = 0;
+        for (run, place) in among.iter().zip(places) {
+            if let Some(here) = self.runs.get_mut(count) {
+                *here = *run;
+            }
+            count += usize::from(components.of_run(place) == component.name);
         }
+        self.runs.truncate(count);
     }
 
     fn median(&self) -> f32 {
@@ -80,7 +122,7 @@ impl Chain {
         for row in component.top as usize..=component.bottom as usize {
             let begin = self.steps.len();
             for place in runs.of_row(row) {
-                if components.root(place) == component.root
+                if components.of_run(place) == component.name
                     && let Some(run) = runs.all().get(place)
                 {
                     let step = self.step(*run, row as u32, above.clone());
@@ -130,4 +172,15 @@ impl Chain {
             at = step.before as usize;
         }
     }
+}
+
+/// The part of a run with a spur joined to it that goes on from the stripe above and below; none where nothing tells.
+fn without_spur(whole: Run, above: Option<Run>, below: Option<Run>) -> Option<Run> {
+    let (start, end) = match (above, below) {
+        (Some(above), Some(below)) => (above.start.min(below.start), above.end.max(below.end)),
+        (Some(one), None) | (None, Some(one)) => (one.start, one.end),
+        (None, None) => return None,
+    };
+    let run = Run { start: whole.start.max(start), end: whole.end.min(end) };
+    (run.start < run.end).then_some(run)
 }

@@ -64,6 +64,12 @@ impl<'a> Image<'a> {
         self.pixels
     }
 
+    /// The rows from one on.
+    #[inline]
+    pub(super) fn rows_from(&self, row: usize) -> impl Iterator<Item = &'a [u8]> {
+        self.pixels.get(row * self.width..).unwrap_or_default().chunks_exact(self.width)
+    }
+
     /// A row; empty past the last.
     pub fn row(&self, row: usize) -> &'a [u8] {
         self.pixels.get(row * self.width..(row + 1) * self.width).unwrap_or_default()

@@ -5,6 +5,7 @@
 //! of a pixel with its uncertainty, and an error in place of points where there is no stripe or more than one could be it.
 
 mod centre;
+mod centroid;
 mod chain;
 mod components;
 mod image;
@@ -21,6 +22,7 @@ pub use runs::{InstructionSet, Run, instruction_set};
 pub use spot::{NoSpot, Spot, SpotFinder};
 pub use threshold::Threshold;
 
+use centroid::{Centroids, Stripe};
 use chain::Chain;
 use components::{Component, Components};
 use runs::Runs;
@@ -131,12 +133,14 @@ pub struct Profile {
 /// Looks for stripes. Its memory is kept from picture to picture.
 #[derive(Debug, Clone, Default)]
 pub struct Extractor {
+    instructions: InstructionSet,
     levels: Levels,
     runs: Runs,
     components: Components,
     chain: Chain,
     /// The component `chain` goes down, in the present picture.
     followed: Option<u32>,
+    centroids: Centroids,
     order: Vec<Component>,
     owner: Vec<u8>,
     profile: Profile,
@@ -147,9 +151,6 @@ const MOST_LIT: f32 = 0.4;
 
 /// A second component this tall, as a share of the tallest, could be the stripe as well.
 const RIVAL: f32 = 0.9;
-
-/// A run wider than this many times the stripe's median has something joined to it.
-const WIDEST: f32 = 2.5;
 
 impl Extractor {
     /// One that has seen nothing.
@@ -166,8 +167,7 @@ impl Extractor {
         self.followed = None;
         self.levels.choose(settings.threshold, image);
         self.profile.threshold = self.levels.of_row(0);
-        let levels = &self.levels;
-        self.runs.find(image, |row| levels.of_row(row));
+        self.runs.find(self.instructions, image, &self.levels);
         self.components.find(&self.runs);
         self.require_some_light(image)?;
         let tallest = self.tallest(settings)?;
@@ -203,7 +203,7 @@ impl Extractor {
             return Err(NoStripe::Dark { threshold: self.profile.threshold });
         };
         self.follow(&tallest);
-        let widest = self.chain.runs.iter().map(|run| u32::from(run.length())).max().unwrap_or(0);
+        let widest = u32::from(self.chain.greatest_width);
         if tallest.height() < least || self.chain.runs.len() < least as usize {
             let rows = tallest.height().min(self.chain.runs.len() as u32);
             return Err(match widest >= least.max(3 * rows) {
@@ -219,9 +219,9 @@ impl Extractor {
     }
 
     fn follow(&mut self, component: &Component) {
-        if self.followed != Some(component.root) {
+        if self.followed != Some(component.name) {
             self.chain.follow(component, &self.components, &self.runs);
-            self.followed = Some(component.root);
+            self.followed = Some(component.name);
         }
     }
 
@@ -229,7 +229,7 @@ impl Extractor {
     fn alone(&mut self, tallest: Component, settings: &Settings) -> Result<Vec<Component>, NoStripe> {
         self.profile.is_broken = false;
         for other in self.components.all() {
-            if other.root == tallest.root || other.height() < settings.least_rows {
+            if other.name == tallest.name || other.height() < settings.least_rows {
                 continue;
             }
             let beside = other.top <= tallest.bottom && tallest.top <= other.bottom;
@@ -256,42 +256,39 @@ impl Extractor {
     /// Adds the centres of a component's stripe.
     fn take(&mut self, component: &Component, image: &Image<'_>, settings: &Settings) {
         self.follow(component);
-        let widest = (WIDEST * self.chain.median_width).max(6.0);
-        let mut before: Option<Run> = None;
-        for (place, whole) in self.chain.runs.iter().enumerate() {
-            let row = self.chain.top + place;
-            let pixels = image.row(row);
-            let is_spurred = f32::from(whole.length()) > widest;
-            let run = match is_spurred && settings.centre != Centre::Binary {
-                true => {
-                    let after = self.chain.runs.get(place + 1..).unwrap_or_default();
-                    let after = after.iter().find(|run| f32::from(run.length()) <= widest);
-                    match without_spur(*whole, before, after.copied()) {
-                        Some(run) => run,
-                        None => continue,
-                    }
+        self.chain.find_spurs(settings.centre != Centre::Binary);
+        let before = self.profile.points.len();
+        let stripe = Stripe { image, chain: &self.chain, levels: &self.levels };
+        self.centroids.find(self.instructions, stripe, &settings.noise, &mut self.profile.points);
+        let points = self.profile.points.get_mut(before..).unwrap_or_default();
+        match settings.centre {
+            Centre::Centroid => {}
+            Centre::Binary => {
+                for (point, run) in points.iter_mut().zip(&self.chain.runs) {
+                    *point = centre::binary(*point, *run);
                 }
-                false => *whole,
-            };
-            let (row, threshold) = (row as u32, self.levels.of_row(row));
-            let mut point = match settings.centre {
-                Centre::Binary => centre::binary(row, run, pixels),
-                Centre::Centroid => centre::centroid(row, run, pixels, threshold, &settings.noise),
-                Centre::GaussianDerivative { line_sigma_px } => {
-                    let start = centre::centroid(row, run, pixels, threshold, &settings.noise);
-                    centre::gaussian_derivative(start, pixels, line_sigma_px, &settings.noise)
+            }
+            Centre::GaussianDerivative { line_sigma_px } => {
+                for (point, pixels) in points.iter_mut().zip(image.rows_from(self.chain.top)) {
+                    *point = centre::gaussian_derivative(*point, pixels, line_sigma_px, &settings.noise);
                 }
-            };
-            if is_spurred {
-                point.flags |= RowPoint::SPUR;
-            } else {
-                before = Some(run);
             }
-            if run.start == 0 || usize::from(run.end) == image.width() {
-                point.flags |= RowPoint::AT_EDGE;
-            }
-            self.profile.points.push(point);
         }
+        self.flag_spurs(before);
+    }
+
+    /// Flags the rows of the last stripe that a spur is joined to, and leaves out those of which nothing is left without it. Its points
+    /// lie from `before` on.
+    fn flag_spurs(&mut self, before: usize) {
+        if self.chain.spurs.is_empty() {
+            return;
+        }
+        for place in &self.chain.spurs {
+            if let Some(point) = self.profile.points.get_mut(before + place) {
+                point.flags |= RowPoint::SPUR;
+            }
+        }
+        self.profile.points.retain(|point| point.width > 0.0);
     }
 
     /// Of rows in which two pieces lie, none can be told to be right.
@@ -309,13 +306,56 @@ impl Extractor {
     }
 }
 
-/// The part of a run with a spur joined to it that goes on from the stripe above and below; none where nothing tells.
-fn without_spur(whole: Run, before: Option<Run>, after: Option<Run>) -> Option<Run> {
-    let (start, end) = match (before, after) {
-        (Some(before), Some(after)) => (before.start.min(after.start), before.end.max(after.end)),
-        (Some(one), None) | (None, Some(one)) => (one.start, one.end),
-        (None, None) => return None,
-    };
-    let run = Run { start: whole.start.max(start), end: whole.end.min(end) };
-    (run.start < run.end).then_some(run)
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A stripe that wanders, with what is lit beside it and joined to it.
+    fn picture() -> impl Strategy<Value = (usize, Vec<u8>)> {
+        (8_usize..300, 8_usize..60, any::<u64>(), 0_u8..8).prop_map(|(width, height, seed, clutter)| {
+            let mut chance = seed | 1;
+            let mut below = move |limit: u8| {
+                chance =
+                    chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                ((chance >> 40) % u64::from(limit)) as u8
+            };
+            let mut pixels: Vec<u8> = (0..width * height).map(|_| 40 + below(20 + clutter / 7)).collect();
+            let mut start = width / 2;
+            for row in pixels.chunks_mut(width) {
+                start = (start + usize::from(below(3))).clamp(1, width) - 1;
+                let length = if below(16) < clutter { 30 } else { 2 + below(8) };
+                row.iter_mut().skip(start).take(length.into()).for_each(|pixel| *pixel = 61 + below(195));
+            }
+            (width, pixels)
+        })
+    }
+
+    fn settings() -> impl Strategy<Value = Settings> {
+        let derivative = Centre::GaussianDerivative { line_sigma_px: 1.6 };
+        let centre = prop_oneof![Just(Centre::Centroid), Just(Centre::Binary), Just(derivative)];
+        let pieces = prop_oneof![Just(Pieces::Tallest), Just(Pieces::All)];
+        (centre, pieces, 0.0_f32..0.5).prop_map(|(centre, pieces, per_level)| Settings {
+            threshold: Threshold::Fixed(60),
+            centre,
+            pieces,
+            noise: Noise { per_level, speckle_px: per_level, ..Noise::default() },
+            least_rows: 4,
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn every_instruction_set_finds_the_very_same_points((width, pixels) in picture(), settings in settings()) {
+            let image = Image::new(width, pixels.len() / width, &pixels).unwrap();
+            let mut found = runs::available().map(|instructions| {
+                let mut extractor = Extractor { instructions, ..Extractor::default() };
+                extractor.extract(&image, &settings).map(|profile| profile.points.clone())
+            });
+            let first = found.next();
+            for other in found {
+                prop_assert_eq!(first.as_ref(), Some(&other));
+            }
+        }
+    }
 }

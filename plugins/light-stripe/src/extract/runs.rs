@@ -1,13 +1,19 @@
 //! Runs: the stretches of lit pixels of every row.
 
+use bytemuck::{Pod, Zeroable};
+
 use super::Image;
+use super::threshold::Levels;
 
 mod scan;
 
+#[cfg(test)]
+pub(super) use scan::available;
 pub use scan::{InstructionSet, instruction_set};
 
 /// A stretch of lit pixels in one row: `start` is lit, `end` is the first that is not.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Run {
     /// The first lit pixel.
     pub start: u16,
@@ -30,31 +36,33 @@ impl Run {
 /// The runs of a picture, row after row. Its memory is kept from picture to picture.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Runs {
-    runs: Vec<Run>,
-    /// Where each row's runs begin, and one more.
+    /// Where pixels become lit and dark again, in turns: two edges are a run. Those of earlier pictures may lie behind.
+    edges: Vec<u16>,
+    /// How many edges there are when a row begins, and one more.
     row_begins: Vec<u32>,
 }
 
 impl Runs {
-    /// Finds the runs of pixels above `threshold_of_row`.
-    pub(super) fn find(&mut self, image: &Image<'_>, threshold_of_row: impl Fn(usize) -> u8) {
-        self.runs.clear();
+    /// Finds the runs of pixels above the `levels`. `set` is one the processor has.
+    pub(super) fn find(&mut self, set: InstructionSet, image: &Image<'_>, levels: &Levels) {
         self.row_begins.clear();
         self.row_begins.push(0);
         let (pixels, width) = (image.pixels(), image.width());
-        scan::picture(
-            instruction_set(),
-            pixels,
-            width,
-            threshold_of_row,
-            &mut self.runs,
-            &mut self.row_begins,
-        );
+        scan::picture(set, pixels, width, levels, &mut self.edges, &mut self.row_begins);
     }
 
     /// All runs, from the top row on.
     pub(super) fn all(&self) -> &[Run] {
-        &self.runs
+        let count = self.row_begins.last().copied().unwrap_or_default() as usize;
+        bytemuck::cast_slice(self.edges.get(..count).unwrap_or_default())
+    }
+
+    /// Each row's runs.
+    pub(super) fn of_rows(&self) -> impl Iterator<Item = &[Run]> {
+        let all = self.all();
+        self.row_begins
+            .array_windows()
+            .map(|[begin, end]| all.get(*begin as usize / 2..*end as usize / 2).unwrap_or_default())
     }
 
     /// How many rows were looked at.
@@ -64,7 +72,7 @@ impl Runs {
 
     /// The places in [`Runs::all`] of a row's runs.
     pub(super) fn of_row(&self, row: usize) -> std::ops::Range<usize> {
-        let at = |row: usize| self.row_begins.get(row).copied().unwrap_or_default() as usize;
+        let at = |row: usize| self.row_begins.get(row).copied().unwrap_or_default() as usize / 2;
         at(row)..at(row + 1)
     }
 }
@@ -91,17 +99,29 @@ mod tests {
         runs
     }
 
+    fn picture() -> impl Strategy<Value = (usize, Vec<u8>)> {
+        (1_usize..700, 1_usize..6).prop_flat_map(|(width, rows)| {
+            let pixel = prop_oneof![Just(0_u8), Just(255), 50..70_u8];
+            (Just(width), prop::collection::vec(pixel, width * rows))
+        })
+    }
+
     proptest! {
         #[test]
         fn every_instruction_set_finds_the_runs_a_plain_loop_finds(
-            row in prop::collection::vec(prop_oneof![Just(0_u8), Just(255), 50..70_u8], 1..700),
+            (width, pixels) in picture(),
             threshold in prop_oneof![Just(0_u8), 55..65_u8, Just(254), Just(255)],
         ) {
+            let image = Image::new(width, pixels.len() / width, &pixels).unwrap();
+            let levels = Levels::of_rows((0..image.height()).map(|row| threshold.saturating_add(row as u8)));
             for set in scan::available() {
-                let (mut runs, mut row_ends) = (Vec::new(), Vec::new());
-                scan::picture(set, &row, row.len(), |_| threshold, &mut runs, &mut row_ends);
-                prop_assert_eq!(&runs, &plainly(&row, threshold), "{:?}", set);
-                prop_assert_eq!(row_ends, vec![runs.len() as u32]);
+                let mut runs = Runs::default();
+                runs.find(set, &image, &levels);
+                prop_assert_eq!(runs.rows(), image.height());
+                for row in 0..image.height() {
+                    let found = &runs.all()[runs.of_row(row)];
+                    prop_assert_eq!(found, plainly(image.row(row), levels.of_row(row)), "{:?}, row {}", set, row);
+                }
             }
         }
     }

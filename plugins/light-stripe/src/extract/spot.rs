@@ -1,7 +1,7 @@
 //! A contrasting spot: the largest blob, and its middle.
 
 use super::components::Components;
-use super::runs::Runs;
+use super::runs::{Runs, instruction_set};
 use super::threshold::Levels;
 use super::{Image, Noise, Threshold};
 
@@ -67,7 +67,7 @@ impl SpotFinder {
         let Ok(image) = Image::new(image.width(), image.height(), &self.inverted) else {
             return Err(NoSpot::None { threshold: level });
         };
-        self.runs.find(&image, |_| bright_above);
+        self.runs.find(instruction_set(), &image, &Levels::everywhere(bright_above));
         self.components.find(&self.runs);
         let largest = self.components.all().iter().max_by_key(|component| component.pixels);
         // What fills most of the picture is no spot but the ground, in a light that is too weak or too strong.
@@ -79,7 +79,7 @@ impl SpotFinder {
         for row in largest.top as usize..=largest.bottom as usize {
             for place in self.runs.of_row(row) {
                 let Some(run) = self.runs.all().get(place).copied() else { continue };
-                if self.components.root(place) != largest.root {
+                if self.components.of_run(place) != largest.name {
                     continue;
                 }
                 if run.start == 0

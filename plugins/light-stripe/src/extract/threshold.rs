@@ -31,6 +31,16 @@ pub(super) struct Levels {
 const OTSU_ROWS: usize = 4;
 
 impl Levels {
+    /// One level for all rows.
+    pub(super) fn everywhere(level: u8) -> Self {
+        Self { of_row: Vec::new(), everywhere: level }
+    }
+
+    #[cfg(test)]
+    pub(super) fn of_rows(levels: impl Iterator<Item = u8>) -> Self {
+        Self { of_row: levels.collect(), everywhere: 0 }
+    }
+
     pub(super) fn choose(&mut self, threshold: Threshold, image: &Image<'_>) {
         self.of_row.clear();
         match threshold {

@@ -1,13 +1,13 @@
 //! A picture's runs, by the widest instructions the processor has.
 //!
-//! A stripe lights one pixel in a hundred: what costs time is to see that the others are dark. Hence blocks of 64 pixels become the bits of
-//! a word, and only where the bits change is anything done.
+//! A stripe lights one pixel in a hundred: what costs time is to see that the others are dark, and then each branch the processor guesses
+//! wrongly. Hence blocks of 64 pixels become the bits of a word, and the edges in them are written down without a question asked.
 
 #![allow(unsafe_code, reason = "vector instructions, called only where the processor was seen to have them")]
 
 use std::sync::OnceLock;
 
-use super::Run;
+use crate::extract::threshold::Levels;
 
 /// Pixels in a block.
 const BLOCK: usize = 64;
@@ -21,6 +21,13 @@ pub enum InstructionSet {
     Avx2,
     /// What every processor has.
     Portable,
+}
+
+impl Default for InstructionSet {
+    /// The best this processor has.
+    fn default() -> Self {
+        instruction_set()
+    }
 }
 
 impl InstructionSet {
@@ -41,9 +48,11 @@ pub fn instruction_set() -> InstructionSet {
 }
 
 /// What this processor has, the best first.
-pub(super) fn available() -> impl Iterator<Item = InstructionSet> {
+pub(in crate::extract) fn available() -> impl Iterator<Item = InstructionSet> {
     #[cfg(target_arch = "x86_64")]
-    let has_avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1");
+    let has_avx2 = is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("popcnt");
     #[cfg(target_arch = "x86_64")]
     let has_avx512 = has_avx2 && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512bw");
     #[cfg(target_arch = "x86_64")]
@@ -57,27 +66,28 @@ pub(super) fn available() -> impl Iterator<Item = InstructionSet> {
     has.into_iter().filter_map(|(set, there)| there.then_some(set))
 }
 
-/// Adds the runs of pixels above `threshold_of_row`, and after each row of `width` pixels how many runs there are. `set` is one of [`available`].
+/// Writes down the edges of the runs of pixels above the `levels`, and after each row of `width` pixels how many there are.
+/// `set` is one of [`available`]. Behind the last edge lies what was there before.
 pub(super) fn picture(
     set: InstructionSet,
     pixels: &[u8],
     width: usize,
-    threshold_of_row: impl Fn(usize) -> u8,
-    runs: &mut Vec<Run>,
+    levels: &Levels,
+    edges: &mut Vec<u16>,
     row_ends: &mut Vec<u32>,
 ) {
     match set {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `set` is only `Avx512` where `available` saw these instructions.
         InstructionSet::Avx512 => unsafe {
-            picture_avx512(pixels, width, threshold_of_row, runs, row_ends);
+            picture_avx512(pixels, width, levels, edges, row_ends);
         },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `set` is only `Avx2` where `available` saw these instructions.
         InstructionSet::Avx2 => unsafe {
-            picture_avx2(pixels, width, threshold_of_row, runs, row_ends);
+            picture_avx2(pixels, width, levels, edges, row_ends);
         },
-        _ => each_row(pixels, width, threshold_of_row, runs, row_ends, row_portable),
+        _ => each_row(pixels, width, levels, edges, row_ends, row_portable),
     }
 }
 
@@ -86,179 +96,187 @@ pub(super) fn picture(
 fn each_row(
     pixels: &[u8],
     width: usize,
-    threshold_of_row: impl Fn(usize) -> u8,
-    runs: &mut Vec<Run>,
+    levels: &Levels,
+    edges: &mut Vec<u16>,
     row_ends: &mut Vec<u32>,
-    row: impl Fn(&[u8], u8, &mut Vec<Run>),
+    row: impl Fn(&[u8], u8, &mut [u16]) -> usize,
 ) {
+    // Every pixel may be an edge, and so may the row's end; two more are written without a question.
+    let most = width + 3;
+    let mut count = 0;
     for (number, pixels) in pixels.chunks_exact(width).enumerate() {
-        row(pixels, threshold_of_row(number), runs);
-        row_ends.push(runs.len() as u32);
+        if edges.len() < count + most {
+            edges.resize(2 * (count + most), 0);
+        }
+        let room = edges.get_mut(count..).unwrap_or_default();
+        count += row(pixels, levels.of_row(number), room);
+        row_ends.push(count as u32);
     }
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,bmi1")]
+#[target_feature(enable = "avx512f,avx512bw,bmi1,popcnt")]
 fn picture_avx512(
     pixels: &[u8],
     width: usize,
-    threshold_of_row: impl Fn(usize) -> u8,
-    runs: &mut Vec<Run>,
+    levels: &Levels,
+    edges: &mut Vec<u16>,
     row_ends: &mut Vec<u32>,
 ) {
-    each_row(pixels, width, threshold_of_row, runs, row_ends, |pixels, threshold, runs| {
-        row_avx512(pixels, threshold, runs);
+    each_row(pixels, width, levels, edges, row_ends, |pixels, threshold, room| {
+        row_avx512(pixels, threshold, room)
     });
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1")]
-fn picture_avx2(
-    pixels: &[u8],
-    width: usize,
-    threshold_of_row: impl Fn(usize) -> u8,
-    runs: &mut Vec<Run>,
-    row_ends: &mut Vec<u32>,
-) {
-    each_row(pixels, width, threshold_of_row, runs, row_ends, |pixels, threshold, runs| {
-        row_avx2(pixels, threshold, runs);
+#[target_feature(enable = "avx2,bmi1,popcnt")]
+fn picture_avx2(pixels: &[u8], width: usize, levels: &Levels, edges: &mut Vec<u16>, row_ends: &mut Vec<u32>) {
+    each_row(pixels, width, levels, edges, row_ends, |pixels, threshold, room| {
+        row_avx2(pixels, threshold, room)
     });
 }
 
-/// The run that is open where a block ends.
-struct Edges {
+/// The edges of one row.
+struct Edges<'a> {
+    room: &'a mut [u16],
+    count: usize,
     /// Whether the last pixel was lit, 0 or 1.
     lit: u64,
-    start: u16,
 }
 
-impl Edges {
-    const DARK: Edges = Edges { lit: 0, start: 0 };
+impl<'a> Edges<'a> {
+    #[inline(always)]
+    fn new(room: &'a mut [u16]) -> Self {
+        Self { room, count: 0, lit: 0 }
+    }
 
     /// Takes the next block: a bit for each lit pixel.
     #[inline(always)]
-    fn take(&mut self, mask: u64, at: usize, runs: &mut Vec<Run>) {
+    fn take(&mut self, mask: u64, at: usize) {
         let mut edges = mask ^ ((mask << 1) | self.lit);
-        if self.lit != 0 {
-            if edges == 0 {
-                return;
-            }
-            runs.push(Run { start: self.start, end: (at + edges.trailing_zeros() as usize) as u16 });
-            edges &= edges - 1;
-        }
-        // From here on edges come in pairs, but for the last of a run that goes on into the next block.
-        while edges != 0 {
-            let start = (at + edges.trailing_zeros() as usize) as u16;
-            edges &= edges - 1;
-            if edges == 0 {
-                self.start = start;
-                break;
-            }
-            runs.push(Run { start, end: (at + edges.trailing_zeros() as usize) as u16 });
-            edges &= edges - 1;
+        if edges == 0 {
+            return;
         }
         self.lit = mask >> 63;
+        let count = edges.count_ones() as usize;
+        // Mostly there are two edges: to write two and keep as many as there are is faster than to guess.
+        for place in 0..2 {
+            self.write(place, at, edges);
+            edges &= edges.wrapping_sub(1);
+        }
+        for place in 2..count {
+            self.write(place, at, edges);
+            edges &= edges.wrapping_sub(1);
+        }
+        self.count += count;
     }
 
-    /// Takes the last, shorter block, and ends the row.
     #[inline(always)]
-    fn finish(&mut self, rest: &[u8], at: usize, threshold: u8, runs: &mut Vec<Run>) {
-        if !rest.is_empty() {
-            let bit = |(place, pixel): (usize, &u8)| u64::from(*pixel > threshold) << place;
-            self.take(rest.iter().enumerate().map(bit).sum(), at, runs);
+    fn write(&mut self, place: usize, at: usize, edges: u64) {
+        if let Some(edge) = self.room.get_mut(self.count + place) {
+            *edge = (at + edges.trailing_zeros() as usize) as u16;
         }
-        if self.lit != 0 {
-            runs.push(Run { start: self.start, end: (at + rest.len()) as u16 });
+    }
+
+    /// Takes the last, shorter block, and ends the row: what lies beyond it is dark.
+    #[inline(always)]
+    fn finish(mut self, rest: &[u8], at: usize, mask: impl Fn(&[u8; BLOCK]) -> u64) -> usize {
+        let mut block = [0; BLOCK];
+        let mut lit = 0;
+        if let Some(beginning) = block.get_mut(..rest.len())
+            && !rest.is_empty()
+        {
+            beginning.copy_from_slice(rest);
+            lit = mask(&block);
         }
+        self.take(lit, at);
+        self.count
     }
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,bmi1")]
+#[target_feature(enable = "avx512f,avx512bw,bmi1,popcnt")]
 #[inline]
-fn row_avx512(pixels: &[u8], threshold: u8, runs: &mut Vec<Run>) {
-    use std::arch::x86_64::{_mm512_cmpgt_epu8_mask, _mm512_loadu_si512, _mm512_max_epu8, _mm512_set1_epi8};
-    const AT_ONCE: usize = 4 * BLOCK;
+fn row_avx512(pixels: &[u8], threshold: u8, room: &mut [u16]) -> usize {
+    use std::arch::x86_64::{
+        __m512i, _mm512_cmpgt_epu8_mask, _mm512_loadu_si512, _mm512_max_epu8, _mm512_set1_epi8,
+    };
     let level = _mm512_set1_epi8(threshold as i8);
-    let mut edges = Edges::DARK;
+    // SAFETY: the 64 bytes are there.
+    let load = |block: &[u8; BLOCK]| -> __m512i { unsafe { _mm512_loadu_si512(block.as_ptr().cast()) } };
+    let lit = |block: __m512i| _mm512_cmpgt_epu8_mask(block, level);
+    let mut edges = Edges::new(room);
     let mut at = 0;
-    while at + AT_ONCE <= pixels.len() {
-        // SAFETY: the 256 bytes from `at` on lie within `pixels`.
-        let blocks = unsafe {
-            let block = |place: usize| _mm512_loadu_si512(pixels.as_ptr().add(at + place).cast());
-            [block(0), block(BLOCK), block(2 * BLOCK), block(3 * BLOCK)]
-        };
-        let brightest =
-            _mm512_max_epu8(_mm512_max_epu8(blocks[0], blocks[1]), _mm512_max_epu8(blocks[2], blocks[3]));
-        if edges.lit | _mm512_cmpgt_epu8_mask(brightest, level) != 0 {
-            for (place, block) in blocks.into_iter().enumerate() {
-                let mask = _mm512_cmpgt_epu8_mask(block, level);
-                edges.take(mask, at + place * BLOCK, runs);
+    let (blocks, rest) = pixels.as_chunks::<BLOCK>();
+    let (fours, others) = blocks.as_chunks::<4>();
+    for four in fours {
+        let [a, b, c, d] = four.each_ref().map(load);
+        let brightest = _mm512_max_epu8(_mm512_max_epu8(a, b), _mm512_max_epu8(c, d));
+        if edges.lit | lit(brightest) != 0 {
+            for (place, block) in [a, b, c, d].into_iter().enumerate() {
+                edges.take(lit(block), at + place * BLOCK);
             }
         }
-        at += AT_ONCE;
+        at += 4 * BLOCK;
     }
-    while at + BLOCK <= pixels.len() {
-        // SAFETY: the 64 bytes from `at` on lie within `pixels`.
-        let block = unsafe { _mm512_loadu_si512(pixels.as_ptr().add(at).cast()) };
-        edges.take(_mm512_cmpgt_epu8_mask(block, level), at, runs);
+    for block in others {
+        edges.take(lit(load(block)), at);
         at += BLOCK;
     }
-    edges.finish(pixels.get(at..).unwrap_or_default(), at, threshold, runs);
+    edges.finish(rest, at, |block| lit(load(block)))
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1")]
+#[target_feature(enable = "avx2,bmi1,popcnt")]
 #[inline]
-fn row_avx2(pixels: &[u8], threshold: u8, runs: &mut Vec<Run>) {
+fn row_avx2(pixels: &[u8], threshold: u8, room: &mut [u16]) -> usize {
     use std::arch::x86_64::{
         __m256i, _mm256_cmpeq_epi8, _mm256_loadu_si256, _mm256_max_epu8, _mm256_movemask_epi8,
         _mm256_set1_epi8, _mm256_setzero_si256, _mm256_subs_epu8, _mm256_testz_si256,
     };
-    const AT_ONCE: usize = 2 * BLOCK;
     let level = _mm256_set1_epi8(threshold as i8);
-    let above = |block: __m256i| _mm256_subs_epu8(block, level);
-    let dark = |block: __m256i| _mm256_movemask_epi8(_mm256_cmpeq_epi8(block, _mm256_setzero_si256())) as u32;
-    let mask = |low: __m256i, high: __m256i| !(u64::from(dark(low)) | (u64::from(dark(high)) << 32));
-    let mut edges = Edges::DARK;
+    // SAFETY: the 64 bytes are there.
+    let load = |block: &[u8; BLOCK]| -> [__m256i; 2] {
+        unsafe { [0, 32].map(|place| _mm256_loadu_si256(block.as_ptr().add(place).cast())) }
+    };
+    let above = |half: __m256i| _mm256_subs_epu8(half, level);
+    let dark = |half: __m256i| {
+        u64::from(_mm256_movemask_epi8(_mm256_cmpeq_epi8(above(half), _mm256_setzero_si256())) as u32)
+    };
+    let lit = |[low, high]: [__m256i; 2]| !(dark(low) | (dark(high) << 32));
+    let mut edges = Edges::new(room);
     let mut at = 0;
-    while at + AT_ONCE <= pixels.len() {
-        // SAFETY: the 128 bytes from `at` on lie within `pixels`.
-        let [a, b, c, d] = unsafe {
-            let block = |place: usize| _mm256_loadu_si256(pixels.as_ptr().add(at + place).cast());
-            [block(0), block(32), block(64), block(96)]
-        };
-        let brightest = above(_mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d)));
+    let (blocks, rest) = pixels.as_chunks::<BLOCK>();
+    let (twos, others) = blocks.as_chunks::<2>();
+    for two in twos {
+        let [one, other] = two.each_ref().map(load);
+        let of_two = |[low, high]: [__m256i; 2]| _mm256_max_epu8(low, high);
+        let brightest = above(_mm256_max_epu8(of_two(one), of_two(other)));
         if edges.lit != 0 || _mm256_testz_si256(brightest, brightest) == 0 {
-            edges.take(mask(above(a), above(b)), at, runs);
-            edges.take(mask(above(c), above(d)), at + BLOCK, runs);
+            edges.take(lit(one), at);
+            edges.take(lit(other), at + BLOCK);
         }
-        at += AT_ONCE;
+        at += 2 * BLOCK;
     }
-    while at + BLOCK <= pixels.len() {
-        // SAFETY: the 64 bytes from `at` on lie within `pixels`.
-        let [a, b] = unsafe {
-            let block = |place: usize| _mm256_loadu_si256(pixels.as_ptr().add(at + place).cast());
-            [block(0), block(32)]
-        };
-        edges.take(mask(above(a), above(b)), at, runs);
+    for block in others {
+        edges.take(lit(load(block)), at);
         at += BLOCK;
     }
-    edges.finish(pixels.get(at..).unwrap_or_default(), at, threshold, runs);
+    edges.finish(rest, at, |block| lit(load(block)))
 }
 
-fn row_portable(pixels: &[u8], threshold: u8, runs: &mut Vec<Run>) {
-    let mut edges = Edges::DARK;
-    let blocks = pixels.chunks_exact(BLOCK);
-    let rest = blocks.remainder();
+fn row_portable(pixels: &[u8], threshold: u8, room: &mut [u16]) -> usize {
+    let bit = |(place, pixel): (usize, &u8)| u64::from(*pixel > threshold) << place;
+    let lit = |block: &[u8; BLOCK]| block.iter().enumerate().map(bit).sum();
+    let mut edges = Edges::new(room);
     let mut at = 0;
+    let (blocks, rest) = pixels.as_chunks::<BLOCK>();
     for block in blocks {
         let brightest = block.iter().fold(0, |brightest: u8, pixel| brightest.max(*pixel));
         if edges.lit != 0 || brightest > threshold {
-            let bit = |(place, pixel): (usize, &u8)| u64::from(*pixel > threshold) << place;
-            edges.take(block.iter().enumerate().map(bit).sum(), at, runs);
+            edges.take(lit(block), at);
         }
         at += BLOCK;
     }
-    edges.finish(rest, at, threshold, runs);
+    edges.finish(rest, at, lit)
 }
