@@ -46,11 +46,9 @@ fn of_size(width: u32, height: u32, count: usize) -> Measured {
     device.arm()?;
     let pictures: Vec<Vec<u8>> = (0..PICTURES).map(|number| picture(width, height, number)).collect();
     let (mut times, mut memory) = (Vec::with_capacity(count), Vec::new());
+    let tenth = (count / 10).max(1);
     let mut rows = 0;
     for (number, pixels) in pictures.iter().cycle().take(count).enumerate() {
-        if number % (count / 10).max(1) == count / 10 {
-            memory.push(resident(host.process()));
-        }
         let header = FrameHeader { time_ns: number as u64 + 1, width, height, ..FrameHeader::default() };
         let mut loan = publisher.loan(header.message_bytes())?;
         header.write(loan.bytes_mut())?.copy_from_slice(pixels);
@@ -71,6 +69,9 @@ fn of_size(width: u32, height: u32, count: usize) -> Measured {
             }
         };
         times.push(began.elapsed());
+        if (number + 1) % tenth == 0 {
+            memory.push(resident(host.process()));
+        }
     }
     let total: Duration = times.iter().sum();
     let [median, most, worst] = [0.5, 0.95, 1.0].map(|share| us(quantile(&mut times, share)));
@@ -78,9 +79,12 @@ fn of_size(width: u32, height: u32, count: usize) -> Measured {
         "{width} x {height}: {count} frames, {rows} points each: median {median:.0} us, 95 % within {most:.0} us, worst {worst:.0} us; {:.0} a second",
         count as f64 / total.as_secs_f64()
     );
-    memory.push(resident(host.process()));
+    let grown = memory.last().zip(memory.first()).map_or(0, |(last, first)| last - first);
     let kilobytes: Vec<String> = memory.iter().map(ToString::to_string).collect();
-    println!("    memory of the sensor's host, kB, every tenth of the way: {}", kilobytes.join(" "));
+    println!(
+        "    memory of the sensor's host, kB, every tenth of the way: {}; grown by {grown}",
+        kilobytes.join(" ")
+    );
     drop((device, subscriber, bell, publisher));
     host.finish(LONG);
     Ok(())
@@ -103,7 +107,7 @@ fn picture(width: u32, height: u32, number: usize) -> Vec<u8> {
 }
 
 /// Memory a process has, kB.
-fn resident(process: u32) -> u64 {
+fn resident(process: u32) -> i64 {
     let text = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap_or_default();
     line.split_whitespace().next().and_then(|number| number.parse().ok()).unwrap_or(0)
