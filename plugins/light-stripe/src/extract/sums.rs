@@ -73,14 +73,13 @@ pub(super) fn of_short(run: Run, pixels: &[u8]) -> Sums {
     Sums { levels: one(low), first: other(low), second: one(high), peak: other(high) }
 }
 
-#[cfg(test)]
+#[cfg(all(test, target_arch = "x86_64"))]
 mod tests {
     use super::*;
     use proptest::prelude::*;
 
     proptest! {
         #[test]
-        #[cfg(target_arch = "x86_64")]
         fn short_and_long_runs_are_summed_alike(
             row in prop::collection::vec(prop_oneof![any::<u8>(), Just(255_u8)], 1..60),
             from in 0_usize..60,
