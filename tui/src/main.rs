@@ -19,6 +19,7 @@ mod emulate_command;
 mod failure;
 mod history_command;
 mod host_command;
+mod interrupt;
 mod model_command;
 mod note_command;
 mod plugins_command;

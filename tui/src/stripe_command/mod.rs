@@ -7,6 +7,7 @@ mod diagnose;
 mod export;
 mod lab;
 mod outcome;
+mod sealed_world;
 mod show;
 mod study;
 mod study_figure;

@@ -1,18 +1,20 @@
-//! `plumb stripe study`: sealed worlds, each measured as a user measures them: by runs of the cell, and by the lab.
+//! `plumb stripe study`: sealed worlds, several at once, each measured as a user measures them: by runs of the cell, and by the lab.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Stdio};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Instant;
 
-use plumb_model::stripe::StripeVerdict;
-use serde_json::Value;
-
-use super::lab::{Chosen, Lab, LabError};
-use super::outcome::{HEADER, Outcome, line, read_row, row, summary, table};
-use super::study_world::{Hidden, world};
-use super::{adjust, diagnose, study_figure};
+use super::outcome::{HEADER, Outcome, line, summary, table};
+use super::sealed_world::SealedWorld;
+use super::study_figure;
+use super::study_world::Hidden;
 use crate::failure::CommandResult;
+use crate::interrupt::Interrupt;
 use crate::say::say;
 
 /// Options of `study`.
@@ -30,244 +32,174 @@ pub(crate) struct Arguments {
     /// The first world's seed.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Where worlds, runs and results go. Worlds whose result lies there already are not studied again.
+    /// So many worlds at once; as many as there are processors if left out.
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=64))]
+    jobs: Option<u64>,
+    /// Where worlds, runs and results go. Worlds whose result lies there already are not studied again, and the tables there are
+    /// brought up to date with every world.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 }
 
-/// Why a world could not be studied.
+/// Why a study is not whole.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum StudyError {
+enum StudyEnd {
     #[error("{}: {cause}", path.display())]
     File { path: PathBuf, cause: io::Error },
-    #[error("{}: {what}", path.display())]
-    Content { path: PathBuf, what: &'static str },
-    #[error("`plumb run {} {procedure}` failed: {said}", cell.display())]
-    Run { cell: PathBuf, procedure: &'static str, said: String },
+    #[error("the picture cannot be drawn: {0}")]
+    Picture(String),
+    #[error("nobody reads what it prints: {0}")]
+    Output(#[from] io::Error),
     #[error("{failures} worlds could not be studied, as told above; the same command studies these again and keeps what lies in {}", output.display())]
     Missing { failures: u32, output: PathBuf },
-    #[error(transparent)]
-    Lab(#[from] LabError),
+    #[error("interrupted; the same command goes on with what lies in {}", output.display())]
+    Interrupted { output: PathBuf },
 }
-
-/// Named effects are added, one after the other, so many at most.
-const MOST_ADDED: usize = 2;
-
-/// The result of a world, in its folder.
-const RESULT: &str = "result.csv";
 
 /// Studies the worlds and tells.
 pub(super) fn run(arguments: &Arguments) -> CommandResult {
-    let hidden = if arguments.hidden.is_empty() { Hidden::ALL.to_vec() } else { arguments.hidden.clone() };
     fs::create_dir_all(&arguments.output)?;
-    let mut outcomes = Vec::new();
-    let mut failures = 0_u32;
+    let worlds = worlds(arguments);
+    let interrupt = Interrupt::listen()?;
     say!("{HEADER}")?;
-    for hidden in hidden {
-        for cell in &arguments.cells {
-            for seed in arguments.seed..arguments.seed + arguments.worlds {
-                let world = SealedWorld { cell, hidden, seed, output: &arguments.output };
-                match world.studied() {
-                    Ok(outcome) => {
-                        say!("{}", line(&outcome))?;
-                        outcomes.push(outcome);
-                    }
-                    // The other worlds are studied nevertheless; it is told at the end that some are missing.
-                    Err(error) => {
-                        failures += 1;
-                        eprintln!("{} with seed {seed} in {}: {error}", hidden.name(), cell.display());
+    let mut told = Told::new(&worlds, &arguments.output)?;
+    told.write()?;
+    let missing: Vec<usize> = (0..worlds.len()).filter(|place| !told.has(*place)).collect();
+    told.missing = missing.len();
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    let jobs = arguments.jobs.map_or(cores, |jobs| jobs as usize).min(missing.len());
+    let (told, next) = (Mutex::new(told), AtomicUsize::new(0));
+    thread::scope(|scope| {
+        for _ in 0..jobs {
+            scope.spawn(|| {
+                while let Some(place) = missing.get(next.fetch_add(1, Ordering::Relaxed)).copied() {
+                    let Some(world) = worlds.get(place).filter(|_| !interrupt.is_asked()) else { return };
+                    let studied = world.studied();
+                    // What an interrupt ended is no failure.
+                    if !interrupt.is_asked() || studied.is_ok() {
+                        lock(&told).take(place, world, studied);
                     }
                 }
+            });
+        }
+    });
+    let told = told.into_inner().unwrap_or_else(PoisonError::into_inner);
+    told.end(interrupt.is_asked())
+}
+
+/// All worlds in the order they are studied: the first of each kind first, so that what is there before the end tells of all kinds alike.
+fn worlds(arguments: &Arguments) -> Vec<SealedWorld<'_>> {
+    let hidden = if arguments.hidden.is_empty() { Hidden::ALL.to_vec() } else { arguments.hidden.clone() };
+    let mut worlds = Vec::new();
+    for seed in arguments.seed..arguments.seed + arguments.worlds {
+        for hidden in hidden.iter().copied() {
+            for cell in &arguments.cells {
+                worlds.push(SealedWorld { cell, hidden, seed, output: &arguments.output });
             }
         }
     }
-    let write = |name: &str, text: &str| {
-        let path = arguments.output.join(name);
-        fs::write(&path, text).map_err(|cause| StudyError::File { path, cause })
-    };
-    write("direction-error.csv", &table(&outcomes))?;
-    write("direction-error.svg", &study_figure::svg(&outcomes)?)?;
-    say!("\n{}", summary(&outcomes).trim_end())?;
-    if failures > 0 {
-        return Err(StudyError::Missing { failures, output: arguments.output.clone() }.into());
-    }
-    Ok(ExitCode::SUCCESS)
+    worlds
 }
 
-/// One world of the study.
-struct SealedWorld<'a> {
-    cell: &'a Path,
-    hidden: Hidden,
-    seed: u64,
+fn lock<'t, 'a>(told: &'t Mutex<Told<'a>>) -> MutexGuard<'t, Told<'a>> {
+    told.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What has come out so far.
+struct Told<'a> {
     output: &'a Path,
+    /// Of each world, where it is known.
+    outcomes: Vec<Option<Outcome>>,
+    began: Instant,
+    /// Worlds that were not known when it began.
+    missing: usize,
+    studied: usize,
+    failures: u32,
+    /// What could not be printed or written.
+    trouble: Option<StudyEnd>,
 }
 
-impl SealedWorld<'_> {
-    /// The cell file's name without its ending.
-    fn rig(&self) -> String {
-        self.cell.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-    }
-
-    fn folder(&self) -> PathBuf {
-        let hidden = self.hidden.name().replace(' ', "-");
-        self.output.join(format!("{}-{hidden}-{}", self.rig(), self.seed))
-    }
-
-    /// Its result: found there, or by studying it.
-    fn studied(&self) -> Result<Outcome, StudyError> {
-        let folder = self.folder();
-        let result = folder.join(RESULT);
-        let known = fs::read_to_string(&result).ok().and_then(|text| read_row(text.trim()));
-        if let Some(known) = known {
-            return Ok(known);
+impl<'a> Told<'a> {
+    /// What lies there already.
+    fn new(worlds: &[SealedWorld<'_>], output: &'a Path) -> io::Result<Self> {
+        let outcomes: Vec<Option<Outcome>> = worlds.iter().map(SealedWorld::known).collect();
+        for known in outcomes.iter().flatten() {
+            say!("{}", line(known))?;
         }
-        let failed = |path: &Path, cause| StudyError::File { path: path.to_owned(), cause };
-        if folder.exists() {
-            // What was begun and not ended is begun anew.
-            fs::remove_dir_all(&folder).map_err(|cause| failed(&folder, cause))?;
-        }
-        let outcome = self.study(&folder)?;
-        fs::write(&result, row(&outcome)).map_err(|cause| failed(&result, cause))?;
-        Ok(outcome)
+        let began = Instant::now();
+        Ok(Self { output, outcomes, began, missing: 0, studied: 0, failures: 0, trouble: None })
     }
 
-    /// From its making to the error measured afresh.
-    fn study(&self, folder: &Path) -> Result<Outcome, StudyError> {
-        let cell = self.make_cell(folder)?;
-        let on_paper_mm = self.error_of(&cell, folder)?;
-        let scans = self.gather(&cell, folder)?;
-        let opened = |add: &[String]| {
-            Chosen { cell: cell.clone(), scans: scans.clone(), scene: None, add: add.to_vec() }.open()
-        };
-        let measured_with = |lab: &Lab, name: &str| -> Result<f64, StudyError> {
-            let found = adjust::of(lab)?;
-            let other = cell.with_file_name(format!("{name}.yaml"));
-            adjust::write(lab, &found, &cell, &other)?;
-            self.error_of(&other, folder)
-        };
-        let classical_mm = measured_with(&opened(&[])?, "cell-zeros-and-rig")?;
-        let mut added: Vec<String> = Vec::new();
-        let mut first = None;
-        while added.len() < MOST_ADDED {
-            let diagnosis = diagnose::of(&opened(&added)?)?;
-            let verdict = diagnosis.verdict;
-            first.get_or_insert(verdict);
-            match diagnosis.tried.first() {
-                Some(best) if verdict == StripeVerdict::Named => added.push(best.suspect.name.clone()),
-                _ => break,
+    fn has(&self, place: usize) -> bool {
+        self.outcomes.get(place).is_some_and(Option::is_some)
+    }
+
+    /// Takes in what became of a world, tells it, and brings the tables up to date.
+    fn take(
+        &mut self,
+        place: usize,
+        world: &SealedWorld<'_>,
+        studied: Result<Outcome, super::sealed_world::StudyError>,
+    ) {
+        self.studied += 1;
+        match studied {
+            Ok(outcome) => {
+                let printed = say!("{}", line(&outcome)).map_err(StudyEnd::from);
+                if let Some(known) = self.outcomes.get_mut(place) {
+                    *known = Some(outcome);
+                }
+                if let Err(trouble) = printed.and_then(|()| self.write()) {
+                    self.trouble.get_or_insert(trouble);
+                }
+            }
+            // The other worlds are studied nevertheless; it is told at the end that some are missing.
+            Err(error) => {
+                self.failures += 1;
+                eprintln!(
+                    "{} with seed {} in {}: {error}",
+                    world.hidden.name(),
+                    world.seed,
+                    world.cell.display()
+                );
             }
         }
-        let added_mm = match added.is_empty() {
-            true => classical_mm,
-            false => measured_with(&opened(&added)?, "cell-true")?,
+        let left = self.missing.saturating_sub(self.studied);
+        let minutes = self.began.elapsed().as_secs_f64() / 60.0 / self.studied as f64 * left as f64;
+        eprintln!("{} of {} worlds studied, about {minutes:.0} min left", self.studied, self.missing);
+    }
+
+    /// Those that are known, one kind after the other.
+    fn in_order(&self) -> Vec<Outcome> {
+        let mut known: Vec<Outcome> = self.outcomes.iter().flatten().cloned().collect();
+        let kind = |one: &Outcome| Hidden::ALL.iter().position(|hidden| *hidden == one.hidden);
+        known.sort_by(|a, b| (kind(a), &a.rig, a.seed).cmp(&(kind(b), &b.rig, b.seed)));
+        known
+    }
+
+    /// Writes table, summary and picture of what is known.
+    fn write(&self) -> Result<(), StudyEnd> {
+        let known = self.in_order();
+        let write = |name: &str, text: &str| {
+            let path = self.output.join(name);
+            fs::write(&path, text).map_err(|cause| StudyEnd::File { path, cause })
         };
-        Ok(Outcome {
-            rig: self.rig(),
-            hidden: self.hidden,
-            seed: self.seed,
-            on_paper_mm,
-            classical_mm,
-            added_mm,
-            verdict: first.unwrap_or(StripeVerdict::Unknown),
-            named: added.join(" + "),
-        })
+        write("direction-error.csv", &table(&known))?;
+        write("direction-error.md", &summary(&known))?;
+        write("direction-error.svg", &study_figure::svg(&known).map_err(StudyEnd::Picture)?)
     }
 
-    /// A copy of the cell's folder with this world, and of the models beside it.
-    fn make_cell(&self, to: &Path) -> Result<PathBuf, StudyError> {
-        let from = self.cell;
-        let beside = from.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let inside = to.join("cell");
-        copy(beside, &inside, self.output)?;
-        copy(&beside.join("../arms"), &to.join("arms"), self.output)?;
-        let cell = inside.join(from.file_name().unwrap_or_default());
-        let read = |path: &Path| {
-            fs::read_to_string(path).map_err(|cause| StudyError::File { path: path.to_owned(), cause })
-        };
-        let content = |path: &Path, what| StudyError::Content { path: path.to_owned(), what };
-        let cell_text = read(&cell)?;
-        let name = world_of(&cell_text);
-        let path =
-            inside.join(name.ok_or_else(|| content(&cell, "`world: {file: NAME` does not stand in it"))?);
-        let what = "`seed`, `resolution: encoder`, `camera:`, `blur_px` and both `in_flange` must stand in it once each";
-        let changed = world(&read(&path)?, self.hidden, self.seed).ok_or_else(|| content(&path, what))?;
-        fs::write(&path, changed).map_err(|cause| StudyError::File { path, cause })?;
-        Ok(cell)
-    }
-
-    /// The direction-dependent error, measured by a run of the cell, mm.
-    fn error_of(&self, cell: &Path, folder: &Path) -> Result<f64, StudyError> {
-        let procedure = "direction-error";
-        let events = self.run_cell(cell, folder, procedure, &["most_mm=100".to_owned()])?;
-        let finished = |event: &&Value| event["event"] == "step_finished" && event["step"] == "spread";
-        let error = events.iter().find(finished).and_then(|event| event["values"][0]["value"].as_f64());
-        let said = "it told no spread".to_owned();
-        error.ok_or(StudyError::Run { cell: cell.to_owned(), procedure, said })
-    }
-
-    /// Gathers stripes; the folder they lie in.
-    fn gather(&self, cell: &Path, folder: &Path) -> Result<PathBuf, StudyError> {
-        let procedure = "gather";
-        let events = self.run_cell(cell, folder, procedure, &[])?;
-        let run = events.iter().find_map(|event| event["run"].as_u64());
-        let said = "it told no number of its run".to_owned();
-        let run = run.ok_or(StudyError::Run { cell: cell.to_owned(), procedure, said })?;
-        Ok(folder.join("record").join(format!("run-{run}")))
-    }
-
-    /// Runs a procedure as a user would; its events.
-    fn run_cell(
-        &self,
-        cell: &Path,
-        folder: &Path,
-        procedure: &'static str,
-        set: &[String],
-    ) -> Result<Vec<Value>, StudyError> {
-        let program = std::env::current_exe()
-            .map_err(|cause| StudyError::File { path: PathBuf::from("plumb"), cause })?;
-        let fly = self.hidden.fly_mm_s();
-        let fly = (fly > 0.0).then(|| format!("fly_mm_s={fly}"));
-        let output = Command::new(&program)
-            .arg("run")
-            .arg(cell)
-            .arg(procedure)
-            .args(["--headless", "--json", "--record"])
-            .arg(folder.join("record"))
-            .args(set.iter().chain(&fly).flat_map(|set| ["--set", set]))
-            .stdin(Stdio::null())
-            .output()
-            .map_err(|cause| StudyError::File { path: program, cause })?;
-        let text = String::from_utf8_lossy(&output.stdout);
-        let events: Vec<Value> = text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
-        if output.status.success() {
-            return Ok(events);
+    fn end(self, is_interrupted: bool) -> CommandResult {
+        if let Some(trouble) = self.trouble {
+            return Err(trouble.into());
         }
-        let last = events.last().and_then(|event| event["message"].as_str()).unwrap_or_default();
-        let said = format!("{last} {}", String::from_utf8_lossy(&output.stderr)).trim().to_owned();
-        Err(StudyError::Run { cell: cell.to_owned(), procedure, said })
-    }
-}
-
-/// The world file a cell file names.
-fn world_of(cell: &str) -> Option<&str> {
-    let (_, rest) = cell.split_once("world: {file: ")?;
-    rest.split([',', '}']).next().map(str::trim)
-}
-
-/// Copies the YAML files of a folder and those below it, but not what the study itself has written.
-fn copy(from: &Path, to: &Path, output: &Path) -> Result<(), StudyError> {
-    let failed = |path: &Path, cause| StudyError::File { path: path.to_owned(), cause };
-    fs::create_dir_all(to).map_err(|cause| failed(to, cause))?;
-    for entry in fs::read_dir(from).map_err(|cause| failed(from, cause))? {
-        let path = entry.map_err(|cause| failed(from, cause))?.path();
-        let target = to.join(path.file_name().unwrap_or_default());
-        let own =
-            matches!((path.canonicalize(), output.canonicalize()), (Ok(one), Ok(other)) if one == other);
-        if path.is_dir() && !own {
-            copy(&path, &target, output)?;
-        } else if path.extension().is_some_and(|ending| ending == "yaml") {
-            fs::copy(&path, &target).map(drop).map_err(|cause| failed(&path, cause))?;
+        say!("\n{}", summary(&self.in_order()).trim_end())?;
+        let output = self.output.to_owned();
+        if is_interrupted {
+            return Err(StudyEnd::Interrupted { output }.into());
         }
+        if self.failures > 0 {
+            return Err(StudyEnd::Missing { failures: self.failures, output }.into());
+        }
+        Ok(ExitCode::SUCCESS)
     }
-    Ok(())
 }

@@ -4,7 +4,6 @@ mod bench;
 mod curves;
 mod figure;
 mod imperfect;
-mod interrupt;
 mod paper;
 mod repeatability;
 mod runs;

@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use super::StudyError;
 use super::bench::{Bench, Place, Run};
-use super::interrupt::Interrupt;
 use super::statistics::Summary;
 use super::study_file::{Common, Quantity, Shown, Statistic};
+use crate::interrupt::Interrupt;
 
 /// Where and how runs are made.
 pub(super) struct Runs {
