@@ -72,6 +72,15 @@ fn a_scan_leaves_a_cloud_and_the_labs_tables() {
     assert_eq!(poses.lines().count(), 1 + 21, "{poses}");
     let stripes = fs::read_to_string(lab.path("record/run-1/pyramid.stripes.csv")).unwrap();
     assert!(stripes.lines().count() > 4000);
+    // Each stripe is kept with the side its joints had arrived from, although the arm has gone on when it is.
+    let row = |line: &str| -> Vec<f64> { line.split(',').map(|cell| cell.parse().unwrap()).collect() };
+    let rows: Vec<Vec<f64>> = poses.lines().skip(1).map(row).collect();
+    for (before, here) in rows.iter().zip(rows.iter().skip(1)) {
+        for joint in 0..6 {
+            let (way, side) = (here[joint] - before[joint], here[joint + 6]);
+            assert!(way.abs() < 0.01 || way.signum() == side, "joint {joint} went {way} deg: {side}");
+        }
+    }
     let (events, code) = run(&lab, "random-error");
     assert_eq!(code, 0, "{}", end(&events));
     let thickness = values(&events, "plane", "thickness");
@@ -246,5 +255,33 @@ fn the_modern_rig_sees_the_pyramid_as_well() {
     for (axis, truth) in [("apex_x", 60.0), ("apex_y", 530.0), ("apex_z", -260.0)] {
         let apex = values(&events, "scan", axis);
         assert!(apex.iter().all(|apex| (apex - truth).abs() < 0.05) && apex.len() == 1, "{axis}: {apex:?}");
+    }
+}
+
+#[test]
+fn a_scan_that_leads_into_a_kept_out_place_ends_before_it() {
+    let lab = lab();
+    // The line goes down: toward its end the flange would come below the plane.
+    lab.edit("procedures/scan-pyramid.yaml", "to_mm: [110, 530, -280]", "to_mm: [110, 530, -620]");
+    let (events, code) = run(&lab, "scan-pyramid");
+    let message = end(&events);
+    assert!(code == 2 && message.contains("the platform under the rig"), "{code}: {message}");
+    let lowest = values(&events, "scan", "points");
+    assert!(lowest.is_empty(), "no cloud of half a scan");
+}
+
+#[test]
+fn the_time_of_a_scan_is_known_about_right_before_it_begins_at_rest_and_in_motion() {
+    let lab = lab();
+    for (fly, expected_s) in [("", 1.0), ("        fly_mm_s: 20\n", 5.0)] {
+        let step = "        step_mm: step_mm\n";
+        lab.edit("procedures/scan-pyramid.yaml", step, &format!("{step}{fly}"));
+        let (events, code) = run(&lab, "scan-pyramid");
+        assert_eq!(code, 0, "{}", end(&events));
+        let planned = events.iter().find(|event| event["event"] == "planned").unwrap();
+        let steps = planned["steps"].as_array().unwrap();
+        let scan = steps.iter().find(|step| step["step"] == "scan").unwrap();
+        let estimate_s = scan["estimate_s"].as_f64().unwrap();
+        assert!((0.5..2.0).contains(&(estimate_s / expected_s)), "{estimate_s} s of {expected_s} s");
     }
 }

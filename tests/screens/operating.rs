@@ -3,13 +3,12 @@
 #![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use tempfile::TempDir;
 
+use crate::bench::Bench;
 use crate::plumb;
 use crate::terminal::{Session, is_given_back};
 
@@ -22,60 +21,6 @@ const PROMPTS: [&str; 6] = [
     "zero of waist",
     "zero of shoulder",
 ];
-
-/// A copy of the TeachMover's cell with a record of its own, so that tests do not share an arm.
-struct Bench {
-    folder: TempDir,
-}
-
-impl Bench {
-    fn new() -> Self {
-        let folder = TempDir::new().expect("a folder for the cell");
-        let original = Path::new(env!("CARGO_MANIFEST_DIR")).join("../workcells/teachmover");
-        copy(&original, &folder.path().join("cell"));
-        Self { folder }
-    }
-
-    fn run(&self, more: &[&str], columns: u16, rows: u16) -> Session {
-        self.run_cell("cell.yaml", more, columns, rows)
-    }
-
-    fn run_cell(&self, cell: &str, more: &[&str], columns: u16, rows: u16) -> Session {
-        let cell = self.folder.path().join("cell").join(cell).display().to_string();
-        let record = self.folder.path().join("record").display().to_string();
-        let mut arguments = vec!["run", &cell, "--record", &record, "--operator", "ada"];
-        arguments.extend(more);
-        Session::start(plumb(), &arguments, columns, rows)
-    }
-}
-
-/// What a test left running is ended with it, once its program has gone.
-impl Drop for Bench {
-    fn drop(&mut self) {
-        let files = fs::read_dir(self.folder.path().join("cell")).into_iter().flatten().flatten();
-        let files = files.map(|entry| entry.path());
-        let is_cell =
-            |file: &PathBuf| file.file_name().is_some_and(|name| name.to_string_lossy().starts_with("cell"));
-        let cells: Vec<PathBuf> = files.filter(is_cell).collect();
-        let record = self.folder.path().join("record");
-        let mut command = Command::new(plumb());
-        command.args(["doctor", "--clean", "--record"]).arg(record).args(cells).stdout(Stdio::null());
-        drop(command.status());
-    }
-}
-
-fn copy(from: &Path, to: &PathBuf) {
-    fs::create_dir_all(to).expect("a folder can be made");
-    for entry in fs::read_dir(from).expect("the cell can be read") {
-        let entry = entry.expect("the cell can be read");
-        let to = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy(&entry.path(), &to);
-        } else {
-            fs::copy(entry.path(), to).expect("a file can be copied");
-        }
-    }
-}
 
 /// Answers the first `count` prompts with Enter alone.
 fn answer(session: &mut Session, count: usize) {
@@ -206,8 +151,8 @@ fn a_run_that_is_kept_goes_on_where_it_was_left_once_the_pose_is_confirmed() {
 #[test]
 fn a_run_is_watched_in_one_terminal_and_answered_from_another() {
     let bench = Bench::new();
-    let cell = bench.folder.path().join("cell/cell.yaml").display().to_string();
-    let record = bench.folder.path().join("record").display().to_string();
+    let cell = bench.path("cell/cell.yaml").display().to_string();
+    let record = bench.path("record").display().to_string();
     let mut run = Command::new(plumb());
     run.args(["run", &cell, "--attended", "--record", &record]).stdout(Stdio::null()).stderr(Stdio::null());
     let mut run = run.spawn().expect("the run starts");
@@ -245,8 +190,8 @@ fn a_termination_stops_the_arm_gives_the_terminal_back_and_keeps_the_run() {
 #[test]
 fn without_colours_the_screen_has_none() {
     let bench = Bench::new();
-    let cell = bench.folder.path().join("cell/cell.yaml").display().to_string();
-    let record = bench.folder.path().join("record").display().to_string();
+    let cell = bench.path("cell/cell.yaml").display().to_string();
+    let record = bench.path("record").display().to_string();
     let session =
         Session::start_with(plumb(), &["run", &cell, "--record", &record], &[("NO_COLOR", "1")], 80, 24);
     session.wait_for(PROMPTS[0]);
@@ -307,7 +252,7 @@ steps:
 #[test]
 fn a_wrong_answer_is_refused_in_words_and_the_right_one_taken() {
     let bench = Bench::new();
-    let folder = bench.folder.path().join("cell");
+    let folder = bench.path("cell");
     fs::write(folder.join("procedures/ask.yaml"), ASKING).expect("the procedure is written");
     let cell = fs::read_to_string(folder.join("cell.yaml")).expect("the cell can be read");
     // The list of procedures goes on in lines of its own, and stands before the answers at the end of the file.

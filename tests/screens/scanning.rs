@@ -1,12 +1,14 @@
-//! The Scan screen around a small cloud: a level plate of 40 x 30 mm with a block of 10 mm on it, in ten stripes.
+//! The Scan screen around a small cloud, a level plate of 40 x 30 mm with a block of 10 mm on it in ten stripes; and a scan that is paused.
 
 #![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 
 use tempfile::TempDir;
 
+use crate::bench::Bench;
 use crate::plumb;
 use crate::terminal::{Session, is_given_back};
 
@@ -66,4 +68,37 @@ fn a_stored_cloud_turns_is_measured_and_leaves_pictures() {
     session.press("q");
     assert!(session.wait_for_end().success());
     is_given_back(&session);
+}
+
+#[test]
+fn a_scan_that_is_stopped_and_paused_goes_on_where_it_was_and_takes_no_stripe_twice() {
+    let bench = Bench::of("light-stripe");
+    // Slowly enough to be stopped on the way.
+    bench.edit(
+        "procedures/scan-pyramid.yaml",
+        "        step_mm: step_mm\n",
+        "        step_mm: step_mm\n        speed: 0.02\n",
+    );
+    let mut session = bench.run(&["scan-pyramid", "--pace", "real"], 100, 30);
+    session.wait_for("Stripe 3 of 21,");
+    session.press("\x1b");
+    session.wait_for("stopped by the operator");
+    session.press("r");
+    session.wait_for("Stripe 9 of 21,");
+    session.press("p");
+    session.wait_for("paused by the operator");
+    session.press("r");
+    session.wait_for("\u{2713} passed");
+    session.press("q");
+    assert_eq!(session.wait_for_end().exit_code(), 0);
+    let table = |name: &str| {
+        let path = bench.path("record/run-1").join(format!("pyramid.{name}.csv"));
+        fs::read_to_string(path).expect("the scan is kept")
+    };
+    let poses = table("poses");
+    let places: BTreeSet<&str> = poses.lines().skip(1).collect();
+    assert_eq!((poses.lines().count() - 1, places.len()), (21, 21), "each place once:\n{poses}");
+    let stripes = table("stripes");
+    let seen: BTreeSet<&str> = stripes.lines().skip(1).filter_map(|line| line.split(',').next()).collect();
+    assert_eq!(seen.len(), 21, "points of each");
 }

@@ -78,8 +78,13 @@ pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
     let parameters = parameters_of(request)?;
     let models = model_values(&request.cell);
     let plan = make_plan(&request.procedure, parameters.clone(), &models, &calculator)?;
-    let estimator =
-        Estimator { plan: &plan, calculator: &calculator, models, full_speed: Box::new(|_, _| None) };
+    let estimator = Estimator {
+        plan: &plan,
+        calculator: &calculator,
+        models,
+        full_speed: Box::new(|_, _| None),
+        flange_time: Box::new(|_, _| None),
+    };
     let (planned, estimate_s) = estimator.planned_steps();
     let entries = plan.entries.iter().filter(|entry| entry.is_shown());
     let steps = entries.zip(planned).map(|(entry, planned)| DryStep {

@@ -1,8 +1,12 @@
 //! How long a plan should take, as far as can be known before it starts.
 
+use nalgebra::{IsometryMatrix3, Vector3};
+use plumb_plugin::JointVector;
 use serde_json::{Map, Value};
 
 use super::Engine;
+use super::arm::Arm;
+use super::execute::{attitude_of, flange_at};
 use super::plan::{Entry, Plan, Work};
 use crate::event::PlannedStep;
 use crate::expression::{Calculator, Expression};
@@ -14,8 +18,17 @@ const EXCHANGE_S: f64 = 0.02;
 /// Full speed of a joint that has not told its own, rad/s (or mm/s).
 const TYPICAL_SPEED: f64 = 0.3;
 
+/// Time a picture of a scan takes, seconds: one exchange with the camera, one with the sensor.
+const PICTURE_S: f64 = 2.0 * EXCHANGE_S;
+
+/// How far it is to where a scan begins, or from one of its stripes to the next, in joints, where that is not known, rad.
+const TYPICAL_HOP: f64 = 0.03;
+
 /// Full speed of a robot's joint.
 type FullSpeed<'a> = Box<dyn Fn(&str, &str) -> Option<f64> + 'a>;
+
+/// How long a robot's flange takes from one place to another at full speed, seconds.
+type FlangeTime<'a> = Box<dyn Fn(&str, [IsometryMatrix3<f64>; 2]) -> Option<f64> + 'a>;
 
 /// What the times of a plan are worked out from.
 pub(super) struct Estimator<'a> {
@@ -25,6 +38,8 @@ pub(super) struct Estimator<'a> {
     pub(super) models: Map<String, Value>,
     /// Full speed of a robot's joint, rad/s or mm/s, where the robot has told it.
     pub(super) full_speed: FullSpeed<'a>,
+    /// How long a robot's flange takes from place to place, where the robot is there and its model known.
+    pub(super) flange_time: FlangeTime<'a>,
 }
 
 impl Engine {
@@ -39,6 +54,9 @@ impl Engine {
             calculator: &self.calculator,
             models: self.model_values(),
             full_speed: Box::new(full_speed),
+            flange_time: Box::new(|robot, places| {
+                flange_time(self.arms.iter().find(|arm| arm.name == robot)?, places)
+            }),
         }
         .planned_steps()
     }
@@ -110,16 +128,40 @@ impl Estimator<'_> {
         times.fold(EXCHANGE_S, f64::max)
     }
 
-    /// Every stripe takes a short move, its settling and a picture.
+    /// Every stripe takes a short move and a picture; in motion all of them take one way, and pictures that are fetched after it.
     fn estimate_scan(&self, step: &ScanStep, values: &Map<String, Value>) -> f64 {
-        let numbers = |place: &[Expression; 3]| place.each_ref().map(|axis| self.known(axis, values));
-        let way = |from: [Option<f64>; 3], to: [Option<f64>; 3]| {
-            let squares = from.iter().zip(to).map(|(from, to)| Some((to? - (*from)?).powi(2)));
-            squares.sum::<Option<f64>>().map(f64::sqrt)
+        let known = |expression: &Expression| self.known(expression, values);
+        let place = |[x, y, z]: &[Expression; 3]| Some(Vector3::new(known(x)?, known(y)?, known(z)?));
+        let line = place(&step.from).zip(place(&step.to));
+        let length = line.map_or(100.0, |(from, to)| (to - from).norm());
+        let pitch = known(&step.step).unwrap_or(10.0).max(0.01);
+        let stripes = (length / pitch).floor() + 1.0;
+        let hop = line.and_then(|(from, to)| self.hop_time(step, from, to, pitch, values));
+        let hop = hop.unwrap_or(TYPICAL_HOP / TYPICAL_SPEED) / step.speed;
+        let ways = match step.fly.as_ref().and_then(known).filter(|speed| *speed > 0.0) {
+            Some(speed_mm_s) => hop + length / speed_mm_s,
+            None => stripes * hop,
         };
-        let length = way(numbers(&step.from), numbers(&step.to)).unwrap_or(100.0);
-        let stripes = (length / self.known(&step.step, values).unwrap_or(10.0).max(0.01)).floor() + 1.0;
-        stripes * (4.0 * EXCHANGE_S + 0.2)
+        ways + stripes * PICTURE_S
+    }
+
+    /// From the first stripe of a scan to the second, seconds.
+    fn hop_time(
+        &self,
+        step: &ScanStep,
+        from: Vector3<f64>,
+        to: Vector3<f64>,
+        pitch: f64,
+        values: &Map<String, Value>,
+    ) -> Option<f64> {
+        let angle = |angle: &Option<Expression>| match angle {
+            None => Some(0.0),
+            Some(angle) => self.known(angle, values).map(f64::to_radians),
+        };
+        let attitude = attitude_of(angle(&step.tilt)?, angle(&step.azimuth)?, angle(&step.turn)?);
+        let second = from + (to - from).try_normalize(1e-9)? * pitch;
+        let places = [from, second].map(|place| flange_at(place, attitude, Vector3::from(step.aim_mm)));
+        (self.flange_time)(&step.robot, places)
     }
 
     fn estimate_search(&self, step: &SearchStep, values: &Map<String, Value>) -> f64 {
@@ -135,6 +177,15 @@ impl Estimator<'_> {
             + 2.0 * back_off / (full * step.slow.speed)
             + exchanges
     }
+}
+
+/// How long a robot's flange takes from one place to another at full speed, seconds, sought from the robot's home.
+fn flange_time(arm: &Arm, places: [IsometryMatrix3<f64>; 2]) -> Option<f64> {
+    let home: Vec<f64> = arm.description.joints.iter().map(|joint| joint.home).collect();
+    let home = JointVector::from_slice(&home).ok()?;
+    let first = arm.joints_for(&places[0], &home).ok()?;
+    let second = arm.joints_for(&places[1], &first).ok()?;
+    Some(arm.expected_time(&first, &second, 1.0).as_secs_f64())
 }
 
 /// Whether a step asks somebody.

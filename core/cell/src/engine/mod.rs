@@ -38,6 +38,7 @@ pub use plan::PlanError;
 pub use start::{Connected, RunRequest, RunningRun, StartError, start_run};
 
 use arm::Arm;
+use execute::{Made, Scan};
 use inbox::{Inbox, Interrupt};
 use journal::Journal;
 use plan::Plan;
@@ -48,7 +49,7 @@ use step_error::StepError;
 
 use crate::answers::Answers;
 use crate::device::{DeviceError, DeviceLinks, SensorLink};
-use crate::event::Event;
+use crate::event::{Event, StepPath};
 use crate::expression::{Calculator, Expression};
 use crate::prompt::PromptId;
 use crate::run_handle::StopActions;
@@ -81,6 +82,8 @@ pub(crate) struct Engine {
     offered: Option<(PromptId, i64)>,
     /// Where what a run makes, such as clouds of points, is put.
     outputs: PathBuf,
+    /// The scan a pause has interrupted, with what it has made.
+    paused_scan: Option<(StepPath, Scan, Made)>,
     /// A check did not hold and the run went on all the same.
     failed_check: Option<String>,
 }

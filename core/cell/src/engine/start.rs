@@ -169,6 +169,7 @@ pub fn start_run(
         plan,
         offered: None,
         outputs: request.record_directory.join(format!("run-{}", run.0)),
+        paused_scan: None,
         failed_check: None,
     };
     let thread = std::thread::Builder::new().name("engine".to_owned()).spawn(move || {

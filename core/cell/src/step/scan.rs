@@ -135,7 +135,7 @@ impl ScanStep {
     }
 
     pub(super) fn result_shape(&self) -> Shape {
-        let mut names = vec!["points", "stripes", "empty", "seconds", "processing_percent"];
+        let mut names = vec!["points", "stripes", "empty", "seconds", "camera_percent", "processing_percent"];
         match self.fit {
             None => {}
             Some(Fitted::Plane) => {

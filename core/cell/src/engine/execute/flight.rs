@@ -4,8 +4,7 @@ use std::time::Instant;
 
 use serde_json::json;
 
-use super::scan::{Empty, Scan};
-use crate::cloud::Cloud;
+use super::scan::{Made, Scan};
 use crate::engine::Engine;
 use crate::engine::step_context::StepContext;
 use crate::engine::step_error::StepError;
@@ -15,17 +14,15 @@ use crate::step::ScanStep;
 const WAITING: &str = "waiting";
 
 impl Engine {
-    /// Flies along the line at `speed_mm_s`, a picture every step, and keeps the stripes that were taken under way, each with where the arm was then. Gives how long it
-    /// moved, seconds.
+    /// Flies along the line at `speed_mm_s`, a picture every step, and keeps the stripes that were taken under way, each with where the arm was then.
     pub(super) fn fly(
         &mut self,
         step: &ScanStep,
         at: &StepContext,
         scan: &Scan,
         speed_mm_s: f64,
-        cloud: &mut Cloud,
-        empty: &mut Empty,
-    ) -> Result<f64, StepError> {
+        made: &mut Made,
+    ) -> Result<(), StepError> {
         let camera = step.camera().ok_or_else(|| {
             StepError::error("a scan in motion asks a camera for its pictures: give `trigger:`".to_owned())
         })?;
@@ -36,7 +33,9 @@ impl Engine {
                 scan.stripes
             )));
         }
+        let leaving = Instant::now();
         self.go_to_stripe(step, at, scan, 0.0)?;
+        made.moving += leaving.elapsed();
         let (here, target) = self.stripe_target(step, scan, 1.0)?;
         let duration_s = way_mm / speed_mm_s;
         let speed = self.arm(&step.robot)?.expected_time(&here, &target, 1.0).as_secs_f64() / duration_s;
@@ -52,14 +51,14 @@ impl Engine {
         self.set_shutter(camera, every_ms)?;
         let leaving = Instant::now();
         let flown = self.move_arm(&step.robot, &here, &target, speed, at);
-        let moving_s = leaving.elapsed().as_secs_f64();
-        let kept = flown.and_then(|_| self.keep_pictures(step, at, camera, cloud, empty));
+        made.moving += leaving.elapsed();
+        let kept = flown.and_then(|_| self.keep_pictures(step, at, camera, made));
         let shut = self.set_shutter(camera, 0.0);
         kept.and(shut)?;
-        let text =
-            format!("{} stripes at {speed_mm_s} mm/s, {} points", cloud.poses.len(), cloud.points.len());
+        let (stripes, points) = (made.cloud.poses.len(), made.cloud.points.len());
+        let text = format!("{stripes} stripes at {speed_mm_s} mm/s, {points} points");
         self.journal.progress(&at.path, Some(1.0), text);
-        Ok(moving_s)
+        Ok(())
     }
 
     fn set_shutter(&mut self, camera: &str, every_ms: f64) -> Result<(), StepError> {
@@ -73,8 +72,7 @@ impl Engine {
         step: &ScanStep,
         at: &StepContext,
         camera: &str,
-        cloud: &mut Cloud,
-        empty: &mut Empty,
+        made: &mut Made,
     ) -> Result<(), StepError> {
         loop {
             self.look_for_interrupt()?;
@@ -87,7 +85,8 @@ impl Engine {
             read.map_err(|error| self.device_error(error))?;
             for (header, points) in self.stripes_of(step)? {
                 if header.speeds.as_slice().iter().any(|speed| *speed != 0.0) {
-                    self.keep_stripe(step, at, &header, &points, cloud, empty)?;
+                    let stood = self.stood(step, &header.joints, &header.speeds)?;
+                    self.keep_stripe(step, at, stood, (&header, &points), made);
                 }
             }
             if waiting < 1.0 {

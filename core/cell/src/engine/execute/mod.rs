@@ -15,6 +15,7 @@ mod scan;
 mod search;
 
 pub(crate) use declare::CONTROLLER_ZERO;
+pub(super) use scan::{Made, Scan, attitude_of, flange_at};
 pub(crate) use search::CIRCUMSTANCES;
 
 use super::Engine;

@@ -1,9 +1,10 @@
 //! `move`
 
-use nalgebra::{IsometryMatrix3, Translation3, Vector3};
+use nalgebra::Vector3;
 use plumb_plugin::JointVector;
 use serde_json::json;
 
+use super::scan::flange_at;
 use crate::engine::Engine;
 use crate::engine::scope::joints_value;
 use crate::engine::step_context::{Done, StepContext};
@@ -61,8 +62,7 @@ impl Engine {
         }
         if let Some(hand) = &step.hand {
             let attitude = self.attitude([&hand.tilt, &hand.azimuth, &hand.turn], at)?;
-            let origin = self.place(&hand.at, at)? - attitude * Vector3::from(hand.aim_mm);
-            let wanted = IsometryMatrix3::from_parts(Translation3::from(origin), attitude);
+            let wanted = flange_at(self.place(&hand.at, at)?, attitude, Vector3::from(hand.aim_mm));
             target = self.arm(&step.robot)?.joints_for(&wanted, start).map_err(StepError::error)?;
         }
         if let Some(point) = &step.point {

@@ -1,6 +1,6 @@
 //! `scan`: a stripe at each place of a line, turned into points by the pose at the moment of its exposure.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
 use plumb_plugin::{JointVector, StripeFault, StripeHeader, StripePoint};
@@ -17,7 +17,8 @@ use crate::expression::Expression;
 use crate::step::{Fitted, ScanStep};
 
 /// A scan with its numbers.
-pub(super) struct Scan {
+#[derive(Debug, PartialEq)]
+pub(in crate::engine) struct Scan {
     from: Vector3<f64>,
     /// From the first stripe's middle to the last's.
     pub(super) way: Vector3<f64>,
@@ -26,8 +27,53 @@ pub(super) struct Scan {
     aim: Vector3<f64>,
 }
 
+impl Scan {
+    /// Where a stripe is on the way, from 0 to 1.
+    fn share(&self, stripe: usize) -> f64 {
+        if self.stripes > 1 { stripe as f64 / (self.stripes - 1) as f64 } else { 0.0 }
+    }
+}
+
+/// What a scan has made so far. A pause keeps it, so that the scan goes on where it was.
+#[derive(Debug, Default)]
+pub(in crate::engine) struct Made {
+    pub(super) cloud: Cloud,
+    pub(super) empty: Empty,
+    /// The next stripe to be taken, counted from 0.
+    next: usize,
+    /// The picture the sensor works on.
+    worked_on: Option<Exposed>,
+    /// How long the arm was on its way.
+    pub(super) moving: Duration,
+    /// How long the camera took for its pictures while the arm waited.
+    pub(super) exposing: Duration,
+    /// How long it all took, pauses left out.
+    lasted: Duration,
+}
+
+/// A picture that was taken and whose points have not been fetched.
+#[derive(Debug, Clone)]
+struct Exposed {
+    stripe: usize,
+    /// The sensor has worked on it when it has seen everything up to this moment; none for one that was waited for.
+    time_ns: Option<u64>,
+    stood: Stood,
+}
+
+/// Where the arm was for a picture.
+#[derive(Debug, Clone)]
+pub(super) struct Stood {
+    /// Its joints as the drive's with the zeros in force, rad or mm.
+    pose: Vec<f64>,
+    /// From which side each had arrived.
+    approach: Vec<i8>,
+    /// How fast each went, rad/s or mm/s.
+    speeds: Vec<f64>,
+    base_from_flange: IsometryMatrix3<f64>,
+}
+
 /// Pictures without a stripe, and why.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(super) struct Empty {
     stripes: usize,
     faults: Vec<(StripeFault, usize)>,
@@ -66,27 +112,67 @@ const MOST_STRIPES: f64 = 10_000.0;
 
 impl Engine {
     pub(super) fn execute_scan(&mut self, step: &ScanStep, at: &StepContext) -> Result<Done, StepError> {
-        let begin = Instant::now();
         let scan = self.plan_scan(step, at)?;
-        self.sensor(&step.sensor)?.link.arm().map_err(|error| self.device_error(error))?;
-        // What was emitted before this scan is none of it.
-        let _ = self.sensor(&step.sensor)?.link.stripes();
-        let mut cloud = Cloud::default();
-        let mut empty = Empty::default();
-        let mut moving_s = 0.0;
+        let mut made = match self.paused_scan.take() {
+            Some((path, paused, made)) if path == at.path && paused == scan => made,
+            _ => self.begin_scan(step)?,
+        };
         let flight = step.fly.as_ref().map(|fly| self.number(at.scope, fly)).transpose()?.unwrap_or(0.0);
-        if flight != 0.0 {
-            moving_s += self.fly(step, at, &scan, flight, &mut cloud, &mut empty)?;
+        let begin = Instant::now();
+        let scanned = match flight == 0.0 {
+            true => self.scan_at_rest(step, at, &scan, &mut made),
+            false => self.fly(step, at, &scan, flight, &mut made),
+        };
+        made.lasted += begin.elapsed();
+        match scanned {
+            Ok(()) => self.tell_scan(step, at, &made),
+            Err(interrupted @ StepError::Interrupted { .. }) => {
+                // Of a way that was flown in part nothing is kept: it is flown anew as a whole.
+                self.paused_scan = (flight == 0.0).then(|| (at.path.clone(), scan, made));
+                Err(interrupted)
+            }
+            Err(error) => Err(error),
         }
-        for stripe in 0..if flight == 0.0 { scan.stripes } else { 0 } {
-            let share = if scan.stripes > 1 { stripe as f64 / (scan.stripes - 1) as f64 } else { 0.0 };
+    }
+
+    /// What the sensor saw before a scan is none of it.
+    fn begin_scan(&mut self, step: &ScanStep) -> Result<Made, StepError> {
+        self.sensor(&step.sensor)?.link.arm().map_err(|error| self.device_error(error))?;
+        // Losses before it are none of its own either.
+        let _ = self.sensor(&step.sensor)?.link.stripes();
+        Ok(Made::default())
+    }
+
+    /// A stripe at each place of the line. While the sensor works on a picture the arm is on its way to the next.
+    fn scan_at_rest(
+        &mut self,
+        step: &ScanStep,
+        at: &StepContext,
+        scan: &Scan,
+        made: &mut Made,
+    ) -> Result<(), StepError> {
+        while made.next < scan.stripes {
             let leaving = Instant::now();
-            self.go_to_stripe(step, at, &scan, share)?;
-            moving_s += leaving.elapsed().as_secs_f64();
-            self.take_stripe(step, at, stripe, &mut cloud, &mut empty)?;
-            let text = format!("stripe {} of {}, {} points", stripe + 1, scan.stripes, cloud.points.len());
-            self.journal.progress(&at.path, Some((stripe + 1) as f64 / scan.stripes as f64), text);
+            let went = self.go_to_stripe(step, at, scan, scan.share(made.next));
+            made.moving += leaving.elapsed();
+            // Where the way was cut short the picture before belongs to the scan all the same.
+            let fetched = self.fetch_stripe(step, at, made);
+            let joints = went?;
+            fetched?;
+            let arrived = Instant::now();
+            made.worked_on = Some(self.expose(step, made.next, &joints)?);
+            made.exposing += arrived.elapsed();
+            made.next += 1;
+            let text =
+                format!("stripe {} of {}, {} points", made.next, scan.stripes, made.cloud.points.len());
+            self.journal.progress(&at.path, Some(made.next as f64 / scan.stripes as f64), text);
         }
+        self.fetch_stripe(step, at, made)
+    }
+
+    /// Fits, saves and tells what a scan has made.
+    fn tell_scan(&mut self, step: &ScanStep, at: &StepContext, made: &Made) -> Result<Done, StepError> {
+        let Made { cloud, empty, .. } = made;
         if cloud.points.is_empty() {
             return Err(StepError::error(format!(
                 "none of the {} pictures showed a stripe ({}): {}",
@@ -95,13 +181,16 @@ impl Engine {
                 empty.cure()
             )));
         }
-        let seconds = begin.elapsed().as_secs_f64();
+        let seconds = made.lasted.as_secs_f64();
+        let share = |time: Duration| time.as_secs_f64() / seconds.max(1e-9);
+        let processing = (1.0 - share(made.moving + made.exposing)).max(0.0);
         let mut result = Map::from_iter([
             ("points".to_owned(), json!(cloud.points.len())),
             ("stripes".to_owned(), json!(cloud.poses.len())),
             ("empty".to_owned(), json!(empty.stripes)),
             ("seconds".to_owned(), json!(seconds)),
-            ("processing_percent".to_owned(), json!(100.0 * (1.0 - moving_s / seconds).max(0.0))),
+            ("camera_percent".to_owned(), json!(100.0 * share(made.exposing))),
+            ("processing_percent".to_owned(), json!(100.0 * processing)),
         ]);
         let mut message = format!(
             "{} points of {} stripes ({} without one)",
@@ -110,7 +199,7 @@ impl Engine {
             empty.stripes
         );
         if let Some(fitted) = step.fit {
-            message.push_str(&fit(fitted, &cloud, &mut result)?);
+            message.push_str(&fit(fitted, cloud, &mut result)?);
         }
         if let Some(name) = &step.save {
             let folder = self.outputs.clone();
@@ -153,13 +242,7 @@ impl Engine {
             Some(expression) => self.number(at.scope, expression).map(f64::to_radians),
         };
         let [tilt, azimuth, turn] = angles;
-        let (tilt, azimuth, turn) = (angle(tilt)?, angle(azimuth)?, angle(turn)?);
-        let about_z = |angle: f64| Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
-        let down = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-        // Tilted so that the flange stands in the direction of the azimuth and looks back at the place.
-        let tilted =
-            about_z(azimuth) * Rotation3::from_axis_angle(&Vector3::y_axis(), tilt) * about_z(-azimuth);
-        Ok(tilted * about_z(turn) * down)
+        Ok(attitude_of(angle(tilt)?, angle(azimuth)?, angle(turn)?))
     }
 
     pub(super) fn place(
@@ -177,9 +260,9 @@ impl Engine {
         at: &StepContext,
         scan: &Scan,
         share: f64,
-    ) -> Result<(), StepError> {
+    ) -> Result<JointVector, StepError> {
         let (here, target) = self.stripe_target(step, scan, share)?;
-        self.move_arm(&step.robot, &here, &target, step.speed, at).map(drop)
+        self.move_arm(&step.robot, &here, &target, step.speed, at)
     }
 
     /// Where the drive stands, and what it has to be told to bring the aim to a share of the way.
@@ -190,8 +273,7 @@ impl Engine {
         share: f64,
     ) -> Result<(JointVector, JointVector), StepError> {
         let place = scan.from + scan.way * share;
-        let origin = place - scan.attitude * scan.aim;
-        let wanted = IsometryMatrix3::from_parts(Translation3::from(origin), scan.attitude);
+        let wanted = flange_at(place, scan.attitude, scan.aim);
         let here = self.read_pose(&step.robot)?.joints;
         let arm = self.arm(&step.robot)?;
         let target = arm.joints_for(&wanted, &here).map_err(|cause| {
@@ -204,18 +286,24 @@ impl Engine {
         Ok((here, target))
     }
 
-    /// Takes a stripe where the arm stands.
-    fn take_stripe(
-        &mut self,
-        step: &ScanStep,
-        at: &StepContext,
-        stripe: usize,
-        cloud: &mut Cloud,
-        empty: &mut Empty,
-    ) -> Result<(), StepError> {
-        self.take_reading(&step.sensor, step.camera())?;
-        let taken = self.stripes_of(step)?;
-        let Some((header, points)) = taken.last() else {
+    /// Takes a picture where the arm stands. It may go on as soon as the camera has it; a sensor that has no camera to be asked is waited for.
+    fn expose(&mut self, step: &ScanStep, stripe: usize, joints: &JointVector) -> Result<Exposed, StepError> {
+        self.look_for_interrupt()?;
+        let taken = self.sensor(step.camera().unwrap_or(&step.sensor))?.link.read(0);
+        let reading = taken.map_err(|error| self.device_error(error))?;
+        // Known now: once the arm has set out its joints arrive from other sides.
+        let stood = self.stood(step, joints, &JointVector::zeros(joints.len()))?;
+        Ok(Exposed { stripe, time_ns: step.camera().map(|_| reading.time_ns), stood })
+    }
+
+    /// Fetches what the sensor has made of the last picture, and keeps it.
+    fn fetch_stripe(&mut self, step: &ScanStep, at: &StepContext, made: &mut Made) -> Result<(), StepError> {
+        let Some(Exposed { stripe, time_ns, stood }) = made.worked_on.clone() else { return Ok(()) };
+        if let Some(time_ns) = time_ns {
+            let read = self.sensor(&step.sensor)?.link.read(time_ns);
+            read.map_err(|error| self.device_error(error))?;
+        }
+        let Some((header, points)) = self.stripes_of(step)?.pop() else {
             return Err(StepError::error(format!(
                 "{} has told no stripe: it is no light stripe sensor, or looks for something else",
                 step.sensor
@@ -224,7 +312,9 @@ impl Engine {
         if let Some(fault) = StripeFault::from_code(header.fault) {
             self.journal.progress(&at.path, None, format!("stripe {}: {}", stripe + 1, fault.name()));
         }
-        self.keep_stripe(step, at, header, points, cloud, empty)
+        self.keep_stripe(step, at, stood, (&header, &points), made);
+        made.worked_on = None;
+        Ok(())
     }
 
     /// What the sensor has told since it was last asked.
@@ -233,46 +323,72 @@ impl Engine {
         taken.map_err(|error| self.device_error(error))
     }
 
+    /// Where the arm is with these joints, as the drive has them, on the way it last set out on.
+    pub(super) fn stood(
+        &mut self,
+        step: &ScanStep,
+        joints: &JointVector,
+        speeds: &JointVector,
+    ) -> Result<Stood, StepError> {
+        let arm = self.arm(&step.robot)?;
+        Ok(Stood {
+            pose: arm.corrected(joints),
+            approach: arm.sides().to_vec(),
+            speeds: speeds.as_slice().to_vec(),
+            base_from_flange: arm.flange(joints).map_err(StepError::error)?,
+        })
+    }
+
     /// Adds a stripe to the cloud, in the base's frame.
     pub(super) fn keep_stripe(
         &mut self,
         step: &ScanStep,
         at: &StepContext,
-        header: &StripeHeader,
-        points: &[StripePoint],
-        cloud: &mut Cloud,
-        empty: &mut Empty,
-    ) -> Result<(), StepError> {
+        stood: Stood,
+        (header, points): (&StripeHeader, &[StripePoint]),
+        made: &mut Made,
+    ) {
+        let Made { cloud, empty, .. } = made;
         if let Some(fault) = StripeFault::from_code(header.fault) {
             empty.add(fault);
         }
-        let joints = match header.joints.len() {
-            0 => self.read_pose(&step.robot)?.joints,
-            _ => header.joints,
-        };
-        let arm = self.arm(&step.robot)?;
-        let base_from_flange = arm.flange(&joints).map_err(StepError::error)?;
         let stripe = cloud.poses.len() as u32;
-        cloud.poses.push(arm.corrected(&joints));
-        cloud.approaches.push(arm.sides().to_vec());
-        cloud.speeds.push(header.speeds.as_slice().to_vec());
+        cloud.poses.push(stood.pose);
+        cloud.approaches.push(stood.approach);
+        cloud.speeds.push(stood.speeds);
         let mut places = Vec::with_capacity(points.len());
         for point in points {
             let [x, y, z] = point.flange_mm.map(f64::from);
-            let place = base_from_flange * Point3::new(x, y, z);
+            let place = stood.base_from_flange * Point3::new(x, y, z);
             if place.iter().all(|axis| axis.is_finite()) {
                 cloud.points.push(CloudPoint { place, stripe, seen: *point });
                 places.push(place.coords.map(|axis| axis as f32).into());
             }
         }
         self.journal.stripe(&at.path, &step.sensor, stripe, places);
-        Ok(())
     }
 
     fn joint_names(&mut self, robot: &str) -> Result<Vec<String>, StepError> {
         let arm = self.arm(robot)?;
         Ok(arm.description.joints.iter().map(|joint| joint.name.clone()).collect())
     }
+}
+
+/// The flange's attitude, angles in rad: tilted so that it stands in the direction of the azimuth and looks back at the place.
+pub(in crate::engine) fn attitude_of(tilt: f64, azimuth: f64, turn: f64) -> Rotation3<f64> {
+    let about_z = |angle: f64| Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
+    let down = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    let tilted = about_z(azimuth) * Rotation3::from_axis_angle(&Vector3::y_axis(), tilt) * about_z(-azimuth);
+    tilted * about_z(turn) * down
+}
+
+/// Where the flange is that brings a point of its frame, `aim`, to a place of the base's, mm.
+pub(in crate::engine) fn flange_at(
+    place: Vector3<f64>,
+    attitude: Rotation3<f64>,
+    aim: Vector3<f64>,
+) -> IsometryMatrix3<f64> {
+    IsometryMatrix3::from_parts(Translation3::from(place - attitude * aim), attitude)
 }
 
 /// Fits a surface and adds what was found to the result; a sentence about it.
