@@ -14,7 +14,7 @@ use plumb_bus::{Bus, Domain};
 use plumb_host::{
     HostArguments, HostCommand, HostProcess, Plugin, RobotClient, SensorClient, StopOutcome, WiredInput,
 };
-use plumb_plugin::{JointState, JointVector, Motion, ProximityEdge, Value};
+use plumb_plugin::{FrameHeader, JointState, JointVector, Motion, ProximityEdge, Value};
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::Verb;
 use serde_json::json;
@@ -217,4 +217,86 @@ fn a_stop_brings_the_simulated_arm_to_rest() {
         assert!(moving.join().unwrap().unwrap_err().is_stopped());
     });
     assert!(!operator.read(Verb::Read {}).unwrap().moving);
+}
+
+/// A stripe sensor that is wired to a camera and an arm the test plays itself.
+struct Stripe {
+    sensor: SensorClient,
+    camera: plumb_bus::Publisher,
+    arm: plumb_bus::Publisher,
+    host: HostProcess,
+}
+
+const SIDE: u32 = 64;
+
+impl Stripe {
+    fn new(cell: &Cell) -> Self {
+        let wired = |input: &str, device: &str, plugin: &str, name: &str| {
+            let streams = plugin_named(plugin).manifest.streams;
+            let stream = streams.into_iter().find(|stream| stream.name == name).unwrap();
+            WiredInput { input: input.to_owned(), device: device.to_owned(), stream }
+        };
+        let frames = wired("frames", "camera", "simulated-camera", "frames");
+        let joints = wired("pose", "arm", "simulated", "joints");
+        let camera = cell.bus().publisher("camera", &frames.stream).unwrap();
+        let arm = cell.bus().publisher("arm", &joints.stream).unwrap();
+        let host =
+            cell.host("stripe", "light-stripe", json!({"threshold": {"fixed": 60}}), vec![frames, joints]);
+        let sensor = host.sensor().unwrap();
+        sensor.activate().unwrap();
+        sensor.arm().unwrap();
+        Self { sensor, camera, arm, host }
+    }
+
+    /// The arm tells that it stands.
+    fn stands(&mut self, time_ns: u64) {
+        let state = JointState::new(time_ns, JointVector::zeros(6), false);
+        self.arm.emit(bytemuck::bytes_of(&state)).unwrap();
+    }
+
+    /// The camera sends a picture of a stripe, so many bytes of its message.
+    fn shows(&mut self, time_ns: u64, side: u32, bytes: usize) {
+        let header = FrameHeader { time_ns, width: side, height: side, ..FrameHeader::default() };
+        let mut message = vec![0; header.message_bytes()];
+        let pixels = header.write(&mut message).unwrap();
+        for (at, pixel) in pixels.iter_mut().enumerate() {
+            *pixel = if at % side as usize == 20 { 200 } else { 5 };
+        }
+        self.camera.emit(&message[..bytes.min(message.len())]).unwrap();
+    }
+
+    /// The rows of the stripe up to a moment, or what is wrong.
+    fn rows(&self, after_ns: u64) -> Result<f64, String> {
+        let reading = self.sensor.read(after_ns, LONG).map_err(|error| error.to_string())?;
+        Ok(reading.quantities.iter().find(|one| one.name == "rows").unwrap().value)
+    }
+}
+
+#[test]
+fn pictures_late_out_of_order_cut_short_or_of_another_size_are_errors_of_the_stream_and_it_goes_on() {
+    let cell = Cell::new("world-ideal.yaml", "fast");
+    let mut stripe = Stripe::new(&cell);
+    stripe.stands(1_000_000);
+    let whole = usize::MAX;
+    for (time_ns, side, bytes, expected) in [
+        (500_000, SIDE, whole, "so late that where the robot was at its exposure is no longer known"),
+        (9_000_000, SIDE, 1024, "a message of frame/1 has 1024 bytes; its header says 4128"),
+    ] {
+        stripe.shows(time_ns, side, bytes);
+        let told = stripe.rows(u64::MAX).unwrap_err();
+        assert!(told.contains(expected), "{told}");
+    }
+    stripe.shows(9_000_000, SIDE, whole);
+    assert_eq!(stripe.rows(9_000_000), Ok(64.0));
+    for (time_ns, side, bytes, expected) in [
+        (8_000_000, SIDE, whole, "a picture came out of order, 1.0 ms behind one that came before it"),
+        (10_000_000, 32, whole, "a picture of 32 x 32 pixels came; those before it had 64 x 64"),
+    ] {
+        stripe.shows(time_ns, side, bytes);
+        let told = stripe.rows(u64::MAX).unwrap_err();
+        assert!(told.contains(expected), "{told}");
+    }
+    stripe.shows(11_000_000, SIDE, whole);
+    assert_eq!(stripe.rows(11_000_000), Ok(64.0), "it goes on");
+    stripe.host.finish(LONG);
 }

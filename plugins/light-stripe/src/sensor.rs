@@ -34,8 +34,8 @@ pub struct LightStripe {
     extractor: Extractor,
     spots: SpotFinder,
     message: Vec<u8>,
-    /// A picture waits in `message` for the robot to tell where it was.
-    waits: bool,
+    /// So many bytes of `message` are a picture that waits for the robot to tell where it was.
+    waiting: Option<usize>,
     size: Option<(u32, u32)>,
     last: Option<Last>,
     last_frame_ns: u64,
@@ -68,7 +68,7 @@ impl Sensor for LightStripe {
             extractor: Extractor::new(),
             spots: SpotFinder::default(),
             message: vec![0; LONGEST_FRAME],
-            waits: false,
+            waiting: None,
             size: None,
             last: None,
             last_frame_ns: 0,
@@ -108,9 +108,9 @@ impl Sensor for LightStripe {
     fn poll(&mut self) -> Result<(), PluginError> {
         self.take_poses()?;
         loop {
-            if !self.waits {
+            if self.waiting.is_none() {
                 match self.host.receive_bytes(FRAMES, &mut self.message) {
-                    Ok(Some(_)) => self.waits = true,
+                    Ok(Some(length)) => self.waiting = Some(length),
                     Ok(None) => return Ok(()),
                     // Not wired: pictures come from files.
                     Err(PluginError::Refused(_)) if self.folder.is_some() => return Ok(()),
@@ -217,12 +217,14 @@ impl LightStripe {
     /// Works on the picture in `message`; false when the robot has not yet told where it was.
     fn take_waiting_frame(&mut self) -> Result<bool, PluginError> {
         let message = std::mem::take(&mut self.message);
-        let taken = match FrameHeader::read(&message) {
+        let waiting = self.waiting.take();
+        // What lies behind it is of pictures before.
+        let taken = match FrameHeader::read(message.get(..waiting.unwrap_or(0)).unwrap_or_default()) {
             Ok((header, pixels)) => self.take_frame(&header, pixels),
             Err(error) => Err(PluginError::Failed(error.to_string())),
         };
         self.message = message;
-        self.waits = matches!(taken, Ok(false));
+        self.waiting = waiting.filter(|_| matches!(taken, Ok(false)));
         taken
     }
 

@@ -47,7 +47,10 @@ impl FrameFolder {
             self.next = 0;
         }
         let Some(path) = self.files.get(self.next) else {
-            let what = format!("all its {} pictures have been taken", self.files.len());
+            let what = match self.files.len() {
+                1 => "its only picture has been taken".to_owned(),
+                count => format!("all its {count} pictures have been taken"),
+            };
             return Err(FrameError::Form { path: self.folder.clone(), what });
         };
         self.next += 1;
