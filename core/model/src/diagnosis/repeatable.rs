@@ -84,13 +84,17 @@ impl Path {
         Self { beside: Some(other.along.clone()), ..self.clone() }
     }
 
-    /// How far each return lies across the path, sigmas.
-    fn across(&self, deviations: &[DVector<f64>]) -> Vec<f64> {
+    /// Per return: 0 if it is wild, else 1. What lies far along a joint's motion may be the other camp, however long the lever: of
+    /// that only what lies far across is wild. A base or a target moves by the same amount everywhere.
+    fn tame(&self, deviations: &[DVector<f64>]) -> Vec<f64> {
         let size = |(member, (deviation, way)): (usize, (&DVector<f64>, &DVector<f64>))| {
+            if !matches!(self.spot, Spot::Joint(_)) {
+                return deviation.norm();
+            }
             let other = self.beside.as_ref().and_then(|beside| beside.get(member));
             Member::of(deviation, way, other).across.sqrt()
         };
-        deviations.iter().zip(&self.along).enumerate().map(size).collect()
+        without_wild(&deviations.iter().zip(&self.along).enumerate().map(size).collect::<Vec<f64>>())
     }
 }
 
@@ -193,15 +197,14 @@ impl<'r> Inquiry<'r> {
     /// Two camps along a path, and how much likelier they are than one; nothing if that is not clear. What conditions explain is
     /// no split.
     fn split(&self, path: &Path) -> Option<(Split, f64)> {
-        // What lies far along the path may be the other camp, however long the lever: only what lies far across it is wild.
-        let kept = without_wild(&path.across(self.raw()));
+        let kept = path.tame(self.raw());
         // A look at the camps alone is cheap, and rules most paths out.
         self.camps(path, &kept, &self.explained)?;
         let ones: Vec<(Vec<DVector<f64>>, f64)> =
             self.explained.iter().cloned().chain(self.jumps(path.spot)).collect();
         let first = self.camps(path, &kept, &ones)?;
         // Returns that are wild once that is explained which can be make no camp either.
-        let tame = without_wild(&path.across(first.explained));
+        let tame = path.tame(first.explained);
         let tamer: Vec<f64> = kept.iter().zip(tame).map(|(kept, tame)| kept * tame).collect();
         let best = if tamer == kept { first } else { self.camps(path, &tamer, &ones)? };
         Some((Split { spot: path.spot, apart: best.apart, turns: path.turns }, best.likelier))
