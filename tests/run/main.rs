@@ -9,6 +9,7 @@ mod broken;
 mod campaign;
 mod cell_trial;
 mod clouds;
+mod cup;
 mod doctor;
 mod dry_run;
 mod interrupted;
