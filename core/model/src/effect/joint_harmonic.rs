@@ -15,13 +15,19 @@ struct JointHarmonic {
     parameters: [Parameter; 2],
 }
 
+/// Sine and cosine of an angle, rad. Kept apart, so that the compiler asks for both at once: most of a grown arm's work is this.
+#[inline(never)]
+fn wave(angle: f64) -> (f64, f64) {
+    angle.sin_cos()
+}
+
 impl Effect for JointHarmonic {
     fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        let (sine, cosine) = (self.order * situation.coordinate(self.joint)).sin_cos();
+        let (sine, cosine) = wave(self.order * situation.coordinate(self.joint));
         drives.push(situation.drive_joint(self.joint, 0, sine));
         drives.push(situation.drive_joint(self.joint, 1, cosine));
     }
