@@ -29,6 +29,19 @@ fn the_plugins_of_the_project_are_found_and_good() {
 }
 
 #[test]
+fn a_program_built_into_a_folder_elsewhere_finds_the_plugins_of_its_source() {
+    let elsewhere = tempfile::tempdir().unwrap();
+    let built = Path::new(env!("CARGO_BIN_EXE_plumb"));
+    let program = elsewhere.path().join("plumb");
+    fs::copy(built, &program).unwrap();
+    let library = "libplumb_ir_proximity.so";
+    fs::copy(built.parent().unwrap().join("deps").join(library), elsewhere.path().join(library)).unwrap();
+    let mut command = Command::new(&program);
+    let verified = command.args(["plugins", "verify", "ir-proximity"]).stdin(Stdio::null()).output().unwrap();
+    assert_eq!(text(&verified.stdout), "ir-proximity: good\n");
+}
+
+#[test]
 fn a_bad_plugin_is_one_line_and_does_not_hide_the_others() {
     let directory = tempfile::tempdir().unwrap();
     let old = directory.path().join("old");

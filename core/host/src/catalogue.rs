@@ -91,8 +91,12 @@ fn unusable(broken: &[String]) -> String {
 /// How many directories above the program a `plugins` directory is looked for: a program built from source lies in `target/debug/deps`.
 const LEVELS_ABOVE: usize = 4;
 
+/// The plugins of the source this was built from.
+const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../plugins");
+
 impl Catalogue {
-    /// The plugins in `extra` directories, beside the program, and in a directory `plugins` beside or above it. The first of a name counts.
+    /// The plugins in `extra` directories, beside the program, in a directory `plugins` beside or above it, and in that of the source it was built from, where
+    /// that is still there: a program may be built into a folder anywhere. The first of a name counts.
     pub fn search(extra: &[PathBuf]) -> Self {
         let mut directories = extra.to_vec();
         let program_directory =
@@ -101,6 +105,8 @@ impl Catalogue {
             directories.push(directory.clone());
             directories.extend(directory.ancestors().take(LEVELS_ABOVE).map(|above| above.join("plugins")));
         }
+        let of_the_source = fs::canonicalize(SOURCE).ok().filter(|known| !directories.contains(known));
+        directories.extend(of_the_source);
         directories.retain(|directory| directory.is_dir());
         Self::of(directories, program_directory.as_deref())
     }
