@@ -1,5 +1,6 @@
 //! Do returns to one pose split in two for no recorded reason? Then no model can be right: the hardware has two places.
 
+use std::cell::OnceCell;
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
@@ -137,6 +138,8 @@ struct Inquiry<'r> {
     explained: Vec<(Vec<DVector<f64>>, f64)>,
     /// What one number costs, natural logarithms.
     a_number: f64,
+    /// As `explained`, by jumps; worked out where it is asked for.
+    jumps: OnceCell<Vec<(Vec<DVector<f64>>, f64)>>,
 }
 
 impl<'r> Inquiry<'r> {
@@ -157,7 +160,7 @@ impl<'r> Inquiry<'r> {
             let columns: Vec<usize> = wanted.iter().copied().chain(range.clone()).collect();
             (returns.scatter(&columns).deviations, price)
         }));
-        Self { returns, ways, wanted, explained, a_number }
+        Self { returns, ways, wanted, explained, a_number, jumps: OnceCell::new() }
     }
 
     /// Deviations with nothing explained.
@@ -179,19 +182,18 @@ impl<'r> Inquiry<'r> {
         self.returns.loose.iter().filter_map(way).collect()
     }
 
-    /// One jump of what a path is of, at a moment between two of the returns, explains them with one camp as well.
-    fn jumps(&self, spot: Spot) -> Vec<(Vec<DVector<f64>>, f64)> {
-        let steps = self.returns.candidates.iter();
-        let steps: Vec<&Range<usize>> = steps
-            .filter(|(id, _)| id.name == "joint_step" && id.spot == spot)
-            .map(|(_, range)| range)
-            .collect();
-        let price = self.a_number * (self.wanted.len() as f64 + 1.0) + (steps.len().max(1) as f64).ln();
-        let without = |range: &&Range<usize>| {
-            let columns: Vec<usize> = self.wanted.iter().copied().chain((*range).clone()).collect();
-            (self.returns.scatter(&columns).deviations, price)
-        };
-        steps.iter().map(without).collect()
+    /// One jump of any joint, at a moment between two of the returns, explains them with one camp as well.
+    fn jumps(&self) -> &[(Vec<DVector<f64>>, f64)] {
+        self.jumps.get_or_init(|| {
+            let steps = self.returns.candidates.iter().filter(|(id, _)| id.name == "joint_step");
+            let steps: Vec<&Range<usize>> = steps.map(|(_, range)| range).collect();
+            let price = self.a_number * (self.wanted.len() as f64 + 1.0) + (steps.len().max(1) as f64).ln();
+            let without = |range: &&Range<usize>| {
+                let columns: Vec<usize> = self.wanted.iter().copied().chain((*range).clone()).collect();
+                (self.returns.scatter(&columns).deviations, price)
+            };
+            steps.iter().map(without).collect()
+        })
     }
 
     /// Two camps along a path, and how much likelier they are than one; nothing if that is not clear. What conditions explain is
@@ -201,7 +203,7 @@ impl<'r> Inquiry<'r> {
         // A look at the camps alone is cheap, and rules most paths out.
         self.camps(path, &kept, &self.explained)?;
         let ones: Vec<(Vec<DVector<f64>>, f64)> =
-            self.explained.iter().cloned().chain(self.jumps(path.spot)).collect();
+            self.explained.iter().chain(self.jumps()).cloned().collect();
         let first = self.camps(path, &kept, &ones)?;
         // Returns that are wild once that is explained which can be make no camp either.
         let tame = path.tame(first.explained);
