@@ -52,7 +52,7 @@ fn a_wide_spot_is_found_by_edges_at_several_heights() {
 
 #[test]
 fn a_forearm_that_droops_is_told_from_a_wheel_out_of_true_by_the_load_the_lab_asks_for() {
-    let trial = found_and_cured("droop", 2, "joint_compliance(elbow)");
+    let trial = found_and_cured("droop", 4, "joint_compliance(elbow)");
     assert_eq!((&trial["at_first"], &trial["verdict"]), (&"located".into(), &"named".into()), "{trial:#}");
 }
 
