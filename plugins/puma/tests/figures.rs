@@ -3,7 +3,7 @@
 //! ```text
 //! cargo bench -p plumb-puma --profile dev --bench terminal -- poses 16             time per pose, and where it goes
 //! cargo bench -p plumb-puma --profile dev --bench terminal -- stops 90             stops, from the wish to the wire, and how far the arm still goes
-//! cargo bench -p plumb-puma --profile dev --bench terminal -- conversations 10000  conversations over bad lines; ends with 1 if anything was wrong
+//! cargo bench -p plumb-puma --profile dev --bench terminal -- conversations 10000  conversations over bad lines; ends with 1 if anything was wrong; a second number is the first seed
 //! ```
 
 #![allow(clippy::unwrap_used, clippy::panic, dead_code, reason = "shared with the tests")]
@@ -19,12 +19,14 @@ use terminal::{conversations, poses, stops};
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
-    let number =
-        |default: u64| arguments.get(1).and_then(|argument| argument.parse().ok()).unwrap_or(default);
+    let number_at = |place: usize, default: u64| {
+        arguments.get(place).and_then(|argument| argument.parse().ok()).unwrap_or(default)
+    };
+    let number = |default: u64| number_at(1, default);
     match arguments.first().map(String::as_str) {
         Some("poses") => time_poses(number(16)),
         Some("stops") => make_stops(number(90)),
-        Some("conversations") => return hold_conversations(number(10_000)),
+        Some("conversations") => return hold_conversations(number(10_000), number_at(2, 1)),
         _ => {
             eprintln!("say which figures: poses, stops or conversations, and a number");
             return ExitCode::from(2);
@@ -68,9 +70,9 @@ fn make_stops(count: u64) {
     }
 }
 
-fn hold_conversations(count: u64) -> ExitCode {
+fn hold_conversations(count: u64, first: u64) -> ExitCode {
     let (begun, done) = (Instant::now(), AtomicU64::new(0));
-    let held = conversations::hold(1..=count, 12, || {
+    let held = conversations::hold(first..=first + count - 1, 12, || {
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if done.is_multiple_of(100) {
             eprint!("\r{done} of {count} ");
