@@ -72,19 +72,32 @@ fn a_scan_leaves_a_cloud_and_the_labs_tables() {
     assert_eq!(poses.lines().count(), 1 + 21, "{poses}");
     let stripes = fs::read_to_string(lab.path("record/run-1/pyramid.stripes.csv")).unwrap();
     assert!(stripes.lines().count() > 4000);
-    // Each stripe is kept with the side its joints had arrived from, although the arm has gone on when it is.
-    let row = |line: &str| -> Vec<f64> { line.split(',').map(|cell| cell.parse().unwrap()).collect() };
-    let rows: Vec<Vec<f64>> = poses.lines().skip(1).map(row).collect();
-    for (before, here) in rows.iter().zip(rows.iter().skip(1)) {
-        for joint in 0..6 {
-            let (way, side) = (here[joint] - before[joint], here[joint + 6]);
-            assert!(way.abs() < 0.01 || way.signum() == side, "joint {joint} went {way} deg: {side}");
-        }
-    }
     let (events, code) = run(&lab, "random-error");
     assert_eq!(code, 0, "{}", end(&events));
     let thickness = values(&events, "plane", "thickness");
     assert!(thickness.iter().all(|band| (0.05..0.4).contains(band)) && thickness.len() == 1, "{thickness:?}");
+}
+
+/// Each stripe is kept with the side its joints had arrived from, although the arm has gone on when it is.
+#[test]
+fn every_scan_of_a_gathering_knows_from_which_sides_the_joints_came() {
+    let lab = lab();
+    let said = lab.plumb(&["run", "cell.yaml", "gather", "--headless", "--record", "record"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    let tables = fs::read_dir(lab.path("record/run-1")).unwrap().map(|entry| entry.unwrap().path());
+    let tables: Vec<_> = tables.filter(|path| path.to_string_lossy().ends_with(".poses.csv")).collect();
+    assert_eq!(tables.len(), 44);
+    let row = |line: &str| -> Vec<f64> { line.split(',').map(|cell| cell.parse().unwrap()).collect() };
+    for table in tables {
+        let rows: Vec<Vec<f64>> = fs::read_to_string(&table).unwrap().lines().skip(1).map(row).collect();
+        for (before, here) in rows.iter().zip(rows.iter().skip(1)) {
+            for joint in 0..6 {
+                let (way, side) = (here[joint] - before[joint], here[joint + 6]);
+                let told = way.abs() < 0.01 || way.signum() == side;
+                assert!(told, "{}: joint {joint} went {way} deg: {side}", table.display());
+            }
+        }
+    }
 }
 
 #[test]
