@@ -2,9 +2,10 @@
 
 use nalgebra::DMatrix;
 
-use crate::fit::{Distances, Factor, Fit, Machine, Normal, Slot};
+use crate::fit::{Distances, Factor, Fit, Machine, Normal, Slot, State};
 use crate::laboratory::row_square;
 use crate::split::Poses;
+use crate::table::Table;
 
 /// Regions pose space is cut into.
 pub(crate) const BLOCKS: usize = 5;
@@ -14,20 +15,20 @@ const DAMPING: f64 = 1e-6;
 
 /// RMS over all fitted rows, each predicted without its own region, mm; nothing if there are too few poses.
 pub(crate) fn blocked_rms(machine: &Machine<'_>, fit: &Fit) -> Option<f64> {
-    let blocks = region_blocks(machine, fit);
+    let blocks = region_blocks(machine.table, &fit.rows);
     let rows: Vec<LeftOut> = left_out(machine, fit, &blocks)?.into_iter().flatten().collect();
     (!rows.is_empty()).then(|| (rows.iter().map(|row| row.square).sum::<f64>() / rows.len() as f64).sqrt())
 }
 
 /// Poses that were fitted, and the fitted rows of each.
-fn fitted_poses(machine: &Machine<'_>, fit: &Fit) -> (Poses, Vec<usize>, Vec<bool>) {
-    let mut fitted = vec![false; machine.table.len()];
-    for row in &fit.rows {
+fn fitted_poses(table: &Table, rows: &[usize]) -> (Poses, Vec<usize>, Vec<bool>) {
+    let mut fitted = vec![false; table.len()];
+    for row in rows {
         if let Some(flag) = fitted.get_mut(*row) {
             *flag = true;
         }
     }
-    let poses = Poses::of(machine.table);
+    let poses = Poses::of(table);
     let used = |row: &usize| fitted.get(*row).copied().unwrap_or(false);
     let chosen =
         (0..poses.rows.len()).filter(|pose| poses.rows.get(*pose).is_some_and(|rows| rows.iter().any(used)));
@@ -40,14 +41,14 @@ fn rows_of(poses: &Poses, list: &[usize], fitted: &[bool]) -> Vec<usize> {
 }
 
 /// The fitted rows, cut into regions of pose space.
-pub(crate) fn region_blocks(machine: &Machine<'_>, fit: &Fit) -> Vec<Vec<usize>> {
-    let (poses, chosen, fitted) = fitted_poses(machine, fit);
+pub(crate) fn region_blocks(table: &Table, rows: &[usize]) -> Vec<Vec<usize>> {
+    let (poses, chosen, fitted) = fitted_poses(table, rows);
     poses.regions(&chosen, BLOCKS).iter().map(|region| rows_of(&poses, region, &fitted)).collect()
 }
 
 /// The fitted rows, cut into ranges of one joint.
-pub(crate) fn joint_blocks(machine: &Machine<'_>, fit: &Fit, joint: usize) -> Vec<Vec<usize>> {
-    let (poses, mut chosen, fitted) = fitted_poses(machine, fit);
+pub(crate) fn joint_blocks(table: &Table, rows: &[usize], joint: usize) -> Vec<Vec<usize>> {
+    let (poses, mut chosen, fitted) = fitted_poses(table, rows);
     let place =
         |pose: &usize| poses.places.get(*pose).and_then(|place| place.get(joint)).copied().unwrap_or(0.0);
     chosen.sort_by(|left, right| place(left).total_cmp(&place(right)));
@@ -56,14 +57,14 @@ pub(crate) fn joint_blocks(machine: &Machine<'_>, fit: &Fit, joint: usize) -> Ve
 }
 
 /// The fitted rows by session; nothing if there is but one.
-pub(crate) fn session_blocks(machine: &Machine<'_>, fit: &Fit) -> Option<Vec<Vec<usize>>> {
-    let sessions = machine.table.session.names.len();
+pub(crate) fn session_blocks(table: &Table, rows: &[usize]) -> Option<Vec<Vec<usize>>> {
+    let sessions = table.session.names.len();
     if sessions < 2 {
         return None;
     }
     let mut blocks = vec![Vec::new(); sessions];
-    for row in &fit.rows {
-        let session = machine.table.session.of_row.get(*row).copied().flatten();
+    for row in rows {
+        let session = table.session.of_row.get(*row).copied().flatten();
         if let Some(block) = session.and_then(|session| blocks.get_mut(session as usize)) {
             block.push(*row);
         }
@@ -73,8 +74,8 @@ pub(crate) fn session_blocks(machine: &Machine<'_>, fit: &Fit) -> Option<Vec<Vec
 }
 
 /// Fitted rows in groups that share a pose.
-pub(crate) fn pose_groups(machine: &Machine<'_>, fit: &Fit) -> Vec<Vec<usize>> {
-    let (poses, chosen, fitted) = fitted_poses(machine, fit);
+pub(crate) fn pose_groups(table: &Table, rows: &[usize]) -> Vec<Vec<usize>> {
+    let (poses, chosen, fitted) = fitted_poses(table, rows);
     chosen.iter().map(|pose| rows_of(&poses, &[*pose], &fitted)).collect()
 }
 
@@ -97,37 +98,46 @@ pub(crate) fn left_out(
     left_out_by(machine, fit, blocks, |rows| machine.normal_of_rows(&fit.state, rows, &fit.weights))
 }
 
-/// The derivatives of all fitted rows at a fit: what is asked of several ways of leaving rows out is worked out once.
+/// Residuals and derivatives of some rows at a state: what is asked of several ways of leaving rows out is worked out once.
 pub(crate) struct Derivatives<'a> {
     machine: &'a Machine<'a>,
-    fit: &'a Fit,
-    residuals: Vec<f64>,
-    /// Slots by equations.
-    jacobian: DMatrix<f64>,
+    /// In declared sigmas, times the root of the row's weight.
+    pub(crate) residuals: Vec<f64>,
+    /// Slots by equations, in the same units.
+    pub(crate) jacobian: DMatrix<f64>,
     /// Per row of the table: its first equation among those gathered.
     first: Vec<Option<usize>>,
 }
 
 impl<'a> Derivatives<'a> {
-    pub(crate) fn of(machine: &'a Machine<'a>, fit: &'a Fit) -> Self {
-        let block = machine.block(&fit.state, &fit.rows, &fit.weights, &[]);
+    /// Of all fitted rows at a fit.
+    pub(crate) fn of(machine: &'a Machine<'a>, fit: &Fit) -> Self {
+        Self::at(machine, &fit.state, &fit.rows, &fit.weights)
+    }
+
+    /// Of these rows at this state.
+    pub(crate) fn at(machine: &'a Machine<'a>, state: &State, rows: &[usize], weights: &[f64]) -> Self {
+        let block = machine.block(state, rows, weights, &[]);
         let mut first = vec![None; machine.table.len()];
         let mut next = 0;
-        for row in &fit.rows {
+        for row in rows {
             if let Some(slot) = first.get_mut(*row) {
                 *slot = Some(next);
             }
             next += machine.observations.range(*row).len();
         }
-        Self { machine, fit, residuals: block.residuals, jacobian: block.jacobian, first }
+        Self { machine, residuals: block.residuals, jacobian: block.jacobian, first }
     }
 
-    fn normal(&self, rows: &[usize]) -> Normal {
-        let places = rows.iter().filter_map(|row| {
-            let first = self.first.get(*row).copied().flatten()?;
-            Some(first..first + self.machine.observations.range(*row).len())
-        });
-        let columns: Vec<usize> = places.flatten().collect();
+    /// Where a row's equations are among those gathered.
+    pub(crate) fn equations_of(&self, row: usize) -> std::ops::Range<usize> {
+        let first = self.first.get(row).copied().flatten();
+        first.map_or(0..0, |first| first..first + self.machine.observations.range(row).len())
+    }
+
+    /// What these rows say of the slots.
+    pub(crate) fn normal(&self, rows: &[usize]) -> Normal {
+        let columns: Vec<usize> = rows.iter().flat_map(|row| self.equations_of(*row)).collect();
         let residuals: Vec<f64> =
             columns.iter().filter_map(|column| self.residuals.get(*column)).copied().collect();
         let mut total = Normal::zeros(self.jacobian.nrows());
@@ -136,8 +146,8 @@ impl<'a> Derivatives<'a> {
     }
 
     /// [`left_out`].
-    pub(crate) fn left_out(&self, blocks: &[Vec<usize>]) -> Option<Vec<Option<LeftOut>>> {
-        left_out_by(self.machine, self.fit, blocks, |rows| self.normal(rows))
+    pub(crate) fn left_out(&self, fit: &Fit, blocks: &[Vec<usize>]) -> Option<Vec<Option<LeftOut>>> {
+        left_out_by(self.machine, fit, blocks, |rows| self.normal(rows))
     }
 }
 
@@ -152,11 +162,12 @@ fn left_out_by(
     }
     let mut all = vec![None; machine.table.len()];
     for block in blocks {
-        let without = Without::of(fit, &normal_of(block))?;
+        let without = Without::of(&fit.normal, fit.rank(), &normal_of(block))?;
         let state = fit.state.stepped(machine.slots(), &without.step);
         let residuals = machine.residuals_apart(&state, block, &[]);
         let distances = Distances::of(machine, &residuals);
-        let untold = without.untold(machine, fit, block);
+        let untold =
+            without.untold(machine, block, || machine.block(&fit.state, block, &fit.weights, &[]).jacobian);
         for row in block.iter().filter(|row| !untold.contains(row)) {
             if let (Some(slot), Some(square), Some(distance)) =
                 (all.get_mut(*row), row_square(machine, &residuals, *row), distances.rows.get(*row))
@@ -173,18 +184,19 @@ fn left_out_by(
 const UNTOLD: f64 = 1.0;
 
 /// The fit without some rows.
-struct Without {
-    /// The step to it from the full fit, by one step of Newton's method.
-    step: Vec<f64>,
-    factor: Factor,
+pub(crate) struct Without {
+    /// The step to it from where the normal equations are of, by one step of Newton's method.
+    pub(crate) step: Vec<f64>,
+    pub(crate) factor: Factor,
 }
 
 impl Without {
-    /// `own` is what the rows left out add to the normal equations; nothing if too little is left to fit.
-    fn of(fit: &Fit, own: &Normal) -> Option<Self> {
-        let mut rest: Normal = fit.normal.clone();
+    /// `own` is what the rows left out add to the normal equations of `all`, which are of this rank; nothing if too little is
+    /// left to fit.
+    pub(crate) fn of(all: &Normal, rank: usize, own: &Normal) -> Option<Self> {
+        let mut rest: Normal = all.clone();
         rest.subtract(own);
-        if rest.equations <= fit.rank() {
+        if rest.equations <= rank {
             return None;
         }
         // A little damping holds back what the rest of the rows hardly sees: along a valley the linear step runs too far.
@@ -196,13 +208,18 @@ impl Without {
     }
 
     /// Of the rows left out, those measured against a surface that nothing else tells: what is foretold of them says where the
-    /// surface was thought to lie, and nothing of the arm.
-    fn untold(&self, machine: &Machine<'_>, fit: &Fit, block: &[usize]) -> Vec<usize> {
+    /// surface was thought to lie, and nothing of the arm. `jacobian` is asked for only where there are surfaces.
+    pub(crate) fn untold(
+        &self,
+        machine: &Machine<'_>,
+        block: &[usize],
+        jacobian: impl FnOnce() -> DMatrix<f64>,
+    ) -> Vec<usize> {
         let of_surface = |slot: &Slot| matches!(slot, Slot::Surface(..));
         if !machine.slots().iter().any(of_surface) {
             return Vec::new();
         }
-        let mut jacobian = machine.block(&fit.state, block, &fit.weights, &[]).jacobian;
+        let mut jacobian = jacobian();
         for (mut row, slot) in jacobian.row_iter_mut().zip(machine.slots()) {
             if !of_surface(slot) {
                 row.fill(0.0);

@@ -21,8 +21,12 @@ pub(crate) const MISFIT_LEVEL: f64 = 0.002;
 impl Misfit {
     /// Of a plain fit from which wild rows were left out; nothing if the floor is not known.
     pub(crate) fn of(fitted: &Fitted<'_>, floor: &Floor) -> Option<Self> {
+        Self::beside(Noise::of(&fitted.machine, &fitted.fit), floor)
+    }
+
+    /// Of what a fit leaves; nothing if the floor is not known.
+    pub(crate) fn beside(noise: Noise, floor: &Floor) -> Option<Self> {
         let scale = floor.scale?;
-        let noise = Noise::of(&fitted.machine, &fitted.fit);
         let p = chance(noise.variance * noise.freedom, noise.freedom, floor)?;
         Some(Self { ratio: noise.variance.sqrt() / scale, p })
     }

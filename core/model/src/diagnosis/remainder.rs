@@ -322,7 +322,7 @@ fn varying(covariates: Vec<Covariate>) -> Vec<Covariate> {
 /// What follows from the pose, by pose: returns to one pose share what the model does wrong there.
 fn by_pose(fitted: &Fitted<'_>) -> Sheet {
     let machine = &fitted.machine;
-    let poses = pose_groups(machine, &fitted.fit);
+    let poses = pose_groups(machine.table, &fitted.fit.rows);
     let poses: Vec<Vec<usize>> =
         poses.into_iter().filter(|rows| !rows.is_empty()).collect::<Vec<_>>().thin(LOOKED_AT);
     let mut covariates = Vec::new();

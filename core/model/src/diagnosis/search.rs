@@ -307,7 +307,7 @@ impl Laboratory {
         let refits = for_each(asked, |contender| {
             let mut more = stage.taken.clone();
             more.push(AddedEffect { id: contender.id.clone(), values: contender.values.clone() });
-            let refit = self.fit_scored(&more, &stage.fitted, &contender.score, options, progress)?;
+            let refit = self.fit_beside(&more, &stage.fitted, &contender.score.beside, options, progress)?;
             let gains = judge.gains(&refit, &contender.id);
             Ok::<_, LaboratoryError>((refit, gains))
         });

@@ -27,6 +27,18 @@ pub(crate) struct Gain {
 }
 
 impl Gain {
+    /// From the fall of the loss at every pose; nothing of fewer than three.
+    pub(crate) fn over(falls: &[f64]) -> Option<Self> {
+        let count = falls.len() as f64;
+        if count < 3.0 {
+            return None;
+        }
+        let total: f64 = falls.iter().sum();
+        let mean = total / count;
+        let variance = falls.iter().map(|fall| (fall - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        Some(Self { total, error: (variance * count).sqrt() })
+    }
+
     /// Above one standard error.
     pub(crate) fn counts(&self) -> bool {
         self.total > self.error
@@ -96,18 +108,30 @@ fn beside(machine: &Machine<'_>, start: &State, beside: &[f64]) -> State {
 }
 
 impl Laboratory {
-    /// Fits the model with one more effect than an earlier fit has, from where its score expects everything, to the same rows
-    /// with the same weights.
-    pub(crate) fn fit_scored<'a>(
+    /// The model with more effects than an earlier fit has, and the state that is expected there: the effects at the values they
+    /// are put in with, and what was fitted earlier moved so far.
+    pub(crate) fn expected<'a>(
         &'a self,
         more: &[AddedEffect],
         near: &Fitted<'_>,
-        score: &Score,
+        moved: &[f64],
+    ) -> Result<(Machine<'a>, State), LaboratoryError> {
+        let machine = self.machine(more)?;
+        let start = beside(&machine, &start_near(&machine, near), moved);
+        Ok((machine, start))
+    }
+
+    /// Fits the model with more effects than an earlier fit has, from where everything is [`expected`](Self::expected), to the
+    /// same rows with the same weights.
+    pub(crate) fn fit_beside<'a>(
+        &'a self,
+        more: &[AddedEffect],
+        near: &Fitted<'_>,
+        moved: &[f64],
         options: FitOptions,
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
-        let machine = self.machine(more)?;
-        let start = beside(&machine, &start_near(&machine, near), &score.beside);
+        let (machine, start) = self.expected(more, near, moved)?;
         let fit = machine.refit(&start, &near.fit.rows, &near.fit.weights, options, progress)?;
         Ok(Fitted { machine, fit })
     }
@@ -184,21 +208,22 @@ impl Judge {
     /// Looks at what is fitted before any of the effects in `ids` is in.
     pub(crate) fn of<'i>(before: &Fitted<'_>, ids: impl Iterator<Item = &'i EffectId>) -> Self {
         let (machine, fit) = (&before.machine, &before.fit);
+        let (table, rows) = (machine.table, &fit.rows);
         let derivatives = Derivatives::of(machine, fit);
         let mut asked: Vec<usize> = ids.filter_map(EffectId::joint).collect();
         asked.sort_unstable();
         asked.dedup();
-        let mut ways = vec![region_blocks(machine, fit)];
+        let mut ways = vec![region_blocks(table, rows)];
         ways.extend((0..machine.model.chain.len()).map(|joint| match asked.contains(&joint) {
-            true => joint_blocks(machine, fit, joint),
+            true => joint_blocks(table, rows, joint),
             false => Vec::new(),
         }));
-        ways.extend(session_blocks(machine, fit));
-        let rows = for_each(&ways, |blocks| derivatives.left_out(blocks));
-        let mut ways = ways.into_iter().zip(rows).map(|(blocks, rows)| Way { blocks, rows });
+        ways.extend(session_blocks(table, rows));
+        let told = for_each(&ways, |blocks| derivatives.left_out(fit, blocks));
+        let mut ways = ways.into_iter().zip(told).map(|(blocks, rows)| Way { blocks, rows });
         let regions = ways.next().unwrap_or_else(|| Way { blocks: Vec::new(), rows: None });
         let joints = ways.by_ref().take(machine.model.chain.len()).collect();
-        let (sessions, poses) = (ways.next(), pose_groups(machine, fit));
+        let (sessions, poses) = (ways.next(), pose_groups(table, rows));
         Self { regions, joints, sessions, poses }
     }
 
@@ -207,34 +232,18 @@ impl Judge {
         let derivatives = Derivatives::of(&after.machine, &after.fit);
         let joint = id.joint().and_then(|joint| self.joints.get(joint));
         let ways = [Some(&self.regions), joint, self.sessions.as_ref()];
-        ways.into_iter().flatten().filter_map(|way| self.gain(way, &derivatives)).collect()
+        ways.into_iter().flatten().filter_map(|way| self.gain(way, &derivatives, &after.fit)).collect()
     }
 
-    fn gain(&self, way: &Way, after: &Derivatives<'_>) -> Option<Gain> {
-        let (old, new) = (way.rows.as_ref()?, after.left_out(&way.blocks)?);
+    fn gain(&self, way: &Way, after: &Derivatives<'_>, fit: &Fit) -> Option<Gain> {
+        let (old, new) = (way.rows.as_ref()?, after.left_out(fit, &way.blocks)?);
         let of = |rows: &[Option<LeftOut>], row: usize| {
             rows.get(row).copied().flatten().map(|row| row.distance.0.powi(2))
         };
         // Returns to one pose share what the model does wrong there: they count as one.
-        let differences: Vec<f64> = self
-            .poses
-            .iter()
-            .map(|rows| rows.iter().filter_map(|row| Some(of(old, *row)? - of(&new, *row)?)).sum())
-            .collect();
-        let count = differences.len() as f64;
-        if count < 3.0 {
-            return None;
-        }
-        let total: f64 = differences.iter().sum();
-        let mean = total / count;
-        let variance =
-            differences.iter().map(|difference| (difference - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        Some(Gain { total, error: (variance * count).sqrt() })
+        let fall = |rows: &Vec<usize>| {
+            rows.iter().filter_map(|row| Some(of(old, *row)? - of(&new, *row)?)).sum::<f64>()
+        };
+        Gain::over(&self.poses.iter().map(fall).collect::<Vec<f64>>())
     }
-}
-
-/// How much better `after` predicts left-out blocks than `before`, for every way of leaving out that applies to the
-/// effect: regions, ranges of its joint, sessions.
-pub(crate) fn gains(before: &Fitted<'_>, after: &Fitted<'_>, id: &EffectId) -> Vec<Gain> {
-    Judge::of(before, std::iter::once(id)).gains(after, id)
 }

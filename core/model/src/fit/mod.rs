@@ -22,6 +22,7 @@ pub(crate) use align::{Sight, base_and_targets};
 pub(crate) use linear::Factor;
 pub(crate) use machine::Part;
 pub(crate) use normal::{Normal, for_each, over_rows};
+pub(crate) use outcome::huber_variance;
 pub(crate) use robust::{Distances, corner};
 pub(crate) use state::square_to;
 

@@ -222,7 +222,7 @@ impl Machine<'_> {
     }
 
     /// Known distances between touched places.
-    pub(super) fn place_distances(&self, state: &State, total: &mut Normal) {
+    pub(crate) fn place_distances(&self, state: &State, total: &mut Normal) {
         for known in &self.observations.place_distances {
             let (Some(first), Some(second)) = (state.places.get(known.first), state.places.get(known.second))
             else {

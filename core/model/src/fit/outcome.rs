@@ -218,7 +218,13 @@ fn finish(
     }
     let residuals = machine.residuals(&state);
     let factor = Factor::new(&normal.matrix);
-    let variance = huber_variance(machine, &residuals, &weights, &rows, factor.rank());
+    let equations_of = |row: &usize| {
+        let weight = weights.get(*row).copied().unwrap_or(1.0);
+        let own = residuals.get(machine.observations.range(*row)).unwrap_or(&[]);
+        let equations = own.iter().zip(machine.observations.of_row(*row));
+        equations.map(move |(residual, equation)| (weight, residual / equation.sigma))
+    };
+    let variance = huber_variance(rows.iter().flat_map(equations_of), factor.rank());
     let covariance = factor.inverse() * variance;
     let gauges = machine.gauges(&normal.matrix, &factor);
     let gain = normal.gradient.dot(&factor.solve(&normal.gradient)).max(0.0);
@@ -244,23 +250,13 @@ fn finish(
 }
 
 /// Variance of one equation in the weighted metric: far poses count as if at the corner, and the weight they lost is made
-/// good (Huber 1981, section 7.6).
-fn huber_variance(
-    machine: &Machine<'_>,
-    residuals: &[f64],
-    weights: &[f64],
-    rows: &[usize],
-    rank: usize,
-) -> f64 {
+/// good (Huber 1981, section 7.6). Of each equation: its weight, and its residual in declared sigmas.
+pub(crate) fn huber_variance(equations_of: impl Iterator<Item = (f64, f64)>, rank: usize) -> f64 {
     let (mut drawn_in, mut weight_sum, mut equations) = (0.0, 0.0, 0.0);
-    for row in rows {
-        let weight = weights.get(*row).copied().unwrap_or(1.0);
-        let own = residuals.get(machine.observations.range(*row)).unwrap_or(&[]);
-        for (residual, equation) in own.iter().zip(machine.observations.of_row(*row)) {
-            drawn_in += (weight * residual / equation.sigma).powi(2);
-            weight_sum += weight;
-            equations += 1.0;
-        }
+    for (weight, residual) in equations_of {
+        drawn_in += (weight * residual).powi(2);
+        weight_sum += weight;
+        equations += 1.0;
     }
     let freedom = f64::max(equations - rank as f64, 1.0);
     drawn_in / freedom * equations / f64::max(weight_sum, 1e-300)

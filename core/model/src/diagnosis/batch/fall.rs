@@ -52,7 +52,7 @@ impl Fall {
             );
             total
         };
-        let blocks = region_blocks(machine, fit);
+        let blocks = region_blocks(machine.table, &fit.rows);
         let regions: Vec<Normal> = blocks.iter().map(gather).collect();
         let mut total = Normal::zeros(size);
         regions.iter().for_each(|region| total.add(region));

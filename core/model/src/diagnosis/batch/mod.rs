@@ -4,12 +4,13 @@
 //! space and by random fold. Selection, significance and cross-validation then cost no further pass.
 
 mod fall;
+mod outlook;
 mod pool;
 
 use super::growth::Step;
 use super::misfit::Misfit;
 use super::outcome::Named;
-use super::trial::{Fitted, gains};
+use super::trial::Fitted;
 use super::verdict::{OVERWHELMING, effect_place};
 use crate::effect::EffectId;
 use crate::fit::FitOptions;
@@ -17,6 +18,7 @@ use crate::floor::Floor;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::progress::Progress;
 use fall::Fall;
+use outlook::Outlook;
 use pool::{Pick, Pool};
 
 /// Fitted rows from which effects are decided in batches.
@@ -64,11 +66,10 @@ impl Laboratory {
             closed.extend(doubtful);
         };
         progress.report(0.6, "fitting what was chosen")?;
-        let more = pool.effects(&picks);
+        let (more, moved) = pool.effects(&picks);
         // The weights stay: what is wild is judged anew once, when all is in.
         let plain = FitOptions { robust: false, ..self.options().fit };
-        let (rows, weights) = (&fitted.fit.rows, &fitted.fit.weights);
-        let after = self.fit_near(&more, &fitted, (rows, weights), plain, progress)?;
+        let after = self.fit_beside(&more, &fitted, &moved, plain, progress)?;
         let model = self.adopted(&after);
         let rms = self.rms(&after.machine, &after.fit);
         let sized = self.effect_values(&after.machine, &after.fit);
@@ -118,22 +119,20 @@ impl Laboratory {
         }
         let thin = self.thinned(JUDGED_ON);
         let laboratory = thin.as_ref().unwrap_or(self);
-        let (rows, weights) = (laboratory.measured_rows(), &fitted.fit.weights);
-        let plain = FitOptions { robust: false, ..self.options().fit };
-        let all = laboratory.fit_near(&pool.effects(picks), fitted, (&rows, weights), plain, progress)?;
+        let rows = laboratory.measured_rows();
+        let (more, moved) = pool.effects(picks);
+        let (machine, state) = laboratory.expected(&more, fitted, &moved)?;
+        let outlook = Outlook::of(&machine, &state, (&rows, &fitted.fit.weights), progress)?;
         // Where more than noise is left whatever is taken in, a name takes overwhelming evidence.
-        let unfinished = Misfit::of(&all, floor).is_none_or(|misfit| misfit.fires());
+        let unfinished = Misfit::beside(outlook.noise(), floor).is_none_or(|misfit| misfit.fires());
         let asked = if unfinished { OVERWHELMING } else { 1.0 };
         let mut doubtful = Vec::new();
-        for (place, pick) in picks.iter().enumerate().filter(|(_, pick)| named(pick)) {
+        for (place, _) in picks.iter().enumerate().filter(|(_, pick)| named(pick)) {
             progress.check()?;
-            let others: Vec<Pick> = picks.iter().filter(|other| *other != pick).copied().collect();
-            let without =
-                laboratory.fit_near(&pool.effects(&others), &all, (&rows, weights), plain, progress)?;
-            let gains = gains(&without, &all, &pool.probes[pick.probe].id);
+            let gains = outlook.gains(machine.parts.len() - picks.len() + place);
             let predicts = gains.iter().all(|gain| gain.total > asked * gain.error);
             if !predicts || pool.rivalled(picks, place) {
-                doubtful.push(pick.probe);
+                doubtful.push(picks[place].probe);
             }
         }
         Ok(doubtful)

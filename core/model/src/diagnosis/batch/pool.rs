@@ -175,8 +175,8 @@ impl Pool {
         picks
     }
 
-    /// The picks as effects, at the values all of them have together.
-    pub(super) fn effects(&self, picks: &[Pick]) -> Vec<AddedEffect> {
+    /// The picks as effects, at the values all of them have together, and how the fitted numbers move beside them.
+    pub(super) fn effects(&self, picks: &[Pick]) -> (Vec<AddedEffect>, Vec<f64>) {
         let values = self.values(&self.columns(picks));
         let mut first = self.slots;
         let effect = |pick: &Pick| {
@@ -185,7 +185,7 @@ impl Pool {
             first += width;
             AddedEffect { id: self.probes[pick.probe].id.clone(), values: own }
         };
-        picks.iter().map(effect).collect()
+        (picks.iter().map(effect).collect(), values.rows(0, self.slots).as_slice().to_vec())
     }
 
     /// A candidate's columns, counted from the first candidate's.
@@ -308,7 +308,7 @@ fn plausible(effect: &dyn Effect, values: &[f64]) -> bool {
 
 /// Fitted rows by region and random fold: cell `region * FOLDS + fold`.
 fn cells(fitted: &Fitted<'_>) -> Vec<Vec<usize>> {
-    let poses = pose_groups(&fitted.machine, &fitted.fit);
+    let poses = pose_groups(fitted.machine.table, &fitted.fit.rows);
     let mut order: Vec<usize> = (0..poses.len()).collect();
     Random::seeded(1).shuffle(&mut order);
     let mut fold_of = vec![0; fitted.machine.table.len()];
@@ -317,7 +317,7 @@ fn cells(fitted: &Fitted<'_>) -> Vec<Vec<usize>> {
             fold_of[*row] = place % FOLDS;
         }
     }
-    let regions = region_blocks(&fitted.machine, &fitted.fit);
+    let regions = region_blocks(fitted.machine.table, &fitted.fit.rows);
     let mut cells = vec![Vec::new(); regions.len() * FOLDS];
     for (region, rows) in regions.iter().enumerate() {
         for row in rows {
