@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Message;
+use crate::reading::PICTURE_QUANTITIES;
 
 /// What a robot says about itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -104,6 +105,14 @@ pub struct SensorDescription {
     /// The values its readings carry.
     #[serde(default)]
     pub quantities: Vec<QuantityDescription>,
+}
+
+impl SensorDescription {
+    /// Of a camera, whose readings are [`Reading::of_picture`](crate::Reading::of_picture).
+    pub fn of_camera(model: String) -> Self {
+        let quantity = |name: &str| QuantityDescription { name: name.to_owned(), unit: String::new() };
+        Self { model, switches: false, quantities: PICTURE_QUANTITIES.map(quantity).to_vec() }
+    }
 }
 
 /// One value a sensor measures.

@@ -21,6 +21,25 @@ pub struct Reading {
     pub quantities: Vec<Quantity>,
 }
 
+/// What a camera measures besides the picture itself.
+pub(crate) const PICTURE_QUANTITIES: [&str; 3] = ["mean", "brightest", "waiting"];
+
+impl Reading {
+    /// What a camera tells of a picture: its mean and its brightest grey value, and how many pictures wait behind it.
+    pub fn of_picture(time_ns: u64, pixels: &[u8], waiting: u64) -> Self {
+        let sum: u64 = pixels.iter().map(|pixel| u64::from(*pixel)).sum();
+        let mean = sum as f64 / pixels.len().max(1) as f64;
+        let brightest = pixels.iter().copied().max().unwrap_or(0);
+        let values = [mean, f64::from(brightest), waiting as f64];
+        let quantities = PICTURE_QUANTITIES.iter().zip(values).map(|(name, value)| Quantity {
+            name: (*name).to_owned(),
+            value,
+            standard_uncertainty: 0.0,
+        });
+        Self { time_ns, quantities: quantities.collect(), ..Self::default() }
+    }
+}
+
 /// One measured value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use plumb_plugin::{
-    FrameHeader, Host, PluginError, Quantity, QuantityDescription, Reading, Sensor, SensorDescription, Value,
-};
+use plumb_plugin::{FrameHeader, Host, PluginError, Reading, Sensor, SensorDescription, Value};
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::Verb;
 use serde::Deserialize;
@@ -73,12 +71,8 @@ impl Sensor for SimulatedCamera {
     }
 
     fn describe(&self) -> SensorDescription {
-        let quantity = |name: &str| QuantityDescription { name: name.to_owned(), unit: String::new() };
-        SensorDescription {
-            model: format!("Camera with a light stripe (simulated: {})", self.world.welcome().world),
-            switches: false,
-            quantities: vec![quantity("mean"), quantity("brightest"), quantity("waiting")],
-        }
+        let world = &self.world.welcome().world;
+        SensorDescription::of_camera(format!("Camera with a light stripe (simulated: {world})"))
     }
 
     fn configure(&mut self, settings: &Value) -> Result<(), PluginError> {
@@ -103,16 +97,7 @@ impl Sensor for SimulatedCamera {
             place.copy_from_slice(&picture.pixels);
             Ok(())
         })?;
-        let sum: f64 = picture.pixels.iter().map(|pixel| f64::from(*pixel)).sum();
-        let brightest = picture.pixels.iter().copied().max().unwrap_or(0);
-        let quantity =
-            |name: &str, value: f64| Quantity { name: name.to_owned(), value, standard_uncertainty: 0.0 };
-        let quantities = vec![
-            quantity("mean", sum / picture.pixels.len().max(1) as f64),
-            quantity("brightest", f64::from(brightest)),
-            quantity("waiting", f64::from(picture.waiting)),
-        ];
-        Ok(Some(Reading { time_ns: picture.time_ns, quantities, ..Reading::default() }))
+        Ok(Some(Reading::of_picture(picture.time_ns, &picture.pixels, u64::from(picture.waiting))))
     }
 }
 

@@ -2,9 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use plumb_plugin::{
-    FrameHeader, Host, PluginError, Quantity, QuantityDescription, Reading, Sensor, SensorDescription, Value,
-};
+use plumb_plugin::{FrameHeader, Host, PluginError, Reading, Sensor, SensorDescription, Value};
 
 use crate::capture::Capture;
 use crate::config::{Config, Settings, every_ns};
@@ -41,19 +39,14 @@ impl Sensor for V4l2Camera {
     }
 
     fn describe(&self) -> SensorDescription {
-        let quantity = |name: &str| QuantityDescription { name: name.to_owned(), unit: String::new() };
         let layout = self.recorder.film().layout();
-        SensorDescription {
-            model: format!(
-                "Camera at {}, {} x {} pixels in {}",
-                self.device,
-                layout.width,
-                layout.height,
-                layout.format.name()
-            ),
-            switches: false,
-            quantities: ["mean", "brightest", "waiting"].map(quantity).to_vec(),
-        }
+        SensorDescription::of_camera(format!(
+            "Camera at {}, {} x {} pixels in {}",
+            self.device,
+            layout.width,
+            layout.height,
+            layout.format.name()
+        ))
     }
 
     fn configure(&mut self, settings: &Value) -> Result<(), PluginError> {
@@ -69,16 +62,7 @@ impl Sensor for V4l2Camera {
     fn read(&mut self, _after_ns: u64) -> Result<Option<Reading>, PluginError> {
         let (picture, waiting) = self.fetch().map_err(|error| self.named(error))?;
         self.emit(&picture)?;
-        let sum: f64 = picture.pixels.iter().map(|pixel| f64::from(*pixel)).sum();
-        let brightest = picture.pixels.iter().copied().max().unwrap_or(0);
-        let quantity =
-            |name: &str, value: f64| Quantity { name: name.to_owned(), value, standard_uncertainty: 0.0 };
-        let quantities = vec![
-            quantity("mean", sum / picture.pixels.len().max(1) as f64),
-            quantity("brightest", f64::from(brightest)),
-            quantity("waiting", waiting as f64),
-        ];
-        Ok(Some(Reading { time_ns: picture.time_ns, quantities, ..Reading::default() }))
+        Ok(Some(Reading::of_picture(picture.time_ns, &picture.pixels, waiting as u64)))
     }
 }
 
