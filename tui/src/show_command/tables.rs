@@ -94,19 +94,25 @@ pub(super) fn readings(lines: &mut Vec<String>, readings: &[StoredReading]) {
     for (group, members) in groups {
         let columns = columns_of(&members);
         head(lines, &format!("values of {group}"));
-        let heads: Vec<String> = columns.iter().map(|column| format!("{column:>18}")).collect();
-        lines.push(format!("  {:<24}{}", "", heads.join("")));
+        let heads: String = columns.iter().map(|column| format!("{column:>0$}", width_of(column))).collect();
+        lines.push(format!("  {:<24}{heads}", ""));
         let mut steps: Vec<&str> = members.iter().map(|reading| reading.step.as_str()).collect();
         steps.dedup();
         for step in steps {
             let cell = |column: &String| {
                 let found =
                     members.iter().rev().find(|reading| reading.step == step && head_of(reading) == *column);
-                found.map_or_else(|| " ".repeat(18), |reading| format!("{:>18}", number(reading.value)))
+                let told = found.map_or_else(String::new, |reading| number(reading.value));
+                format!("{told:>0$}", width_of(column))
             };
             lines.push(format!("  {step:<24}{}", columns.iter().map(cell).collect::<String>()));
         }
     }
+}
+
+/// A column is as wide as a number, or as its head with a gap before it.
+fn width_of(head: &str) -> usize {
+    (head.chars().count() + 2).max(18)
 }
 
 fn columns_of(readings: &[&StoredReading]) -> Vec<String> {
