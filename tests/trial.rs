@@ -132,6 +132,30 @@ fn a_user_can_measure_more_poses_before_opening_the_seal() {
 }
 
 #[test]
+fn poses_asked_for_far_from_the_others_are_not_locked_away_and_settle_a_tie() {
+    let home = tempfile::tempdir().unwrap();
+    let narrow =
+        ["--seed", "13864674305586939288", "--arm", "puma560", "--narrow", "--effect", "link_twist=1x"];
+    let first = diagnosed(home.path(), "t", &narrow);
+    assert_eq!(first["verdict"], "tied", "{first}");
+    let (model, table) = ("t/model.yaml", "t/table.csv");
+    let next = plumb(&["model", "next", model, "--data", table, "--json"], home.path());
+    let told: serde_json::Value = serde_json::from_slice(&next.stdout).unwrap();
+    assert!(told["separation"].as_f64().unwrap() > 20.0, "{told}");
+    // Without the returns that come on top.
+    let new = &told["next"].as_array().unwrap()[..8];
+    fs::write(home.path().join("next.json"), serde_json::to_string(new).unwrap()).unwrap();
+    plumb(&["trial", "measure", "t", "--poses", "next.json"], home.path());
+    let said = plumb(&["model", "diagnose", model, "--data", table, "--json"], home.path());
+    let then: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
+    assert_eq!(then["verdict"], "named", "{then}");
+    assert_eq!(
+        (&then["named"]["effect"], &then["named"]["where"]),
+        (&"link_twist".into(), &"shoulder".into())
+    );
+}
+
+#[test]
 fn mistakes_are_told_with_what_would_be_right() {
     let home = tempfile::tempdir().unwrap();
     let message = |arguments: &[&str]| {
@@ -175,6 +199,31 @@ fn the_benchmark_runs_and_writes_its_figures() {
         serde_json::from_str(&fs::read_to_string(home.path().join("f.json")).unwrap()).unwrap();
     assert_eq!(figures["rows"][0]["trials"], 10);
     assert!(figures["rows"][0]["shares"]["truth_first"]["count"].as_u64().unwrap() >= 5);
+}
+
+#[test]
+fn the_benchmark_measures_on_where_candidates_are_tied() {
+    let home = tempfile::tempdir().unwrap();
+    let asked =
+        ["trial", "benchmark", "--ties", "--cell", "one-1x-narrow", "--scale", "0.04", "--json", "f.json"];
+    let run = plumb(&asked, home.path());
+    assert_eq!(run.status.code(), Some(0), "{}", complained(&run));
+    let figures: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(home.path().join("f.json")).unwrap()).unwrap();
+    let row = &figures["rows"][0];
+    let ties = row["ties"].as_u64().unwrap();
+    assert!(ties >= 1 && ties < row["trials"].as_u64().unwrap(), "{row}");
+    let trials = |way: &str| {
+        let (settled, left) = (&row[way]["settled"], row[way]["left"].as_array().unwrap());
+        let trials = settled["trials"].as_u64().unwrap();
+        assert_eq!(settled["count"].as_u64().unwrap() + left.len() as u64, trials, "{row}");
+        trials
+    };
+    assert_eq!(trials("asked_for"), trials("by_lot"));
+    assert_eq!(trials("asked_for") + trials("no_pose_tells"), ties);
+    let both = plumb(&["trial", "benchmark", "--ties", "--analyst", "lasso"], home.path());
+    assert_eq!(both.status.code(), Some(2));
+    assert!(complained(&both).contains("cannot be used with '--analyst"), "{}", complained(&both));
 }
 
 /// What the lab says of a trial with these options.

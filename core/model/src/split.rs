@@ -157,11 +157,40 @@ impl Poses {
         (region, high)
     }
 
+    /// Of these poses, those that lie far from all but a few others, by the distances usual among them. Nothing of large tables, in
+    /// which a few say little.
+    fn lonely(&self, chosen: &[usize]) -> Vec<usize> {
+        if chosen.is_empty() || chosen.len() > MANY {
+            return Vec::new();
+        }
+        let place = |pose: &usize| self.places.get(*pose).map_or(&[][..], Vec::as_slice);
+        let apart = |one: &usize, other: &usize| {
+            place(one).iter().zip(place(other)).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+        };
+        // A fifth of them are not a few.
+        let few = chosen.len().div_ceil(5).min(chosen.len().saturating_sub(1));
+        let reach = |pose: &usize| {
+            let mut distances: Vec<f64> = chosen.iter().map(|other| apart(pose, other)).collect();
+            *distances.select_nth_unstable_by(few, f64::total_cmp).1
+        };
+        let reaches: Vec<f64> = chosen.iter().map(reach).collect();
+        let mut sorted = reaches.clone();
+        let usual = *sorted.select_nth_unstable_by(reaches.len() / 2, f64::total_cmp).1;
+        let far = chosen.iter().zip(reaches).filter(|(_, reach)| *reach > FAR * usual);
+        far.map(|(pose, _)| *pose).collect()
+    }
+
     /// Rows of a list of poses.
     pub(crate) fn rows_of(&self, poses: &[usize]) -> Vec<usize> {
         poses.iter().filter_map(|pose| self.rows.get(*pose)).flatten().copied().collect()
     }
 }
+
+/// Poses among which it is asked which lie far from the others, at most.
+const MANY: usize = 2000;
+
+/// How much farther than usual.
+const FAR: f64 = 3.0;
 
 fn weight(joint: usize) -> f64 {
     1.0 / (1.0 + 0.2 * joint as f64)
@@ -261,7 +290,8 @@ fn last_session(table: &Table) -> Result<Vec<usize>, HoldoutError> {
 }
 
 /// One region in eight, twice, from different ends of pose space. Touched places are the regions where there are any;
-/// poses that were returned to stay in the fit, for they carry the noise floor; very small tables hold out less.
+/// poses that were returned to stay in the fit, for they carry the noise floor; very small tables hold out less. So do the few
+/// that lie far from all others, such as those measured afterwards to tell candidates apart: nothing that is fitted could foretell them.
 fn regions(poses: &Poses, table: &Table) -> Vec<usize> {
     if table.touch.names.len() >= 4 {
         let last = (table.touch.names.len() - 1) as u32;
@@ -277,6 +307,9 @@ fn regions(poses: &Poses, table: &Table) -> Vec<usize> {
         return Vec::new();
     }
     let parts = poses.regions(&chosen, 8);
-    let locked: Vec<usize> = [1, 6].iter().filter_map(|index| parts.get(*index)).flatten().copied().collect();
+    let mut locked: Vec<usize> =
+        [1, 6].iter().filter_map(|index| parts.get(*index)).flatten().copied().collect();
+    let lonely = poses.lonely(&chosen);
+    locked.retain(|pose| !lonely.contains(pose));
     poses.rows_of(&locked)
 }

@@ -5,7 +5,7 @@ mod compare;
 mod diagnose;
 mod history;
 mod next;
-mod progress;
+pub(crate) mod progress;
 mod report;
 mod revise;
 mod screen;

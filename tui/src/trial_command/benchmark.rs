@@ -8,10 +8,13 @@ mod interval;
 mod lab;
 mod lasso;
 mod report;
+mod ties;
 mod trials;
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
+
+use serde::Serialize;
 
 use super::arguments::CampaignArguments;
 use super::{Outcome, TrialError, write};
@@ -33,6 +36,10 @@ pub(crate) struct BenchmarkArguments {
     /// Every effect of the library alone, 50 trials each, instead of the cells.
     #[arg(long)]
     each: bool,
+    /// Where the lab cannot tell candidates apart: do eight further poses settle it, those it asks for and, beside them, eight
+    /// by lot? The cells with one effect when none is given.
+    #[arg(long, conflicts_with_all = ["each", "analysts"])]
+    ties: bool,
     /// Instead of the cells, so many trials of the campaign that the options of `plumb trial new` describe.
     #[arg(long, value_name = "TRIALS", conflicts_with_all = ["cells", "each"])]
     own: Option<usize>,
@@ -51,14 +58,26 @@ pub(super) fn run(arguments: &BenchmarkArguments) -> Result<Outcome, TrialError>
     let work: Vec<Work> = match arguments.own {
         Some(trials) => vec![Work::own(&arguments.campaign, trials, arguments.seed)?],
         None if arguments.each => cells::each_effect().into_iter().map(Work::cell).collect(),
+        None if arguments.ties && arguments.cells.is_empty() => cells::one_effect().map(Work::cell).collect(),
         None => chosen(&arguments.cells)?.into_iter().map(Work::cell).collect(),
     };
     let analysts =
         if arguments.analysts.is_empty() { Analyst::ALL.to_vec() } else { arguments.analysts.clone() };
+    let count = |work: &Work| ((work.trials() as f64 * arguments.scale).round() as usize).max(1);
+    if arguments.ties {
+        let mut rows = Vec::new();
+        say(&ties::heading())?;
+        for work in work {
+            let row = ties::settle(&work, arguments.seed, count(&work))?;
+            say(&ties::lines(&row))?;
+            rows.push(row);
+        }
+        return keep(arguments, &rows);
+    }
     let mut rows = Vec::new();
     say(&report::heading())?;
     for work in work {
-        let count = ((work.trials() as f64 * arguments.scale).round() as usize).max(1);
+        let count = count(&work);
         say(&format!("{} ({count} trials)\n", work.title()))?;
         let trials = all_trials(&work, &analysts, arguments.seed, count)?;
         for (analyst, trials) in analysts.iter().zip(trials) {
@@ -67,6 +86,11 @@ pub(super) fn run(arguments: &BenchmarkArguments) -> Result<Outcome, TrialError>
             rows.push(row);
         }
     }
+    keep(arguments, &rows)
+}
+
+/// Writes the figures where they are asked for.
+fn keep(arguments: &BenchmarkArguments, rows: &impl Serialize) -> Result<Outcome, TrialError> {
     if let Some(path) = &arguments.json {
         let text = serde_json::json!({"seed": arguments.seed, "scale": arguments.scale, "rows": rows});
         write(path, &format!("{text:#}\n"))?;

@@ -65,6 +65,9 @@ const REFINED: usize = 3;
 /// Effects compared at most.
 const RIVALS: usize = 4;
 
+/// Standard errors of separation below which effects are the same thing.
+const SAME: f64 = 0.5;
+
 /// Standard errors of separation below which poses settle nothing.
 const SETTLES: f64 = 3.0;
 
@@ -495,7 +498,9 @@ impl Chooser<'_> {
             Some((separation, name)) if separation > SETTLES.max(2.0 * now) => {
                 format!("{name} would tell them apart ({separation:.0} standard errors in {} poses)", wanted.count.min(4))
             }
-            _ => "neither a load nor a second point nor whole positions would: for this arm they are the same thing, so either will do"
+            _ if now < SAME => "neither a load nor a second point nor whole positions would: for this arm they are the same thing, so either will do"
+                .to_owned(),
+            _ => "neither a load nor a second point nor whole positions would: they differ by less than these readings show, so either will do"
                 .to_owned(),
         })
     }

@@ -86,6 +86,11 @@ pub(super) const CELLS: [Cell; 12] = [
     wide("not-repeatable", "does not repeat, 3x noise, wide", 200, Hides::NotRepeatable, 3.0),
 ];
 
+/// The cells in which one effect is hidden.
+pub(super) fn one_effect() -> impl Iterator<Item = Cell> {
+    CELLS.into_iter().filter(|cell| cell.hides == Hides::One)
+}
+
 /// One cell for each effect that this world and the lab's library both have.
 pub(super) fn each_effect() -> Vec<Cell> {
     let names = LIBRARY.into_iter().chain(SPECIAL).filter(|name| plumb_model::effect::kind(name).is_some());

@@ -1,10 +1,12 @@
 //! The lab itself, given what a user would hold: the model file and the table.
 
+use plumb_model::diagnosis::Wanted;
 use plumb_model::file::Model;
 use plumb_model::laboratory::{Laboratory, LaboratoryError, Options};
 use plumb_model::progress::Progress;
 use plumb_model::table::Table;
 use plumb_simulated::physics::campaign::Case;
+use plumb_simulated::physics::campaign::poses::Chosen;
 use serde::Serialize;
 
 use crate::trial_command::score::Diagnosis;
@@ -20,6 +22,22 @@ pub(super) fn diagnose(case: &Case) -> Result<Diagnosis, LaboratoryError> {
 /// Diagnoses and adds until nothing more can be named.
 pub(super) fn grow(case: &Case) -> Result<Diagnosis, LaboratoryError> {
     as_told(&open(case)?.grow(&Progress::unwatched())?)
+}
+
+/// The poses it asks for, to tell apart what it cannot: so many new ones, without the returns that come on top; nothing where it
+/// says that no pose would.
+pub(super) fn next_poses(case: &Case, count: usize) -> Result<Option<Vec<Chosen>>, LaboratoryError> {
+    let wanted = Wanted { count, keep_out: Vec::new(), payloads: Vec::new() };
+    let asked = open(case)?.next_poses(&wanted, &Progress::unwatched())?;
+    if asked.instead.is_some() {
+        return Ok(None);
+    }
+    let chosen = asked.next.into_iter().take(count).map(|pose| Chosen {
+        commanded_deg: pose.q_deg,
+        sides: pose.approach.into_iter().map(f64::from).collect(),
+        payload_kg: pose.payload_kg,
+    });
+    Ok(Some(chosen.collect()))
 }
 
 fn open(case: &Case) -> Result<Laboratory, LaboratoryError> {

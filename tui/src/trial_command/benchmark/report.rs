@@ -90,7 +90,8 @@ pub(super) fn summary(cell: &'static str, analyst: Analyst, trials: Vec<Trial>) 
     }
 }
 
-fn told(hidden: &Hidden) -> String {
+/// Something hidden, in words.
+pub(super) fn told(hidden: &Hidden) -> String {
     let details: String = hidden.details.iter().map(|(key, value)| format!(", {key} {value}")).collect();
     format!(
         "{}({}{details}) {:.2e} {}, {:.1}x noise, {:.1} standard errors",

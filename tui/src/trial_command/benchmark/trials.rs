@@ -5,12 +5,14 @@ use std::thread;
 use std::time::Instant;
 
 use plumb_model::laboratory::LaboratoryError;
+use plumb_model::progress::Progress;
 use plumb_simulated::physics::campaign::{Case, Hidden, Verdict};
 use serde::Serialize;
 
 use super::cells::Work;
 use super::evidence::Evidence;
 use super::{correlation, forward_bic, lab, lasso};
+use crate::model_command::progress::watched;
 use crate::trial_command::TrialError;
 use crate::trial_command::score::{Candidate, Diagnosis, Score};
 
@@ -68,19 +70,26 @@ pub(super) struct Trial {
     pub(super) seconds: f64,
 }
 
-/// Trials by their number in the cell, one for each analyst.
-type Numbered = Vec<(usize, Vec<Trial>)>;
-
-/// Every analyst on every trial of a cell, on all processors.
-pub(super) fn all_trials(
+/// Does something with every case of a cell, on all processors; in the cases' order.
+pub(super) fn over_cases<T: Send>(
     work: &Work,
-    analysts: &[Analyst],
     seed: u64,
     count: usize,
-) -> Result<Vec<Vec<Trial>>, TrialError> {
-    let next = AtomicUsize::new(0);
+    each: impl Fn(&Case) -> Result<T, TrialError> + Sync,
+) -> Result<Vec<T>, TrialError> {
+    watched(|progress| over_cases_telling(work, seed, count, each, progress))
+}
+
+fn over_cases_telling<T: Send>(
+    work: &Work,
+    seed: u64,
+    count: usize,
+    each: impl Fn(&Case) -> Result<T, TrialError> + Sync,
+    progress: &Progress,
+) -> Result<Vec<T>, TrialError> {
+    let (next, over) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let workers = thread::available_parallelism().map_or(1, usize::from).min(count);
-    let one_worker = || -> Result<Numbered, TrialError> {
+    let one_worker = || -> Result<Vec<(usize, T)>, TrialError> {
         let mut done = Vec::new();
         loop {
             let number = next.fetch_add(1, Ordering::Relaxed);
@@ -88,18 +97,34 @@ pub(super) fn all_trials(
                 return Ok(done);
             }
             if let Some(case) = work.case(seed, number) {
-                done.push((number, judge(&case, analysts)?));
+                done.push((number, each(&case)?));
             }
+            let over = over.fetch_add(1, Ordering::Relaxed) + 1;
+            // Nobody ends it but by ending the program.
+            let _ = progress.report(over as f64 / count as f64, &format!("{over} of {count} trials"));
         }
     };
-    let parts: Vec<Result<Numbered, TrialError>> = thread::scope(|scope| {
+    let parts: Vec<Result<Vec<(usize, T)>, TrialError>> = thread::scope(|scope| {
         let handles: Vec<_> = (0..workers).map(|_| scope.spawn(one_worker)).collect();
-        handles.into_iter().filter_map(|handle| handle.join().ok()).collect()
+        let joined = handles.into_iter().map(thread::ScopedJoinHandle::join);
+        joined.map(|part| part.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
     });
-    let mut all: Numbered = parts.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
+    let mut all: Vec<(usize, T)> =
+        parts.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
     all.sort_by_key(|(number, _)| *number);
+    Ok(all.into_iter().map(|(_, done)| done).collect())
+}
+
+/// Every analyst on every trial of a cell.
+pub(super) fn all_trials(
+    work: &Work,
+    analysts: &[Analyst],
+    seed: u64,
+    count: usize,
+) -> Result<Vec<Vec<Trial>>, TrialError> {
+    let all = over_cases(work, seed, count, |case| judge(case, analysts))?;
     let mut by_analyst: Vec<Vec<Trial>> = analysts.iter().map(|_| Vec::new()).collect();
-    for (_, trials) in all {
+    for trials in all {
         by_analyst.iter_mut().zip(trials).for_each(|(list, trial)| list.push(trial));
     }
     Ok(by_analyst)
@@ -109,7 +134,6 @@ fn judge(case: &Case, analysts: &[Analyst]) -> Result<Vec<Trial>, TrialError> {
     let peers = analysts.iter().any(|analyst| *analyst != Analyst::Lab);
     let evidence = if peers { Evidence::of(case)? } else { Evidence::default() };
     let truth = &case.truth;
-    let label = |one: &Candidate| format!("{}({})", one.effect, one.place);
     let judged = analysts.iter().map(|analyst| {
         let start = Instant::now();
         let refused = |source| TrialError::Lab { seed: truth.seed, source: Box::new(source) };
@@ -121,26 +145,29 @@ fn judge(case: &Case, analysts: &[Analyst]) -> Result<Vec<Trial>, TrialError> {
             }
             _ => None,
         };
-        let said = match &diagnosis.located {
-            Some(located) if diagnosis.named.is_none() => {
-                vec![format!("{}: {}", located.place, located.family.join(", "))]
-            }
-            _ => diagnosis.named.iter().chain(&diagnosis.tied).take(3).map(label).collect(),
-        };
         Ok(Trial {
             seed: truth.seed,
             arm: case.specification.arm.name.clone(),
             hidden: truth.hidden.clone(),
             can_be_named: !truth.effects.is_empty(),
             verdict: diagnosis.verdict,
-            said: said
-                .into_iter()
-                .chain(diagnosis.besides.iter().map(|one| format!("besides {one}")))
-                .collect(),
+            said: said(&diagnosis),
             score: Score::of(&diagnosis, truth),
             grown,
             seconds,
         })
     });
     judged.collect()
+}
+
+/// What a diagnosis says, in short.
+pub(super) fn said(diagnosis: &Diagnosis) -> Vec<String> {
+    let label = |one: &Candidate| format!("{}({})", one.effect, one.place);
+    let said = match &diagnosis.located {
+        Some(located) if diagnosis.named.is_none() => {
+            vec![format!("{}: {}", located.place, located.family.join(", "))]
+        }
+        _ => diagnosis.named.iter().chain(&diagnosis.tied).take(3).map(label).collect(),
+    };
+    said.into_iter().chain(diagnosis.besides.iter().map(|one| format!("besides {one}"))).collect()
 }
