@@ -157,11 +157,11 @@ impl Poses {
         (region, high)
     }
 
-    /// Of these poses, those that lie far from all but a few others, by the distances usual among them. Nothing of large tables, in
-    /// which a few say little.
-    fn lonely(&self, chosen: &[usize]) -> Vec<usize> {
+    /// Drops from these poses those that lie far from all but a few others, by the distances usual among them. Of large tables none,
+    /// for a few say little there.
+    pub(crate) fn drop_lonely(&self, chosen: &mut Vec<usize>) {
         if chosen.is_empty() || chosen.len() > MANY {
-            return Vec::new();
+            return;
         }
         let place = |pose: &usize| self.places.get(*pose).map_or(&[][..], Vec::as_slice);
         let apart = |one: &usize, other: &usize| {
@@ -176,8 +176,8 @@ impl Poses {
         let reaches: Vec<f64> = chosen.iter().map(reach).collect();
         let mut sorted = reaches.clone();
         let usual = *sorted.select_nth_unstable_by(reaches.len() / 2, f64::total_cmp).1;
-        let far = chosen.iter().zip(reaches).filter(|(_, reach)| *reach > FAR * usual);
-        far.map(|(pose, _)| *pose).collect()
+        let mut reaches = reaches.into_iter();
+        chosen.retain(|_| reaches.next().is_none_or(|reach| reach <= FAR * usual));
     }
 
     /// Rows of a list of poses.
@@ -187,7 +187,7 @@ impl Poses {
 }
 
 /// Poses among which it is asked which lie far from the others, at most.
-const MANY: usize = 2000;
+const MANY: usize = 400;
 
 /// How much farther than usual.
 const FAR: f64 = 3.0;
@@ -309,7 +309,8 @@ fn regions(poses: &Poses, table: &Table) -> Vec<usize> {
     let parts = poses.regions(&chosen, 8);
     let mut locked: Vec<usize> =
         [1, 6].iter().filter_map(|index| parts.get(*index)).flatten().copied().collect();
-    let lonely = poses.lonely(&chosen);
-    locked.retain(|pose| !lonely.contains(pose));
+    let mut near = chosen.clone();
+    poses.drop_lonely(&mut near);
+    locked.retain(|pose| near.contains(pose));
     poses.rows_of(&locked)
 }

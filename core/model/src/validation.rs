@@ -40,17 +40,20 @@ fn rows_of(poses: &Poses, list: &[usize], fitted: &[bool]) -> Vec<usize> {
     poses.rows_of(list).into_iter().filter(|row| fitted.get(*row).copied().unwrap_or(false)).collect()
 }
 
-/// The fitted rows, cut into regions of pose space.
+/// The fitted rows, cut into regions of pose space. A few poses far from all others are in none: without them nothing could foretell
+/// them, and it is they that tell candidates apart which are alike where the others lie.
 pub(crate) fn region_blocks(table: &Table, rows: &[usize]) -> Vec<Vec<usize>> {
-    let (poses, chosen, fitted) = fitted_poses(table, rows);
+    let (poses, mut chosen, fitted) = fitted_poses(table, rows);
+    poses.drop_lonely(&mut chosen);
     poses.regions(&chosen, BLOCKS).iter().map(|region| rows_of(&poses, region, &fitted)).collect()
 }
 
-/// The fitted rows, cut into ranges of one joint.
+/// The same, cut into ranges of one joint.
 pub(crate) fn joint_blocks(table: &Table, rows: &[usize], joint: usize) -> Vec<Vec<usize>> {
     let (poses, mut chosen, fitted) = fitted_poses(table, rows);
     let place =
         |pose: &usize| poses.places.get(*pose).and_then(|place| place.get(joint)).copied().unwrap_or(0.0);
+    poses.drop_lonely(&mut chosen);
     chosen.sort_by(|left, right| place(left).total_cmp(&place(right)));
     let share = chosen.len().div_ceil(BLOCKS).max(1);
     chosen.chunks(share).map(|part| rows_of(&poses, part, &fitted)).collect()

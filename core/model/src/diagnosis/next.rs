@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::landing::{self, Ground};
 use super::outcome::{NextPose, Verdict};
-use super::search;
+use super::search::{self, Contender};
 use super::trial::Fitted;
 use super::unlisted;
 use super::verdict::Finding;
@@ -63,7 +63,10 @@ const CLEAR_OF_LIMITS: f64 = 0.02;
 const REFINED: usize = 3;
 
 /// Effects compared at most.
-const RIVALS: usize = 4;
+const RIVALS: usize = 6;
+
+/// Standard errors of separation beyond which more of it is worth less than some for another pair.
+const PLENTY: f64 = 5.0;
 
 /// Standard errors of separation below which effects are the same thing.
 const SAME: f64 = 0.5;
@@ -114,22 +117,27 @@ impl Laboratory {
         let (rivals, verdict, noise) = lab.rivals(progress)?;
         progress.report(0.7, "choosing poses")?;
         let mut chooser = Chooser::new(lab, rivals, noise)?;
-        let (designs, separation) = chooser.choose(wanted, progress)?;
+        let choice = chooser.choose(wanted, progress)?;
+        let designs = &choice.designs;
         if designs.is_empty() {
             return Err(LaboratoryError::Refused(
                 "no pose within the limits stays clear of what must be kept out; check `limits` and the keep-out planes".to_owned(),
             ));
         }
         let labels: Vec<String> = chooser.rivals.iter().map(|rival| rival.label.clone()).collect();
-        let apart = labels.len() > 1;
-        let instead = match apart && separation < SETTLES {
+        let (separation, alike) = (choice.separation(), choice.alike(&labels));
+        let instead = match labels.len() > 1 && separation < SETTLES {
             true => Some(chooser.what_would(wanted, separation, progress)?),
             false => None,
         };
-        let mut next = chooser.told(&designs);
+        let mut next = chooser.told(designs);
         let returns: Vec<NextPose> = next.iter().take(2).map(turned_round).collect();
         next.extend(returns);
-        let sentence = sentence(verdict, &labels, designs.len(), separation, instead.as_deref());
+        let mut sentence = sentence(verdict, &labels, designs.len(), separation, instead.as_deref());
+        if instead.is_none() && !alike.is_empty() {
+            let pairs: Vec<String> = alike.iter().map(|(one, other)| format!("{one} from {other}")).collect();
+            sentence.push_str(&format!(" They do not tell {}.", super::wording::listed(&pairs, "nor")));
+        }
         Ok(NextPoses { next, between: labels, separation, instead, sentence })
     }
 
@@ -159,7 +167,7 @@ impl Laboratory {
         let (rivals, noise) = self.rivals_of(finding, floor, progress)?;
         let mut chooser = Chooser::new(self, rivals, noise)?;
         let wanted = Wanted { count: 4, keep_out: Vec::new(), payloads: Vec::new() };
-        let (designs, _) = chooser.choose(&wanted, progress)?;
+        let designs = chooser.choose(&wanted, progress)?.designs;
         Ok(chooser.told(&designs))
     }
 
@@ -178,6 +186,7 @@ impl Laboratory {
                 chosen.push(index);
             }
         }
+        chosen.extend(kin(&finding.stage.contenders, &chosen));
         let mut rivals = Vec::new();
         for index in chosen.into_iter().take(RIVALS) {
             let Some(contender) = finding.stage.contenders.get(index) else { continue };
@@ -197,9 +206,64 @@ impl Laboratory {
     }
 }
 
+/// Waves of the orders next to those in question, at the same joints: where the range of a joint was seen in part only, they
+/// come forward once more of it is seen.
+fn kin(contenders: &[Contender], chosen: &[usize]) -> Vec<usize> {
+    let next_to = |one: &Contender, other: &Contender| {
+        let orders = one.id.order.zip(other.id.order);
+        one.id.joint() == other.id.joint() && orders.is_some_and(|(one, other)| (one - other).abs() == 1.0)
+    };
+    let asked = |contender: &Contender| {
+        chosen.iter().filter_map(|index| contenders.get(*index)).any(|other| next_to(contender, other))
+    };
+    let all = contenders.iter().enumerate();
+    all.filter(|(index, contender)| !chosen.contains(index) && asked(contender))
+        .map(|(index, _)| index)
+        .collect()
+}
+
 impl Rival {
     fn of(label: String, effects: Vec<AddedEffect>, fitted: &Fitted<'_>) -> Self {
         Self { label, effects, state: fitted.fit.state.clone(), covariance: fitted.fit.covariance.clone() }
+    }
+}
+
+/// The best pose so far.
+struct Best {
+    worth: f64,
+    design: Design,
+    /// Its derivatives, for each rival.
+    rows: Vec<DMatrix<f64>>,
+    /// By how much it puts each pair apart, squared standard errors.
+    pairs: Vec<f64>,
+}
+
+/// Poses, and how far they put each pair of rivals apart: second before first, `(1, 0)`, `(2, 0)`, `(2, 1)` and so on.
+struct Choice {
+    designs: Vec<Design>,
+    /// Standard errors.
+    apart: Vec<f64>,
+}
+
+impl Choice {
+    /// Least separation of the pairs that are told apart; of none is, the greatest.
+    fn separation(&self) -> f64 {
+        let told = self.apart.iter().copied().filter(|apart| *apart >= SETTLES);
+        let least = told.fold(f64::INFINITY, f64::min);
+        if least.is_finite() { least } else { self.apart.iter().copied().fold(0.0, f64::max) }
+    }
+
+    /// Least separation of all pairs.
+    fn least(&self) -> f64 {
+        self.apart.iter().copied().reduce(f64::min).unwrap_or(0.0)
+    }
+
+    /// Pairs that stay alike.
+    fn alike<'l>(&self, labels: &'l [String]) -> Vec<(&'l str, &'l str)> {
+        let pairs = labels.iter().enumerate();
+        let pairs = pairs.flat_map(|(first, one)| labels.iter().take(first).map(move |other| (other, one)));
+        let alike = pairs.zip(&self.apart).filter(|(_, apart)| **apart < SETTLES);
+        alike.map(|((one, other), _)| (one.as_str(), other.as_str())).collect()
     }
 }
 
@@ -236,72 +300,80 @@ impl Chooser<'_> {
         Ok(rows.map(|((row, design), _)| Design { q: table.q_of(row).to_vec(), ..design }).collect())
     }
 
-    /// Poses one after the other, each where the rivals differ most given those before; and the separation reached.
-    fn choose(
-        &mut self,
-        wanted: &Wanted,
-        progress: &Progress,
-    ) -> Result<(Vec<Design>, f64), LaboratoryError> {
+    /// Poses one after the other, each where the rivals differ most given those before: pairs that are apart already count little.
+    fn choose(&mut self, wanted: &Wanted, progress: &Progress) -> Result<Choice, LaboratoryError> {
         let mut dice = Random::seeded(11);
         let mut covariances: Vec<DMatrix<f64>> =
             self.rivals.iter().map(|rival| rival.covariance.clone()).collect();
         let mut chosen: Vec<Design> = Vec::new();
-        let mut total = 0.0;
+        let count = self.rivals.len();
+        let mut apart = vec![0.0; count * count.saturating_sub(1) / 2];
         for place in 0..wanted.count {
             progress.report(0.7 + 0.3 * place as f64 / wanted.count as f64, "choosing poses")?;
             let mut designs =
                 self.landed((0..LOOKED_AT).map(|_| self.anywhere(wanted, &mut dice)).collect())?;
-            let mut best: Option<(f64, Design, Vec<DMatrix<f64>>)> = None;
+            let mut best: Option<Best> = None;
             for round in 0..=REFINED {
                 let forecast = self.forecast(&designs, wanted)?;
                 for (index, design) in
                     designs.iter().enumerate().filter(|(index, _)| forecast.reach_allowed[*index])
                 {
-                    let worth = self.worth(&forecast, index, &covariances);
-                    if best.as_ref().is_none_or(|(most, _, _)| worth > *most) {
+                    let (worth, pairs) = self.worth(&forecast, index, &covariances, &apart);
+                    if best.as_ref().is_none_or(|best| worth > best.worth) {
                         let rows = forecast.rivals.iter().map(|all| all[index].1.clone()).collect();
-                        best = Some((worth, design.clone(), rows));
+                        best = Some(Best { worth, design: design.clone(), rows, pairs });
                     }
                 }
-                let Some((_, centre, _)) = &best else { break };
+                let Some(Best { design: centre, .. }) = &best else { break };
                 let width = 0.15 / f64::from(1 << round);
                 designs =
                     self.landed((0..LOOKED_AT / 4).map(|_| self.near(centre, width, &mut dice)).collect())?;
             }
-            let Some((worth, design, rows)) = best else { break };
-            total += if self.rivals.len() > 1 { worth } else { 0.0 };
+            let Some(Best { design, rows, pairs, .. }) = best else { break };
+            apart.iter_mut().zip(pairs).for_each(|(apart, more)| *apart += more);
             for (covariance, row) in covariances.iter_mut().zip(rows) {
                 learn(covariance, &row, self.noise);
             }
             chosen.push(design);
         }
-        Ok((chosen, total.max(0.0).sqrt()))
+        Ok(Choice {
+            designs: chosen,
+            apart: apart.into_iter().map(|squared: f64| squared.max(0.0).sqrt()).collect(),
+        })
     }
 
-    /// Squared separation of the rivals at a pose; for a single model, how little is known there.
-    fn worth(&self, forecast: &Forecast, index: usize, covariances: &[DMatrix<f64>]) -> f64 {
+    /// What a pose is worth beside those before, and by how much it puts each pair of rivals apart (squared standard errors); for
+    /// a single model, how little is known there.
+    fn worth(
+        &self,
+        forecast: &Forecast,
+        index: usize,
+        covariances: &[DMatrix<f64>],
+        apart: &[f64],
+    ) -> (f64, Vec<f64>) {
         let spread = |rival: usize| {
             let jacobian = &forecast.rivals[rival][index].1;
             jacobian * &covariances[rival] * jacobian.transpose()
         };
         let count = forecast.rivals.len();
+        let spreads: Vec<DMatrix<f64>> = (0..count).map(spread).collect();
         if count == 1 {
-            return spread(0).trace();
+            return (spreads[0].trace(), Vec::new());
         }
-        let (mut sum, mut pairs) = (0.0, 0.0);
+        let mut pairs = Vec::with_capacity(apart.len());
         for first in 0..count {
             for second in 0..first {
                 let difference = &forecast.rivals[first][index].0 - &forecast.rivals[second][index].0;
                 let noise =
                     DMatrix::identity(difference.len(), difference.len()) * (2.0 * self.noise * self.noise);
-                let variance = spread(first) + spread(second) + noise;
-                if let Some(factor) = variance.cholesky() {
-                    sum += difference.dot(&factor.solve(&difference));
-                }
-                pairs += 1.0;
+                let variance = &spreads[first] + &spreads[second] + noise;
+                let factor = variance.cholesky();
+                pairs.push(factor.map_or(0.0, |factor| difference.dot(&factor.solve(&difference))));
             }
         }
-        sum / pairs
+        let told = |squared: f64| squared / (squared + PLENTY * PLENTY);
+        let worth = apart.iter().zip(&pairs).map(|(apart, more)| told(apart + more) - told(*apart)).sum();
+        (worth, pairs)
     }
 
     /// Least and greatest coordinates poses are chosen from: the limits, and where none are known, what was measured and
@@ -488,7 +560,7 @@ impl Chooser<'_> {
         for (name, sensing, payloads) in ways {
             self.sensing = sensing;
             let few = Wanted { count: wanted.count.min(4), payloads, ..wanted.clone() };
-            let (_, separation) = self.choose(&few, progress)?;
+            let separation = self.choose(&few, progress)?.least();
             if best.as_ref().is_none_or(|(most, _)| separation > *most) {
                 best = Some((separation, name));
             }
@@ -581,11 +653,12 @@ fn sentence(
                 "No pose within reach tells {listed} apart ({separation:.1} standard errors in {count} poses); {instead}."
             )
         }
-        (_, None) if verdict == Verdict::Named => format!(
-            "Measure these {count} poses, and return to the first two: they put {listed} {separation:.0} standard errors apart, which proves the name or corrects it."
-        ),
-        (_, None) => format!(
-            "Measure these {count} poses, and return to the first two: they put {listed} {separation:.0} standard errors apart."
-        ),
+        (rivals, None) => {
+            let least = if rivals > 2 { "at least " } else { "" };
+            let proof = if verdict == Verdict::Named { ", which proves the name or corrects it" } else { "" };
+            format!(
+                "Measure these {count} poses, and return to the first two: they put {listed} {least}{separation:.0} standard errors apart{proof}."
+            )
+        }
     }
 }
