@@ -156,6 +156,22 @@ fn poses_asked_for_far_from_the_others_are_not_locked_away_and_settle_a_tie() {
 }
 
 #[test]
+fn waves_that_are_tied_are_told_by_their_orders() {
+    let home = tempfile::tempdir().unwrap();
+    let sentence = |seed: &str| {
+        let options = ["--seed", seed, "--arm", "ur5", "--narrow", "--effect", "joint_harmonic=2x"];
+        diagnosed(home.path(), seed, &options)["sentence"].as_str().unwrap().to_owned()
+    };
+    let located = sentence("14");
+    assert!(
+        located.contains("sits in wrist1, but these data cannot tell joint_harmonic(wrist1, 1)"),
+        "{located}"
+    );
+    let tied = sentence("9");
+    assert!(tied.contains("joint_harmonic(lift, 1)") && !tied.contains("joint_harmonic(lift) "), "{tied}");
+}
+
+#[test]
 fn mistakes_are_told_with_what_would_be_right() {
     let home = tempfile::tempdir().unwrap();
     let message = |arguments: &[&str]| {

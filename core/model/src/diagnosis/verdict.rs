@@ -6,6 +6,7 @@ use super::outcome::{Candidate, EffectPlace, Located, Named, Verdict};
 use super::score::{Score, score};
 use super::search::{CLOSE, Candidates, Contender, LEVEL, Stage, best_variants};
 use super::trial::bic;
+use super::wording::AS_WELL;
 use crate::effect::{EffectId, Family, Search, Spot};
 use crate::file::AddedEffect;
 use crate::fit::Machine;
@@ -423,7 +424,7 @@ impl Finding<'_> {
         } else if !contender.score.plausible {
             "no real machine has such a size or sign".to_owned()
         } else if close && self.close.len() > 1 {
-            "others explain it as well".to_owned()
+            AS_WELL.to_owned()
         } else if contender.outvoted {
             "it stands only when some rows are called wild".to_owned()
         } else if contender.refitted && !contender.gains.iter().all(super::trial::Gain::counts) {

@@ -1,6 +1,9 @@
 //! One plain sentence.
 
-use super::outcome::{Diagnosis, Verdict};
+use super::outcome::{Diagnosis, EffectPlace, Verdict};
+
+/// Why a candidate that passes everything else is not named.
+pub(super) const AS_WELL: &str = "others explain it as well";
 
 /// A number with three figures, as a person would write it.
 pub(crate) fn figure(value: f64) -> String {
@@ -33,11 +36,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     let miss = diagnosis.rms_mm.fit;
     match diagnosis.verdict {
         Verdict::Named => diagnosis.named.as_ref().map_or_else(String::new, |named| {
-            let label = diagnosis
-                .candidates
-                .iter()
-                .find(|c| c.effect == named.effect)
-                .map_or(&named.effect.effect, |c| &c.label);
+            let label = label_of(diagnosis, &named.effect);
             let size = format!("{} +- {} {}", figure(named.size), figure(named.se), named.unit);
             match named.effect.at {
                 Some(at) => format!(
@@ -50,14 +49,17 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
         Verdict::Located => diagnosis.located.as_ref().map_or_else(String::new, |located| {
             let why = match located.family.as_slice() {
                 [] => "nothing in the library explains it".to_owned(),
-                [one] => format!("{one} comes nearest and does not explain all of it"),
+                [one] => match tied_at(diagnosis, one, &located.place).as_slice() {
+                    [] | [_] => format!("{one} comes nearest and does not explain all of it"),
+                    several => format!("these data cannot tell {} apart", listed(several, "and")),
+                },
                 several => format!("these data cannot tell {} apart", listed(several, "and")),
             };
             format!("The error of {miss:.3} mm sits in {}, but {why}.", located.place)
         }),
         Verdict::Tied => {
             let labels: Vec<String> =
-                diagnosis.tied.iter().take(4).map(|tie| format!("{}({})", tie.effect, tie.place)).collect();
+                diagnosis.tied.iter().take(4).map(|tie| label_of(diagnosis, tie)).collect();
             format!(
                 "{} cannot be told apart with these data{}; measure the poses listed.",
                 listed(&labels, "and"),
@@ -77,4 +79,20 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
             "Nothing can be named, and nobody knows how large the noise is: {miss:.3} mm may be all noise; return to some poses."
         ),
     }
+}
+
+/// Candidates of one name at one place, such as waves of several orders, that do as well as each other.
+fn tied_at(diagnosis: &Diagnosis, effect: &str, place: &str) -> Vec<String> {
+    let tied = diagnosis.candidates.iter().filter(|candidate| {
+        candidate.effect.effect == effect
+            && candidate.effect.place == place
+            && candidate.rejected.as_deref() == Some(AS_WELL)
+    });
+    tied.map(|candidate| candidate.label.clone()).collect()
+}
+
+/// An effect as it is written, with the order of a wave and whatever else is part of its name.
+fn label_of(diagnosis: &Diagnosis, effect: &EffectPlace) -> String {
+    let candidate = diagnosis.candidates.iter().find(|candidate| candidate.effect == *effect);
+    candidate.map_or_else(|| format!("{}({})", effect.effect, effect.place), |known| known.label.clone())
 }
