@@ -45,7 +45,8 @@ pub struct NextPoses {
     pub next: Vec<NextPose>,
     /// The effects they tell apart, as written.
     pub between: Vec<String>,
-    /// How far apart the effects' predictions lie over all poses, in standard errors.
+    /// How far apart the predictions of two effects lie over all poses, in standard errors: the least of the pairs that are told
+    /// apart, the greatest of all pairs where none is.
     pub separation: f64,
     /// What would separate them if these poses do not.
     pub instead: Option<String>,
