@@ -23,6 +23,7 @@ mod interrupt;
 mod model_command;
 mod note_command;
 mod plugins_command;
+mod progress;
 mod record_command;
 mod run_command;
 mod say;

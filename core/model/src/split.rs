@@ -176,8 +176,12 @@ impl Poses {
         let reaches: Vec<f64> = chosen.iter().map(reach).collect();
         let mut sorted = reaches.clone();
         let usual = *sorted.select_nth_unstable_by(reaches.len() / 2, f64::total_cmp).1;
+        let far = |reach: f64| reach > FAR * usual;
+        if reaches.iter().filter(|reach| far(**reach)).count() > few {
+            return;
+        }
         let mut reaches = reaches.into_iter();
-        chosen.retain(|_| reaches.next().is_none_or(|reach| reach <= FAR * usual));
+        chosen.retain(|_| reaches.next().is_none_or(|reach| !far(reach)));
     }
 
     /// Rows of a list of poses.

@@ -7,8 +7,8 @@ use plumb_model::laboratory::Comparison;
 use plumb_model::plot;
 
 use super::arguments::{CompareArguments, PlotFormat};
-use super::progress::watched;
 use super::text::{effects_table, floor_line, rms_line};
+use crate::progress::watched;
 
 /// Fits, compares, prints.
 pub(super) fn run(arguments: &CompareArguments) -> Result<String, Box<dyn Error>> {

@@ -5,8 +5,8 @@ use std::error::Error;
 use plumb_model::diagnosis::{Candidate, Diagnosis, Verdict};
 
 use super::arguments::DiagnoseArguments;
-use super::progress::watched;
 use super::text::{figure, floor_line, rms_line};
+use crate::progress::watched;
 
 /// Diagnoses, prints.
 pub(super) fn run(arguments: &DiagnoseArguments) -> Result<String, Box<dyn Error>> {

@@ -5,7 +5,6 @@ mod compare;
 mod diagnose;
 mod history;
 mod next;
-pub(crate) mod progress;
 mod report;
 mod revise;
 mod screen;

@@ -6,7 +6,7 @@ use plumb_model::diagnosis::{NextPose, NextPoses, Wanted};
 use plumb_model::table::Table;
 
 use super::arguments::NextArguments;
-use super::progress::watched;
+use crate::progress::watched;
 
 /// Chooses poses, prints them.
 pub(super) fn run(arguments: &NextArguments) -> Result<String, Box<dyn Error>> {

@@ -5,7 +5,7 @@ use std::error::Error;
 use plumb_model::report::{Chapter, html};
 
 use super::arguments::ReportArguments;
-use super::progress::watched;
+use crate::progress::watched;
 
 /// Gathers the report and writes it; prints JSON if asked for.
 pub(super) fn run(arguments: &ReportArguments) -> Result<String, Box<dyn Error>> {

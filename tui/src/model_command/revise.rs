@@ -10,8 +10,8 @@ use serde::Serialize;
 
 use super::arguments::{AcceptArguments, ChangeArguments, GrowArguments, Opened, PairArguments};
 use super::diagnose;
-use super::progress::watched;
 use super::text::{effects_table, floor_line, rms_line};
+use crate::progress::watched;
 
 /// What a change says in JSON.
 #[derive(Serialize)]

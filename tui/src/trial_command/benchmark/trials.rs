@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::cells::Work;
 use super::evidence::Evidence;
 use super::{correlation, forward_bic, lab, lasso};
-use crate::model_command::progress::watched;
+use crate::progress::watched;
 use crate::trial_command::TrialError;
 use crate::trial_command::score::{Candidate, Diagnosis, Score};
 

@@ -122,17 +122,19 @@ impl Laboratory {
         let rows = laboratory.measured_rows();
         let (more, moved) = pool.effects(picks);
         let (machine, state) = laboratory.expected(&more, fitted, &moved)?;
-        let outlook = Outlook::of(&machine, &state, (&rows, &fitted.fit.weights), progress)?;
+        let asked = picks.iter().filter(|pick| named(pick));
+        let joints = asked.filter_map(|pick| pool.probes[pick.probe].id.joint()).collect();
+        let outlook = Outlook::of(&machine, &state, (&rows, &fitted.fit.weights), &joints, progress)?;
         // Where more than noise is left whatever is taken in, a name takes overwhelming evidence.
         let unfinished = Misfit::beside(outlook.noise(), floor).is_none_or(|misfit| misfit.fires());
         let asked = if unfinished { OVERWHELMING } else { 1.0 };
         let mut doubtful = Vec::new();
-        for (place, _) in picks.iter().enumerate().filter(|(_, pick)| named(pick)) {
+        for (place, pick) in picks.iter().enumerate().filter(|(_, pick)| named(pick)) {
             progress.check()?;
             let gains = outlook.gains(machine.parts.len() - picks.len() + place);
             let predicts = gains.iter().all(|gain| gain.total > asked * gain.error);
             if !predicts || pool.rivalled(picks, place) {
-                doubtful.push(picks[place].probe);
+                doubtful.push(pick.probe);
             }
         }
         Ok(doubtful)

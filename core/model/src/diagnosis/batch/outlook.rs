@@ -1,6 +1,8 @@
 //! How rows that are left out are predicted with an effect and without it, from one look at the rows: around the state that is
 //! expected, everything is taken as flat. A refit for each effect would find the same, a hundred times as slowly.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnosis::score::Noise;
@@ -35,11 +37,13 @@ struct Block {
 }
 
 impl<'m> Outlook<'m> {
-    /// Looks at these rows, in which the machine's last effects were put at the values they are expected at.
+    /// Looks at these rows, in which the machine's last effects were put at the values they are expected at; gains are to be asked
+    /// of effects at these joints.
     pub(super) fn of(
         machine: &'m Machine<'m>,
         state: &'m State,
         (rows, weights): (&'m [usize], &'m [f64]),
+        joints: &BTreeSet<usize>,
         progress: &Progress,
     ) -> Result<Self, Cancelled> {
         let table = machine.table;
@@ -49,9 +53,7 @@ impl<'m> Outlook<'m> {
         progress.check()?;
         let rank = Factor::new(&total.matrix).rank();
         let mut ways = vec![(None, region_blocks(table, rows))];
-        ways.extend(
-            (0..machine.model.chain.len()).map(|joint| (Some(joint), joint_blocks(table, rows, joint))),
-        );
+        ways.extend(joints.iter().map(|joint| (Some(*joint), joint_blocks(table, rows, *joint))));
         ways.extend(session_blocks(table, rows).map(|blocks| (None, blocks)));
         let told = |(joint, blocks): &(Option<usize>, Vec<Vec<usize>>)| {
             let one = |rows: &Vec<usize>| {
