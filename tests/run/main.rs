@@ -17,6 +17,7 @@ mod killed;
 mod lab;
 mod left_behind;
 mod light_stripe;
+mod manual;
 mod model_bad_input;
 mod passed;
 mod pictures;

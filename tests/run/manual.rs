@@ -1,0 +1,92 @@
+//! The commands of the manual work as they are printed: a stranger types them, not us.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::lab::Lab;
+
+/// The root of the repository.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Every page that a reader of the manual is led to for running cells.
+const PAGES: [&str; 5] = [
+    "README.md",
+    "workcells/README.md",
+    "workcells/teachmover/README.md",
+    "workcells/puma/README.md",
+    "workcells/light-stripe/README.md",
+];
+
+/// Cells that wait for people and for devices on this computer's ports: their plan is shown, and it ends with 4 (needs an operator).
+const NEEDS_AN_OPERATOR: [&str; 2] = ["cell-hardware.yaml", "cell-taught.yaml"];
+
+/// The arguments of each `plumb run workcells/...` that a page prints, in a block or within a sentence.
+fn commands(page: &str) -> Vec<Vec<String>> {
+    let text = fs::read_to_string(root().join(page)).unwrap();
+    text.match_indices("plumb run workcells/").map(|(at, _)| arguments(&text[at..])).collect()
+}
+
+/// What stands between `plumb` and the end of the command: a back quote, a comment, or the end of the line.
+fn arguments(text: &str) -> Vec<String> {
+    let end = text.find(['`', '#', '\n']).unwrap_or(text.len());
+    let words = text[..end].split_whitespace().skip(1);
+    words.map(|word| word.trim_end_matches(['.', ',', ';', ')', ':']).to_owned()).collect()
+}
+
+#[test]
+fn every_cell_and_procedure_that_the_manual_runs_is_there() {
+    let mut seen = BTreeSet::new();
+    for page in PAGES {
+        for mut command in commands(page) {
+            // A word in capitals stands for what the reader chooses; the tables of procedures are held by the test below.
+            if command
+                .iter()
+                .any(|word| word.chars().all(|letter| letter.is_ascii_uppercase() || letter == '|'))
+            {
+                continue;
+            }
+            let cell = command[1].strip_prefix("workcells/").unwrap().to_owned();
+            let (folder, file) = cell.split_once('/').unwrap();
+            command[1] = file.to_owned();
+            command.retain(|word| word != "--json" && word != "--dry-run");
+            if let Some(at) = command.iter().position(|word| word == "--answers") {
+                command.drain(at..at + 2);
+            }
+            command.push("--dry-run".to_owned());
+            if !seen.insert((folder.to_owned(), command.clone())) {
+                continue;
+            }
+            let lab = Lab::of(folder);
+            let plan = lab.plumb(&command.iter().map(String::as_str).collect::<Vec<_>>());
+            let allowed: &[i32] = if command.iter().any(|word| NEEDS_AN_OPERATOR.contains(&word.as_str())) {
+                &[0, 4]
+            } else {
+                &[0]
+            };
+            assert!(allowed.contains(&plan.code()), "{page}: plumb {}\n{}", command.join(" "), plan.all());
+        }
+    }
+    assert!(seen.len() > 5, "the manual's commands are found: {seen:?}");
+}
+
+/// The page of the TeachMover promises `plumb run workcells/teachmover/cell.yaml PROCEDURE` for each row of its table, unless the row names another cell.
+#[test]
+fn every_procedure_in_the_teachmovers_table_runs_in_the_cell_it_names() {
+    let text = fs::read_to_string(root().join("workcells/teachmover/README.md")).unwrap();
+    let section = text.split_once("## Procedures").map(|(_, rest)| rest).unwrap();
+    let section = section.split("\n## ").next().unwrap();
+    let rows: Vec<&str> = section.lines().filter(|line| line.starts_with("| `")).collect();
+    assert!(rows.len() > 8, "{section}");
+    let lab = Lab::new();
+    for row in rows {
+        let procedure = row.split('`').nth(1).unwrap();
+        let cell = row.split_once("(`cell").and_then(|(_, rest)| rest.split('`').next()).unwrap_or(".yaml");
+        let cell = format!("cell{cell}");
+        let plan = lab.plumb(&["run", &cell, procedure, "--dry-run"]);
+        let allowed: &[i32] = if NEEDS_AN_OPERATOR.contains(&cell.as_str()) { &[0, 4] } else { &[0] };
+        assert!(allowed.contains(&plan.code()), "{procedure} in {cell}: {}", plan.all());
+    }
+}
