@@ -41,7 +41,7 @@ const MEASUREMENTS: [Row; 8] = [
         frames::measure,
     ),
     ("stop", "from a stop to the last half-step at 9600 baud, stops each", 100, stop::measure),
-    ("start", "from `plumb run` to the first motion, runs each", 10, start::measure),
+    ("start", "from `plumb run` to the first motion, runs each", 100, start::measure),
     ("steps", "steps of a procedure a second, beside OpenHTF, steps", 500, steps::measure),
     ("parsers", "what reads the controllers' answers, fed with damaged ones, seconds", 60, parsers::measure),
     ("paths", "the same initialization over two ways to a worn arm, seeds", 20, paths::measure),

@@ -94,15 +94,23 @@ fn built() -> PathBuf {
     Path::new(PROGRAM).parent().unwrap_or(Path::new("/")).to_owned()
 }
 
-/// A copy of the TeachMover cells to run in, with a record of its own.
+/// A copy of the cells of one folder of `workcells` to run in, with a record of its own.
 pub(crate) struct Cells {
     directory: tempfile::TempDir,
 }
 
 impl Cells {
+    /// The TeachMover's.
     pub(crate) fn new() -> Result<Self, Box<dyn Error>> {
+        Self::of("teachmover")
+    }
+
+    /// Those of a folder, with the models of arms beside it.
+    pub(crate) fn of(folder: &str) -> Result<Self, Box<dyn Error>> {
         let directory = tempfile::tempdir()?;
-        copy(&root().join("workcells/teachmover"), &directory.path().join("cell"))?;
+        let workcells = root().join("workcells");
+        copy(&workcells.join(folder), &directory.path().join("cell"))?;
+        copy(&workcells.join("arms"), &directory.path().join("arms"))?;
         Ok(Self { directory })
     }
 

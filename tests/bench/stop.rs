@@ -1,4 +1,5 @@
-//! How long a stop takes at 9600 baud, to the last half-step of the emulated controller; with a driver that works, hangs, or crashes.
+//! How long a stop takes at 9600 baud, to the last half-step of the emulated controller; with a driver that works, hangs, or crashes. From the key in the
+//! terminal through both serial drivers.
 //!
 //! The whole way is in these figures: the bell on the bus, the host process, the plugin, and a pseudo-terminal whose bytes keep the line's
 //! time. Stops come at random moments of long moves.
@@ -49,14 +50,17 @@ struct Figures {
 
 pub(crate) fn measure(stops: usize) -> Measured {
     println!("9600 baud, speed code 220, pieces cut for a stop within 100 ms");
-    println!("{:<40}{:>9}{:>9}{:>9}{:>9}{:>15}", "", "median", "95 %", "worst", "<= 100", "share moving");
+    println!("{:<48}{:>9}{:>9}{:>9}{:>9}{:>15}", "", "median", "95 %", "worst", "<= 100", "share moving");
     let mut random = Random::new(1, "moments of stops");
     for (name, by) in MOVES {
         let figures = Bench::start()?.measure(by, stops, &mut random)?;
         print(&format!("stop rung, {name}"), figures);
     }
-    let by_key = stops_by_key(stops, &mut random)?;
-    print("Esc in the terminal, one joint", Figures { latencies: by_key, ..Figures::default() });
+    for (name, folder) in [("TeachMover", "teachmover"), ("PUMA over VAL-II", "puma")] {
+        let by_key = stops_by_key(folder, stops, &mut random)?;
+        let figures = Figures { latencies: by_key, ..Figures::default() };
+        print(&format!("Esc in the terminal, one joint, {name}"), figures);
+    }
     for (name, signal) in
         [("plugin hangs, then the stop", Signal::SIGSTOP), ("plugin crashes, no stop", Signal::SIGABRT)]
     {
@@ -208,5 +212,5 @@ fn print(name: &str, mut figures: Figures) {
         true => String::new(),
         false => format!("{:.1} %", 100.0 * figures.turned.as_secs_f64() / figures.elapsed.as_secs_f64()),
     };
-    println!("{name:<40}{median:>6.1} ms{most:>6.1} ms{worst:>6.1} ms{within:>7.1} %{share:>15}");
+    println!("{name:<48}{median:>6.1} ms{most:>6.1} ms{worst:>6.1} ms{within:>7.1} %{share:>15}");
 }

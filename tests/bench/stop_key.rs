@@ -13,12 +13,16 @@ use portable_pty::{Child, CommandBuilder, PtySize, native_pty_system};
 use crate::LONG;
 use crate::parts::{Cells, PROGRAM};
 
-/// How long after Esc the last half-step is looked for.
+/// How long after Esc the last step is looked for: three times what the slower controller takes.
 const SETTLED: Duration = Duration::from_millis(300);
 
-/// Presses Esc at random moments while the arm of the serial cell moves; the times to the last half-step.
-pub(crate) fn stops_by_key(count: usize, random: &mut Random) -> Result<Vec<Duration>, Box<dyn Error>> {
-    let mut operator = Operator::sit_down()?;
+/// Presses Esc at random moments while the arm of a folder's serial cell moves; the times to the last step of its motors or encoders.
+pub(crate) fn stops_by_key(
+    folder: &str,
+    count: usize,
+    random: &mut Random,
+) -> Result<Vec<Duration>, Box<dyn Error>> {
+    let mut operator = Operator::sit_down(folder)?;
     let mut latencies = Vec::new();
     while latencies.len() < count {
         operator.until_moving()?;
@@ -38,8 +42,8 @@ struct Operator {
 }
 
 impl Operator {
-    fn sit_down() -> Result<Self, Box<dyn Error>> {
-        let cells = Cells::new()?;
+    fn sit_down(folder: &str) -> Result<Self, Box<dyn Error>> {
+        let cells = Cells::of(folder)?;
         let moves = "          - {id: out, do: {move: {robot: arm, by_deg: {waist: 60}, speed: 1}}}\n          - {id: back, do: {move: {robot: arm, by_deg: {waist: -60}, speed: 1}}}\n";
         std::fs::write(
             cells.path("procedures/to-and-fro.yaml"),
