@@ -118,6 +118,14 @@ impl Cells {
         self.directory.path().join("cell").join(name)
     }
 
+    /// Where the world of a cell listens while it runs.
+    pub(crate) fn world_socket(&self, cell: &str) -> Result<PathBuf, Box<dyn Error>> {
+        let domain = plumb_bus::Domain::of_cell(&self.path(cell))?;
+        let mut name = domain.root().as_os_str().to_owned();
+        name.push(".world");
+        Ok(PathBuf::from(name).join("socket"))
+    }
+
     /// Replaces a text in one of the files.
     pub(crate) fn edit(&self, name: &str, from: &str, to: &str) -> Result<(), Box<dyn Error>> {
         let text = fs::read_to_string(self.path(name))?;

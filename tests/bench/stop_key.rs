@@ -2,7 +2,6 @@
 
 use std::error::Error;
 use std::io::{Read as _, Write};
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use plumb_simulated::client::WorldClient;
@@ -68,7 +67,7 @@ impl Operator {
         let keys = pair.master.take_writer()?;
         // Kept open for as long as the program lives.
         std::mem::forget(pair.master);
-        let socket = world_socket(&cells)?;
+        let socket = cells.world_socket("cell-serial.yaml")?;
         let began = Instant::now();
         let world = loop {
             match WorldClient::connect(&socket, "bench") {
@@ -132,12 +131,4 @@ impl Drop for Operator {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-/// Where the world of the serial cell listens.
-fn world_socket(cells: &Cells) -> Result<PathBuf, Box<dyn Error>> {
-    let domain = plumb_bus::Domain::of_cell(&cells.path("cell-serial.yaml"))?;
-    let mut name = domain.root().as_os_str().to_owned();
-    name.push(".world");
-    Ok(PathBuf::from(name).join("socket"))
 }
