@@ -66,6 +66,8 @@ pub(crate) struct RobotNames {
     pub(crate) surfaces: Vec<String>,
     /// Levels of its model file.
     pub(crate) levels: Vec<String>,
+    /// Targets of its model file.
+    pub(crate) targets: Vec<String>,
 }
 
 /// How people write a joint's numbers.

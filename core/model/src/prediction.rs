@@ -27,6 +27,9 @@ pub enum PredictionError {
     /// The poses and the model do not go together.
     #[error(transparent)]
     Poses(#[from] ObservationsError),
+    /// There is no such point.
+    #[error("the model has no target `{0}`; of its targets {1}")]
+    UnknownTarget(String, String),
     /// There is no point.
     #[error("the model has no target, so it has no point to bring anywhere: give it one under `targets:`")]
     NoTarget,
@@ -45,12 +48,24 @@ fn is_left_out(added: &AddedEffect) -> bool {
     PUT_RIGHT_ELSEWHERE.contains(&added.id.name.as_str())
 }
 
-/// Where the first target is at each pose, mm, frame of the measurements: by the whole model, with everything that was found and added.
+/// Where a target (the first, where none is named) is at each pose, mm, frame of the measurements: by the whole model, with everything that was found
+/// and added.
 ///
 /// # Errors
 /// [`PredictionError`]
-pub fn points(model: &Model, poses: &[Pose]) -> Result<Vec<Vector3<f64>>, PredictionError> {
-    let target = model.targets.first().ok_or(PredictionError::NoTarget)?;
+pub fn points(
+    model: &Model,
+    target: Option<&str>,
+    poses: &[Pose],
+) -> Result<Vec<Vector3<f64>>, PredictionError> {
+    let place = match target {
+        None => 0,
+        Some(name) => model.targets.iter().position(|target| target.name == name).ok_or_else(|| {
+            let known: Vec<&str> = model.targets.iter().map(|target| target.name.as_str()).collect();
+            PredictionError::UnknownTarget(name.to_owned(), format!("there are {}", known.join(", ")))
+        })?,
+    };
+    let target = model.targets.get(place).ok_or(PredictionError::NoTarget)?;
     let joints = model.chain.len();
     let mut table =
         Table { source: "pose".to_owned(), joints, approach: Some(Vec::new()), ..Table::default() };
@@ -73,5 +88,5 @@ pub fn points(model: &Model, poses: &[Pose]) -> Result<Vec<Vector3<f64>>, Predic
         model.fitted.iter().chain(&model.effects).filter(|added| !is_left_out(added)).cloned().collect();
     let machine = Machine::new(model, &table, &observations, &effects)?;
     let state = machine.start();
-    Ok((0..poses.len()).map(|row| machine.believed_point(&state, row)).collect())
+    Ok((0..poses.len()).map(|row| machine.believed_target(&state, place, row)).collect())
 }

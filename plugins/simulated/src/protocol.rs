@@ -232,6 +232,9 @@ pub enum Verb {
         /// Whether it is turned end for end.
         #[serde(default)]
         turned: bool,
+        /// Whether the joint's reading has to increase (or decrease) as it arrives; left out, as it comes.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        rising: Option<bool>,
     },
     /// Switches the light stripe's laser, puts its filter before the lens or takes it away; ends with [`Say::Reading`].
     Shine {

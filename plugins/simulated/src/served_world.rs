@@ -36,6 +36,8 @@ pub struct Use<'a> {
     pub turned: bool,
     /// Which coordinate is read.
     pub axis: Option<Axis>,
+    /// For a joint that is driven: whether its reading has to increase (or decrease) as it arrives.
+    pub rising: Option<bool>,
 }
 
 /// The moment a picture is taken in.

@@ -30,11 +30,14 @@ fn go(world: &mut PumaWorld, degrees: [f64; 6]) {
 }
 
 fn level(world: &mut PumaWorld, at: &str, turned: bool) -> f64 {
-    world.measure(&Use { with: Instrument::Level, at: Some(at), turned, axis: None }).unwrap().0
+    world.measure(&Use { with: Instrument::Level, at: Some(at), turned, axis: None, rising: None }).unwrap().0
 }
 
 fn ruler(world: &mut PumaWorld) -> f64 {
-    world.measure(&Use { with: Instrument::Ruler, at: None, turned: false, axis: None }).unwrap().0
+    world
+        .measure(&Use { with: Instrument::Ruler, at: None, turned: false, axis: None, rising: None })
+        .unwrap()
+        .0
 }
 
 /// Where the flange is and how it is turned: its place, x and z, mm.
@@ -108,7 +111,8 @@ fn a_flipped_wrist_tells_joint_5s_zero_from_the_mounts_tilt() {
     let mut motions = Vec::new();
     for pose in [HANGING, FLIPPED] {
         go(&mut world, pose);
-        let used = Use { with: Instrument::Level, at: Some("cage_back"), turned: false, axis: None };
+        let used =
+            Use { with: Instrument::Level, at: Some("cage_back"), turned: false, axis: None, rising: None };
         while let Some(order) = world.level_order("wrist_bend", &used).unwrap() {
             ServedWorld::begin(&mut world, &order).unwrap();
             world.finish_motion();
@@ -181,8 +185,9 @@ fn a_stop_brakes_and_the_joints_stand_where_the_encoders_can_count() {
 #[test]
 fn what_cannot_be_measured_or_reached_is_said() {
     let mut world = world_of(IDEAL);
-    let mut measure =
-        |with, at| world.measure(&Use { with, at: Some(at), turned: false, axis: None }).unwrap_err();
+    let mut measure = |with, at| {
+        world.measure(&Use { with, at: Some(at), turned: false, axis: None, rising: None }).unwrap_err()
+    };
     assert_eq!(
         measure(Instrument::Level, "elbow"),
         "a spirit level does not lie at `elbow`; its places are forearm, forearm_across, cage_back, cage_back_across, cage_top"
@@ -202,7 +207,7 @@ fn what_cannot_be_measured_or_reached_is_said() {
         "joint `elbow` has its stops at -49 and 229 deg; 240.64 deg lies beyond them"
     );
     go(&mut world, STRETCHED);
-    let used = Use { with: Instrument::Level, at: Some("forearm"), turned: false, axis: None };
+    let used = Use { with: Instrument::Level, at: Some("forearm"), turned: false, axis: None, rising: None };
     assert_eq!(world.level_order("flange", &used), Ok(None), "it is level already");
 }
 

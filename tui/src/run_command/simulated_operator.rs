@@ -15,7 +15,7 @@ const ACTS: [(&str, &[&str], &[&str]); 10] = [
     ("read_level", &[], &["at", "turned"]),
     ("read_ruler", &[], &["at"]),
     ("read_tracker", &[], &["at", "axis"]),
-    ("drive_to_level", &[], &["joint", "at", "turned"]),
+    ("drive_to_level", &[], &["joint", "at", "turned", "from"]),
     ("hang", &["mass_kg"], &[]),
     ("read_point", &["ahead_mm"], &["axis"]),
     ("shine", &[], &["laser", "filter"]),
@@ -89,6 +89,7 @@ fn verb_of(act: &Act) -> Result<Verb, String> {
             joint: word("joint").ok_or_else(|| needs("joint"))?,
             at: word("at").ok_or_else(|| needs("at"))?,
             turned,
+            rising: one_of("from", "below", "above")?,
         },
         "hang" => Verb::Hang { mass_kg: number("mass_kg")? },
         "read_point" => {

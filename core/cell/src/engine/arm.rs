@@ -17,6 +17,8 @@ use crate::event::{Event, NamedValue};
 use crate::read_context::DegOrMm;
 use crate::workcell::{BoundKeepOut, KeepOut, ModelFile, RobotSetting, Trespass};
 
+use super::manual_motion::ManualMotion;
+
 /// The zeros in force, one a joint, shared with who shows where the robot is.
 pub(crate) type Zeros = Arc<Mutex<Vec<f64>>>;
 
@@ -37,6 +39,21 @@ pub(crate) struct Arm {
     zeros: Zeros,
     /// Which way each joint of the drive last went: 1, -1, or 0 for one that has not moved since this run took hold of the robot.
     sides: Vec<i8>,
+    /// What was seen of the joints since somebody else may move them; nothing while only this program does.
+    manual: Option<ManualMotion>,
+}
+
+/// A point that is to be brought somewhere.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WantedPoint<'a> {
+    /// Where, mm, in the model's frame of measurements.
+    pub(crate) xyz_mm: [f64; 3],
+    /// Which of the model's targets; the first where none is named.
+    pub(crate) target: Option<&'a str>,
+    /// The columns of the joints that bring it there.
+    pub(crate) by: &'a [usize],
+    /// What the hand carries, kg.
+    pub(crate) payload_kg: f64,
 }
 
 /// As near to a point is there, mm.
@@ -83,6 +100,7 @@ impl Arm {
             plugin: plugin.to_owned(),
             zeros: Arc::new(Mutex::new(vec![0.0; description.joints.len()])),
             sides: vec![0; description.joints.len()],
+            manual: None,
             link,
             description,
             setting: setting.clone(),
@@ -180,29 +198,30 @@ impl Arm {
         Ok(target)
     }
 
-    /// What the drive has to be told so that the model's point comes to `wanted` (mm, the model's frame of measurements) by these joints, the rest
-    /// going from `from` to where `others` has them: by the whole model, with everything that was found and added to it, the side from which each joint
-    /// will arrive with it.
+    /// What the drive has to be told so that a point of the model comes to where it is `wanted` by its joints, the rest going from `from` to where `others`
+    /// has them: by the whole model, with everything that was found and added to it, the side from which each joint will arrive and the load with it.
     ///
     /// # Errors
     /// A sentence: out of reach, or there is no model.
     pub(crate) fn joints_for_point(
         &self,
-        wanted: [f64; 3],
+        point: &WantedPoint<'_>,
         from: &JointVector,
         others: &JointVector,
-        by: &[usize],
     ) -> Result<JointVector, String> {
         let model = self.geometry()?;
-        let wanted = DVector::from_column_slice(&wanted);
+        let WantedPoint { by, payload_kg, target: name, .. } = point;
+        let wanted = DVector::from_column_slice(&point.xyz_mm);
         let mut target = *others;
         let mut short = f64::INFINITY;
         for _ in 0..STEPS_TO_POINT {
             let sides = self.sides_at(from, &target);
             let mut tried = vec![target];
             tried.extend(by.iter().map(|column| nudged(&target, *column)));
-            let poses = tried.iter().map(|drive| self.model_pose(model, drive, &sides)).collect::<Vec<_>>();
-            let points = prediction::points(&model.model, &poses).map_err(|error| error.to_string())?;
+            let poses: Vec<Pose> =
+                tried.iter().map(|drive| self.model_pose(model, drive, &sides, *payload_kg)).collect();
+            let points =
+                prediction::points(&model.model, *name, &poses).map_err(|error| error.to_string())?;
             let Some((here, nudged)) = points.split_first() else { break };
             let left = &wanted - DVector::from_column_slice(here.as_slice());
             short = left.norm();
@@ -247,16 +266,56 @@ impl Arm {
         Value::Object(self.sides.iter().enumerate().map(entry).collect())
     }
 
-    /// Nobody knows from which side the joints arrived: somebody else has moved them.
-    pub(crate) fn forget_sides(&mut self) {
-        self.sides.fill(0);
+    /// From here on somebody else may move the joints, which stand at `here`.
+    pub(crate) fn begin_manual(&mut self, here: &JointVector) {
+        self.manual = Some(ManualMotion::from(here));
     }
 
-    fn model_pose(&self, model: &ModelFile, drive: &JointVector, sides: &[i8]) -> Pose {
+    /// Somebody else may have moved the joints to `here`. From which side a joint has arrived that stands elsewhere now, nobody knows; one that
+    /// stands where it stood is taken to have stayed.
+    pub(crate) fn saw_manual(&mut self, here: &JointVector) {
+        let Some(manual) = &mut self.manual else {
+            self.sides.fill(0);
+            return;
+        };
+        for (column, side) in self.sides.iter_mut().enumerate() {
+            let step = self.description.joints.get(column).map_or(0.0, |joint| joint.resolution);
+            if manual.has_left(column, here, step) {
+                *side = 0;
+            }
+        }
+        manual.saw(here);
+    }
+
+    /// Nobody else moves the joints any more. Each joint of `arrivals` (its column, and 1 for from below or -1 for from above) was to be driven to
+    /// where it stands from that side.
+    ///
+    /// # Errors
+    /// The first joint that was never seen on that side, so that it cannot have come from there.
+    pub(crate) fn end_manual(&mut self, here: &JointVector, arrivals: &[(usize, i8)]) -> Result<(), usize> {
+        self.saw_manual(here);
+        let came_from = |(column, side): &(usize, i8)| {
+            let step = self.resolution(*column);
+            self.sides.get(*column) == Some(side)
+                || self.manual.as_ref().is_some_and(|manual| manual.was_beyond(*column, here, *side, step))
+        };
+        if let Some((column, _)) = arrivals.iter().find(|arrival| !came_from(arrival)) {
+            return Err(*column);
+        }
+        for (column, side) in arrivals {
+            if let Some(known) = self.sides.get_mut(*column) {
+                *known = *side;
+            }
+        }
+        self.manual = None;
+        Ok(())
+    }
+
+    fn model_pose(&self, model: &ModelFile, drive: &JointVector, sides: &[i8], payload: f64) -> Pose {
         Pose {
             q: model.model_joints(&self.cell_joints(&self.corrected(drive), 0.0)),
             approach: model.model_sides(&self.cell_joints(sides, 0), None),
-            payload: 0.0,
+            payload,
         }
     }
 
@@ -407,7 +466,11 @@ impl Arm {
         let motion = Motion::absolute(*target, speed).only(mask);
         self.sides = self.sides_at(from, target);
         let patience = self.expected_time(from, target, speed) * 3 + Duration::from_secs(10);
-        self.link.move_joints(&motion, patience.min(limit))
+        let arrived = self.link.move_joints(&motion, patience.min(limit))?;
+        if let Some(manual) = &mut self.manual {
+            manual.saw(&arrived.joints);
+        }
+        Ok(arrived)
     }
 }
 

@@ -11,6 +11,7 @@ mod execute;
 mod finish;
 mod inbox;
 mod journal;
+mod manual_motion;
 mod pause;
 mod plan;
 mod prompting;

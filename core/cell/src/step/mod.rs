@@ -26,7 +26,7 @@ pub use declare::DeclareStep;
 pub use joint_targets::{JointTarget, JointTargets};
 pub use measure::MeasureStep;
 pub use move_joints::{HandTarget, MoveStep, PointTarget};
-pub use prompt::{PromptStep, Question, SimulatedAct};
+pub use prompt::{Arrival, ArrivalSide, PromptStep, Question, SimulatedAct};
 pub use repeat::{RepeatStep, Rows, Turns};
 pub use row::RowStep;
 pub use scan::{Fitted, ScanStep};

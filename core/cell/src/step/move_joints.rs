@@ -4,7 +4,7 @@ use super::joint_targets::{JointTargets, read_pair};
 use super::scan::read_place;
 use crate::expression::Expression;
 use crate::read_context::{CheckContext, ReadContext};
-use crate::yaml::{MapReader, Node, Place};
+use crate::yaml::{MapReader, Node, Place, did_you_mean};
 
 /// A declared move.
 #[derive(Debug, Clone)]
@@ -30,6 +30,10 @@ pub struct MoveStep {
 pub struct PointTarget {
     /// Its coordinates in the model's frame of measurements, mm.
     pub xyz: [Expression; 3],
+    /// Which of the model's targets, and where its name stands; the first where none is named.
+    pub target: Option<(String, Place)>,
+    /// What the hand carries, kg; nothing where it is not said.
+    pub payload: Option<Expression>,
     /// The joints, and where their names stand.
     pub by: Vec<(String, Place)>,
 }
@@ -103,6 +107,10 @@ fn read_point(node: &Node, context: &ReadContext<'_>) -> Option<PointTarget> {
     let mut map = MapReader::new(node, "`to_point`", context.problems)?;
     let mut coordinate = |key: &'static str| map.required(key).and_then(|node| context.expression(node, key));
     let xyz = [coordinate("x_mm"), coordinate("y_mm"), coordinate("z_mm")];
+    let target = map
+        .optional("target")
+        .and_then(|node| Some((node.text("`target`", context.problems)?.to_owned(), node.place)));
+    let payload = map.optional("payload_kg").and_then(|node| context.expression(node, "`payload_kg`"));
     let by = map.required("by").and_then(|node| node.list("`by`", context.problems));
     map.finish();
     let names =
@@ -113,14 +121,28 @@ fn read_point(node: &Node, context: &ReadContext<'_>) -> Option<PointTarget> {
         context.problems.add(node.place, "a point has three coordinates", help);
     }
     let [x, y, z] = xyz;
-    Some(PointTarget { xyz: [x?, y?, z?], by })
+    Some(PointTarget { xyz: [x?, y?, z?], target, payload, by })
 }
 
 impl MoveStep {
     pub(super) fn check(&self, context: &CheckContext<'_>) {
         let robot = context.robot(&self.robot, self.robot_place);
         if let Some(point) = &self.point {
-            point.xyz.iter().for_each(|coordinate| context.check_expression(coordinate));
+            point
+                .xyz
+                .iter()
+                .chain(&point.payload)
+                .for_each(|expression| context.check_expression(expression));
+            if let (Some(robot), Some((target, place))) = (robot, &point.target)
+                && !robot.targets.contains(target)
+            {
+                let help = did_you_mean(target, robot.targets.iter().map(String::as_str));
+                context.problems.add(
+                    *place,
+                    format!("the model of {} has no target `{target}`", robot.name),
+                    help,
+                );
+            }
             for (joint, place) in &point.by {
                 if let Some(robot) = robot {
                     context.joint(robot, joint, *place);

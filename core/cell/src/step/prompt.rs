@@ -32,7 +32,7 @@ pub struct SimulatedAct {
 }
 
 /// What an act is told in words; all else are numbers.
-const WORDS: [&str; 6] = ["at", "joint", "axis", "turned", "laser", "filter"];
+const WORDS: [&str; 7] = ["at", "joint", "axis", "turned", "from", "laser", "filter"];
 
 /// What counts as an answer.
 #[derive(Debug, Clone)]
@@ -80,7 +80,47 @@ pub enum Question {
         place: Place,
         /// Bounds that have to be kept.
         goals: Vec<Goal>,
+        /// From which side joints have to arrive.
+        arrivals: Vec<Arrival>,
     },
+}
+
+/// From which side a joint that is driven by hand has to arrive.
+#[derive(Debug, Clone)]
+pub struct Arrival {
+    /// The joint.
+    pub joint: String,
+    /// Where its name stands.
+    pub place: Place,
+    /// The side.
+    pub from: ArrivalSide,
+}
+
+/// A side from which a joint arrives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ArrivalSide {
+    /// Its reading increases.
+    Below,
+    /// Its reading decreases.
+    Above,
+}
+
+impl ArrivalSide {
+    /// As the measurement table has it: 1 from below, -1 from above.
+    pub fn side(self) -> i8 {
+        match self {
+            Self::Below => 1,
+            Self::Above => -1,
+        }
+    }
+
+    /// `below` or `above`.
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Self::Below => "below",
+            Self::Above => "above",
+        }
+    }
 }
 
 /// Bounds on one joint of a jog.
@@ -262,9 +302,28 @@ fn read_jog(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
             }
         }
     }
+    let arrivals = map.optional("from").map(|node| read_arrivals(node, context)).unwrap_or_default();
     map.finish();
     let (robot, place) = robot?;
-    Some(Question::JogTo { robot, place, goals })
+    Some(Question::JogTo { robot, place, goals, arrivals })
+}
+
+fn read_arrivals(node: &Node, context: &ReadContext<'_>) -> Vec<Arrival> {
+    let mut arrivals = Vec::new();
+    for (joint, node) in node.entries("`from`", context.problems).unwrap_or_default() {
+        let from = match node.text("a side", context.problems) {
+            Some("below") => ArrivalSide::Below,
+            Some("above") => ArrivalSide::Above,
+            Some(other) => {
+                let help = "write `below`, for a reading that increases until the joint is there, or `above`";
+                context.problems.add(node.place, format!("`{other}` is no side to arrive from"), help);
+                continue;
+            }
+            None => continue,
+        };
+        arrivals.push(Arrival { joint: joint.name.clone(), place: joint.place, from });
+    }
+    arrivals
 }
 
 impl PromptStep {
@@ -285,10 +344,15 @@ impl PromptStep {
                     context.check_expression(expression);
                 }
             }
-            Question::JogTo { robot, place, goals } => {
+            Question::JogTo { robot, place, goals, arrivals } => {
                 let robot = context.robot(robot, *place);
                 for goal in goals {
                     goal.check(robot, context);
+                }
+                for arrival in arrivals {
+                    if let Some(robot) = robot {
+                        context.joint(robot, &arrival.joint, arrival.place);
+                    }
                 }
             }
             Question::Acknowledge { .. }

@@ -22,7 +22,9 @@ impl RobotSetting {
     pub(crate) fn names(&self) -> RobotNames {
         let surfaces = self.model.as_ref().map(|model| model.surfaces.clone()).unwrap_or_default();
         let levels = self.model.as_ref().map(|model| model.levels.clone()).unwrap_or_default();
-        RobotNames { name: self.device.clone(), joints: self.joints.clone(), surfaces, levels }
+        let targets = self.model.iter().flat_map(|model| &model.model.targets);
+        let targets = targets.map(|target| target.name.clone()).collect();
+        RobotNames { name: self.device.clone(), joints: self.joints.clone(), surfaces, levels, targets }
     }
 
     /// How people write a joint's numbers.

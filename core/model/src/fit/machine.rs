@@ -566,9 +566,14 @@ impl<'a> Machine<'a> {
 
     /// Where a row's first target is believed to be, mm, frame of the measurements.
     pub(crate) fn believed_point(&self, state: &State, row: usize) -> Vector3<f64> {
+        self.believed_target(state, 0, row)
+    }
+
+    /// Where a target of the model (by its place in the file, from 0) is believed to be in a row, mm, frame of the measurements.
+    pub(crate) fn believed_target(&self, state: &State, target: usize, row: usize) -> Vector3<f64> {
         let mut scratch = Scratch::default();
         self.assume(state, row, &mut scratch);
-        self.point(state, 0, &scratch).0
+        self.point(state, target, &scratch).0
     }
 
     /// Whether every joint, the flange and every target stay clear of some half-spaces (base frame) in a row's pose.

@@ -12,6 +12,9 @@ use crate::world_file::Described;
 /// As near as an arm that is set continuously comes to what the operator sees, rad.
 const SEEN_WITHIN: f64 = 1e-6;
 
+/// How far the operator goes back before coming to a bubble from the right side once more, deg: more than any play.
+const BACK_BEYOND_DEG: f64 = 2.0;
+
 /// Said of a world file without `light:`.
 const NO_RIG: &str = "no rig is on this arm's hand: describe it under `light:` in the world file";
 
@@ -203,10 +206,14 @@ impl ServedWorld for PumaWorld {
     fn level_order(&mut self, joint: &str, used: &Use<'_>) -> Result<Option<MotionOrder>, String> {
         let joint = joint_named(joint)?;
         let at = used.at.unwrap_or_default();
-        let order = match self.levelling(joint, at, used.turned).map_err(|error| error.to_string())? {
+        let by = match self.levelling(joint, at, used.turned).map_err(|error| error.to_string())? {
             Levelling::Done => return Ok(None),
-            Levelling::Turn(by) => MotionOrder { joints: only(joint, by), relative: true, speed: 0.1 },
+            // Past it, back beyond where it is to come from, and once more from there.
+            Levelling::Turn(by) if used.rising.is_some_and(|rising| rising != (by > 0.0)) => {
+                by + by.signum() * BACK_BEYOND_DEG.to_radians()
+            }
+            Levelling::Turn(by) => by,
         };
-        Ok(Some(order))
+        Ok(Some(MotionOrder { joints: only(joint, by), relative: true, speed: 0.1 }))
     }
 }

@@ -142,11 +142,15 @@ impl Session {
             Verb::Trim { by } => self.change(id, |state| state.world.turn_trim(by)),
             Verb::Hold { width_mm } => self.change(id, |state| state.world.put_between_fingers(width_mm)),
             Verb::Measure { with, at, turned, axis } => {
-                self.tell(id, |state| measure(state, &Use { with, at: at.as_deref(), turned, axis }))
+                let used = Use { with, at: at.as_deref(), turned, axis, rising: None };
+                self.tell(id, |state| measure(state, &used))
             }
             Verb::Hang { mass_kg } => self.change(id, |state| state.world.hang(mass_kg)),
             Verb::ReadPoint { axis, ahead_mm } => self.tell(id, |state| read_point(state, axis, ahead_mm)),
-            Verb::Level { joint, at, turned } => self.answer_level(id, &joint, &at, turned),
+            Verb::Level { joint, at, turned, rising } => {
+                let used = Use { with: Instrument::Level, at: Some(&at), turned, axis: None, rising };
+                self.answer_level(id, &joint, &used)
+            }
             Verb::Look {} => self.tell(id, |state| look(state)),
             Verb::Shine { laser, filter } => self.change(id, |state| state.world.shine(laser, filter)),
             Verb::Shutter { every_ms } => self.change(id, |state| state.set_shutter(every_ms)),
@@ -215,10 +219,9 @@ impl Session {
     }
 
     /// The operator looks at the bubble, turns the joint, and looks again.
-    fn answer_level(&mut self, id: u64, joint: &str, at: &str, turned: bool) -> Result<(), Gone> {
-        let used = Use { with: Instrument::Level, at: Some(at), turned, axis: None };
+    fn answer_level(&mut self, id: u64, joint: &str, used: &Use<'_>) -> Result<(), Gone> {
         for _ in 0..MOST_CORRECTIONS {
-            let order = self.shared.now().world.level_order(joint, &used);
+            let order = self.shared.now().world.level_order(joint, used);
             match order {
                 Ok(None) => return self.finish(id, false),
                 Ok(Some(order)) => match self.make_motion(id, &Order::Joints(order))? {

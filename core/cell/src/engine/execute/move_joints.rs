@@ -6,6 +6,7 @@ use serde_json::json;
 
 use super::scan::flange_at;
 use crate::engine::Engine;
+use crate::engine::arm::WantedPoint;
 use crate::engine::scope::joints_value;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
@@ -85,9 +86,15 @@ impl Engine {
         for (value, expression) in wanted.iter_mut().zip(&point.xyz) {
             *value = self.number(at.scope, expression)?;
         }
+        let payload_kg = match &point.payload {
+            Some(payload) => self.number(at.scope, payload)?,
+            None => 0.0,
+        };
         let arm = self.arm(&step.robot)?;
         let by: Vec<usize> = point.by.iter().filter_map(|(joint, _)| arm.column(joint)).collect();
-        arm.joints_for_point(wanted, start, others, &by).map_err(StepError::error)
+        let target = point.target.as_ref().map(|(name, _)| name.as_str());
+        let wanted = WantedPoint { xyz_mm: wanted, target, by: &by, payload_kg };
+        arm.joints_for_point(&wanted, start, others).map_err(StepError::error)
     }
 
     /// Moves a robot; where it comes to rest is written down with the end of the step.

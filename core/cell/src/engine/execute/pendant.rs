@@ -104,8 +104,8 @@ impl Engine {
     /// Hands over or takes back; true once the operator has ended it on the pendant.
     pub(super) fn jog(&mut self, robot: &str, on: bool) -> Result<bool, StepError> {
         self.standing.forget();
-        self.arm(robot)?.forget_sides();
         let state = self.arm(robot)?.link.jog(on).map_err(|error| self.device_error(error))?;
+        self.arm(robot)?.saw_manual(&state.state.joints);
         self.show_pose(robot, &state.state)?;
         Ok(state.finished != 0)
     }

@@ -16,7 +16,7 @@ use crate::event::NamedValue;
 use crate::expression::{Expression, Template};
 use crate::photo;
 use crate::prompt::{Answer, JogGoal, Prompt, PromptKind};
-use crate::step::{PromptStep, Question};
+use crate::step::{Arrival, PromptStep, Question};
 
 impl Engine {
     pub(super) fn execute_prompt(&mut self, step: &PromptStep, at: &StepContext) -> Result<Done, StepError> {
@@ -163,9 +163,14 @@ impl Engine {
         at: &StepContext,
     ) -> Result<Done, StepError> {
         let before = self.read_pose(robot)?.joints;
+        self.arm(robot)?.begin_manual(&before);
         let goals = match &question.kind {
             PromptKind::JogTo { goals, .. } => goals.clone(),
             _ => Vec::new(),
+        };
+        let arrivals = match &step.question {
+            Question::JogTo { arrivals, .. } => arrivals.as_slice(),
+            _ => &[],
         };
         let prompt = self.journal.ask(question)?;
         if self.unattended {
@@ -173,6 +178,7 @@ impl Engine {
             self.simulate_unless_moved(robot, step, &before, &answer, at)?;
             let here = self.bring_to(robot, &answer, at)?;
             self.goals_met(robot, &here, &goals).map_err(StepError::Error)?;
+            self.end_manual(robot, &here, arrivals).map_err(StepError::Error)?;
             self.journal.answered(&prompt, &answer, &by)?;
             return self.jog_done(robot, &here);
         }
@@ -191,7 +197,8 @@ impl Engine {
                         }
                         Err(other) => return Err(other),
                     };
-                    match self.goals_met(robot, &here, &goals) {
+                    let met = self.goals_met(robot, &here, &goals);
+                    match met.and_then(|()| self.end_manual(robot, &here, arrivals)) {
                         Ok(()) => {
                             self.journal.answered(&prompt, &answer, &by)?;
                             return self.jog_done(robot, &here);
@@ -298,6 +305,23 @@ impl Engine {
             }
         }
         Ok(())
+    }
+
+    /// The operator is done: from now on only this program moves the robot, and it is known from which side the joints of `arrivals` have come.
+    fn end_manual(&mut self, robot: &str, here: &JointVector, arrivals: &[Arrival]) -> Result<(), String> {
+        let Ok(arm) = self.arm(robot) else { return Ok(()) };
+        let columns: Vec<(usize, i8)> = arrivals
+            .iter()
+            .filter_map(|arrival| Some((arm.column(&arrival.joint)?, arrival.from.side())))
+            .collect();
+        arm.end_manual(here, &columns).map_err(|column| {
+            let joint = arm.joint_name(column).to_owned();
+            let arrival = arrivals.iter().find(|arrival| arrival.joint == joint);
+            let from = arrival.map_or("the side asked for", |arrival| arrival.from.in_words());
+            format!(
+                "{joint} has not come from {from}, as it has to (play would falsify the reading): drive it back some degrees, and come again from there"
+            )
+        })
     }
 
     fn jog_done(&mut self, robot: &str, here: &JointVector) -> Result<Done, StepError> {
