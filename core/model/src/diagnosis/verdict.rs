@@ -6,7 +6,7 @@ use super::outcome::{Candidate, EffectPlace, Located, Named, Verdict};
 use super::score::{Score, score};
 use super::search::{CLOSE, Candidates, Contender, LEVEL, Stage, best_variants};
 use super::trial::bic;
-use super::wording::AS_WELL;
+use super::wording::{AS_WELL, NOT_PREDICTED};
 use crate::effect::{EffectId, Family, Search, Spot};
 use crate::file::AddedEffect;
 use crate::fit::Machine;
@@ -428,7 +428,7 @@ impl Finding<'_> {
         } else if contender.outvoted {
             "it stands only when some rows are called wild".to_owned()
         } else if contender.refitted && !contender.gains.iter().all(super::trial::Gain::counts) {
-            "it does not predict rows it has not seen".to_owned()
+            NOT_PREDICTED.to_owned()
         } else {
             "another explains it better".to_owned()
         })

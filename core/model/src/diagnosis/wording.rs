@@ -5,6 +5,9 @@ use super::outcome::{Diagnosis, EffectPlace, Verdict};
 /// Why a candidate that passes everything else is not named.
 pub(super) const AS_WELL: &str = "others explain it as well";
 
+/// Why a candidate that explains these rows is not named: there are too few of them.
+pub(super) const NOT_PREDICTED: &str = "it does not predict rows it has not seen";
+
 /// A number with three figures, as a person would write it.
 pub(crate) fn figure(value: f64) -> String {
     let size = value.abs();
@@ -50,6 +53,9 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
             let why = match located.family.as_slice() {
                 [] => "nothing in the library explains it".to_owned(),
                 [one] => match tied_at(diagnosis, one, &located.place).as_slice() {
+                    [] | [_] if is_borne_out_too_little(diagnosis, one, &located.place) => format!(
+                        "too few poses to name it: {one} comes nearest, and does not yet predict rows it has not seen"
+                    ),
                     [] | [_] => format!("{one} comes nearest and does not explain all of it"),
                     several => format!("these data cannot tell {} apart", listed(several, "and")),
                 },
@@ -79,6 +85,13 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
             "Nothing can be named, and nobody knows how large the noise is: {miss:.3} mm may be all noise; return to some poses."
         ),
     }
+}
+
+/// Whether what comes nearest at a place is not named because it does not predict rows it has not seen.
+fn is_borne_out_too_little(diagnosis: &Diagnosis, effect: &str, place: &str) -> bool {
+    let mut there =
+        diagnosis.candidates.iter().filter(|one| one.effect.effect == effect && one.effect.place == place);
+    there.next().is_some_and(|best| best.rejected.as_deref() == Some(NOT_PREDICTED))
 }
 
 /// Candidates of one name at one place, such as waves of several orders, that do as well as each other.
