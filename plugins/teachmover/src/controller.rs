@@ -110,7 +110,7 @@ impl Controller {
                     if failure.may_pass() && attempt < READ_ATTEMPTS =>
                 {
                     attempt += 1;
-                    self.line.drain()?;
+                    self.line.drain_late()?;
                 }
                 result => return result,
             }

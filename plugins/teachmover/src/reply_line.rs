@@ -15,6 +15,9 @@ const LONGEST_LINE: usize = 200;
 /// holds bytes back.
 const QUIET: Duration = Duration::from_millis(40);
 
+/// The same after a reply that did not come whole: longer than a busy machine holds the rest of it back.
+const LATE: Duration = Duration::from_millis(300);
+
 /// How many bytes may come in before a line that is to become quiet is called babbling.
 const BABBLE: usize = 2000;
 
@@ -102,11 +105,23 @@ impl ReplyLine {
     /// # Errors
     /// [`SerialError::Resynchronise`] when the line does not become quiet, or the port is gone.
     pub fn drain(&mut self) -> Result<Vec<u8>, SerialError> {
+        self.drain_until_quiet_for(QUIET)
+    }
+
+    /// As [`ReplyLine::drain`], after a reply that did not come whole: its rest may be on its way, and must not be taken for the next reply.
+    ///
+    /// # Errors
+    /// As [`ReplyLine::drain`].
+    pub fn drain_late(&mut self) -> Result<Vec<u8>, SerialError> {
+        self.drain_until_quiet_for(LATE)
+    }
+
+    fn drain_until_quiet_for(&mut self, quiet: Duration) -> Result<Vec<u8>, SerialError> {
         let error =
             |failure, line: &Self| SerialError::Resynchronise { port: line.name().to_owned(), failure };
         let mut thrown_away = std::mem::take(&mut self.pending);
         loop {
-            self.receive(QUIET + self.line.duration(2)).map_err(|failure| error(failure, self))?;
+            self.receive(quiet + self.line.duration(2)).map_err(|failure| error(failure, self))?;
             if self.pending.is_empty() {
                 return Ok(thrown_away);
             }
