@@ -97,21 +97,4 @@ impl SerialLine {
             Err(error) => Err(Unplugged { cause: error.to_string() }),
         }
     }
-
-    /// What comes until the line has been quiet for `quiet`, but no longer than `most`.
-    ///
-    /// # Errors
-    /// [`Unplugged`].
-    pub fn read_until_quiet(&mut self, quiet: Duration, most: Duration) -> Result<Vec<u8>, Unplugged> {
-        let deadline = Instant::now() + most;
-        let mut came = Vec::new();
-        while Instant::now() < deadline {
-            let more = self.read(quiet)?;
-            if more.is_empty() {
-                break;
-            }
-            came.extend(more);
-        }
-        Ok(came)
-    }
 }

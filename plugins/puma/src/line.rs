@@ -142,15 +142,4 @@ impl Line {
         self.received = self.received.saturating_add(came.len() as u32);
         Ok(came)
     }
-
-    /// What comes until the line has been quiet for `quiet`, but no longer than `most`.
-    pub(crate) fn read_until_quiet(
-        &mut self,
-        quiet: Duration,
-        most: Duration,
-    ) -> Result<Vec<u8>, LineFailure> {
-        let came = self.line.read_until_quiet(quiet, most)?;
-        self.received = self.received.saturating_add(came.len() as u32);
-        Ok(came)
-    }
 }

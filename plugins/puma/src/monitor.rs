@@ -7,7 +7,7 @@ use plumb_plugin::PluginError;
 use crate::complaint::Complaint;
 use crate::configuration::Configuration;
 use crate::joints::{AXES, JOINTS, folded, unfolded};
-use crate::line::LineError;
+use crate::line::{LineError, LineFailure};
 use crate::profile::Profile;
 use crate::reply::{Ending, Reply};
 use crate::typist::{Typist, Waited};
@@ -249,7 +249,7 @@ impl Monitor {
             Err(error) => {
                 // A half-finished answer, or a question left open, must not be answered by the next line.
                 let _ = self.typist.cancel();
-                return Err(error.into());
+                return Err(self.instead_of_echo(error));
             }
         };
         let complaint = reply.complaint();
@@ -262,6 +262,16 @@ impl Monitor {
         match complaint {
             Some(complaint) => Err(self.complains(complaint)),
             None => Err(self.unexpected(text, &reply)),
+        }
+    }
+
+    /// Where something else came back than was typed, a message of the controller may have come in between: then that is what happened.
+    fn instead_of_echo(&mut self, error: LineError) -> MonitorError {
+        let failed_echo =
+            matches!(error.failure, LineFailure::WrongEcho { .. } | LineFailure::NotEchoed { .. });
+        match self.unasked_complaint() {
+            Ok(Some(complaint)) if failed_echo => MonitorError::Complaint(complaint),
+            _ => error.into(),
         }
     }
 

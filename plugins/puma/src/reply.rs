@@ -22,14 +22,15 @@ pub struct Reply {
     pub ending: Ending,
 }
 
-/// How what has come so far ends, if it can be an end. A `*` may be the beginning of a complaint, and a question may go on: those are ends only if
-/// nothing follows soon. The question for changes of a point is known, and nothing follows it but what is typed.
+/// How what has come so far ends, if it can be an end. How quiet the line is says nothing: on a busy machine an answer comes in pieces. A `*` may be
+/// the beginning of a complaint, and an unknown question may go on: those are ends only if nothing has followed when all the time is over that an
+/// answer may take. Nothing follows the question for changes of a point, or one that ends with `(Y/N)?`, but what is typed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
     /// It is an end.
     Sure(Ending),
-    /// It is one if the line stays quiet.
-    IfQuiet(Ending),
+    /// It is one if nothing has followed by the deadline.
+    AtDeadline(Ending),
 }
 
 /// The text of bytes: NULs and other control characters that carry nothing are left out.
@@ -42,28 +43,50 @@ pub fn text_of(bytes: &[u8]) -> String {
 pub fn sign(bytes: &[u8]) -> Option<Sign> {
     let text = text_of(bytes);
     let (before, tail) = text.rsplit_once('\n').unwrap_or(("", &text));
-    match tail.trim() {
-        "." => Some(Sign::Sure(Ending::Command)),
-        "*" => Some(Sign::IfQuiet(Ending::Busy)),
-        question if is_for_changes(question) => Some(Sign::Sure(Ending::Question)),
-        "" if before.lines().next_back().is_some_and(is_for_changes) => Some(Sign::Sure(Ending::Question)),
-        question if question.ends_with('?') => Some(Sign::IfQuiet(Ending::Question)),
-        "" if before.trim_end().ends_with('?') => Some(Sign::IfQuiet(Ending::Question)),
+    let tail = after_busy_prompt(tail);
+    // A prompt stands at the beginning of its line; a point behind spaces may be the beginning of a number.
+    match tail.trim_end() {
+        "." => return Some(Sign::Sure(Ending::Command)),
+        "*" => return Some(Sign::AtDeadline(Ending::Busy)),
+        _ => {}
+    }
+    let last = if tail.trim().is_empty() { before.lines().next_back().unwrap_or_default() } else { tail };
+    match last.trim() {
+        question if is_known_question(question) => Some(Sign::Sure(Ending::Question)),
+        question if question.ends_with('?') => Some(Sign::AtDeadline(Ending::Question)),
         _ => None,
     }
 }
 
-/// Whether a line is the question whether a point's values are to be changed.
-fn is_for_changes(line: &str) -> bool {
-    matches!(line.trim().to_ascii_uppercase().as_str(), "CHANGE?" | "CHANGES?")
+/// Whether a line is a question after which nothing comes but what is typed: whether a point's values are to be changed, or one to be answered with Y or N.
+fn is_known_question(line: &str) -> bool {
+    let line = line.trim().to_ascii_uppercase();
+    matches!(line.as_str(), "CHANGE?" | "CHANGES?") || line.ends_with("(Y/N)?")
+}
+
+/// A line without the `* ` behind which it was begun.
+fn after_busy_prompt(line: &str) -> &str {
+    line.strip_prefix("* ").unwrap_or(line)
+}
+
+/// What the controller may have begun to say without having ended it: the text behind the last line's end. None for nothing, for a prompt, and for a
+/// single character, which is no beginning of a message but noise.
+pub fn unfinished(bytes: &[u8]) -> Option<String> {
+    let text = text_of(bytes);
+    let (_, tail) = text.rsplit_once('\n').unwrap_or(("", &text));
+    let tail = after_busy_prompt(tail).trim();
+    let begun = tail.len() > 1 || matches!(tail, "*" | "[");
+    begun.then(|| tail.to_owned())
 }
 
 impl Reply {
     /// An answer that has ended so.
     pub fn of(bytes: &[u8], ending: Ending) -> Self {
         let text = text_of(bytes);
-        let lines =
-            text.lines().map(|line| line.trim_end().to_owned()).filter(|line| !line.trim().is_empty());
+        let lines = text
+            .lines()
+            .map(|line| after_busy_prompt(line).trim_end().to_owned())
+            .filter(|line| !line.trim().is_empty());
         let prompt = |line: &String| matches!(line.trim(), "." | "*");
         Self { lines: lines.filter(|line| !prompt(line)).collect(), ending }
     }
@@ -147,18 +170,39 @@ mod tests {
     fn an_answer_ends_with_a_prompt_and_not_with_a_point_in_a_number() {
         assert_eq!(sign(b"\r\n 0.00 1.00\r\n."), Some(Sign::Sure(Ending::Command)));
         assert_eq!(sign(b"\r\n 0.00 1."), None);
-        assert_eq!(sign(b"\r\n*"), Some(Sign::IfQuiet(Ending::Busy)));
+        assert_eq!(sign(b"\r\n    ."), None, "a number may begin so");
+        assert_eq!(sign(b"\r\n* \r\n. "), Some(Sign::Sure(Ending::Command)));
+        assert_eq!(sign(b"\r\n* . "), Some(Sign::Sure(Ending::Command)));
+        assert_eq!(sign(b"\r\n*"), Some(Sign::AtDeadline(Ending::Busy)));
         assert_eq!(sign(b"\r\n*Joint 3 out"), None);
         assert_eq!(sign(b"\r\nChange? "), Some(Sign::Sure(Ending::Question)));
         assert_eq!(sign(b"Change?\r\0\0\n"), Some(Sign::Sure(Ending::Question)));
-        assert_eq!(sign(b"Are you sure (Y/N)?"), Some(Sign::IfQuiet(Ending::Question)));
+        assert_eq!(sign(b"Are you sure (Y/N)?"), Some(Sign::Sure(Ending::Question)));
+        assert_eq!(sign(b"Are you sure (Y/N)?\r\n"), Some(Sign::Sure(Ending::Question)));
+        assert_eq!(sign(b"Are you sure?"), Some(Sign::AtDeadline(Ending::Question)));
         assert_eq!(sign(b""), None);
+    }
+
+    #[test]
+    fn a_message_cut_in_mid_word_is_unfinished_and_a_prompt_is_not() {
+        assert_eq!(unfinished(b"\r\n*Robot po"), Some("*Robot po".to_owned()));
+        assert_eq!(unfinished(b"\r\n*"), Some("*".to_owned()));
+        assert_eq!(unfinished(b"\r\n*Robot power off*\r\n"), None);
+        assert_eq!(unfinished(b"*Robot power off*\r\n. "), None);
+        assert_eq!(unfinished(b"x"), None);
+        assert_eq!(unfinished(b""), None);
+    }
+
+    #[test]
+    fn a_complaint_behind_a_busy_prompt_is_one() {
+        let reply = Reply::of(b"\r\n* *Panic command*\r\n. ", Ending::Command);
+        assert_eq!(reply.complaint().map(|complaint| complaint.line), Some("*Panic command*".to_owned()));
     }
 
     proptest! {
         #[test]
         fn no_bytes_at_all_bring_the_reader_down(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-            let _ = sign(&bytes);
+            let _ = (sign(&bytes), unfinished(&bytes));
             let reply = Reply::of(&bytes, Ending::Command);
             for row in reply.rows() {
                 prop_assert!(row.iter().all(|number| number.is_finite()));

@@ -5,18 +5,15 @@ use std::time::{Duration, Instant};
 use crate::configuration::{Configuration, Typing};
 use crate::line::{Line, LineError, LineFailure, shown};
 use crate::profile::Profile;
-use crate::reply::{Ending, Reply, Sign, is_greeting, sign, text_of};
+use crate::reply::{Ending, Reply, Sign, is_greeting, sign, unfinished};
 
 const CONTROL_C: u8 = 3;
 
 /// How often a control C is sent until the controller answers it.
 const CANCELLATIONS: usize = 4;
 
-/// Quiet, beyond a few characters' time: longer than a USB adapter holds bytes back.
-const QUIET: Duration = Duration::from_millis(20);
-
-/// A line that was sent late by this may still come: what is thrown away after a cancelled line is waited for so long.
-const LATE: Duration = Duration::from_millis(250);
+/// How long what still comes behind the prompt that answers a control C is listened to: longer than a USB adapter holds bytes back (16 ms).
+const LATE: Duration = Duration::from_millis(25);
 
 /// Who types.
 #[derive(Debug)]
@@ -27,8 +24,10 @@ pub(crate) struct Typist {
     reply_within: Duration,
     /// Whether the controller was seen to be started anew since that was asked last.
     pub(crate) rebooted: bool,
-    /// What the controller has said without being asked.
+    /// What the controller has said without being asked, line by line.
     unasked: Vec<String>,
+    /// The beginning of such a line, whose end has not come.
+    begun: Vec<u8>,
     pub(crate) profile: Profile,
 }
 
@@ -54,15 +53,32 @@ impl Typist {
             reply_within: configuration.reply_within,
             rebooted: false,
             unasked: Vec::new(),
+            begun: Vec::new(),
             profile: Profile::default(),
         })
     }
 
-    /// What the controller has said without being asked, since this was asked last.
+    /// What the controller has said without being asked, since this was asked last. A line that has begun is waited for.
     pub(crate) fn take_unasked(&mut self) -> Result<Vec<String>, LineError> {
-        let came = self.line.read(Duration::ZERO).map_err(|failure| self.error("listening", failure))?;
-        self.keep_unasked(&came);
+        self.hear_unasked("listening")?;
         Ok(std::mem::take(&mut self.unasked))
+    }
+
+    /// Takes in what has come without being asked for, to the end of the line that has begun, if it comes while an answer may.
+    fn hear_unasked(&mut self, text: &str) -> Result<(), LineError> {
+        let came = self.read(text, Duration::ZERO)?;
+        self.begun.extend(came);
+        let deadline = Instant::now() + self.reply_within;
+        while unfinished(&self.begun).is_some() {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                break;
+            }
+            let more = self.read(text, left)?;
+            self.begun.extend(more);
+        }
+        self.keep_unasked(&[]);
+        Ok(())
     }
 
     /// Whether lines are typed carefully.
@@ -80,18 +96,19 @@ impl Typist {
             while Instant::now() < deadline {
                 came.extend(self.read("control C", Duration::from_millis(20))?);
                 if sign(&came) == Some(Sign::Sure(Ending::Command)) {
-                    let late = self.quiet("control C", LATE)?;
+                    let late = self.read_for("control C", LATE)?;
                     came.extend(late);
-                    self.keep_unasked(&came);
                     if sign(&came) == Some(Sign::Sure(Ending::Command)) {
+                        self.keep_unasked(&came);
                         self.profile.controller += begun.elapsed();
                         self.profile.total += begun.elapsed();
                         return Ok(());
                     }
                 }
             }
-            self.keep_unasked(&came);
+            self.begun.extend(came);
         }
+        self.keep_unasked(&[]);
         Err(self.error("control C", LineFailure::Silent))
     }
 
@@ -100,7 +117,8 @@ impl Typist {
         let begun = Instant::now();
         let (sent, received) = (self.line.sent, self.line.received);
         let within = self.reply_within + self.line.duration(400);
-        let answered = self.type_line(text).and_then(|()| self.wait(text, within, &mut || false));
+        let answered =
+            self.type_line(text).and_then(|()| self.wait(text, within, Until::AnyEnd, &mut || false));
         self.account(begun, sent, received, false);
         match answered? {
             Waited::Answered(reply) => Ok(reply),
@@ -122,7 +140,7 @@ impl Typist {
         typed?;
         let begun = Instant::now();
         let (sent, received) = (self.line.sent, self.line.received);
-        let waited = self.wait_for_command_prompt(text, within, should_stop);
+        let waited = self.wait(text, within, Until::Command, should_stop);
         self.account(begun, sent, received, true);
         waited
     }
@@ -145,8 +163,7 @@ impl Typist {
 
     /// Types a line up to and with its carriage return. What does not come back as it was typed is cancelled, and does not count.
     fn type_line(&mut self, text: &str) -> Result<(), LineError> {
-        let stray = self.read(text, Duration::ZERO)?;
-        self.keep_unasked(&stray);
+        self.hear_unasked(text)?;
         if self.rebooted {
             return Err(self.error(text, LineFailure::Rebooted));
         }
@@ -225,11 +242,12 @@ impl Typist {
         self.write(text, b"\r")
     }
 
-    /// Waits for the end of an answer.
+    /// Waits for the end of an answer. However the line pauses, nothing else ends it but the deadline.
     fn wait(
         &mut self,
         text: &str,
         within: Duration,
+        until: Until,
         should_stop: &mut dyn FnMut() -> bool,
     ) -> Result<Waited, LineError> {
         let deadline = Instant::now() + within;
@@ -238,20 +256,15 @@ impl Typist {
             if should_stop() {
                 return Ok(Waited::Interrupted(came));
             }
-            let ending = match sign(&came) {
-                Some(Sign::Sure(ending)) => Some(ending),
-                Some(Sign::IfQuiet(ending)) => {
-                    let more = self.quiet(text, QUIET * 4)?;
-                    let quiet = more.is_empty();
-                    came.extend(more);
-                    quiet.then_some(ending)
+            let late = Instant::now() > deadline;
+            match sign(&came) {
+                Some(Sign::Sure(ending)) => return self.ended(text, &came, ending),
+                Some(Sign::AtDeadline(ending)) if late && until == Until::AnyEnd => {
+                    return self.ended(text, &came, ending);
                 }
-                None => None,
-            };
-            if let Some(ending) = ending {
-                return self.ended(text, &came, ending);
+                _ => {}
             }
-            if Instant::now() > deadline {
+            if late {
                 let failure = LineFailure::Unfinished { waited: within, came: shown(&came) };
                 return Err(self.error(text, failure));
             }
@@ -268,28 +281,6 @@ impl Typist {
         Ok(Waited::Answered(reply))
     }
 
-    /// As [`Typist::wait`], but what ends at `*` goes on until `.`.
-    fn wait_for_command_prompt(
-        &mut self,
-        text: &str,
-        within: Duration,
-        should_stop: &mut dyn FnMut() -> bool,
-    ) -> Result<Waited, LineError> {
-        let deadline = Instant::now() + within;
-        let mut before: Vec<String> = Vec::new();
-        loop {
-            let left = deadline.saturating_duration_since(Instant::now());
-            match self.wait(text, left, should_stop)? {
-                Waited::Answered(Reply { lines, ending: Ending::Busy }) => before.extend(lines),
-                Waited::Answered(reply) => {
-                    before.extend(reply.lines);
-                    return Ok(Waited::Answered(Reply { lines: before, ending: reply.ending }));
-                }
-                interrupted => return Ok(interrupted),
-            }
-        }
-    }
-
     /// What comes within a time, all of it.
     fn read_for(&mut self, text: &str, time: Duration) -> Result<Vec<u8>, LineError> {
         let deadline = Instant::now() + time;
@@ -303,16 +294,15 @@ impl Typist {
         }
     }
 
-    /// What comes until the line is quiet.
-    fn quiet(&mut self, text: &str, most: Duration) -> Result<Vec<u8>, LineError> {
-        let quiet = QUIET + self.line.duration(4);
-        self.line.read_until_quiet(quiet, most.max(quiet * 2)).map_err(|failure| self.error(text, failure))
-    }
-
+    /// Keeps what has come without being asked for, and what had begun before it, as lines.
     fn keep_unasked(&mut self, came: &[u8]) {
-        for line in text_of(came).lines().map(str::trim).filter(|line| line.len() > 1) {
-            self.rebooted |= is_greeting(line);
-            self.unasked.push(line.to_owned());
+        self.begun.extend(came);
+        let all = std::mem::take(&mut self.begun);
+        for line in Reply::of(&all, Ending::Command).lines.iter().map(|line| line.trim()) {
+            if line.len() > 1 {
+                self.rebooted |= is_greeting(line);
+                self.unasked.push(line.to_owned());
+            }
         }
     }
 
@@ -325,7 +315,8 @@ impl Typist {
     }
 
     fn wrong_echo(&mut self, text: &str, sent: &[u8], came: &[u8]) -> LineError {
-        self.keep_unasked(came);
+        // A message that has begun in place of the echo goes on while the line is cancelled.
+        self.begun.extend(came);
         self.error(text, LineFailure::WrongEcho { sent: shown(sent), came: shown(came) })
     }
 
@@ -336,6 +327,15 @@ impl Typist {
     fn error(&self, command: &str, failure: LineFailure) -> LineError {
         LineError { port: self.line.name().to_owned(), command: command.to_owned(), failure }
     }
+}
+
+/// What ends an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Until {
+    /// The prompt for a command, a question, and at the deadline a `*` behind which nothing has come.
+    AnyEnd,
+    /// The prompt for a command (or a question that is known): a `*` says that the motion goes on.
+    Command,
 }
 
 /// What can be seen of an echo.
