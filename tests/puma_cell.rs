@@ -143,11 +143,11 @@ fn what_a_calibration_measured_goes_to_the_lab_as_rows_and_shows_what_the_zeros_
 #[test]
 fn what_a_world_hides_behind_its_zeros_is_named_measured_and_added_until_the_tip_is_right() {
     for hidden in Hidden::ALL {
-        let story = hidden::tell(hidden, 17);
+        let story = hidden::tell(hidden.of_seed(17), 17, false);
         let told = format!("{hidden:?}: {story:?}");
         assert!(story.before.tip_mm > 5.0 && story.before.apart_mm > 5.0, "{told}");
         assert!(story.after.tip_mm > 3.0 * hidden::FLOOR_MM, "the zeros alone leave it: {told}");
-        assert!(story.with_tracker.names(hidden, &story.place), "{told}");
+        assert!(story.with_tracker.names(&story.drawn), "{told}");
         assert!(story.with_tracker.left.tip_mm < 1.3 * hidden::FLOOR_MM, "{told}");
         assert!(story.with_tracker.left.apart_mm < 0.3 * story.after.apart_mm, "{told}");
     }
@@ -174,4 +174,102 @@ fn a_panic_lost_power_and_a_new_start_end_a_run_with_what_to_do_and_it_goes_on_w
     panel.happens("power on");
     // The cell allows CALIBRATE, so that it goes on by itself.
     assert_eq!(panel.run(&[], None), (Some(0), "all steps passed".to_owned()));
+}
+
+/// The root mean square of the true error, and of what lies between lefty and righty, as `verify` tells it, mm.
+fn verified(cells: &Cells) -> [f64; 2] {
+    let (code, events, said) = cells.run("cell-trial.yaml", &["verify", "--set", "points=6"]);
+    assert_eq!(code, Some(0), "{said}\n{:?}", events.last());
+    ["rms", "lefty_righty_rms"].map(|name| value(&events, "error", name))
+}
+
+#[test]
+fn a_user_sees_the_true_error_fall_to_the_floor_and_lefty_agree_with_righty() {
+    let cells = Cells::new();
+    let run = |procedure: &str| {
+        let (code, events, said) = cells.run("cell-trial.yaml", &[procedure]);
+        assert!(matches!(code, Some(0 | 1)), "{said}\n{:?}", events.last());
+        let (_, json, _) = cells.plumb(&["show", "--record", "record", "--json"]);
+        let shown: serde_json::Value = serde_json::from_str(&json).unwrap();
+        (events, shown["run"]["run"].to_string())
+    };
+    let model = |arguments: &[&str]| {
+        let (code, said, complaint) = cells.plumb(&[&["model"], arguments].concat());
+        assert_eq!(code, Some(0), "{arguments:?}: {said}\n{complaint}");
+        said
+    };
+    let table = |runs: &[&str]| {
+        let (code, table, said) =
+            cells.plumb(&[&["show", "--record", "record", "--table", "--as-left"], runs].concat());
+        assert_eq!(code, Some(0), "{said}");
+        cells.write("table.csv", &table);
+        table
+    };
+    let apart = || value(&run("lefty-righty").0, "apart_all", "rms");
+    let (as_found, apart_before) = (verified(&cells), apart());
+    let (_, calibration) = run("calibrate");
+    let (calibrated, apart_after) = (verified(&cells), apart());
+    // Agin's ten millimetres, and what the zeros leave of them.
+    assert!(apart_before > 5.0 && as_found[0] > 5.0, "{apart_before} {as_found:?}");
+    assert!(apart_after < 0.3 * apart_before, "{apart_before} {apart_after}");
+    assert!(calibrated[0] > 3.0 * hidden::FLOOR_MM, "the zeros alone leave it: {calibrated:?}");
+
+    let rows = table(&[&calibration]);
+    let elbow = rows.lines().next().unwrap().split(',').position(|name| name == "approach_q3").unwrap();
+    let sides: Vec<&str> = rows
+        .lines()
+        .filter(|row| row.contains(".row_elbow"))
+        .map(|row| row.split(',').nth(elbow).unwrap())
+        .collect();
+    assert_eq!(sides, ["1", "-1"].repeat(8), "every bubble says the side it was come to from");
+
+    let keep_out = ["--keep-out", "0,0,1,-430", "--payload", "0,1.5"];
+    let next = ["next", "lab.yaml", "--data", "table.csv", "-n", "10", "--csv"];
+    cells.write("poses.csv", &model(&[next.as_slice(), keep_out.as_slice()].concat()));
+    let (_, measured) = run("measure-tip");
+    table(&[&calibration, &measured]);
+    let diagnosis = model(&["diagnose", "lab.yaml", "--data", "table.csv"]);
+    assert!(diagnosis.contains("joint_backlash(elbow)"), "{diagnosis}");
+    model(&["grow", "lab.yaml", "--data", "table.csv"]);
+    let grown = verified(&cells);
+    // The tracker's own noise, and the encoders' steps with it.
+    assert!(grown[0] < 1.6 * hidden::FLOOR_MM, "{as_found:?} {calibrated:?} {grown:?}");
+    assert!(grown[1] < 0.5 * calibrated[1], "{calibrated:?} {grown:?}");
+    assert!(apart() < 0.5 * apart_after.max(0.8), "{apart_after}");
+}
+
+#[test]
+fn the_first_day_ends_where_something_goes_otherwise_than_it_should() {
+    let cells = Cells::new();
+    let cell = std::fs::read_to_string(cells.puma().join("cell.yaml")).unwrap();
+    cells.write("cell.yaml", &cell.replace("procedures: [", "procedures: [procedures/first-day.yaml, "));
+    let seen = ["waist", "shoulder", "elbow", "wrist_roll", "wrist_bend", "flange"];
+    let mut right = String::from(
+        "answers:\n  clear: done\n  upright: done\n  shown: stands_so\n  key_stop: done\n  key_stopped: held\n  panic_stop: done\n",
+    );
+    seen.iter().for_each(|joint| right.push_str(&format!("  {joint}_seen: right\n")));
+    cells.write("day.yaml", &right);
+    let (code, events, said) = cells.run("cell.yaml", &["first-day", "--answers", "day.yaml"]);
+    assert_eq!(code, Some(0), "{said}\n{:?}", events.last());
+    cells.write("day.yaml", &right.replace("elbow_seen: right", "elbow_seen: wrong"));
+    let (code, events, _) = cells.run("cell.yaml", &["first-day", "--answers", "day.yaml"]);
+    let end = events.last().unwrap()["message"].as_str().unwrap();
+    assert_eq!(code, Some(1), "{end}");
+    assert!(end.contains("elbow does not go as the program believes: press PANIC"), "{end}");
+}
+
+#[test]
+fn the_cell_of_a_real_arm_is_in_order() {
+    let cells = Cells::new();
+    for cell in ["cell.yaml", "cell-serial.yaml", "cell-hardware.yaml", "cell-trial.yaml"] {
+        let (code, said, complaint) = cells.plumb(&["check", cell]);
+        assert_eq!(code, Some(0), "{cell}: {said}{complaint}");
+    }
+    let (_, said, complaint) =
+        cells.plumb(&["run", "cell-hardware.yaml", "--headless", "--record", "record"]);
+    // Nobody's answers come with it: a real arm has an operator.
+    assert!(
+        complaint.contains("this needs an operator: no answers are given for `clear`"),
+        "{said}{complaint}"
+    );
 }

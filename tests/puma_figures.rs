@@ -4,6 +4,7 @@
 //! cargo bench -p plumb --profile dev --bench puma -- zeros 200 1001     how well the zeros are found, in 200 worlds from seed 1001
 //! cargo bench -p plumb --profile dev --bench puma -- tilted 6           what a tilted mount leaves, with 1, 2, 4 and 8 readings
 //! cargo bench -p plumb --profile dev --bench puma -- hidden 4 21        worlds that hide something behind their zeros, 4 of each kind
+//! cargo bench -p plumb --profile dev --bench puma -- every 100 6001     100 worlds over every effect in turn, with the tracker
 //! ```
 //!
 //! The numbers are how many worlds and the first seed.
@@ -12,6 +13,8 @@
 
 #[path = "puma/cells.rs"]
 mod cells;
+#[path = "puma/every.rs"]
+mod every;
 #[path = "puma/hidden.rs"]
 mod hidden;
 #[path = "puma/poses.rs"]
@@ -32,8 +35,11 @@ fn main() -> ExitCode {
         Some("zeros") => zeros_found(number(1, 200), number(2, 1001)),
         Some("tilted") => tilted(number(1, 6), number(2, 1)),
         Some("hidden") => hidden_behind_zeros(number(1, 2), number(2, 21)),
+        Some("every") => every_effect(number(1, 100), number(2, 6001)),
         _ => {
-            eprintln!("say which figures: zeros, tilted or hidden, then how many worlds and the first seed");
+            eprintln!(
+                "say which figures: zeros, tilted, hidden or every, then how many worlds and the first seed"
+            );
             return ExitCode::from(2);
         }
     }
@@ -67,10 +73,18 @@ fn hidden_behind_zeros(count: u64, first: u64) {
     println!("The floor is {FLOOR_MM} mm.\n\n{}", hidden::HEADING);
     for hidden in Hidden::ALL {
         for seed in first..first + count {
-            let story = hidden::tell(hidden, seed);
+            let story = hidden::tell(hidden.of_seed(seed), seed, true);
             println!("{story}");
             eprintln!("    with the tracker: {:?}", story.with_tracker.verdicts);
-            eprintln!("    with the ruler:   {:?}", story.by_hand.verdicts);
+            eprintln!("    with the ruler:   {:?}", story.by_hand.map(|found| found.verdicts));
         }
     }
+}
+
+fn every_effect(count: u64, first: u64) {
+    let figures = every::live_through(count, first, |story, verdict| {
+        println!("{story} {verdict}");
+        eprintln!("    {:?}", story.with_tracker.verdicts);
+    });
+    println!("\n{count} worlds from seed {first}:\n\n{figures}");
 }

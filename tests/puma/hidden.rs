@@ -59,21 +59,40 @@ pub(crate) struct Findings {
 #[derive(Debug, Clone)]
 pub(crate) struct Story {
     pub(crate) seed: u64,
-    pub(crate) hidden: Hidden,
-    /// The joint it sits at, and how much of it there is, as the world's file says.
-    pub(crate) place: String,
-    pub(crate) size: String,
+    pub(crate) drawn: Drawn,
     pub(crate) before: Tip,
     pub(crate) after: Tip,
     pub(crate) with_tracker: Findings,
-    pub(crate) by_hand: Findings,
+    /// With the ruler in the tracker's place, where that was asked for.
+    pub(crate) by_hand: Option<Findings>,
+}
+
+/// What a world hides.
+#[derive(Debug, Clone)]
+pub(crate) struct Drawn {
+    /// The effect as the lab calls it.
+    pub(crate) effect: &'static str,
+    /// The joint it sits at.
+    pub(crate) place: String,
+    /// How much of it there is, with its unit.
+    pub(crate) size: String,
+    /// As people call it.
+    pub(crate) words: &'static str,
+    /// The entry of `imperfections` in the world's file.
+    pub(crate) imperfection: String,
 }
 
 impl Hidden {
     pub(crate) const ALL: [Self; 4] = [Self::Compliance, Self::Wheel, Self::Coupling, Self::Backlash];
 
+    /// What the world of this seed hides.
+    pub(crate) fn of_seed(self, seed: u64) -> Drawn {
+        let (place, size, imperfection) = self.drawn(seed);
+        Drawn { effect: self.effect(), place, size, words: self.in_words(), imperfection }
+    }
+
     /// The effect as the lab calls it.
-    pub(crate) fn effect(self) -> &'static str {
+    fn effect(self) -> &'static str {
         match self {
             Self::Compliance => "joint_compliance",
             Self::Wheel => "joint_harmonic",
@@ -129,40 +148,50 @@ impl Hidden {
 
 impl Findings {
     /// Whether the truth, and nothing else, was named.
-    pub(crate) fn names(&self, hidden: Hidden, place: &str) -> bool {
-        matches!(self.added.as_slice(), [(effect, joint, _)] if effect == hidden.effect() && joint == place)
+    pub(crate) fn names(&self, hidden: &Drawn) -> bool {
+        matches!(self.added.as_slice(), [(effect, joint, _)] if effect == hidden.effect && *joint == hidden.place)
     }
 }
 
-/// Lives through a world: fresh poses, the calibration, fresh poses again; then the lab, once with a tracker and once with the ruler alone.
-pub(crate) fn tell(hidden: Hidden, seed: u64) -> Story {
-    let cells = Cells::new();
-    let (place, size, imperfection) = hidden.drawn(seed);
-    cells.change_world(|text| {
-        let text = text.replace("seed: 1\n", &format!("seed: {seed}\ncalibration: potcal.txt\n"));
-        let text = text.replace("    base:", &format!("    imperfections: [{imperfection}]\n    base:"));
-        text.replace("instruments:\n", "instruments:\n  tracker: {error_mm: 0.05}\n")
-    });
-    std::fs::rename(cells.puma().join("world.yaml"), cells.puma().join("open.yaml")).unwrap();
-    assert_eq!(cells.plumb(&["world", "--file", "open.yaml", "--seal", "world.yaml"]).0, Some(0));
+/// Lives through a world: fresh poses, the calibration, fresh poses again; then the lab with a tracker, and if wanted once more with the ruler alone.
+pub(crate) fn tell(drawn: Drawn, seed: u64, by_hand: bool) -> Story {
+    let cells = world_of(&drawn, seed);
     let tour = std::fs::read_to_string(cells.puma().join("poses.csv")).unwrap();
     let lab = Lab { cells: &cells, tour, fresh: poses::fresh(&cells.puma().join("lab.yaml"), seed) };
     let before = lab.measure_fresh();
     let calibration = lab.run("calibrate");
     let after = lab.measure_fresh();
-    let story = Story {
-        seed,
-        hidden,
-        place,
-        size,
-        before: lab.tip_of(before),
-        after: lab.tip_of(after),
-        with_tracker: lab.learn("measure-tip", calibration),
-        by_hand: lab.learn("measure-heights", calibration),
-    };
+    let (before, after) = (lab.tip_of(before), lab.tip_of(after));
+    let (with_tracker, _) = lab.learn("measure-tip", calibration, ROUNDS);
+    let by_hand = by_hand.then(|| lab.learn("measure-heights", calibration, ROUNDS).0);
+    let story = Story { seed, drawn: drawn.clone(), before, after, with_tracker, by_hand };
     let keep = cells.puma().join("potcal.txt");
     assert!(keep.exists(), "the controller kept what POTCAL wrote");
     story
+}
+
+/// A user's folder around the sealed world.
+fn world_of(drawn: &Drawn, seed: u64) -> Cells {
+    let cells = Cells::new();
+    let imperfection = &drawn.imperfection;
+    cells.change_world(|text| {
+        let text = text.replace("seed: 1\n", &format!("seed: {seed}\ncalibration: potcal.txt\n"));
+        text.replace("    base:", &format!("    imperfections: [{imperfection}]\n    base:"))
+    });
+    std::fs::rename(cells.puma().join("world.yaml"), cells.puma().join("open.yaml")).unwrap();
+    assert_eq!(cells.plumb(&["world", "--file", "open.yaml", "--seal", "world.yaml"]).0, Some(0));
+    cells
+}
+
+/// The same in the least steps: the calibration, ten poses, the tour and fresh poses, all with the tracker. The tip before the calibration is not looked at.
+pub(crate) fn tell_in_short(drawn: Drawn, seed: u64) -> Story {
+    let cells = world_of(&drawn, seed);
+    let tour = std::fs::read_to_string(cells.puma().join("poses.csv")).unwrap();
+    let lab = Lab { cells: &cells, tour, fresh: poses::fresh(&cells.puma().join("lab.yaml"), seed) };
+    let calibration = lab.run("calibrate");
+    let (with_tracker, fresh) = lab.learn("measure-tip", calibration, 1);
+    let after = lab.tip_of(fresh);
+    Story { seed, drawn, before: Tip::default(), after, with_tracker, by_hand: None }
 }
 
 struct Lab<'a> {
@@ -221,16 +250,20 @@ impl Lab<'_> {
         tip(&self.residuals(Some(Vec::new()), Holdout::None))
     }
 
-    /// What the lab finds, and the fresh poses as the grown model foretells them.
-    fn learn(&self, procedure: &str, calibration: i64) -> Findings {
+    /// What the lab finds after the calibration and at most so many rounds of next poses, and the fresh poses as the grown model foretells them; and the run that
+    /// has measured those.
+    fn learn(&self, procedure: &str, calibration: i64, rounds: usize) -> (Findings, i64) {
         let mut runs = vec![calibration];
         let mut findings = Findings::default();
         loop {
             self.table(&runs);
-            let diagnosis: Value = serde_json::from_str(&self.model(&["diagnose", "--json"])).unwrap();
-            findings.verdicts.push(in_words(&diagnosis));
-            if runs.len() > 1 && diagnosis["verdict"] == "named" || runs.len() > ROUNDS {
-                break;
+            // Ruler and level alone are asked only where there is time for it.
+            if runs.len() > 1 || rounds > 1 {
+                let diagnosis: Value = serde_json::from_str(&self.model(&["diagnose", "--json"])).unwrap();
+                findings.verdicts.push(in_words(&diagnosis));
+                if runs.len() > 1 && diagnosis["verdict"] == "named" || runs.len() > rounds {
+                    break;
+                }
             }
             let keep_out = ["--keep-out", "0,0,1,-430", "--payload", "0,1.5"];
             let next = self.model(&[["next", "-n", "10", "--csv"].as_slice(), keep_out.as_slice()].concat());
@@ -238,7 +271,8 @@ impl Lab<'_> {
         }
         // Where it sits is known; how much of it there is, the tour of the workspace that comes with the cell tells best.
         runs.push(self.measure(procedure, &self.tour, &mut findings));
-        runs.push(self.measure_fresh());
+        let fresh = self.measure_fresh();
+        runs.push(fresh);
         self.table(&runs);
         let grown: Value =
             serde_json::from_str(&self.model(&["grow", "--holdout", "session", "--json"])).unwrap();
@@ -252,11 +286,11 @@ impl Lab<'_> {
             .collect();
         findings.verdicts.push(in_words(&grown));
         let residuals = self.residuals(None, Holdout::Session);
-        let fresh: Vec<RowResidual> = residuals.into_iter().filter(|row| row.held_out).collect();
+        let held_out: Vec<RowResidual> = residuals.into_iter().filter(|row| row.held_out).collect();
         findings.left = match procedure {
-            "measure-tip" => tip(&fresh),
+            "measure-tip" => tip(&held_out),
             // No height says where the arm stands in the tracker's frame: its foot is placed by the fresh points.
-            _ => tip(&placed(fresh, &self.measured_last())),
+            _ => tip(&placed(held_out, &self.measured_last())),
         };
         for entry in std::fs::read_dir(self.cells.puma()).unwrap().flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
@@ -264,7 +298,7 @@ impl Lab<'_> {
                 std::fs::remove_file(entry.path()).unwrap();
             }
         }
-        findings
+        (findings, fresh)
     }
 
     /// What the tracker has shown of the fresh poses, the last rows of the table.
@@ -362,13 +396,13 @@ impl fmt::Display for Story {
             let said = if added.is_empty() { format!("nothing ({last})") } else { added.join(", ") };
             format!("{said} | {} | {}", findings.poses, findings.left)
         };
-        let Self { seed, hidden, place, size, before, after, .. } = self;
-        write!(
-            formatter,
-            "| {seed}: {}, {place}, {size} | {before} | {after} | {} | {} |",
-            hidden.in_words(),
-            found(&self.with_tracker),
-            found(&self.by_hand)
-        )
+        let Self { seed, before, after, .. } = self;
+        let Drawn { place, size, words, .. } = &self.drawn;
+        let with_tracker = found(&self.with_tracker);
+        write!(formatter, "| {seed}: {words}, {place}, {size} | {before} | {after} | {with_tracker} |")?;
+        match &self.by_hand {
+            Some(by_hand) => write!(formatter, " {} |", found(by_hand)),
+            None => Ok(()),
+        }
     }
 }

@@ -1,0 +1,252 @@
+//! Worlds over every effect that the world of a PUMA can hide: is it named, and does the tip then come to where it is sent?
+
+use std::fmt;
+
+use super::hidden::{Drawn, FLOOR_MM, Story, tell_in_short};
+
+/// The tip is at the floor where no more is left than this many times the floor.
+const AT_FLOOR: f64 = 1.3;
+
+/// A place at which an effect is hidden, the size it is given there, least and most.
+struct Place {
+    effect: &'static str,
+    words: &'static str,
+    joint: &'static str,
+    /// Sizes in the unit of the world's file, large enough to show at the tip and small enough to be met.
+    least: f64,
+    most: f64,
+    unit: &'static str,
+    /// What follows the joint in the world's file; `SIZE` and `PHASE` stand for numbers.
+    entry: &'static str,
+}
+
+const fn place(
+    effect: &'static str,
+    words: &'static str,
+    joint: &'static str,
+    sizes: [f64; 2],
+    unit: &'static str,
+    entry: &'static str,
+) -> Place {
+    let [least, most] = sizes;
+    Place { effect, words, joint, least, most, unit, entry }
+}
+
+/// Play.
+const PLAY: &str = "width_deg: SIZE";
+/// A joint that gives way.
+const SOFT: &str = "rad_per_nm: SIZE";
+/// Wheels out of true, once and twice a turn.
+const WHEEL: &str = "per_turn: 1, amplitude_deg: SIZE, phase_deg: PHASE";
+const WHEEL_TWICE: &str = "per_turn: 2, amplitude_deg: SIZE, phase_deg: PHASE";
+
+/// Every effect the world's file knows, at the places where it can be seen. Left out is the drift of a warming arm: a table of several runs has no time,
+/// and the procedure's second pass says of it what is to be said.
+const PLACES: [Place; 36] = [
+    place("joint_backlash", "play", "waist", [0.12, 0.28], "deg", PLAY),
+    place("joint_compliance", "gives way", "shoulder", [3e-5, 9e-5], "rad/(N m)", SOFT),
+    place("joint_harmonic", "wheel out of true", "waist", [0.12, 0.28], "deg", WHEEL),
+    place(
+        "joint_coupling",
+        "wrist coupling",
+        "flange",
+        [0.01, 0.03],
+        "deg/deg",
+        "driver: wrist_bend, deg_per_deg: SIZE",
+    ),
+    place(
+        "joint_stiffening",
+        "gives way less and less",
+        "shoulder",
+        [6e-5, 1.2e-4],
+        "rad/(N m)",
+        "rad_per_nm: SIZE, knee_nm: 20",
+    ),
+    place("joint_gain", "wrong gear ratio", "waist", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
+    place("link_length", "link too long", "shoulder", [0.5, 1.5], "mm", "mm: SIZE"),
+    place("joint_backlash", "play", "shoulder", [0.12, 0.28], "deg", PLAY),
+    place("link_twist", "axes at a wrong angle", "waist", [0.1, 0.3], "deg", "deg: SIZE"),
+    place("joint_harmonic", "wheel out of true", "shoulder", [0.12, 0.28], "deg", WHEEL),
+    place("link_sag", "link bends", "shoulder", [2e-4, 5e-4], "1/(N m2)", "per_nm2: SIZE"),
+    place("joint_backlash", "play", "elbow", [0.12, 0.28], "deg", PLAY),
+    place("joint_compliance", "gives way", "elbow", [1e-4, 3e-4], "rad/(N m)", SOFT),
+    place("joint_harmonic", "wheel out of true", "elbow", [0.12, 0.28], "deg", WHEEL),
+    place(
+        "joint_coupling",
+        "wrist coupling",
+        "wrist_bend",
+        [0.005, 0.015],
+        "deg/deg",
+        "driver: wrist_roll, deg_per_deg: SIZE",
+    ),
+    place("joint_gain", "wrong gear ratio", "shoulder", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
+    place("link_offset", "link beside its place", "shoulder", [0.5, 1.5], "mm", "mm: SIZE"),
+    place("joint_backlash", "play", "wrist_roll", [0.2, 0.4], "deg", PLAY),
+    place("axis_skew", "axes not parallel", "shoulder", [0.1, 0.3], "deg", "deg: SIZE"),
+    place("joint_harmonic", "wheel out of true", "waist", [0.12, 0.28], "deg", WHEEL_TWICE),
+    place("joint_backlash", "play", "wrist_bend", [0.2, 0.4], "deg", PLAY),
+    place(
+        "joint_coupling",
+        "wrist coupling",
+        "flange",
+        [0.01, 0.03],
+        "deg/deg",
+        "driver: wrist_roll, deg_per_deg: SIZE",
+    ),
+    place(
+        "joint_stiffening",
+        "gives way less and less",
+        "elbow",
+        [2e-4, 4e-4],
+        "rad/(N m)",
+        "rad_per_nm: SIZE, knee_nm: 8",
+    ),
+    place("joint_gain", "wrong gear ratio", "elbow", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
+    place("link_length", "link too long", "elbow", [0.5, 1.5], "mm", "mm: SIZE"),
+    place("joint_backlash", "play", "flange", [0.4, 0.8], "deg", PLAY),
+    place("link_twist", "axes at a wrong angle", "elbow", [0.1, 0.3], "deg", "deg: SIZE"),
+    place("joint_harmonic", "wheel out of true", "shoulder", [0.12, 0.28], "deg", WHEEL_TWICE),
+    place("joint_compliance", "gives way", "wrist_bend", [6e-4, 1.5e-3], "rad/(N m)", SOFT),
+    place("link_offset", "link beside its place", "wrist_roll", [0.5, 1.5], "mm", "mm: SIZE"),
+    place("joint_harmonic", "wheel out of true", "elbow", [0.12, 0.28], "deg", WHEEL_TWICE),
+    place("joint_gain", "wrong gear ratio", "wrist_bend", [0.008, 0.02], "deg/deg", "deg_per_deg: SIZE"),
+    place("link_twist", "axes at a wrong angle", "wrist_roll", [0.2, 0.5], "deg", "deg: SIZE"),
+    place("joint_harmonic", "wheel out of true", "wrist_bend", [0.3, 0.6], "deg", WHEEL),
+    place("joint_gain", "wrong gear ratio", "wrist_roll", [0.008, 0.02], "deg/deg", "deg_per_deg: SIZE"),
+    place("joint_harmonic", "wheel out of true", "wrist_roll", [0.3, 0.6], "deg", WHEEL),
+];
+
+/// Places that no measurement of this arm can tell apart: the axes of shoulder and elbow are parallel, so a shift along the one is a shift along the other.
+const SAME: [(&str, &str, &str); 1] = [("link_offset", "shoulder", "elbow")];
+
+/// What world `number` of those from `first` hides, and its seed.
+fn draw(number: u64, first: u64) -> (Drawn, u64) {
+    let seed = first + number;
+    let place = &PLACES[(number % PLACES.len() as u64) as usize];
+    // Splitmix64, so that neighbouring seeds have nothing in common.
+    let mut bits = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    let share = ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64;
+    let size = place.least + (place.most - place.least) * share;
+    let (size, phase) = (format!("{size:.3e}"), (seed * 77) % 360);
+    let entry = place.entry.replace("SIZE", &size).replace("PHASE", &phase.to_string());
+    let drawn = Drawn {
+        effect: place.effect,
+        place: place.joint.to_owned(),
+        size: format!("{size} {}", place.unit),
+        words: place.words,
+        imperfection: format!("{{{}: {{joint: {}, {entry}}}}}", place.effect, place.joint),
+    };
+    (drawn, seed)
+}
+
+/// What was made of a world.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Verdict {
+    /// What is hidden was named, and nothing else.
+    Named,
+    /// It stands among those that were said to be tied.
+    Tied,
+    /// Something else was named, or more.
+    Wrong,
+    /// Nothing was named.
+    Nothing,
+}
+
+fn verdict(story: &Story) -> Verdict {
+    let Drawn { effect, place, .. } = &story.drawn;
+    let is_truth = |named: &str, at: &str| {
+        let same = |(kind, one, other): &(&str, &str, &str)| {
+            kind == effect && (one == place && *other == at || other == place && *one == at)
+        };
+        named == *effect && (at == place || SAME.iter().any(same))
+    };
+    let found = &story.with_tracker;
+    match found.added.as_slice() {
+        [(named, at, _)] if is_truth(named, at) => Verdict::Named,
+        added => {
+            let last = found.verdicts.last().map(String::as_str).unwrap_or_default();
+            let truth = format!("{effect}({place}");
+            if last.starts_with("tied") && last.contains(&truth) {
+                Verdict::Tied
+            } else if added.is_empty() {
+                Verdict::Nothing
+            } else {
+                Verdict::Wrong
+            }
+        }
+    }
+}
+
+/// What came out for all worlds.
+#[derive(Debug, Default)]
+pub(crate) struct Figures {
+    rows: Vec<(&'static str, [usize; 5])>,
+    worlds: usize,
+    right: usize,
+    at_floor: usize,
+    others: Vec<String>,
+}
+
+/// Lives through so many worlds, each hiding the next effect in turn.
+pub(crate) fn live_through(count: u64, first: u64, mut progress: impl FnMut(&Story, &str)) -> Figures {
+    let mut figures = Figures::default();
+    for number in 0..count {
+        let (drawn, seed) = draw(number, first);
+        let story = tell_in_short(drawn, seed);
+        let verdict = verdict(&story);
+        progress(&story, &format!("{verdict:?}"));
+        figures.add(&story, verdict);
+    }
+    figures
+}
+
+impl Figures {
+    fn add(&mut self, story: &Story, verdict: Verdict) {
+        let at_floor = story.with_tracker.left.tip_mm < AT_FLOOR * FLOOR_MM;
+        let effect = story.drawn.effect;
+        if !self.rows.iter().any(|(known, _)| *known == effect) {
+            self.rows.push((effect, [0; 5]));
+        }
+        if let Some((_, counts)) = self.rows.iter_mut().find(|(known, _)| *known == effect) {
+            let column = match verdict {
+                Verdict::Named => 1,
+                Verdict::Tied => 2,
+                Verdict::Wrong | Verdict::Nothing => 3,
+            };
+            for (place, count) in counts.iter_mut().enumerate() {
+                *count += usize::from(place == 0 || place == column || place == 4 && at_floor);
+            }
+        }
+        self.worlds += 1;
+        let right = matches!(verdict, Verdict::Named | Verdict::Tied);
+        self.right += usize::from(right);
+        self.at_floor += usize::from(at_floor);
+        if !right || !at_floor {
+            self.others.push(format!("{story} {verdict:?}; {:?}", story.with_tracker.verdicts));
+        }
+    }
+}
+
+impl fmt::Display for Figures {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            formatter,
+            "| hidden | worlds | named, alone | tied with another | else | tip at the floor |"
+        )?;
+        writeln!(formatter, "|---|---|---|---|---|---|")?;
+        for (effect, [worlds, named, tied, other, floor]) in &self.rows {
+            writeln!(formatter, "| {effect} | {worlds} | {named} | {tied} | {other} | {floor} |")?;
+        }
+        let Self { worlds, right, at_floor, .. } = self;
+        writeln!(
+            formatter,
+            "\nRight: {right} of {worlds}. Tip at the floor ({AT_FLOOR} x {FLOOR_MM} mm): {at_floor} of {worlds}."
+        )?;
+        for other in &self.others {
+            writeln!(formatter, "{other}")?;
+        }
+        Ok(())
+    }
+}
