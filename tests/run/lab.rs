@@ -29,6 +29,10 @@ impl Lab {
         let workcells = Path::new(env!("CARGO_MANIFEST_DIR")).join("../workcells");
         copy(&workcells.join(cell), &place.path().join("cell"));
         copy(&workcells.join("arms"), &place.path().join("arms"));
+        if cell == "light-stripe" {
+            // Its cell of the whole report uses the arm's procedures.
+            copy(&workcells.join("puma"), &place.path().join("puma"));
+        }
         Self { place }
     }
 
@@ -104,7 +108,11 @@ impl Drop for Lab {
     fn drop(&mut self) {
         let files =
             fs::read_dir(self.path(".")).into_iter().flatten().flatten().map(|entry| entry.file_name());
-        let cells: Vec<_> = files.filter(|name| name.to_string_lossy().starts_with("cell")).collect();
+        let is_cell = |name: &std::ffi::OsString| {
+            let text = fs::read_to_string(self.path(&name.to_string_lossy())).unwrap_or_default();
+            text.lines().any(|line| line.starts_with("cell: "))
+        };
+        let cells: Vec<_> = files.filter(is_cell).collect();
         let cleaned = self.command(&["doctor", "--clean"]).args(cells).stdout(Stdio::null()).status();
         drop(cleaned);
     }

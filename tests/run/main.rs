@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
 
+mod agin_report;
 mod agin_steps;
 mod answering;
 mod bad_input;
@@ -26,6 +27,7 @@ mod procedures;
 mod reader_gone;
 mod refused;
 mod remembering;
+mod rig_corrections;
 mod schema;
 mod serial;
 mod stripe_bad_input;

@@ -25,6 +25,21 @@ pub fn give_or_take(uncertainty: f64, unit: &str) -> String {
     text.trim_end().to_owned()
 }
 
+/// What a correction is about, as people say it.
+///
+/// ```
+/// # use plumb_cell::corrected_quantity;
+/// assert_eq!(corrected_quantity("joint_zero", "arm", "waist"), "joint zero of arm waist");
+/// assert_eq!(corrected_quantity("sensor_parameter", "stripe", "camera_aim_x"), "camera aim x of stripe");
+/// ```
+pub fn corrected_quantity(quantity: &str, device: &str, place: &str) -> String {
+    // A parameter's name says what it is.
+    if quantity == crate::engine::SENSOR_PARAMETER {
+        return format!("{} of {device}", place.replace('_', " "));
+    }
+    format!("{} of {device} {place}", quantity.replace('_', " "))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,6 +6,7 @@ use plumb_plugin::{PluginError, Value};
 use serde::{Deserialize, Serialize};
 
 use crate::extract::{Centre, Noise, Pieces, Settings, Threshold};
+use crate::geometry::RigCorrections;
 
 /// How the sensor works.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -13,6 +14,9 @@ use crate::extract::{Centre, Noise, Pieces, Settings, Threshold};
 pub(crate) struct Config {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) rig: Option<PathBuf>,
+    /// What calibrations found of the rig, relative to its file.
+    #[serde(default, skip_serializing_if = "RigCorrections::is_none")]
+    pub(crate) corrections: RigCorrections,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) frames: Option<Frames>,
     #[serde(default)]
@@ -70,7 +74,7 @@ impl Config {
         let value = if value.is_null() { &empty } else { value };
         let config = Self::deserialize(value).map_err(|error| {
             PluginError::Refused(format!(
-                "{error}; light-stripe takes rig, frames, find, threshold, centre, noise, least_rows, pieces, rays and exposure_delay_ms"
+                "{error}; light-stripe takes rig, corrections, frames, find, threshold, centre, noise, least_rows, pieces, rays and exposure_delay_ms"
             ))
         })?;
         config.check()?;
@@ -84,6 +88,9 @@ impl Config {
         }
         if !(-1000.0..=1000.0).contains(&self.exposure_delay_ms) {
             return wrong(format!("`exposure_delay_ms` is {}; it is -1000 to 1000", self.exposure_delay_ms));
+        }
+        if self.rig.is_none() && !self.corrections.is_none() {
+            return wrong("`corrections` are of a rig: name its file as `rig`".to_owned());
         }
         if let Centre::GaussianDerivative { line_sigma_px } = self.centre
             && !(0.3..=50.0).contains(&line_sigma_px)

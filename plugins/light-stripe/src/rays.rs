@@ -4,14 +4,15 @@ use nalgebra::Vector2;
 use plumb_plugin::Quantity;
 
 use crate::extract::RowPoint;
-use crate::geometry::Rig;
+use crate::geometry::{Rig, SheetFrame};
 use crate::sensor::quantity;
 
-/// The rig's own numbers: where its lens is, mm, and its sheet n.x + d = 0.
-pub(crate) fn rig_quantities(rig: &Rig) -> Vec<Quantity> {
+/// The rig's own numbers: where its lens is, mm, its focal lengths, px, its sheet n.x + d = 0, and the frame of the file's sheet, in which corrections of
+/// the sheet are expressed.
+pub(crate) fn rig_quantities(rig: &Rig, drawn_sheet: Option<&SheetFrame>) -> Vec<Quantity> {
     let lens = rig.flange_from_camera.translation.vector;
     let normal = rig.plane.normal;
-    let named = [
+    let mut named = vec![
         ("lens_x", lens.x),
         ("lens_y", lens.y),
         ("lens_z", lens.z),
@@ -19,8 +20,20 @@ pub(crate) fn rig_quantities(rig: &Rig) -> Vec<Quantity> {
         ("sheet_y", normal.y),
         ("sheet_z", normal.z),
         ("sheet_d", rig.plane.d_mm),
+        ("focal_u", rig.camera.fx_px),
+        ("focal_v", rig.camera.fy_px),
     ];
-    named.map(|(name, value)| quantity(name, value, 0.0)).to_vec()
+    if let Some(SheetFrame { middle, along, .. }) = drawn_sheet {
+        named.extend([
+            ("middle_x", middle.x),
+            ("middle_y", middle.y),
+            ("middle_z", middle.z),
+            ("along_x", along.x),
+            ("along_y", along.y),
+            ("along_z", along.z),
+        ]);
+    }
+    named.into_iter().map(|(name, value)| quantity(name, value, 0.0)).collect()
 }
 
 /// The ends of the straight line through a stripe's rays: on a plane a sheet of light makes one. Nothing for fewer than three rows.

@@ -8,7 +8,7 @@ use plumb_plugin::{
 use crate::config::{Config, Find};
 use crate::extract::{Extractor, Image, NoStripe, RowPoint, SpotFinder};
 use crate::frame::FrameFolder;
-use crate::geometry::{Collineation, Rig, read_rig};
+use crate::geometry::{Collineation, Rig, SheetFrame, read_rig};
 use crate::pose::{Pose, Way};
 use crate::rays;
 
@@ -44,7 +44,10 @@ pub struct LightStripe {
 /// From pixels to points, ready to use.
 #[derive(Debug)]
 struct Geometry {
+    /// As it is in force: the file's numbers with the corrections.
     rig: Rig,
+    /// The frame in which corrections of the sheet are expressed: that of the file's sheet.
+    drawn_sheet: Option<SheetFrame>,
     collineation: Collineation,
 }
 
@@ -164,6 +167,14 @@ const QUANTITIES: &[(&str, &str)] = &[
     ("sheet_y", ""),
     ("sheet_z", ""),
     ("sheet_d", "mm"),
+    ("focal_u", "px"),
+    ("focal_v", "px"),
+    ("middle_x", "mm"),
+    ("middle_y", "mm"),
+    ("middle_z", "mm"),
+    ("along_x", ""),
+    ("along_y", ""),
+    ("along_z", ""),
 ];
 
 pub(crate) fn quantity(name: &str, value: f64, standard_uncertainty: f64) -> Quantity {
@@ -177,8 +188,10 @@ impl LightStripe {
             None => None,
             Some(path) => {
                 let rig = read_rig(&config.path(path)).map_err(|error| refused(&error))?;
+                let drawn_sheet = rig.sheet_frame();
+                let rig = rig.corrected(&config.corrections).map_err(|error| refused(&error))?;
                 let collineation = rig.collineation().map_err(|error| refused(&error))?;
-                Some(Geometry { rig, collineation })
+                Some(Geometry { rig, drawn_sheet, collineation })
             }
         };
         if config.frames != self.config.frames || self.folder.is_none() {
@@ -302,14 +315,14 @@ impl LightStripe {
             quantity("spot_v", spot.v_px, spot.sigma_px),
             quantity("spot_pixels", f64::from(spot.pixels), 0.0),
         ];
-        if let Some(rig) = rig_of_rays(&self.config, self.geometry.as_ref())? {
-            let ray = rig.ray([spot.u_px, spot.v_px].into()).ok_or_else(|| {
+        if let Some(geometry) = geometry_of_rays(&self.config, self.geometry.as_ref())? {
+            let ray = geometry.rig.ray([spot.u_px, spot.v_px].into()).ok_or_else(|| {
                 PluginError::Failed(
                     "the spot lies outside of what the lens's distortion holds for".to_owned(),
                 )
             })?;
             quantities.extend([quantity("ray_x", ray.x, 0.0), quantity("ray_y", ray.y, 0.0)]);
-            quantities.extend(rays::rig_quantities(rig));
+            quantities.extend(rays::rig_quantities(&geometry.rig, geometry.drawn_sheet.as_ref()));
         }
         Ok(quantities)
     }
@@ -331,22 +344,25 @@ impl LightStripe {
         let geometry = self.geometry.as_ref();
         let told: Vec<StripePoint> = points.iter().map(|point| told(point, geometry)).collect();
         let mut quantities = summary(points, fault);
-        if let Some(rig) = rig_of_rays(&self.config, self.geometry.as_ref())? {
-            quantities.extend(rays::line_quantities(rig, points));
-            quantities.extend(rays::rig_quantities(rig));
+        if let Some(geometry) = geometry_of_rays(&self.config, self.geometry.as_ref())? {
+            quantities.extend(rays::line_quantities(&geometry.rig, points));
+            quantities.extend(rays::rig_quantities(&geometry.rig, geometry.drawn_sheet.as_ref()));
         }
         self.host.emit_bytes(POINTS, &header.message(&told))?;
         Ok(quantities)
     }
 }
 
-/// The rig, where rays are to be told.
-fn rig_of_rays<'a>(config: &Config, geometry: Option<&'a Geometry>) -> Result<Option<&'a Rig>, PluginError> {
+/// The geometry, where rays are to be given.
+fn geometry_of_rays<'a>(
+    config: &Config,
+    geometry: Option<&'a Geometry>,
+) -> Result<Option<&'a Geometry>, PluginError> {
     if !config.rays {
         return Ok(None);
     }
     let none = || PluginError::Refused("`rays` needs a `rig`: without one pixels have no rays".to_owned());
-    geometry.map(|geometry| Some(&geometry.rig)).ok_or_else(none)
+    geometry.map(Some).ok_or_else(none)
 }
 
 fn fault_of(error: &NoStripe) -> StripeFault {

@@ -39,6 +39,7 @@ fn drawn(light: &Light) -> Rig {
     let flange_from_camera =
         Isometry3::from_parts(Translation3::new(-30.0, 0.0, 60.0), UnitQuaternion::identity());
     Rig {
+        contains: Default::default(),
         name: "drawn".to_owned(),
         camera: Camera {
             width_px,

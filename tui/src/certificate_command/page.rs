@@ -1,5 +1,6 @@
 //! The certificate as a page of HTML that needs nothing else.
 
+use plumb_cell::corrected_quantity;
 use plumb_record::{
     Instrument, LoadedFile, RunSummary, StoredCorrection, StoredNote, StoredPrompt, StoredTrigger,
 };
@@ -65,10 +66,8 @@ fn facts(run: &RunSummary) -> String {
 
 fn corrections(corrections: &[StoredCorrection]) -> String {
     let row = |one: &StoredCorrection| {
-        let (name, left) = (
-            format!("{} of {} {}", one.key.quantity.replace('_', " "), one.key.device, one.key.place),
-            left(one),
-        );
+        let (name, left) =
+            (corrected_quantity(&one.key.quantity, &one.key.device, &one.key.place), left(one));
         format!(
             "<tr><td>{}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:+.4}</td><td class=\"n\">{:.1e}</td><td>{}</td><td>{left}</td></tr>",
             escaped(&name),

@@ -3,6 +3,7 @@
 use std::io;
 use std::process::ExitCode;
 
+use plumb_cell::corrected_quantity;
 use plumb_record::{Record, TrendPoint};
 
 use super::Arguments;
@@ -62,7 +63,8 @@ fn print_for_people(place: &str, points: &[TrendPoint]) -> io::Result<()> {
     let Some(newest) = points.last() else { return Ok(()) };
     let unit = &newest.unit;
     let (least, most) = range(points);
-    say!("{} of {place}, {unit}; the newest last", newest.quantity.replace('_', " "))?;
+    let unit_in_words = if unit.is_empty() { String::new() } else { format!(", {unit}") };
+    say!("{}{unit_in_words}; the newest last", title(&newest.quantity, place))?;
     say!("{:>5}  {:<16}  {:>11}  {:>9}  {:>10}  in force", "run", "found (UTC)", "value", "+-", "change")?;
     for point in points {
         let time = point.time.get(..16).unwrap_or(&point.time).replace('T', " ");
@@ -84,6 +86,16 @@ fn print_for_people(place: &str, points: &[TrendPoint]) -> io::Result<()> {
         )?;
     }
     Ok(())
+}
+
+/// What the numbers are of: `joint zero of arm.waist`, `camera aim x of stripe`.
+fn title(quantity: &str, place: &str) -> String {
+    match place.split_once('.') {
+        Some((device, parameter)) if quantity == "sensor_parameter" => {
+            corrected_quantity(quantity, device, parameter)
+        }
+        _ => format!("{} of {place}", quantity.replace('_', " ")),
+    }
 }
 
 fn run_number(point: &TrendPoint) -> String {

@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use plumb_cell::command::Command;
 use plumb_cell::engine::RunningRun;
 use plumb_cell::event::{Event, LogLevel, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath};
-use plumb_cell::give_or_take;
 use plumb_cell::prompt::Prompt;
+use plumb_cell::{corrected_quantity, give_or_take};
 use tokio::signal::unix::{SignalKind, signal};
 
 use crate::answer_command::ways_to_answer;
@@ -85,9 +85,8 @@ impl Printer {
             Event::AnswerRefused { reason, .. } => format!("        not taken: {reason}"),
             Event::PromptAnswered { step, by, .. } => format!("        {step}: answered by {by}"),
             Event::CorrectionProposed { correction: c } => format!(
-                "        {} of {}: {:.4} -> {:.4} {} ({})",
-                c.quantity.replace('_', " "),
-                c.place,
+                "        {}: {:.4} -> {:.4} {} ({})",
+                corrected_quantity(&c.quantity, &c.device, &c.place),
                 c.old,
                 c.new,
                 c.unit,

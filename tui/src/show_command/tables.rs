@@ -1,6 +1,6 @@
 //! The parts of a run as tables of text, one string a line. A heading stands at the margin, its rows are indented.
 
-use plumb_cell::give_or_take;
+use plumb_cell::{corrected_quantity, give_or_take};
 use plumb_record::{
     Instrument, LoadedFile, StoredCorrection, StoredInterruption, StoredNote, StoredPrompt, StoredReading,
     StoredStep, StoredTrigger,
@@ -168,10 +168,8 @@ pub(super) fn corrections(lines: &mut Vec<String>, corrections: &[StoredCorrecti
             .revision
             .map_or("not put in force".to_owned(), |revision| format!("in force since revision {revision}"));
         lines.push(format!(
-            "  {} of {} {:<12} {:>10.4} -> {:>10.4} {} ({}; {state})",
-            one.key.quantity.replace('_', " "),
-            one.key.device,
-            one.key.place,
+            "  {:<30} {:>10.4} -> {:>10.4} {} ({}; {state})",
+            corrected_quantity(&one.key.quantity, &one.key.device, &one.key.place),
             one.old,
             one.new,
             one.unit,

@@ -10,6 +10,9 @@ use plumb_model::file::{Model, ModelFileError};
 use plumb_model::stripe::{
     AdjustError, Scans, ScansError, SceneError, StripeRig, Surface, Suspect, read_scene, suspect,
 };
+use plumb_record::RecordError;
+
+use super::rig_in_force::{in_force, rig_with};
 
 /// Which cell and which scans.
 #[derive(Debug, Clone, clap::Args)]
@@ -52,6 +55,10 @@ pub(crate) enum LabError {
     NoStripe { cell: PathBuf, what: &'static str },
     #[error(transparent)]
     Rig(#[from] RigFileError),
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    #[error("the record's corrections of the rig cannot be used: {0}")]
+    Corrections(String),
     #[error(transparent)]
     Model(#[from] ModelFileError),
     #[error(transparent)]
@@ -102,7 +109,10 @@ impl Chosen {
         model.fitted.clear();
         let beside = self.cell.parent().unwrap_or(Path::new(""));
         let scene = self.scene.clone().unwrap_or_else(|| beside.join("scene.yaml"));
-        let rig = read_rig(&beside.join(rig))?;
+        // A run's folder lies in its record.
+        let record = self.scans.parent().unwrap_or(Path::new(""));
+        let corrections = in_force(record, &cell, &sensor)?;
+        let rig = rig_with(&read_rig(&beside.join(rig))?, &corrections)?;
         let every_row = rig.camera.height_px / ROWS_A_PICTURE;
         Ok(Lab {
             model,

@@ -7,6 +7,7 @@ mod diagnose;
 mod export;
 mod lab;
 mod outcome;
+mod rig_in_force;
 mod sealed_world;
 mod show;
 mod study;
@@ -24,7 +25,7 @@ pub(crate) enum StripeCommand {
     Diagnose(diagnose::Arguments),
     /// Adjust zeros, rig and what is added to scans, and write a cell that uses what was found.
     Adjust(adjust::Arguments),
-    /// Write a cell whose rig has the corrections that a run of a calibration procedure found.
+    /// Write the rig in force, the rig file with the corrections of the record, as a rig file of its own, and a cell that uses it.
     Correct(correct::Arguments),
     /// Hide an effect in sealed worlds, find it from stripes, and measure the direction-dependent error before and after.
     Study(study::Arguments),

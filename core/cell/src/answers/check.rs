@@ -123,6 +123,9 @@ fn collect<'a>(
             Action::Apply(apply) if apply.ask => {
                 asked.push(Asked { name, kind: AskedKind::AcceptCorrection, optional })
             }
+            Action::Correct(correct) if correct.ask => {
+                asked.push(Asked { name, kind: AskedKind::AcceptCorrection, optional })
+            }
             Action::Declare(declare) if declare.ask => {
                 asked.push(Asked { name, kind: AskedKind::AcceptCorrection, optional })
             }

@@ -2,6 +2,7 @@
 
 use plumb_host::{Catalogue, Plugin, WiredInput};
 use plumb_plugin::{InputDescription, StreamDescription};
+use serde_json::Value;
 
 use super::configuration;
 use crate::workcell::{DeviceSetting, Workcell};
@@ -30,6 +31,7 @@ pub fn check_plugins(cell: &Workcell, catalogue: &Catalogue) -> Result<(), FileP
         for (message, help) in configuration::mistakes(&device.config, &plugin.manifest.config, given) {
             problems.add(device.place, format!("device `{}`: {message}", device.name), help);
         }
+        check_corrections(cell, device, plugin, &problems);
         for wire in &device.inputs {
             let wired = input_of(plugin, &wire.input).and_then(|input| {
                 let stream = stream_of(cell, catalogue, &wire.device, &wire.stream)?;
@@ -53,6 +55,25 @@ pub fn check_plugins(cell: &Workcell, catalogue: &Catalogue) -> Result<(), FileP
         }
     }
     problems.into_result(&cell.file, &cell.text)
+}
+
+/// Checks that what the procedures correct of a sensor is something its plugin takes corrections of.
+fn check_corrections(cell: &Workcell, device: &DeviceSetting, plugin: &Plugin, problems: &Problems) {
+    let taken = plugin.manifest.config.pointer("/properties/corrections/properties");
+    let taken: Vec<&str> =
+        taken.and_then(Value::as_object).into_iter().flatten().map(|(key, _)| key.as_str()).collect();
+    for procedure in &cell.procedures {
+        for key in procedure.corrections_of(&device.name) {
+            if taken.contains(&key) {
+                continue;
+            }
+            let message = format!(
+                "device `{}`: procedure `{}` corrects its `{key}`, and plugin `{}` takes no such correction",
+                device.name, procedure.name, plugin.manifest.id
+            );
+            problems.add(device.place, message, did_you_mean(key, taken.iter().copied()));
+        }
+    }
 }
 
 /// The wired inputs of a device, as its host is told.

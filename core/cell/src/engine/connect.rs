@@ -61,6 +61,8 @@ impl Engine {
                 self.sensors.retain(|known| known.name != device.name);
                 self.sensors.push(sensor);
                 activated.map_err(|error| self.device_error(error))?;
+                self.give_corrections(&device.name)?;
+                self.give_settings(&device.name)?;
                 self.journal.device(&device.name, &device.plugin, DeviceState::Active, None);
             }
             (Link::Robot(_), None) => {

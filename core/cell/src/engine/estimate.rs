@@ -101,7 +101,7 @@ impl Estimator<'_> {
             Action::Measure(_) => Some(4.0 * EXCHANGE_S),
             Action::Configure(_) | Action::Row(_) => Some(EXCHANGE_S),
             Action::Compute(_) | Action::Check(_) | Action::Apply(_) => Some(0.01),
-            Action::Declare(_) => Some(EXCHANGE_S),
+            Action::Declare(_) | Action::Correct(_) => Some(EXCHANGE_S),
             Action::Repeat(_) | Action::Call(_) => Some(0.0),
         }
     }
@@ -193,6 +193,7 @@ pub(super) fn asks(action: &Action) -> bool {
     match action {
         Action::Prompt(_) => true,
         Action::Apply(apply) => apply.ask,
+        Action::Correct(correct) => correct.ask,
         Action::Declare(declare) => declare.ask,
         _ => false,
     }

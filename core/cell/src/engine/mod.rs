@@ -31,7 +31,9 @@ use std::sync::Arc;
 use plumb_plugin::{JointState, JointVector};
 use serde_json::{Map, Value};
 
-pub(crate) use execute::{CIRCUMSTANCES, CONTROLLER_ZERO};
+pub(crate) use execute::{CIRCUMSTANCES, CONTROLLER_ZERO, SENSOR_PARAMETER};
+
+pub use execute::sensor_corrections;
 
 pub use dry_run::{DryRun, DryStep, PlannedMotion, dry_run};
 pub use event_sender::EventSender;
@@ -66,6 +68,8 @@ pub(crate) struct Engine {
     stops: StopActions,
     arms: Vec<Arm>,
     sensors: Vec<Sensor>,
+    /// What `configure` steps told sensors in this run, by sensor.
+    settings: BTreeMap<String, Map<String, Value>>,
     /// Devices whose process was lost.
     lost: Vec<String>,
     /// Robots whose zeros this run is to find.

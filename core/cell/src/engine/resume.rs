@@ -34,6 +34,9 @@ impl Engine {
             match &entry.work {
                 Work::Leaf => match (last, outcome) {
                     (Some(attempt), Some("passed")) => {
+                        if let Action::Configure(configure) = &entry.step.action {
+                            self.remember_settings(configure);
+                        }
                         self.set_result(&entry, attempt.result.clone());
                         self.show_done(&entry.path, StepOutcome::Passed, attempt);
                     }

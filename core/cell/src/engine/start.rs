@@ -159,6 +159,7 @@ pub fn start_run(
         stops,
         arms: Vec::new(),
         sensors: Vec::new(),
+        settings: BTreeMap::new(),
         lost: Vec::new(),
         finds_zeros: request.procedure.finds_zeros_of(),
         moved: BTreeMap::new(),
@@ -390,6 +391,9 @@ impl Engine {
         let is_new = first_time || self.journal.record.plan(self.journal.run)?.is_empty();
         self.journal.planned(steps, estimate_s, is_new)?;
         let point = self.replay(stored)?;
+        for sensor in self.settings.keys().cloned().collect::<Vec<_>>() {
+            self.give_settings(&sensor)?;
+        }
         let something_left = point.position < self.plan.entries.len();
         if !first_time && something_left {
             self.confirm_poses(point.position)?;

@@ -10,7 +10,7 @@ pub(crate) use check::{CellNames, check_procedure};
 pub(crate) use load::load;
 pub use load::load_procedure;
 
-use crate::step::Step;
+use crate::step::{Action, Step};
 use crate::yaml::Place;
 
 /// A procedure that was read: its own file is in order; whether it fits a cell is checked with the cell.
@@ -65,6 +65,14 @@ impl Procedure {
         own.chain(self.called.iter().flat_map(|(_, called)| called.finds_zeros_of())).collect()
     }
 
+    /// The parameters of a sensor that this procedure, or one it calls, corrects.
+    pub(crate) fn corrections_of(&self, sensor: &str) -> Vec<&str> {
+        let mut keys = Vec::new();
+        collect_corrections(&self.steps, sensor, &mut keys);
+        keys.extend(self.called.iter().flat_map(|(_, called)| called.corrections_of(sensor)));
+        keys
+    }
+
     /// This procedure and all it calls, each file once.
     pub fn all_files(&self) -> Vec<(&PathBuf, &str)> {
         let mut files = vec![(&self.file, self.text.as_str())];
@@ -76,5 +84,17 @@ impl Procedure {
             }
         }
         files
+    }
+}
+
+fn collect_corrections<'a>(steps: &'a [Step], sensor: &str, keys: &mut Vec<&'a str>) {
+    for step in steps {
+        match &step.action {
+            Action::Correct(correct) if correct.sensor == sensor => {
+                keys.extend(correct.parameters.iter().map(|parameter| parameter.key.as_str()));
+            }
+            Action::Repeat(repeat) => collect_corrections(&repeat.steps, sensor, keys),
+            _ => {}
+        }
     }
 }

@@ -5,6 +5,7 @@ mod call;
 mod check;
 mod compute;
 mod configure;
+mod correct;
 mod declare;
 mod joint_targets;
 mod measure;
@@ -22,6 +23,8 @@ pub use call::CallStep;
 pub use check::CheckStep;
 pub use compute::ComputeStep;
 pub use configure::ConfigureStep;
+pub use correct::{Change, CorrectStep, ParameterCorrection};
+pub(crate) use correct::{key_of, name_and_unit};
 pub use declare::DeclareStep;
 pub use joint_targets::{JointTarget, JointTargets};
 pub use measure::MeasureStep;
@@ -90,6 +93,8 @@ pub enum Action {
     Compute(ComputeStep),
     /// Put corrections in force.
     Apply(ApplyStep),
+    /// Correct parameters of a sensor.
+    Correct(CorrectStep),
     /// Have a controller set its own zeros.
     Declare(DeclareStep),
     /// Go on only if something holds.
@@ -120,6 +125,7 @@ pub const KINDS: &[(&str, &str)] = &[
     ("compute", "works out values from parameters and earlier results"),
     ("check", "ends the run as failed unless something holds"),
     ("apply", "puts what was found in force as a new revision of the arm's joint zeros"),
+    ("correct", "applies what was found of a sensor, as a new revision of the corrections of its parameters"),
     (
         "declare",
         "has a robot's controller take where the arm stands for a stated pose from now on: its own zeros are set",
@@ -141,6 +147,7 @@ impl Action {
             Action::Repeat(_) => "repeat",
             Action::Compute(_) => "compute",
             Action::Apply(_) => "apply",
+            Action::Correct(_) => "correct",
             Action::Declare(_) => "declare",
             Action::Check(_) => "check",
             Action::Call(_) => "call",
@@ -223,6 +230,7 @@ fn read_action(node: &Node, context: &ReadContext<'_>) -> Option<Action> {
         "repeat" => repeat::read(body, context).map(Action::Repeat),
         "compute" => compute::read(body, context).map(Action::Compute),
         "apply" => apply::read(body, context).map(Action::Apply),
+        "correct" => correct::read(body, context).map(Action::Correct),
         "declare" => declare::read(body, context).map(Action::Declare),
         "check" => check::read(body, context).map(Action::Check),
         "call" => call::read(body, context).map(Action::Call),
@@ -261,6 +269,7 @@ impl Step {
             Action::Search(step) => step.check(context),
             Action::Compute(step) => step.check(context),
             Action::Apply(step) => step.check(context),
+            Action::Correct(step) => step.check(context),
             Action::Declare(step) => step.check(context),
             Action::Check(step) => step.check(context),
             Action::Configure(step) => step.check(context),
@@ -306,7 +315,7 @@ impl Step {
                 Shape::Map(names)
             }
             Action::Compute(step) => step.result_shape(),
-            Action::Apply(_) => Shape::Map(vec![single("revision"), single("applied")]),
+            Action::Apply(_) | Action::Correct(_) => Shape::Map(vec![single("revision"), single("applied")]),
             Action::Declare(step) => {
                 Shape::Map(vec![single("declared"), ("joints".to_owned(), joints_of(&step.robot))])
             }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector2, Vector3};
 
-use super::{Camera, Collineation, CollineationError, NoPoint};
+use super::{Camera, Collineation, CollineationError, NoPoint, RigCorrections};
 
 /// The sheet of light: n.x + d = 0 in the flange's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +34,8 @@ pub struct Rig {
     pub plane: StripePlane,
     /// How the sheet bends out of its plane: n.x + d = bow s^2, with s the place along it down the camera's view, mm from the flange's axis; 1/mm.
     pub bow_per_mm: f64,
+    /// The corrections of the record that these numbers contain already; none in the maker's file.
+    pub contains: RigCorrections,
 }
 
 /// Rounds in which a bent sheet's point is found from its plane's.

@@ -12,6 +12,7 @@
 //!   convention: n.x + d = 0              # the only one; files of n.x = d change the sign of d
 //!   bow_per_mm: 0                        # left out for a flat sheet; else n.x + d = bow s^2, s down the camera's view from the flange's axis
 //! self_test: {pixel: [27.5, 227.5], point_mm: [-64.286, 64.286, 445.714]}
+//! contains: {camera_aim_x_deg: 0.41}     # corrections of a record that these numbers contain already; left out in a maker's file
 //! ```
 
 use std::fs;
@@ -21,7 +22,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{Camera, CollineationError, Rig, StripePlane, WrongFile};
+use super::{Camera, CollineationError, Rig, RigCorrections, StripePlane, WrongFile};
 
 /// The convention of the plane that files name.
 const CONVENTION: &str = "n.x + d = 0";
@@ -86,6 +87,8 @@ struct RawRig {
     hand_eye: RawPose,
     stripe_plane: RawPlane,
     self_test: RawSelfTest,
+    #[serde(default, skip_serializing_if = "RigCorrections::is_none")]
+    contains: RigCorrections,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -163,6 +166,7 @@ fn parse(text: &str, origin: &str) -> Result<Rig, RigFileError> {
         ),
         plane,
         bow_per_mm: raw.stripe_plane.bow_per_mm,
+        contains: raw.contains,
     };
     let away_mm = (Vector3::from(raw.self_test.point_mm) - rig.flange_from_camera.translation.vector).norm();
     if !(NEAREST_MM..=FARTHEST_MM).contains(&away_mm) {
@@ -234,6 +238,7 @@ pub fn write_rig(rig: &Rig) -> Result<String, String> {
             bow_per_mm: rig.bow_per_mm,
         },
         self_test: RawSelfTest { pixel: aside, point_mm: point.coords.into() },
+        contains: rig.contains,
     };
     serde_yaml::to_string(&raw).map_err(|error| error.to_string())
 }
@@ -261,6 +266,20 @@ self_test: {pixel: [27.5, 227.5], point_mm: [-64.285714, 64.285714, 445.714286]}
         let again = parse(&write_rig(&rig).unwrap(), "again.yaml").unwrap();
         assert!((again.plane.normal - rig.plane.normal).norm() < 1e-12);
         assert!((again.flange_from_camera.to_matrix() - rig.flange_from_camera.to_matrix()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn the_corrections_a_rig_contains_come_back_from_its_file() {
+        let drawn = parse(GOOD, "rig.yaml").unwrap();
+        assert!(!write_rig(&drawn).unwrap().contains("contains"));
+        let corrections =
+            RigCorrections { camera_aim_x_deg: 0.4, camera_scale_u: 1.02, ..Default::default() };
+        let corrected = drawn.corrected(&corrections).unwrap();
+        let again = parse(&write_rig(&corrected).unwrap(), "again.yaml").unwrap();
+        assert_eq!(again.contains, corrections);
+        assert_eq!(again.corrected(&corrections).unwrap().camera.fx_px, corrected.camera.fx_px);
+        let told = message("self_test:", "contains: {camera_aim: 1}\nself_test:");
+        assert!(told.contains("unknown field `camera_aim`"), "{told}");
     }
 
     #[test]

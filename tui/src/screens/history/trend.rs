@@ -32,7 +32,12 @@ pub(crate) struct TrendPoint {
 
 /// The trend of a quantity from what the record holds of it.
 pub(super) fn of(cell: &str, key: &CorrectionKey, history: &[StoredCorrection]) -> Trend {
-    let what = key.quantity.strip_prefix("joint_").unwrap_or(&key.quantity).replace('_', " ");
+    let what = match key.quantity.strip_prefix("joint_") {
+        Some(of_joint) => format!("{} {}", key.place, of_joint.replace('_', " ")),
+        // A parameter's name says what it is.
+        None if key.quantity == "sensor_parameter" => key.place.replace('_', " "),
+        None => format!("{} {}", key.place, key.quantity.replace('_', " ")),
+    };
     let point = |one: &StoredCorrection| {
         Some(TrendPoint {
             seconds: seconds_of(&one.proposed)?,
@@ -43,7 +48,7 @@ pub(super) fn of(cell: &str, key: &CorrectionKey, history: &[StoredCorrection]) 
         })
     };
     Trend {
-        name: format!("{} {what} of {}", key.place, key.device),
+        name: format!("{what} of {}", key.device),
         cell: cell.to_owned(),
         unit: history.first().map_or_else(String::new, |one| one.unit.clone()),
         points: history.iter().filter_map(point).collect(),

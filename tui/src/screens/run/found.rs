@@ -150,7 +150,7 @@ fn correction_line(row: &CorrectionRow, wide: bool, theme: &Theme) -> Line<'stat
         Some(_) => ("\u{2713}", " in force", theme.good),
         None => ("\u{b7}", " proposed", theme.warning),
     };
-    let place = format!("{} {}", correction.place, what(&correction.quantity));
+    let place = in_short(&correction.quantity, &correction.place);
     Line::from(vec![
         Span::styled(format!("{sign} "), style),
         Span::styled(format!("{:<14}", fitted(&place, 14)), theme.text),
@@ -167,7 +167,10 @@ fn uncertainty(value: f64) -> String {
     if value < 1e-4 { "<0.0001".to_owned() } else { format!("{value:.4}") }
 }
 
-/// The quantity in as few words as the table has room for.
-fn what(quantity: &str) -> String {
-    quantity.strip_prefix("joint_").unwrap_or(quantity).replace('_', " ")
+/// What is corrected, in as few words as the table has room for.
+fn in_short(quantity: &str, place: &str) -> String {
+    if quantity == "sensor_parameter" {
+        return place.replace('_', " ");
+    }
+    format!("{place} {}", quantity.strip_prefix("joint_").unwrap_or(quantity).replace('_', " "))
 }

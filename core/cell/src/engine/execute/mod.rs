@@ -4,6 +4,7 @@ mod apply;
 mod check;
 mod compute;
 mod configure;
+mod correct;
 mod declare;
 mod flight;
 mod measure;
@@ -14,6 +15,8 @@ mod row;
 mod scan;
 mod search;
 
+pub(crate) use correct::SENSOR_PARAMETER;
+pub use correct::sensor_corrections;
 pub(crate) use declare::CONTROLLER_ZERO;
 pub(super) use scan::{Made, Scan, attitude_of, flange_at};
 pub(crate) use search::CIRCUMSTANCES;
@@ -33,6 +36,7 @@ impl Engine {
             Action::Compute(compute) => self.execute_compute(compute, at),
             Action::Check(check) => self.execute_check(check, at),
             Action::Apply(apply) => self.execute_apply(apply, at),
+            Action::Correct(correct) => self.execute_correct(correct, at),
             Action::Configure(configure) => self.execute_configure(configure),
             Action::Measure(measure) => self.execute_measure(measure, at),
             Action::Row(row) => self.execute_row(row, at),

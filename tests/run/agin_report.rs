@@ -1,0 +1,55 @@
+//! The whole of Agin's report in one cell: joints, rig, scan, over the simulated arm and over its VAL-II line.
+
+use plumb_record::Record;
+
+use crate::agin_steps::{apex_error, value, values_of};
+use crate::lab::Lab;
+
+/// Where the apex stands on the table.
+const APEX_MM: [f64; 3] = [60.0, 530.0, -631.8];
+
+#[test]
+fn joints_rig_and_scan_in_one_run_and_the_direction_error_falls_at_each_step() {
+    let lab = Lab::of("light-stripe");
+    assert_eq!(lab.plumb(&["check", "agin.yaml"]).code(), 0);
+    let arguments =
+        ["run", "agin.yaml", "agin", "--headless", "--set", "quadrants=1", "--json", "--record", "record"];
+    let said = lab.plumb(&arguments);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    let out = said.out();
+    let of = |step: &str, name: &str| {
+        let events = out.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+        let mut found = events.filter(|event| event["event"] == "step_finished" && event["step"] == step);
+        value(&found.next().unwrap()["values"], name)
+    };
+    let as_found = of("as_it_was", "as_found");
+    let with_zeros = of("direction_error", "with_zeros");
+    let with_rig = of("direction_error", "with_rig");
+    assert!(
+        as_found > with_zeros && with_zeros > with_rig && with_rig < 0.5,
+        "{as_found} {with_zeros} {with_rig} mm"
+    );
+
+    // The zeros and the rig travel by the record: another run of the cell uses both.
+    let left = apex_error(&lab, "agin.yaml", APEX_MM);
+    assert!(left < 1.0, "{left} mm");
+    let record = Record::open(&lab.path("record")).unwrap();
+    let zeros = record.corrections_in_force("agin", "arm").unwrap();
+    for (joint, truth) in
+        [("shoulder", 0.35), ("elbow", -0.45), ("wrist_roll", 0.4), ("wrist_bend", -0.5), ("flange", 0.6)]
+    {
+        let found = zeros.iter().find(|one| one.key.place == joint).unwrap();
+        assert!((found.value - truth).abs() < 0.06, "{joint}: {} for {truth}", found.value);
+    }
+    assert_eq!(record.corrections_in_force("agin", "stripe").unwrap().len(), 8);
+
+    let page = lab.path("agin.html");
+    let said = lab.plumb(&["certificate", "1", "-o", page.to_str().unwrap(), "--record", "record"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    let page = std::fs::read_to_string(page).unwrap();
+    for quantity in ["shoulder", "wrist_bend", "camera aim x of stripe", "sheet offset of stripe"] {
+        assert!(page.contains(quantity), "{quantity}");
+    }
+    // Its parts run alone too.
+    values_of(&lab, "agin.yaml", "wrist", "found");
+}
