@@ -40,6 +40,11 @@ pub fn corrected_quantity(quantity: &str, device: &str, place: &str) -> String {
     format!("{} of {device} {place}", quantity.replace('_', " "))
 }
 
+/// A change as people read it: `0.0000 -> 0.4031 deg`; a plain number has no unit behind it.
+pub fn change_in_words(old: f64, new: f64, unit: &str) -> String {
+    format!("{old:.4} -> {new:.4} {unit}").trim_end().to_owned()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

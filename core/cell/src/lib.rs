@@ -23,6 +23,6 @@ pub mod workcell;
 pub mod yaml;
 
 pub use check_file::{CheckedFile, FileKind, check_file, kind_of_file};
-pub use in_words::{corrected_quantity, give_or_take};
+pub use in_words::{change_in_words, corrected_quantity, give_or_take};
 pub use read_context::DegOrMm;
 pub use run_handle::{RunHandle, StopAction, StopActions};

@@ -6,7 +6,7 @@ use plumb_cell::command::Command;
 use plumb_cell::engine::RunningRun;
 use plumb_cell::event::{Event, LogLevel, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath};
 use plumb_cell::prompt::Prompt;
-use plumb_cell::{corrected_quantity, give_or_take};
+use plumb_cell::{change_in_words, corrected_quantity, give_or_take};
 use tokio::signal::unix::{SignalKind, signal};
 
 use crate::answer_command::ways_to_answer;
@@ -85,11 +85,9 @@ impl Printer {
             Event::AnswerRefused { reason, .. } => format!("        not taken: {reason}"),
             Event::PromptAnswered { step, by, .. } => format!("        {step}: answered by {by}"),
             Event::CorrectionProposed { correction: c } => format!(
-                "        {}: {:.4} -> {:.4} {} ({})",
+                "        {}: {} ({})",
                 corrected_quantity(&c.quantity, &c.device, &c.place),
-                c.old,
-                c.new,
-                c.unit,
+                change_in_words(c.old, c.new, &c.unit),
                 give_or_take(c.uncertainty, &c.unit)
             ),
             Event::Paused { reason, .. } => format!("paused: {reason}"),

@@ -140,7 +140,9 @@ fn corrected(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
     let old = if wide { format!("{:>9}", "old") } else { String::new() };
     let head = format!("  {:<14}{old}{:>10}{:>9}", "", "new", "\u{b1} 1\u{3c3}");
     let mut lines = vec![Line::styled(head, theme.faint)];
-    lines.extend(run.corrections.iter().map(|row| correction_line(row, wide, theme)));
+    // Where there is no room for all, the newest: they are what is asked about.
+    let hidden = run.corrections.len().saturating_sub(usize::from(inner.height).saturating_sub(1));
+    lines.extend(run.corrections.iter().skip(hidden).map(|row| correction_line(row, wide, theme)));
     frame.render_widget(Paragraph::new(lines), inner);
 }
 
@@ -157,7 +159,10 @@ fn correction_line(row: &CorrectionRow, wide: bool, theme: &Theme) -> Line<'stat
         Span::styled(if wide { format!("{:>9.3}", correction.old) } else { String::new() }, theme.faint),
         Span::styled(format!("{:>10.3}", correction.new), theme.heading),
         Span::styled(format!("{:>9}", uncertainty(correction.uncertainty)), theme.text),
-        Span::styled(format!(" {}", correction.unit), theme.faint),
+        Span::styled(
+            if correction.unit.is_empty() { String::new() } else { format!(" {}", correction.unit) },
+            theme.faint,
+        ),
         Span::styled(word, style),
     ])
 }

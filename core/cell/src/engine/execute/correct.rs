@@ -8,7 +8,7 @@ use crate::engine::journal::Question;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::{LogLevel, NamedValue};
-use crate::in_words::give_or_take;
+use crate::in_words::{change_in_words, give_or_take};
 use crate::prompt::{Answer, ChoiceOption, PromptKind};
 use crate::step::{Change, CorrectStep, ParameterCorrection, key_of, name_and_unit};
 
@@ -134,10 +134,9 @@ impl Engine {
         at: &StepContext,
     ) -> Result<bool, StepError> {
         let lines = corrections.iter().map(|one| {
-            let unit = &one.unit;
-            let line =
-                format!("{}: {:.4} -> {:.4} {unit}", one.key.place.replace('_', " "), one.old, one.new);
-            format!("{} ({})", line.trim_end(), give_or_take(one.uncertainty, unit))
+            let (name, unit) = (one.key.place.replace('_', " "), &one.unit);
+            let change = change_in_words(one.old, one.new, unit);
+            format!("{name}: {change} ({})", give_or_take(one.uncertainty, unit))
         });
         let option = |key: &str, label: &str| ChoiceOption { key: key.to_owned(), label: label.to_owned() };
         let question = Question {
@@ -199,9 +198,7 @@ fn done(corrections: &[NewCorrection], revision: i64) -> Done {
         uncertainty: Some(one.uncertainty),
     });
     let changes = corrections.iter().map(|one| {
-        format!("{} {:.4} -> {:.4} {}", one.key.place.replace('_', " "), one.old, one.new, one.unit)
-            .trim_end()
-            .to_owned()
+        format!("{} {}", one.key.place.replace('_', " "), change_in_words(one.old, one.new, &one.unit))
     });
     Done {
         values: values.collect(),
