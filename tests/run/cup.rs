@@ -73,3 +73,25 @@ fn no_point_of_cup_and_spoon_lies_beside_their_surfaces_not_even_at_their_edges(
     let on_the_spoon = places.iter().filter(|[_, _, z]| *z > -237.0).count();
     assert!(on_the_spoon > 200, "{on_the_spoon} points of the spoon");
 }
+
+#[test]
+fn stripes_are_taken_on_demand_in_one_run_and_a_place_that_cannot_be_read_is_asked_about() {
+    let lab = Lab::of("light-stripe");
+    lab.write("demand.yaml", "answers:\n  ask: ['60 530 -280', '-20 500 -250 17 90 25', end]\n");
+    let run = |answers: &str| {
+        lab.plumb(&["run", "cup.yaml", "stripes", "--headless", "--answers", answers, "--record", "record"])
+    };
+    let said = run("demand.yaml");
+    assert_eq!(said.code(), 0, "{}", said.all());
+    for stripe in ["stripe.ply", "stripe-2.ply"] {
+        assert!(lab.path("record/run-1").join(stripe).exists(), "{stripe}");
+    }
+    assert!(!lab.path("record/run-1/stripe-3.ply").exists());
+    for (asked, told) in
+        [("here", "float"), ("60 530", "three numbers at least"), ("1 2 3 60", "the tilt is 0 to 45")]
+    {
+        lab.write("wrong.yaml", &format!("answers:\n  ask: ['{asked}', end]\n"));
+        let said = run("wrong.yaml");
+        assert!(said.code() == 2 && said.all().contains(told), "{asked}: {}", said.all());
+    }
+}
