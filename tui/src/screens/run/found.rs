@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::convergence;
-use super::state::{CorrectionRow, RunState, Trigger};
+use super::state::{CorrectionRow, Fate, RunState, Trigger};
 use crate::screens::pane::{self, fitted};
 use crate::screens::theme::Theme;
 
@@ -148,9 +148,10 @@ fn corrected(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
 
 fn correction_line(row: &CorrectionRow, wide: bool, theme: &Theme) -> Line<'static> {
     let correction = &row.correction;
-    let (sign, word, style) = match row.revision {
-        Some(_) => ("\u{2713}", " in force", theme.good),
-        None => ("\u{b7}", " proposed", theme.warning),
+    let (sign, word, style) = match row.fate {
+        Fate::Applied => ("\u{2713}", " in force", theme.good),
+        Fate::Proposed => ("\u{b7}", " proposed", theme.warning),
+        Fate::Discarded => ("\u{2717}", " discarded", theme.faint),
     };
     let place = in_short(&correction.quantity, &correction.place);
     Line::from(vec![

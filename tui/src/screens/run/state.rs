@@ -101,8 +101,19 @@ pub(crate) struct Trigger {
 pub(crate) struct CorrectionRow {
     /// The change.
     pub correction: Correction,
-    /// The revision it made, once in force.
-    pub revision: Option<i64>,
+    /// What became of it.
+    pub fate: Fate,
+}
+
+/// What became of a correction that was proposed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fate {
+    /// It waits to be accepted.
+    Proposed,
+    /// It is in force.
+    Applied,
+    /// Its step is over, and it was not accepted.
+    Discarded,
 }
 
 impl RunState {
@@ -119,8 +130,10 @@ impl RunState {
                 self.steps = steps.iter().cloned().map(Step::planned).collect();
                 self.estimate_s = *estimate_s;
             }
-            Event::StepStarted { .. } | Event::StepProgress { .. } | Event::StepFinished { .. } => {
-                self.take_step(event)
+            Event::StepStarted { .. } | Event::StepProgress { .. } => self.take_step(event),
+            Event::StepFinished { .. } => {
+                self.take_step(event);
+                self.take_found(event);
             }
             Event::PromptAsked { prompt } => {
                 self.prompt = Some(OpenPrompt::new(prompt.clone()));
@@ -199,26 +212,31 @@ impl RunState {
                     });
                 }
             }
-            Event::CorrectionProposed { correction } => self.take_correction(correction, None),
-            Event::CorrectionApplied { correction, revision } => {
-                self.take_correction(correction, Some(*revision))
-            }
+            Event::CorrectionProposed { correction } => self.take_correction(correction, Fate::Proposed),
+            Event::CorrectionApplied { correction, .. } => self.take_correction(correction, Fate::Applied),
+            Event::StepFinished { outcome: StepOutcome::Passed, .. } => self.discard_what_waits(),
             _ => {}
         }
     }
 
-    fn take_correction(&mut self, correction: &Correction, revision: Option<i64>) {
+    /// What is still only proposed when its step has passed was not accepted.
+    fn discard_what_waits(&mut self) {
+        for row in self.corrections.iter_mut().filter(|row| row.fate == Fate::Proposed) {
+            row.fate = Fate::Discarded;
+        }
+    }
+
+    fn take_correction(&mut self, correction: &Correction, fate: Fate) {
         let same = |row: &&mut CorrectionRow| {
             let known = &row.correction;
             known.device == correction.device
                 && known.quantity == correction.quantity
                 && known.place == correction.place
         };
+        let taken = CorrectionRow { correction: correction.clone(), fate };
         match self.corrections.iter_mut().find(same) {
-            Some(row) => {
-                *row = CorrectionRow { correction: correction.clone(), revision: revision.or(row.revision) }
-            }
-            None => self.corrections.push(CorrectionRow { correction: correction.clone(), revision }),
+            Some(row) => *row = taken,
+            None => self.corrections.push(taken),
         }
     }
 

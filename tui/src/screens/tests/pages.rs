@@ -1,6 +1,6 @@
 //! Every page at several sizes, as it is drawn.
 
-use plumb_cell::event::{Event, RunOutcome, StepOutcome};
+use plumb_cell::event::{Correction, Event, RunOutcome, StepOutcome};
 use ratatui::crossterm::event::KeyCode;
 use ratatui::style::{Color, Modifier};
 
@@ -59,6 +59,33 @@ fn the_run_page_shows_how_trigger_poses_settle_while_the_arm_moves() {
 #[test]
 fn the_run_page_shows_corrections_at_the_end() {
     snapshots("run-passed", &passed());
+}
+
+#[test]
+fn a_correction_that_was_not_accepted_is_shown_as_discarded_and_one_proposed_anew_as_proposed() {
+    let mut state = searching();
+    let correction = camera_aim();
+    let proposed = || Event::CorrectionProposed { correction: correction.clone() };
+    tell(&mut state, proposed());
+    assert!(page(&state, 120, 40).contains("camera aim x") && page(&state, 120, 40).contains("proposed"));
+    tell(&mut state, finished("apply", StepOutcome::Passed, "discarded"));
+    assert!(page(&state, 120, 40).contains("discarded"), "{}", page(&state, 120, 40));
+    tell(&mut state, Event::CorrectionApplied { correction: correction.clone(), revision: 1 });
+    assert!(page(&state, 120, 40).contains("in force"));
+    tell(&mut state, proposed());
+    assert!(!page(&state, 120, 40).contains("in force"));
+}
+
+fn camera_aim() -> Correction {
+    Correction {
+        device: "stripe".to_owned(),
+        quantity: "sensor_parameter".to_owned(),
+        place: "camera_aim_x".to_owned(),
+        old: 0.0,
+        new: 0.4,
+        uncertainty: 0.04,
+        unit: "deg".to_owned(),
+    }
 }
 
 #[test]
