@@ -162,9 +162,13 @@ fn implausible_corrections_and_too_few_stripes_are_refused_before_anything_chang
 
     let few = lab.plumb(&["run", "cell.yaml", "projector", "--headless", "--set", "heights=2"]);
     assert!(few.code() == 2 && few.all().contains("`heights` is 2"), "{}", few.all());
-    // A table that is not where it is said to be: from some heights no whole stripe is seen.
-    let lost = lab.plumb(&["run", "cell.yaml", "projector", "--headless", "--set", "step_mm=90"]);
-    assert!(lost.code() == 1 && lost.all().contains("no whole stripe is seen from height"), "{}", lost.all());
+    // Too near for the light to be in the picture, and over the pyramid in place of the bare table.
+    let near = lab.plumb(&["run", "cell.yaml", "projector", "--headless", "--set", "lowest_mm=190"]);
+    assert!(near.code() == 1 && near.all().contains("no stripe is seen on the table"), "{}", near.all());
+    let over = ["--set", "place_x_mm=60", "--set", "place_y_mm=530", "--record", "record"];
+    let uneven = lab.plumb(&[&["run", "cell.yaml", "projector", "--headless"][..], &over].concat());
+    assert!(uneven.code() == 1 && uneven.all().contains("mm from one sheet"), "{}", uneven.all());
+    assert!(corrections(&lab, 3).is_empty());
 }
 
 #[test]

@@ -193,6 +193,12 @@ impl Engine {
         }
         let moved_by_step: Vec<String> = match self.plan.entries.get(position).map(|entry| &entry.step.action)
         {
+            // A hand or a point is brought somewhere by all joints.
+            Some(Action::Move(step))
+                if step.robot == robot && (step.hand.is_some() || step.point.is_some()) =>
+            {
+                drive_numbers(recorded).into_iter().map(|(joint, _)| joint).collect()
+            }
             Some(Action::Move(step)) if step.robot == robot => {
                 step.targets.iter().map(|target| target.joint.clone()).collect()
             }
