@@ -2,6 +2,7 @@
 //! for; else what was declared; else unknown.
 
 mod returns;
+mod sample;
 mod scatter;
 
 pub(crate) use returns::{Returns, SIDE_OF_APPROACH};

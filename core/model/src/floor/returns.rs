@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::sample::sampled;
 use crate::effect::{self, Effect, EffectId, Spot, Survey};
 use crate::fit::{Fit, Machine};
 
@@ -31,7 +32,7 @@ pub(crate) struct Returns {
 impl Returns {
     /// Gathers them; nothing if no pose was returned to.
     pub(crate) fn gather(machine: &Machine<'_>, fit: &Fit, survey: &Survey<'_>) -> Option<Self> {
-        let groups = machine.table.returns();
+        let groups = sampled(machine.table.returns(), machine.model.chain.len());
         if groups.is_empty() {
             return None;
         }

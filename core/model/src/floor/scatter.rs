@@ -88,33 +88,39 @@ impl Returns {
         (deviations, factor.rank())
     }
 
-    /// A member's norm for a scatter of one, at the given share of members inside.
-    fn corner(&self, member: usize, equations: usize, share: f64, kept: &[f64]) -> f64 {
+    /// How many members of each group are kept.
+    fn sizes(&self, kept: &[f64]) -> Vec<f64> {
+        let mut sizes = vec![0.0; self.groups];
+        for ((_, group), kept) in self.members.iter().zip(kept) {
+            if let Some(size) = sizes.get_mut(*group) {
+                *size += kept;
+            }
+        }
+        sizes
+    }
+
+    /// A member's norm for a scatter of one, at the given share of members inside; `sizes` are those of the groups.
+    fn corner(&self, member: usize, equations: usize, share: f64, sizes: &[f64]) -> f64 {
         let group = self.members.get(member).map_or(0, |(_, group)| *group);
-        let size: f64 = self
-            .members
-            .iter()
-            .zip(kept)
-            .filter(|((_, other), _)| *other == group)
-            .map(|(_, kept)| kept)
-            .sum();
+        let size = sizes.get(group).copied().unwrap_or(0.0);
         (chi_squared_quantile(share, equations.max(1) as f64) * (1.0 - 1.0 / size.max(2.0))).sqrt()
     }
 
     fn typical(&self, deviations: &[DVector<f64>], kept: &[f64]) -> f64 {
+        let sizes = self.sizes(kept);
         let relative: Vec<f64> = deviations
             .iter()
             .enumerate()
-            .map(|(member, deviation)| deviation.norm() / self.corner(member, deviation.len(), 0.5, kept))
+            .map(|(member, deviation)| deviation.norm() / self.corner(member, deviation.len(), 0.5, &sizes))
             .collect();
         let typical = median(&relative);
         if typical.is_finite() { typical } else { 0.0 }
     }
 
     fn tame(&self, deviations: &[DVector<f64>], sigma: f64) -> Vec<f64> {
-        let all = vec![1.0; deviations.len()];
+        let sizes = self.sizes(&vec![1.0; deviations.len()]);
         let inside = |(member, deviation): (usize, &DVector<f64>)| {
-            let edge = sigma * self.corner(member, deviation.len(), TAME, &all);
+            let edge = sigma * self.corner(member, deviation.len(), TAME, &sizes);
             f64::from(u8::from(deviation.norm() <= edge || deviation.norm() == 0.0))
         };
         deviations.iter().enumerate().map(inside).collect()
