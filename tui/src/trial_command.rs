@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Subcommand;
+use plumb_document::{FileKind, read_text};
 use plumb_model::laboratory::LaboratoryError;
 use plumb_simulated::physics::campaign::seal::{self, OpenError, Sealed};
 use plumb_simulated::physics::campaign::{self, Case, GenerateError, Truth};
@@ -304,7 +305,8 @@ fn open(path: &Path) -> Result<Sealed, TrialError> {
 }
 
 fn read(path: &Path) -> Result<String, TrialError> {
-    fs::read_to_string(path).map_err(|source| TrialError::Read { path: path.to_owned(), source })
+    read_text(path, FileKind::TRIAL)
+        .map_err(|source| TrialError::Read { path: path.to_owned(), source: source.into() })
 }
 
 fn write(path: &Path, text: &str) -> Result<(), TrialError> {

@@ -2,13 +2,13 @@
 
 mod from_record;
 
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::thread;
 
 use plumb_cell::event::{Event, LogLevel, StampedEvent};
+use plumb_document::{FileKind, ReadError, lines, open};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use crate::failure::CommandResult;
@@ -35,7 +35,7 @@ enum WatchError {
         /// Which.
         path: PathBuf,
         /// Why.
-        source: io::Error,
+        source: ReadError,
     },
     /// The file broke off or holds something else.
     #[error("{}, line {line}: {reason}; expected events as `plumb run --json` writes them", path.display())]
@@ -60,7 +60,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let source: Box<dyn Read + Send> = if arguments.events == Path::new("-") {
         Box::new(io::stdin())
     } else {
-        let opened = File::open(&arguments.events);
+        let opened = open(&arguments.events, FileKind::EVENTS);
         Box::new(opened.map_err(|source| WatchError::Open { path: arguments.events.clone(), source })?)
     };
     let (events, broken) = follow(source, arguments.events.clone());
@@ -77,7 +77,7 @@ fn follow(
     let (to_screens, events) = unbounded_channel();
     let (to_command, broken) = std::sync::mpsc::channel();
     thread::spawn(move || {
-        for (place, line) in BufReader::new(source).lines().enumerate() {
+        for (place, line) in lines(source).enumerate() {
             let read = line.map_err(|error| error.to_string());
             let event = read.and_then(|line| serde_json::from_str(&line).map_err(|error| error.to_string()));
             let event: StampedEvent = match event {

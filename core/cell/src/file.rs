@@ -1,30 +1,21 @@
-//! Reading the text of a file.
+//! Reading the text of a file that a person wrote.
 
 use std::path::Path;
+
+use plumb_document::{FileKind, read_text as read_bounded};
 
 use crate::yaml::FileProblems;
 
 /// The file's text, without a byte order mark.
 ///
 /// # Errors
-/// A problem without a place: it is not there, cannot be read, or is no text.
+/// A problem without a place: it is not there, no regular file, too large, or no text.
 pub(crate) fn read_text(file: &Path) -> Result<String, FileProblems> {
-    let bytes = std::fs::read(file).map_err(|error| {
-        let help = match error.kind() {
-            std::io::ErrorKind::NotFound => "see whether the name and the folder are right",
-            _ => "",
+    read_bounded(file, FileKind::CELL).map_err(|error| {
+        let help = match error.is_not_found() {
+            true => "see whether the name and the folder are right",
+            false => "",
         };
-        FileProblems::whole_file(file, format!("cannot be read: {error}"), help)
-    })?;
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let line = error
-            .as_bytes()
-            .iter()
-            .take(error.utf8_error().valid_up_to())
-            .filter(|byte| **byte == b'\n')
-            .count()
-            + 1;
-        FileProblems::whole_file(file, format!("line {line} is not UTF-8 text"), "save the file as UTF-8")
-    })?;
-    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
+        FileProblems::whole_file(file, error.to_string(), help)
+    })
 }

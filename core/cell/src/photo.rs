@@ -1,9 +1,8 @@
 //! Pictures an operator took: that they are there, and what they are, so that the record can name them for good.
 
-use std::fs::File;
-use std::io::Read as _;
 use std::path::Path;
 
+use plumb_document::{FileKind, read_bytes};
 use plumb_record::sha256_hex;
 use serde::Serialize;
 
@@ -20,9 +19,6 @@ pub struct Photo {
     pub sha256: String,
 }
 
-/// The longest picture that is read.
-const LONGEST: u64 = 64 << 20;
-
 /// What the pictures there are begin with.
 const FORMATS: [(&str, &[u8]); 2] = [("png", b"\x89PNG\r\n\x1a\n"), ("jpeg", b"\xff\xd8\xff")];
 
@@ -34,18 +30,10 @@ pub fn examine(file: &str) -> Result<Photo, String> {
     let wrong = |what: &str| Err(format!("{file}: {what}"));
     let path = Path::new(file);
     let absolute = std::path::absolute(path).map_err(|error| format!("`{file}` names no file: {error}"))?;
-    let mut content = Vec::new();
-    let opened = File::open(&absolute).and_then(|opened| match opened.metadata()?.is_file() {
-        true => Ok(opened),
-        false => Err(std::io::Error::other("it is no file")),
-    });
-    let read = opened.and_then(|opened| opened.take(LONGEST + 1).read_to_end(&mut content));
-    if let Err(error) = read {
-        return wrong(&format!("cannot be read: {error}; give the path of the picture you took"));
-    }
-    if content.len() as u64 > LONGEST {
-        return wrong("is longer than 64 MiB: take a smaller picture");
-    }
+    let content = match read_bytes(&absolute, FileKind::PHOTO) {
+        Ok(content) => content,
+        Err(error) => return wrong(&format!("{error}; give the path of the picture you took")),
+    };
     let Some((format, _)) = FORMATS.iter().find(|(_, begin)| content.starts_with(begin)) else {
         return wrong("is neither PNG nor JPEG by what it begins with: save the picture as one of them");
     };
@@ -75,9 +63,9 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("arm.png");
         let path = path.to_str().unwrap();
-        assert!(examine(path).unwrap_err().contains("cannot be read"));
+        assert!(examine(path).unwrap_err().contains("there is no such file"));
         std::fs::write(path, "no picture").unwrap();
         assert!(examine(path).unwrap_err().contains("neither PNG nor JPEG"));
-        assert!(examine(place.path().to_str().unwrap()).unwrap_err().contains("it is no file"));
+        assert!(examine(place.path().to_str().unwrap()).unwrap_err().contains("this is a folder"));
     }
 }

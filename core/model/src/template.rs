@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use nalgebra::Vector3;
+use plumb_document::{FileKind, read_text};
 use plumb_kinematics::Motion;
 use plumb_kinematics::urdf::{UrdfArm, UrdfError};
 use thiserror::Error;
@@ -99,8 +100,8 @@ impl Template {
     /// The file cannot be read, or is no arm.
     pub fn of_urdf(path: &Path, tip: Option<&str>) -> Result<Self, TemplateError> {
         let shown = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| TemplateError::File { path: shown.clone(), source })?;
+        let text = read_text(path, FileKind::URDF)
+            .map_err(|source| TemplateError::File { path: shown.clone(), source: source.into() })?;
         let arm = UrdfArm::parse(&text, tip)
             .map_err(|source| TemplateError::Urdf { path: shown.clone(), source })?;
         let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };

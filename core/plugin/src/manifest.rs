@@ -1,10 +1,10 @@
 //! What a plugin says about itself before it is loaded: the file `plugin.yaml`.
 
 use std::fmt;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use plumb_document::{FileKind, read_text, yaml};
 use serde::{Deserialize, Serialize};
 
 use crate::{InputDescription, StreamDescription, Value};
@@ -139,8 +139,8 @@ impl Manifest {
     /// # Errors
     /// [`ManifestError`], naming the file and the place.
     pub fn read(path: &Path) -> Result<Self, ManifestError> {
-        let text =
-            fs::read_to_string(path).map_err(|cause| ManifestError::Read { path: path.to_owned(), cause })?;
+        let text = read_text(path, FileKind::MANIFEST)
+            .map_err(|cause| ManifestError::Read { path: path.to_owned(), cause: cause.into() })?;
         Self::parse(&text, &path.display().to_string())
     }
 
@@ -155,8 +155,10 @@ impl Manifest {
         {
             return Err(ManifestError::Contract { origin: origin.to_owned(), id, built_for: contract });
         }
-        let manifest: Self = serde_yaml::from_str(text)
-            .map_err(|cause| ManifestError::Parse { origin: origin.to_owned(), cause: cause.to_string() })?;
+        let manifest: Self = serde_yaml::from_str(text).map_err(|cause| ManifestError::Parse {
+            origin: origin.to_owned(),
+            cause: yaml::in_words(&cause),
+        })?;
         manifest.check(origin)?;
         Ok(manifest)
     }

@@ -4,6 +4,7 @@
 
 use std::path::Path;
 
+use plumb_document::{FileKind, read_text};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
@@ -55,8 +56,8 @@ impl Described {
 /// [`WorldFileError`]: where, what, and what would be right.
 pub fn read(path: &Path) -> Result<Described, WorldFileError> {
     let file = path.display().to_string();
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| WorldFileError::Unreadable { file: file.clone(), source })?;
+    let text = read_text(path, FileKind::WORLD)
+        .map_err(|source| WorldFileError::Unreadable { file: file.clone(), source: source.into() })?;
     parse(&file, &text)
 }
 
@@ -86,8 +87,10 @@ pub fn parse(file: &str, text: &str) -> Result<Described, WorldFileError> {
 pub fn write_sealed(path: &Path, sealed: &Path) -> Result<(), WorldFileError> {
     let text = match read(path)?.sealed_text() {
         Some(text) => text.to_owned(),
-        None => std::fs::read_to_string(path)
-            .map_err(|source| WorldFileError::Unreadable { file: path.display().to_string(), source })?,
+        None => read_text(path, FileKind::WORLD).map_err(|source| WorldFileError::Unreadable {
+            file: path.display().to_string(),
+            source: source.into(),
+        })?,
     };
     std::fs::write(sealed, seal(&text))
         .map_err(|source| WorldFileError::Unwritable { file: sealed.display().to_string(), source })

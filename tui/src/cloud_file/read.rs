@@ -1,11 +1,11 @@
 //! Clouds out of files: PLY, PCD and E57, ours and other programs'.
 
-use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use nalgebra::Point3;
 use plumb_cell::cloud::{Cloud, CloudPoint};
+use plumb_document::{FileKind, read_bytes};
 use plumb_plugin::StripePoint;
 
 use super::number_format::{NumberFormat, Numbers};
@@ -20,8 +20,12 @@ pub(crate) struct CloudReadError {
     pub(crate) what: String,
 }
 
-/// A file with more points is a mistake.
-const MOST_POINTS: usize = 200_000_000;
+/// The most points of a cloud: each takes 64 bytes here, and a file of a few bytes can promise any number (E57 packs what is alike to nothing).
+/// A scan of a thousand stripes of a thousand points is a fifth of it.
+const MOST_POINTS: usize = 5_000_000;
+
+/// The most columns of a point.
+const MOST_COLUMNS: usize = 1000;
 
 /// What a column of a file means here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,7 +95,7 @@ impl Gathered {
 pub(crate) fn read(path: &Path) -> Result<Cloud, CloudReadError> {
     let wrong = |what: String| CloudReadError { path: path.to_owned(), what };
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase();
-    let bytes = fs::read(path).map_err(|cause| wrong(cause.to_string()))?;
+    let bytes = read_bytes(path, FileKind::CLOUD).map_err(|cause| wrong(cause.to_string()))?;
     let cloud = match ending.as_str() {
         "ply" => from_ply(&bytes),
         "pcd" => from_pcd(&bytes),
@@ -136,7 +140,7 @@ fn units(lines: &[String]) -> f64 {
 fn count(word: &str) -> Result<usize, String> {
     match word.parse::<usize>() {
         Ok(count) if count <= MOST_POINTS => Ok(count),
-        _ => Err(format!("`{word}` is no number of points this program can hold")),
+        _ => Err(format!("`{word}` is no number of points that is read: at most {MOST_POINTS}")),
     }
 }
 
@@ -213,6 +217,9 @@ fn from_pcd(bytes: &[u8]) -> Result<Cloud, String> {
         }
         let meaning = if many == 1 { Meaning::of(name) } else { Meaning::Other };
         columns.extend(std::iter::repeat_n((meaning, format), many));
+        if columns.len() > MOST_COLUMNS {
+            return Err(format!("its points have more than {MOST_COLUMNS} numbers each"));
+        }
     }
     let points =
         count(words("POINTS").first().copied().unwrap_or("")).map_err(|what| format!("POINTS: {what}"))?;
@@ -232,8 +239,9 @@ fn from_e57(bytes: Vec<u8>) -> Result<Cloud, String> {
     let columns = [Meaning::X, Meaning::Y, Meaning::Z, Meaning::Intensity, Meaning::Stripe, Meaning::Row];
     let mut gathered = Gathered { points: Vec::new(), mm: 1000.0 };
     for cloud in file.pointclouds() {
-        if cloud.records > MOST_POINTS as u64 {
-            return Err(format!("{} points are more than this program can hold", cloud.records));
+        let points = cloud.records.saturating_add(gathered.points.len() as u64);
+        if points > MOST_POINTS as u64 {
+            return Err(format!("{points} points are more than the {MOST_POINTS} that are read"));
         }
         let mut points = file.pointcloud_simple(&cloud).map_err(told)?;
         points.normalize_intensity(false);

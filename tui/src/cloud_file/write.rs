@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{self, Cursor};
+use std::io::{self, Cursor, Write as _};
 use std::path::Path;
 
 use base64::Engine as _;
@@ -49,7 +49,12 @@ pub(crate) fn write(
             "clouds are written as .ply, .pcd, .e57 and .mcap, not as `.{ending}`"
         ))),
     };
-    fs::write(path, bytes.map_err(failed)?).map_err(failed)
+    let bytes = bytes.map_err(failed)?;
+    // Half a cloud would be taken for a whole one.
+    fs::File::create_new(path).map_err(failed)?.write_all(&bytes).map_err(|cause| {
+        let _removed = fs::remove_file(path);
+        failed(cause)
+    })
 }
 
 /// E57: places in metres, intensity, the stripe as column and the picture's row as row; width (px) and sigma (m) under a name of our own.

@@ -60,7 +60,8 @@ pub(super) fn write(lab: &Lab, found: &Adjustment, from: &Path, to: &Path) -> Re
         format!("{stem}.{ending}.yaml")
     };
     let (arm_name, rig_name) = (name("arm"), name("rig"));
-    let cell = fs::read_to_string(from).map_err(|cause| failed(from, cause.to_string()))?;
+    let cell = plumb_document::read_text(from, plumb_document::FileKind::CELL)
+        .map_err(|cause| failed(from, cause.to_string()))?;
     let changed = with_value(&cell, "model", &arm_name).and_then(|cell| with_value(&cell, "rig", &rig_name));
     let what = "`model:` and `rig:` must stand in it once each, for them to be replaced".to_owned();
     let mut changed = changed.ok_or_else(|| failed(from, what))?;

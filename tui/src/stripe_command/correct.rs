@@ -85,7 +85,8 @@ fn write(rig: &Rig, from: &Path, to: &Path) -> Result<Vec<PathBuf>, CorrectError
         return Err(failed(to, format!("the new cell must lie beside {}", from.display())));
     }
     let name = format!("{}.rig.yaml", to.file_stem().unwrap_or_default().to_string_lossy());
-    let cell = fs::read_to_string(from).map_err(|cause| failed(from, cause.to_string()))?;
+    let cell = plumb_document::read_text(from, plumb_document::FileKind::CELL)
+        .map_err(|cause| failed(from, cause.to_string()))?;
     let what = "`rig:` must stand in it once, for it to be replaced".to_owned();
     let cell = with_value(&cell, "rig", &name).ok_or_else(|| failed(from, what))?;
     let rig_file = to.with_file_name(name);

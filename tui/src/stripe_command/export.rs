@@ -47,7 +47,8 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
             })
         }
     };
-    if arguments.to.exists() {
+    // Only new files: a device or a pipe, /dev/full among them, is there already.
+    if arguments.to.symlink_metadata().is_ok() {
         return Err(Exists(arguments.to.clone()).into());
     }
     // A scan is as old as its file.

@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use plumb_document::{FileKind, read_text};
 use plumb_model::stripe::StripeVerdict;
 use serde_json::Value;
 
@@ -125,7 +126,8 @@ impl SealedWorld<'_> {
         copy(&beside.join("../arms"), &to.join("arms"), self.output)?;
         let cell = inside.join(from.file_name().unwrap_or_default());
         let read = |path: &Path| {
-            fs::read_to_string(path).map_err(|cause| StudyError::File { path: path.to_owned(), cause })
+            read_text(path, FileKind::WORLD)
+                .map_err(|cause| StudyError::File { path: path.to_owned(), cause: cause.into() })
         };
         let content = |path: &Path, what| StudyError::Content { path: path.to_owned(), what };
         let cell_text = read(&cell)?;

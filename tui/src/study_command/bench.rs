@@ -187,7 +187,8 @@ fn world_text(cell: &Workcell, patch: &Value) -> Result<String, StudyError> {
                 .to_owned(),
         )
     })?;
-    let text = fs::read_to_string(&setting.file)?;
+    let text = plumb_document::read_text(&setting.file, plumb_document::FileKind::WORLD)
+        .map_err(std::io::Error::from)?;
     let mut world: Value = serde_yaml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
     if world.get("sealed").is_some() {
         return Err(StudyError::Truth(ClientError::Refused(

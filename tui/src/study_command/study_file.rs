@@ -1,9 +1,9 @@
 //! A study as it is written down: one cell and procedure, and what is changed about its world and its numbers from line to line.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
+use plumb_document::{FileKind, read_text, yaml};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -121,13 +121,14 @@ impl StudyFile {
     /// # Errors
     /// [`StudyFileError`]
     pub(super) fn read(path: &Path, name: &str) -> Result<Self, StudyFileError> {
-        let text = fs::read_to_string(path).map_err(|cause| StudyFileError::Read {
+        let text = read_text(path, FileKind::STUDY).map_err(|cause| StudyFileError::Read {
             path: path.to_owned(),
-            cause,
+            cause: cause.into(),
             name: name.to_owned(),
         })?;
         let wrong = |cause: String| StudyFileError::Form { path: path.to_owned(), cause };
-        let mut study: StudyFile = serde_yaml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+        let mut study: StudyFile =
+            serde_yaml::from_str(&text).map_err(|error| wrong(yaml::in_words(&error)))?;
         let folder = path.parent().unwrap_or(Path::new("."));
         let lines =
             study.lines.iter_mut().chain(study.figures.iter_mut().flat_map(|figure| &mut figure.lines));

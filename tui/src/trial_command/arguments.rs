@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use plumb_document::{FileKind, read_text};
 use plumb_simulated::physics::arms;
 use plumb_simulated::physics::campaign::catalogue::Choice;
 use plumb_simulated::physics::campaign::specification::{
@@ -146,8 +147,8 @@ pub(crate) fn find_arm(name: &str) -> Result<ArmDescription, TrialError> {
     if !Path::new(name).exists() {
         return Err(TrialError::UnknownArm { name: name.to_owned(), known: arms::names() });
     }
-    let text =
-        std::fs::read_to_string(name).map_err(|source| TrialError::Read { path: name.into(), source })?;
+    let text = read_text(Path::new(name), FileKind::WORLD)
+        .map_err(|source| TrialError::Read { path: name.into(), source: source.into() })?;
     ArmDescription::from_yaml(&text)
         .map_err(|source| TrialError::Description { path: name.to_owned(), source })
 }

@@ -1,8 +1,8 @@
 //! `plumb trial reveal`: opens the seal, and holds a diagnosis against it.
 
-use std::fs;
 use std::path::PathBuf;
 
+use plumb_document::{FileKind, read_text};
 use plumb_simulated::physics::campaign::Truth;
 
 use super::score::{Diagnosis, Score};
@@ -41,7 +41,8 @@ pub(super) fn run(arguments: &RevealArguments) -> Result<Outcome, TrialError> {
 }
 
 fn read_diagnosis(path: &PathBuf) -> Result<Diagnosis, TrialError> {
-    let text = fs::read_to_string(path).map_err(|source| TrialError::Read { path: path.clone(), source })?;
+    let text = read_text(path, FileKind::TRIAL)
+        .map_err(|source| TrialError::Read { path: path.clone(), source: source.into() })?;
     serde_json::from_str(&text).map_err(|source| TrialError::Diagnosis { path: path.clone(), source })
 }
 

@@ -292,7 +292,7 @@ pub fn plugin_files(cell: &Workcell, catalogue: &Catalogue) -> Vec<LoadedFile> {
 
 /// A file by its hash; none when it cannot be read.
 pub fn hashed(role: &str, path: &Path) -> Option<LoadedFile> {
-    let bytes = std::fs::read(path).ok()?;
+    let bytes = plumb_document::read_bytes(path, plumb_document::FileKind::LIBRARY).ok()?;
     Some(LoadedFile {
         role: role.to_owned(),
         path: path.display().to_string(),

@@ -7,11 +7,8 @@ use serde_json::{Map, Value};
 use super::scope::{Scope, ScopeId};
 use crate::event::StepPath;
 use crate::expression::{Calculator, Expression, ExpressionError};
-use crate::procedure::Procedure;
+use crate::procedure::{MOST_ENTRIES, Procedure};
 use crate::step::{Action, RepeatStep, Step, Turns};
-
-/// Longer plans are mistakes.
-const MOST_ENTRIES: usize = 20_000;
 
 /// Why a procedure cannot be unrolled.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

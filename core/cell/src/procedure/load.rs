@@ -1,8 +1,10 @@
 //! From a procedure's file to what it says.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::count::{self, MOST_ENTRIES};
 use super::{Parameter, Procedure};
 use crate::expression::Calculator;
 use crate::file::read_text;
@@ -21,13 +23,25 @@ pub(crate) struct LoadedProcedure {
 /// # Errors
 /// Every mistake of every file, a [`FileProblems`] a file.
 pub fn load_procedure(file: &Path, calculator: &Calculator) -> Result<Procedure, Vec<FileProblems>> {
-    match load(file, calculator, &mut Vec::new()) {
+    match load(file, calculator, &mut LoadedFiles::default()) {
         LoadedProcedure { procedure: Some(procedure), wrong } if wrong.is_empty() => Ok(procedure),
         LoadedProcedure { wrong, .. } => Err(wrong),
     }
 }
 
-pub(crate) fn load(file: &Path, calculator: &Calculator, callers: &mut Vec<PathBuf>) -> LoadedProcedure {
+/// Procedures that call each other; deeper nobody can follow.
+const DEEPEST_CALL: usize = 9;
+
+/// What is read of the files that call each other: each once, however often and on whatever ways it is called.
+#[derive(Default)]
+pub(crate) struct LoadedFiles {
+    /// Those that are being read, each called by the one before it.
+    callers: Vec<PathBuf>,
+    /// Those that were read; none where one holds mistakes.
+    read: HashMap<PathBuf, Option<Arc<Procedure>>>,
+}
+
+pub(crate) fn load(file: &Path, calculator: &Calculator, files: &mut LoadedFiles) -> LoadedProcedure {
     let problems = Problems::default();
     let read = read_text(file).and_then(|text| Ok((parse(file, &text, &problems)?, text)));
     let (root, text) = match read {
@@ -36,25 +50,35 @@ pub(crate) fn load(file: &Path, calculator: &Calculator, callers: &mut Vec<PathB
     };
     let folder = file.parent().unwrap_or(Path::new("."));
     let context = ReadContext { calculator, file: &text, folder, problems: &problems };
-    let read = read_procedure(&root, file, &context);
+    let mut read = read_procedure(&root, file, &context);
     let mut wrong = Vec::new();
-    let mut called = Vec::new();
-    if let Some(procedure) = &read {
-        callers.push(file.to_owned());
-        load_called(&procedure.steps, file, calculator, callers, &problems, &mut called, &mut wrong);
-        callers.pop();
+    if let Some(procedure) = &mut read {
+        let mut called = Vec::new();
+        files.callers.push(file.to_owned());
+        load_called(&procedure.steps, file, calculator, files, &problems, &mut called, &mut wrong);
+        files.callers.pop();
+        procedure.called = called;
+        procedure.entries = count::entries(procedure, calculator);
+        if procedure.entries > MOST_ENTRIES as u64 {
+            let message = format!("the procedure unrolls to {} steps", procedure.entries);
+            let help = format!(
+                "at most {MOST_ENTRIES} are run, the beginnings and ends of turns among them: repeat less often, or in several runs"
+            );
+            problems.add(root.place, message, help);
+            read = None;
+        }
     }
     if let Err(own) = problems.into_result(file, &text) {
         wrong.insert(0, own);
     }
-    LoadedProcedure { procedure: read.map(|procedure| Procedure { text, called, ..procedure }), wrong }
+    LoadedProcedure { procedure: read.map(|procedure| Procedure { text, ..procedure }), wrong }
 }
 
 fn load_called(
     steps: &[Step],
     file: &Path,
     calculator: &Calculator,
-    callers: &mut Vec<PathBuf>,
+    files: &mut LoadedFiles,
     problems: &Problems,
     called: &mut Vec<(String, Arc<Procedure>)>,
     wrong: &mut Vec<FileProblems>,
@@ -62,19 +86,30 @@ fn load_called(
     for step in steps {
         match &step.action {
             Action::Repeat(repeat) => {
-                load_called(&repeat.steps, file, calculator, callers, problems, called, wrong)
+                load_called(&repeat.steps, file, calculator, files, problems, called, wrong)
             }
             Action::Call(call) if !called.iter().any(|(name, _)| *name == call.file) => {
                 let path = file.parent().unwrap_or(Path::new(".")).join(&call.file);
-                if callers.contains(&path) || callers.len() > 8 {
+                if let Some(known) = files.read.get(&path) {
+                    called.extend(known.iter().map(|procedure| (call.file.clone(), Arc::clone(procedure))));
+                } else if files.callers.contains(&path) {
                     problems.add(call.place, "this procedure is being called by itself", "");
-                } else if !path.is_file() {
+                } else if files.callers.len() >= DEEPEST_CALL {
+                    let help = "do it in one of them";
+                    problems.add(
+                        call.place,
+                        format!("more than {DEEPEST_CALL} procedures call each other"),
+                        help,
+                    );
+                } else if !path.exists() {
                     let message = format!("there is no file {}", path.display());
                     problems.add(call.place, message, "the name is relative to this file");
                 } else {
-                    let loaded = load(&path, calculator, callers);
+                    let loaded = load(&path, calculator, files);
                     wrong.extend(loaded.wrong);
-                    called.extend(loaded.procedure.map(|procedure| (call.file.clone(), Arc::new(procedure))));
+                    let procedure = loaded.procedure.map(Arc::new);
+                    called.extend(procedure.iter().map(|read| (call.file.clone(), Arc::clone(read))));
+                    files.read.insert(path, procedure);
                 }
             }
             _ => {}
@@ -112,6 +147,7 @@ fn read_procedure(root: &Node, file: &Path, context: &ReadContext<'_>) -> Option
         finds_zeros,
         steps: steps?,
         called: Vec::new(),
+        entries: 0,
     })
 }
 

@@ -1,14 +1,16 @@
 //! Procedures: declared steps, so that the whole plan is known before anything moves.
 
 mod check;
+mod count;
 mod load;
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 pub(crate) use check::{CellNames, check_procedure};
-pub(crate) use load::load;
+pub(crate) use count::MOST_ENTRIES;
 pub use load::load_procedure;
+pub(crate) use load::{LoadedFiles, load};
 
 use crate::step::{Action, Step};
 use crate::yaml::Place;
@@ -34,6 +36,8 @@ pub struct Procedure {
     pub steps: Vec<Step>,
     /// The procedures its steps call, by the file name used in the call.
     pub called: Vec<(String, Arc<Procedure>)>,
+    /// How many steps it unrolls to with its parameters at their defaults, the beginnings and ends of turns among them.
+    pub entries: u64,
 }
 
 /// Something that can be set when a procedure is run.

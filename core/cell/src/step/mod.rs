@@ -242,12 +242,18 @@ fn read_action(node: &Node, context: &ReadContext<'_>) -> Option<Action> {
     }
 }
 
+/// Characters of a name: it stands in a column of a screen of 80, and in the names of files in shared memory.
+pub(crate) const LONGEST_NAME: usize = 64;
+
 /// Names that expressions use are words of letters, digits and underscores.
 pub(crate) fn check_name(name: &str, place: Place, what: &str, context: &ReadContext<'_>) {
     let mut letters = name.chars();
     let good_start = letters.next().is_some_and(|c| c.is_ascii_alphabetic());
     let good = good_start && letters.all(|c| c.is_ascii_alphanumeric() || c == '_');
-    if !good || context.calculator.compile_expression(name).is_err() {
+    if name.len() > LONGEST_NAME {
+        let message = format!("{what} has {} characters", name.len());
+        context.problems.add(place, message, format!("at most {LONGEST_NAME}"));
+    } else if !good || context.calculator.compile_expression(name).is_err() {
         let message = format!("`{name}` cannot be {what}");
         context.problems.add(
             place,

@@ -1,5 +1,7 @@
 //! `repeat`: steps done several times, or once for each row of a table.
 
+use plumb_document::{FileKind, read_text};
+
 use super::{Step, check_name, read_steps};
 use crate::expression::Expression;
 use crate::read_context::ReadContext;
@@ -55,10 +57,10 @@ fn read_over(node: &Node, context: &ReadContext<'_>) -> Option<Rows> {
     let name = node.text("`over`", context.problems)?;
     let path = context.folder.join(name);
     let wrong = |reason: String, help: &str| context.problems.add(node.place, reason, help);
-    let text = match std::fs::read_to_string(&path) {
+    let text = match read_text(&path, FileKind::POSES) {
         Ok(text) => text,
         Err(error) => {
-            wrong(format!("{} cannot be read: {error}", path.display()), "the name is relative to this file");
+            wrong(format!("{}: {error}", path.display()), "the name is relative to this file");
             return None;
         }
     };

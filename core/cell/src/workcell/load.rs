@@ -8,7 +8,7 @@ use super::raw::{RawDevice, RawKeepOut, RawRobot, RawWorkcell};
 use super::{DeviceSetting, KeepOutPlane, ModelFile, RobotSetting, Wire, Workcell, WorldSetting, raw};
 use crate::expression::Calculator;
 use crate::file::read_text;
-use crate::procedure::{CellNames, Procedure, check_procedure, load};
+use crate::procedure::{CellNames, LoadedFiles, Procedure, check_procedure, load};
 use crate::read_context::ReadContext;
 use crate::yaml::{FileProblems, Place, Problems, did_you_mean, parse};
 
@@ -36,6 +36,9 @@ pub fn load_workcell(file: &Path, calculator: &Calculator) -> Result<Workcell, V
     }
 }
 
+/// The most devices of a cell. Each is a process with its own streams in shared memory, of which iceoryx2 opens some ten files.
+const MOST_DEVICES: usize = 64;
+
 struct Loader<'a> {
     folder: &'a Path,
     context: ReadContext<'a>,
@@ -46,6 +49,11 @@ struct Loader<'a> {
 impl Loader<'_> {
     fn workcell(&mut self, file: &Path, text: &str, raw: RawWorkcell) -> Workcell {
         let problems = self.context.problems;
+        if let Some(device) = raw.devices.get(MOST_DEVICES) {
+            let message = format!("the cell has {} devices", raw.devices.len());
+            let help = format!("at most {MOST_DEVICES} are run: each is a process of its own");
+            problems.add(device.name.place, message, help);
+        }
         if raw.devices.is_empty() {
             problems.push(crate::yaml::Problem {
                 place: None,
@@ -94,7 +102,8 @@ impl Loader<'_> {
     /// The path of a file named here; its absence is reported.
     fn existing(&self, (name, place): &(String, Place)) -> Option<PathBuf> {
         let path = self.folder.join(name);
-        if path.is_file() {
+        // What is there and no file is told by who reads it.
+        if path.exists() {
             return Some(path);
         }
         let message = format!("there is no file {}", path.display());
@@ -177,12 +186,14 @@ impl Loader<'_> {
             (joint.name.clone(), unit.to_internal(*least), unit.to_internal(*most))
         });
         let limits = limits.collect();
-        let initialize = raw
-            .initialize
-            .iter()
-            .filter(|(joint, place)| known(joint, *place))
-            .map(|(joint, _)| joint.clone());
-        let initialize = initialize.collect();
+        let mut initialize: Vec<String> = Vec::new();
+        for (joint, place) in &raw.initialize {
+            if initialize.contains(joint) {
+                problems.add(*place, format!("`initialize` names `{joint}` twice"), "name each joint once");
+            } else if known(joint, *place) {
+                initialize.push(joint.clone());
+            }
+        }
         let model = raw.model.as_ref().and_then(|model| self.model(model, &raw, &joints));
         RobotSetting {
             device: raw.device.name,
@@ -266,7 +277,7 @@ impl Loader<'_> {
         let mut procedures: Vec<Arc<Procedure>> = Vec::new();
         for (name, place) in named {
             let Some(path) = self.existing(&(name.clone(), *place)) else { continue };
-            let loaded = load(&path, self.context.calculator, &mut Vec::new());
+            let loaded = load(&path, self.context.calculator, &mut LoadedFiles::default());
             self.add_wrong(loaded.wrong);
             let Some(procedure) = loaded.procedure else { continue };
             if names_are_right {

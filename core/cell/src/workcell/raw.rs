@@ -72,7 +72,10 @@ pub(super) fn read(root: &Node, context: &ReadContext<'_>) -> Option<RawWorkcell
         .and_then(|node| Some((node.text("`answers`", problems)?.to_owned(), node.place)));
     map.finish();
     let (name, place) = name?;
-    if !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_') {
+    if name.len() > crate::step::LONGEST_NAME {
+        let help = format!("at most {}", crate::step::LONGEST_NAME);
+        problems.add(place, format!("the name of the cell has {} characters", name.len()), help);
+    } else if !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_') {
         problems.add(
             place,
             format!("`{name}` cannot be the name of a cell"),

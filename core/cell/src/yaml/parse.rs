@@ -5,12 +5,14 @@ use std::path::Path;
 use serde_yaml::options::DuplicateKeyPolicy;
 use serde_yaml::{Error, Options};
 
-use super::{FileProblems, Node, NodeValue, Place, Problem, Problems};
+use super::{FileProblems, Key, Node, NodeValue, Place, Problem, Problems};
 
 /// Larger files are not written by hand.
 const MOST_BYTES: usize = 1 << 20;
 /// Values of all kinds in one file.
 const MOST_NODES: usize = 20_000;
+/// Characters of a key.
+const LONGEST_KEY: usize = 200;
 /// Lists and maps inside each other.
 const MOST_DEPTH: usize = 40;
 
@@ -36,7 +38,16 @@ pub fn parse(file: &Path, text: &str, problems: &Problems) -> Result<Node, FileP
                     "see workcells/ for files to begin with",
                 ));
             }
-            Ok(node) => return Ok(node),
+            Ok(node) => {
+                return match longest_key(&node) {
+                    Some(key) if key.name.chars().count() > LONGEST_KEY => {
+                        let message = "this key is longer than any name".to_owned();
+                        let help = Some(format!("keys have at most {LONGEST_KEY} characters"));
+                        Err(fail(Problem { place: Some(key.place), message, help }))
+                    }
+                    _ => Ok(node),
+                };
+            }
             Err(error) => match (error.without_snippet(), policy) {
                 (Error::DuplicateMappingKey { .. }, DuplicateKeyPolicy::Error) => {
                     problems.push(describe(&error, text));
@@ -46,6 +57,18 @@ pub fn parse(file: &Path, text: &str, problems: &Problems) -> Result<Node, FileP
             },
         }
     }
+}
+
+/// The longest key of a tree.
+fn longest_key(node: &Node) -> Option<&Key> {
+    let within: Vec<&Key> = match &node.value {
+        NodeValue::List(items) => items.iter().filter_map(longest_key).collect(),
+        NodeValue::Map(entries) => {
+            entries.iter().flat_map(|(key, node)| std::iter::once(key).chain(longest_key(node))).collect()
+        }
+        _ => Vec::new(),
+    };
+    within.into_iter().max_by_key(|key| key.name.len())
 }
 
 fn options(duplicate_keys: DuplicateKeyPolicy) -> Options {

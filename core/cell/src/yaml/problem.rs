@@ -1,5 +1,6 @@
 //! Mistakes in a file, and how they are shown.
 
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -118,19 +119,33 @@ impl FileProblems {
     fn show(&self, problem: &Problem, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let file = self.file.display();
         match problem.place {
-            None => writeln!(formatter, "{file}: {}", problem.message)?,
+            None => writeln!(formatter, "{file}: {}", clipped(&problem.message))?,
             Some(place) => {
-                writeln!(formatter, "{file}:{}:{}: {}", place.line, place.column, problem.message)?;
+                let message = clipped(&problem.message);
+                writeln!(formatter, "{file}:{}:{}: {message}", place.line, place.column)?;
                 if let Some(line) = self.text.lines().nth(place.line.saturating_sub(1)) {
                     show_line(line, place, formatter)?;
                 }
             }
         }
         match &problem.help {
-            Some(help) if !help.is_empty() => writeln!(formatter, "  = {help}"),
+            Some(help) if !help.is_empty() => writeln!(formatter, "  = {}", clipped(help)),
             _ => Ok(()),
         }
     }
+}
+
+/// Longer messages quote something that is no name; what they say of it stands at their end.
+const SHOWN_MESSAGE: usize = 600;
+
+/// A message of a length people read: its beginning and its end.
+fn clipped(message: &str) -> Cow<'_, str> {
+    let length = message.chars().count();
+    if length <= SHOWN_MESSAGE {
+        return Cow::Borrowed(message);
+    }
+    let part = |skip: usize| message.chars().skip(skip).take(SHOWN_MESSAGE / 2).collect::<String>();
+    Cow::Owned(format!("{} ... {}", part(0), part(length - SHOWN_MESSAGE / 2)))
 }
 
 fn show_line(line: &str, place: Place, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -158,6 +173,15 @@ mod tests {
             shown,
             "c.yaml:2:9: unknown key `fiel`\n    2 | world: {fiel: w.yaml}\n      |         ^^^^\n  = did you mean `file`?\n"
         );
+    }
+
+    #[test]
+    fn a_name_without_end_is_quoted_by_its_beginning() {
+        let problems = Problems::default();
+        let name = "n".repeat(100_000);
+        problems.add(Place { line: 1, column: 1, length: 1 }, format!("`{name}` is no name"), "");
+        let shown = problems.into_result(Path::new("c.yaml"), "n").expect_err("a mistake").to_string();
+        assert!(shown.len() < 1000 && shown.contains("nnn` is no name"), "{shown}");
     }
 
     #[test]

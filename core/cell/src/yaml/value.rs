@@ -8,10 +8,22 @@ pub(super) const UNITS: &[&str] = &[
     "um",
 ];
 
+/// No length, angle, time or mass of a cell is larger, in whatever unit (1e12 mm is a million kilometres); what is computed from numbers
+/// within it stays finite.
+const LARGEST_NUMBER: f64 = 1e12;
+
+/// Longer texts are shown to nobody: a screen of 80 x 24 characters has 1,920.
+const LONGEST_TEXT: usize = 20_000;
+
 impl Node {
     /// A text, not empty.
     pub fn text<'n>(&'n self, what: &str, problems: &Problems) -> Option<&'n str> {
         match &self.value {
+            NodeValue::Text(text) if text.len() > LONGEST_TEXT => {
+                let help = format!("a text has at most {LONGEST_TEXT} bytes");
+                problems.add(self.place, format!("{what} has {} bytes", text.len()), help);
+                None
+            }
             NodeValue::Text(text) if !text.trim().is_empty() => Some(text),
             NodeValue::Text(_) => {
                 problems.add(self.place, format!("{what} is empty"), "");
@@ -21,10 +33,17 @@ impl Node {
         }
     }
 
-    /// A number that is finite.
+    /// A number that is finite, and of a size that a cell can have.
     pub fn number(&self, what: &str, problems: &Problems) -> Option<f64> {
         match &self.value {
-            NodeValue::Number(number) if number.is_finite() => Some(*number),
+            NodeValue::Number(number) if number.is_finite() => {
+                if number.abs() > LARGEST_NUMBER {
+                    let help = format!("numbers lie between -{LARGEST_NUMBER:e} and {LARGEST_NUMBER:e}");
+                    problems.add(self.place, format!("{what} is {number:e}"), help);
+                    return None;
+                }
+                Some(*number)
+            }
             NodeValue::Text(text) => {
                 problems.add(
                     self.place,

@@ -42,7 +42,7 @@ impl Checker<'_> {
         let tip = raw.tip.as_ref().map(|tip| tip.value.as_str()).or(tip);
         let path = Path::new(self.path).parent().unwrap_or_else(|| Path::new("")).join(file);
         let shown = path.display();
-        let text = match std::fs::read_to_string(&path) {
+        let text = match plumb_document::read_text(&path, plumb_document::FileKind::URDF) {
             Ok(text) => text,
             Err(error) => {
                 let reason = format!("{shown}: {error}; the path counts from this file's folder");

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use nalgebra::{Rotation3, Vector3};
+use plumb_document::{FileKind, read_text};
 use plumb_kinematics::{Chain, Convention, Joint, Mass, Motion};
 use serde_yaml::{Location, Spanned};
 
@@ -28,8 +29,8 @@ impl Model {
     /// See [`ModelFileError`]; the message names file, line and column.
     pub fn read(path: &Path) -> Result<Self, ModelFileError> {
         let shown = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|cause| ModelFileError::Open { path: shown.clone(), cause })?;
+        let text = read_text(path, FileKind::MODEL)
+            .map_err(|cause| ModelFileError::Open { path: shown.clone(), cause: cause.into() })?;
         Self::parse(&shown, &text)
     }
 

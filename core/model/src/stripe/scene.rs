@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Point3, Vector3};
+use plumb_document::{FileKind, read_text, yaml};
 use serde::Deserialize;
 
 use super::Surface;
@@ -67,14 +68,14 @@ enum RawSurface {
 /// # Errors
 /// [`SceneError`]
 pub fn read_scene(path: &Path) -> Result<Vec<(String, Surface)>, SceneError> {
-    let text =
-        std::fs::read_to_string(path).map_err(|cause| SceneError::Read { path: path.to_owned(), cause })?;
+    let text = read_text(path, FileKind::SCENE)
+        .map_err(|cause| SceneError::Read { path: path.to_owned(), cause: cause.into() })?;
     parse(&text, &path.display().to_string())
 }
 
 fn parse(text: &str, origin: &str) -> Result<Vec<(String, Surface)>, SceneError> {
     let wrong = |what: String| SceneError::Form { origin: origin.to_owned(), what };
-    let raw: RawScene = serde_yaml::from_str(text).map_err(|error| wrong(error.to_string()))?;
+    let raw: RawScene = serde_yaml::from_str(text).map_err(|error| wrong(yaml::in_words(&error)))?;
     if raw.surfaces.is_empty() {
         return Err(wrong("`surfaces` names none".to_owned()));
     }

@@ -4,6 +4,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use plumb_document::{FileKind, read_text};
+
 use super::{StripePixel, View};
 
 /// Scans that are looked at together.
@@ -71,8 +73,9 @@ impl Scans {
         for name in &names {
             let read = |ending: &str| {
                 let path = folder.join(format!("{name}{ending}"));
-                let text = fs::read_to_string(&path);
-                text.map(|text| (path.clone(), text)).map_err(|cause| ScansError::Read { path, cause })
+                let text = read_text(&path, FileKind::TABLE);
+                text.map(|text| (path.clone(), text))
+                    .map_err(|cause| ScansError::Read { path, cause: cause.into() })
             };
             let (poses, stripes) = (read(POSES)?, read(STRIPES)?);
             scans.add(name, (&poses.0, &poses.1), (&stripes.0, &stripes.1))?;

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use csv::StringRecord;
+use plumb_document::{FileKind, read_bytes};
 use thiserror::Error;
 
 use super::columns::{Covariate, PositionColumns, Table};
@@ -84,16 +85,24 @@ struct Column {
     meaning: Meaning,
 }
 
+/// The most columns of a table: an arm has some ten joints, and what is measured beside them some dozens.
+const MOST_COLUMNS: usize = 1000;
+
+/// The longest line of a table, bytes: a thousand cells of a hundred characters.
+const LONGEST_LINE: usize = 100_000;
+
 /// The text of a file: UTF-8, or UTF-16 with its mark in front, as some spreadsheets write it.
-fn decoded(bytes: &[u8]) -> String {
+fn decoded(bytes: Vec<u8>) -> String {
     let units = |read: fn([u8; 2]) -> u16| -> String {
         let units = bytes.chunks_exact(2).skip(1).filter_map(|pair| Some(read(pair.try_into().ok()?)));
         char::decode_utf16(units).map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
     };
-    match bytes {
+    match bytes.as_slice() {
         [0xff, 0xfe, ..] => units(u16::from_le_bytes),
         [0xfe, 0xff, ..] => units(u16::from_be_bytes),
-        _ => String::from_utf8_lossy(bytes).into_owned(),
+        // Without a copy where it is UTF-8 throughout: a table may be large.
+        _ => String::from_utf8(bytes)
+            .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()),
     }
 }
 
@@ -104,8 +113,9 @@ impl Table {
     /// See [`TableError`].
     pub fn read(path: &Path) -> Result<Self, TableError> {
         let shown = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|cause| TableError::Open { path: shown.clone(), cause })?;
-        Self::parse(&shown, &decoded(&bytes))
+        let bytes = read_bytes(path, FileKind::TABLE)
+            .map_err(|cause| TableError::Open { path: shown.clone(), cause: cause.into() })?;
+        Self::parse(&shown, &decoded(bytes))
     }
 
     /// Reads a table from text; `source` is the name used in messages.
@@ -114,6 +124,7 @@ impl Table {
     /// See [`TableError`].
     pub fn parse(source: &str, text: &str) -> Result<Self, TableError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        within_limits(source, text)?;
         let header = text.lines().next().unwrap_or("");
         let count = |mark: char| header.matches(mark).count();
         let separator =
@@ -145,7 +156,25 @@ impl Table {
     }
 }
 
+/// Lines longer than any of a table are no lines of one; they are refused before anything is made of them.
+fn within_limits(path: &str, text: &str) -> Result<(), TableError> {
+    match text.split('\n').position(|line| line.len() > LONGEST_LINE) {
+        None => Ok(()),
+        Some(place) => {
+            let reason = format!(
+                "line {} is longer than {LONGEST_LINE} bytes: see whether this is the right file",
+                place + 1
+            );
+            Err(TableError::Malformed { path: path.to_owned(), reason })
+        }
+    }
+}
+
 fn columns(path: &str, headers: &StringRecord) -> Result<Vec<Column>, TableError> {
+    if headers.len() > MOST_COLUMNS {
+        let reason = format!("it has {} columns; a table has at most {MOST_COLUMNS}", headers.len());
+        return Err(TableError::Malformed { path: path.to_owned(), reason });
+    }
     if headers.iter().all(str::is_empty) {
         let reason = "the file is empty; the first line must name the columns".to_owned();
         return Err(TableError::Empty { path: path.to_owned(), reason });

@@ -1,11 +1,12 @@
 //! A picture out of a file.
 
-use std::fs::{self, File};
-use std::io::{self, BufReader};
+use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 
+use plumb_document::{FileKind, ReadError, read_bytes};
+
 use super::pgm;
-use crate::extract::{Image, ImageError, LARGEST_SIDE};
+use crate::extract::{Image, ImageError};
 
 /// A grey picture, 8 bits a pixel.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -54,13 +55,13 @@ pub enum FrameError {
 /// # Errors
 /// [`FrameError`]
 pub fn read_picture(path: &Path, raw_width: Option<usize>) -> Result<Picture, FrameError> {
-    let read = |cause| FrameError::Read { path: path.to_owned(), cause };
+    let read = |cause: ReadError| FrameError::Read { path: path.to_owned(), cause: cause.into() };
     let wrong = |what: String| FrameError::Form { path: path.to_owned(), what };
     let picture = match ending(path).as_str() {
-        "pgm" => pgm::parse(&fs::read(path).map_err(read)?).map_err(wrong)?,
-        "png" => read_png(File::open(path).map_err(read)?).map_err(wrong)?,
+        "pgm" => pgm::parse(&read_bytes(path, FileKind::PICTURE).map_err(read)?).map_err(wrong)?,
+        "png" => read_png(&read_bytes(path, FileKind::PICTURE).map_err(read)?).map_err(wrong)?,
         "raw" => {
-            let pixels = fs::read(path).map_err(read)?;
+            let pixels = read_bytes(path, FileKind::PICTURE).map_err(read)?;
             let width = raw_width
                 .ok_or_else(|| wrong("a raw file does not say its size: give raw_width_px".to_owned()))?;
             if width == 0 || pixels.is_empty() || !pixels.len().is_multiple_of(width) {
@@ -83,12 +84,16 @@ pub(super) fn ending(path: &Path) -> String {
     path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
-fn read_png(file: File) -> Result<Picture, String> {
-    let mut decoder = png::Decoder::new(BufReader::new(file));
+/// The most bytes a PNG may take once it is unpacked: 8192 x 8192 pixels of four colours. A file of a few kB can hold far more.
+const MOST_UNPACKED: usize = 256 << 20;
+
+fn read_png(bytes: &[u8]) -> Result<Picture, String> {
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::EXPAND | png::Transformations::STRIP_16);
-    decoder.set_limits(png::Limits { bytes: 4 * LARGEST_SIDE * LARGEST_SIDE });
+    decoder.set_limits(png::Limits { bytes: MOST_UNPACKED });
     let mut reader = decoder.read_info().map_err(|error| error.to_string())?;
-    let size = reader.output_buffer_size().ok_or("it is too large")?;
+    let size = reader.output_buffer_size().filter(|size| *size <= MOST_UNPACKED);
+    let size = size.ok_or_else(|| format!("unpacked it has more than {} MiB", MOST_UNPACKED >> 20))?;
     let mut bytes = vec![0; size];
     let info = reader.next_frame(&mut bytes).map_err(|error| error.to_string())?;
     let samples = info.color_type.samples();

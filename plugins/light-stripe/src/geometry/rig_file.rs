@@ -15,11 +15,11 @@
 //! contains: {camera_aim_x_deg: 0.41}     # corrections of a record that these numbers contain already; left out in a maker's file
 //! ```
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
+use plumb_document::{FileKind, read_text};
 use serde::{Deserialize, Serialize};
 
 use super::{Camera, CollineationError, Rig, RigCorrections, StripePlane, WrongFile};
@@ -127,8 +127,8 @@ struct RawSelfTest {
 /// # Errors
 /// [`RigFileError`]
 pub fn read_rig(path: &Path) -> Result<Rig, RigFileError> {
-    let text =
-        fs::read_to_string(path).map_err(|cause| RigFileError::Read { path: path.to_owned(), cause })?;
+    let text = read_text(path, FileKind::RIG)
+        .map_err(|cause| RigFileError::Read { path: path.to_owned(), cause: cause.into() })?;
     parse(&text, &path.display().to_string())
 }
 

@@ -10,7 +10,7 @@ const HEADING: &str = "# Zero references of a simulated PUMA's controller, moved
 
 /// The shifts it holds, rad; none when there is no such file, or none that can be read.
 pub(super) fn read(file: &Path) -> Option<[f64; AXES]> {
-    let text = std::fs::read_to_string(file).ok()?;
+    let text = plumb_document::read_text(file, plumb_document::FileKind::CALIBRATION).ok()?;
     let mut shifts = [0.0; AXES];
     for (shift, joint) in shifts.iter_mut().zip(&JOINTS) {
         let line = text.lines().find_map(|line| line.strip_prefix(joint.name)?.strip_prefix(':'))?;

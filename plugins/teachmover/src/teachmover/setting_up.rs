@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::Path;
 
+use plumb_document::{FileKind, read_bytes};
 use plumb_plugin::{LogLevel, PluginError};
 
 use super::TeachMover;
@@ -80,7 +81,7 @@ impl TeachMover {
             let file = file.display();
             PluginError::Refused(format!("config: taught_program: write_from {file}: {why}"))
         };
-        let bytes = fs::read(file).map_err(|error| refused(error.to_string()))?;
+        let bytes = read_bytes(file, FileKind::TAUGHT_PROGRAM).map_err(|error| refused(error.to_string()))?;
         let program: Vec<ProgramLine> = parse_program(&bytes).map_err(|fault| refused(fault.to_string()))?;
         if program.is_empty() {
             return Err(refused(

@@ -12,6 +12,8 @@ pub(crate) mod typed;
 
 use std::path::Path;
 
+use plumb_document::{FileKind, read_text};
+
 pub use error::WorldFileError;
 pub use seal::seal;
 use typed::Typed;
@@ -21,8 +23,8 @@ use super::WorldDescription;
 /// Reads and checks a world file.
 pub fn read(path: &Path) -> Result<WorldDescription, WorldFileError> {
     let file = path.display().to_string();
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| WorldFileError::Unreadable { file: file.clone(), source })?;
+    let text = read_text(path, FileKind::WORLD)
+        .map_err(|source| WorldFileError::Unreadable { file: file.clone(), source: source.into() })?;
     parse(&file, &text)
 }
 
@@ -41,8 +43,10 @@ pub fn parse(file: &str, text: &str) -> Result<WorldDescription, WorldFileError>
 pub fn write_sealed(path: &Path, sealed: &Path) -> Result<(), WorldFileError> {
     let text = match read(path)?.sealed_text {
         Some(text) => text,
-        None => std::fs::read_to_string(path)
-            .map_err(|source| WorldFileError::Unreadable { file: path.display().to_string(), source })?,
+        None => read_text(path, FileKind::WORLD).map_err(|source| WorldFileError::Unreadable {
+            file: path.display().to_string(),
+            source: source.into(),
+        })?,
     };
     std::fs::write(sealed, seal(&text))
         .map_err(|source| WorldFileError::Unwritable { file: sealed.display().to_string(), source })
