@@ -135,6 +135,10 @@ fn copy(from: &Path, to: &Path) {
 pub(crate) struct Said(Output);
 
 impl Said {
+    pub(crate) fn of(output: Output) -> Self {
+        Self(output)
+    }
+
     pub(crate) fn code(&self) -> i32 {
         self.0.status.code().unwrap_or(-1)
     }

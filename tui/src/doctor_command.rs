@@ -2,6 +2,7 @@
 
 mod cells;
 mod finding;
+mod open_files;
 mod plugins;
 mod processes;
 mod record;
@@ -47,6 +48,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         findings.extend(cells::clean(&arguments.cells)?);
     }
     findings.extend(shared_memory::look());
+    findings.extend(open_files::look());
     findings.extend(cells::look(&arguments.cells)?);
     findings.extend(processes::look());
     findings.extend(serial_ports::look(&arguments.cells));

@@ -22,6 +22,7 @@ mod host_command;
 mod interrupt;
 mod model_command;
 mod note_command;
+mod open_files;
 mod plugins_command;
 mod progress;
 mod record_command;

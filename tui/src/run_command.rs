@@ -118,6 +118,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
             Err(refused) => told(refused),
         };
     }
+    crate::open_files::raise()?;
     let prepared = match prepare::prepare(arguments) {
         Ok(prepared) => prepared,
         Err(refused) => return told(refused),

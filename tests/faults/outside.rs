@@ -1,0 +1,106 @@
+//! What befalls the record: locked by another program, damaged, without room.
+
+use std::fs;
+use std::os::unix::fs::FileExt as _;
+use std::process::Command;
+
+use crate::lab::{Lab, Said};
+use crate::moments::assert_sound;
+use crate::{Happened, Row};
+
+pub(crate) const ROWS: &[&Row] = &[
+    &Row {
+        name: "record_damaged",
+        done: "a page of the record overwritten",
+        promise: "`record check` ends with 1 and names the damage; `run` says so with words",
+        happens: record_damaged,
+    },
+    &Row {
+        name: "disk_full",
+        done: "no room where the record lies, from the middle of a run on",
+        promise: "the run ends with words; with room again it is resumed and passes",
+        happens: disk_full,
+    },
+    &Row {
+        name: "shared_memory_full",
+        done: "shared memory of 200 kB",
+        promise: "`run` ends with 2 and says what is full; `doctor` says it too",
+        happens: shared_memory_full,
+    },
+];
+
+fn record_file(lab: &Lab) -> std::path::PathBuf {
+    let shown = lab.plumb(&["record", "check"]).out();
+    let folder = shown.split(": sound").next().unwrap_or_default().trim().to_owned();
+    std::path::Path::new(&folder).join("plumb.sqlite3")
+}
+
+fn record_damaged() -> Happened {
+    let lab = Lab::new();
+    assert_eq!(lab.plumb(&["run", "cell.yaml"]).code(), 0);
+    let file = fs::OpenOptions::new().write(true).open(record_file(&lab)).unwrap();
+    for page in 2..40 {
+        let _past_the_end = file.write_at(&[0x5a; 300], page * 4096 + 8);
+    }
+    drop(file);
+    let check = lab.plumb(&["record", "check"]);
+    assert_eq!(check.code(), 1, "{}", check.all());
+    let run = lab.plumb(&["run", "cell.yaml"]);
+    assert_ne!(run.code(), 101, "{}", run.all());
+    Happened::Kept(format!("{} / {}", first_line(&check), first_line(&run)))
+}
+
+fn first_line(said: &Said) -> String {
+    said.all().lines().next().unwrap_or_default().chars().take(160).collect()
+}
+
+/// Whether small file systems can be made for one process alone.
+fn can_mount() -> bool {
+    let tried = Command::new("unshare").args(["-m", "mount", "-t", "tmpfs", "tmpfs", "/mnt"]).output();
+    tried.is_ok_and(|tried| tried.status.success())
+}
+
+const NEEDS_ROOT: &str = "only root may make a small file system";
+
+/// Runs a script in a view of the file systems of its own, with the program as `$PLUMB`.
+fn in_own_view(lab: &Lab, script: &str) -> Said {
+    let mut command = lab.command(&[]);
+    let program = command.get_program().to_owned();
+    let variables: Vec<_> =
+        command.get_envs().filter_map(|(name, value)| Some((name.to_owned(), value?.to_owned()))).collect();
+    command = Command::new("unshare");
+    command.args(["-m", "sh", "-c", script]).envs(variables).env("PLUMB", program).current_dir(lab.path("."));
+    Said::of(command.output().unwrap())
+}
+
+fn disk_full() -> Happened {
+    if !can_mount() {
+        return Happened::PassedOver(NEEDS_ROOT.to_owned());
+    }
+    let lab = Lab::new();
+    // Room for the tables and the beginning of a run.
+    let script = "mkdir -p \"$XDG_STATE_HOME\" && mount -t tmpfs -o size=600k tmpfs \"$XDG_STATE_HOME\"\n\
+        timeout 100 \"$PLUMB\" run cell.yaml --headless; echo \"first $?\"\n\
+        mount -o remount,size=64m \"$XDG_STATE_HOME\"\n\
+        timeout 100 \"$PLUMB\" run --resume 1 --headless; echo \"second $?\"\n\
+        timeout 100 \"$PLUMB\" record check; echo \"third $?\"";
+    let said = in_own_view(&lab, script);
+    assert!(said.out().contains("first 2"), "{}", said.all());
+    assert!(said.out().contains("second 0") && said.out().contains("third 0"), "{}", said.all());
+    Happened::Kept(crate::said(&said.all(), "full"))
+}
+
+fn shared_memory_full() -> Happened {
+    if !can_mount() {
+        return Happened::PassedOver(NEEDS_ROOT.to_owned());
+    }
+    let lab = Lab::new();
+    let script = "mount -t tmpfs -o size=200k tmpfs /dev/shm\n\
+        timeout 100 \"$PLUMB\" run cell.yaml --headless; echo \"run $?\"\n\
+        timeout 100 \"$PLUMB\" doctor cell.yaml; echo \"doctor $?\"";
+    let said = in_own_view(&lab, script);
+    assert!(said.out().contains("run 2") && said.out().contains("doctor 1"), "{}", said.all());
+    assert!(said.all().contains("shared memory"), "{}", said.all());
+    assert_sound(&lab);
+    Happened::Kept(crate::said(&said.all(), "shared memory"))
+}
