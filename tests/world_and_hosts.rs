@@ -17,6 +17,7 @@ use plumb_host::{
 use plumb_plugin::{FrameHeader, JointState, JointVector, Motion, ProximityEdge, Value};
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::Verb;
+use plumb_simulated::serve::clock_file;
 use serde_json::json;
 use tempfile::TempDir;
 
@@ -69,6 +70,7 @@ impl Cell {
         let mut arguments = HostArguments::new(device, &self.domain, &plugin_named(plugin));
         arguments.config = config;
         arguments.inputs = inputs;
+        arguments.clock = Some(clock_file(&self.socket));
         let command = HostCommand::new(env!("CARGO_BIN_EXE_plumb").into(), ["host"]);
         HostProcess::spawn(self.bus(), &arguments, command).unwrap()
     }

@@ -131,7 +131,8 @@ typedef struct plumb_host_functions {
     /* Says why the call that is about to return another status than PLUMB_OK failed. The text is copied; the last one counts. */
     void (*fail)(void *context, plumb_bytes text);
 
-    /* The time: ns, CLOCK_MONOTONIC. */
+    /* The time of the cell's clock, ns, with which everything in the cell is dated: CLOCK_MONOTONIC, except in a cell with a simulated world that runs
+     * faster than the wall, where it is that world's time and stands still while nothing moves. Do not measure time limits with it. */
     uint64_t (*now_ns)(void *context);
 
     /* 1 when a stop has been asked for, else 0. A call that takes long looks at least every 50 ms, brings the device to rest and returns

@@ -19,7 +19,7 @@ pub struct HostFunctions {
     pub log: unsafe extern "C" fn(context: *mut c_void, level: u32, text: Bytes),
     /// Says why the call that is about to return another status than OK failed. The last text counts.
     pub fail: unsafe extern "C" fn(context: *mut c_void, text: Bytes),
-    /// The time: ns, `CLOCK_MONOTONIC`.
+    /// The time of the cell's clock, ns: `CLOCK_MONOTONIC`, or the time of a simulated world that runs faster than the wall.
     pub now_ns: unsafe extern "C" fn(context: *mut c_void) -> u64,
     /// 1 when a stop has been asked for, else 0. A long call looks at least every 50 ms.
     pub should_stop: unsafe extern "C" fn(context: *mut c_void) -> u32,

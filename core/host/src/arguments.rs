@@ -29,6 +29,9 @@ pub struct HostArguments {
     pub joint_ranges: Vec<JointRange>,
     /// What the program makes its [`MoveGuard`](crate::MoveGuard) from; null for none.
     pub guard: Value,
+    /// The file in which the cell's simulated world keeps the cell's clock; none where that is `CLOCK_MONOTONIC`.
+    #[serde(default)]
+    pub clock: Option<PathBuf>,
     /// How long after its time limit a call may still run before the host ends itself: ms.
     pub watchdog_grace_ms: u64,
 }
@@ -73,6 +76,7 @@ impl HostArguments {
             inputs: Vec::new(),
             joint_ranges: Vec::new(),
             guard: Value::Null,
+            clock: None,
             watchdog_grace_ms: WATCHDOG_GRACE.as_millis() as u64,
         }
     }

@@ -1,5 +1,6 @@
 //! The host process itself.
 
+mod clock;
 mod context;
 mod lifeline;
 mod log_line;
@@ -9,5 +10,4 @@ mod stop;
 mod watchdog;
 
 pub(crate) use context::Context;
-pub(crate) use log_line::now_ns;
 pub use serve::serve;

@@ -73,7 +73,9 @@ impl Host {
         self.interface.log(level, text);
     }
 
-    /// The time: ns, `CLOCK_MONOTONIC`.
+    /// The time of the cell's clock, ns, with which everything in the cell is dated. It is `CLOCK_MONOTONIC`, except in a cell with a simulated world that
+    /// runs faster than the wall: there it is that world's time, which stands still while nothing moves. So it dates, but does not measure how long a
+    /// call takes: for that use [`Instant`].
     pub fn now_ns(&self) -> u64 {
         self.interface.now_ns()
     }

@@ -16,6 +16,7 @@ mod request;
 mod robot;
 mod sensor;
 
+pub mod cell_clock;
 pub mod conformance;
 pub mod export;
 pub mod message;

@@ -13,6 +13,7 @@ use plumb_cell::device::{Act, World};
 use plumb_cell::workcell::{Pace, WorldSetting};
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::{self, Verb};
+use plumb_simulated::serve::clock_file;
 
 /// How long a world may take to listen.
 const READY_WITHIN: Duration = Duration::from_secs(15);
@@ -140,6 +141,10 @@ impl SimulatedWorld {
 impl World for SimulatedWorld {
     fn socket(&self) -> PathBuf {
         self.socket.clone()
+    }
+
+    fn clock(&self) -> PathBuf {
+        clock_file(&self.socket)
     }
 
     fn emulate(&mut self, device: &str, controller: &str) -> Result<PathBuf, String> {

@@ -39,6 +39,9 @@ pub trait World: Send {
     /// Where it listens.
     fn socket(&self) -> PathBuf;
 
+    /// The file in which it keeps the cell's clock ([`plumb_plugin::cell_clock`]).
+    fn clock(&self) -> PathBuf;
+
     /// The port of an emulated controller of the world's arm for a device; it is started unless it works already.
     ///
     /// # Errors
@@ -108,6 +111,7 @@ impl HostedDevices {
         let mut arguments = HostArguments::new(&device.name, &self.domain, &plugin);
         arguments.config = self.config_of(device, &plugin.manifest.config)?;
         arguments.guard = guard;
+        arguments.clock = self.world.as_ref().map(|world| world.clock());
         arguments.inputs = wired_inputs(&self.cell, device, &self.catalogue)?;
         if let Some(robot) = self.cell.robot(&device.name) {
             let range = |(joint, lower, upper): &(String, f64, f64)| JointRange {

@@ -51,6 +51,11 @@ impl MisbehavingRobot {
                 self.note(&child.id().to_string());
                 Ok(())
             }
+            "date" => {
+                let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+                let time_ns = since_1970.map_or(0, |time| time.as_nanos() as u64);
+                self.host.emit("joints", &JointState::new(time_ns, self.joints, false))
+            }
             "refuse" => Err(PluginError::Refused("the robot does not want to".to_owned())),
             "chatter" => {
                 println!("printed by the plugin");
@@ -205,6 +210,7 @@ impl Robot for MisbehavingRobot {
 
     fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
         self.host.emit_in_place("frames", 1_300_000, |frame| {
+            frame[..8].copy_from_slice(&self.host.now_ns().to_ne_bytes());
             frame[16..].fill(7);
             Ok(())
         })?;

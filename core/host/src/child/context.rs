@@ -8,6 +8,7 @@ use plumb_abi::Status;
 use plumb_bus::{EmitError, Loan, Publisher, ReceiveError, Subscriber};
 use plumb_plugin::LogLevel;
 
+use super::clock::Clock;
 use super::log_line::Lines;
 use super::stop::StopFlag;
 use crate::channel::FromHost;
@@ -16,6 +17,12 @@ use crate::channel::FromHost;
 pub(crate) struct Context {
     /// Whether a stop has been asked for.
     pub(crate) stop: StopFlag,
+    /// The cell's clock.
+    pub(crate) clock: Clock,
+    /// The device's name in the cell.
+    device: String,
+    /// Why a message was refused for its time; the call under way, or the next one, fails with it.
+    misdated: Mutex<Option<String>>,
     lines: Lines,
     /// The call being served, for log lines; 0 for none.
     span: AtomicU64,
@@ -37,10 +44,13 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Context {
-    /// A context without streams and inputs.
-    pub(super) fn new(lines: Lines) -> Self {
+    /// A context without streams and inputs, of a device in a cell with that clock.
+    pub(super) fn new(lines: Lines, device: &str, clock: Clock) -> Self {
         Self {
             stop: StopFlag::default(),
+            clock,
+            device: device.to_owned(),
+            misdated: Mutex::new(None),
             lines,
             span: AtomicU64::new(0),
             failure: Mutex::new(None),
@@ -97,7 +107,32 @@ impl Context {
         locked(&self.failure).take()
     }
 
+    /// Why the time (ns) of something the device tells is none of the cell's clock.
+    ///
+    /// # Errors
+    /// A sentence that names both clocks.
+    pub(super) fn check_time(&self, what: &str, time_ns: u64) -> Result<(), String> {
+        self.clock.why_not(&self.device, what, time_ns).map_or(Ok(()), Err)
+    }
+
+    /// Why a message since the last call was refused for its time.
+    pub(super) fn take_misdated(&self) -> Option<String> {
+        locked(&self.misdated).take()
+    }
+
+    /// Whether a message, which begins with its time, may go out on a stream.
+    fn is_dated_well(&self, stream: &str, message: &[u8]) -> bool {
+        let Some(time_ns) = message.first_chunk().map(|time| u64::from_ne_bytes(*time)) else { return true };
+        let Err(why) = self.check_time(&format!("a message on `{stream}`"), time_ns) else { return true };
+        self.report(LogLevel::Error, &why);
+        locked(&self.misdated).get_or_insert(why);
+        false
+    }
+
     pub(crate) fn emit(&self, stream: &str, message: &[u8]) -> Status {
+        if !self.is_dated_well(stream, message) {
+            return Status::REFUSED;
+        }
         let mut publishers = locked(&self.publishers);
         match publishers.get_mut(stream) {
             Some(publisher) => self.emitted(publisher.emit(message)),
@@ -137,6 +172,9 @@ impl Context {
         }
         if !send {
             return Status::OK;
+        }
+        if !self.is_dated_well(&lent.stream, lent.loan.bytes_mut()) {
+            return Status::REFUSED;
         }
         let mut publishers = locked(&self.publishers);
         match publishers.get_mut(&lent.stream) {

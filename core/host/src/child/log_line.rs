@@ -82,8 +82,8 @@ fn write_all(entries: &Receiver<Entry>, mut stream: UnixStream) {
     }
 }
 
-/// The time: ns, `CLOCK_MONOTONIC`; 0 where the system has no such clock.
-pub(crate) fn now_ns() -> u64 {
+/// `CLOCK_MONOTONIC`, ns; 0 where the system has no such clock.
+pub(super) fn monotonic_ns() -> u64 {
     clock_gettime(ClockId::CLOCK_MONOTONIC)
         .map_or(0, |time| Duration::from(time).as_nanos().try_into().unwrap_or(u64::MAX))
 }

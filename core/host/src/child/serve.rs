@@ -20,6 +20,7 @@ use plumb_plugin::{
     Description, DeviceKind, Health, PluginError, RobotDescription, StreamDescription, Value,
 };
 
+use super::clock::Clock;
 use super::lifeline::{Ending, EndingFlag};
 use super::log_line::Lines;
 use super::service::{HEALTH_PERIOD, Service};
@@ -60,7 +61,15 @@ pub fn serve(
             return ExitCode::from(exit_code::FAILED);
         }
     };
-    let context: &'static Context = Box::leak(Box::new(Context::new(lines)));
+    let (clock, no_clock) = match Clock::of(arguments.clock.as_deref()) {
+        Ok(clock) => (clock, None),
+        Err(error) => (Clock::default(), Some(format!("the clock of the cell's simulated world: {error}"))),
+    };
+    let context: &'static Context = Box::leak(Box::new(Context::new(lines, &arguments.device, clock)));
+    if let Some(text) = no_clock {
+        context.send(FromHost::Failed { text });
+        end_at_once(context, exit_code::FAILED);
+    }
     let code = match Host::start(&arguments, context, connection, make_guard) {
         Ok(host) => host.run(),
         Err(text) => {

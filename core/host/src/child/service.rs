@@ -8,8 +8,8 @@ use plumb_plugin::{
     WireError,
 };
 
+use super::Context;
 use super::watchdog::Watchdog;
-use super::{Context, now_ns};
 use crate::MoveGuard;
 use crate::guard::Limits;
 use crate::load::Device;
@@ -86,11 +86,28 @@ impl Service {
             }
             Err(error) => Err(PluginError::Refused(error.to_string())),
         };
+        let result = match self.context.take_misdated() {
+            Some(why) => Err(PluginError::Failed(why)),
+            None => result.and_then(|reply| self.dated_well(reply)),
+        };
         self.context.serve_under(0);
         self.health.requests += 1;
         self.health.failures += u64::from(result.is_err());
         self.health.longest_ns = self.health.longest_ns.max(begin.elapsed().as_nanos() as u64);
         result
+    }
+
+    /// A reply whose time is the cell's; what another clock has dated is believed by nobody.
+    fn dated_well(&self, reply: Reply) -> Result<Reply, PluginError> {
+        let (what, time_ns) = match &reply {
+            Reply::Joints(state) => ("its answer where the joints are", state.time_ns),
+            Reply::Jog(jog) => ("its answer where the joints are", jog.state.time_ns),
+            Reply::Inputs(inputs) => ("its answer how the input lines are", inputs.time_ns),
+            // What a sensor saw last may be long ago; it is not later than now.
+            Reply::Reading(reading) => ("a reading", reading.time_ns.max(self.context.clock.now_ns())),
+            _ => return Ok(reply),
+        };
+        self.context.check_time(what, time_ns).map(|()| reply).map_err(PluginError::Failed)
     }
 
     fn answer(
@@ -217,7 +234,9 @@ impl Service {
 
     /// Lets the plugin take in what has come on its inputs.
     pub(super) fn poll(&mut self) {
-        if let Err(error) = self.watchdog.watch("poll", OWN_LIMIT, || self.device.poll()) {
+        let polled = self.watchdog.watch("poll", OWN_LIMIT, || self.device.poll());
+        let polled = self.context.take_misdated().map_or(polled, |why| Err(PluginError::Failed(why)));
+        if let Err(error) = polled {
             self.context.report(LogLevel::Warn, &format!("taking in its inputs failed: {error}"));
             self.poll_error = Some(error);
         }
@@ -272,7 +291,7 @@ impl Service {
     /// Tells how the device is.
     pub(super) fn report_health(&mut self) {
         self.health_sent = Instant::now();
-        self.health.time_ns = now_ns();
+        self.health.time_ns = self.context.clock.now_ns();
         self.health.state = self.state.code();
         // A health message that cannot be sent has been logged by the context.
         let _ = self.context.emit(super::serve::HEALTH_STREAM, bytemuck::bytes_of(&self.health));

@@ -63,8 +63,9 @@ unsafe extern "C" fn fail(pointer: *mut c_void, why: Bytes) {
     unsafe { context(pointer).fail(&text(why)) }
 }
 
-unsafe extern "C" fn now_ns(_pointer: *mut c_void) -> u64 {
-    crate::child::now_ns()
+unsafe extern "C" fn now_ns(pointer: *mut c_void) -> u64 {
+    // SAFETY: see above.
+    unsafe { context(pointer).clock.now_ns() }
 }
 
 unsafe extern "C" fn should_stop(pointer: *mut c_void) -> u32 {

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 mod c_plugin;
+mod clock;
 mod conforming;
 mod faults;
 mod leaving;

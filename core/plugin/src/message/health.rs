@@ -9,7 +9,7 @@ use super::Message;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, Serialize, Deserialize)]
 pub struct Health {
-    /// When this was so: ns, `CLOCK_MONOTONIC`.
+    /// When this was so: ns of the cell's clock.
     pub time_ns: u64,
     /// The message's number in its stream, written by the host.
     pub sequence: u64,

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use nix::errno::Errno;
 use nix::fcntl::{Flock, FlockArg};
 
-use super::ServeError;
+use super::{ServeError, clock_file};
 
 /// A held address. Gives it up, and removes its files, when dropped.
 pub(super) struct Address {
@@ -19,13 +19,17 @@ pub(super) struct Address {
 }
 
 impl Address {
-    /// Takes hold of the address and listens there. A socket left by a world that died is replaced; the new one appears at its
-    /// place only once it listens, so that whoever sees it can connect.
-    pub(super) fn take(socket: &Path) -> Result<(Address, UnixListener), ServeError> {
+    /// Takes hold of the address, prepares what has to be there before anybody connects, and listens. A socket left by a world that died is
+    /// replaced; the new one appears at its place only once it listens, so that whoever sees it can connect.
+    pub(super) fn take<T>(
+        socket: &Path,
+        prepare: impl FnOnce() -> Result<T, ServeError>,
+    ) -> Result<(Address, UnixListener, T), ServeError> {
         let trouble = |source| ServeError::Address { socket: socket.to_owned(), source };
         let lock_file = beside(socket, ".lock");
         let lock = lock(socket, &lock_file)?;
         let address = Address { socket: socket.to_owned(), lock_file, _lock: lock };
+        let prepared = prepare()?;
         let unfinished = beside(socket, ".new");
         match fs::remove_file(&unfinished) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(trouble(error)),
@@ -34,7 +38,7 @@ impl Address {
         let listener = UnixListener::bind(&unfinished).map_err(trouble)?;
         listener.set_nonblocking(true).map_err(trouble)?;
         fs::rename(&unfinished, socket).map_err(trouble)?;
-        Ok((address, listener))
+        Ok((address, listener, prepared))
     }
 }
 
@@ -50,6 +54,7 @@ impl Drop for Address {
         // What cannot be removed now is replaced by the next world; there is nobody left to tell.
         let _ = fs::remove_file(&self.socket);
         let _ = fs::remove_file(&self.lock_file);
+        let _ = fs::remove_file(clock_file(&self.socket));
     }
 }
 

@@ -2,6 +2,7 @@
 //! or when nobody has been there for long.
 
 mod address;
+mod clock;
 mod session;
 mod shared;
 
@@ -11,6 +12,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use address::Address;
+pub use clock::clock_file;
 use shared::Shared;
 
 use crate::protocol::Pace;
@@ -60,6 +62,14 @@ pub enum ServeError {
         /// What the system says.
         source: io::Error,
     },
+    /// The file for the cell's time cannot be written.
+    #[error("{}: the cell's time cannot be told there: {source}", file.display())]
+    Clock {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
 }
 
 /// Serves a world until a client ends it or nobody has been there for the idle time.
@@ -68,8 +78,12 @@ pub fn serve(options: &ServeOptions) -> Result<(), ServeError> {
     if let Some(seed) = options.seed {
         described.set_seed(seed);
     }
-    let (_address, listener) = Address::take(&options.socket)?;
-    let shared = Arc::new(Shared::new(described, options.pace));
+    let (_address, listener, shared) = Address::take(&options.socket, || {
+        let clock = clock_file(&options.socket);
+        Shared::new(described, options.pace, &clock)
+            .map_err(|source| ServeError::Clock { file: clock, source })
+    })?;
+    let shared = Arc::new(shared);
     let mut sessions = Vec::new();
     loop {
         match listener.accept() {

@@ -238,7 +238,7 @@ impl Session {
 
     /// Takes a picture. The world goes on while it is made and sent.
     fn answer_expose(&mut self, id: u64) -> Result<(), Gone> {
-        let exposure = self.shared.now().world.expose();
+        let exposure = self.shared.now().expose();
         let exposure = match exposure {
             Ok(exposure) => exposure,
             Err(why) => return self.say(id, Say::Refused { why }),
@@ -291,8 +291,8 @@ impl Session {
             before
         };
         let began_ns = beginning.time_ns;
-        // Where and when it began: who asks where the arm was at a moment of its way needs both ends.
-        self.say(id, Say::Joints(beginning))?;
+        // Where and when it began: who asks where the arm was at a moment of its way needs both ends, and that it moved from the first one on.
+        self.say(id, Say::Joints(Reading { moving: true, ..beginning }))?;
         let ended = self.follow_motion(id, cut_short_before, began_ns);
         if ended.is_err() {
             self.shared.now().halt();
@@ -385,7 +385,7 @@ fn look(state: &State) -> Say {
         let why = "this world is sealed: what is true in it stays hidden until it is revealed".to_owned();
         return Say::Refused { why };
     }
-    match state.world.truth() {
+    match state.truth() {
         Ok(truth) => Say::Truth(Box::new(truth)),
         Err(why) => Say::Refused { why },
     }

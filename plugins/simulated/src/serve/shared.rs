@@ -1,11 +1,14 @@
 //! The world as all its clients share it, with the clock that drives it.
 
+use std::io;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::protocol::{PROTOCOL, Pace, PendantKey, Reading, Welcome};
-use crate::served_world::ServedWorld;
+use super::clock::WorldClock;
+use crate::protocol::{PROTOCOL, Pace, PendantKey, Reading, TruthReport, Welcome};
+use crate::served_world::{Exposure, ServedWorld};
 use crate::world::{AXES, LineChange, MotionOrder};
 use crate::world_file::Described;
 
@@ -21,9 +24,7 @@ pub(super) struct State {
     /// As the file describes it, before anybody turned or held anything.
     original: Described,
     pace: Pace,
-    /// A moment of the wall's clock, and the world's time at that moment.
-    wall: Instant,
-    world_ns: u64,
+    clock: WorldClock,
     /// How many motions were cut short so far.
     pub(super) cut_short: u64,
     pub(super) pendant: bool,
@@ -42,24 +43,28 @@ pub(super) enum Order {
 }
 
 impl Shared {
-    pub(super) fn new(original: Described, pace: Pace) -> Shared {
+    /// A world at its beginning, which tells the cell's time in a file.
+    ///
+    /// # Errors
+    /// What the system says of the file.
+    pub(super) fn new(original: Described, pace: Pace, clock: &Path) -> io::Result<Shared> {
         let world = original.clone().into_world();
-        let now = Instant::now();
         let world_ns = world.reading().time_ns;
+        let mut clock = WorldClock::start(clock, world_ns)?;
+        clock.set(pace, world_ns);
         let state = State {
             original,
             revealed: world.sealed_text().is_none(),
             world,
             pace,
-            wall: now,
-            world_ns,
+            clock,
             cut_short: 0,
             pendant: false,
             key: None,
             clients: 0,
-            last_used: now,
+            last_used: Instant::now(),
         };
-        Shared { state: Mutex::new(state), ending: AtomicBool::new(false) }
+        Ok(Shared { state: Mutex::new(state), ending: AtomicBool::new(false) })
     }
 
     /// The world, brought up to the present moment.
@@ -82,12 +87,12 @@ impl Shared {
 
 impl State {
     fn catch_up(&mut self) {
-        match self.pace {
-            Pace::Fast => self.world.finish_motion(),
-            Pace::Real => {
-                let since = u64::try_from(self.wall.elapsed().as_nanos()).unwrap_or(u64::MAX);
-                self.world.advance(self.world_ns.saturating_add(since));
+        match self.clock.world_ns() {
+            None => {
+                self.world.finish_motion();
+                self.clock.stands_at(self.world.reading().time_ns);
             }
+            Some(now_ns) => self.world.advance(now_ns),
         }
     }
 
@@ -102,14 +107,14 @@ impl State {
     }
 
     fn set_clock(&mut self) {
-        self.wall = Instant::now();
-        self.world_ns = self.world.reading().time_ns;
+        self.clock.set(self.pace, self.world.reading().time_ns);
     }
 
     /// Lets time pass without waiting for the wall's clock.
     pub(super) fn pass(&mut self, duration: Duration) {
         let end = self.world.reading().time_ns.saturating_add(duration.as_nanos() as u64);
         self.world.advance(end);
+        self.clock.stands_at(end);
     }
 
     /// Starts a motion; in a fast world it is over at once.
@@ -184,15 +189,41 @@ impl State {
         self.pendant = on;
     }
 
+    /// What the controller knows, dated by the cell's clock, as all that follows.
     pub(super) fn reading(&self) -> Reading {
-        Reading { pendant: self.pendant, key: self.key.map_or(0, |key| key as u32), ..self.world.reading() }
+        let reading = self.world.reading();
+        Reading {
+            time_ns: self.clock.dated(reading.time_ns),
+            pendant: self.pendant,
+            key: self.key.map_or(0, |key| key as u32),
+            ..reading
+        }
+    }
+
+    /// What is so.
+    ///
+    /// # Errors
+    /// Why nobody can tell.
+    pub(super) fn truth(&self) -> Result<TruthReport, String> {
+        let truth = self.world.truth()?;
+        Ok(TruthReport { time_ns: self.clock.dated(truth.time_ns), ..truth })
+    }
+
+    /// A picture by the camera on the hand.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(super) fn expose(&mut self) -> Result<Exposure, String> {
+        let exposure = self.world.expose()?;
+        Ok(Exposure { time_ns: self.clock.dated(exposure.time_ns), ..exposure })
     }
 
     /// The changes after this one, or how many of them are forgotten.
     pub(super) fn changes_after(&self, number: u64) -> Result<Vec<LineChange>, u64> {
         let changes = self.world.changes_after(number);
         let missing = self.world.latest_change().saturating_sub(number) - changes.len() as u64;
-        if missing == 0 { Ok(changes) } else { Err(missing) }
+        let dated = |change: LineChange| LineChange { time_ns: self.clock.dated(change.time_ns), ..change };
+        if missing == 0 { Ok(changes.into_iter().map(dated).collect()) } else { Err(missing) }
     }
 
     pub(super) fn client_came(&mut self) {

@@ -1,0 +1,52 @@
+//! The one clock of a cell: where a world keeps it every host dates by it, and what another clock has dated is refused.
+
+use plumb_host::SpawnError;
+use plumb_plugin::Value;
+use plumb_plugin::cell_clock::{CellTime, ClockWriter};
+use serde_json::json;
+
+use crate::place::{LONG, Place};
+
+#[test]
+fn a_device_dates_by_the_clock_that_the_cells_world_keeps() {
+    let place = Place::new();
+    let file = place.directory.path().join("world.clock");
+    let clock = ClockWriter::create(&file, CellTime::Stands { at_ns: 77_000_000_000_000 }).unwrap();
+    let mut arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
+    arguments.clock = Some(file);
+    let host = place.spawn(&arguments).unwrap();
+    let arm = host.robot().unwrap();
+    assert_eq!(arm.read_joints().unwrap().time_ns, 77_000_000_000_000);
+    clock.write(CellTime::Stands { at_ns: 77_000_000_000_001 }).unwrap();
+    assert_eq!(arm.read_joints().unwrap().time_ns, 77_000_000_000_001);
+    // From then on it runs with the wall's.
+    clock.write(CellTime::Runs { ahead_ns: 1_000_000_000_000_000 }).unwrap();
+    let first = arm.read_joints().unwrap().time_ns;
+    assert!(first > 1_000_000_000_000_000 && arm.read_joints().unwrap().time_ns > first);
+    host.finish(LONG);
+}
+
+#[test]
+fn a_device_that_dates_by_another_clock_is_named_with_how_far_it_is_away() {
+    let place = Place::new();
+    // Seconds since 1970, as a plugin has them that asks the system for the date.
+    let host = place.robot(json!({"fault": "date", "in": "read"}));
+    let arm = host.robot().unwrap();
+    let refused = arm.read_joints().unwrap_err().to_string();
+    assert!(
+        refused.contains("the clock of arm is ") && refused.contains(" s ahead of the clock of the cell"),
+        "{refused}"
+    );
+    assert!(refused.contains("a message on `joints`") && refused.contains("`now_ns`"), "{refused}");
+    host.finish(LONG);
+}
+
+#[test]
+fn a_device_whose_cell_has_lost_its_clock_does_not_start() {
+    let place = Place::new();
+    let mut arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
+    arguments.clock = Some(place.directory.path().join("no.clock"));
+    let refusal: Result<_, SpawnError> = place.spawn(&arguments);
+    let text = refusal.map(|host| host.process()).unwrap_err().to_string();
+    assert!(text.contains("the clock of the cell's simulated world"), "{text}");
+}
