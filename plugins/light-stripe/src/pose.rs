@@ -20,8 +20,10 @@ pub(crate) enum Pose {
     At(JointVector, JointVector),
     /// What it tells next will say.
     NotYet,
-    /// It has been forgotten, or was never told.
-    Unknown,
+    /// The moment lies so long before the first pose that is remembered, ns.
+    Before(u64),
+    /// It stood before, and stood elsewhere after: when it set out and how it went it has not told.
+    Untold,
 }
 
 impl Way {
@@ -46,7 +48,7 @@ impl Way {
         match (last.next(), last.next()) {
             (Some(last), Some(before)) => match between(before, last, last.time_ns) {
                 Pose::At(_, speeds) => speeds,
-                Pose::NotYet | Pose::Unknown => JointVector::zeros(last.joints.len()),
+                _ => JointVector::zeros(last.joints.len()),
             },
             (Some(last), None) => JointVector::zeros(last.joints.len()),
             _ => JointVector::zeros(0),
@@ -57,15 +59,26 @@ impl Way {
     pub(crate) fn at(&self, time_ns: u64) -> Pose {
         let after = self.states.partition_point(|state| state.time_ns <= time_ns);
         let Some(before) = after.checked_sub(1).and_then(|before| self.states.get(before)) else {
-            return if self.states.is_empty() { Pose::NotYet } else { Pose::Unknown };
+            return self.states.front().map_or(Pose::NotYet, |first| Pose::Before(first.time_ns - time_ns));
         };
         match self.states.get(after) {
+            Some(next) if !before.is_moving() && before.time_ns < time_ns && !is_same_place(before, next) => {
+                Pose::Untold
+            }
             Some(next) => between(before, next, time_ns),
             None if !before.is_moving() => Pose::At(before.joints, JointVector::zeros(before.joints.len())),
             None if before.time_ns == time_ns => Pose::At(before.joints, self.last_speeds()),
             None => Pose::NotYet,
         }
     }
+}
+
+/// A drive at rest tells its joints alike to within its last digit; less than this moves no point of an arm by more than 0.01 mm, rad or mm.
+const SAME_PLACE: f64 = 1e-5;
+
+fn is_same_place(before: &JointState, next: &JointState) -> bool {
+    let mut ways = before.joints.as_slice().iter().zip(next.joints.as_slice()).map(|(from, to)| to - from);
+    ways.all(|way| way.abs() <= SAME_PLACE)
 }
 
 fn between(before: &JointState, next: &JointState, time_ns: u64) -> Pose {
@@ -96,7 +109,7 @@ mod tests {
     fn joint(pose: Pose) -> Option<f64> {
         match pose {
             Pose::At(joints, _) => joints.get(0),
-            Pose::NotYet | Pose::Unknown => None,
+            _ => None,
         }
     }
 
@@ -111,9 +124,9 @@ mod tests {
     fn how_fast_it_went_is_told_beside_where_it_was() {
         let speed = |way: &Way, time_ns| match way.at(time_ns) {
             Pose::At(_, speeds) => speeds.get(0),
-            Pose::NotYet | Pose::Unknown => None,
+            _ => None,
         };
-        let moving = way(&[(0, 0.0, false), (500_000_000, 1.0, true), (1_000_000_000, 3.0, true)]);
+        let moving = way(&[(0, 0.0, true), (500_000_000, 1.0, true), (1_000_000_000, 3.0, true)]);
         assert_eq!(speed(&moving, 250_000_000), Some(2.0));
         assert_eq!(speed(&moving, 750_000_000), Some(4.0));
         assert_eq!(speed(&moving, 1_000_000_000), Some(4.0));
@@ -124,7 +137,17 @@ mod tests {
     fn beyond_what_was_told_a_moving_arm_is_waited_for_and_a_resting_one_is_there() {
         assert_eq!(way(&[(100, 0.0, true), (200, 1.0, true)]).at(201), Pose::NotYet);
         assert_eq!(joint(way(&[(100, 0.0, true), (200, 1.0, false)]).at(900)), Some(1.0));
-        assert_eq!(way(&[(100, 0.0, false)]).at(99), Pose::Unknown);
+        assert_eq!(way(&[(100, 0.0, false)]).at(99), Pose::Before(1));
         assert_eq!(Way::default().at(5), Pose::NotYet);
+    }
+
+    #[test]
+    fn where_an_arm_was_that_tells_nothing_on_its_way_is_not_made_up() {
+        let way = way(&[(100, 0.0, false), (200, 0.0, false), (300, 1.0, false)]);
+        assert_eq!(joint(way.at(150)), Some(0.0));
+        assert_eq!(joint(way.at(200)), Some(0.0));
+        assert_eq!(way.at(201), Pose::Untold);
+        assert_eq!(way.at(299), Pose::Untold);
+        assert_eq!(joint(way.at(300)), Some(1.0));
     }
 }

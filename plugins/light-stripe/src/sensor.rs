@@ -1,5 +1,7 @@
 //! The plugin: pictures come in, points go out.
 
+use std::time::Duration;
+
 use plumb_plugin::{
     FrameHeader, Host, JointState, JointVector, LogLevel, PluginError, Quantity, QuantityDescription,
     Reading, Sensor, SensorDescription, StripeFault, StripeHeader, StripePoint, Value,
@@ -255,11 +257,9 @@ impl LightStripe {
             _ if !self.has_pose => (JointVector::zeros(0), JointVector::zeros(0)),
             Pose::At(joints, speeds) => (joints, speeds),
             Pose::NotYet => return Ok(false),
-            Pose::Unknown => {
-                return Err(PluginError::InputLost(
-                    "a picture came so late that where the robot was at its exposure is no longer known; it is left out".to_owned(),
-                ));
-            }
+            // A stripe without a pose: whoever knows that the robot stood for the picture can do without.
+            Pose::Untold => (JointVector::zeros(0), JointVector::zeros(0)),
+            Pose::Before(by_ns) => return Err(PluginError::InputLost(too_early(by_ns))),
         };
         self.last_frame_ns = header.time_ns;
         let image = Image::new(header.width as usize, header.height as usize, pixels)
@@ -351,6 +351,22 @@ impl LightStripe {
         self.host.emit_bytes(POINTS, &header.message(&told))?;
         Ok(quantities)
     }
+}
+
+/// A picture that is dated so long before the first pose that is remembered is not late: another clock has dated it.
+const OTHER_CLOCK: Duration = Duration::from_secs(10);
+
+/// Why there is no pose for a picture that is dated so long (ns) before the first that is remembered.
+fn too_early(by_ns: u64) -> String {
+    let by_s = by_ns as f64 * 1e-9;
+    if Duration::from_nanos(by_ns) > OTHER_CLOCK {
+        return format!(
+            "the clock of input `{FRAMES}` is {by_s:.1} s behind the clock of input `{POSE}`: the plugins of camera and robot do not date with the cell's clock (`now_ns` of their hosts), so that where the robot was at an exposure cannot be known"
+        );
+    }
+    format!(
+        "a picture came so late that where the robot was at its exposure is no longer known: it is dated {by_s:.3} s before the first pose that is remembered; it is left out"
+    )
 }
 
 /// The geometry, where rays are to be given.

@@ -110,6 +110,7 @@ fn pictures_late_out_of_order_or_of_another_size_are_errors() {
     recording.feed_bytes("frames", &frame(50, SIZE, &stripe_at(40)));
     let late = sensor.read(0).unwrap_err();
     assert!(late.text().contains("where the robot was at its exposure is no longer known"), "{late}");
+    assert!(late.text().contains("dated 0.000 s before the first pose"), "{late}");
     recording.feed_bytes("frames", &frame(300_000_100, SIZE, &stripe_at(40)));
     recording.feed_bytes("frames", &frame(200_000_100, SIZE, &stripe_at(40)));
     let order = sensor.read(0).unwrap_err();
@@ -210,4 +211,31 @@ fn a_rig_that_cannot_measure_is_refused_before_the_first_picture() {
         LightStripe::create(&json!({"rig": folder.path().join("rig.yaml")}), RecordingHost::new().host());
     let refused = refused.unwrap_err();
     assert!(refused.text().contains("the lens lies 0.0000 mm from the sheet of light"), "{refused}");
+}
+
+/// A camera and a robot that date by different clocks: their difference is told, and no picture gets a pose.
+#[test]
+fn clocks_that_differ_are_told_with_their_difference() {
+    let (recording, mut sensor) = sensor(&json!({}));
+    recording.feed("pose", &state(90_000_000_000_000, 0.0, false));
+    recording.feed_bytes("frames", &frame(1_000_000_000, SIZE, &stripe_at(40)));
+    let error = sensor.read(0).unwrap_err();
+    assert!(
+        error.text().starts_with("the clock of input `frames` is 89999.0 s behind the clock of input `pose`"),
+        "{error}"
+    );
+    assert!(emitted(&recording).is_empty());
+}
+
+/// A controller that tells where the arm is only when it stands: in between nobody knows, and no pose is made up.
+#[test]
+fn a_picture_taken_while_the_robot_told_nothing_has_no_pose() {
+    let (recording, mut sensor) = sensor(&json!({}));
+    recording.feed("pose", &state(100, 0.0, false));
+    recording.feed("pose", &state(900, 1.0, false));
+    recording.feed_bytes("frames", &frame(500, SIZE, &stripe_at(40)));
+    recording.feed_bytes("frames", &frame(900, SIZE, &stripe_at(40)));
+    sensor.read(900).unwrap().unwrap();
+    let poses: Vec<usize> = emitted(&recording).iter().map(|(header, _)| header.joints.len()).collect();
+    assert_eq!(poses, [0, 1]);
 }

@@ -61,6 +61,14 @@ impl Engine {
         Ok(())
     }
 
+    /// Without poses under way nothing of a flight can be kept: a pose between its ends would be made up.
+    fn blind_on_the_way(&self, step: &ScanStep) -> StepError {
+        StepError::error(format!(
+            "{} does not tell where it is while it moves, so that a picture taken in motion has no pose: nothing of this scan is kept. Scan at rest (`fly_mm_s` 0), or wire `pose` of {} if it is not",
+            step.robot, step.sensor
+        ))
+    }
+
     fn set_shutter(&mut self, camera: &str, every_ms: f64) -> Result<(), StepError> {
         let set = self.sensor(camera)?.link.configure(&json!({"every_ms": every_ms}));
         set.map_err(|error| self.device_error(error))
@@ -84,6 +92,9 @@ impl Engine {
             let read = self.sensor(&step.sensor)?.link.read(taken.time_ns);
             read.map_err(|error| self.device_error(error))?;
             for (header, points) in self.stripes_of(step)? {
+                if header.joints.is_empty() {
+                    return Err(self.blind_on_the_way(step));
+                }
                 if header.speeds.as_slice().iter().any(|speed| *speed != 0.0) {
                     let stood = self.stood(step, &header.joints, &header.speeds)?;
                     self.keep_stripe(step, at, stood, (&header, &points), made);
