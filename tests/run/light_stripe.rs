@@ -78,6 +78,53 @@ fn a_scan_leaves_a_cloud_and_the_labs_tables() {
     assert!(thickness.iter().all(|band| (0.05..0.4).contains(band)) && thickness.len() == 1, "{thickness:?}");
 }
 
+/// Along a column of pixels every row is rounded alike, which hides digitization: the stripe is laid askew, and Agin's whole pixels make a thicker band than
+/// centroids.
+#[test]
+fn random_error_shows_digitization_because_the_stripe_runs_askew_over_the_pixels() {
+    let lab = lab();
+    let band = |set: &[&str]| {
+        let arguments = [&["run", "cell.yaml", "random-error", "--headless", "--json"], set].concat();
+        let said = lab.plumb(&arguments);
+        let events: Vec<Value> = said.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        let found = values(&events, "plane", "thickness");
+        assert_eq!(found.len(), 1, "{}", end(&events));
+        found[0]
+    };
+    let centroid = band(&[]);
+    lab.edit("cell.yaml", "threshold: {fixed: 30}", "centre: binary, threshold: {fixed: 30}");
+    let agins = band(&[]);
+    let along_a_column = band(&["--set", "tilt_deg=0"]);
+    assert!((0.1..0.35).contains(&centroid), "{centroid} mm");
+    assert!((0.5..1.2).contains(&agins) && agins > 2.0 * centroid, "{agins} mm, centroid {centroid} mm");
+    assert!(along_a_column < 0.1, "{along_a_column} mm");
+}
+
+/// The first day of a real rig, tried in the simulated world: it passes with the rig it has, and says what is wrong with another.
+#[test]
+fn the_first_day_passes_with_the_right_rig_file_and_says_what_is_wrong_with_another() {
+    let lab = lab();
+    assert_eq!(lab.plumb(&["check", "cell-hardware.yaml"]).code(), 0);
+    let begins = lab.plumb(&["run", "cell-hardware.yaml"]);
+    assert_eq!(begins.code(), 4, "{}", begins.all());
+    lab.edit("cell.yaml", "procedures: [", "procedures: [procedures/first-day.yaml, ");
+    lab.write(
+        "answers.yaml",
+        "by: test\nanswers: {safe: done, over: done, ruler: as_it_should, dark: done, light: done}\n",
+    );
+    let (events, code) = run(&lab, "first-day");
+    assert_eq!(code, 0, "{}", end(&events));
+    let (low, rise) = (values(&events, "seen", "low"), values(&events, "seen", "rise"));
+    assert!((low[0] - 300.0).abs() < 2.0 && (rise[0] - 20.0).abs() < 0.5, "{low:?} {rise:?}");
+    // A lens of half the focal length, and a light that shines where it should not.
+    lab.edit("rig.yaml", "fx_px: 694.4, fy_px: 694.4", "fx_px: 347.2, fy_px: 347.2");
+    let (events, code) = run(&lab, "first-day");
+    assert!(code == 2 && end(&events).contains("the rig file is not of this rig"), "{}", end(&events));
+    lab.edit("procedures/first-day.yaml", "        simulated: {shine: {laser: 'off', filter: in}}\n", "");
+    let (events, code) = run(&lab, "first-day");
+    assert!(code == 2 && end(&events).contains("the picture is not dark"), "{}", end(&events));
+}
+
 /// Each stripe is kept with the side its joints had arrived from, although the arm has gone on when it is.
 #[test]
 fn every_scan_of_a_gathering_knows_from_which_sides_the_joints_came() {

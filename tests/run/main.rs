@@ -31,5 +31,6 @@ mod rig_corrections;
 mod schema;
 mod serial;
 mod stripe_bad_input;
+mod stripe_serial;
 mod stripes;
 mod studies;

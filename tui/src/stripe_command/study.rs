@@ -20,7 +20,8 @@ use crate::say::say;
 /// Options of `study`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Cells with a light stripe: each has procedures `direction-error` and `gather`, and a `scene.yaml` beside it.
+    /// Cells with a light stripe: each has procedures `direction-error` and `gather`, and a `scene.yaml` beside it. `cell-serial.yaml` has the arm driven
+    /// through its terminal line.
     #[arg(default_values = ["workcells/light-stripe/cell.yaml", "workcells/light-stripe/modern.yaml"])]
     cells: Vec<PathBuf>,
     /// What is hidden, one after the other; each of them if left out.

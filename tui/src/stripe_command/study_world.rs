@@ -17,7 +17,7 @@ pub(crate) enum Hidden {
     Wheel,
     /// The lens bends straight lines.
     Lens,
-    /// Pictures are exposed later than their times say, and scanned in motion.
+    /// Pictures are exposed later than their times say, and scanned in motion: for an arm that tells where it is on its way.
     Delay,
 }
 
