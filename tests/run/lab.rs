@@ -40,6 +40,11 @@ impl Lab {
         self.place.path().join("cell").join(name)
     }
 
+    /// Where the record lies that no command names.
+    pub(crate) fn state(&self) -> PathBuf {
+        self.place.path().join("state/plumb")
+    }
+
     pub(crate) fn write(&self, name: &str, text: &str) {
         fs::write(self.path(name), text).unwrap();
     }

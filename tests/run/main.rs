@@ -10,6 +10,7 @@ mod broken;
 mod campaign;
 mod cell_trial;
 mod clouds;
+mod corrections;
 mod cup;
 mod doctor;
 mod dry_run;

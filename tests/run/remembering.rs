@@ -6,15 +6,16 @@ use plumb_model::table::Table;
 
 use crate::lab::Lab;
 
-const INSTRUMENTS: &str = "instruments:
-  gauge: {what: gauge block 8 mm, serial: GB-17, uncertainty_mm: 0.0005, calibration_due: 2099-01-31}
+const LEVEL: &str = "  level: {what: spirit level on the hand, uncertainty_deg: 0.25}\n";
+const INSTRUMENTS: &str =
+    "  block: {what: gauge block 8 mm, serial: GB-17, uncertainty_mm: 0.0005, calibration_due: 2099-01-31}
   level: {what: spirit level, serial: 4711, uncertainty_deg: 0.01, calibration_due: 2020-02-29}
-procedures: [";
+";
 
 #[test]
 fn operator_notes_and_instruments_are_kept_and_an_overdue_calibration_is_warned_of() {
     let lab = Lab::new();
-    lab.edit("cell.yaml", "procedures: [", INSTRUMENTS);
+    lab.edit("cell.yaml", LEVEL, INSTRUMENTS);
     let run = lab.plumb(&["run", "cell.yaml", "--operator", "ada", "--note", "after the belt was changed"]);
     assert_eq!(run.code(), 0, "{}", run.all());
     assert!(
@@ -46,7 +47,7 @@ fn operator_notes_and_instruments_are_kept_and_an_overdue_calibration_is_warned_
 #[test]
 fn a_day_that_is_none_is_shown_where_it_stands() {
     let lab = Lab::new();
-    lab.edit("cell.yaml", "procedures: [", &INSTRUMENTS.replace("2020-02-29", "2021-02-29"));
+    lab.edit("cell.yaml", LEVEL, &INSTRUMENTS.replace("2020-02-29", "2021-02-29"));
     let check = lab.plumb(&["check", "cell.yaml"]);
     assert_eq!(check.code(), 2, "{}", check.all());
     assert!(check.err().contains("`2021-02-29` is no day"), "{}", check.err());
@@ -154,7 +155,7 @@ fn a_run_whose_searches_say_nothing_of_what_they_find_has_no_table_and_says_why(
 #[test]
 fn a_certificate_is_one_file_with_the_machine_as_found_and_as_left() {
     let lab = Lab::new();
-    lab.edit("cell.yaml", "procedures: [", INSTRUMENTS);
+    lab.edit("cell.yaml", LEVEL, INSTRUMENTS);
     lab.edit("cell.yaml", "title: TeachMover over a T target", "title: TeachMover <no. 3> over a T target");
     let run = lab.plumb(&["run", "cell.yaml", "--operator", "ada & bob", "--note", "as <found>"]);
     assert_eq!(run.code(), 0, "{}", run.all());

@@ -125,12 +125,12 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         say!("no {such}runs in {}", directory.display())?;
         return Ok(ExitCode::SUCCESS);
     }
-    say!("{:>5}  {:<20}  {:<14}  {:<20}  {:<30}  by", "run", "started (UTC)", "ended", "cell", "procedure")?;
+    say!("{:>5}  {:<20}  {:<18}  {:<20}  {:<30}  by", "run", "started (UTC)", "ended", "cell", "procedure")?;
     for run in &runs {
         let started = run.started.get(..19).unwrap_or(&run.started).replace('T', " ");
-        let ended = state_in_words(run);
+        let ended = ended_in_words(run);
         say!(
-            "{:>5}  {started:<20}  {ended:<14}  {:<20}  {:<30}  {}",
+            "{:>5}  {started:<20}  {ended:<18}  {:<20}  {:<30}  {}",
             run.run.0,
             run.cell,
             run.procedure,
@@ -176,6 +176,24 @@ pub(crate) fn state_in_words(run: &RunSummary) -> &'static str {
         RunState::Running => "not ended",
         RunState::Ended(RunEnd::NeedsOperator) => "needs operator",
         RunState::Ended(end) => end.name(),
+    }
+}
+
+/// How a run stands, and how many of its steps were skipped.
+pub(crate) fn ended_in_words(run: &RunSummary) -> String {
+    let state = state_in_words(run);
+    match run.skipped.len() {
+        0 => state.to_owned(),
+        count => format!("{state}, {count} skipped"),
+    }
+}
+
+/// Which steps were skipped, as a sentence's end: `, 1 step skipped: waist.lower`; empty where none was.
+pub(crate) fn skipped_in_words(run: &RunSummary) -> String {
+    match run.skipped.as_slice() {
+        [] => String::new(),
+        [only] => format!(", 1 step skipped: {only}"),
+        many => format!(", {} steps skipped: {}", many.len(), many.join(", ")),
     }
 }
 

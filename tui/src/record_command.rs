@@ -1,5 +1,7 @@
 //! `plumb record`: looking after the record itself.
 
+mod corrections;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -9,6 +11,7 @@ use plumb_record::Record;
 use crate::failure::CommandResult;
 use crate::history_command::record_directory;
 use crate::say::say;
+pub(crate) use corrections::roll_back;
 
 /// What to do with the record.
 #[derive(Subcommand)]
@@ -17,6 +20,36 @@ pub(crate) enum RecordCommand {
     Backup(Backup),
     /// Check that the record is sound.
     Check(Check),
+    /// List the corrections of a cell: revision by revision, and what is in force now.
+    Zeros(Zeros),
+    /// Bring back the corrections as they were at an earlier revision. A new revision puts them in force; nothing is overwritten.
+    Rollback(Rollback),
+}
+
+/// Of which cell.
+#[derive(clap::Args)]
+pub(crate) struct Zeros {
+    /// The cell's name, as `plumb history` shows it.
+    cell: String,
+    /// As JSON, one revision a line.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    place: Place,
+}
+
+/// To which revision.
+#[derive(clap::Args)]
+pub(crate) struct Rollback {
+    /// The cell's name, as `plumb history` shows it.
+    cell: String,
+    /// The revision that is to be in force again, as `plumb record zeros` numbers them; 0 for what was before the first.
+    revision: i64,
+    /// Which device, where the cell has several and the revision is 0.
+    #[arg(long, value_name = "NAME")]
+    device: Option<String>,
+    #[command(flatten)]
+    place: Place,
 }
 
 /// Where to.
@@ -51,10 +84,14 @@ pub(crate) fn run(command: &RecordCommand) -> CommandResult {
     let place = match command {
         RecordCommand::Backup(backup) => &backup.place,
         RecordCommand::Check(check) => &check.place,
+        RecordCommand::Zeros(zeros) => &zeros.place,
+        RecordCommand::Rollback(rollback) => &rollback.place,
     };
     let directory = record_directory(place.record.as_ref())?;
-    let record = Record::open(&directory)?;
+    let mut record = Record::open(&directory)?;
     match command {
+        RecordCommand::Zeros(zeros) => corrections::list(&record, zeros),
+        RecordCommand::Rollback(rollback) => corrections::bring_back(&mut record, rollback),
         RecordCommand::Backup(backup) => {
             record.back_up(&backup.to)?;
             let size = std::fs::metadata(&backup.to)?.len();

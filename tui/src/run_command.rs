@@ -13,6 +13,7 @@ use std::process::ExitCode;
 
 use plumb_cell::command::Command;
 use plumb_cell::event::RunOutcome;
+use plumb_record::{Record, record_option};
 
 use crate::failure::CommandResult;
 use crate::say::say;
@@ -124,6 +125,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         Err(refused) => return told(refused),
     };
     let running = prepared.running;
+    let record = record_option(&prepared.record);
     let outcome = if arguments.is_headless() {
         headless::watch(running, arguments.json, arguments.attended)?
     } else {
@@ -140,17 +142,25 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
             // The robots come to rest and the devices' processes end; a simulated world waits for the resume.
             let _left_by_the_operator = running.thread.join();
             // Whoever read along may have gone: how the run stands counts.
-            drop(say!("Run {} is kept; go on with: plumb run --resume {}", running.run.0, running.run.0));
+            drop(say!(
+                "Run {} is kept; go on with: plumb run --resume {}{record}",
+                running.run.0,
+                running.run.0
+            ));
             return Ok(ExitCode::from(RunOutcome::NeedsOperator.exit_code()));
         }
         // A run that has ended takes no notice; one whose terminal was lost must not go on unseen.
         handle.send(Command::Abort);
         let outcome = running.thread.join().unwrap_or(RunOutcome::Error);
         shown?;
+        // The screens are gone, and with them the reason.
+        let reason = Record::open(&prepared.record).and_then(|record| record.run(running.run));
+        let reason = reason.ok().and_then(|run| run.message).map(|message| format!(": {message}"));
         drop(say!(
-            "Run {} {}; the record keeps it: plumb show {}",
+            "Run {} {}{}\nThe record keeps it: plumb show {}{record}",
             running.run.0,
             headless::in_words(outcome),
+            reason.unwrap_or_default(),
             running.run.0
         ));
         outcome

@@ -4,16 +4,16 @@ mod measurements;
 mod numbers;
 mod tables;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use plumb_record::{Record, RecordError, RunId, RunSummary};
+use plumb_record::{Record, RecordError, RunFilter, RunId, RunSummary};
 use serde_json::json;
 
-pub(crate) use tables::answer_in_words;
+pub(crate) use tables::{answer_in_words, by_size, correlations};
 
 use crate::failure::CommandResult;
-use crate::history_command::{record_directory, state_in_words};
+use crate::history_command::{record_directory, skipped_in_words, state_in_words};
 use crate::say::say;
 
 /// Show what the record holds of a run: its steps, answers, trigger poses, computed values and corrections.
@@ -21,6 +21,12 @@ use crate::say::say;
 pub(crate) struct Arguments {
     /// Its number, as `plumb history` gives it; the newest if left out. With --table, several, whose rows stand in one table then.
     run: Vec<i64>,
+    /// The newest run of this cell, by the cell's name.
+    #[arg(long, value_name = "NAME", conflicts_with = "run")]
+    cell: Option<String>,
+    /// The newest run of this procedure, by its name.
+    #[arg(long, value_name = "NAME", conflicts_with = "run")]
+    procedure: Option<String>,
     /// Where the record lies.
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
@@ -41,10 +47,28 @@ pub(crate) struct Arguments {
     robot: Option<String>,
 }
 
-/// The record holds no run at all.
+/// The record holds no such run.
 #[derive(Debug, thiserror::Error)]
-#[error("no runs in {0}: `plumb run CELL` makes the first")]
-struct NoRuns(String);
+#[error("no {such}runs{of} in {record}: {help}")]
+struct NoRuns {
+    such: &'static str,
+    of: String,
+    record: String,
+    help: &'static str,
+}
+
+fn no_runs(arguments: &Arguments, directory: &Path) -> NoRuns {
+    let of = |what: &str, name: &Option<String>| name.as_ref().map(|name| format!(" of {what} {name}"));
+    let parts = [of("procedure", &arguments.procedure), of("cell", &arguments.cell)];
+    let of: String = parts.into_iter().flatten().collect();
+    let any = of.is_empty();
+    NoRuns {
+        such: if any { "" } else { "such " },
+        of,
+        record: directory.display().to_string(),
+        help: if any { "`plumb run CELL` makes the first" } else { "`plumb history` lists those there are" },
+    }
+}
 
 /// Only a table can hold several.
 #[derive(Debug, thiserror::Error)]
@@ -58,8 +82,14 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let run = match arguments.run.as_slice() {
         [run, others @ ..] if others.is_empty() || arguments.table => record.run(RunId(*run))?,
         [] => {
-            let newest = record.history(1)?.into_iter().next();
-            newest.ok_or_else(|| NoRuns(directory.display().to_string()))?
+            let wanted = RunFilter {
+                cell: arguments.cell.clone(),
+                procedure: arguments.procedure.clone(),
+                limit: 1,
+                ..RunFilter::default()
+            };
+            let newest = record.find_runs(&wanted)?.into_iter().next();
+            newest.ok_or_else(|| no_runs(arguments, &directory))?
         }
         _ => return Err(SeveralRuns.into()),
     };
@@ -102,7 +132,13 @@ pub(crate) fn report(record: &Record, run: &RunSummary) -> Result<Vec<String>, R
     let ended = run.ended.as_deref().unwrap_or("-");
     let mut lines = vec![
         format!("run {} of {}: {}", run.run, run.cell, run.title),
-        format!("started {}, ended {ended}, by {}: {}", run.started, run.operator, state_in_words(run)),
+        format!(
+            "started {}, ended {ended}, by {}: {}{}",
+            run.started,
+            run.operator,
+            state_in_words(run),
+            skipped_in_words(run)
+        ),
     ];
     lines.extend(run.message.clone());
     let parameters = run.parameters.as_object().into_iter().flatten();

@@ -3,6 +3,7 @@
 //! Every event was committed to the record before it is sent, so what a watcher has seen is never lost by a crash.
 //! Values at this edge are in degrees and millimetres, each with its unit beside it; inside they are mm and rad.
 
+use plumb_record::Budget;
 use serde::{Deserialize, Serialize};
 
 use crate::prompt::{Answer, Prompt, PromptId};
@@ -263,9 +264,13 @@ pub struct Correction {
     pub old: f64,
     /// Value proposed.
     pub new: f64,
-    /// One standard uncertainty of `new`.
-    pub uncertainty: f64,
-    /// Unit of the three numbers.
+    /// One standard uncertainty of `new`; none where it was not determined.
+    #[serde(default)]
+    pub uncertainty: Option<f64>,
+    /// What the uncertainty is made of, where the run worked that out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub budget: Option<Budget>,
+    /// Unit of old, new and uncertainty.
     pub unit: String,
 }
 

@@ -1,28 +1,57 @@
 //! Numbers as an operator reads them.
 
+use plumb_record::Budget;
+
 /// The smallest uncertainty that is written out, in the unit it comes in; below it no operator's instrument reads.
 const SMALLEST: f64 = 1e-4;
 
+/// What is written where an uncertainty was not determined.
+pub const NOT_DETERMINED: &str = "not determined";
+
 /// How far a number may be off either way, to two digits, with its unit: `± 0.013 deg`. What is smaller than anybody can
-/// measure reads `± less than 0.0001 deg`; what is not known reads `± ? deg`.
+/// measure reads `± less than 0.0001 deg`; what is not known, and 0, which no uncertainty is, read `± not determined`.
 ///
 /// ```
 /// # use plumb_cell::give_or_take;
 /// assert_eq!(give_or_take(0.0127, "deg"), "± 0.013 deg");
-/// assert_eq!(give_or_take(0.0, "deg"), "± less than 0.0001 deg");
+/// assert_eq!(give_or_take(None, "deg"), "± not determined");
 /// ```
-pub fn give_or_take(uncertainty: f64, unit: &str) -> String {
-    let uncertainty = uncertainty.abs();
-    let text = if !uncertainty.is_finite() {
-        format!("± ? {unit}")
-    } else if uncertainty < SMALLEST {
-        format!("± less than {SMALLEST} {unit}")
-    } else {
-        // Two digits from the first one that is not zero, and never more than the smallest has.
-        let decimals = (1.0 - uncertainty.log10().floor()).clamp(0.0, 4.0) as usize;
-        format!("± {uncertainty:.decimals$} {unit}")
-    };
-    text.trim_end().to_owned()
+pub fn give_or_take(uncertainty: impl Into<Option<f64>>, unit: &str) -> String {
+    let digits = uncertainty_digits(uncertainty);
+    let unit = if digits == NOT_DETERMINED { "" } else { unit };
+    format!("± {digits} {unit}").trim_end().to_owned()
+}
+
+/// An uncertainty without its unit, as columns of tables show it: `0.013`, `less than 0.0001`, `not determined`.
+///
+/// ```
+/// # use plumb_cell::uncertainty_digits;
+/// assert_eq!(uncertainty_digits(0.0127), "0.013");
+/// assert_eq!(uncertainty_digits(None), "not determined");
+/// ```
+pub fn uncertainty_digits(uncertainty: impl Into<Option<f64>>) -> String {
+    let known = uncertainty.into().map(f64::abs).filter(|value| value.is_finite() && *value > 0.0);
+    let Some(uncertainty) = known else { return NOT_DETERMINED.to_owned() };
+    if uncertainty < SMALLEST {
+        return format!("less than {SMALLEST}");
+    }
+    // Two digits from the first one that is not zero, and never more than the smallest has.
+    let decimals = (1.0 - uncertainty.log10().floor()).clamp(0.0, 4.0) as usize;
+    format!("{uncertainty:.decimals$}")
+}
+
+/// What a person has to know of an uncertainty besides its size: which components were not determined, and what the others come to.
+/// None where all were determined.
+pub fn left_open(budget: &Budget, unit: &str) -> Option<String> {
+    let open: Vec<String> =
+        budget.not_determined().map(|one| format!("{} ({})", one.name, one.source)).collect();
+    if open.is_empty() {
+        return None;
+    }
+    let rest = budget.at_least();
+    let rest =
+        if rest > 0.0 { format!("; the rest comes to {}", give_or_take(rest, unit)) } else { String::new() };
+    Some(format!("not determined: {}{rest}", open.join("; ")))
 }
 
 /// What a correction is about, as people say it.
@@ -48,6 +77,28 @@ pub fn change_in_words(old: f64, new: f64, unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plumb_record::Component;
+
+    #[test]
+    fn what_was_not_determined_is_named_with_what_the_rest_comes_to() {
+        let component = |name: &str, standard| Component {
+            name: name.to_owned(),
+            source: "the cell file gives no `tolerances.target_mm`".to_owned(),
+            standard,
+            unit: "mm".to_owned(),
+            sensitivity: 0.5,
+        };
+        let mut budget =
+            Budget { components: vec![component("line A", None), component("play", Some(0.05))] };
+        assert_eq!(
+            left_open(&budget, "deg").as_deref(),
+            Some(
+                "not determined: line A (the cell file gives no `tolerances.target_mm`); the rest comes to ± 0.025 deg"
+            )
+        );
+        budget.components.remove(0);
+        assert_eq!(left_open(&budget, "deg"), None);
+    }
 
     #[test]
     fn an_uncertainty_is_written_to_two_digits_and_never_as_a_power_of_ten() {
@@ -56,7 +107,8 @@ mod tests {
         assert_eq!(give_or_take(1.26, "mm"), "± 1.3 mm");
         assert_eq!(give_or_take(38.4, "mm"), "± 38 mm");
         assert_eq!(give_or_take(4.0e-13, "deg"), "± less than 0.0001 deg");
-        assert_eq!(give_or_take(f64::NAN, "deg"), "± ? deg");
+        assert_eq!(give_or_take(f64::NAN, "deg"), "± not determined");
+        assert_eq!(give_or_take(0.0, "deg"), "± not determined", "nothing is known exactly");
         assert_eq!(give_or_take(0.5, ""), "± 0.50");
     }
 }

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use plumb_record::{StoredCorrection, StoredStep, StoredTrigger};
+use plumb_record::{CONTROLLER_ZERO, StoredCorrection, StoredStep, StoredTrigger};
 use serde_json::Value;
 
-use crate::engine::{CIRCUMSTANCES, CONTROLLER_ZERO};
+use crate::engine::CIRCUMSTANCES;
 use crate::workcell::{ModelFile, RobotSetting};
 
 /// Which zeros the joints of the table stand on. All rows stand on the same, although a run may put new ones in force on its way.
@@ -65,6 +65,8 @@ struct Row {
 /// also have `half_width_deg`; only those of the slow approach of searches that say what they find. Rows of several runs bear the run as
 /// their `session`, and no time: each run has a clock of its own.
 ///
+/// [`provenance`] gives comments for its head.
+///
 /// # Errors
 /// [`TableError`]
 pub fn measurement_table(
@@ -91,6 +93,22 @@ pub fn measurement_table(
     }
     if all.is_empty() { Err(TableError::NothingMeasured) } else { Ok(in_columns(&all, model.joints.len())) }
 }
+
+/// Comments for the head of a table: which cell and runs it is of, and which model their joints belong to. The model lab compares the model.
+pub fn provenance(cell: &str, runs: &[i64], model: &ModelFile) -> String {
+    let runs: Vec<String> = runs.iter().map(i64::to_string).collect();
+    let name = model.file.file_name().unwrap_or(model.file.as_os_str()).to_string_lossy();
+    let hash = plumb_record::sha256_hex(model.text.as_bytes());
+    format!(
+        "# cell: {cell}\n# run: {}\n# {MODEL_COMMENT}: {name}\n# {HASH_COMMENT}: {hash}\n",
+        runs.join(", ")
+    )
+}
+
+/// How the comment with the name of the model's file begins.
+pub const MODEL_COMMENT: &str = "model";
+/// How the comment with the SHA-256 of the model's file begins.
+pub const HASH_COMMENT: &str = "model sha256";
 
 fn in_columns(rows: &[Row], joints: usize) -> String {
     let measured: BTreeSet<&str> =

@@ -95,7 +95,14 @@ fn a_start_outside_the_tolerance_is_refused_with_the_reason_before_anything_is_s
         quantity: "joint_zero".into(),
         place: "elbow".into(),
     };
-    let zero = plumb_record::NewCorrection { key, old: 0.0, new: 18.0, uncertainty: 0.1, unit: "deg".into() };
+    let zero = plumb_record::NewCorrection {
+        key,
+        old: 0.0,
+        new: 18.0,
+        uncertainty: Some(0.1),
+        budget: None,
+        unit: "deg".into(),
+    };
     let numbers = writer.propose_corrections(earlier, "test", "teachmover", &[zero]).expect("proposed");
     writer.apply_corrections("teachmover", "arm", &numbers, "test").expect("applied");
     let (outcome, events) = watch(start(run, &world), |_, _| {});

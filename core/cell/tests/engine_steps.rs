@@ -9,6 +9,8 @@ mod readings_of_sensors;
 #[path = "engine_steps/simulated_operator.rs"]
 mod simulated_operator;
 mod support;
+#[path = "engine_steps/uncertainties.rs"]
+mod uncertainties;
 #[path = "engine_steps/unsteady_light.rs"]
 mod unsteady_light;
 
@@ -520,7 +522,7 @@ fn a_controller_takes_over_what_is_declared_once_that_is_accepted() {
             }
         });
         assert_eq!(ended, outcome);
-        assert!(asked.contains("waist: reads 12.000, shall read 10.000 deg (+- 0.100)"), "{asked}");
+        assert!(asked.contains("waist: reads 12.000, shall read 10.000 deg (± 0.10 deg)"), "{asked}");
         let applied = events.iter().any(|event| matches!(event, Event::CorrectionApplied { .. }));
         assert_eq!(applied, keys == "accept");
     }

@@ -71,6 +71,11 @@ impl Family {
         }
     }
 
+    /// The file name of the original, which every revision is named after.
+    pub fn original(&self) -> &str {
+        &self.original
+    }
+
     /// The newest revision's number; 0 if there is none.
     pub fn newest(&self) -> u32 {
         let folder = if self.folder.as_os_str().is_empty() { Path::new(".") } else { &self.folder };

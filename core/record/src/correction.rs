@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::During;
 use crate::record::timestamp;
-use crate::{Record, RecordError, RunId};
+use crate::revision::proposed_before;
+use crate::{Budget, Record, RecordError, RunId};
 
 /// What a correction is about.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -27,9 +28,11 @@ pub struct NewCorrection {
     pub old: f64,
     /// Value found.
     pub new: f64,
-    /// One standard uncertainty of the value found.
-    pub uncertainty: f64,
-    /// Unit of all three.
+    /// One standard uncertainty of the value found; none where it was not determined. It is never 0.
+    pub uncertainty: Option<f64>,
+    /// What the uncertainty is made of, where the run worked that out.
+    pub budget: Option<Budget>,
+    /// Unit of old, new and uncertainty.
     pub unit: String,
 }
 
@@ -49,9 +52,12 @@ pub struct StoredCorrection {
     pub old: f64,
     /// Value found.
     pub new: f64,
-    /// One standard uncertainty of the value found.
-    pub uncertainty: f64,
-    /// Unit of all three.
+    /// One standard uncertainty of the value found; none where it was not determined.
+    pub uncertainty: Option<f64>,
+    /// What the uncertainty is made of, where the run worked that out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub budget: Option<Budget>,
+    /// Unit of old, new and uncertainty.
     pub unit: String,
     /// When it was proposed.
     pub proposed: String,
@@ -67,8 +73,8 @@ pub struct AppliedCorrection {
     pub key: CorrectionKey,
     /// The value.
     pub value: f64,
-    /// Its standard uncertainty.
-    pub uncertainty: f64,
+    /// Its standard uncertainty; none where it was not determined.
+    pub uncertainty: Option<f64>,
     /// Unit of both.
     pub unit: String,
     /// The revision that put it in force.
@@ -78,10 +84,11 @@ pub struct AppliedCorrection {
 }
 
 const COLUMNS: &str =
-    "id, run, step, device, quantity, place, old, new, uncertainty, unit, proposed, revision";
+    "id, run, step, device, quantity, place, old, new, uncertainty, unit, proposed, revision, budget";
 
 impl Record {
-    /// Notes corrections found by a step of a run, not yet in force; gives their numbers.
+    /// Notes corrections found by a step of a run, not yet in force; gives their numbers. What the step proposed before, when it was
+    /// interrupted, keeps its number.
     ///
     /// # Errors
     /// When the record cannot be written.
@@ -95,38 +102,16 @@ impl Record {
         let transaction = self.connection.transaction().during("note corrections")?;
         let mut numbers = Vec::new();
         for correction in corrections {
+            let before = proposed_before(&transaction, run.0, step, cell, correction);
+            if let Some(number) = before.during("note corrections")? {
+                numbers.push(number);
+                continue;
+            }
             insert(&transaction, Some(run), step, cell, correction, None).during("note corrections")?;
             numbers.push(transaction.last_insert_rowid());
         }
         transaction.commit().during("note corrections")?;
         Ok(numbers)
-    }
-
-    /// Puts proposed corrections of one device in force, together, as a new revision; gives its number.
-    ///
-    /// # Errors
-    /// When the record cannot be written.
-    pub fn apply_corrections(
-        &mut self,
-        cell: &str,
-        device: &str,
-        corrections: &[i64],
-        reason: &str,
-    ) -> Result<i64, RecordError> {
-        self.on_the_disk(|record| {
-            let transaction = record.connection.transaction().during("apply corrections")?;
-            let revision = new_revision(&transaction, cell, device, reason).during("apply corrections")?;
-            for correction in corrections {
-                transaction
-                    .execute(
-                        "UPDATE corrections SET revision = ?2 WHERE id = ?1 AND revision IS NULL",
-                        params![correction, revision],
-                    )
-                    .during("apply corrections")?;
-            }
-            transaction.commit().during("apply corrections")?;
-            Ok(revision)
-        })
     }
 
     /// The corrections of a device in force: the newest of each key.
@@ -142,7 +127,7 @@ impl Record {
     }
 
     /// The corrections of a device as they were in force at `revision`.
-    fn corrections_at(
+    pub(crate) fn corrections_at(
         &self,
         cell: &str,
         device: &str,
@@ -170,73 +155,6 @@ impl Record {
             })
             .during("read the corrections in force")?;
         rows.collect::<Result<_, _>>().during("read the corrections in force")
-    }
-
-    /// Brings back what was in force at an earlier revision, as a new revision; gives its number. Corrections that first came into
-    /// force after it go back to the value they replaced.
-    ///
-    /// # Errors
-    /// [`RecordError::NoSuchRevision`], or when the record cannot be read or written.
-    pub fn roll_back(
-        &mut self,
-        cell: &str,
-        device: &str,
-        revision: i64,
-        reason: &str,
-    ) -> Result<i64, RecordError> {
-        let known: bool = self
-            .connection
-            .query_row(
-                "SELECT count(*) FROM revisions WHERE id = ?1 AND cell = ?2 AND device = ?3",
-                params![revision, cell, device],
-                |row| row.get(0),
-            )
-            .during("look for a revision")?;
-        if !known {
-            return Err(RecordError::NoSuchRevision {
-                cell: cell.to_owned(),
-                device: device.to_owned(),
-                revision,
-            });
-        }
-        let then = self.corrections_at(cell, device, revision)?;
-        let mut back = Vec::new();
-        for now in self.corrections_in_force(cell, device)? {
-            let (value, uncertainty) = match then.iter().find(|earlier| earlier.key == now.key) {
-                Some(earlier) => (earlier.value, earlier.uncertainty),
-                None => (self.first_old_value(cell, &now.key)?, 0.0),
-            };
-            if value != now.value {
-                back.push(NewCorrection {
-                    key: now.key,
-                    old: now.value,
-                    new: value,
-                    uncertainty,
-                    unit: now.unit,
-                });
-            }
-        }
-        self.on_the_disk(|record| {
-            let transaction = record.connection.transaction().during("roll corrections back")?;
-            let made = new_revision(&transaction, cell, device, reason).during("roll corrections back")?;
-            for correction in &back {
-                insert(&transaction, None, "roll_back", cell, correction, Some(made))
-                    .during("roll corrections back")?;
-            }
-            transaction.commit().during("roll corrections back")?;
-            Ok(made)
-        })
-    }
-
-    fn first_old_value(&self, cell: &str, key: &CorrectionKey) -> Result<f64, RecordError> {
-        self.connection
-            .query_row(
-                "SELECT old FROM corrections WHERE cell = ?1 AND device = ?2 AND quantity = ?3 AND place = ?4 \
-                 AND revision IS NOT NULL ORDER BY revision LIMIT 1",
-                params![cell, key.device, key.quantity, key.place],
-                |row| row.get(0),
-            )
-            .during("read the first value of a correction")
     }
 
     /// All corrections a run proposed, in order.
@@ -283,7 +201,7 @@ impl Record {
         rows.and_then(Iterator::collect).during("list what was corrected")
     }
 
-    fn corrections_where(
+    pub(crate) fn corrections_where(
         &self,
         condition: &str,
         values: impl rusqlite::Params,
@@ -297,20 +215,7 @@ impl Record {
     }
 }
 
-fn new_revision(
-    transaction: &rusqlite::Transaction<'_>,
-    cell: &str,
-    device: &str,
-    reason: &str,
-) -> rusqlite::Result<i64> {
-    transaction.execute(
-        "INSERT INTO revisions (cell, device, made, reason) VALUES (?1, ?2, ?3, ?4)",
-        params![cell, device, timestamp(), reason],
-    )?;
-    Ok(transaction.last_insert_rowid())
-}
-
-fn insert(
+pub(crate) fn insert(
     transaction: &rusqlite::Transaction<'_>,
     run: Option<RunId>,
     step: &str,
@@ -319,8 +224,8 @@ fn insert(
     revision: Option<i64>,
 ) -> rusqlite::Result<usize> {
     transaction.execute(
-        "INSERT INTO corrections (run, step, cell, device, quantity, place, old, new, uncertainty, unit, proposed, revision) \
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)",
+        "INSERT INTO corrections (run, step, cell, device, quantity, place, old, new, uncertainty, unit, proposed, revision, budget) \
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)",
         params![
             run.map(|run| run.0),
             step,
@@ -330,10 +235,11 @@ fn insert(
             correction.key.place,
             correction.old,
             correction.new,
-            correction.uncertainty,
+            known(correction.uncertainty),
             correction.unit,
             timestamp(),
-            revision
+            revision,
+            correction.budget.as_ref().map(|budget| serde_json::json!(budget).to_string()),
         ],
     )
 }
@@ -350,5 +256,18 @@ fn stored(row: &Row<'_>) -> rusqlite::Result<StoredCorrection> {
         unit: row.get(9)?,
         proposed: row.get(10)?,
         revision: row.get(11)?,
+        budget: budget(row, 12)?,
+    })
+}
+
+/// An uncertainty worth keeping: 0, an infinite one and none at all were not determined.
+fn known(uncertainty: Option<f64>) -> Option<f64> {
+    uncertainty.map(f64::abs).filter(|value| value.is_finite() && *value > 0.0)
+}
+
+fn budget(row: &Row<'_>, index: usize) -> rusqlite::Result<Option<Budget>> {
+    let Some(text) = row.get::<_, Option<String>>(index)? else { return Ok(None) };
+    serde_json::from_str(&text).map(Some).map_err(|error| {
+        rusqlite::Error::FromSqlConversionFailure(index, rusqlite::types::Type::Text, Box::new(error))
     })
 }

@@ -34,8 +34,21 @@ pub enum RecordError {
         /// Newest version known here.
         known: i64,
     },
+    /// Another program keeps the database locked.
+    #[error(
+        "the record {path} is locked by another program{}; waited {waited_s} s. Let that program end, or give another record with --record DIR",
+        by(holders)
+    )]
+    Locked {
+        /// The database file.
+        path: PathBuf,
+        /// How long it was waited for, s.
+        waited_s: u64,
+        /// Who has the file open, as the system says it: `4711 (sqlite3)`. Empty where it does not say.
+        holders: Vec<String>,
+    },
     /// A statement failed.
-    #[error("the record could not {operation}: {cause}")]
+    #[error("the record could not {operation}: {}", what_to_do(cause))]
     Statement {
         /// What was being done: "start a run".
         operation: &'static str,
@@ -57,7 +70,9 @@ pub enum RecordError {
         run: i64,
     },
     /// No such revision of corrections.
-    #[error("there is no correction revision {revision} for {device} of cell {cell}")]
+    #[error(
+        "there is no revision {revision} of the corrections of {device} in cell {cell}; `plumb record zeros {cell}` lists them"
+    )]
     NoSuchRevision {
         /// The cell.
         cell: String,
@@ -65,6 +80,26 @@ pub enum RecordError {
         device: String,
         /// The number asked for.
         revision: i64,
+    },
+    /// What is to come into force is no open proposal.
+    #[error(
+        "correction {correction} cannot be put in force: it is in force already, or was never proposed for this device"
+    )]
+    NotProposed {
+        /// The number of the correction.
+        correction: i64,
+    },
+    /// A roll back that would change nothing.
+    #[error("nothing to bring back: {device} of cell {cell} is corrected now as it was at revision {revision}{}", controller_keeps(*.kept_by_controller))]
+    NothingToBringBack {
+        /// The cell.
+        cell: String,
+        /// The device.
+        device: String,
+        /// The number asked for.
+        revision: i64,
+        /// Zeros that the controller keeps did change since.
+        kept_by_controller: bool,
     },
     /// Another program runs this cell.
     #[error(
@@ -103,6 +138,47 @@ pub enum RecordError {
     NoDefaultDirectory,
 }
 
+fn by(holders: &[String]) -> String {
+    match holders {
+        [] => String::new(),
+        [only] => format!(", process {only}"),
+        many => format!(", one of the processes {}", many.join(", ")),
+    }
+}
+
+/// What SQLite says, and what helps where that is known.
+fn what_to_do(cause: &rusqlite::Error) -> String {
+    match cause.sqlite_error_code() {
+        Some(rusqlite::ErrorCode::DiskFull) => {
+            format!(
+                "{cause}: make room on the disk it lies on, then try again; nothing that was written is lost"
+            )
+        }
+        Some(rusqlite::ErrorCode::ReadOnly) => {
+            format!("{cause}: you may read the record but not write it; give another with --record DIR")
+        }
+        _ => cause.to_string(),
+    }
+}
+
+fn controller_keeps(kept: bool) -> &'static str {
+    match kept {
+        true => ", but for zeros that its controller keeps: bring the arm to the pose and declare them anew",
+        false => "",
+    }
+}
+
+impl RecordError {
+    /// Whether another program held the database when this happened.
+    pub(crate) fn is_locked(&self) -> bool {
+        let (Self::Statement { cause, .. } | Self::Open { cause, .. }) = self else { return false };
+        matches!(
+            cause.sqlite_error_code(),
+            Some(rusqlite::ErrorCode::DatabaseBusy | rusqlite::ErrorCode::DatabaseLocked)
+        )
+    }
+}
+
 /// Attaches the operation to an SQLite error.
 pub(crate) trait During<T> {
     /// Says what was being done when it failed.
@@ -118,5 +194,28 @@ impl<T> During<T> for Result<T, rusqlite::Error> {
 impl<T> During<T> for Result<T, serde_json::Error> {
     fn during(self, operation: &'static str) -> Result<T, RecordError> {
         self.map_err(|cause| RecordError::Unreadable { operation, cause })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_disk_is_called_so_with_what_helps() {
+        let full = rusqlite::ffi::Error::new(rusqlite::ffi::SQLITE_FULL);
+        let cause = rusqlite::Error::SqliteFailure(full, None);
+        let text = RecordError::Statement { operation: "resume a run", cause }.to_string();
+        assert!(text.contains("could not resume a run") && text.contains("make room on the disk"), "{text}");
+    }
+
+    #[test]
+    fn only_a_lock_is_waited_for() {
+        let failure = |code| rusqlite::Error::SqliteFailure(rusqlite::ffi::Error::new(code), None);
+        let error = |code| RecordError::Statement { operation: "look at its schema", cause: failure(code) };
+        assert!(
+            error(rusqlite::ffi::SQLITE_BUSY).is_locked() && error(rusqlite::ffi::SQLITE_LOCKED).is_locked()
+        );
+        assert!(!error(rusqlite::ffi::SQLITE_FULL).is_locked());
     }
 }

@@ -41,11 +41,13 @@ pub struct TrendPoint {
     pub old: f64,
     /// Value found.
     pub new: f64,
-    /// Its standard uncertainty.
-    pub uncertainty: f64,
+    /// Its standard uncertainty; none where it was not determined.
+    pub uncertainty: Option<f64>,
     /// Unit of all three.
     pub unit: String,
-    /// It was put in force.
+    /// The revision that put it in force; none where it never was.
+    pub revision: Option<i64>,
+    /// It is in force now: no later revision replaced it.
     pub in_force: bool,
 }
 
@@ -96,8 +98,10 @@ impl Record {
         let mut statement = self
             .connection
             .prepare(
-                "SELECT run, proposed, cell, quantity, old, new, uncertainty, unit, revision IS NOT NULL FROM corrections \
-                 WHERE device = ?1 AND place = ?2 AND (?3 IS NULL OR cell = ?3) ORDER BY id",
+                "SELECT run, proposed, cell, quantity, old, new, uncertainty, unit, revision, \
+                 revision IS NOT NULL AND revision = (SELECT max(revision) FROM corrections WHERE cell = found.cell \
+                 AND device = found.device AND quantity = found.quantity AND place = found.place) \
+                 FROM corrections AS found WHERE device = ?1 AND place = ?2 AND (?3 IS NULL OR cell = ?3) ORDER BY id",
             )
             .during("read a trend")?;
         let rows = statement
@@ -111,7 +115,8 @@ impl Record {
                     new: row.get(5)?,
                     uncertainty: row.get(6)?,
                     unit: row.get(7)?,
-                    in_force: row.get(8)?,
+                    revision: row.get(8)?,
+                    in_force: row.get(9)?,
                 })
             })
             .during("read a trend")?;

@@ -18,6 +18,7 @@
 //! ```
 
 mod backup;
+mod budget;
 mod cell_lock;
 mod correction;
 mod error;
@@ -26,17 +27,20 @@ mod instrument;
 mod interruption;
 mod loaded;
 mod location;
+mod lock_holders;
 mod model_revision;
 mod note;
 mod offer;
 mod prompt;
 mod reading;
 mod record;
+mod revision;
 mod run;
 mod schema;
 mod step;
 mod trigger;
 
+pub use budget::{Budget, Component};
 pub use cell_lock::{CellLock, LockHolder};
 pub use correction::{AppliedCorrection, CorrectionKey, NewCorrection, StoredCorrection};
 pub use error::RecordError;
@@ -44,13 +48,14 @@ pub use history::{RunFilter, TrendPoint};
 pub use instrument::{Instrument, is_day, today};
 pub use interruption::{Interruption, StoredInterruption, StoredLogLine};
 pub use loaded::{LoadedFile, sha256_hex};
-pub use location::default_directory;
+pub use location::{default_directory, record_option};
 pub use model_revision::StoredModelRevision;
 pub use note::StoredNote;
 pub use offer::Offer;
 pub use prompt::{StoredAnswer, StoredPrompt};
 pub use reading::{Reading, StoredReading};
-pub use record::{Record, timestamp};
+pub use record::{LONGEST_WAIT, Record, timestamp};
+pub use revision::{CONTROLLER_ZERO, Revision, RolledBack};
 pub use run::{NewRun, RunEnd, RunId, RunState, RunSummary, StoredPose};
 pub use step::{PlannedRow, StepEnd, StoredStep};
 pub use trigger::{StoredTrigger, Trigger};

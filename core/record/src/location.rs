@@ -1,6 +1,6 @@
 //! Where the record lies when nobody says otherwise.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::RecordError;
 
@@ -24,9 +24,32 @@ fn directory_from(state_home: Option<PathBuf>, home: Option<PathBuf>) -> Result<
         .ok_or(RecordError::NoDefaultDirectory)
 }
 
+/// What a command has to be given to find the record in `directory` again, with a blank before it: ` --record DIR`; nothing where that is the
+/// default.
+pub fn record_option(directory: &Path) -> String {
+    if default_directory().is_ok_and(|default| default == directory) {
+        return String::new();
+    }
+    let text = directory.display().to_string();
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '/' | '.' | '-' | '_' | '+' | '~');
+    match !text.is_empty() && text.chars().all(plain) {
+        true => format!(" --record {text}"),
+        false => format!(" --record '{}'", text.replace('\'', "'\\''")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_record_elsewhere_is_named_so_that_a_shell_understands_it() {
+        assert_eq!(record_option(Path::new("br10")), " --record br10");
+        assert_eq!(record_option(Path::new("/data/Bob's runs")), " --record '/data/Bob'\\''s runs'");
+        if let Ok(default) = default_directory() {
+            assert_eq!(record_option(&default), "");
+        }
+    }
 
     #[test]
     fn the_state_home_comes_before_the_home_and_a_relative_one_is_ignored() {

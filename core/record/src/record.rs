@@ -1,12 +1,19 @@
 //! The open record.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rusqlite::Connection;
 
 use crate::error::During as _;
-use crate::{RecordError, schema};
+use crate::{RecordError, lock_holders, schema};
+
+/// How long another program that has the record locked is waited for. A writer holds it for milliseconds; a copy of a large record takes
+/// seconds.
+pub const LONGEST_WAIT: Duration = Duration::from_secs(10);
+
+/// How long between two tries to open a record that is locked.
+const BETWEEN_TRIES: Duration = Duration::from_millis(100);
 
 /// An open record. What a writing method wrote outlives the program, however it ends, when the method returns.
 ///
@@ -20,19 +27,42 @@ pub struct Record {
 impl Record {
     /// Opens the record in `directory`, making both where they are missing.
     ///
+    /// Another program that has it locked is waited for, [`LONGEST_WAIT`] at most.
+    ///
     /// # Errors
-    /// When the directory cannot be made, the database not opened, or a newer program wrote it.
+    /// When the directory cannot be made, the database not opened, another program keeps it locked, or a newer program wrote it.
     pub fn open(directory: &Path) -> Result<Self, RecordError> {
+        Self::open_within(directory, LONGEST_WAIT)
+    }
+
+    fn open_within(directory: &Path, longest_wait: Duration) -> Result<Self, RecordError> {
         std::fs::create_dir_all(directory)
             .map_err(|cause| RecordError::MakeDirectory { path: directory.to_owned(), cause })?;
         let path = directory.join("plumb.sqlite3");
-        let open = |cause| RecordError::Open { path: path.clone(), cause };
-        let mut connection = Connection::open(&path).map_err(open)?;
-        connection.busy_timeout(Duration::from_secs(10)).map_err(open)?;
+        let began = Instant::now();
+        loop {
+            match Self::open_once(directory, &path, longest_wait) {
+                // Some locks are told at once, however long one is willing to wait.
+                Err(error) if error.is_locked() && began.elapsed() < longest_wait => {
+                    std::thread::sleep(BETWEEN_TRIES);
+                }
+                Err(error) if error.is_locked() => {
+                    let holders = lock_holders::of(&path);
+                    return Err(RecordError::Locked { path, waited_s: longest_wait.as_secs(), holders });
+                }
+                opened => return opened,
+            }
+        }
+    }
+
+    fn open_once(directory: &Path, path: &Path, longest_wait: Duration) -> Result<Self, RecordError> {
+        let open = |cause| RecordError::Open { path: path.to_owned(), cause };
+        let mut connection = Connection::open(path).map_err(open)?;
+        connection.busy_timeout(longest_wait).map_err(open)?;
         connection.pragma_update(None, "journal_mode", "WAL").map_err(open)?;
         connection.pragma_update(None, "synchronous", "NORMAL").map_err(open)?;
         connection.pragma_update(None, "foreign_keys", "ON").map_err(open)?;
-        schema::migrate(&mut connection, &path)?;
+        schema::migrate(&mut connection, path)?;
         Ok(Self { connection, directory: directory.to_owned() })
     }
 
@@ -109,6 +139,38 @@ mod tests {
         let meanwhile = record.on_the_disk(|record| Ok(synchronous(record))).expect("written");
         assert_eq!(meanwhile, ON_THE_DISK);
         assert_eq!(synchronous(&record), WITH_THE_SYSTEM);
+    }
+
+    #[test]
+    fn a_record_that_another_program_keeps_locked_is_waited_for_and_then_told_with_who_holds_it() {
+        let directory = tempfile::tempdir().expect("a directory");
+        drop(Record::open(directory.path()).expect("a new record"));
+        let other = Connection::open(directory.path().join("plumb.sqlite3")).expect("opened");
+        other.pragma_update(None, "locking_mode", "EXCLUSIVE").expect("told");
+        other
+            .execute_batch(
+                "BEGIN EXCLUSIVE; INSERT INTO revisions (cell, device, made, reason) VALUES ('', '', '', '')",
+            )
+            .expect("locked");
+        let wait = Duration::from_millis(300);
+        let began = Instant::now();
+        let error = Record::open_within(directory.path(), wait).err().expect("locked");
+        assert!(began.elapsed() >= wait, "it was waited for");
+        let text = error.to_string();
+        let me = std::process::id().to_string();
+        assert!(text.contains("is locked by another program") && text.contains(&me), "{text}");
+        drop(other);
+        Record::open(directory.path()).expect("free again");
+    }
+
+    #[test]
+    fn a_record_that_needs_no_new_tables_is_opened_without_writing() {
+        let directory = tempfile::tempdir().expect("a directory");
+        drop(Record::open(directory.path()).expect("a new record"));
+        let other = Connection::open(directory.path().join("plumb.sqlite3")).expect("opened");
+        other.execute_batch("BEGIN IMMEDIATE").expect("somebody writes");
+        Record::open_within(directory.path(), Duration::from_millis(100))
+            .expect("a reader does not wait for a writer");
     }
 
     #[test]

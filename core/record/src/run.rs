@@ -138,6 +138,8 @@ pub struct RunSummary {
     pub state: RunState,
     /// The sentence it ended with.
     pub message: Option<String>,
+    /// Steps that were left out after an error, on request; those that were done later are not among them.
+    pub skipped: Vec<String>,
 }
 
 /// Where a robot's drive last said it was.
@@ -152,7 +154,9 @@ pub struct StoredPose {
 }
 
 pub(crate) const COLUMNS: &str = "id, cell, cell_file, procedure, procedure_file, title, operator, unattended, parameters, settings, \
-                       program, world, started, ended, state, message";
+                       program, world, started, ended, state, message, \
+                       (SELECT json_group_array(step) FROM steps AS attempt WHERE run = runs.id AND outcome = 'skipped' AND NOT EXISTS \
+                       (SELECT 1 FROM steps WHERE run = attempt.run AND step = attempt.step AND id > attempt.id))";
 
 impl Record {
     /// Begins a run, with everything that is known of it, and gives its number.
@@ -315,7 +319,13 @@ pub(crate) fn summary(row: &Row<'_>) -> rusqlite::Result<RunSummary> {
         ended: row.get(13)?,
         state: RunState::from_column(&row.get::<_, String>(14)?),
         message: row.get(15)?,
+        skipped: texts(&json_column(row, 16)?),
     })
+}
+
+/// The texts of a JSON list.
+fn texts(list: &Value) -> Vec<String> {
+    list.as_array().into_iter().flatten().filter_map(Value::as_str).map(str::to_owned).collect()
 }
 
 /// Reads a column that holds JSON; null where it is empty.

@@ -8,8 +8,12 @@ use crate::RecordError;
 use crate::error::During;
 
 /// Each entry takes the schema from its index to the next version. Entries are never changed, only added.
-const MIGRATIONS: &[&str] =
-    &[include_str!("schema.sql"), include_str!("schema-2.sql"), include_str!("schema-3.sql")];
+const MIGRATIONS: &[&str] = &[
+    include_str!("schema.sql"),
+    include_str!("schema-2.sql"),
+    include_str!("schema-3.sql"),
+    include_str!("schema-4.sql"),
+];
 
 /// The version this program knows.
 pub(crate) const KNOWN: i64 = MIGRATIONS.len() as i64;
@@ -17,6 +21,12 @@ pub(crate) const KNOWN: i64 = MIGRATIONS.len() as i64;
 /// Brings the tables up to the version this program knows.
 pub(crate) fn migrate(connection: &mut Connection, path: &Path) -> Result<(), RecordError> {
     let known = KNOWN;
+    let before: i64 = connection
+        .query_row("PRAGMA user_version", [], |row| row.get(0))
+        .during("read its schema version")?;
+    if before == known {
+        return Ok(());
+    }
     let transaction = connection
         .transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)
         .during("look at its schema")?;

@@ -20,7 +20,7 @@ fn new_run(record: &mut Record) -> plumb_record::RunId {
 
 fn zero(place: &str, old: f64, new: f64) -> NewCorrection {
     let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: place.into() };
-    NewCorrection { key, old, new, uncertainty: 0.01, unit: "deg".into() }
+    NewCorrection { key, old, new, uncertainty: Some(0.01), budget: None, unit: "deg".into() }
 }
 
 fn in_force(record: &Record) -> Vec<(String, f64)> {
@@ -133,7 +133,7 @@ fn a_proposal_is_not_in_force_and_a_rollback_is_a_new_revision() {
     assert_eq!(in_force(&record), vec![("elbow".to_owned(), -2.5), ("waist".to_owned(), 1.25)]);
 
     let third = record.roll_back("teachmover", "arm", first, "worse").expect("a rollback");
-    assert!(third > second);
+    assert!(third.revision > second);
     assert_eq!(in_force(&record), vec![("elbow".to_owned(), 0.0), ("waist".to_owned(), 1.0)]);
     let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: "waist".into() };
     let corrected = record.corrected().expect("what was corrected");
@@ -147,7 +147,7 @@ fn a_proposal_is_not_in_force_and_a_rollback_is_a_new_revision() {
         record.correction_history("teachmover", &key).expect("history").iter().map(|c| c.new).collect();
     assert_eq!(values, vec![1.0, 1.25, 1.0], "nothing was overwritten");
     let error = record.roll_back("teachmover", "arm", 99, "").expect_err("no such revision").to_string();
-    assert!(error.contains("no correction revision 99"), "{error}");
+    assert!(error.contains("no revision 99"), "{error}");
 }
 
 #[test]

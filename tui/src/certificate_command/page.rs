@@ -1,10 +1,14 @@
 //! The certificate as a page of HTML that needs nothing else.
 
-use plumb_cell::corrected_quantity;
+use plumb_cell::{corrected_quantity, left_open, uncertainty_digits};
 use plumb_record::{
-    Instrument, LoadedFile, RunSummary, StoredCorrection, StoredNote, StoredPrompt, StoredTrigger,
+    Budget, Component, Instrument, LoadedFile, RunSummary, StoredCorrection, StoredNote, StoredPrompt,
+    StoredTrigger,
 };
 use serde_json::Value;
+
+use crate::history_command::skipped_in_words;
+use crate::show_command::{by_size, correlations};
 
 /// What it is made of.
 pub(super) struct Certificate {
@@ -20,6 +24,7 @@ pub(super) struct Certificate {
 const STYLE: &str = "body{font:15px/1.5 Georgia,serif;max-width:52em;margin:3em auto;padding:0 1em;color:#111}\
 h1{font-size:1.7em;margin-bottom:.2em}h2{font-size:1.1em;margin-top:2em;border-bottom:1px solid #999}\
 table{border-collapse:collapse;width:100%}th,td{text-align:left;padding:.25em .6em;border-bottom:1px solid #ddd;vertical-align:top}\
+.simulated{border:4px solid #111;padding:.4em .8em;font-weight:bold}.simulated b{font-size:1.5em;letter-spacing:.15em}\
 td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}code{font-size:.85em}.late{font-weight:bold}\
 .sign{margin-top:4em;display:flex;gap:4em}.sign div{flex:1;border-top:1px solid #111;padding-top:.3em}@media print{body{margin:0}}";
 
@@ -32,8 +37,11 @@ pub(super) fn page(certificate: &Certificate) -> String {
         escaped(&run.cell),
         escaped(&run.title)
     );
+    body.push_str(&simulated(&certificate.loaded));
     body.push_str(&facts(run));
-    body.push_str(&corrections(&certificate.corrections));
+    let found = newest(&certificate.corrections);
+    body.push_str(&corrections(&found));
+    body.push_str(&budgets(&found));
     body.push_str(&instruments(&certificate.instruments, run.started.get(..10).unwrap_or_default()));
     body.push_str(&triggers(&certificate.triggers));
     body.push_str(&answers(&certificate.prompts));
@@ -44,6 +52,32 @@ pub(super) fn page(certificate: &Certificate) -> String {
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{}</title><style>{STYLE}</style></head>\n<body>{body}</body></html>\n",
         escaped(&title)
     )
+}
+
+/// A run in a simulated world has measured no machine, and its certificate says so first.
+fn simulated(files: &[LoadedFile]) -> String {
+    let worlds: Vec<String> =
+        files.iter().filter(|file| file.role == "world").map(|file| escaped(&file.path)).collect();
+    if worlds.is_empty() {
+        return String::new();
+    }
+    format!(
+        "<p class=\"simulated\"><b>SIMULATED</b><br>No machine was measured. Devices of this cell are simulated or emulated, in the world {}.</p>",
+        worlds.join(", ")
+    )
+}
+
+/// Of what a step found for a place again and again, as after an interruption, the last: and what came into force before what did not.
+fn newest(corrections: &[StoredCorrection]) -> Vec<StoredCorrection> {
+    let mut newest: Vec<StoredCorrection> = Vec::new();
+    for one in corrections {
+        match newest.iter_mut().find(|known| known.step == one.step && known.key == one.key) {
+            Some(known) if known.revision.is_none() || one.revision.is_some() => *known = one.clone(),
+            Some(_) => {}
+            None => newest.push(one.clone()),
+        }
+    }
+    newest
 }
 
 fn facts(run: &RunSummary) -> String {
@@ -57,10 +91,15 @@ fn facts(run: &RunSummary) -> String {
         ("Operator", format!("{} ({how})", run.operator)),
         ("Started (UTC)", run.started.clone()),
         ("Ended (UTC)", run.ended.clone().unwrap_or_default()),
-        ("Outcome", "passed".to_owned()),
+        ("Outcome", format!("passed{}", skipped_in_words(run))),
         ("Made by", format!("plumb {}", run.program)),
     ];
-    let rows = rows.map(|(name, value)| format!("<tr><th>{name}</th><td>{}</td></tr>", escaped(&value)));
+    let rows = rows.map(|(name, value)| {
+        let value = escaped(&value);
+        let value =
+            if name == "Outcome" && !run.skipped.is_empty() { format!("<b>{value}</b>") } else { value };
+        format!("<tr><th>{name}</th><td>{value}</td></tr>")
+    });
     format!("<table>{}</table>", rows.concat())
 }
 
@@ -69,21 +108,66 @@ fn corrections(corrections: &[StoredCorrection]) -> String {
         let (name, left) =
             (corrected_quantity(&one.key.quantity, &one.key.device, &one.key.place), left(one));
         format!(
-            "<tr><td>{}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:+.4}</td><td class=\"n\">{:.1e}</td><td>{}</td><td>{left}</td></tr>",
+            "<tr><td>{}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:+.4}</td><td class=\"n\">{}</td>\
+             <td class=\"n\">{}</td><td>{}</td><td>{left}</td></tr>",
             escaped(&name),
             one.old,
             one.new,
             one.new - one.old,
-            one.uncertainty,
+            uncertainty_digits(one.uncertainty),
+            uncertainty_digits(one.uncertainty.map(|standard| COVERAGE_FACTOR * standard)),
             escaped(&one.unit)
         )
     };
     let head = "<tr><th>Quantity</th><th class=\"n\">As found</th><th class=\"n\">As left</th><th class=\"n\">Change</th>\
-                <th class=\"n\">Standard uncertainty</th><th>Unit</th><th>In force</th></tr>";
+                <th class=\"n\">Standard uncertainty</th><th class=\"n\">Expanded (k = 2)</th><th>Unit</th><th>In force</th></tr>";
     let rows: String = corrections.iter().map(row).collect();
     format!(
         "<h2>As found, as left</h2><table>{head}{rows}</table>\
-         <p>The uncertainty is one standard deviation (k = 1) of the value found by this run.</p>"
+         <p>Standard uncertainties (k = 1) are combined by the GUM (JCGM 100:2008) from the components in the budgets below. The expanded \
+         uncertainty is twice that; where the components are what they are said to be, the true value lies within it in about 95 % of cases. \
+         &ldquo;Not determined&rdquo; is said where a component that matters is not known.</p>"
+    )
+}
+
+/// Of the expanded uncertainty: about 95 % of a normal distribution lie within it (GUM 6.3.3).
+const COVERAGE_FACTOR: f64 = 2.0;
+
+/// What each uncertainty is made of.
+fn budgets(corrections: &[StoredCorrection]) -> String {
+    let tables: String =
+        corrections.iter().filter_map(|one| Some(budget(one, one.budget.as_ref()?))).collect();
+    if tables.is_empty() {
+        return String::new();
+    }
+    let told: String =
+        correlations(corrections).iter().map(|line| format!("<p>{}.</p>", escaped(line))).collect();
+    format!("<h2>Uncertainty budgets</h2>{tables}{told}")
+}
+
+fn budget(one: &StoredCorrection, budget: &Budget) -> String {
+    let row = |part: &&Component| {
+        format!(
+            "<tr><td>{}</td><td>{}</td><td class=\"n\">{} {}</td><td class=\"n\">{:+.3}</td><td class=\"n\">{}</td></tr>",
+            escaped(&part.name),
+            escaped(&part.source),
+            uncertainty_digits(part.standard),
+            escaped(&part.unit),
+            part.sensitivity,
+            uncertainty_digits(part.contribution())
+        )
+    };
+    let unit = escaped(&one.unit);
+    let head = format!(
+        "<tr><th>Component</th><th>From</th><th class=\"n\">Standard uncertainty</th><th class=\"n\">Sensitivity</th><th class=\"n\">Contribution, {unit}</th></tr>"
+    );
+    let rows: String = by_size(budget).iter().map(row).collect();
+    let open = left_open(budget, &one.unit).map(|open| format!("<p><b>{}.</b></p>", escaped(&open)));
+    format!(
+        "<h3>{}</h3><table>{head}{rows}<tr><th>Combined</th><td></td><td></td><td></td><td class=\"n\">{}</td></tr></table>{}",
+        escaped(&corrected_quantity(&one.key.quantity, &one.key.device, &one.key.place)),
+        uncertainty_digits(one.uncertainty),
+        open.unwrap_or_default()
     )
 }
 
@@ -130,12 +214,12 @@ fn triggers(triggers: &[StoredTrigger]) -> String {
         let pose: Vec<String> =
             one.joints.as_array().into_iter().flatten().filter_map(joint_in_words).collect();
         format!(
-            "<tr><td>{}</td><td>{} {}</td><td>{}</td><td class=\"n\">{:.1e} {}</td></tr>",
+            "<tr><td>{}</td><td>{} {}</td><td>{}</td><td class=\"n\">{} {}</td></tr>",
             escaped(&one.step),
             escaped(&one.sensor),
             if one.fired { "on" } else { "off" },
             escaped(&pose.join(", ")),
-            one.half_width,
+            uncertainty_digits(one.half_width),
             escaped(&one.unit)
         )
     };
@@ -209,6 +293,47 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn correction(step: &str, place: &str, revision: Option<i64>) -> StoredCorrection {
+        let key = plumb_record::CorrectionKey {
+            device: "arm".into(),
+            quantity: "joint_zero".into(),
+            place: place.into(),
+        };
+        StoredCorrection {
+            id: 1,
+            run: None,
+            step: step.into(),
+            key,
+            old: 0.0,
+            new: 1.7,
+            uncertainty: None,
+            budget: Some(Budget::of_one("level", "the cell file gives no `instruments.level`", None, "deg")),
+            unit: "deg".into(),
+            proposed: String::new(),
+            revision,
+        }
+    }
+
+    #[test]
+    fn of_what_an_interrupted_step_proposed_twice_one_row_is_left_and_what_is_in_force_wins() {
+        let both = [
+            correction("a", "waist", None),
+            correction("a", "waist", Some(3)),
+            correction("a", "waist", None),
+        ];
+        assert_eq!(newest(&both), [correction("a", "waist", Some(3))]);
+        let other = [correction("a", "waist", None), correction("b", "waist", None)];
+        assert_eq!(newest(&other).len(), 2, "two steps found two things");
+    }
+
+    #[test]
+    fn an_uncertainty_that_was_not_determined_is_called_so_with_the_reason() {
+        let found = [correction("a", "waist", Some(1))];
+        let text = format!("{}{}", corrections(&found), budgets(&found));
+        assert!(text.contains("not determined") && !text.contains("0.0e0"), "{text}");
+        assert!(text.contains("the cell file gives no `instruments.level`"), "{text}");
+    }
 
     #[test]
     fn what_people_wrote_is_never_taken_for_html() {

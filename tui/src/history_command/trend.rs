@@ -3,7 +3,7 @@
 use std::io;
 use std::process::ExitCode;
 
-use plumb_cell::corrected_quantity;
+use plumb_cell::{corrected_quantity, uncertainty_digits};
 use plumb_record::{Record, TrendPoint};
 
 use super::Arguments;
@@ -45,11 +45,13 @@ pub(super) fn print(record: &Record, place: &str, arguments: &Arguments) -> Comm
         return Ok(ExitCode::SUCCESS);
     }
     if arguments.csv {
-        say!("run,time,cell,quantity,old,new,uncertainty,unit,in_force")?;
+        say!("run,time,cell,quantity,old,new,uncertainty,unit,revision,in_force")?;
         for point in &points {
-            let TrendPoint { time, cell, quantity, old, new, uncertainty, unit, in_force, .. } = point;
+            let TrendPoint { time, cell, quantity, old, new, unit, in_force, .. } = point;
+            let uncertainty = point.uncertainty.map(|value| value.to_string()).unwrap_or_default();
+            let revision = point.revision.map(|revision| revision.to_string()).unwrap_or_default();
             say!(
-                "{},{time},{cell},{quantity},{old},{new},{uncertainty},{unit},{in_force}",
+                "{},{time},{cell},{quantity},{old},{new},{uncertainty},{unit},{revision},{in_force}",
                 run_number(point)
             )?;
         }
@@ -65,16 +67,24 @@ fn print_for_people(place: &str, points: &[TrendPoint]) -> io::Result<()> {
     let (least, most) = range(points);
     let unit_in_words = if unit.is_empty() { String::new() } else { format!(", {unit}") };
     say!("{}{unit_in_words}; the newest last", title(&newest.quantity, place))?;
-    say!("{:>5}  {:<16}  {:>11}  {:>9}  {:>10}  in force", "run", "found (UTC)", "value", "+-", "change")?;
+    say!(
+        "{:>5}  {:<16}  {:>11}  {:>16}  {:>10}  {:<8}",
+        "run",
+        "found (UTC)",
+        "value",
+        "uncertainty",
+        "change",
+        "in force"
+    )?;
     for point in points {
         let time = point.time.get(..16).unwrap_or(&point.time).replace('T', " ");
         say!(
-            "{:>5}  {time:<16}  {:>11.4}  {:>9.1e}  {:>+10.4}  {:<8}  {}",
+            "{:>5}  {time:<16}  {:>11}  {:>16}  {:>10}  {:<8}  {}",
             run_number(point),
-            point.new,
-            point.uncertainty,
-            point.new - point.old,
-            if point.in_force { "yes" } else { "no" },
+            decimals(point.new, ""),
+            uncertainty_digits(point.uncertainty),
+            decimals(point.new - point.old, "+"),
+            in_force(point),
             dot(point.new, least, most)
         )?;
     }
@@ -95,6 +105,25 @@ fn title(quantity: &str, place: &str) -> String {
             corrected_quantity(quantity, device, parameter)
         }
         _ => format!("{} of {place}", quantity.replace('_', " ")),
+    }
+}
+
+/// Whether a value is in force, was until a later one came, or never was.
+fn in_force(point: &TrendPoint) -> &'static str {
+    match (point.in_force, point.revision) {
+        (true, _) => "now",
+        (false, Some(_)) => "was",
+        (false, None) => "never",
+    }
+}
+
+/// Four decimals, and no sign before a number that rounds to nothing.
+fn decimals(value: f64, plus: &str) -> String {
+    let text = format!("{value:.4}");
+    match text.trim_start_matches(['-', '0', '.']).is_empty() {
+        true => "0.0000".to_owned(),
+        false if value > 0.0 => format!("{plus}{text}"),
+        false => text,
     }
 }
 
@@ -129,6 +158,12 @@ fn statistics(points: &[TrendPoint]) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_change_of_nothing_has_no_sign() {
+        assert_eq!((decimals(-0.00001, "+"), decimals(0.0, "+")), ("0.0000".to_owned(), "0.0000".to_owned()));
+        assert_eq!((decimals(-0.5, "+"), decimals(1.25, "+")), ("-0.5000".to_owned(), "+1.2500".to_owned()));
+    }
 
     #[test]
     fn values_stand_between_the_least_and_the_most() {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use plumb_cell::measurement_table::{HASH_COMMENT, MODEL_COMMENT};
 use plumb_model::diagnosis::KeepOut;
 use plumb_model::laboratory::{Laboratory, LaboratoryError, Options};
 use plumb_model::revision::{Entry, Family, RevisionError};
@@ -26,6 +27,9 @@ pub(crate) struct PairArguments {
     /// Plain least squares: let far poses pull as hard as they like.
     #[arg(long)]
     least_squares: bool,
+    /// Take a table that says it was measured with another model.
+    #[arg(long)]
+    any_model: bool,
     /// Print JSON.
     #[arg(long)]
     pub(crate) json: bool,
@@ -67,6 +71,11 @@ pub(crate) enum OpenError {
     Revision(#[from] RevisionError),
     #[error(transparent)]
     Laboratory(#[from] LaboratoryError),
+    #[error(
+        "{} was measured with another model, {measured_with} (cell {cell}, run {run}): give that model, or the table of a run of this \
+         model's cell; --any-model takes them together all the same", table.display()
+    )]
+    OtherModel { table: PathBuf, measured_with: String, cell: String, run: String },
 }
 
 impl PairArguments {
@@ -74,6 +83,9 @@ impl PairArguments {
     pub(crate) fn open(&self) -> Result<Opened, OpenError> {
         let entry = Family::resolve(&self.model)?;
         let table = Table::read(&self.data).map_err(LaboratoryError::from)?;
+        if !self.any_model {
+            self.require_own_table(&table)?;
+        }
         let mut options = Options {
             free: self.free.as_deref().map(free_list),
             holdout: self.holdout,
@@ -82,6 +94,32 @@ impl PairArguments {
         options.fit.robust = !self.least_squares;
         let laboratory = Laboratory::new(entry.model.clone(), table, options)?;
         Ok(Opened { laboratory, family: Family::of(&self.model)?, entry })
+    }
+
+    /// A table that says with which model it was measured is of the cell with that model: its joints mean something else in another. The
+    /// model is the same when its file is called so, whatever revision it is, or when its text is the same, whatever it is called.
+    fn require_own_table(&self, table: &Table) -> Result<(), OpenError> {
+        let said = |what: &str| {
+            table
+                .comments
+                .iter()
+                .find_map(|line| line.strip_prefix(what)?.strip_prefix(": ").map(str::to_owned))
+        };
+        let Some(measured_with) = said(MODEL_COMMENT) else { return Ok(()) };
+        let family = Family::of(&self.model)?;
+        let same_name =
+            Family::of(Path::new(&measured_with)).is_ok_and(|theirs| theirs.original() == family.original());
+        let text = std::fs::read(&self.model).unwrap_or_default();
+        if same_name || said(HASH_COMMENT) == Some(plumb_record::sha256_hex(&text)) {
+            return Ok(());
+        }
+        let unknown = || "unknown".to_owned();
+        Err(OpenError::OtherModel {
+            table: self.data.clone(),
+            measured_with,
+            cell: said("cell").unwrap_or_else(unknown),
+            run: said("run").unwrap_or_else(unknown),
+        })
     }
 
     /// The table's file name, as revisions note it.
@@ -218,6 +256,9 @@ pub(crate) struct ScreenArguments {
 pub(crate) struct FamilyArguments {
     /// The model file.
     pub(crate) model: PathBuf,
+    /// Take a table that says it was measured with another model.
+    #[arg(long)]
+    any_model: bool,
     /// Print JSON.
     #[arg(long)]
     pub(crate) json: bool,

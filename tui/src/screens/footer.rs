@@ -116,6 +116,7 @@ fn applies(state: &State, command: Command) -> bool {
         Command::NextScreen => state.screens().len() > 1,
         Command::Cancel => state.model.as_ref().is_some_and(|model| model.busy.is_some()),
         Command::Judge => state.model.as_ref().is_some_and(|model| model.can_judge()),
+        Command::BringBack => state.history.as_ref().is_some_and(|history| history.way_back().is_ok()),
         Command::OpenRun => state.history.as_ref().is_some_and(|history| history.run().is_some()),
         Command::NextTrend => state.history.as_ref().is_some_and(|history| history.trends.len() > 1),
         Command::Undo => state.model.as_ref().is_some_and(|model| model.can_undo()),

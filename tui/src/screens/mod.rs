@@ -58,10 +58,12 @@ pub(crate) fn explore(opened: Opened, data: String) -> Result<(), Box<dyn Error>
 /// # Errors
 /// The terminal cannot be used, or was lost.
 pub(crate) fn browse(directory: PathBuf) -> io::Result<()> {
+    let record_option = plumb_record::record_option(&directory);
     let archive = Archive::open(directory);
     let _ended = archive.desk().send(ArchiveRequest::List);
     let sources = Sources { archive: Some(archive), ..Sources::default() };
-    Runtime::new()?.block_on(event_loop::show(State::of_record(Theme::from_environment()), sources)).map(drop)
+    let state = State { record_option, ..State::of_record(Theme::from_environment()) };
+    Runtime::new()?.block_on(event_loop::show(state, sources)).map(drop)
 }
 
 /// Shows the screens of a run that somebody else controls, until the operator leaves.
@@ -106,7 +108,10 @@ pub(crate) fn operate(
 ) -> io::Result<Left> {
     let archive = Some(Archive::open(record.to_owned()));
     let sources = Sources { events: Some(events), handle: Some(handle), archive, ..Sources::default() };
-    let state = State::of_cell(operator, ArmShape::of_cell(cell), Theme::from_environment());
+    let state = State {
+        record_option: plumb_record::record_option(record),
+        ..State::of_cell(operator, ArmShape::of_cell(cell), Theme::from_environment())
+    };
     let state = Runtime::new()?.block_on(event_loop::show(state, sources))?;
     let aborts = state.leaving.is_some_and(|leaving| leaving.aborts);
     Ok(if state.has_open_run() && !aborts { Left::Kept } else { Left::Ended })

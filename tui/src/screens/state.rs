@@ -59,6 +59,8 @@ pub(crate) enum Overlay {
     Leave,
     /// "Abort the run?"
     Abort,
+    /// "Bring back what a run put in force?"
+    BringBack,
 }
 
 /// One line above the footer: the last thing worth saying.
@@ -121,6 +123,8 @@ pub(crate) struct State {
     pub scan: Option<ScanState>,
     /// What happened.
     pub log: LogState,
+    /// What a command needs besides to find this record, with a blank before it: ` --record DIR`, or nothing.
+    pub record_option: String,
     /// What can be clicked in the frame drawn last.
     pub hits: Hits,
 }
@@ -174,6 +178,7 @@ impl State {
             history: None,
             scan: None,
             log: LogState::default(),
+            record_option: String::new(),
             hits: Hits::default(),
         }
     }
@@ -196,6 +201,7 @@ impl State {
             Some(Overlay::Help { .. }) => vec![Place::Overlay, Place::NotWriting, Place::Everywhere],
             Some(Overlay::Leave) => vec![Place::Leaving, Place::NotWriting, Place::Everywhere],
             Some(Overlay::Abort) => vec![Place::Aborting, Place::NotWriting, Place::Everywhere],
+            Some(Overlay::BringBack) => vec![Place::BringingBack, Place::NotWriting, Place::Everywhere],
             None => self.places_of_page(),
         }
     }

@@ -157,6 +157,7 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         | Command::Cancel
         | Command::Judge => return model::obey(state, command),
         Command::Scan(command) => return scan::obey(state, command),
+        Command::BringBack | Command::BringBackNow => return history::bring_back(state, command),
         Command::OpenRun
         | Command::CloseRun
         | Command::Filter

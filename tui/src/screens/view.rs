@@ -67,9 +67,16 @@ pub(crate) fn view(state: &State, frame: &mut Frame) {
         Some(Overlay::Help { scrolled }) => help::view(state, frame, rows.body, scrolled),
         Some(Overlay::Leave) => question(state, frame, rows.body, "Leave?", LEAVE),
         Some(Overlay::Abort) => question(state, frame, rows.body, "Abort the run?", ABORT),
+        Some(Overlay::BringBack) => {
+            let asked = state.history.as_ref().and_then(|history| history.bring_back.as_ref());
+            let text = asked.map(BringBack::question).unwrap_or_default();
+            question(state, frame, rows.body, "Bring earlier corrections back?", &text);
+        }
         None => {}
     }
 }
+
+use super::history::BringBack;
 
 const LEAVE: &str = "A run is open.\n\n  k  keep it and leave: plumb run --resume takes it up again\n  \
                      a  abort it and leave\n  s  stay";

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use plumb_cell::expression::Calculator;
-use plumb_cell::measurement_table::{Recorded, Zeros, measurement_table};
+use plumb_cell::measurement_table::{Recorded, Zeros, measurement_table, provenance};
 use plumb_cell::workcell::load_workcell;
 use plumb_cell::yaml::did_you_mean;
 use plumb_record::{Record, RecordError, RunId, RunSummary, StoredCorrection, StoredStep, StoredTrigger};
@@ -61,7 +61,10 @@ pub(super) fn print(record: &Record, run: &RunSummary, arguments: &Arguments) ->
     }
     let held = runs.iter().map(|run| Held::of(record, run.run)).collect::<Result<Vec<_>, _>>()?;
     let recorded: Vec<Recorded<'_>> = held.iter().map(Held::recorded).collect();
-    io::stdout().write_all(measurement_table(robot, &recorded, zeros)?.as_bytes())?;
+    let table = measurement_table(robot, &recorded, zeros)?;
+    let numbers: Vec<i64> = runs.iter().map(|run| run.run.0).collect();
+    let head = robot.model.as_ref().map(|model| provenance(&cell.name, &numbers, model)).unwrap_or_default();
+    io::stdout().write_all(format!("{head}{table}").as_bytes())?;
     Ok(ExitCode::SUCCESS)
 }
 

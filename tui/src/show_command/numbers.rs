@@ -43,7 +43,12 @@ pub(super) fn print(record: &Record, run: &RunSummary) -> CommandResult {
     for one in record.corrections_of_run(id)? {
         let name = format!("{} {} {}", one.key.quantity, one.key.device, one.key.place);
         line(["as_found", &one.step, &name, &one.old.to_string(), &one.unit, ""])?;
-        line(["as_left", &one.step, &name, &one.new.to_string(), &one.unit, &one.uncertainty.to_string()])?;
+        let uncertainty = one.uncertainty.map(|value| value.to_string()).unwrap_or_default();
+        line(["as_left", &one.step, &name, &one.new.to_string(), &one.unit, &uncertainty])?;
+        for part in one.budget.iter().flat_map(|budget| &budget.components) {
+            let standard = part.standard.map(|value| value.to_string()).unwrap_or_default();
+            line(["component", &one.step, &format!("{name}: {}", part.name), "0", &part.unit, &standard])?;
+        }
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,9 +1,9 @@
 //! The parts of a run as tables of text, one string a line. A heading stands at the margin, its rows are indented.
 
-use plumb_cell::{corrected_quantity, give_or_take};
+use plumb_cell::{corrected_quantity, give_or_take, left_open, uncertainty_digits};
 use plumb_record::{
-    Instrument, LoadedFile, StoredCorrection, StoredInterruption, StoredNote, StoredPrompt, StoredReading,
-    StoredStep, StoredTrigger,
+    Budget, Component, Instrument, LoadedFile, StoredCorrection, StoredInterruption, StoredNote,
+    StoredPrompt, StoredReading, StoredStep, StoredTrigger,
 };
 use serde_json::Value;
 
@@ -175,7 +175,62 @@ pub(super) fn corrections(lines: &mut Vec<String>, corrections: &[StoredCorrecti
             one.unit,
             give_or_take(one.uncertainty, &one.unit)
         ));
+        lines.extend(one.budget.iter().flat_map(|budget| budget_lines(budget, &one.unit)));
     }
+    lines.extend(correlations(corrections).into_iter().map(|line| format!("  {line}")));
+}
+
+/// What an uncertainty is made of, a line a component; the greatest contribution first, what was not determined before all.
+fn budget_lines(budget: &Budget, unit: &str) -> Vec<String> {
+    let mut lines: Vec<String> = by_size(budget)
+        .into_iter()
+        .map(|part| {
+            let contribution = give_or_take(part.contribution(), unit);
+            let standard = uncertainty_digits(part.standard);
+            format!(
+                "      {contribution:<22} {:<52} {standard} {} x {:+.3} {unit}/{} ({})",
+                part.name, part.unit, part.sensitivity, part.unit, part.source
+            )
+        })
+        .collect();
+    lines.extend(left_open(budget, unit).map(|open| format!("      {open}")));
+    lines
+}
+
+/// The components that matter, the greatest contribution first, what was not determined before all.
+pub(crate) fn by_size(budget: &Budget) -> Vec<&Component> {
+    let mut parts: Vec<&Component> = budget
+        .components
+        .iter()
+        .filter(|part| {
+            part.contribution().is_none_or(|one| one.abs() > NO_CONTRIBUTION) && part.sensitivity != 0.0
+        })
+        .collect();
+    let size = |part: &Component| part.contribution().map_or(f64::INFINITY, f64::abs);
+    parts.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    parts
+}
+
+/// A contribution smaller than this is not listed, in the unit of the value: nobody can measure it.
+const NO_CONTRIBUTION: f64 = 1e-6;
+
+/// Correlations worth telling between corrections that came from one step: what one of them is off by, the other is off by too.
+pub(crate) fn correlations(corrections: &[StoredCorrection]) -> Vec<String> {
+    const WORTH_TELLING: f64 = 0.1;
+    let mut told = Vec::new();
+    for (index, one) in corrections.iter().enumerate() {
+        for other in corrections.iter().skip(index + 1).filter(|other| other.step == one.step) {
+            let (Some(mine), Some(theirs)) = (&one.budget, &other.budget) else { continue };
+            let Some(correlation) = mine.correlation(theirs).filter(|c| c.abs() >= WORTH_TELLING) else {
+                continue;
+            };
+            told.push(format!(
+                "{} and {} are correlated by what both depend on: coefficient {correlation:+.2}",
+                one.key.place, other.key.place
+            ));
+        }
+    }
+    told
 }
 
 /// Pauses, stops, losses and resumes.

@@ -4,11 +4,14 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use plumb_cell::NOT_DETERMINED;
+
 use super::curves::{Curve, Figure};
 use super::runs::Runs;
 use super::statistics::{Summary, drift};
 use super::study_file::{Common, Quantity};
 use super::table::{self, QUANTITIES, Row};
+use super::truth::Missed;
 use super::{Many, StudyError, figure};
 
 /// Runs unless told otherwise.
@@ -89,6 +92,41 @@ fn report(row: &Row, seed: u64) -> String {
         );
     }
     text.push('\n');
+    text.push_str(&coverage(row));
+    text
+}
+
+/// How many standard uncertainties the true error may be off: 95 % of a normal distribution lie within them.
+const COVERAGE_FACTOR: f64 = 2.0;
+
+/// How often the true error lay within what the runs stated of it.
+fn coverage(row: &Row) -> String {
+    let passed: Vec<&Missed> = row.runs.iter().filter_map(|run| run.missed.as_ref()).collect();
+    let mut text = format!(
+        "{:<14} {:>12} {:>22} {:>16}\n",
+        "true error of", "stated, 1 u", "within 2 stated u", "worst, in u"
+    );
+    for (index, name) in ["waist_deg", "shoulder_deg", "elbow_deg"].into_iter().enumerate() {
+        let pairs: Vec<(f64, f64)> = passed
+            .iter()
+            .filter_map(|missed| Some((*missed.zeros_deg.get(index)?, (*missed.stated_deg.get(index)?)?)))
+            .collect();
+        if pairs.is_empty() {
+            let _ = writeln!(text, "{name:<14} {NOT_DETERMINED:>14}");
+            continue;
+        }
+        let within = pairs.iter().filter(|(error, stated)| error.abs() <= COVERAGE_FACTOR * stated).count();
+        let worst = pairs.iter().map(|(error, stated)| error.abs() / stated).fold(0.0, f64::max);
+        let mean = pairs.iter().map(|(_, stated)| stated).sum::<f64>() / pairs.len() as f64;
+        let share =
+            format!("{within} of {} = {:.1} %", pairs.len(), 100.0 * within as f64 / pairs.len() as f64);
+        let _ = writeln!(text, "{name:<14} {mean:>12.4} {share:>22} {worst:>16.2}");
+    }
+    let silent = passed.iter().filter(|missed| missed.stated_deg.iter().any(Option::is_none)).count();
+    if silent > 0 {
+        let _ = writeln!(text, "{silent} of {} runs stated no uncertainty of one zero or more", passed.len());
+    }
+    text.push('\n');
     text
 }
 
@@ -111,5 +149,42 @@ fn drawn(row: &Row) -> Figure {
             curve(Quantity::HeightMm, "height"),
         ],
         scattered: true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use plumb_cell::event::RunOutcome;
+
+    use super::*;
+    use crate::study_command::bench::Run;
+
+    fn run(error: f64, stated: Option<f64>) -> Run {
+        let missed =
+            Missed { zeros_deg: [error, 0.0, 0.0], stated_deg: [stated, Some(1.0), None], hand_mm: [0.0; 3] };
+        Run {
+            seed: 1,
+            outcome: RunOutcome::Passed,
+            message: String::new(),
+            missed: Some(missed),
+            seconds: 1.0,
+            steps: 1,
+        }
+    }
+
+    #[test]
+    fn errors_are_held_against_what_each_run_stated() {
+        let runs = vec![run(0.1, Some(0.1)), run(0.3, Some(0.1)), run(-0.2, Some(0.1)), run(0.0, None)];
+        let text = coverage(&Row { title: String::new(), runs });
+        let line = |name: &str| text.lines().find(|line| line.starts_with(name)).expect("a line").to_owned();
+        assert!(
+            line("waist_deg").contains("2 of 3 = 66.7 %") && line("waist_deg").ends_with("3.00"),
+            "{text}"
+        );
+        assert!(line("shoulder_deg").contains("4 of 4 = 100.0 %"), "{text}");
+        assert!(
+            line("elbow_deg").contains("not determined") && text.contains("4 of 4 runs stated no"),
+            "{text}"
+        );
     }
 }

@@ -138,7 +138,7 @@ mod tests {
     use crate::study_command::truth::Missed;
 
     fn run(outcome: RunOutcome, radial: f64, message: &str) -> Run {
-        let missed = Missed { zeros_deg: [0.0; 3], hand_mm: [radial, 0.0, 0.0] };
+        let missed = Missed { zeros_deg: [0.0; 3], stated_deg: [None; 3], hand_mm: [radial, 0.0, 0.0] };
         let missed = (outcome == RunOutcome::Passed).then_some(missed);
         Run { seed: 1, outcome, message: message.to_owned(), missed, seconds: 60.0, steps: 30 }
     }

@@ -25,6 +25,8 @@ const INITIALIZED: [&str; 3] = ["waist", "shoulder", "elbow"];
 pub(super) struct Missed {
     /// True angle less the corrected one, deg: waist, shoulder, elbow.
     pub(super) zeros_deg: [f64; 3],
+    /// The standard uncertainties the run states of these zeros, deg; none where it says "not determined".
+    pub(super) stated_deg: [Option<f64>; 3],
     /// Where the hand truly is less where the corrected model has it, mm: away from the waist's axis, across, upward.
     pub(super) hand_mm: [f64; 3],
 }
@@ -74,7 +76,12 @@ pub(super) fn take(
         let believed = corrected.get(index).copied().unwrap_or(0.0);
         (truth.attitudes.get(index).copied().unwrap_or(0.0) - believed).to_degrees()
     });
-    Ok(Missed { zeros_deg, hand_mm: hand_missed(cell, &truth, &joints, &corrected)? })
+    let stated_deg = INITIALIZED.map(|joint| stated(corrections, joint));
+    Ok(Missed { zeros_deg, stated_deg, hand_mm: hand_missed(cell, &truth, &joints, &corrected)? })
+}
+
+fn stated(corrections: &[AppliedCorrection], joint: &str) -> Option<f64> {
+    corrections.iter().find(|one| one.key.quantity == "joint_zero" && one.key.place == joint)?.uncertainty
 }
 
 fn zero_of(corrections: &[AppliedCorrection], joint: &str) -> f64 {

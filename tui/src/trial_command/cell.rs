@@ -106,11 +106,11 @@ pub(super) fn new(
     let at = directory.display();
     Ok(Outcome::done(format!(
         "A cell with something hidden in it, or nothing, stands in {at}.\n  \
-         plumb run {at}/cell.yaml find-zeros\n  \
-         plumb run {at}/cell.yaml measure-by-triggers\n  \
-         plumb show 2 --table > {at}/table.csv\n  \
+         plumb run {at}/cell.yaml find-zeros --record {at}/record\n  \
+         plumb run {at}/cell.yaml measure-by-triggers --record {at}/record\n  \
+         plumb show --procedure measure-by-triggers --table --record {at}/record > {at}/table.csv\n  \
          plumb model diagnose {at}/trial.model.yaml --data {at}/table.csv\n  \
-         plumb run {at}/cell.yaml verify-by-points\n  \
+         plumb run {at}/cell.yaml verify-by-points --record {at}/record\n  \
          plumb trial reveal {at}\n"
     )))
 }

@@ -191,6 +191,7 @@ impl Told {
                 old: one.old,
                 new: one.new,
                 uncertainty: one.uncertainty,
+                budget: one.budget.clone(),
                 unit: one.unit.clone(),
             };
             if index >= self.corrections {

@@ -1,6 +1,6 @@
 //! The end of a sitting.
 
-use plumb_record::RecordError;
+use plumb_record::{RecordError, record_option};
 
 use super::Engine;
 use super::run_loop::RunEnd;
@@ -25,7 +25,12 @@ impl Engine {
         }
         let resumable = matches!(end.outcome, RunOutcome::Error | RunOutcome::NeedsOperator);
         let message = match resumable {
-            true => format!("{} (go on with: plumb run --resume {})", end.message, self.journal.run),
+            true => format!(
+                "{} (go on with: plumb run --resume {}{})",
+                end.message,
+                self.journal.run,
+                record_option(self.journal.record.directory())
+            ),
             false => end.message,
         };
         // Written down before the world goes: a program killed here has nothing left to resume.

@@ -264,6 +264,71 @@ fn shown_correction(correction: &NewCorrection) -> Correction {
         old: correction.old,
         new: correction.new,
         uncertainty: correction.uncertainty,
+        budget: correction.budget.clone(),
         unit: correction.unit.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use plumb_record::{CorrectionKey, NewRun};
+    use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+
+    use super::*;
+    use crate::event::StampedEvent;
+
+    fn journal() -> (tempfile::TempDir, Journal, UnboundedReceiver<StampedEvent>) {
+        let directory = tempfile::tempdir().expect("a directory");
+        let mut record = Record::open(directory.path()).expect("a record");
+        let run = record.start_run(&NewRun { cell: "cell".into(), ..NewRun::default() }).expect("a run");
+        let (sender, events) = unbounded_channel();
+        (directory, Journal::new(record, run, EventSender::new(sender)), events)
+    }
+
+    fn zero() -> NewCorrection {
+        let key =
+            CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: "waist".into() };
+        NewCorrection { key, old: 0.0, new: 1.0, uncertainty: Some(0.1), budget: None, unit: "deg".into() }
+    }
+
+    fn next(events: &mut UnboundedReceiver<StampedEvent>) -> Option<Event> {
+        events.try_recv().ok().map(|stamped| stamped.event)
+    }
+
+    /// Nothing can be written any more.
+    fn break_the_record(directory: &std::path::Path, table: &str) {
+        let other = rusqlite::Connection::open(directory.join("plumb.sqlite3")).expect("opened");
+        other.execute_batch(&format!("PRAGMA foreign_keys = OFF; DROP TABLE {table}")).expect("dropped");
+    }
+
+    #[test]
+    fn a_correction_that_could_not_be_written_down_is_not_shown() {
+        let (directory, mut journal, mut events) = journal();
+        let step = StepPath("apply".to_owned());
+        let numbers = journal.proposed(&step, "cell", &[zero()]).expect("written");
+        assert!(matches!(next(&mut events), Some(Event::CorrectionProposed { .. })));
+        journal
+            .applied("cell", "arm", &[numbers[0], 99], &[zero(), zero()], "test")
+            .expect_err("none of number 99");
+        assert_eq!(next(&mut events), None, "neither of them is in force, neither is shown");
+        break_the_record(directory.path(), "corrections");
+        journal.applied("cell", "arm", &numbers, &[zero()], "test").expect_err("nowhere to write");
+        journal.proposed(&step, "cell", &[zero()]).expect_err("nowhere to write");
+        assert_eq!(next(&mut events), None);
+    }
+
+    #[test]
+    fn a_step_that_could_not_be_written_down_is_not_shown_and_a_retry_has_the_records_number() {
+        let (directory, mut journal, mut events) = journal();
+        let step = StepPath("lower".to_owned());
+        for attempt in 1..=3 {
+            let begun = journal.begin(&step).expect("written");
+            assert_eq!(begun.number, attempt);
+            let shown = next(&mut events);
+            assert_eq!(shown, Some(Event::StepStarted { step: step.clone(), attempt }));
+        }
+        break_the_record(directory.path(), "steps");
+        journal.begin(&step).expect_err("nowhere to write");
+        assert_eq!(next(&mut events), None);
     }
 }

@@ -23,6 +23,7 @@ mod start;
 mod step_clock;
 mod step_context;
 mod step_error;
+mod uncertainty;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -31,7 +32,7 @@ use std::sync::Arc;
 use plumb_plugin::{JointState, JointVector};
 use serde_json::{Map, Value};
 
-pub(crate) use execute::{CIRCUMSTANCES, CONTROLLER_ZERO, SENSOR_PARAMETER};
+pub(crate) use execute::{CIRCUMSTANCES, SENSOR_PARAMETER};
 
 pub use execute::sensor_corrections;
 

@@ -42,7 +42,10 @@ impl Engine {
         }
         Ok(match self.failed_check.take() {
             Some(message) => RunEnd { outcome: RunOutcome::Failed, message },
-            None => RunEnd { outcome: RunOutcome::Passed, message: "all steps passed".to_owned() },
+            None => {
+                let skipped = self.journal.record.run(self.journal.run)?.skipped;
+                RunEnd { outcome: RunOutcome::Passed, message: passed_in_words(&skipped) }
+            }
         })
     }
 
@@ -256,5 +259,28 @@ pub(super) fn describe(error: &StepError) -> String {
         }
         StepError::Lost { message, .. } => message.clone(),
         StepError::Record(error) => error.to_string(),
+    }
+}
+
+/// The sentence a passed run ends with: a step that was skipped has not passed.
+fn passed_in_words(skipped: &[String]) -> String {
+    match skipped {
+        [] => "all steps passed".to_owned(),
+        [only] => format!("1 step skipped: {only}; all others passed"),
+        many => format!("{} steps skipped: {}; all others passed", many.len(), many.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::passed_in_words;
+
+    #[test]
+    fn a_skipped_step_has_not_passed() {
+        assert_eq!(passed_in_words(&[]), "all steps passed");
+        assert_eq!(
+            passed_in_words(&["waist.lower".to_owned()]),
+            "1 step skipped: waist.lower; all others passed"
+        );
     }
 }

@@ -53,6 +53,11 @@ impl Expression {
         self.place
     }
 
+    /// The dotted paths it follows from a name: `tolerances.target_mm` of `2 * tolerances.target_mm`. Each once.
+    pub(crate) fn paths_below(&self, name: &str) -> Vec<String> {
+        super::tokens::paths_below(&super::tokens::tokens(&self.text), name)
+    }
+
     /// Reports the names it uses that are not there.
     pub fn check_names(&self, names: &Names, file: &str, problems: &Problems) {
         report_unknown(&self.text, self.place, names, file, problems);

@@ -33,6 +33,33 @@ pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
     found
 }
 
+/// The dotted paths that words follow from a name, each once.
+pub(super) fn paths_below(tokens: &[Token<'_>], name: &str) -> Vec<String> {
+    let mut paths: Vec<String> = Vec::new();
+    for (index, token) in tokens.iter().enumerate() {
+        let follows_a_dot =
+            index > 0 && tokens.get(index - 1).is_some_and(|before| before.kind == TokenKind::Mark('.'));
+        if token.kind != TokenKind::Name(name) || follows_a_dot {
+            continue;
+        }
+        let mut path = name.to_owned();
+        let mut rest = tokens.get(index + 1..).unwrap_or_default();
+        while let [
+            Token { kind: TokenKind::Mark('.'), .. },
+            Token { kind: TokenKind::Name(part), .. },
+            more @ ..,
+        ] = rest
+        {
+            path = format!("{path}.{part}");
+            rest = more;
+        }
+        if !paths.contains(&path) {
+            paths.push(path);
+        }
+    }
+    paths
+}
+
 /// The word a text begins with (none for blanks and comments) and its length in bytes, at least 1.
 fn next(rest: &str) -> (Option<TokenKind<'_>>, usize) {
     let Some(first) = rest.chars().next() else { return (None, 1) };
@@ -103,6 +130,17 @@ mod tests {
             })
             .collect();
         assert_eq!(names, ["a", "b_deg", "sin", "e", "g2"]);
+    }
+
+    #[test]
+    fn paths_below_a_name_are_followed_and_members_of_that_name_are_not() {
+        let text = "tolerances.spot_mm / 2 + tolerances.target_mm * tolerances.spot_mm + other.tolerances.x + tolerances";
+        assert_eq!(
+            paths_below(&tokens(text), "tolerances"),
+            ["tolerances.spot_mm", "tolerances.target_mm", "tolerances"]
+        );
+        let text = "instruments.level.uncertainty_deg / sqrt(2)";
+        assert_eq!(paths_below(&tokens(text), "instruments"), ["instruments.level.uncertainty_deg"]);
     }
 
     #[test]

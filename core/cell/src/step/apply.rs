@@ -1,6 +1,7 @@
 //! `apply`: what was found is put in force.
 
-use crate::expression::Expression;
+use super::{ErrorTerm, error_terms};
+use crate::expression::{Expression, Shape};
 use crate::read_context::{CheckContext, DegOrMm, ReadContext};
 use crate::yaml::{MapReader, Node, Place};
 
@@ -28,10 +29,19 @@ pub struct ZeroShift {
     pub unit: DegOrMm,
     /// Where the joint truly stood, less where it was thought to stand.
     pub shift: Expression,
-    /// One standard uncertainty of the shift.
-    pub uncertainty: Expression,
+    /// How far off the shift may be.
+    pub uncertainty: ShiftUncertainty,
     /// A greater shift is a mistake, not a correction.
     pub plausible: f64,
+}
+
+/// What is said of the uncertainty of a shift.
+#[derive(Debug, Clone)]
+pub enum ShiftUncertainty {
+    /// One standard uncertainty, or a budget of a `compute` step.
+    Stated(Expression),
+    /// What the shift depends on and is not known exactly; the shift names them.
+    Errors(Vec<ErrorTerm>),
 }
 
 pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<ApplyStep> {
@@ -61,7 +71,7 @@ fn read_shift(joint: &str, place: Place, node: &Node, context: &ReadContext<'_>)
         None => map.required("shift_deg"),
     };
     let shift = shift_node.and_then(|node| context.expression(node, "the shift"));
-    let uncertainty = map.required(keys.0).and_then(|node| context.expression(node, "the uncertainty"));
+    let uncertainty = read_uncertainty(&mut map, keys.0, context);
     let plausible = context.number_or(&mut map, keys.1, (1e-6, 1e4), 30.0);
     map.finish();
     Some(ZeroShift {
@@ -74,12 +84,39 @@ fn read_shift(joint: &str, place: Place, node: &Node, context: &ReadContext<'_>)
     })
 }
 
+fn read_uncertainty(
+    map: &mut MapReader<'_>,
+    key: &'static str,
+    context: &ReadContext<'_>,
+) -> Option<ShiftUncertainty> {
+    let errors = error_terms::read(map, context);
+    let (stated, place) = (map.optional(key), map.place());
+    match (stated, errors.is_empty()) {
+        (None, false) => Some(ShiftUncertainty::Errors(errors)),
+        (Some(node), true) => context.expression(node, "the uncertainty").map(ShiftUncertainty::Stated),
+        _ => {
+            let help = format!(
+                "give either `errors:`, what the shift depends on and is not known exactly, or `{key}:`"
+            );
+            context.problems.add(place, "how uncertain is this shift?", help);
+            None
+        }
+    }
+}
+
 impl ApplyStep {
     pub(super) fn check(&self, context: &CheckContext<'_>) {
         let robot = context.robot(&self.robot, self.robot_place);
         for shift in &self.shifts {
-            context.check_expression(&shift.shift);
-            context.check_expression(&shift.uncertainty);
+            let mut names = context.names.clone();
+            match &shift.uncertainty {
+                ShiftUncertainty::Stated(uncertainty) => context.check_expression(uncertainty),
+                ShiftUncertainty::Errors(errors) => {
+                    error_terms::check(errors, context);
+                    errors.iter().for_each(|error| names.set(&error.name, Shape::Single));
+                }
+            }
+            shift.shift.check_names(&names, context.file, context.problems);
             if let Some(robot) = robot
                 && let Some(unit) = context.joint(robot, &shift.joint, shift.place)
                 && unit != shift.unit

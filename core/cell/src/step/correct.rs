@@ -26,7 +26,7 @@ pub struct ParameterCorrection {
     pub place: Place,
     /// How it changes.
     pub change: Change,
-    /// One standard uncertainty of the change.
+    /// One standard uncertainty of the change, or its budget.
     pub uncertainty: Expression,
     /// A greater change is a mistake, not a correction.
     pub plausible: f64,

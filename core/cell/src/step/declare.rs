@@ -13,7 +13,7 @@ pub struct DeclareStep {
     pub robot_place: Place,
     /// What the joints shall read from now on; joints not named read what they read.
     pub joints: JointTargets,
-    /// One standard uncertainty of that, for the record.
+    /// One standard uncertainty of that, or its budget, for the record; what is left out was not determined.
     pub uncertainties: JointTargets,
     /// A greater shift is a mistake, not a correction: degrees or mm.
     pub plausible: f64,

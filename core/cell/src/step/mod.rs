@@ -7,6 +7,7 @@ mod compute;
 mod configure;
 mod correct;
 mod declare;
+mod error_terms;
 mod joint_targets;
 mod measure;
 mod move_joints;
@@ -18,14 +19,17 @@ mod search;
 
 use std::time::Duration;
 
-pub use apply::{ApplyStep, ZeroShift};
+pub use apply::{ApplyStep, ShiftUncertainty, ZeroShift};
 pub use call::CallStep;
 pub use check::CheckStep;
+pub(crate) use compute::BUDGET;
 pub use compute::ComputeStep;
 pub use configure::ConfigureStep;
 pub use correct::{Change, CorrectStep, ParameterCorrection};
 pub(crate) use correct::{key_of, name_and_unit};
 pub use declare::DeclareStep;
+pub use error_terms::{ErrorSize, ErrorTerm};
+pub(crate) use error_terms::{INSTRUMENTS, TOLERANCES};
 pub use joint_targets::{JointTarget, JointTargets};
 pub use measure::MeasureStep;
 pub use move_joints::{HandTarget, MoveStep, PointTarget};

@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use super::model_file::{ModelRows, read_from_drive, read_rows};
 use super::raw::{RawDevice, RawKeepOut, RawRobot, RawWorkcell};
-use super::{DeviceSetting, KeepOutPlane, ModelFile, RobotSetting, Wire, Workcell, WorldSetting, raw};
+use super::{
+    DeviceSetting, KeepOutPlane, ModelFile, RobotSetting, Wire, Workcell, WorldSetting, raw, tolerances,
+};
 use crate::expression::Calculator;
 use crate::file::read_text;
 use crate::procedure::{CellNames, LoadedFiles, Procedure, check_procedure, load};
@@ -82,6 +84,7 @@ impl Loader<'_> {
                 .collect(),
         };
         let procedures = self.procedures(&raw.procedures, &names);
+        tolerances::check(&raw.tolerances, &procedures, problems);
         let answers = raw.answers.and_then(|answers| self.existing(&answers));
         let title = raw.title.unwrap_or_else(|| raw.name.clone());
         Workcell {
@@ -94,6 +97,7 @@ impl Loader<'_> {
             robots,
             keep_out,
             instruments: raw.instruments,
+            tolerances: raw.tolerances.into_iter().map(|(name, value)| (name.name, value)).collect(),
             procedures,
             answers,
         }

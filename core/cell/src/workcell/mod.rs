@@ -9,6 +9,7 @@ mod load;
 mod model_file;
 mod raw;
 mod robot;
+mod tolerances;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -47,6 +48,8 @@ pub struct Workcell {
     pub keep_out: Vec<KeepOutPlane>,
     /// What the operator measures with.
     pub instruments: Vec<Instrument>,
+    /// What is known of the cell's parts, and how well: sizes of errors that procedures refer to. The unit is the end of the name.
+    pub tolerances: Vec<(String, f64)>,
     /// What it can run; the first is what it runs unless told otherwise.
     pub procedures: Vec<Arc<Procedure>>,
     /// Answers for unattended runs.

@@ -3,7 +3,7 @@
 use plumb_record::Instrument;
 use serde_json::Value;
 
-use super::{Pace, instruments};
+use super::{Pace, instruments, tolerances};
 use crate::read_context::{DegOrMm, ReadContext};
 use crate::yaml::{Key, MapReader, Node, Place};
 
@@ -15,6 +15,7 @@ pub(super) struct RawWorkcell {
     pub(super) robots: Vec<RawRobot>,
     pub(super) keep_out: Vec<RawKeepOut>,
     pub(super) instruments: Vec<Instrument>,
+    pub(super) tolerances: Vec<(Key, f64)>,
     pub(super) procedures: Vec<(String, Place)>,
     pub(super) answers: Option<(String, Place)>,
 }
@@ -65,6 +66,7 @@ pub(super) fn read(root: &Node, context: &ReadContext<'_>) -> Option<RawWorkcell
         .optional("instruments")
         .and_then(|node| node.entries("`instruments`", problems))
         .unwrap_or_default();
+    let tolerances = tolerances::read(&mut map, context);
     let procedures =
         map.required("procedures").map(|node| texts(node, "`procedures`", context)).unwrap_or_default();
     let answers = map
@@ -93,6 +95,7 @@ pub(super) fn read(root: &Node, context: &ReadContext<'_>) -> Option<RawWorkcell
             .iter()
             .filter_map(|(key, node)| instruments::read(key, node, context))
             .collect(),
+        tolerances,
         procedures,
         answers,
     })

@@ -64,6 +64,8 @@ pub struct Covariate {
 pub struct Table {
     /// Where it was read from, for messages.
     pub source: String,
+    /// What the file says of itself in lines that begin with `#`, without that sign: where it comes from.
+    pub comments: Vec<String>,
     /// Number of joints: `q1 ... qn`.
     pub joints: usize,
     /// Commanded coordinates, row after row.

@@ -80,6 +80,9 @@ pub enum TableError {
     },
 }
 
+/// A line that begins with this is no row: it says something about the file.
+const COMMENT: char = '#';
+
 struct Column {
     name: String,
     meaning: Meaning,
@@ -125,7 +128,9 @@ impl Table {
     pub fn parse(source: &str, text: &str) -> Result<Self, TableError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         within_limits(source, text)?;
-        let header = text.lines().next().unwrap_or("");
+        let is_comment = |line: &&str| line.trim_start().starts_with(COMMENT);
+        let comments: Vec<&str> = text.lines().take_while(is_comment).collect();
+        let header = text.lines().nth(comments.len()).unwrap_or("");
         let count = |mark: char| header.matches(mark).count();
         let separator =
             [',', ';', '\t'].into_iter().max_by_key(|mark| (count(*mark), *mark == ',')).unwrap_or(',');
@@ -133,6 +138,7 @@ impl Table {
         let mut reader = csv::ReaderBuilder::new()
             .delimiter(separator as u8)
             .flexible(true)
+            .comment(Some(COMMENT as u8))
             .trim(csv::Trim::All)
             .from_reader(text.as_bytes());
         let malformed =
@@ -146,6 +152,8 @@ impl Table {
             }
             push_row(&mut table, &columns, &record, mark)?;
         }
+        table.comments =
+            comments.iter().map(|line| line.trim().trim_start_matches(COMMENT).trim().to_owned()).collect();
         if table.is_empty() {
             return Err(TableError::Empty {
                 path: source.to_owned(),

@@ -8,7 +8,9 @@ use std::thread;
 use plumb_record::{Record, RecordError, RunId, RunSummary};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
+use super::state::BringBack;
 use super::trend::{self, Trend};
+use crate::record_command::roll_back;
 use crate::show_command;
 
 /// Runs read at most; who looks for older ones has `plumb history`.
@@ -21,6 +23,8 @@ pub(crate) enum ArchiveRequest {
     List,
     /// All there is of one run.
     Open(i64),
+    /// Earlier corrections are to be in force again.
+    BringBack(BringBack),
 }
 
 /// What was read.
@@ -40,6 +44,10 @@ pub(crate) enum ArchiveAnswer {
         /// The lines.
         lines: Vec<String>,
     },
+    /// Earlier corrections are in force again.
+    BroughtBack(String),
+    /// They are not, and why.
+    NotBroughtBack(String),
     /// It could not be read, and why.
     Failed(String),
 }
@@ -73,36 +81,48 @@ impl Archive {
 fn work(directory: &Path, to_do: &Receiver<ArchiveRequest>, to_screens: &UnboundedSender<ArchiveAnswer>) {
     let mut record = None;
     while let Ok(request) = to_do.recv() {
-        let answer = opened(&mut record, directory).and_then(|record| read(record, &request));
-        let answer =
-            answer.unwrap_or_else(|error| ArchiveAnswer::Failed(crate::failure::with_causes(&error)));
-        if to_screens.send(answer).is_err() {
-            return;
+        let answers = opened(&mut record, directory).and_then(|record| answers_to(record, &request));
+        let answers =
+            answers.unwrap_or_else(|error| vec![ArchiveAnswer::Failed(crate::failure::with_causes(&error))]);
+        for answer in answers {
+            if to_screens.send(answer).is_err() {
+                return;
+            }
         }
     }
 }
 
 /// The open record; opened at the first question, and tried again if that failed.
-fn opened<'a>(record: &'a mut Option<Record>, directory: &Path) -> Result<&'a Record, RecordError> {
+fn opened<'a>(record: &'a mut Option<Record>, directory: &Path) -> Result<&'a mut Record, RecordError> {
     match record {
         Some(record) => Ok(record),
         None => Ok(record.insert(Record::open(directory)?)),
     }
 }
 
-fn read(record: &Record, request: &ArchiveRequest) -> Result<ArchiveAnswer, RecordError> {
+fn answers_to(record: &mut Record, request: &ArchiveRequest) -> Result<Vec<ArchiveAnswer>, RecordError> {
     Ok(match request {
-        ArchiveRequest::List => {
-            let runs = record.history(MOST_RUNS)?;
-            let mut trends = Vec::new();
-            for (cell, key) in record.corrected()? {
-                trends.push(trend::of(&cell, &key, &record.correction_history(&cell, &key)?));
-            }
-            ArchiveAnswer::Listed { runs, trends }
-        }
+        ArchiveRequest::List => vec![listed(record)?],
         ArchiveRequest::Open(run) => {
             let lines = show_command::report(record, &record.run(RunId(*run))?)?;
-            ArchiveAnswer::Opened { run: *run, lines }
+            vec![ArchiveAnswer::Opened { run: *run, lines }]
         }
+        ArchiveRequest::BringBack(back) => match roll_back(record, &back.cell, &back.device, back.revision) {
+            Ok(done) => {
+                let text =
+                    format!("Revision {} is in force: as revision {} was.", done.revision, back.revision);
+                vec![ArchiveAnswer::BroughtBack(text), listed(record)?]
+            }
+            Err(error) => vec![ArchiveAnswer::NotBroughtBack(crate::failure::with_causes(&error))],
+        },
     })
+}
+
+fn listed(record: &Record) -> Result<ArchiveAnswer, RecordError> {
+    let runs = record.history(MOST_RUNS)?;
+    let mut trends = Vec::new();
+    for (cell, key) in record.corrected()? {
+        trends.push(trend::of(&cell, &key, &record.correction_history(&cell, &key)?));
+    }
+    Ok(ArchiveAnswer::Listed { runs, trends })
 }

@@ -3,7 +3,7 @@
 use plumb_record::RunSummary;
 
 use super::trend::Trend;
-use crate::history_command::state_in_words;
+use crate::history_command::ended_in_words;
 
 /// The runs of the record and what is chosen among them.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +24,38 @@ pub(crate) struct HistoryState {
     pub trend: usize,
     /// Why the record could not be read.
     pub problem: Option<String>,
+    /// Corrections that are to be brought back, once that is confirmed.
+    pub bring_back: Option<BringBack>,
+}
+
+/// Corrections of a device as a run put them in force.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct BringBack {
+    /// The run that put them in force.
+    pub run: i64,
+    /// The cell.
+    pub cell: String,
+    /// The device.
+    pub device: String,
+    /// The last revision the run made.
+    pub revision: i64,
+    /// What changes, a line each.
+    pub changes: Vec<String>,
+}
+
+impl BringBack {
+    /// What the operator is asked.
+    pub(crate) fn question(&self) -> String {
+        format!(
+            "The corrections of {} in cell {} will be those of revision {}, as run {} left them:\n\n{}\n\nWhat is in force now stays in the \
+             record.\n\n  y  bring them back\n  n  leave them as they are",
+            self.device,
+            self.cell,
+            self.revision,
+            self.run,
+            self.changes.join("\n")
+        )
+    }
 }
 
 /// A run in full.
@@ -50,7 +82,7 @@ impl HistoryState {
                 run.procedure,
                 run.title,
                 run.operator,
-                state_in_words(run),
+                ended_in_words(run),
                 run.message.as_deref().unwrap_or_default()
             )
             .to_lowercase();
@@ -62,6 +94,27 @@ impl HistoryState {
     /// The run that is chosen.
     pub(crate) fn run(&self) -> Option<&RunSummary> {
         self.shown().get(self.chosen).copied()
+    }
+
+    /// What bringing back the corrections of the chosen run would change.
+    ///
+    /// # Errors
+    /// Why there is nothing to bring back, for the operator.
+    pub(crate) fn way_back(&self) -> Result<BringBack, String> {
+        let Some(run) = self.run().map(|run| run.run.0) else { return Err("No run is chosen.".to_owned()) };
+        let made = self.trends.iter().flat_map(|trend| trend.points.iter().map(move |point| (trend, point)));
+        let last = made.filter(|(_, point)| point.run == Some(run)).max_by_key(|(_, point)| point.revision);
+        let Some((trend, point)) = last else {
+            return Err(format!("Run {run} put no correction in force: choose one that did."));
+        };
+        let (cell, device, revision) = (trend.cell.clone(), trend.device.clone(), point.revision);
+        let of_device = |trend: &&Trend| trend.cell == cell && trend.device == device;
+        let changes: Vec<String> =
+            self.trends.iter().filter(of_device).filter_map(|trend| trend.change_to(revision)).collect();
+        match changes.is_empty() {
+            true => Err(format!("What run {run} put in force is in force.")),
+            false => Ok(BringBack { run, cell, device, revision, changes }),
+        }
     }
 
     /// Keeps the choice within what is shown.

@@ -9,10 +9,29 @@ pub(crate) struct Trend {
     pub name: String,
     /// The cell.
     pub cell: String,
+    /// The device.
+    pub device: String,
     /// Unit of the values.
     pub unit: String,
     /// Oldest first.
     pub points: Vec<TrendPoint>,
+}
+
+impl Trend {
+    /// What going back to a revision changes of this quantity, in words; none where that is in force.
+    pub(super) fn change_to(&self, revision: i64) -> Option<String> {
+        let now = self.points.last()?;
+        let then = self.points.iter().rfind(|point| point.revision <= revision);
+        let unit = &self.unit;
+        match then {
+            Some(then) if then.value == now.value => None,
+            Some(then) => Some(format!("{}: {:.4} -> {:.4} {unit}", self.name, now.value, then.value)),
+            None => Some(format!(
+                "{}: {:.4} {unit} -> what was before its first correction",
+                self.name, now.value
+            )),
+        }
+    }
 }
 
 /// One value.
@@ -24,8 +43,10 @@ pub(crate) struct TrendPoint {
     pub seconds: f64,
     /// The value.
     pub value: f64,
-    /// Its standard uncertainty.
-    pub uncertainty: f64,
+    /// Its standard uncertainty; none where it was not determined.
+    pub uncertainty: Option<f64>,
+    /// The revision that put it in force.
+    pub revision: i64,
     /// The run that found it; none where an older value was brought back.
     pub run: Option<i64>,
 }
@@ -44,12 +65,14 @@ pub(super) fn of(cell: &str, key: &CorrectionKey, history: &[StoredCorrection]) 
             time: one.proposed.clone(),
             value: one.new,
             uncertainty: one.uncertainty,
+            revision: one.revision.unwrap_or_default(),
             run: one.run.map(|run| run.0),
         })
     };
     Trend {
         name: format!("{what} of {}", key.device),
         cell: cell.to_owned(),
+        device: key.device.clone(),
         unit: history.first().map_or_else(String::new, |one| one.unit.clone()),
         points: history.iter().filter_map(point).collect(),
     }

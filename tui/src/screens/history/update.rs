@@ -6,7 +6,7 @@ use super::archive::{ArchiveAnswer, ArchiveRequest};
 use super::state::OpenedRun;
 use crate::screens::keys::Command;
 use crate::screens::message::Action;
-use crate::screens::state::State;
+use crate::screens::state::{Gravity, Overlay, State};
 
 /// Longer than anybody filters by.
 const LONGEST_FILTER: usize = 60;
@@ -32,6 +32,29 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
             return vec![Action::Archive(ArchiveRequest::Open(run))];
         }
         _ => {}
+    }
+    Vec::new()
+}
+
+/// Asks whether to bring back the corrections of the chosen run, or has it done.
+pub(crate) fn bring_back(state: &mut State, command: Command) -> Vec<Action> {
+    let Some(history) = &mut state.history else { return Vec::new() };
+    if command == Command::BringBackNow {
+        state.overlay = None;
+        return history
+            .bring_back
+            .take()
+            .map(ArchiveRequest::BringBack)
+            .map(Action::Archive)
+            .into_iter()
+            .collect();
+    }
+    match history.way_back() {
+        Ok(back) => {
+            history.bring_back = Some(back);
+            state.overlay = Some(Overlay::BringBack);
+        }
+        Err(reason) => state.say(Gravity::Calm, reason),
     }
     Vec::new()
 }
@@ -85,6 +108,8 @@ pub(crate) fn take(state: &mut State, answer: ArchiveAnswer) {
                 opened.lines = lines;
             }
         }
+        ArchiveAnswer::BroughtBack(told) => state.say(Gravity::Calm, told),
+        ArchiveAnswer::NotBroughtBack(reason) => state.say(Gravity::Fault, reason),
         ArchiveAnswer::Failed(reason) => history.problem = Some(reason),
     }
 }

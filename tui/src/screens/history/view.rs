@@ -1,5 +1,6 @@
 //! Draws the History screen.
 
+use plumb_cell::give_or_take;
 use plumb_record::{RunEnd, RunState, RunSummary};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -11,7 +12,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::state::{HistoryState, OpenedRun};
 use super::trend::{Trend, TrendPoint};
-use crate::history_command::state_in_words;
+use crate::history_command::ended_in_words;
 use crate::screens::hits::Hit;
 use crate::screens::pane::{self, fitted, folded};
 use crate::screens::state::State;
@@ -32,7 +33,7 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
     let [left, right] = Layout::horizontal([Constraint::Percentage(46), Constraint::Fill(1)]).areas(area);
     list(state, history, frame, left);
     let [above, below] = Layout::vertical([Constraint::Max(11), Constraint::Fill(1)]).areas(right);
-    in_short(history, theme, frame, above);
+    in_short(history, &state.record_option, theme, frame, above);
     trend(history, theme, frame, below);
 }
 
@@ -114,7 +115,7 @@ fn look(state: RunState, theme: &Theme) -> (&'static str, Style) {
 }
 
 /// The chosen run in a few lines.
-fn in_short(history: &HistoryState, theme: &Theme, frame: &mut Frame, area: Rect) {
+fn in_short(history: &HistoryState, record_option: &str, theme: &Theme, frame: &mut Frame, area: Rect) {
     let run = history.run();
     let title = run.map_or_else(|| "Run".to_owned(), |run| format!("Run {} \u{b7} Enter opens", run.run.0));
     let inner = pane::open(frame, area, theme, &title, false);
@@ -123,7 +124,7 @@ fn in_short(history: &HistoryState, theme: &Theme, frame: &mut Frame, area: Rect
     let mut lines = vec![
         Line::styled(run.title.clone(), theme.heading),
         Line::from(vec![
-            Span::styled(format!("{sign} {}", state_in_words(run)), style),
+            Span::styled(format!("{sign} {}", ended_in_words(run)), style),
             Span::raw(format!(" \u{b7} {} \u{b7} by {}", run.cell, run.operator)),
         ]),
         Line::raw(format!("{} {} UTC", run.started.get(..10).unwrap_or(""), clock(&run.started))),
@@ -133,7 +134,7 @@ fn in_short(history: &HistoryState, theme: &Theme, frame: &mut Frame, area: Rect
     }
     if run.state == RunState::Running {
         lines.push(Line::styled(
-            format!("plumb run --resume {} takes it up, unless it is open now", run.run.0),
+            format!("plumb run --resume {}{record_option} takes it up, unless it is open now", run.run.0),
             theme.faint,
         ));
     }
@@ -146,7 +147,10 @@ fn in_short(history: &HistoryState, theme: &Theme, frame: &mut Frame, area: Rect
 /// What a run put in force of one quantity.
 fn found_by(trend: &Trend, run: i64) -> Option<String> {
     let point = trend.points.iter().rev().find(|point| point.run == Some(run))?;
-    Some(format!("{} {:.4} {} in force", trend.name, point.value, trend.unit))
+    let around = give_or_take(point.uncertainty, &trend.unit);
+    let newest = trend.points.last().is_some_and(|newest| newest == point);
+    let now = if newest { "in force" } else { "replaced since" };
+    Some(format!("{} {:.4} {} ({around}), {now}", trend.name, point.value, trend.unit))
 }
 
 /// One run with all the record holds of it, over the whole page.
@@ -221,7 +225,7 @@ impl Scale {
             })
         };
         let (from, to) = ends(|point, _| point.seconds)?;
-        let (low, high) = ends(|point, sign| point.value + sign * point.uncertainty)?;
+        let (low, high) = ends(|point, sign| point.value + sign * point.uncertainty.unwrap_or(0.0))?;
         // A single moment or a value that never changed still gets an axis.
         let wide = 0.04 * (to - from).max(60.0);
         let air = 0.12 * (high - low).max(1e-3);
@@ -255,7 +259,8 @@ fn draw(trend: &Trend, scale: &Scale, chosen: Option<i64>, theme: &Theme, frame:
             context.layer();
             for point in &trend.points {
                 let color = if point.run.is_some() && point.run == chosen { marked } else { dot };
-                let (low, high) = (point.value - point.uncertainty, point.value + point.uncertainty);
+                let around = point.uncertainty.unwrap_or(0.0);
+                let (low, high) = (point.value - around, point.value + around);
                 context.draw(&Stroke { x1: point.seconds, y1: low, x2: point.seconds, y2: high, color });
                 context.draw(&Circle { x: point.seconds, y: point.value, radius, color });
             }

@@ -24,6 +24,8 @@ pub(crate) enum Place {
     Leaving,
     /// While the program asks whether to abort the run.
     Aborting,
+    /// While the program asks whether to bring earlier corrections back.
+    BringingBack,
     /// On the Cell screen.
     Cell,
     /// On the Run screen.
@@ -60,6 +62,7 @@ impl Place {
             Self::Overlay => "help",
             Self::Leaving => "leaving",
             Self::Aborting => "aborting",
+            Self::BringingBack => "History, bringing back",
             Self::Cell => "Cell",
             Self::Run => "Run",
             Self::Prompt => "Run, prompt",
@@ -167,6 +170,10 @@ pub(crate) enum Command {
     NextTrend,
     /// Draw the one before.
     PreviousTrend,
+    /// Ask whether to bring back what the chosen run put in force.
+    BringBack,
+    /// Bring it back.
+    BringBackNow,
     /// Something on the Scan screen.
     Scan(ScanCommand),
 }

@@ -1,6 +1,7 @@
 //! What the run has found: trigger poses and how they settle from turn to turn, and the corrections.
 
 use plumb_cell::event::StepPath;
+use plumb_cell::{NOT_DETERMINED, uncertainty_digits};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};
@@ -159,7 +160,7 @@ fn correction_line(row: &CorrectionRow, wide: bool, theme: &Theme) -> Line<'stat
         Span::styled(format!("{:<14}", fitted(&place, 14)), theme.text),
         Span::styled(if wide { format!("{:>9.3}", correction.old) } else { String::new() }, theme.faint),
         Span::styled(format!("{:>10.3}", correction.new), theme.heading),
-        Span::styled(format!("{:>9}", uncertainty(correction.uncertainty)), theme.text),
+        Span::styled(format!("{:>9}", narrow(correction.uncertainty)), theme.text),
         Span::styled(
             if correction.unit.is_empty() { String::new() } else { format!(" {}", correction.unit) },
             theme.faint,
@@ -168,9 +169,12 @@ fn correction_line(row: &CorrectionRow, wide: bool, theme: &Theme) -> Line<'stat
     ])
 }
 
-/// An uncertainty in four decimals, or that it is less than they show.
-fn uncertainty(value: f64) -> String {
-    if value < 1e-4 { "<0.0001".to_owned() } else { format!("{value:.4}") }
+/// An uncertainty as everywhere else, in as few letters as the table has room for.
+fn narrow(uncertainty: Option<f64>) -> String {
+    match uncertainty_digits(uncertainty) {
+        words if words == NOT_DETERMINED => "not det.".to_owned(),
+        words => words.replace("less than ", "<"),
+    }
 }
 
 /// What is corrected, in as few words as the table has room for.

@@ -101,8 +101,9 @@ fn attention(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
         }
         Phase::Ended { outcome, message } => {
             let (sign, word, _) = outcome_look(*outcome, theme);
-            let number =
-                run.number.map_or_else(String::new, |run| format!(" plumb show {run} prints it later."));
+            let number = run.number.map_or_else(String::new, |run| {
+                format!(" plumb show {run}{} prints it later.", state.record_option)
+            });
             let history =
                 if state.history.is_some() { " 4 shows it among the others in the record." } else { "" };
             let text =

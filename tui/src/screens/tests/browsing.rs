@@ -5,7 +5,7 @@ use plumb_cell::prompt::{Answer, PromptId};
 use ratatui::crossterm::event::KeyCode;
 
 use super::fixtures::{asked_to_confirm, begun, choice_asked, examined, page, press, recorded, tell};
-use crate::screens::history::ArchiveRequest;
+use crate::screens::history::{ArchiveAnswer, ArchiveRequest};
 use crate::screens::message::{Action, Message};
 use crate::screens::state::{Overlay, Screen, State};
 use crate::screens::update::update;
@@ -70,6 +70,44 @@ fn corrected_quantities_are_stepped_through() {
     assert!(page(&state, 80, 24).contains("elbow zero of arm, deg"));
     press(&mut state, KeyCode::Right);
     assert!(page(&state, 80, 24).contains("waist zero of arm, deg"));
+}
+
+#[test]
+fn earlier_corrections_are_brought_back_once_that_is_confirmed() {
+    let mut state = recorded();
+    click(&mut state, "11-19", (80, 24));
+    press(&mut state, KeyCode::Char('b'));
+    let notice = |state: &State| state.notice.as_ref().map(|notice| notice.text.clone()).unwrap_or_default();
+    assert_eq!((state.overlay, notice(&state).as_str()), (None, "What run 1 put in force is in force."));
+
+    // A later run put something else in force.
+    let waist = state.history.as_mut().and_then(|history| history.trends.first_mut()).expect("a trend");
+    let mut later = waist.points.last().expect("a point").clone();
+    (later.run, later.revision, later.value) = (Some(3), 7, 9.0);
+    waist.points.push(later);
+    press(&mut state, KeyCode::Char('b'));
+    assert_eq!(state.overlay, Some(Overlay::BringBack));
+    let asked = page(&state, 80, 24);
+    assert!(asked.contains("waist zero of arm: 9.0000 -> 1.6000 deg"), "{asked}");
+    assert!(
+        asked.contains("those of revision 2, as run 1 left") && !asked.contains("elbow zero of arm:"),
+        "{asked}"
+    );
+    assert_eq!(press(&mut state, KeyCode::Enter), [], "Enter leaves them");
+    assert_eq!(state.overlay, None);
+    press(&mut state, KeyCode::Char('b'));
+    let actions = press(&mut state, KeyCode::Char('y'));
+    let [Action::Archive(ArchiveRequest::BringBack(back))] = actions.as_slice() else {
+        panic!("it is asked of the record: {actions:?}")
+    };
+    assert_eq!((back.cell.as_str(), back.device.as_str(), back.revision), ("teachmover", "arm", 2));
+
+    press(&mut state, KeyCode::Up);
+    press(&mut state, KeyCode::Char('b'));
+    assert_eq!(notice(&state), "Run 2 put no correction in force: choose one that did.");
+    let reason = "cell teachmover is already run by another plumb".to_owned();
+    update(&mut state, Message::Archive(ArchiveAnswer::NotBroughtBack(reason.clone())));
+    assert_eq!(notice(&state), reason);
 }
 
 #[test]

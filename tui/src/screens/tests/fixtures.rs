@@ -297,7 +297,8 @@ pub(super) fn passed() -> State {
             place: joint.to_owned(),
             old,
             new,
-            uncertainty: 0.0073,
+            uncertainty: Some(0.0073),
+            budget: None,
             unit: "deg".to_owned(),
         };
         tell(&mut state, Event::CorrectionProposed { correction: correction.clone() });
@@ -412,6 +413,7 @@ pub(super) fn recorded() -> State {
         ended: None,
         state: ended,
         message: Some(message.to_owned()).filter(|message| !message.is_empty()),
+        skipped: Vec::new(),
     };
     let runs = vec![
         run(3, "2026-11-21T09:13:02.000Z", "ada", RunState::Running, ""),
@@ -428,12 +430,14 @@ pub(super) fn recorded() -> State {
         time: format!("2026-11-{day}T08:10:00.000Z"),
         seconds: 86_400.0 * day as f64,
         value,
-        uncertainty: 0.05,
+        uncertainty: Some(0.05),
+        revision: run + 1,
         run: Some(run),
     };
     let trend = |name: &str, points: Vec<TrendPoint>| Trend {
         name: name.to_owned(),
         cell: "teachmover".to_owned(),
+        device: "arm".to_owned(),
         unit: "deg".to_owned(),
         points,
     };

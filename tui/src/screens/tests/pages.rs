@@ -83,7 +83,8 @@ fn camera_aim() -> Correction {
         place: "camera_aim_x".to_owned(),
         old: 0.0,
         new: 0.4,
-        uncertainty: 0.04,
+        uncertainty: Some(0.04),
+        budget: None,
         unit: "deg".to_owned(),
     }
 }

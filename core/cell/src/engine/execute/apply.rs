@@ -1,17 +1,17 @@
 //! `apply`
 
-use plumb_record::{CorrectionKey, NewCorrection};
-use serde_json::json;
+use plumb_record::{Budget, CorrectionKey, NewCorrection};
+use serde_json::{Map, Value, json};
 
 use crate::engine::Engine;
 use crate::engine::arm::JOINT_ZERO;
 use crate::engine::journal::Question;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
-use crate::event::NamedValue;
-use crate::in_words::give_or_take;
+use crate::event::{LogLevel, NamedValue};
+use crate::in_words::{give_or_take, left_open};
 use crate::prompt::{Answer, ChoiceOption, PromptKind};
-use crate::step::ApplyStep;
+use crate::step::{ApplyStep, ShiftUncertainty, ZeroShift};
 
 impl Engine {
     pub(super) fn execute_apply(&mut self, step: &ApplyStep, at: &StepContext) -> Result<Done, StepError> {
@@ -21,7 +21,7 @@ impl Engine {
         let corrections = self.found_corrections(step, at)?;
         let cell = self.cell.name.clone();
         let numbers = self.journal.proposed(&at.path, &cell, &corrections)?;
-        if step.ask && !self.is_accepted(&corrections, at)? {
+        if step.ask && !self.is_accepted(step, &corrections, at)? {
             let message = "the corrections were rejected: what was in force stays".to_owned();
             return Ok(Done {
                 result: json!({"applied": false, "revision": 0}),
@@ -49,6 +49,7 @@ impl Engine {
                 old: known.old,
                 new: known.new,
                 uncertainty: known.uncertainty,
+                budget: known.budget,
                 unit: known.unit,
             })
             .collect();
@@ -62,8 +63,7 @@ impl Engine {
     ) -> Result<Vec<NewCorrection>, StepError> {
         let mut corrections = Vec::new();
         for zero in &step.shifts {
-            let shift = self.number(at.scope, &zero.shift)?;
-            let uncertainty = self.number(at.scope, &zero.uncertainty)?.abs();
+            let (shift, budget) = self.shift_of(zero, at)?;
             let unit = zero.unit.symbol();
             if shift.abs() > zero.plausible {
                 return Err(StepError::error(format!(
@@ -83,25 +83,60 @@ impl Engine {
                 key,
                 old,
                 new: old + shift,
-                uncertainty,
+                uncertainty: budget.as_ref().and_then(Budget::standard),
+                budget,
                 unit: unit.to_owned(),
             });
         }
         Ok(corrections)
     }
 
-    fn is_accepted(&mut self, corrections: &[NewCorrection], at: &StepContext) -> Result<bool, StepError> {
-        let lines = corrections.iter().map(|one| {
+    /// The shift of a zero, and what its uncertainty is made of.
+    fn shift_of(&mut self, zero: &ZeroShift, at: &StepContext) -> Result<(f64, Option<Budget>), StepError> {
+        match &zero.uncertainty {
+            ShiftUncertainty::Stated(uncertainty) => {
+                let shift = self.number(at.scope, &zero.shift)?;
+                Ok((shift, self.stated(uncertainty, zero.unit.symbol(), at)?))
+            }
+            ShiftUncertainty::Errors(errors) => {
+                const SHIFT: &str = "shift";
+                let evaluated =
+                    self.evaluate_with_errors(errors, &[zero.shift.text()], at, |engine, values| {
+                        let shift = zero.shift.number(&engine.calculator, values)?;
+                        Ok(Map::from_iter([(SHIFT.to_owned(), shift.into())]))
+                    })?;
+                let shift = evaluated.results.get(SHIFT).and_then(Value::as_f64).unwrap_or(f64::NAN);
+                Ok((shift, evaluated.budgets.into_iter().next().map(|(_, budget)| budget)))
+            }
+        }
+    }
+
+    fn is_accepted(
+        &mut self,
+        step: &ApplyStep,
+        corrections: &[NewCorrection],
+        at: &StepContext,
+    ) -> Result<bool, StepError> {
+        let mut lines = Vec::new();
+        for one in corrections {
             let (place, unit) = (&one.key.place, &one.unit);
             let around = give_or_take(one.uncertainty, unit);
-            format!("zero of {place}: {:.4} -> {:.4} {unit} ({around})", one.old, one.new)
-        });
+            lines.push(format!("zero of {place}: {:.4} -> {:.4} {unit} ({around})", one.old, one.new));
+            lines.extend(one.budget.as_ref().and_then(|budget| left_open(budget, unit)));
+        }
+        for warning in self.unusual(step, corrections)? {
+            self.journal.log(LogLevel::Warning, "apply", Some(&at.path), &warning)?;
+            lines.push(format!("LOOK AT THIS FIRST: {warning}"));
+        }
         let option = |key: &str, label: &str| ChoiceOption { key: key.to_owned(), label: label.to_owned() };
         let question = Question {
             step: &at.path,
             title: &at.title,
-            text: format!("Put these corrections in force?\n{}", lines.collect::<Vec<_>>().join("\n")),
-            help: Some("What was in force before is kept in the record and can be brought back.".to_owned()),
+            text: format!("Put these corrections in force?\n{}", lines.join("\n")),
+            help: Some(format!(
+                "What was in force before is kept in the record and can be brought back: `plumb record zeros {}` lists the revisions.",
+                self.cell.name
+            )),
             kind: PromptKind::Choice {
                 options: vec![
                     option("accept", "Put them in force"),
@@ -130,7 +165,7 @@ fn done(corrections: &[NewCorrection], revision: i64) -> Done {
         name: format!("zero of {}", one.key.place),
         value: one.new,
         unit: one.unit.clone(),
-        uncertainty: Some(one.uncertainty),
+        uncertainty: one.uncertainty,
     });
     let shifts =
         corrections.iter().map(|one| format!("{} by {:+.4} {}", one.key.place, one.new - one.old, one.unit));

@@ -1,6 +1,6 @@
 //! `correct`
 
-use plumb_record::{AppliedCorrection, CorrectionKey, NewCorrection};
+use plumb_record::{AppliedCorrection, Budget, CorrectionKey, NewCorrection};
 use serde_json::{Map, Value, json};
 
 use crate::engine::Engine;
@@ -61,6 +61,7 @@ impl Engine {
                 old: known.old,
                 new: known.new,
                 uncertainty: known.uncertainty,
+                budget: known.budget,
                 unit: known.unit,
             })
             .collect();
@@ -84,8 +85,9 @@ impl Engine {
             let known = in_force.iter().find(|known| known.key == key);
             let old = known.map_or(parameter.change.uncorrected(), |known| known.value);
             let new = self.corrected_value(parameter, old, at)?;
-            let uncertainty = self.number(at.scope, &parameter.uncertainty)?.abs();
-            corrections.push(NewCorrection { key, old, new, uncertainty, unit: unit.to_owned() });
+            let budget = self.stated(&parameter.uncertainty, unit, at)?;
+            let uncertainty = budget.as_ref().and_then(Budget::standard);
+            corrections.push(NewCorrection { key, old, new, uncertainty, budget, unit: unit.to_owned() });
         }
         Ok(corrections)
     }
@@ -143,9 +145,11 @@ impl Engine {
             step: &at.path,
             title: &at.title,
             text: format!("Apply these corrections?\n{}", lines.collect::<Vec<_>>().join("\n")),
-            help: Some(
-                "They apply from now on, in this run and later ones. The values before them stay in the record and can be rolled back.".to_owned(),
-            ),
+            help: Some(format!(
+                "They apply from now on, in this run and later ones. The values before them stay in the record and can be rolled back: \
+                 `plumb record zeros {}` lists the revisions.",
+                self.cell.name
+            )),
             kind: PromptKind::Choice {
                 options: vec![option("accept", "Apply"), option("reject", "Discard")],
                 default: Some("accept".to_owned()),
@@ -195,7 +199,7 @@ fn done(corrections: &[NewCorrection], revision: i64) -> Done {
         name: one.key.place.clone(),
         value: one.new,
         unit: one.unit.clone(),
-        uncertainty: Some(one.uncertainty),
+        uncertainty: one.uncertainty,
     });
     let changes = corrections.iter().map(|one| {
         format!("{} {}", one.key.place.replace('_', " "), change_in_words(one.old, one.new, &one.unit))

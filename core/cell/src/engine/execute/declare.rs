@@ -1,7 +1,7 @@
 //! `declare`
 
 use plumb_plugin::JointVector;
-use plumb_record::{CorrectionKey, NewCorrection};
+use plumb_record::{Budget, CONTROLLER_ZERO, CorrectionKey, NewCorrection};
 use serde_json::json;
 
 use crate::engine::Engine;
@@ -10,11 +10,9 @@ use crate::engine::scope::joints_value;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::NamedValue;
+use crate::in_words::give_or_take;
 use crate::prompt::{Answer, ChoiceOption, PromptKind};
 use crate::step::DeclareStep;
-
-/// Name of the correction of a zero that the controller itself keeps: old and new are what the joint read, standing still.
-pub(crate) const CONTROLLER_ZERO: &str = "controller_zero";
 
 /// How far a joint may read from what was declared, in steps of its drive.
 const STEPS_APART: f64 = 2.0;
@@ -68,10 +66,7 @@ impl Engine {
         let mut corrections = Vec::new();
         for joint in &step.joints {
             let value = self.number(at.scope, &joint.value)?;
-            let uncertainty = match step.uncertainties.iter().find(|known| known.joint == joint.joint) {
-                Some(known) => self.number(at.scope, &known.value)?.abs(),
-                None => 0.0,
-            };
+            let budget = self.stated_uncertainty(step, at, &joint.joint)?;
             let arm = self.arm(&step.robot)?;
             let Some(column) = arm.column(&joint.joint) else { continue };
             let zero = arm.zero(column);
@@ -90,9 +85,30 @@ impl Engine {
                 quantity: CONTROLLER_ZERO.to_owned(),
                 place: joint.joint.clone(),
             };
-            corrections.push(NewCorrection { key, old, new: value, uncertainty, unit: unit.to_owned() });
+            let uncertainty = budget.as_ref().and_then(Budget::standard);
+            corrections.push(NewCorrection {
+                key,
+                old,
+                new: value,
+                uncertainty,
+                budget,
+                unit: unit.to_owned(),
+            });
         }
         Ok((declared, corrections))
+    }
+
+    /// What the procedure says of the uncertainty of a joint's zero; none where it says nothing: that was not determined.
+    fn stated_uncertainty(
+        &mut self,
+        step: &DeclareStep,
+        at: &StepContext,
+        joint: &str,
+    ) -> Result<Option<Budget>, StepError> {
+        let Some(known) = step.uncertainties.iter().find(|known| known.joint == joint) else {
+            return Ok(None);
+        };
+        self.stated(&known.value, known.unit.symbol(), at)
     }
 
     fn is_declaration_accepted(
@@ -102,10 +118,8 @@ impl Engine {
     ) -> Result<bool, StepError> {
         let lines = corrections.iter().map(|one| {
             let (place, unit) = (&one.key.place, &one.unit);
-            format!(
-                "{place}: reads {:.3}, shall read {:.3} {unit} (+- {:.3})",
-                one.old, one.new, one.uncertainty
-            )
+            let around = give_or_take(one.uncertainty, unit);
+            format!("{place}: reads {:.3}, shall read {:.3} {unit} ({around})", one.old, one.new)
         });
         let option = |key: &str, label: &str| ChoiceOption { key: key.to_owned(), label: label.to_owned() };
         let question = Question {
@@ -116,7 +130,7 @@ impl Engine {
                 lines.collect::<Vec<_>>().join("\n")
             ),
             help: Some(
-                "The controller keeps this and uses it in every later move. What it read before is kept in the record.".to_owned(),
+                "The controller keeps this and uses it in every later move. What it read before is kept in the record; only bringing the arm to a pose and declaring that anew changes it again.".to_owned(),
             ),
             kind: PromptKind::Choice {
                 options: vec![
@@ -160,6 +174,6 @@ fn shown(correction: &NewCorrection) -> NamedValue {
         name: format!("{} shifted", correction.key.place),
         value: correction.new - correction.old,
         unit: correction.unit.clone(),
-        uncertainty: Some(correction.uncertainty),
+        uncertainty: correction.uncertainty,
     }
 }

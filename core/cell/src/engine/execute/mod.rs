@@ -14,10 +14,10 @@ mod prompt;
 mod row;
 mod scan;
 mod search;
+mod unusual;
 
 pub(crate) use correct::SENSOR_PARAMETER;
 pub use correct::sensor_corrections;
-pub(crate) use declare::CONTROLLER_ZERO;
 pub(super) use scan::{Made, Scan, attitude_of, flange_at};
 pub(crate) use search::CIRCUMSTANCES;
 

@@ -1,0 +1,51 @@
+//! What is known of a cell's parts, and how well, as a cell file says it.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use crate::procedure::Procedure;
+use crate::read_context::ReadContext;
+use crate::step::TOLERANCES;
+use crate::yaml::{Key, MapReader, Problems};
+
+/// As many letters may be wrong, missing, too many or exchanged in a name that was meant to be another.
+const SLIP: usize = 2;
+
+/// Reads `tolerances:`.
+pub(super) fn read(map: &mut MapReader<'_>, context: &ReadContext<'_>) -> Vec<(Key, f64)> {
+    let entries = map.optional(TOLERANCES).and_then(|node| node.entries("`tolerances`", context.problems));
+    let entries = entries.unwrap_or_default();
+    let read = entries.iter().filter_map(|(name, node)| {
+        let value = node.number_between(&format!("`{}`", name.name), 0.0, 1e4, context.problems)?;
+        Some((name.clone(), value))
+    });
+    read.collect()
+}
+
+/// Reports a tolerance that no procedure of the cell refers to, where its name is nearly one that is referred to: a slip of the pen would
+/// leave an uncertainty not determined.
+pub(super) fn check(tolerances: &[(Key, f64)], procedures: &[Arc<Procedure>], problems: &Problems) {
+    let mut used = BTreeSet::new();
+    for procedure in procedures {
+        collect_used(procedure, &mut used);
+    }
+    let given = |wanted: &str| tolerances.iter().any(|(name, _)| name.name == wanted);
+    for (name, _) in tolerances.iter().filter(|(name, _)| !used.contains(&name.name)) {
+        let near = |meant: &&String| strsim::damerau_levenshtein(&name.name, meant) <= SLIP && !given(meant);
+        if let Some(meant) = used.iter().find(near) {
+            let message = format!("no procedure of the cell uses a tolerance `{}`", name.name);
+            problems.add(name.place, message, format!("did you mean `{meant}`?"));
+        }
+    }
+}
+
+fn collect_used(procedure: &Procedure, used: &mut BTreeSet<String>) {
+    let start = format!("{TOLERANCES}.");
+    for after in procedure.text.split(start.as_str()).skip(1) {
+        let end = after.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(after.len());
+        used.extend(after.get(..end).map(str::to_owned));
+    }
+    for (_, called) in &procedure.called {
+        collect_used(called, used);
+    }
+}

@@ -1,0 +1,249 @@
+//! Revisions: corrections of one device come into force together, and are brought back together.
+
+use rusqlite::{OptionalExtension as _, Transaction, params};
+use serde::Serialize;
+
+use crate::correction::insert;
+use crate::error::During;
+use crate::record::timestamp;
+use crate::{CorrectionKey, NewCorrection, Record, RecordError, StoredCorrection};
+
+/// Quantity of a zero that the controller itself keeps. The record knows what it was, but cannot change it: the arm has to be brought to
+/// the pose again.
+pub const CONTROLLER_ZERO: &str = "controller_zero";
+
+/// The revision before the first: nothing was corrected yet.
+const BEFORE_THE_FIRST: i64 = 0;
+
+/// Corrections of one device that came into force together.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Revision {
+    /// Its number.
+    pub revision: i64,
+    /// The device.
+    pub device: String,
+    /// When it came into force.
+    pub made: String,
+    /// Why: the run and step, or who rolled back.
+    pub reason: String,
+    /// What it put in force.
+    pub corrections: Vec<StoredCorrection>,
+}
+
+/// What a roll back did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RolledBack {
+    /// The new revision it made.
+    pub revision: i64,
+    /// What it put back in force: `old` was in force until now.
+    pub changed: Vec<NewCorrection>,
+    /// What it could not bring back, since the controller keeps it.
+    pub left: Vec<CorrectionKey>,
+}
+
+impl Record {
+    /// Puts proposed corrections of one device in force, all of them or none, as a new revision; gives its number.
+    ///
+    /// # Errors
+    /// [`RecordError::NotProposed`] when one of them is none of this device's proposals, or is in force already; or when the record cannot
+    /// be written. Nothing is in force then that was not before.
+    pub fn apply_corrections(
+        &mut self,
+        cell: &str,
+        device: &str,
+        corrections: &[i64],
+        reason: &str,
+    ) -> Result<i64, RecordError> {
+        self.on_the_disk(|record| {
+            let transaction = record.connection.transaction().during("apply corrections")?;
+            let revision = new_revision(&transaction, cell, device, reason).during("apply corrections")?;
+            for correction in corrections {
+                let applied = transaction
+                    .execute(
+                        "UPDATE corrections SET revision = ?2 WHERE id = ?1 AND revision IS NULL AND cell = ?3 AND device = ?4",
+                        params![correction, revision, cell, device],
+                    )
+                    .during("apply corrections")?;
+                if applied != 1 {
+                    return Err(RecordError::NotProposed { correction: *correction });
+                }
+            }
+            transaction.commit().during("apply corrections")?;
+            Ok(revision)
+        })
+    }
+
+    /// The revisions of a cell's corrections, the oldest first.
+    ///
+    /// # Errors
+    /// When the record cannot be read.
+    pub fn revisions(&self, cell: &str) -> Result<Vec<Revision>, RecordError> {
+        let mut statement = self
+            .connection
+            .prepare("SELECT id, device, made, reason FROM revisions WHERE cell = ?1 ORDER BY id")
+            .during("list the revisions")?;
+        let rows = statement
+            .query_map(params![cell], |row| {
+                Ok(Revision {
+                    revision: row.get(0)?,
+                    device: row.get(1)?,
+                    made: row.get(2)?,
+                    reason: row.get(3)?,
+                    corrections: Vec::new(),
+                })
+            })
+            .during("list the revisions")?;
+        let mut revisions: Vec<Revision> = rows.collect::<Result<_, _>>().during("list the revisions")?;
+        for one in &mut revisions {
+            one.corrections = self.corrections_where("revision = ?1 ORDER BY id", params![one.revision])?;
+        }
+        Ok(revisions)
+    }
+
+    /// The cells that have corrections, by name.
+    ///
+    /// # Errors
+    /// When the record cannot be read.
+    pub fn corrected_cells(&self) -> Result<Vec<String>, RecordError> {
+        let mut statement = self
+            .connection
+            .prepare("SELECT DISTINCT cell FROM revisions ORDER BY cell")
+            .during("list the cells")?;
+        let rows = statement.query_map([], |row| row.get(0)).during("list the cells")?;
+        rows.collect::<Result<_, _>>().during("list the cells")
+    }
+
+    /// Brings back what was in force at an earlier revision, as a new revision. Corrections that first came into force after it go back
+    /// to the value they replaced. Revision 0 is what was before the first. What the controller keeps is left as it is, and told.
+    ///
+    /// # Errors
+    /// [`RecordError::NoSuchRevision`], [`RecordError::NothingToBringBack`], or when the record cannot be read or written.
+    pub fn roll_back(
+        &mut self,
+        cell: &str,
+        device: &str,
+        revision: i64,
+        reason: &str,
+    ) -> Result<RolledBack, RecordError> {
+        self.require_revision(cell, device, revision)?;
+        let (changed, left) = self.way_back(cell, device, revision)?;
+        if changed.is_empty() {
+            return Err(RecordError::NothingToBringBack {
+                cell: cell.to_owned(),
+                device: device.to_owned(),
+                revision,
+                kept_by_controller: !left.is_empty(),
+            });
+        }
+        self.on_the_disk(|record| {
+            let transaction = record.connection.transaction().during("roll corrections back")?;
+            let made = new_revision(&transaction, cell, device, reason).during("roll corrections back")?;
+            for correction in &changed {
+                insert(&transaction, None, "roll_back", cell, correction, Some(made))
+                    .during("roll corrections back")?;
+            }
+            transaction.commit().during("roll corrections back")?;
+            Ok(RolledBack { revision: made, changed, left })
+        })
+    }
+
+    fn require_revision(&self, cell: &str, device: &str, revision: i64) -> Result<(), RecordError> {
+        let known: bool = self
+            .connection
+            .query_row(
+                "SELECT count(*) FROM revisions WHERE (id = ?1 OR ?1 = ?4) AND cell = ?2 AND device = ?3",
+                params![revision, cell, device, BEFORE_THE_FIRST],
+                |row| row.get(0),
+            )
+            .during("look for a revision")?;
+        if known {
+            return Ok(());
+        }
+        Err(RecordError::NoSuchRevision { cell: cell.to_owned(), device: device.to_owned(), revision })
+    }
+
+    /// What has to change for a revision to be in force again, and what of it the record cannot change.
+    fn way_back(
+        &self,
+        cell: &str,
+        device: &str,
+        revision: i64,
+    ) -> Result<(Vec<NewCorrection>, Vec<CorrectionKey>), RecordError> {
+        let then = self.corrections_at(cell, device, revision)?;
+        let (mut changed, mut left) = (Vec::new(), Vec::new());
+        for now in self.corrections_in_force(cell, device)? {
+            let (value, uncertainty, budget) = match then.iter().find(|earlier| earlier.key == now.key) {
+                Some(earlier) => {
+                    (earlier.value, earlier.uncertainty, self.budget_of(cell, &now.key, earlier.revision)?)
+                }
+                None => (self.first_old_value(cell, &now.key)?, None, None),
+            };
+            if value == now.value {
+                continue;
+            }
+            if now.key.quantity == CONTROLLER_ZERO {
+                left.push(now.key);
+                continue;
+            }
+            let (key, unit) = (now.key, now.unit);
+            changed.push(NewCorrection { key, old: now.value, new: value, uncertainty, budget, unit });
+        }
+        Ok((changed, left))
+    }
+
+    fn budget_of(
+        &self,
+        cell: &str,
+        key: &CorrectionKey,
+        revision: i64,
+    ) -> Result<Option<crate::Budget>, RecordError> {
+        let found = self.corrections_where(
+            "cell = ?1 AND device = ?2 AND quantity = ?3 AND place = ?4 AND revision = ?5",
+            params![cell, key.device, key.quantity, key.place, revision],
+        )?;
+        Ok(found.into_iter().next().and_then(|one| one.budget))
+    }
+
+    fn first_old_value(&self, cell: &str, key: &CorrectionKey) -> Result<f64, RecordError> {
+        self.connection
+            .query_row(
+                "SELECT old FROM corrections WHERE cell = ?1 AND device = ?2 AND quantity = ?3 AND place = ?4 \
+                 AND revision IS NOT NULL ORDER BY revision LIMIT 1",
+                params![cell, key.device, key.quantity, key.place],
+                |row| row.get(0),
+            )
+            .during("read the first value of a correction")
+    }
+}
+
+/// The proposal that this run made at this step before, when it was interrupted there; it is the same finding and is noted once.
+pub(crate) fn proposed_before(
+    transaction: &Transaction<'_>,
+    run: i64,
+    step: &str,
+    cell: &str,
+    correction: &NewCorrection,
+) -> rusqlite::Result<Option<i64>> {
+    let key = &correction.key;
+    transaction
+        .query_row(
+            "SELECT id FROM corrections WHERE run = ?1 AND step = ?2 AND cell = ?3 AND device = ?4 AND quantity = ?5 AND place = ?6 \
+             AND old = ?7 AND new = ?8 AND revision IS NULL",
+            params![run, step, cell, key.device, key.quantity, key.place, correction.old, correction.new],
+            |row| row.get(0),
+        )
+        .optional()
+}
+
+fn new_revision(
+    transaction: &Transaction<'_>,
+    cell: &str,
+    device: &str,
+    reason: &str,
+) -> rusqlite::Result<i64> {
+    transaction.execute(
+        "INSERT INTO revisions (cell, device, made, reason) VALUES (?1, ?2, ?3, ?4)",
+        params![cell, device, timestamp(), reason],
+    )?;
+    Ok(transaction.last_insert_rowid())
+}
