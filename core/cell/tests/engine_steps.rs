@@ -2,6 +2,8 @@
 
 #![expect(clippy::expect_used, clippy::panic, reason = "a failed expectation is how a test fails")]
 
+#[path = "engine_steps/arrival.rs"]
+mod arrival;
 #[path = "engine_steps/level_and_photo.rs"]
 mod level_and_photo;
 #[path = "engine_steps/readings.rs"]

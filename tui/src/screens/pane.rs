@@ -43,13 +43,15 @@ pub(crate) fn fitted(text: &str, width: usize) -> String {
 }
 
 /// `text` with its lines as written, but long ones that break off within a sentence joined with the next: texts in files
-/// are broken for the file's width, not for the screen's.
+/// are broken for the file's width, not for the screen's. The lines of a drawing stay as they are.
 pub(crate) fn reflowed(text: &str) -> String {
     let mut flowed = String::new();
     let mut before = "";
-    for line in text.lines().map(str::trim) {
+    for line in text.lines().map(|line| if is_drawn(line) { line.trim_end() } else { line.trim() }) {
         if !flowed.is_empty() {
-            let breaks_off = columns(before) >= LONG && !before.ends_with(['.', ':', ';', '!', '?']);
+            let sentences = !is_drawn(before) && !is_drawn(line);
+            let breaks_off =
+                sentences && columns(before) >= LONG && !before.ends_with(['.', ':', ';', '!', '?']);
             flowed.push(if breaks_off && !line.is_empty() { ' ' } else { '\n' });
         }
         flowed.push_str(line);
@@ -58,14 +60,25 @@ pub(crate) fn reflowed(text: &str) -> String {
     flowed
 }
 
+/// Whether a line's spaces are part of a drawing or a table: no sentence has two in a row.
+fn is_drawn(line: &str) -> bool {
+    line.trim_end().contains("  ")
+}
+
 /// A line of a file from here on was broken for its length.
 const LONG: usize = 60;
 
-/// `text` broken into lines of at most `width` columns, between words where that can be; its own line breaks stay.
+/// `text` broken into lines of at most `width` columns, between words where that can be; its own line breaks stay, and so do the spaces of a drawing that
+/// fits.
 pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     let width = width.max(1);
     let mut lines = Vec::new();
     for paragraph in text.lines() {
+        let drawn = paragraph.trim_end();
+        if is_drawn(drawn) && columns(drawn) <= width {
+            lines.push(drawn.to_owned());
+            continue;
+        }
         let mut line = String::new();
         for word in paragraph.split_whitespace() {
             if !line.is_empty() && columns(&line) + 1 + columns(word) > width {
@@ -140,6 +153,14 @@ mod tests {
             "zero of waist: 1 deg\nzero of elbow: 2 deg"
         );
         assert_eq!(reflowed(&format!("{long}\n\nup")), format!("{long}\n\nup"));
+    }
+
+    #[test]
+    fn the_lines_of_a_drawing_keep_their_spaces() {
+        let drawing = "Stand the ruler upright.\n\nfrom the side   from above\n    @....o         o@\n         #         #\no joint";
+        assert_eq!(reflowed(drawing), drawing);
+        assert_eq!(wrapped(drawing, 40).join("\n"), drawing);
+        assert!(wrapped(drawing, 12).iter().all(|line| columns(line) <= 12), "what does not fit is broken");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 pub(crate) mod conversations;
 pub(crate) mod poses;
+pub(crate) mod relay;
 pub(crate) mod stops;
 
 use std::path::{Path, PathBuf};

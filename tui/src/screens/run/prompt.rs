@@ -251,6 +251,9 @@ fn number(text: &str, unit: &str, minimum: Option<f64>, maximum: Option<f64>) ->
 
 /// The bounds of a number in words; empty without bounds.
 pub(crate) fn bounds(minimum: Option<f64>, maximum: Option<f64>, unit: &str) -> String {
+    // No instrument is read to more; what was computed has digits that mean nothing.
+    let rounded = |bound: f64| (bound * 1e6).round() / 1e6;
+    let (minimum, maximum) = (minimum.map(rounded), maximum.map(rounded));
     let text = match (minimum, maximum) {
         (Some(least), Some(most)) => format!("between {least} and {most} {unit}"),
         (Some(least), None) => format!("at least {least} {unit}"),
@@ -284,6 +287,8 @@ mod tests {
             number("290", "deg", Some(252.75), Some(287.25)),
             Err("290 deg is too large: between 252.75 and 287.25 deg".to_owned())
         );
+        let computed = bounds(Some(122.479_999_999_999_96), Some(242.479_999_999_999_96), "mm");
+        assert_eq!(computed, "between 122.48 and 242.48 mm");
         assert_eq!(number("4", "mm", Some(5.0), None), Err("4 mm is too small: at least 5 mm".to_owned()));
     }
 

@@ -1,0 +1,138 @@
+//! The driver at the end of a line that pauses or damages what goes over it.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    dead_code,
+    reason = "a test that cannot go on fails; shared with the other tests of the driver"
+)]
+
+mod terminal;
+
+use std::time::Duration;
+
+use plumb_plugin::recording::RecordingHost;
+use plumb_plugin::{PluginError, Robot};
+use plumb_puma::Puma;
+use plumb_simulated::emulate::val2::{Dialect, Emulator, EmulatorOptions, Event};
+use plumb_simulated::protocol::Pace;
+use serde_json::{Value, json};
+
+use terminal::relay::Relay;
+use terminal::{Cell, LEFTY, READY, World, at_9600};
+
+/// An arm, its controller, and a cable that pauses behind some of the controller's words.
+struct Paused {
+    arm: Puma,
+    emulator: Emulator,
+    world: World,
+    _relay: Relay,
+}
+
+impl Paused {
+    fn behind(dialect: Dialect, words: &[&'static str], pause_ms: u64) -> Self {
+        let world = World::start(Pace::Fast);
+        let options = EmulatorOptions { world: world.socket.clone(), dialect, ..EmulatorOptions::default() };
+        let emulator = Emulator::start(options).unwrap();
+        let pauses: Vec<_> = words.iter().map(|word| (*word, Duration::from_millis(pause_ms))).collect();
+        let relay = Relay::to(&emulator.standing().port.unwrap(), &pauses);
+        let arm = Puma::create(&json!({"port": relay.path}), RecordingHost::new().host()).unwrap();
+        Self { arm, emulator, world, _relay: relay }
+    }
+
+    fn go(&mut self, degrees: [f64; 6]) -> Result<(), PluginError> {
+        let target = plumb_plugin::JointVector::from_slice(&degrees.map(f64::to_radians)).unwrap();
+        self.arm.move_joints(&plumb_plugin::Motion::absolute(target, 1.0)).map(drop)
+    }
+}
+
+#[test]
+fn a_message_that_comes_in_pieces_is_read_to_its_end() {
+    // As on a busy machine: the driver looks when half of the message is there.
+    for pause_ms in [100, 300] {
+        for (word, dialect) in [
+            ("*Robot po", Dialect::Mark2),
+            ("*ROBOT", Dialect::Mark1),
+            ("*Arm po", Dialect::Late),
+            ("*", Dialect::Mark2),
+        ] {
+            let mut cell = Paused::behind(dialect, &[word], pause_ms);
+            cell.emulator.tell(Event::Power(false));
+            std::thread::sleep(Duration::from_millis(40));
+            let error = cell.go(LEFTY).unwrap_err();
+            assert!(matches!(error, PluginError::NotReady(_)), "{word} {pause_ms}: {error:?}");
+            assert!(error.text().contains("press ARM POWER"), "{word} {pause_ms}: {error}");
+            assert_eq!(cell.world.joints().map(f64::round), READY);
+        }
+    }
+}
+
+#[test]
+fn a_complaint_that_answers_a_command_in_pieces_is_that_complaint() {
+    // A `*` alone is what a busy controller shows, too: it counts as that only when nothing follows it.
+    for pause_ms in [100, 300] {
+        for dialect in [Dialect::Mark2, Dialect::Mark1, Dialect::Late] {
+            let mut cell = Paused::behind(dialect, &["*", "*Not c", "*NOT C"], pause_ms);
+            cell.emulator.tell(Event::Reboot);
+            cell.emulator.tell(Event::Power(true));
+            let error = cell.go(LEFTY).unwrap_err();
+            assert!(error.text().contains("was started anew"), "{dialect:?} {pause_ms}: {error}");
+            cell.arm.activate().unwrap();
+            let error = cell.go(LEFTY).unwrap_err();
+            assert!(matches!(error, PluginError::NotReady(_)), "{dialect:?} {pause_ms}: {error:?}");
+            assert!(error.text().contains("give `calibrate: true`"), "{dialect:?} {pause_ms}: {error}");
+            assert_eq!(cell.world.joints().map(f64::round), READY);
+        }
+    }
+}
+
+#[test]
+fn answers_that_come_in_pieces_are_whole_when_their_prompt_has_come() {
+    // Behind points of numbers, signs, the heading, questions and the busy prompt.
+    let words = ["JT3", "   -90.", "-90.0", "Change", "CHANGES", "* ", "0\r", "Are you", "ARE YOU SURE"];
+    for (name, dialect) in Dialect::ALL {
+        let mut cell = Paused::behind(dialect, &words, 120);
+        cell.go(LEFTY).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let at = cell.world.joints();
+        assert!(at.iter().zip(LEFTY).all(|(at, wanted)| (at - wanted).abs() < 0.012), "{name}: {at:?}");
+        cell.go(READY).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let ready = plumb_plugin::JointVector::from_slice(&READY.map(f64::to_radians)).unwrap();
+        cell.arm.set_zero(&ready).unwrap_or_else(|error| panic!("{name}: {error}"));
+    }
+}
+
+/// A line on which one byte is damaged, and the move to a pose that differs from the ready position.
+fn move_with(fault: &str, typing: &str, keeps_up: bool) -> (Cell, Result<(), PluginError>) {
+    let config: Value = json!({"typing": typing});
+    let options = EmulatorOptions { keeps_up, line: at_9600(), ..EmulatorOptions::default() };
+    let mut cell = Cell::of(options, Pace::Fast, &config);
+    cell.emulator.tell(format!("fault {fault}").parse().unwrap());
+    let gone = cell.go(LEFTY).map(drop);
+    (cell, gone)
+}
+
+#[test]
+fn a_character_that_comes_back_as_another_cancels_the_line_in_careful_typing() {
+    // The controller has heard what was typed; only the echo is wrong. Without the comparison nobody would notice.
+    let mut seen = 0;
+    for byte in 1..=8 {
+        let (mut cell, gone) = move_with(&format!("garble from-arm {byte}"), "careful", false);
+        let Err(error) = gone else { panic!("byte {byte} came back as another, and the line counted") };
+        assert!(matches!(error, PluginError::Failed(_)), "{error:?}");
+        seen += usize::from(error.text().contains("came back for"));
+        cell.assert_world_at(READY);
+    }
+    assert!(seen >= 4, "a flipped bit makes a printable character of most: {seen} of 8");
+}
+
+#[test]
+fn a_damaged_line_typed_fast_is_cancelled_before_it_counts_and_typed_again_with_care() {
+    // With the comparison off the controller would be told the damaged line, and complain of it, or take another number.
+    for byte in 1..=12 {
+        for way in ["to-arm", "from-arm"] {
+            let (mut cell, gone) = move_with(&format!("garble {way} {byte}"), "fast", true);
+            gone.unwrap_or_else(|error| panic!("byte {byte} {way}: {error}"));
+            cell.assert_at(LEFTY);
+        }
+    }
+}
