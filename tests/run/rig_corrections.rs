@@ -118,7 +118,7 @@ fn a_correction_of_the_rig_has_a_trend_a_certificate_and_a_way_back() {
 #[test]
 fn what_is_discarded_is_recorded_and_changes_nothing() {
     let lab = Lab::of("light-stripe");
-    lab.edit("new-rig.answers.yaml", "  aim.take_over: accept", "  aim.take_over: reject");
+    lab.edit("answers.yaml", "  aim.take_over: accept", "  aim.take_over: reject");
     let said = lab.plumb(&["run", "new-rig.yaml", "calibrate-rig", "--headless", "--record", "record"]);
     assert_eq!(said.code(), 0, "{}", said.all());
     assert!(said.out().contains("discarded: stripe works with the values it had"), "{}", said.out());
