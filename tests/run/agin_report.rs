@@ -8,12 +8,10 @@ use crate::lab::Lab;
 /// Where the apex stands on the platform.
 const APEX_MM: [f64; 3] = [60.0, 530.0, -260.0];
 
-#[test]
-fn joints_rig_and_scan_in_one_run_and_the_direction_error_falls_at_each_step() {
-    let lab = Lab::of("light-stripe");
-    assert_eq!(lab.plumb(&["check", "agin.yaml"]).code(), 0);
+/// The whole report in a cell, with the record `record`: the direction-dependent errors as found, with the zeros, and with the rig, mm.
+fn report(lab: &Lab, cell: &str) -> [f64; 3] {
     let arguments =
-        ["run", "agin.yaml", "agin", "--headless", "--set", "quadrants=1", "--json", "--record", "record"];
+        ["run", cell, "agin", "--headless", "--set", "quadrants=1", "--json", "--record", "record"];
     let said = lab.plumb(&arguments);
     assert_eq!(said.code(), 0, "{}", said.all());
     let out = said.out();
@@ -22,13 +20,30 @@ fn joints_rig_and_scan_in_one_run_and_the_direction_error_falls_at_each_step() {
         let mut found = events.filter(|event| event["event"] == "step_finished" && event["step"] == step);
         value(&found.next().unwrap()["values"], name)
     };
-    let as_found = of("as_it_was", "as_found");
-    let with_zeros = of("direction_error", "with_zeros");
-    let with_rig = of("direction_error", "with_rig");
-    assert!(
-        as_found > with_zeros && with_zeros > with_rig && with_rig < 0.5,
-        "{as_found} {with_zeros} {with_rig} mm"
-    );
+    let errors =
+        ["as_found", "after_joints", "after_rig"].map(|stage| of(&format!("{stage}.spread"), "error"));
+    let told = format!("{:.2} mm as found", errors[0]);
+    assert!(out.contains(&told), "the run itself says it: {told}");
+    errors
+}
+
+#[test]
+fn over_the_terminal_line_of_the_real_driver_the_whole_report_comes_out_as_well() {
+    let lab = Lab::of("light-stripe");
+    let [as_found, with_zeros, with_rig] = report(&lab, "agin-serial.yaml");
+    assert!(as_found > with_zeros && with_zeros > with_rig, "{as_found} {with_zeros} {with_rig} mm");
+    assert!(with_rig < 0.5, "{with_rig} mm");
+    let left = apex_error(&lab, "agin-serial.yaml", APEX_MM);
+    assert!(left < 1.0, "{left} mm");
+}
+
+#[test]
+fn joints_rig_and_scan_in_one_run_and_the_direction_error_falls_at_each_step() {
+    let lab = Lab::of("light-stripe");
+    assert_eq!(lab.plumb(&["check", "agin.yaml"]).code(), 0);
+    let [as_found, with_zeros, with_rig] = report(&lab, "agin.yaml");
+    assert!(as_found > with_zeros && with_zeros > with_rig, "{as_found} {with_zeros} {with_rig} mm");
+    assert!(with_rig < 0.5, "{with_rig} mm");
 
     // The zeros and the rig travel by the record: another run of the cell uses both.
     let left = apex_error(&lab, "agin.yaml", APEX_MM);
