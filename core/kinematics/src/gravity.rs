@@ -7,6 +7,12 @@ use crate::posture::Posture;
 /// Standard acceleration of free fall, m/s2.
 pub const GRAVITY: f64 = 9.806_65;
 
+/// Sine of the angle below which two axes count as parallel: what is left of it is an error of the arm.
+const PARALLEL: f64 = 0.05;
+
+/// Distance of two axes below which they count as one, mm.
+const SHORT: f64 = 1e-3;
+
 /// A mass fixed in the frame after one joint's row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mass {
@@ -79,12 +85,32 @@ impl Weights<'_> {
         self.beyond(posture, 0).map(|(_, force, place)| place.cross(&force) * 1e-3).sum()
     }
 
+    /// Where the link after a joint begins and ends, base frame, mm: from the joint's axis to the next, or to the flange. Where the two axes are parallel,
+    /// where along them a row's origin stands says nothing of the metal: the link then runs straight across, at the height of its own mass, or, without one,
+    /// where its row arrives.
+    fn link(&self, posture: &Posture, joint: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let here = posture.joints.get(joint)?;
+        let start = here.axis_point;
+        let Some(next) = posture.joints.get(joint + 1) else {
+            return Some((start, posture.flange.translation.vector));
+        };
+        let end = next.axis_point;
+        let across = end - start - here.axis * here.axis.dot(&(end - start));
+        if here.axis.cross(&next.axis).norm() > PARALLEL || across.norm() < SHORT {
+            return Some((start, end));
+        }
+        let own = || self.masses.iter().filter(move |mass| mass.after == joint && mass.mass > 0.0);
+        let mass: f64 = own().map(|mass| mass.mass).sum();
+        let centre = |mass: &Mass| (here.end * Point3::from(mass.centre)).coords * mass.mass;
+        let at = if mass > 0.0 { own().map(centre).sum::<Vector3<f64>>() / mass } else { end };
+        let start = start + here.axis * here.axis.dot(&(at - start));
+        Some((start, start + across))
+    }
+
     /// How the link after a joint bends, as a beam clamped at the joint's end (Bernoulli): by the weight beyond its far end,
     /// and by its own where that sits along it. Nothing for a link without length.
     pub fn sag(&self, posture: &Posture, joint: usize) -> Option<Sag> {
-        let start = posture.joints.get(joint)?.axis_point;
-        let end =
-            posture.joints.get(joint + 1).map_or(posture.flange.translation.vector, |next| next.axis_point);
+        let (start, end) = self.link(posture, joint)?;
         let along = end - start;
         let length = along.norm() * 1e-3;
         let direction = along.try_normalize(1e-6)?;

@@ -258,3 +258,38 @@ proptest! {
         }
     }
 }
+
+/// A SCARA's upper arm and forearm, 320 mm over the floor, its forearm's axis drawn as far up as `drawn` says: base, row of the shoulder, row of the elbow, mm.
+fn scara(drawn: [f64; 3]) -> (Chain, f64, Vec<Mass>) {
+    let [base, shoulder, elbow] = drawn;
+    let joints = vec![
+        Joint::turning("shoulder", 300.0, 0.0, shoulder, 0.0),
+        Joint::turning("elbow", 250.0, 0.0, elbow, 0.0),
+    ];
+    let chain = Chain::new(Convention::Distal, joints).unwrap();
+    // The masses are where they are, whatever the rows: in the frames after them their heights differ.
+    let masses = vec![
+        Mass { after: 0, mass: 4.0, centre: Vector3::new(-140.0, 10.0, 320.0 - base - shoulder) },
+        Mass { after: 1, mass: 3.0, centre: Vector3::new(-100.0, 0.0, 300.0 - base - shoulder - elbow) },
+    ];
+    (chain, base, masses)
+}
+
+#[test]
+fn how_a_link_bends_does_not_depend_on_where_along_parallel_axes_the_rows_stand() {
+    let bent = |drawn: [f64; 3], place: Vector3<f64>| {
+        let (chain, base, masses) = scara(drawn);
+        let weights = Weights { masses: &masses, payload: 0.0, down: -Vector3::z() };
+        let sag = weights.sag(&Posture::of(&chain, &[0.4, -1.1], &[]), 0).unwrap();
+        let here = place - Vector3::z() * base;
+        sag.shift + sag.turn.cross(&(here - sag.end))
+    };
+    for place in [Vector3::new(300.0, 200.0, 320.0), Vector3::new(420.0, -50.0, 150.0)] {
+        let metal = bent([320.0, 0.0, 0.0], place);
+        assert!(metal.norm() > 10.0, "{metal}");
+        for drawn in [[0.0, 0.0, 0.0], [0.0, 320.0, 0.0], [0.0, 0.0, 320.0], [-50.0, 150.0, 77.0]] {
+            let other = bent(drawn, place);
+            assert!((other - metal).norm() < 1e-9 * metal.norm(), "{drawn:?}: {other} {metal}");
+        }
+    }
+}

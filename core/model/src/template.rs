@@ -9,6 +9,7 @@ use plumb_kinematics::urdf::{UrdfArm, UrdfError};
 use thiserror::Error;
 
 use crate::file::{Model, ModelFileError, suggestion};
+use crate::laboratory::placeholders;
 
 /// Robots whose nominal numbers are known.
 const ROBOTS: [(&str, &str); 5] = [
@@ -165,6 +166,9 @@ fn urdf_model(name: &str, path: &str, arm: &UrdfArm) -> String {
     }
     let triple =
         |vector: Vector3<f64>| format!("[{}, {}, {}]", round(vector.x), round(vector.y), round(vector.z));
+    if let Some(odd) = placeholders(&arm.masses) {
+        text.push_str(&format!("# {odd}.\n"));
+    }
     if !arm.masses.is_empty() {
         text.push_str("links:\n");
     }
@@ -179,11 +183,13 @@ fn urdf_model(name: &str, path: &str, arm: &UrdfArm) -> String {
     let (roll, pitch, yaw) = arm.root_from_base.rotation.euler_angles();
     let rpy = triple(Vector3::new(roll, pitch, yaw).map(f64::to_degrees));
     let xyz = triple(arm.root_from_base.translation.vector);
+    let gravity = triple(arm.root_from_base.rotation.inverse() * -Vector3::z());
     let point = triple(arm.flange_from_tip.translation.vector);
     text.push_str(&format!(
         "base: {{xyz_mm: {xyz}, rpy_deg: {rpy}, free: true}}     # where the first row stands in `{root}`; then wherever the instrument is\n\
          targets: {{p1: {{xyz_mm: {point}, free: true}}}}     # the origin of `{tip}`; write where the measured point is\n\
-         free: [\"joint_zero(*)\"]\neffects: []\nmeasured_from: instrument\n"
+         free: [\"joint_zero(*)\"]\neffects: []\nmeasured_from: instrument\n\
+         gravity: {gravity}     # in the frame of the first row: what is down in `{root}`. Turn it for an arm that hangs or leans\n"
     ));
     text
 }
@@ -208,6 +214,7 @@ free: [\"joint_zero(*)\"]                           # always refitted; later als
 effects: []                                        # what `plumb model add` and `grow` put in
 measured_from: instrument                          # or world: a level frame, gravity along -z
 # noise: {p1_mm: 0.05}                             # 1 sigma an axis, if it is known; returns to some poses tell it better
+# gravity: [0, 0, -1]                              # what is down, in the frame of the first row; for an arm that hangs or leans
 # links: [{after: j2, mass_kg: 5, centre_mm: [-200, 0, 0]}]     # for effects of gravity
 ",
     );

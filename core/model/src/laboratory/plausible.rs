@@ -2,7 +2,7 @@
 //! depend on where base and instrument stand, so they tell wrong units whatever is free.
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
-use plumb_kinematics::{Motion, Posture};
+use plumb_kinematics::{Mass, Motion, Posture};
 use thiserror::Error;
 
 use crate::file::{Model, SurfaceShape};
@@ -166,8 +166,23 @@ pub(super) fn check(model: &Model, table: &Table) -> Result<Vec<String>, Implaus
     distances(model, table)?;
     let mut odd = Vec::new();
     odd.extend(beyond_limits(model, table));
+    odd.extend(placeholders(&model.masses));
     odd.extend(units(model, table)?);
     Ok(odd)
+}
+
+/// Links from which on equal masses are no chance.
+const SEVERAL: usize = 3;
+
+/// What to say of masses that look as if nobody had measured them.
+pub(crate) fn placeholders(masses: &[Mass]) -> Option<String> {
+    let first = masses.first().filter(|_| masses.len() >= SEVERAL)?;
+    masses.iter().all(|mass| (mass.mass - first.mass).abs() < 1e-9).then(|| {
+        format!(
+            "the links' masses look like placeholders: all are {} kg. Sizes of what gravity does are only as good as they are: write better ones under `links:`",
+            first.mass
+        )
+    })
 }
 
 fn beyond_limits(model: &Model, table: &Table) -> Option<String> {

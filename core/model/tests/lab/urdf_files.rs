@@ -104,3 +104,49 @@ fn what_does_not_go_with_a_urdf_file_is_refused_with_its_place() {
     says(&joint("{name: elbw}"), &["line 3, ", "there is no joint `elbw`", "elbow"]);
     says(&joint("{name: elbow, a_mm: 150}"), &["line 3, ", "the URDF file says where joint `elbow` stands"]);
 }
+
+/// As the ROS-Industrial files of KUKA arms have it: the first axis points down.
+fn upside_down() -> String {
+    ARM.replace("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 -1\"/>")
+}
+
+/// Where gravity pulls in the measurements' frame, by a model as it stands.
+fn pull(model: &Model) -> [f64; 3] {
+    (model.base.pose.rotation * model.down(&model.base.pose.rotation)).into()
+}
+
+#[test]
+fn what_is_down_in_a_urdf_file_is_down_for_its_rows_whichever_way_the_first_axis_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let urdf = folder.path().join("column.urdf");
+    let path = folder.path().join("model.yaml");
+    for text in [ARM.to_owned(), upside_down()] {
+        std::fs::write(&urdf, text).unwrap();
+        std::fs::write(&path, "arm: column\nconvention: {urdf: column.urdf}\n").unwrap();
+        let described = Model::read(&path).unwrap();
+        near(pull(&described), [0.0, 0.0, -1.0]);
+        near(pull(&Model::parse("revision.yaml", &model_text(&described)).unwrap()), [0.0, 0.0, -1.0]);
+        let template = plumb_model::template::Template::of_urdf(&urdf, None).unwrap();
+        near(pull(&Model::parse("template.yaml", &template.model).unwrap()), [0.0, 0.0, -1.0]);
+        // An arm that hangs from a wall: what is down is given in the root link's frame.
+        std::fs::write(&path, "arm: column\nconvention: {urdf: column.urdf}\ngravity: [1, 0, 0]\n").unwrap();
+        near(pull(&Model::read(&path).unwrap()), [1.0, 0.0, 0.0]);
+    }
+}
+
+#[test]
+fn equal_masses_are_told_to_look_like_placeholders() {
+    let folder = tempfile::tempdir().unwrap();
+    let urdf = folder.path().join("column.urdf");
+    let inertial = "<inertial><origin xyz=\"0 0 0\"/><mass value=\"2\"/></inertial>";
+    let heavy = ARM.replace(
+        "<link name=\"fore\"/> <link name=\"hand\"/>",
+        &format!("<link name=\"fore\">{inertial}</link> <link name=\"hand\">{inertial}</link>"),
+    );
+    std::fs::write(&urdf, &heavy).unwrap();
+    let template = plumb_model::template::Template::of_urdf(&urdf, None).unwrap();
+    assert!(template.model.contains("placeholders: all are 2 kg"), "{}", template.model);
+    std::fs::write(&urdf, ARM).unwrap();
+    let template = plumb_model::template::Template::of_urdf(&urdf, None).unwrap();
+    assert!(!template.model.contains("placeholders"), "{}", template.model);
+}

@@ -2,9 +2,9 @@
 
 use super::{ElasticPart, Loaded, Yielding};
 use crate::physics::posture::Load;
-use crate::physics::rigid::{Rigid, Rotation, Vector};
+use crate::physics::rigid::{Rigid, Rotation, Screw, Vector};
 
-/// The link after a joint, of bending stiffness `1 / flexibility` N m2, straight from the joint's axis to the next.
+/// The link after a joint, of bending stiffness `1 / flexibility` N m2, straight from the joint's axis to the next; see [`Beam::metal`].
 ///
 /// A force F and a moment M at the free end of a cantilever of length L along u turn it by `(L M + L^2/2 u x F) / EI` and shift it by
 /// `(L^2/2 M x u + L^3/3 F) / EI`, parts along u left out; its own weight P at distance b adds `b^2/2 u x P` and `b^2 (3L - b)/6 P`, and where
@@ -16,16 +16,14 @@ pub(super) struct Beam {
 
 impl ElasticPart for Beam {
     fn yield_to(&self, loaded: &Loaded<'_>, yielding: &mut Yielding) {
-        let (Some(axis), Some(motion), Some(end_at_home)) = (
-            loaded.posture.axes.get(self.joint),
-            loaded.posture.world_from_home.get(self.joint),
-            loaded.arm.link_ends.get(self.joint),
-        ) else {
+        let (Some((start_at_home, end_at_home)), Some(motion)) =
+            (self.metal(loaded), loaded.posture.world_from_home.get(self.joint))
+        else {
             return;
         };
-        let end = motion.apply(*end_at_home);
-        let Some(along) = (end - axis.point).unit() else { return };
-        let length = (end - axis.point).norm() * 1e-3;
+        let (start, end) = (motion.apply(start_at_home), motion.apply(end_at_home));
+        let Some(along) = (end - start).unit() else { return };
+        let length = (end - start).norm() * 1e-3;
         let beyond = self.beyond(loaded);
         let force = beyond.weight().across(along);
         let moment = beyond.moment_about(end).across(along);
@@ -35,7 +33,7 @@ impl ElasticPart for Beam {
             let mut own = Load::default();
             own.hang(weight.mass, Vector::ZERO);
             let pull = own.weight().across(along);
-            let out = (motion.apply(weight.centre) - axis.point) * 1e-3;
+            let out = (motion.apply(weight.centre) - start) * 1e-3;
             let at = out.dot(along).clamp(0.0, length);
             let twist = (out - along * at).cross(own.weight()).across(along);
             turn += along.cross(pull) * (0.5 * at * at) + twist * at;
@@ -45,11 +43,36 @@ impl ElasticPart for Beam {
         let home_from_world = motion.rotation.inverse();
         let turn = home_from_world.apply(turn * self.flexibility);
         let shift = home_from_world.apply(shift * (self.flexibility * 1e3));
-        yielding.bend(self.joint, Rigid::turned_about(*end_at_home, Rotation::by(turn), shift));
+        yielding.bend(self.joint, Rigid::turned_about(end_at_home, Rotation::by(turn), shift));
     }
 }
 
+/// Sine of the angle below which two axes are parallel.
+const PARALLEL: f64 = 0.05;
+
 impl Beam {
+    /// Where the beam begins and ends, base frame at home, mm. Between parallel axes it lies square to them, through the centre of the link's own weights, where
+    /// it has any: no drawing of axes tells where along them the metal is.
+    fn metal(&self, loaded: &Loaded<'_>) -> Option<(Vector, Vector)> {
+        let screw = loaded.arm.screws.get(self.joint)?;
+        let end = *loaded.arm.link_ends.get(self.joint)?;
+        let out = (end - screw.point).across(screw.direction);
+        let parallel = |next: &Screw| next.direction.cross(screw.direction).norm() <= PARALLEL;
+        if !loaded.arm.screws.get(self.joint + 1).is_some_and(parallel) || out.norm() < 1e-3 {
+            return Some((screw.point, end));
+        }
+        let mut own = Load::default();
+        for weight in loaded.arm.weights.iter().filter(|weight| weight.after == self.joint) {
+            own.hang(weight.mass, weight.centre);
+        }
+        let height = match own.mass > 0.0 {
+            true => (own.first_moment * own.mass.recip() - screw.point).dot(screw.direction),
+            false => (end - screw.point).dot(screw.direction),
+        };
+        let start = screw.point + screw.direction * height;
+        Some((start, start + out))
+    }
+
     /// What hangs beyond the link's end.
     fn beyond(&self, loaded: &Loaded<'_>) -> Load {
         loaded.loads.get(self.joint + 1).copied().unwrap_or_else(|| {
