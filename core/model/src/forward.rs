@@ -1,9 +1,9 @@
 //! The arm a model file describes, its effects and all: where its flange stands.
 
-use nalgebra::IsometryMatrix3;
+use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 use plumb_kinematics::{Deviation, Posture, Weights};
 
-use crate::effect::{self, Effect, EffectNameError, Handle, Situation};
+use crate::effect::{self, Effect, EffectNameError, Handle, LooksAt, Situation};
 use crate::file::Model;
 
 /// A model with everything that has been added to it, ready to be asked.
@@ -35,6 +35,17 @@ impl ForwardModel {
     }
 }
 
+/// Rounds in which what bends under its own weight comes to balance.
+const ROUNDS: usize = 3;
+
+/// What effects do to an arm in one pose.
+struct Done {
+    deviations: Vec<Deviation>,
+    /// Shift of the base's origin and turn about it that bent links give everything beyond them, base frame.
+    shift: Vector3<f64>,
+    turn: Vector3<f64>,
+}
+
 /// Where the flange is under these effects at these values.
 pub(crate) fn flange<'a>(
     model: &Model,
@@ -42,17 +53,90 @@ pub(crate) fn flange<'a>(
     q: &[f64],
     approach: &[i8],
 ) -> IsometryMatrix3<f64> {
-    let mut deviations = vec![Deviation::default(); model.chain.len()];
-    let mut effects = effects.peekable();
-    if effects.peek().is_none() {
-        return Posture::of(&model.chain, q, &[]).flange;
+    let effects: Vec<(&dyn Effect, &[f64])> = effects.collect();
+    let mut posture = Posture::of(&model.chain, q, &[]);
+    if effects.is_empty() {
+        return posture.flange;
     }
+    let yields = effects.iter().any(|(effect, _)| effect.looks_at() == LooksAt::Gravity);
+    let mut done = done(model, &effects, q, approach, &posture);
+    for _ in 1..if yields { ROUNDS } else { 1 } {
+        posture = Posture::of(&model.chain, q, &done.deviations);
+        done = self::done(model, &effects, q, approach, &posture);
+    }
+    let stiff = Posture::of(&model.chain, q, &done.deviations).flange;
+    let at = stiff.translation.vector;
+    let turned = Rotation3::new(done.turn) * stiff.rotation;
+    IsometryMatrix3::from_parts(Translation3::from(at + done.shift + done.turn.cross(&at)), turned)
+}
+
+/// What the effects do when the arm stands so.
+fn done(
+    model: &Model,
+    effects: &[(&dyn Effect, &[f64])],
+    q: &[f64],
+    approach: &[i8],
+    posture: &Posture,
+) -> Done {
+    let mut done = Done {
+        deviations: vec![Deviation::default(); model.chain.len()],
+        shift: Vector3::zeros(),
+        turn: Vector3::zeros(),
+    };
+    in_pose(model, q, approach, posture, |situation| {
+        let mut drives = Vec::new();
+        for (effect, values) in effects {
+            drives.clear();
+            effect.drive(situation, &mut drives);
+            for drive in &drives {
+                let amount = drive.rate * values.get(drive.parameter).copied().unwrap_or(0.0);
+                match drive.handle {
+                    Handle::Joint(joint, knob) => {
+                        if let Some(deviation) = done.deviations.get_mut(joint) {
+                            deviation.add(knob, amount);
+                        }
+                    }
+                    Handle::Twist { shift, turn, about, .. } => {
+                        done.shift += (shift - turn.cross(&about)) * amount;
+                        done.turn += turn * amount;
+                    }
+                    _ => {}
+                }
+            }
+        }
+    });
+    done
+}
+
+/// How fast each of an effect's parameters changes a joint's coordinate in a pose; for an effect that does nothing else.
+pub(crate) fn rates(model: &Model, effect: &dyn Effect, q: &[f64], approach: &[i8]) -> Vec<f64> {
+    let mut rates = vec![0.0; effect.parameters().len()];
     let posture = Posture::of(&model.chain, q, &[]);
+    in_pose(model, q, approach, &posture, |situation| {
+        let mut drives = Vec::new();
+        effect.drive(situation, &mut drives);
+        for drive in &drives {
+            if let Some(rate) = rates.get_mut(drive.parameter) {
+                *rate += drive.rate;
+            }
+        }
+    });
+    rates
+}
+
+/// Hands over what an effect may know of a pose of which nothing but joints and sides of approach is known.
+fn in_pose(
+    model: &Model,
+    q: &[f64],
+    approach: &[i8],
+    posture: &Posture,
+    mut ask: impl FnMut(&Situation<'_>),
+) {
     let weights =
         Weights { masses: &model.masses, payload: 0.0, down: model.down(&model.base.pose.rotation) };
     let mut moments = Vec::new();
-    weights.moments(&posture, &mut moments);
-    let situation = Situation {
+    weights.moments(posture, &mut moments);
+    ask(&Situation {
         chain: &model.chain,
         q,
         previous: None,
@@ -62,25 +146,11 @@ pub(crate) fn flange<'a>(
         temperature: f64::NAN,
         moments: &moments,
         weights,
-        posture: &posture,
+        posture,
         point: posture.flange.translation.vector,
         hand: posture.flange.rotation.into_inner(),
         trigger: None,
-    };
-    let mut drives = Vec::new();
-    for (effect, values) in effects {
-        drives.clear();
-        effect.drive(&situation, &mut drives);
-        for drive in &drives {
-            let value = values.get(drive.parameter).copied().unwrap_or(0.0);
-            if let Handle::Joint(joint, knob) = drive.handle
-                && let Some(deviation) = deviations.get_mut(joint)
-            {
-                deviation.add(knob, drive.rate * value);
-            }
-        }
-    }
-    Posture::of(&model.chain, q, &deviations).flange
+    });
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
-use plumb_model::stripe::{Adjustment, Found, StripeDiagnosis, Tried, diagnose};
+use plumb_model::stripe::{Adjustment, Found, StripeDiagnosis, StripeVerdict, Tried, diagnose};
 use serde_json::{Value, json};
 
 use super::lab::{Chosen, Lab, LabError, to_lab};
@@ -41,11 +41,12 @@ pub(super) fn of(lab: &Lab) -> Result<StripeDiagnosis, LabError> {
 fn told(lab: &Lab, diagnosis: &StripeDiagnosis) -> String {
     let classical = &diagnosis.classical;
     let mut text = format!(
-        "{} scans, {} views, {} points: {:.3} mm are left of them, {:.3} mm of that by the pictures' noise\n",
+        "{} scans, {} views, {} points: {:.3} mm are left of them; neighbouring points scatter by {:.3} mm, of the pictures' noise {:.3} mm are expected\n",
         lab.scans.names.len(),
         lab.scans.views.len(),
         classical.points,
         classical.rms_mm,
+        classical.noise_mm,
         diagnosis.floor_mm
     );
     text.push_str(&numbers(classical));
@@ -112,6 +113,7 @@ fn as_json(lab: &Lab, diagnosis: &StripeDiagnosis) -> Value {
             "held_out_gain": tried.held_out_gain.0,
             "held_out_se": tried.held_out_gain.1,
             "rms_mm": tried.adjustment.rms_mm,
+            "noise_mm": tried.adjustment.noise_mm,
             "size": sizes(tried).iter().map(number).collect::<Vec<_>>(),
         })
     };
@@ -120,6 +122,8 @@ fn as_json(lab: &Lab, diagnosis: &StripeDiagnosis) -> Value {
         "verdict": diagnosis.verdict.word(),
         "floor_mm": diagnosis.floor_mm,
         "rms_mm": classical.rms_mm,
+        "noise_mm": classical.noise_mm,
+        "named": diagnosis.tried.first().filter(|_| diagnosis.verdict == StripeVerdict::Named).map(|best| best.suspect.name.as_str()),
         "scans": lab.scans.names.len(),
         "views": lab.scans.views.len(),
         "points": classical.points,

@@ -8,7 +8,8 @@ use plumb_light_stripe::geometry::{Distortion, Rig, RigFileError, StripePlane, r
 use plumb_model::effect::EffectNameError;
 use plumb_model::file::{Model, ModelFileError};
 use plumb_model::stripe::{
-    AdjustError, Scans, ScansError, SceneError, StripeRig, Surface, Suspect, read_scene, suspect,
+    AdjustError, Scans, ScansError, SceneError, StripeRig, Surface, Suspect, read_scene, resolved, suspect,
+    suspect_of,
 };
 use plumb_record::RecordError;
 
@@ -98,10 +99,10 @@ impl Chosen {
         let mut model = Model::parse(&file.file.display().to_string(), &file.text)?;
         let mut added: Vec<Suspect> = Vec::new();
         let before = model.effects.iter().filter(|effect| effect.id.name != "joint_zero");
-        let before: Vec<String> = before.map(|effect| effect.id.label(&model)).collect();
-        for name in before.iter().chain(&self.add) {
+        added.extend(before.map(|effect| suspect_of(effect.id.clone(), &model)));
+        for name in &self.add {
             let one = suspect(name, &model)?;
-            if !added.contains(&one) {
+            if !added.iter().any(|known| known.name == one.name) {
                 added.push(one);
             }
         }
@@ -114,12 +115,15 @@ impl Chosen {
         let corrections = in_force(record, &cell, &sensor)?;
         let rig = rig_with(&read_rig(&beside.join(rig))?, &corrections)?;
         let every_row = rig.camera.height_px / ROWS_A_PICTURE;
+        let scans = Scans::read(&self.scans)?.thinned(every_row);
+        let surfaces: Vec<Surface> = read_scene(&scene)?.into_iter().map(|(_, surface)| surface).collect();
+        let added = resolved(&model, &to_lab(&rig), &surfaces, &scans, added)?;
         Ok(Lab {
             model,
             rig,
             exposure_delay_ms: sensor.config.get(DELAY).and_then(serde_json::Value::as_f64).unwrap_or(0.0),
-            surfaces: read_scene(&scene)?.into_iter().map(|(_, surface)| surface).collect(),
-            scans: Scans::read(&self.scans)?.thinned(every_row),
+            surfaces,
+            scans,
             added,
         })
     }

@@ -12,7 +12,7 @@ mod sealed_world;
 mod show;
 mod study;
 mod study_figure;
-mod study_world;
+pub(crate) mod study_world;
 
 use clap::Subcommand;
 

@@ -64,6 +64,8 @@ pub struct Adjustment {
     pub surfaces: Vec<Surface>,
     /// Distance of the points from their surfaces, root mean square, mm.
     pub rms_mm: f64,
+    /// Scatter of neighbouring points of one stripe on one surface, mm: what no effect of arm or rig makes, for these change smoothly along a stripe.
+    pub noise_mm: f64,
     /// The weighted sum of squares.
     pub chi_square: f64,
     /// Points that took part.
@@ -186,6 +188,7 @@ impl Problem<'_> {
         Adjustment {
             found: found.collect(),
             rms_mm: self.rms_mm(&state),
+            noise_mm: self.noise_mm(&state),
             chi_square,
             points: self.members.len(),
             unknowns,

@@ -3,10 +3,11 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::adjust::{AdjustError, Adjustment, SETTLED, huber, weight};
-use super::problem::{Problem, State};
-use super::suspect::{Suspect, classical, suspects};
-use super::{Scans, StripeRig, Surface};
+use super::adjust::{AdjustError, Adjustment, SETTLED, adjust, huber, weight};
+use super::problem::{Member, Problem, State};
+use super::suspect::{Suspect, classical, suspect_of, suspects, variants};
+use super::{Options, Scans, StripeRig, Surface};
+use crate::effect::{EffectId, Spot};
 use crate::file::Model;
 
 /// What can be said.
@@ -94,6 +95,20 @@ const SUBSTANTIAL: f64 = 0.2;
 /// A suspect of which the free numbers swallow more than this share cannot be told from them.
 const SWALLOWED: f64 = 0.9999;
 
+/// Effects that are looked at further, once the best of them leaves more than noise: may it and so many more explain everything together?
+const LOOK_AHEAD: usize = 2;
+
+/// What is left may be so many times the scatter of neighbouring points before something is at work that is smooth along a stripe: pixels and the fit of the
+/// stripe's middle scatter a little alike from row to row, so that even with everything right it is more than once.
+const QUIET: f64 = 1.35;
+
+/// What one look has brought.
+struct Look {
+    classical: Adjustment,
+    floor_mm: f64,
+    tried: Vec<Tried>,
+}
+
 /// Diagnoses; `added` are suspects that have been named before and are adjusted together with zeros and rig.
 ///
 /// # Errors
@@ -105,13 +120,66 @@ pub fn diagnose(
     scans: &Scans,
     added: &[Suspect],
 ) -> Result<StripeDiagnosis, AdjustError> {
+    let look_with = |added: &[Suspect]| look(model, rig, surfaces, scans, added);
+    let Look { classical, floor_mm, tried } = look_with(added)?;
+    let mut verdict = judge(&classical, &tried);
+    let unexplained = |best: &Tried| !is_quiet(&best.adjustment);
+    let named = matches!(verdict, StripeVerdict::Named | StripeVerdict::Tied);
+    let mut together = Vec::new();
+    if let Some(best) = tried.first().filter(|best| named && unexplained(best)) {
+        // An effect is named beside others only if all of them together leave nothing but noise: else it may stand in for what has no name.
+        together = explained(best, added, &look_with)?;
+        if together.is_empty() {
+            verdict = StripeVerdict::Unknown;
+        }
+    }
+    let sentence = sentence(verdict, &classical, floor_mm, &tried, &together);
+    Ok(StripeDiagnosis { verdict, classical, floor_mm, tried, sentence })
+}
+
+/// The effects, the best first, with which nothing but noise is left; none where that is not reached.
+fn explained(
+    best: &Tried,
+    added: &[Suspect],
+    look_with: &impl Fn(&[Suspect]) -> Result<Look, AdjustError>,
+) -> Result<Vec<String>, AdjustError> {
+    let mut all: Vec<Suspect> = added.to_vec();
+    all.push(best.suspect.clone());
+    for _ in 0..LOOK_AHEAD {
+        let next = look_with(&all)?;
+        let Some(more) = next.tried.into_iter().next().filter(|more| helps(more, &next.classical)) else {
+            return Ok(Vec::new());
+        };
+        let quiet = is_quiet(&more.adjustment);
+        all.push(more.suspect);
+        if quiet {
+            return Ok(all.into_iter().skip(added.len()).map(|suspect| suspect.name).collect());
+        }
+    }
+    Ok(Vec::new())
+}
+
+/// Whether nothing is left but the scatter of neighbouring points.
+fn is_quiet(adjustment: &Adjustment) -> bool {
+    adjustment.rms_mm <= QUIET * adjustment.noise_mm
+}
+
+/// The classical adjustment with what was added, and the best suspects adjusted for real.
+fn look(
+    model: &Model,
+    rig: &StripeRig,
+    surfaces: &[Surface],
+    scans: &Scans,
+    added: &[Suspect],
+) -> Result<Look, AdjustError> {
     let options = with_added(model, added);
     let mut problem = Problem::new(model, &scans.views, options)?;
     let mut state = problem.beginning(rig, surfaces);
     problem.solve(&mut state, &scans.pixels, 12.0)?;
     let floor_mm = problem.floor_mm();
     let known = |suspect: &Suspect| added.iter().any(|added| added.family == suspect.family);
-    let all: Vec<Suspect> = suspects(model).into_iter().filter(|suspect| !known(suspect)).collect();
+    let all: Vec<Suspect> =
+        suspects(model, &scans.views).into_iter().filter(|suspect| !known(suspect)).collect();
     let choice = 2.0 * (all.len().max(1) as f64).ln();
     let best = ranked(&problem, &state, all)?;
     let before = problem.held_out(&state, scans)?;
@@ -132,20 +200,52 @@ pub fn diagnose(
         tried.push(Tried { suspect, adjustment: wider.told(there), bic_gain, held_out_gain });
     }
     tried.sort_by(|a, b| b.bic_gain.total_cmp(&a.bic_gain));
-    let classical = problem.told(state);
-    let verdict = judge(&classical, floor_mm, &tried);
-    let sentence = sentence(verdict, &classical, floor_mm, &tried);
-    Ok(StripeDiagnosis { verdict, classical, floor_mm, tried, sentence })
+    Ok(Look { classical: problem.told(state), floor_mm, tried })
 }
 
 /// The classical numbers and those of suspects that have been named.
-pub fn with_added(model: &Model, added: &[Suspect]) -> super::Options {
+pub fn with_added(model: &Model, added: &[Suspect]) -> Options {
     let mut options = classical(model);
     for suspect in added {
         options.rig.extend(&suspect.options.rig);
         options.effects.extend(suspect.options.effects.iter().cloned());
     }
     options
+}
+
+/// The same suspects, what is searched for inside an effect (the moment at which a joint stiffens) set to what explains the stripes best.
+///
+/// # Errors
+/// [`AdjustError`]
+pub fn resolved(
+    model: &Model,
+    rig: &StripeRig,
+    surfaces: &[Surface],
+    scans: &Scans,
+    added: Vec<Suspect>,
+) -> Result<Vec<Suspect>, AdjustError> {
+    let mut all: Vec<Suspect> = Vec::new();
+    for suspect in added {
+        let variants: Vec<Suspect> = match suspect.options.effects.as_slice() {
+            [id] => variants(id, model, &scans.views).into_iter().map(|id| suspect_of(id, model)).collect(),
+            _ => vec![suspect.clone()],
+        };
+        let mut best: Option<(f64, Suspect)> = None;
+        for variant in &variants {
+            if variants.len() == 1 {
+                best = Some((0.0, variant.clone()));
+                break;
+            }
+            let with: Vec<Suspect> = all.iter().chain([variant]).cloned().collect();
+            let options = with_added(model, &with);
+            let left = adjust(model, rig, surfaces, &scans.views, &scans.pixels, &options)?.chi_square;
+            if best.as_ref().is_none_or(|(least, _)| left < *least) {
+                best = Some((left, variant.clone()));
+            }
+        }
+        all.push(best.map_or(suspect, |(_, best)| best));
+    }
+    Ok(all)
 }
 
 /// The suspects that would bring the weighted squares down most, by the linear estimate, those first whose gain is greatest; one of a family.
@@ -161,11 +261,13 @@ fn ranked(problem: &Problem<'_>, state: &State, all: Vec<Suspect>) -> Result<Vec
         normal[(place, place)] *= 1.0 + 1e-9;
     }
     let normal = normal.cholesky().ok_or(AdjustError::Diverged)?;
+    let mut turns = Turns { problem, state, weights: &weights, of_joints: Vec::new() };
+    let weighted = residuals.component_mul(&weights);
+    let solved = normal.solve(&jacobian.tr_mul(&weighted));
     let mut scored = Vec::new();
     for suspect in all {
-        let (wider, start) = problem.with(state, &suspect.options)?;
-        let columns = wider.added_columns(problem, &start, &weights);
-        if let Some(score) = score(&columns, &jacobian, &normal, &residuals.component_mul(&weights)) {
+        let columns = turns.columns(&suspect)?;
+        if let Some(score) = score(&columns, &jacobian, &normal, (&weighted, &solved)) {
             scored.push((score, suspect));
         }
     }
@@ -179,12 +281,55 @@ fn ranked(problem: &Problem<'_>, state: &State, all: Vec<Suspect>) -> Result<Vec
     Ok(best)
 }
 
+/// How the weighted residuals change with suspects. Most effects turn one joint, each in its own way: what a turn of the joint does is worked out once.
+struct Turns<'p, 'm> {
+    problem: &'p Problem<'m>,
+    state: &'p State,
+    weights: &'p DVector<f64>,
+    /// Joint, and what a change of its coordinate does.
+    of_joints: Vec<(usize, DVector<f64>)>,
+}
+
+impl Turns<'_, '_> {
+    fn columns(&mut self, suspect: &Suspect) -> Result<DMatrix<f64>, AdjustError> {
+        let [id] = suspect.options.effects.as_slice() else { return self.added(&suspect.options) };
+        let Some((joint, rates)) = self.problem.rates(id)? else { return self.added(&suspect.options) };
+        let sign = self.problem.model.chain.joints.get(joint).map_or(1.0, |row| row.sign);
+        let turn = self.of_joint(joint)?;
+        let rate = |member: &Member, parameter: usize| {
+            let of_view = rates.get(member.pixel.view).and_then(|rates| rates.get(parameter));
+            sign * of_view.copied().unwrap_or(0.0)
+        };
+        let count = rates.first().map_or(0, Vec::len);
+        let members = &self.problem.members;
+        Ok(DMatrix::from_fn(members.len(), count, |row, parameter| {
+            members.get(row).map_or(0.0, |member| rate(member, parameter) * turn[row])
+        }))
+    }
+
+    fn of_joint(&mut self, joint: usize) -> Result<DVector<f64>, AdjustError> {
+        if let Some((_, known)) = self.of_joints.iter().find(|(known, _)| *known == joint) {
+            return Ok(known.clone());
+        }
+        let zero = EffectId::at("joint_zero", Spot::Joint(joint));
+        let columns = self.added(&Options { rig: Vec::new(), effects: vec![zero] })?;
+        let turn = columns.column(0).into_owned();
+        self.of_joints.push((joint, turn.clone()));
+        Ok(turn)
+    }
+
+    fn added(&self, options: &Options) -> Result<DMatrix<f64>, AdjustError> {
+        let (wider, start) = self.problem.with(self.state, options)?;
+        Ok(wider.added_columns(self.problem, &start, self.weights))
+    }
+}
+
 /// How far these columns would bring the weighted squares down, what the free numbers do for them taken off; none when nothing is left of them.
 fn score(
     columns: &DMatrix<f64>,
     jacobian: &DMatrix<f64>,
     normal: &Cholesky<f64, Dyn>,
-    residuals: &DVector<f64>,
+    (residuals, solved): (&DVector<f64>, &DVector<f64>),
 ) -> Option<f64> {
     let shared = jacobian.tr_mul(columns);
     let own = columns.tr_mul(columns);
@@ -194,7 +339,7 @@ fn score(
     if (0..own.nrows()).all(swallowed) {
         return None;
     }
-    let toward = columns.tr_mul(residuals) - shared.tr_mul(&normal.solve(&jacobian.tr_mul(residuals)));
+    let toward = columns.tr_mul(residuals) - shared.tr_mul(solved);
     let solved = left.pseudo_inverse(1e-9 * own.amax()).ok()? * &toward;
     Some(toward.dot(&solved))
 }
@@ -210,33 +355,52 @@ fn gain(before: &[f64], after: &[f64]) -> (f64, f64) {
     (mean, variance.sqrt())
 }
 
-fn judge(classical: &Adjustment, floor_mm: f64, tried: &[Tried]) -> StripeVerdict {
-    let Some(best) = tried.first() else { return StripeVerdict::Unknown };
-    let (gain, error) = best.held_out_gain;
-    let enough = if classical.rms_mm <= floor_mm { SUBSTANTIAL } else { 0.0 };
-    let helps = best.bic_gain > BEYOND_DOUBT && gain > (SURE * error).max(enough);
-    if !helps {
-        let near = classical.rms_mm < 1.5 * floor_mm;
-        return if near { StripeVerdict::AtFloor } else { StripeVerdict::Unknown };
-    }
-    match tried.get(1) {
-        Some(second) if best.bic_gain - second.bic_gain < AS_GOOD => StripeVerdict::Tied,
-        _ => StripeVerdict::Named,
+/// Whether a suspect is better than none beyond doubt, and scans it was not adjusted to agree.
+fn helps(tried: &Tried, classical: &Adjustment) -> bool {
+    let (gain, error) = tried.held_out_gain;
+    let enough = if is_quiet(classical) { SUBSTANTIAL } else { 0.0 };
+    tried.bic_gain > BEYOND_DOUBT && gain > (SURE * error).max(enough)
+}
+
+fn judge(classical: &Adjustment, tried: &[Tried]) -> StripeVerdict {
+    match tried {
+        [best, others @ ..] if helps(best, classical) => match others.first() {
+            Some(second) if best.bic_gain - second.bic_gain < AS_GOOD => StripeVerdict::Tied,
+            _ => StripeVerdict::Named,
+        },
+        _ if is_quiet(classical) => StripeVerdict::AtFloor,
+        _ => StripeVerdict::Unknown,
     }
 }
 
-fn sentence(verdict: StripeVerdict, classical: &Adjustment, floor_mm: f64, tried: &[Tried]) -> String {
-    let rms = classical.rms_mm;
+fn sentence(
+    verdict: StripeVerdict,
+    classical: &Adjustment,
+    floor_mm: f64,
+    tried: &[Tried],
+    together: &[String],
+) -> String {
+    let (rms, noise) = (classical.rms_mm, classical.noise_mm);
     let best = tried.first();
     let name = best.map_or("", |best| best.suspect.name.as_str());
     let with = best.map_or(rms, |best| best.adjustment.rms_mm);
     match verdict {
         StripeVerdict::AtFloor => format!(
-            "Zeros and rig leave {rms:.3} mm, about what the pictures' noise leaves ({floor_mm:.3} mm): nothing else shows."
+            "Zeros and rig leave {rms:.3} mm, about what neighbouring points scatter by ({noise:.3} mm): nothing else shows."
         ),
-        StripeVerdict::Named => format!(
-            "{name} is what zeros and rig cannot explain: with it {rms:.3} mm become {with:.3} mm (the pictures' noise: {floor_mm:.3} mm), and scans it was not adjusted to agree."
-        ),
+        StripeVerdict::Named => {
+            let others = together.get(1..).unwrap_or_default();
+            let beside = match others {
+                [] => String::new(),
+                others => format!(
+                    " Nothing but noise is left only with {} as well: add it and diagnose again.",
+                    others.join(" and ")
+                ),
+            };
+            format!(
+                "{name} is what zeros and rig cannot explain: with it {rms:.3} mm become {with:.3} mm (the pictures' noise: {floor_mm:.3} mm), and scans it was not adjusted to agree.{beside}"
+            )
+        }
         StripeVerdict::Tied => {
             let close = |tried: &&Tried| best.is_some_and(|best| best.bic_gain - tried.bic_gain < AS_GOOD);
             let names: Vec<&str> =
@@ -246,10 +410,19 @@ fn sentence(verdict: StripeVerdict, classical: &Adjustment, floor_mm: f64, tried
                 names.join(" and ")
             )
         }
-        StripeVerdict::Unknown => format!(
-            "Zeros and rig leave {rms:.3} mm, {:.1} times what the pictures' noise leaves, and nothing that is known explains it.",
-            rms / floor_mm.max(1e-9)
-        ),
+        StripeVerdict::Unknown => {
+            let over = |left: f64| left / noise.max(1e-9);
+            let nearest = best.filter(|best| helps(best, classical)).map_or_else(String::new, |best| {
+                format!(
+                    " {} comes nearest, but {:.3} mm are left even with it, {:.1} times the noise: it is not named, for it may stand in for something else.",
+                    best.suspect.name, best.adjustment.rms_mm, over(best.adjustment.rms_mm)
+                )
+            });
+            format!(
+                "Zeros and rig leave {rms:.3} mm, {:.1} times what neighbouring points scatter by, and nothing that is known explains it.{nearest}",
+                over(rms)
+            )
+        }
     }
 }
 
@@ -286,7 +459,7 @@ impl Problem<'_> {
         let fold_of = |view: usize| scans.scan_of_view.get(view).copied().unwrap_or(0) % FOLDS;
         let mut sums = vec![(0.0, 0.0); scans.names.len()];
         for fold in 0..FOLDS {
-            let (mut taught, mut there) = self.with(state, &super::Options::default())?;
+            let (mut taught, mut there) = self.with(state, &Options::default())?;
             taught.members.retain(|member| fold_of(member.pixel.view) != fold);
             taught.settle(&mut there, SETTLED_FOR_COMPARISON)?;
             taught.members.clone_from(&self.members);

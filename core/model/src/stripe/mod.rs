@@ -19,12 +19,12 @@ mod table;
 mod tests;
 
 pub use adjust::{AdjustError, Adjustment, Found, Options, adjust};
-pub use diagnose::{StripeDiagnosis, StripeVerdict, Tried, diagnose, with_added};
+pub use diagnose::{StripeDiagnosis, StripeVerdict, Tried, diagnose, resolved, with_added};
 pub use parameter::RigParameter;
 pub use rig::StripeRig;
 pub use scene::{SceneError, read_scene};
 pub use surface::Surface;
-pub use suspect::{Suspect, classical, suspect, suspects};
+pub use suspect::{Suspect, classical, suspect, suspect_of, suspects};
 pub use table::{Scans, ScansError};
 
 /// One picture: where the arm was told to be.

@@ -219,6 +219,38 @@ impl<'a> Problem<'a> {
         (squares / self.members.len().max(1) as f64).sqrt()
     }
 
+    /// Scatter of neighbouring points of one stripe on one surface, mm, from second differences: what changes evenly along a stripe is not in it.
+    pub(super) fn noise_mm(&self, state: &State) -> f64 {
+        let here = self.here(state);
+        let away: Vec<f64> = self
+            .members
+            .iter()
+            .zip(&here.points)
+            .map(|(member, point)| self.distance(member, &state.surfaces, point))
+            .collect();
+        let same = |one: &Member, other: &Member| {
+            one.pixel.view == other.pixel.view && one.surface == other.surface && one.part == other.part
+        };
+        let three = self.members.windows(3).zip(away.windows(3));
+        let bends = three.filter_map(|(members, away)| match (members, away) {
+            ([first, middle, last], [before, at, after]) if same(first, middle) && same(middle, last) => {
+                Some(before - 2.0 * at + after)
+            }
+            _ => None,
+        });
+        let (sum, count) = bends.fold((0.0, 0.0), |(sum, count), bend| (sum + bend * bend, count + 1.0));
+        // A second difference has six times the variance of one point.
+        (sum / 6.0 / f64::max(count, 1.0)).sqrt()
+    }
+
+    /// The joint whose coordinate alone these effects change, if it is one; and the rate of each of their parameters in every view.
+    pub(super) fn rates(&self, id: &EffectId) -> Result<Option<(usize, Vec<Vec<f64>>)>, EffectNameError> {
+        let effect = effect::build(id, self.model)?;
+        let Some(joint) = effect.changes_coordinate() else { return Ok(None) };
+        let rates = |view: &View| forward::rates(self.model, effect.as_ref(), &view.q, &view.approach);
+        Ok(Some((joint, self.views.iter().map(rates).collect())))
+    }
+
     /// Residuals over their sigmas.
     pub(super) fn residuals(&self, state: &State) -> DVector<f64> {
         self.residuals_at(&state.surfaces, &self.here(state).points)

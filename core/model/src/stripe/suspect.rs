@@ -1,7 +1,9 @@
 //! What may be the matter beyond zeros and rig.
 
-use super::{Options, RigParameter};
-use crate::effect::{self, EffectId, EffectNameError};
+use plumb_kinematics::{Posture, Weights};
+
+use super::{Options, RigParameter, View};
+use crate::effect::{self, EffectId, EffectNameError, Passport, Search, Survey};
 use crate::file::Model;
 
 /// Something that may be the matter.
@@ -15,19 +17,21 @@ pub struct Suspect {
     pub family: String,
 }
 
-/// Effects of joints that stripes can show, by name.
-const OF_JOINTS: [&str; 7] = [
+/// Effects of the arm that stripes can show, by name: all of the library but those that need what the scans do not log (time, temperature, the pose before),
+/// and those that only move every surface alike.
+const OF_ARM: [&str; 11] = [
     "joint_compliance",
+    "joint_stiffening",
     "joint_backlash",
     "joint_gain",
+    "joint_coupling",
+    "joint_harmonic",
     "link_length",
     "link_offset",
     "link_twist",
     "axis_skew",
+    "link_sag",
 ];
-
-/// Wheels out of true: so many periods a turn of the joint.
-const ORDERS: [u32; 4] = [1, 2, 3, 4];
 
 /// Reads a name as people write it: an effect of the library (`joint_backlash(elbow)`) or of the rig (`lens_distortion`).
 ///
@@ -38,10 +42,11 @@ pub fn suspect(name: &str, model: &Model) -> Result<Suspect, EffectNameError> {
         let options = Options { rig, effects: Vec::new() };
         return Ok(Suspect { name: name.to_owned(), options, family: name.to_owned() });
     }
-    Ok(of_arm(effect::parse(name, model)?, model))
+    Ok(suspect_of(effect::parse(name, model)?, model))
 }
 
-fn of_arm(id: EffectId, model: &Model) -> Suspect {
+/// An effect of the arm as a suspect.
+pub fn suspect_of(id: EffectId, model: &Model) -> Suspect {
     let name = id.label(model);
     let family = match id.order {
         Some(_) => format!("{} {}", id.name, id.place(model)),
@@ -60,20 +65,55 @@ fn of_rig() -> Vec<(&'static str, Vec<RigParameter>)> {
     ]
 }
 
-/// Everything that is suspected of an arm and its rig. The last joint's zero, and what only shifts all surfaces alike, are not among it.
-pub fn suspects(model: &Model) -> Vec<Suspect> {
+/// Everything that is suspected of an arm and its rig, seen in these views. The last joint's zero, and what only shifts all surfaces alike, are not among it.
+pub fn suspects(model: &Model, views: &[View]) -> Vec<Suspect> {
     let mut all = Vec::new();
     for (name, rig) in of_rig() {
         let options = Options { rig, effects: Vec::new() };
         all.push(Suspect { name: name.to_owned(), options, family: name.to_owned() });
     }
-    let orders = ORDERS.iter().map(|order| format!("joint_harmonic(*, {order})"));
-    let names = OF_JOINTS.iter().map(|name| format!("{name}(*)")).chain(orders);
-    for name in names {
-        let ids = effect::expand(&name, model).unwrap_or_default();
-        all.extend(ids.into_iter().map(|id| of_arm(id, model)));
-    }
+    all.extend(OF_ARM.iter().flat_map(|name| everywhere(name, model, views)).map(|id| suspect_of(id, model)));
     all
+}
+
+/// The variants of an effect that differ in what is searched for inside it: the moment at which a joint stiffens. Those of any other effect are itself.
+pub(super) fn variants(id: &EffectId, model: &Model, views: &[View]) -> Vec<EffectId> {
+    let searched = effect::kind(&id.name).is_some_and(|kind| kind.search != Search::Nothing);
+    if !searched || id.inner.is_some() {
+        return vec![id.clone()];
+    }
+    let mut all = everywhere(&id.name, model, views);
+    all.retain(|other| other.same_as(id));
+    all
+}
+
+/// An effect of the library wherever these views could show it.
+fn everywhere(name: &str, model: &Model, views: &[View]) -> Vec<EffectId> {
+    let passport = Passport {
+        both_sides: (0..model.chain.len()).map(|joint| both_sides(views, joint)).collect(),
+        greatest_moments: greatest_moments(model, views),
+        ..Passport::default()
+    };
+    effect::kind(name).map_or_else(Vec::new, |kind| (kind.candidates)(&Survey { model, passport: &passport }))
+}
+
+fn both_sides(views: &[View], joint: usize) -> bool {
+    let has = |side: i8| views.iter().any(|view| view.approach.get(joint) == Some(&side));
+    has(1) && has(-1)
+}
+
+/// Of gravity about each joint, N m.
+fn greatest_moments(model: &Model, views: &[View]) -> Vec<f64> {
+    let weights =
+        Weights { masses: &model.masses, payload: 0.0, down: model.down(&model.base.pose.rotation) };
+    let (mut greatest, mut moments) = (vec![0.0_f64; model.chain.len()], Vec::new());
+    for view in views {
+        weights.moments(&Posture::of(&model.chain, &view.q, &[]), &mut moments);
+        for (greatest, moment) in greatest.iter_mut().zip(&moments) {
+            *greatest = greatest.max(moment.abs());
+        }
+    }
+    greatest
 }
 
 /// What a calibration as everybody does it adjusts: the zeros of all joints but the first and the last, and where camera and light are.
