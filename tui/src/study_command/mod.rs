@@ -2,6 +2,7 @@
 
 mod bench;
 mod curves;
+mod design;
 mod figure;
 mod imperfect;
 mod paper;
@@ -43,6 +44,9 @@ enum Study {
     Methods(Chosen),
     /// The reviewer's doubts, a figure each.
     Doubts(Chosen),
+    /// Where to put the target, how high to let the sensor fire and how far to turn back, for any arm with the paper's joints (section 4.3): the best values, how
+    /// far each may be from there, and the paper's figures for this arm.
+    Design(design::Arguments),
 }
 
 /// A study that is described in a file.
@@ -87,6 +91,9 @@ pub(crate) enum StudyError {
         /// What the drawing library said.
         cause: String,
     },
+    /// An arm for which the method cannot be designed.
+    #[error("{0}")]
+    Arm(String),
     /// The output, or a file in passing.
     #[error("it cannot be written or read: {0}")]
     Output(#[from] io::Error),
@@ -137,6 +144,7 @@ pub(crate) fn run(arguments: &StudyArguments) -> CommandResult {
         Some(Study::Repeatability(study)) => repeatability::run(study, folder),
         Some(Study::Imperfections(chosen)) => imperfect::run("imperfections", chosen, folder),
         Some(Study::Methods(chosen)) => imperfect::run("methods", chosen, folder),
+        Some(Study::Design(design)) => design::run(design, folder),
         Some(Study::Doubts(chosen)) => imperfect::run("doubts", chosen, folder),
     };
     match made {
