@@ -8,6 +8,8 @@ mod growth;
 mod landing;
 mod misfit;
 mod next;
+mod next_not_shown;
+mod not_shown;
 mod outcome;
 mod products;
 mod refine;
@@ -18,6 +20,7 @@ mod search;
 mod trial;
 mod unlisted;
 mod verdict;
+mod volume;
 mod wording;
 
 pub(crate) use trial::Fitted;
@@ -25,7 +28,9 @@ pub(crate) use trial::Fitted;
 pub use extrapolation::Extrapolation;
 pub use growth::{Growth, Step, StepRms};
 pub use next::{KeepOut, NextPoses, Wanted};
-pub use outcome::{Candidate, Diagnosis, EffectPlace, Located, Named, NextPose, Remaining, Verdict};
+pub use outcome::{
+    Candidate, Diagnosis, EffectPlace, Located, Named, NextPose, NotShown, Remaining, Verdict,
+};
 
 use misfit::Misfit;
 use repeatable::Split;
@@ -87,14 +92,20 @@ impl Laboratory {
             .best()
             .filter(|_| verdict == Verdict::Named)
             .map(|best| (best.id.clone(), best.values.clone()));
+        let at_floor = verdict == Verdict::AtFloor;
+        let not_shown =
+            if at_floor { searched.not_shown(&finding.stage.fitted, &floor)? } else { Vec::new() };
         let mut diagnosis = Diagnosis {
             verdict,
             floor,
+            not_shown,
+            not_logged: if at_floor { self.not_logged() } else { Vec::new() },
             rms_mm: comparison.rms_mm,
             check_opened: u32::from(comparison.rms_mm.check.is_some()),
             named: finding.named().filter(|_| settled),
             located: finding.located().filter(|_| settled),
             tied: if settled { finding.tied() } else { Vec::new() },
+            same: if settled && verdict != Verdict::AtFloor { finding.same() } else { Vec::new() },
             alike: if settled { finding.alike() } else { Vec::new() },
             candidates: finding.candidates(LISTED),
             remaining,
@@ -106,6 +117,7 @@ impl Laboratory {
             warnings: comparison.warnings,
             sentence: String::new(),
         };
+        diagnosis.warnings.extend(finding.rises());
         if let Some(thin) = &thin {
             diagnosis.warnings.push(format!(
                 "the search looked at {} of {} fitted rows, spread at random",
@@ -135,14 +147,19 @@ impl Laboratory {
             remaining.shape = format!("no further effect predicts rows that were left out; {}", rest.shape);
         }
         let ratio = misfit.map(|misfit| misfit.ratio);
+        let at_floor = verdict == Verdict::AtFloor;
+        let not_shown = if at_floor { self.not_shown(fitted, &floor)? } else { Vec::new() };
         let mut diagnosis = Diagnosis {
             verdict,
             floor,
+            not_shown,
+            not_logged: if at_floor { self.not_logged() } else { Vec::new() },
             rms_mm: comparison.rms_mm,
             check_opened: u32::from(comparison.rms_mm.check.is_some()),
             named: None,
             located: None,
             tied: Vec::new(),
+            same: Vec::new(),
             alike: Vec::new(),
             candidates: Vec::new(),
             remaining,
@@ -156,6 +173,17 @@ impl Laboratory {
         };
         diagnosis.sentence = wording::sentence(&diagnosis);
         Ok(diagnosis)
+    }
+
+    /// Conditions the table does not log and that effects of the library go by.
+    fn not_logged(&self) -> Vec<String> {
+        let table = self.table();
+        let logged = [
+            ("side of approach", table.approach.is_some()),
+            ("time", table.time.is_some()),
+            ("temperature", table.temperature.is_some()),
+        ];
+        logged.iter().filter(|(_, logged)| !logged).map(|(name, _)| (*name).to_owned()).collect()
     }
 
     /// The same laboratory with fewer rows to fit, chosen at random by pose; nothing if there are no more than `most`.

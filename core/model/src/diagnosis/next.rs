@@ -73,19 +73,19 @@ const PLENTY: f64 = 5.0;
 const SAME: f64 = 0.5;
 
 /// Standard errors of separation below which poses settle nothing.
-const SETTLES: f64 = 3.0;
+pub(super) const SETTLES: f64 = 3.0;
 
 /// One effect in question, fitted.
-struct Rival {
-    label: String,
-    effects: Vec<AddedEffect>,
-    state: State,
-    covariance: DMatrix<f64>,
+pub(super) struct Rival {
+    pub(super) label: String,
+    pub(super) effects: Vec<AddedEffect>,
+    pub(super) state: State,
+    pub(super) covariance: DMatrix<f64>,
 }
 
 /// A pose with its circumstances.
 #[derive(Clone)]
-struct Design {
+pub(super) struct Design {
     q: Vec<f64>,
     approach: Vec<i8>,
     payload: f64,
@@ -115,15 +115,24 @@ impl Laboratory {
     pub fn next_poses(&self, wanted: &Wanted, progress: &Progress) -> Result<NextPoses, LaboratoryError> {
         let thin = self.thinned(super::MOST_ROWS);
         let lab = thin.as_ref().unwrap_or(self);
-        let (rivals, verdict, noise) = lab.rivals(progress)?;
+        let machine = lab.machine(&[])?;
+        let fit = lab.fit(&machine, progress)?;
+        let returns = Returns::gather(&machine, &fit, &lab.survey());
+        let floor = Floor::among(&machine, returns.as_ref());
+        let candidates = search::Candidates { listed: search::probes(lab), unlisted: unlisted::probes(lab) };
+        let finding = lab.find(&floor, &candidates, progress)?;
+        if finding.verdict == Verdict::AtFloor
+            && let Some(poses) = lab.poses_for_not_shown(&finding.stage, &floor, wanted, progress)?
+        {
+            return Ok(poses);
+        }
+        let (rivals, noise) = lab.rivals_of(&finding, &floor, progress)?;
         progress.report(0.7, "choosing poses")?;
         let mut chooser = Chooser::new(lab, rivals, noise)?;
         let choice = chooser.choose(wanted, progress)?;
         let designs = &choice.designs;
         if designs.is_empty() {
-            return Err(LaboratoryError::Refused(
-                "no pose within the limits stays clear of what must be kept out; check `limits` and the keep-out planes".to_owned(),
-            ));
+            return Err(no_pose());
         }
         let labels: Vec<String> = chooser.rivals.iter().map(|rival| rival.label.clone()).collect();
         let (separation, alike) = (choice.separation(), choice.alike(&labels));
@@ -134,25 +143,12 @@ impl Laboratory {
         let mut next = chooser.told(designs);
         let returns: Vec<NextPose> = next.iter().take(2).map(turned_round).collect();
         next.extend(returns);
-        let mut sentence = sentence(verdict, &labels, designs.len(), separation, instead.as_deref());
+        let mut sentence = sentence(finding.verdict, &labels, designs.len(), separation, instead.as_deref());
         if instead.is_none() && !alike.is_empty() {
             let pairs: Vec<String> = alike.iter().map(|(one, other)| format!("{one} from {other}")).collect();
             sentence.push_str(&format!(" They do not tell {}.", super::wording::listed(&pairs, "nor")));
         }
         Ok(NextPoses { next, between: labels, separation, instead, sentence })
-    }
-
-    /// The effects in question, each fitted with all else that was found, and the noise of an equation in sigmas.
-    fn rivals(&self, progress: &Progress) -> Result<(Vec<Rival>, Verdict, f64), LaboratoryError> {
-        let machine = self.machine(&[])?;
-        let fit = self.fit(&machine, progress)?;
-        let returns = Returns::gather(&machine, &fit, &self.survey());
-        let floor = Floor::among(&machine, returns.as_ref());
-        let candidates =
-            search::Candidates { listed: search::probes(self), unlisted: unlisted::probes(self) };
-        let finding = self.find(&floor, &candidates, progress)?;
-        let (rivals, noise) = self.rivals_of(&finding, &floor, progress)?;
-        Ok((rivals, finding.verdict, noise))
     }
 
     /// A few poses that tell apart what a finding could not; none if it left no question.
@@ -162,6 +158,13 @@ impl Laboratory {
         floor: &Floor,
         progress: &Progress,
     ) -> Result<Vec<NextPose>, LaboratoryError> {
+        if finding.verdict == Verdict::AtFloor {
+            let wanted = Wanted { count: 4, keep_out: Vec::new(), payloads: Vec::new() };
+            let poses = self.poses_for_not_shown(&finding.stage, floor, &wanted, progress)?;
+            return Ok(
+                poses.map_or_else(Vec::new, |poses| poses.next.into_iter().take(wanted.count).collect())
+            );
+        }
         if finding.close.len() < 2 || !matches!(finding.verdict, Verdict::Tied | Verdict::Located) {
             return Ok(Vec::new());
         }
@@ -172,6 +175,7 @@ impl Laboratory {
         Ok(chooser.told(&designs))
     }
 
+    /// The effects in question, each fitted with all else that was found, and the noise of an equation in sigmas.
     fn rivals_of(
         &self,
         finding: &Finding<'_>,
@@ -207,6 +211,13 @@ impl Laboratory {
     }
 }
 
+/// Why no pose was chosen.
+pub(super) fn no_pose() -> LaboratoryError {
+    LaboratoryError::Refused(
+        "no pose within the limits stays clear of what must be kept out; check `limits` and the keep-out planes".to_owned(),
+    )
+}
+
 /// Waves of the orders next to those in question, at the same joints: where the range of a joint was seen in part only, they
 /// come forward once more of it is seen.
 fn kin(contenders: &[Contender], chosen: &[usize]) -> Vec<usize> {
@@ -224,7 +235,7 @@ fn kin(contenders: &[Contender], chosen: &[usize]) -> Vec<usize> {
 }
 
 impl Rival {
-    fn of(label: String, effects: Vec<AddedEffect>, fitted: &Fitted<'_>) -> Self {
+    pub(super) fn of(label: String, effects: Vec<AddedEffect>, fitted: &Fitted<'_>) -> Self {
         Self { label, effects, state: fitted.fit.state.clone(), covariance: fitted.fit.covariance.clone() }
     }
 }
@@ -240,10 +251,10 @@ struct Best {
 }
 
 /// Poses, and how far they put each pair of rivals apart: second before first, `(1, 0)`, `(2, 0)`, `(2, 1)` and so on.
-struct Choice {
-    designs: Vec<Design>,
+pub(super) struct Choice {
+    pub(super) designs: Vec<Design>,
     /// Standard errors.
-    apart: Vec<f64>,
+    pub(super) apart: Vec<f64>,
 }
 
 impl Choice {
@@ -256,7 +267,8 @@ impl Choice {
 
     /// Least separation of all pairs.
     fn least(&self) -> f64 {
-        self.apart.iter().copied().reduce(f64::min).unwrap_or(0.0)
+        let asked = self.apart.iter().copied().filter(|apart| apart.is_finite());
+        asked.reduce(f64::min).unwrap_or(0.0)
     }
 
     /// Pairs that stay alike.
@@ -268,27 +280,34 @@ impl Choice {
     }
 }
 
-struct Chooser<'a> {
+pub(super) struct Chooser<'a> {
     lab: &'a Laboratory,
     rivals: Vec<Rival>,
     noise: f64,
     sensing: Sensing,
     /// Where the arm's own sensor triggered, if it is all that measures.
     ground: Option<Ground>,
+    /// Whether each rival is to be told from the first alone: the others are what the rows do not show, and need no telling apart.
+    from_first: bool,
 }
 
 impl<'a> Chooser<'a> {
-    fn new(lab: &'a Laboratory, rivals: Vec<Rival>, noise: f64) -> Result<Self, LaboratoryError> {
+    pub(super) fn new(lab: &'a Laboratory, rivals: Vec<Rival>, noise: f64) -> Result<Self, LaboratoryError> {
         let mut effects = lab.fitted_effects()?;
         let ground = rivals.first().and_then(|rival| {
             effects.extend(rival.effects.iter().cloned());
             Ground::of(lab, &rival.state, &effects)
         });
-        Ok(Self { lab, rivals, noise, sensing: Sensing::AsBefore, ground })
+        Ok(Self { lab, rivals, noise, sensing: Sensing::AsBefore, ground, from_first: false })
     }
 }
 
 impl Chooser<'_> {
+    /// Asks for poses that tell each rival from the first; from one another they need not.
+    pub(super) fn tell_from_first(&mut self) {
+        self.from_first = true;
+    }
+
     /// Brings poses onto the surface the sensor is to trigger over; those that cannot be are left out.
     fn landed(&self, designs: Vec<Design>) -> Result<Vec<Design>, LaboratoryError> {
         let (Some(ground), Some(rival)) = (&self.ground, self.rivals.first()) else { return Ok(designs) };
@@ -302,7 +321,7 @@ impl Chooser<'_> {
     }
 
     /// Poses one after the other, each where the rivals differ most given those before: pairs that are apart already count little.
-    fn choose(&mut self, wanted: &Wanted, progress: &Progress) -> Result<Choice, LaboratoryError> {
+    pub(super) fn choose(&mut self, wanted: &Wanted, progress: &Progress) -> Result<Choice, LaboratoryError> {
         let mut dice = Random::seeded(11);
         let mut covariances: Vec<DMatrix<f64>> =
             self.rivals.iter().map(|rival| rival.covariance.clone()).collect();
@@ -339,7 +358,11 @@ impl Chooser<'_> {
         }
         Ok(Choice {
             designs: chosen,
-            apart: apart.into_iter().map(|squared: f64| squared.max(0.0).sqrt()).collect(),
+            // Pairs that nobody asks about stay no number.
+            apart: apart
+                .into_iter()
+                .map(|squared: f64| if squared.is_nan() { squared } else { squared.max(0.0).sqrt() })
+                .collect(),
         })
     }
 
@@ -364,6 +387,10 @@ impl Chooser<'_> {
         let mut pairs = Vec::with_capacity(apart.len());
         for first in 0..count {
             for second in 0..first {
+                if self.from_first && second > 0 {
+                    pairs.push(f64::NAN);
+                    continue;
+                }
                 let difference = &forecast.rivals[first][index].0 - &forecast.rivals[second][index].0;
                 let noise =
                     DMatrix::identity(difference.len(), difference.len()) * (2.0 * self.noise * self.noise);
@@ -373,7 +400,8 @@ impl Chooser<'_> {
             }
         }
         let told = |squared: f64| squared / (squared + PLENTY * PLENTY);
-        let worth = apart.iter().zip(&pairs).map(|(apart, more)| told(apart + more) - told(*apart)).sum();
+        let asked = apart.iter().zip(&pairs).filter(|(_, more)| more.is_finite());
+        let worth = asked.map(|(apart, more)| told(apart + more) - told(*apart)).sum();
         (worth, pairs)
     }
 
@@ -401,7 +429,8 @@ impl Chooser<'_> {
             })
             .collect();
         let mut sides = |joint: usize| {
-            if self.lab.passport().has_both_sides(joint) { [-1, 1][dice.below(2)] } else { 0 }
+            let asked = self.from_first && self.lab.table().approach.is_some();
+            if asked || self.lab.passport().has_both_sides(joint) { [-1, 1][dice.below(2)] } else { 0 }
         };
         let approach = (0..joints).map(&mut sides).collect();
         let payload = match wanted.payloads.as_slice() {
@@ -579,7 +608,7 @@ impl Chooser<'_> {
     }
 
     /// The poses as they are told to people.
-    fn told(&self, designs: &[Design]) -> Vec<NextPose> {
+    pub(super) fn told(&self, designs: &[Design]) -> Vec<NextPose> {
         let unit = typical_sigma_of(self.lab);
         let forecast =
             self.forecast(designs, &Wanted { count: 0, keep_out: Vec::new(), payloads: Vec::new() });
@@ -623,7 +652,7 @@ fn typical_sigma_of(lab: &Laboratory) -> f64 {
 }
 
 /// The same pose, arrived at from the other side.
-fn turned_round(pose: &NextPose) -> NextPose {
+pub(super) fn turned_round(pose: &NextPose) -> NextPose {
     NextPose { approach: pose.approach.iter().map(|side| -side).collect(), ..pose.clone() }
 }
 

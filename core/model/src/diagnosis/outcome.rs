@@ -107,6 +107,25 @@ pub struct Candidate {
     pub rejected: Option<String>,
 }
 
+/// An effect these rows cannot show, though it could move the tip by more than the noise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NotShown {
+    /// Which and where.
+    #[serde(flatten)]
+    pub effect: EffectPlace,
+    /// As a person writes it.
+    pub label: String,
+    /// RMS over the working volume by which it could still put the tip off and be found less than four times in five, mm; nothing where the rows hardly
+    /// see it at any plausible size.
+    pub up_to_mm: Option<f64>,
+    /// The size it would have then; nothing where the rows do not bound it, or where a size needs masses the model does not have.
+    pub size: Option<f64>,
+    /// Unit of the size.
+    pub unit: String,
+    /// What to measure to see it.
+    pub to_see: String,
+}
+
 /// What is left when nothing more can be named.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Remaining {
@@ -152,6 +171,9 @@ pub struct Diagnosis {
     pub located: Option<Located>,
     /// Effects that cannot be told apart.
     pub tied: Vec<EffectPlace>,
+    /// Effects that are the same thing as the first of those in these data: whichever is added, every reading is predicted alike.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub same: Vec<String>,
     /// Which effects move the readings alike in these poses, in words: why they are tied, or nearly so.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub alike: Vec<String>,
@@ -159,6 +181,12 @@ pub struct Diagnosis {
     pub candidates: Vec<Candidate>,
     /// What is left.
     pub remaining: Remaining,
+    /// Of a model at the floor: what could still be wrong and these rows cannot show, that which could move the tip most first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_shown: Vec<NotShown>,
+    /// Of a model at the floor: conditions the table does not log, so that nothing is said of their effects.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_logged: Vec<String>,
     /// What is left now, over the floor; nothing if the floor is unknown.
     pub left_ratio: Option<f64>,
     /// Effects that were found besides the one in question, as written.

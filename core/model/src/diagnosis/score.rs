@@ -103,7 +103,7 @@ pub(crate) fn score(machine: &Machine<'_>, fit: &Fit, probes: &[Probe]) -> Vec<S
 const SEEN: f64 = 4.0;
 
 /// Share of a candidate's squares below which nothing of it counts as left.
-const SWALLOWED: f64 = 1e-6;
+pub(super) const SWALLOWED: f64 = 1e-6;
 
 fn one(
     probe: &Probe,

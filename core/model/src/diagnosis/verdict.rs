@@ -7,7 +7,7 @@ use super::score::{Score, score};
 use super::search::{CLOSE, Candidates, Contender, LEVEL, Stage, best_variants};
 use super::trial::bic;
 use super::wording::{AS_WELL, NOT_PREDICTED};
-use crate::effect::{EffectId, Family, Search, Spot};
+use crate::effect::{EffectId, Family, LooksAt, Search, Spot};
 use crate::file::AddedEffect;
 use crate::fit::Machine;
 use crate::floor::Floor;
@@ -325,6 +325,21 @@ impl Finding<'_> {
         Some(Located { place: EffectId::at("", spot).place(model), family })
     }
 
+    /// Of all candidates a joint or link that yields against gravity explains most, clearly: what to say of the model's idea of what is down.
+    pub(crate) fn rises(&self) -> Option<String> {
+        let first = self.stage.contenders.first()?;
+        let model = self.stage.fitted.machine.model;
+        let yields =
+            crate::effect::build(&first.id, model).is_ok_and(|effect| effect.looks_at() == LooksAt::Gravity);
+        let size = self.size(first);
+        (yields && first.holm_p < LEVEL && size.value < -CLEARLY * size.error).then(|| {
+            format!(
+                "gravity seems to point the other way in this model: {} explains most, and would rise under its load; check `gravity:`, and how the base stands",
+                first.id.label(model)
+            )
+        })
+    }
+
     /// What cannot be told apart, if there is more than one.
     pub(crate) fn tied(&self) -> Vec<EffectPlace> {
         let asked = matches!(self.verdict, Verdict::Tied | Verdict::Located);
@@ -335,9 +350,27 @@ impl Finding<'_> {
         places.map(|contender| effect_place(&self.stage.fitted.machine, &contender.id)).collect()
     }
 
-    /// Pairs of the best few contenders that move the readings alike in these poses, in words: the canonical correlation of
-    /// what each adds to what is fitted.
+    /// Pairs of the best few contenders that move the readings alike in these poses, in words.
     pub(crate) fn alike(&self) -> Vec<String> {
+        let Some(best) = self.best().map(|best| best.id.label(self.stage.fitted.machine.model)) else {
+            return Vec::new();
+        };
+        let told = |(correlation, other): (f64, String)| {
+            format!(
+                "beyond what is fitted {best} and {other} move the readings of these poses alike (canonical correlation {correlation:.3})"
+            )
+        };
+        self.correlated().into_iter().filter(|(correlation, _)| *correlation <= SAME).map(told).collect()
+    }
+
+    /// Contenders that are the same thing as the best in these rows: they move every reading just as it does.
+    pub(crate) fn same(&self) -> Vec<String> {
+        let correlated = self.correlated().into_iter();
+        correlated.filter(|(correlation, _)| *correlation > SAME).map(|(_, other)| other).collect()
+    }
+
+    /// The best few contenders that move the readings like the best: the canonical correlation of what each adds to what is fitted.
+    fn correlated(&self) -> Vec<(f64, String)> {
         let Some(best) = self.best() else { return Vec::new() };
         let fitted = &self.stage.fitted;
         let (machine, fit) = (&fitted.machine, &fitted.fit);
@@ -374,13 +407,7 @@ impl Finding<'_> {
             compared.iter().zip(&ranges).skip(1).filter_map(correlation).collect();
         alike.retain(|(correlation, _)| *correlation > ALIKE);
         alike.sort_by(|left, right| right.0.total_cmp(&left.0));
-        let told = |(correlation, other): (f64, String)| {
-            format!(
-                "beyond what is fitted {} and {other} move the readings of these poses alike (canonical correlation {correlation:.3})",
-                label(best)
-            )
-        };
-        alike.into_iter().map(told).collect()
+        alike
     }
 
     /// The likeliest candidates, with why each is not the name.
@@ -435,11 +462,17 @@ impl Finding<'_> {
     }
 }
 
+/// Standard errors from which a sign is beyond doubt.
+const CLEARLY: f64 = 5.0;
+
 /// Contenders compared with the best.
 const COMPARED: usize = 6;
 
 /// Canonical correlation from which two effects look alike.
 const ALIKE: f64 = 0.95;
+
+/// Canonical correlation from which two effects are one and the same to these rows: what is missing to 1 is rounding.
+const SAME: f64 = 1.0 - 1e-6;
 
 /// The greatest canonical correlation of two groups of columns, from their products; nothing where one is not seen at all.
 fn canonical(
@@ -457,7 +490,7 @@ fn canonical(
 }
 
 /// Standard errors an effect must have to be seen four times in five at Holm's level among a hundred candidates.
-const POWER: f64 = 4.6;
+pub(super) const POWER: f64 = 4.6;
 
 fn signed_root(value: f64) -> f64 {
     value.signum() * value.abs().sqrt()

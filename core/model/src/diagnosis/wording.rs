@@ -1,6 +1,6 @@
 //! One plain sentence.
 
-use super::outcome::{Diagnosis, EffectPlace, Verdict};
+use super::outcome::{Diagnosis, EffectPlace, NotShown, Verdict};
 
 /// Why a candidate that passes everything else is not named.
 pub(super) const AS_WELL: &str = "others explain it as well";
@@ -66,13 +66,20 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
         Verdict::Tied => {
             let labels: Vec<String> =
                 diagnosis.tied.iter().take(4).map(|tie| label_of(diagnosis, tie)).collect();
+            let all = diagnosis.tied.iter().skip(1).map(|tie| label_of(diagnosis, tie));
+            if !diagnosis.same.is_empty() && all.into_iter().all(|label| diagnosis.same.contains(&label)) {
+                return format!(
+                    "The error of {miss:.3} mm is {}: the same in these data, where they move every reading alike; add either.",
+                    listed(&labels, "or")
+                );
+            }
             format!(
                 "{} cannot be told apart with these data{}; measure the poses listed.",
                 listed(&labels, "and"),
                 diagnosis.alike.first().map_or_else(String::new, |alike| format!(": {alike}"))
             )
         }
-        Verdict::AtFloor => format!("Nothing is left but {floor}."),
+        Verdict::AtFloor => at_floor(diagnosis, &floor),
         Verdict::Unknown => format!(
             "{miss:.3} mm is left over {floor}, and nothing in the library explains it: {}.",
             diagnosis.remaining.shape
@@ -92,6 +99,34 @@ fn is_borne_out_too_little(diagnosis: &Diagnosis, effect: &str, place: &str) -> 
     let mut there =
         diagnosis.candidates.iter().filter(|one| one.effect.effect == effect && one.effect.place == place);
     there.next().is_some_and(|best| best.rejected.as_deref() == Some(NOT_PREDICTED))
+}
+
+/// Effects that are listed in the sentence; the others are counted.
+const SPOKEN_OF: usize = 4;
+
+/// A model at the floor: no more is said than the rows can show.
+fn at_floor(diagnosis: &Diagnosis, floor: &str) -> String {
+    let unlogged = match diagnosis.not_logged.as_slice() {
+        [] => String::new(),
+        some => format!(" The table does not log {}: what goes by that is not judged.", listed(some, "or")),
+    };
+    if diagnosis.not_shown.is_empty() {
+        return format!(
+            "Nothing is left but {floor}, and whatever else the library knows would have shown in these rows before it moved the tip by more.{unlogged}"
+        );
+    }
+    let words = |one: &NotShown| match one.up_to_mm {
+        Some(most) => format!("{} up to {} mm", one.label, figure(most)),
+        None => format!("{} of any size", one.label),
+    };
+    let mut spoken: Vec<String> = diagnosis.not_shown.iter().take(SPOKEN_OF).map(words).collect();
+    if let more @ 1.. = diagnosis.not_shown.len().saturating_sub(SPOKEN_OF) {
+        spoken.push(format!("{more} more"));
+    }
+    format!(
+        "Nothing is left but {floor}, for what these rows can show. Not shown by them: {}. `plumb model next` lists poses and loads that would show it.{unlogged}",
+        listed(&spoken, "and")
+    )
 }
 
 /// Candidates of one name at one place, such as waves of several orders, that do as well as each other.

@@ -193,6 +193,8 @@ pub struct Model {
     pub measured_from: MeasuredFrom,
     /// Direction of gravity in the base's nominal frame, if given.
     pub gravity: Option<Vector3<f64>>,
+    /// Where the first target is to be right, frame of the measurements, mm: least and greatest x, y and z; nothing if not declared.
+    pub working_volume: Option<[(f64, f64); 3]>,
     /// The frames whose tilts are measured.
     pub levels: Vec<Level>,
     /// The arm's own proximity sensor.

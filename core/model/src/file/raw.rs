@@ -67,6 +67,7 @@ pub(super) struct RawModel {
     #[serde(default)]
     pub(super) measured_from: RawMeasuredFrom,
     pub(super) gravity: Option<Spanned<[f64; 3]>>,
+    pub(super) working_volume: Option<Spanned<RawVolume>>,
     pub(super) level: Option<RawLevel>,
     pub(super) sensor: Option<Spanned<RawSensor>>,
     #[serde(default)]
@@ -284,6 +285,14 @@ pub(super) enum RawMeasuredFrom {
     #[default]
     Instrument,
     World,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawVolume {
+    pub(super) x_mm: [f64; 2],
+    pub(super) y_mm: [f64; 2],
+    pub(super) z_mm: [f64; 2],
 }
 
 #[derive(Debug, Clone, Deserialize)]

@@ -15,7 +15,7 @@ use super::model::{
 };
 use super::raw::{
     RawConvention, RawEffect, RawJoint, RawLevel, RawMeasuredFrom, RawModel, RawSensor, RawSide, RawSurface,
-    RawTouch, RawValuedEffect,
+    RawTouch, RawValuedEffect, RawVolume,
 };
 use super::sensor::Sensor;
 use super::syntax;
@@ -98,6 +98,11 @@ impl Checker<'_> {
                 RawMeasuredFrom::World => MeasuredFrom::World,
             },
             gravity: None,
+            working_volume: raw
+                .working_volume
+                .as_ref()
+                .map(|volume| self.working_volume(volume))
+                .transpose()?,
             levels: Vec::new(),
             sensor: raw.sensor.as_ref().map(|sensor| self.sensor(sensor)).transpose()?,
             noise: self.noise(&raw)?,
@@ -114,6 +119,9 @@ impl Checker<'_> {
         };
         if let Some(gravity) = &raw.gravity {
             model.gravity = Some(self.direction(gravity)?);
+        }
+        if let Some(arm) = &described {
+            model.gravity = urdf::gravity(&model, arm);
         }
         model.levels = self.levels(&raw, &model.chain)?;
         model.touch = raw.touch.as_ref().map(|touch| self.touch(touch, &model)).transpose()?;
@@ -276,6 +284,18 @@ impl Checker<'_> {
         match vector.try_normalize(1e-12) {
             Some(unit) if unit.iter().all(|part| part.is_finite()) => Ok(unit),
             _ => self.fail(&typed.referenced, "this vector has no direction; write for example [0, 0, 1]"),
+        }
+    }
+
+    fn working_volume(&self, typed: &Spanned<RawVolume>) -> Checked<[(f64, f64); 3]> {
+        let RawVolume { x_mm, y_mm, z_mm } = typed.value;
+        let spans = [x_mm, y_mm, z_mm].map(|[low, high]| (low, high));
+        match spans.iter().all(|(low, high)| low.is_finite() && high.is_finite() && low < high) {
+            true => Ok(spans),
+            false => self.fail(
+                &typed.referenced,
+                "each of x_mm, y_mm and z_mm needs a least and a greater number, such as [100, 300]",
+            ),
         }
     }
 

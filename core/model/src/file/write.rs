@@ -73,6 +73,10 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
     if let Some(gravity) = &model.gravity {
         writeln!(out, "gravity: {}", triple(gravity))?;
     }
+    if let Some([x, y, z]) = &model.working_volume {
+        let span = |(low, high): &(f64, f64)| format!("[{}, {}]", number(*low), number(*high));
+        writeln!(out, "working_volume: {{x_mm: {}, y_mm: {}, z_mm: {}}}", span(x), span(y), span(z))?;
+    }
     ends(out, model)
 }
 

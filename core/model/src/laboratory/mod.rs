@@ -10,6 +10,7 @@ pub(crate) use addition::moved;
 pub use addition::{Addition, without};
 pub use comparison::{Comparison, EffectValue, Rms};
 pub use plausible::ImplausibleError;
+pub(crate) use plausible::placeholders;
 pub use preview::Preview;
 pub(crate) use rows::row_square;
 pub use rows::{RowResidual, Series};
@@ -125,6 +126,11 @@ impl Laboratory {
     /// The model.
     pub fn model(&self) -> &Model {
         &self.model
+    }
+
+    /// The same table under another model of the same joints, targets and surfaces.
+    pub(crate) fn with_model(&self, model: Model) -> Self {
+        Self { model, ..self.clone() }
     }
 
     /// What the table's readings are.

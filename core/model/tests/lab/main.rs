@@ -9,6 +9,7 @@ mod fixed_machines;
 mod made_up;
 mod measurement_kinds;
 mod next_poses;
+mod not_shown;
 mod remainders;
 mod reports;
 mod returns;

@@ -1,0 +1,98 @@
+//! Poses for a model at the floor: those at which what the rows cannot show would show, if it is there.
+
+use nalgebra::DMatrix;
+
+use super::next::{Chooser, NextPoses, Rival, SETTLES, Wanted, turned_round};
+use super::not_shown::{Faint, with_weight};
+use super::outcome::NextPose;
+use super::search::Stage;
+use super::wording::{figure, listed};
+use crate::effect;
+use crate::file::AddedEffect;
+use crate::floor::Floor;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::progress::Progress;
+
+/// What the rows do not show is asked about at a size that puts the tip off by no more than so many times the noise: poses are wanted that show it even then.
+const ASKED_AT: f64 = 3.0;
+
+/// Effects asked about at most.
+const ASKED: usize = 5;
+
+impl Laboratory {
+    /// Poses that would show what these rows cannot; nothing if there is no such thing.
+    pub(super) fn poses_for_not_shown(
+        &self,
+        stage: &Stage<'_>,
+        floor: &Floor,
+        wanted: &Wanted,
+        progress: &Progress,
+    ) -> Result<Option<NextPoses>, LaboratoryError> {
+        let mut faint = self.faint(&stage.fitted, floor)?;
+        faint.truncate(ASKED);
+        let (Some(noise), Some(sigma)) = (floor.scale, floor.sigma_mm) else { return Ok(None) };
+        if faint.is_empty() {
+            return Ok(None);
+        }
+        progress.report(0.7, "choosing poses")?;
+        let weighty = self.with_model(with_weight(self.model()));
+        let mut rivals = vec![Rival::of("the model as it is".to_owned(), stage.taken.clone(), &stage.fitted)];
+        rivals.extend(faint.iter().map(|one| rival(one, stage, ASKED_AT * sigma * 3.0_f64.sqrt(), self)));
+        let mut chooser = Chooser::new(&weighty, rivals, noise)?;
+        chooser.tell_from_first();
+        let choice = chooser.choose(wanted, progress)?;
+        if choice.designs.is_empty() {
+            return Err(super::next::no_pose());
+        }
+        let mut next = chooser.told(&choice.designs);
+        let returns: Vec<NextPose> = next.iter().take(2).map(turned_round).collect();
+        next.extend(returns);
+        // Of the pairs, the ones with the model as it is.
+        let apart = |index: usize| choice.apart.get(index * (index + 1) / 2).copied().unwrap_or(0.0);
+        let (shown, hidden): (Vec<_>, Vec<_>) =
+            faint.iter().enumerate().partition(|(index, _)| apart(*index) >= SETTLES);
+        let separation = shown.iter().map(|(index, _)| apart(*index)).fold(f64::INFINITY, f64::min);
+        let label = |(_, one): &(usize, &Faint)| one.id.label(self.model());
+        let (shown, still): (Vec<String>, Vec<String>) =
+            (shown.iter().map(label).collect(), hidden.iter().map(label).collect());
+        let instead = hidden.first().map(|(_, one)| {
+            let how = effect::kind(&one.id.name).map_or("", |kind| kind.how_to_see);
+            format!("they would not show {}; what would: {}", listed(&still, "or"), uncapitalized(how))
+        });
+        let mut sentence = match shown.as_slice() {
+            [] => "No pose within reach would show what these rows do not".to_owned(),
+            shown => format!(
+                "Measure these {} poses, and return to the first two: they would show {}, if there (at {} times the noise by at least {} standard errors)",
+                choice.designs.len(),
+                listed(shown, "and"),
+                ASKED_AT,
+                figure(separation)
+            ),
+        };
+        sentence.push_str(&instead.as_ref().map_or_else(|| ".".to_owned(), |instead| format!("; {instead}")));
+        let between = faint.iter().map(|one| one.id.label(self.model())).collect();
+        let separation = if separation.is_finite() { separation } else { 0.0 };
+        Ok(Some(NextPoses { next, between, separation, instead, sentence }))
+    }
+}
+
+/// The model with an effect in that the rows do not show, everything fitted where it would stand then.
+fn rival(faint: &Faint, stage: &Stage<'_>, most_mm: f64, lab: &Laboratory) -> Rival {
+    let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
+    let share = (most_mm / faint.error_mm).min(1.0);
+    let values: Vec<f64> = faint.values.iter().map(|value| value * share).collect();
+    let beside = &faint.beside * share;
+    let mut state = fit.state.stepped(machine.slots(), beside.as_slice());
+    state.effects.push(values.clone());
+    let known = fit.covariance.nrows();
+    let mut covariance = DMatrix::zeros(known + values.len(), known + values.len());
+    covariance.view_mut((0, 0), (known, known)).copy_from(&fit.covariance);
+    let mut effects = stage.taken.clone();
+    effects.push(AddedEffect { id: faint.id.clone(), values });
+    Rival { label: faint.id.label(lab.model()), effects, state, covariance }
+}
+
+fn uncapitalized(sentence: &str) -> String {
+    let mut letters = sentence.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+}
