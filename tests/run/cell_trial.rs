@@ -52,7 +52,7 @@ fn a_wide_spot_is_found_by_edges_at_several_heights() {
 
 #[test]
 fn a_forearm_that_droops_is_told_from_a_wheel_out_of_true_by_the_load_the_lab_asks_for() {
-    let trial = found_and_cured("droop", 4, "joint_compliance(elbow)");
+    let trial = found_and_cured("droop(elbow)", 4, "joint_compliance(elbow)");
     assert_eq!((&trial["at_first"], &trial["verdict"]), (&"located".into(), &"named".into()), "{trial:#}");
 }
 
@@ -91,24 +91,24 @@ fn plumb(place: &Path, arguments: &[&str]) -> (Option<i32>, String) {
 
 #[test]
 fn play_is_found_by_meeting_things_from_both_sides() {
-    found_and_cured("backlash", 12, "joint_backlash(elbow)");
+    found_and_cured("backlash(elbow)", 12, "joint_backlash(elbow)");
 }
 
 #[test]
 fn a_forearm_that_the_shoulder_drags_along_is_told_from_a_wheel_out_of_true() {
-    found_and_cured("coupling", 3, "joint_coupling(elbow, shoulder)");
+    found_and_cured("coupling(elbow)", 3, "joint_coupling(elbow, shoulder)");
 }
 
 #[test]
 fn lost_steps_are_dated_and_cured_by_finding_the_zeros_anew() {
     let place = tempfile::tempdir().unwrap();
-    let trial = rehearsed(place.path(), "lost_steps", 16);
+    let trial = rehearsed(place.path(), "lost_steps(shoulder)", 16);
     assert_eq!(trial["right"], true, "{trial:#}");
     assert_eq!(trial["added"], "joint_step(shoulder)");
     let sentence = trial["sentence"].as_str().unwrap();
     assert!(sentence.contains("find the zeros anew"), "{sentence}");
     let at = dated(sentence);
-    let table = fs::read_to_string(place.path().join("lost_steps-16/table.csv")).unwrap();
+    let table = fs::read_to_string(place.path().join("lost_steps-shoulder-16/table.csv")).unwrap();
     let (last_before, first_after) = around_the_haste(&table);
     assert!((last_before..=first_after + 0.5).contains(&at), "{last_before} to {first_after} s, dated {at}");
     let [again, anew, floor] = ["lost_again_mm", "anew_mm", "floor_mm"].map(|key| millimetres(&trial, key));
@@ -131,4 +131,57 @@ fn around_the_haste(table: &str) -> (f64, f64) {
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     let second = rows.iter().position(|row| row[step].starts_with("round[8]")).unwrap();
     (rows[second - 1][time].parse().unwrap(), rows[second][time].parse().unwrap())
+}
+
+#[test]
+fn a_shoulder_that_droops_where_the_rows_do_not_show_it_is_not_called_at_the_floor_without_a_word() {
+    let place = tempfile::tempdir().unwrap();
+    let trial = rehearsed(place.path(), "droop(shoulder)", 5105);
+    assert_eq!(trial["right"], true, "{trial:#}");
+    let [after, floor] = ["after_mm", "floor_mm"].map(|key| millimetres(&trial, key));
+    let sentence = trial["sentence"].as_str().unwrap();
+    let told = sentence.contains("Not shown by them") && sentence.contains("joint_compliance(shoulder)");
+    assert!(after <= OF_THE_FLOOR * floor || told, "{after:.3} mm are left, floor {floor:.3}: {sentence}");
+}
+
+#[test]
+fn a_trial_that_fails_does_not_take_the_others_with_it() {
+    let place = tempfile::tempdir().unwrap();
+    // Where the second trial is to stand there is a file.
+    fs::write(place.path().join("none-2"), "in the way").unwrap();
+    let (code, said) = plumb(
+        place.path(),
+        &[
+            "trial",
+            "rehearse",
+            "--cell",
+            "teachmover",
+            "--fault",
+            "none",
+            "--seed",
+            "1",
+            "-n",
+            "2",
+            "-o",
+            ".",
+        ],
+    );
+    assert_eq!(code, Some(2), "{said}");
+    let line =
+        |seed: &str| said.lines().find(|line| line.starts_with("none") && line.contains(seed)).unwrap();
+    assert!(line("   1  ").contains("at_floor"), "{said}");
+    assert!(line("   2  ").contains("FAILED: cannot write") && line("   2  ").contains("none-2"), "{said}");
+    assert!(said.lines().any(|line| line.starts_with("all ") && line.trim_end().ends_with('1')), "{said}");
+}
+
+#[test]
+fn what_cannot_be_hidden_is_refused_before_anything_is_run() {
+    let place = tempfile::tempdir().unwrap();
+    for (arguments, told) in [
+        (["--cell", "teachmover", "--fault", "rust"], "known are none, spot, backlash"),
+        (["--cell", "mill", "--fault", "none"], "there is no cell `mill`; known are teachmover"),
+    ] {
+        let (code, said) = plumb(place.path(), &[&["trial", "rehearse"], arguments.as_slice()].concat());
+        assert!(code == Some(2) && said.contains(told), "{said}");
+    }
 }

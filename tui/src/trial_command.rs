@@ -56,10 +56,11 @@ pub(crate) enum TrialCommand {
 pub(crate) struct NewArguments {
     #[command(flatten)]
     campaign: CampaignArguments,
-    /// Build a whole simulated cell instead of a campaign's table: `teachmover`. What is hidden is found with the cell's own sensor, by runs.
+    /// Build a whole simulated cell instead of a campaign's table: `teachmover`, `puma` or `light-stripe`. What is hidden is found with the cell's own sensors and instruments, by runs.
     #[arg(long, value_name = "CELL")]
     cell: Option<String>,
-    /// What to hide in the cell: none, spot, backlash, coupling, droop or lost_steps; by lot when not given.
+    /// What to hide in the cell, such as `none`, `backlash` or `backlash(elbow)`; by lot when not given, and so is its place. A name that is not known is
+    /// answered with those that are.
     #[arg(long, value_name = "FAULT", requires = "cell")]
     fault: Option<String>,
     /// Seed of everything: the same seed and options give the same trial.
@@ -151,6 +152,16 @@ pub(crate) enum TrialError {
         /// What there is.
         known: String,
     },
+    /// A place of `--fault` at which it cannot be.
+    #[error("`{fault}` cannot be hidden at `{place}`; it can be at {known}")]
+    UnknownPlace {
+        /// What was to be hidden.
+        fault: String,
+        /// Where.
+        place: String,
+        /// Where it can be.
+        known: String,
+    },
     /// The cell's world cannot be written or read.
     #[error(transparent)]
     World(Box<plumb_simulated::world_file::WorldFileError>),
@@ -228,18 +239,23 @@ pub(crate) enum TrialError {
 struct Outcome {
     said: String,
     right: bool,
+    /// Something could not be done, though the rest was.
+    failed: bool,
 }
 
 impl Outcome {
     fn done(said: String) -> Self {
-        Self { said, right: true }
+        Self { said, right: true, failed: false }
     }
 }
 
 /// Exit code of a diagnosis that was wrong.
 const WRONG: u8 = 1;
 
-/// Runs a trial command. Exit code 0, or 1 when a diagnosis was scored and is wrong.
+/// Exit code where a trial could not be gone through.
+const FAILED: u8 = 2;
+
+/// Runs a trial command. Exit code 0, 1 when a diagnosis was scored and is wrong, 2 when a trial could not be gone through.
 pub(crate) fn run(command: &TrialCommand) -> CommandResult {
     let outcome = match command {
         TrialCommand::New(arguments) => new(arguments),
@@ -250,7 +266,11 @@ pub(crate) fn run(command: &TrialCommand) -> CommandResult {
         TrialCommand::Benchmark(arguments) => benchmark::run(arguments),
     }?;
     io::stdout().write_all(outcome.said.as_bytes())?;
-    Ok(if outcome.right { ExitCode::SUCCESS } else { ExitCode::from(WRONG) })
+    Ok(match outcome {
+        Outcome { failed: true, .. } => ExitCode::from(FAILED),
+        Outcome { right: true, .. } => ExitCode::SUCCESS,
+        Outcome { .. } => ExitCode::from(WRONG),
+    })
 }
 
 fn new(arguments: &NewArguments) -> Result<Outcome, TrialError> {

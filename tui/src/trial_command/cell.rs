@@ -1,5 +1,10 @@
-//! Trials in a cell: `plumb trial new --cell teachmover` builds a whole cell around a sealed world. What is hidden has to be found with the cell's own
-//! sensor, by runs.
+//! Trials in a cell: `plumb trial new --cell NAME` builds a whole cell around a sealed world. What is hidden has to be found with the cell's own
+//! sensors and instruments, by runs.
+
+mod arm_faults;
+pub(super) mod light_stripe;
+pub(super) mod puma;
+pub(super) mod teachmover;
 
 use std::fs;
 use std::path::Path;
@@ -10,63 +15,92 @@ use plumb_simulated::world_file;
 
 use super::{Outcome, TrialError};
 
-/// The cells there are.
-pub(super) const CELLS: [&str; 1] = ["teachmover"];
+/// A cell in which something can be hidden.
+pub(super) struct TrialCell {
+    /// As `--cell` names it.
+    pub(super) name: &'static str,
+    /// What can be hidden, as `--fault` names it: a bare name draws its place by lot.
+    pub(super) faults: &'static [&'static str],
+    /// Its files, but for the world.
+    files: fn() -> Vec<(&'static str, String)>,
+    /// The text of the world in which this is hidden, and the truth.
+    world: fn(&Fault, u64, &mut Random) -> Result<(String, Truth), TrialError>,
+    /// What to do in it, for a directory of this name.
+    commands: fn(&str) -> String,
+}
 
-/// What can be hidden in the TeachMover's.
-pub(super) const FAULTS: [&str; 6] = ["none", "spot", "backlash", "coupling", "droop", "lost_steps"];
+/// The cells there are.
+static CELLS: [TrialCell; 3] = [teachmover::CELL, puma::CELL, light_stripe::CELL];
 
 /// The sealed world of a cell's trial.
 pub(super) const WORLD: &str = "world.yaml";
 
-/// Where `measure-poses` looks for the poses it is to take.
-pub(super) const POSES: &str = "poses.csv";
-
 /// With which the line of a world's text begins that holds the truth.
 const TRUTH: &str = "# truth: ";
 
-const FILES: [(&str, &str); 11] = [
-    ("cell.yaml", include_str!("../../../workcells/teachmover/cell-trial.yaml")),
-    ("trial.model.yaml", include_str!("../../../workcells/teachmover/trial.model.yaml")),
-    ("answers-trial.yaml", include_str!("../../../workcells/teachmover/answers-trial.yaml")),
-    ("procedures/find-zeros.yaml", include_str!("../../../workcells/teachmover/procedures/find-zeros.yaml")),
-    (
-        "procedures/waist-initialization.yaml",
-        include_str!("../../../workcells/teachmover/procedures/waist-initialization.yaml"),
-    ),
-    (
-        "procedures/shoulder-elbow-initialization.yaml",
-        include_str!("../../../workcells/teachmover/procedures/shoulder-elbow-initialization.yaml"),
-    ),
-    (
-        "procedures/measure-by-triggers.yaml",
-        include_str!("../../../workcells/teachmover/procedures/measure-by-triggers.yaml"),
-    ),
-    (
-        "procedures/measure-poses.yaml",
-        include_str!("../../../workcells/teachmover/procedures/measure-poses.yaml"),
-    ),
-    (POSES, include_str!("../../../workcells/teachmover/poses.csv")),
-    (
-        "procedures/verify-by-points.yaml",
-        include_str!("../../../workcells/teachmover/procedures/verify-by-points.yaml"),
-    ),
-    ("procedures/read-point.yaml", include_str!("../../../workcells/teachmover/procedures/read-point.yaml")),
-];
+/// What to hide, as a person asks for it: `backlash`, or `backlash(elbow)`.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Fault {
+    /// Its name.
+    pub(super) name: String,
+    /// Where, if not by lot.
+    pub(super) place: Option<String>,
+}
 
-const OPEN_WORLD: &str = include_str!("../../../workcells/teachmover/world-trial.yaml");
+impl Fault {
+    fn read(text: &str) -> Self {
+        let (name, rest) = text.split_once('(').unwrap_or((text, ""));
+        let place = rest.trim_end().trim_end_matches(')').trim();
+        Self { name: name.trim().to_owned(), place: (!place.is_empty()).then(|| place.to_owned()) }
+    }
+}
 
-/// Joint, motor, and half-steps a second at full speed: those rated without load, and for the elbow those of the gripper, whose motor turns along.
-const RATED: [(&str, &str, f64); 3] =
-    [("waist", "base", 472.0), ("shoulder", "shoulder", 405.0), ("elbow", "elbow", 292.0)];
+/// A cell by its name.
+pub(super) fn find(name: &str) -> Result<&'static TrialCell, TrialError> {
+    CELLS.iter().find(|cell| cell.name == name).ok_or_else(|| TrialError::UnknownCell {
+        name: name.to_owned(),
+        known: CELLS.iter().map(|cell| cell.name).collect::<Vec<_>>().join(", "),
+    })
+}
 
-/// One thing hidden: what the world's file says of the arm, and what the lab calls it.
-struct Fault {
-    /// Keys of `arm: teachmover:` in the world file.
-    arm: String,
-    spot_mm: f64,
-    hidden: Option<Hidden>,
-    accept: Vec<Verdict>,
+/// Whether something of this name can be hidden in a cell.
+pub(super) fn check(cell: &TrialCell, fault: &str) -> Result<Fault, TrialError> {
+    let fault = Fault::read(fault);
+    match cell.faults.contains(&fault.name.as_str()) {
+        true => Ok(fault),
+        false => Err(TrialError::UnknownFault { name: fault.name, known: cell.faults.join(", ") }),
+    }
+}
+
+/// One hidden thing; its sizes over the noise are not known beforehand.
+pub(super) fn hidden(effect: &str, place: &str, size: f64, unit: &str) -> Hidden {
+    Hidden {
+        effect: effect.to_owned(),
+        place: place.to_owned(),
+        size,
+        unit: unit.to_owned(),
+        over_noise: 0.0,
+        visible_over_noise: 0.0,
+        standard_errors: 0.0,
+        details: serde_json::Map::new(),
+    }
+}
+
+/// The truth about a world in which these are hidden; the first by its plain name, the others by names that are the same thing in this cell's readings.
+pub(super) fn truth(seed: u64, noise: f64, hidden: Vec<Hidden>) -> Truth {
+    let accept_verdict = match hidden.is_empty() {
+        true => vec![Verdict::AtFloor],
+        false => vec![Verdict::Named, Verdict::Tied, Verdict::Located],
+    };
+    Truth {
+        seed,
+        effects: hidden.iter().take(1).map(|one| (one.effect.clone(), one.place.clone())).collect(),
+        hidden,
+        accept_verdict,
+        grow: false,
+        noise,
+        outlier_rows: Vec::new(),
+    }
 }
 
 /// Builds the cell.
@@ -76,26 +110,20 @@ pub(super) fn new(
     seed: u64,
     directory: &Path,
 ) -> Result<Outcome, TrialError> {
-    if !CELLS.contains(&cell) {
-        return Err(TrialError::UnknownCell { name: cell.to_owned(), known: CELLS.join(", ") });
-    }
+    let cell = find(cell)?;
     let mut lot = Random::new(seed, "cell trial");
-    let drawn = lot.pick(&FAULTS).copied().unwrap_or("none");
-    let world = world_text(fault.unwrap_or(drawn), seed, &mut lot)?;
+    let drawn = lot.pick(cell.faults).copied().unwrap_or("none");
+    let fault = check(cell, fault.unwrap_or(drawn))?;
+    let (world, truth) = (cell.world)(&fault, seed, &mut lot)?;
+    let world = format!("{TRUTH}{}\n{world}", serde_json::to_string(&truth).unwrap_or_default());
     if directory.join(WORLD).exists() {
         return Err(TrialError::Exists(directory.join(WORLD)));
     }
-    let make = |path: &Path| {
-        fs::create_dir_all(path).map_err(|source| TrialError::Write { path: path.to_owned(), source })
-    };
-    make(directory)?;
-    make(&directory.join("procedures"))?;
-    for (name, text) in FILES {
-        // The way to the zeros is driven without haste, so that steps are lost where they can be dated.
-        let text = text
-            .replace("world-trial.yaml", WORLD)
-            .replace("chunk_deg: 1, speed: 1}", "chunk_deg: 1, speed: 0.3}");
-        super::write(&directory.join(name), &text)?;
+    for (name, text) in (cell.files)() {
+        let path = directory.join(name);
+        let folder = path.parent().unwrap_or(directory);
+        fs::create_dir_all(folder).map_err(|source| TrialError::Write { path: folder.to_owned(), source })?;
+        super::write(&path, &text)?;
     }
     let open = directory.join("world-open.yaml");
     super::write(&open, &world)?;
@@ -103,15 +131,10 @@ pub(super) fn new(
     let removed = fs::remove_file(&open);
     sealed.map_err(|source| TrialError::World(Box::new(source)))?;
     removed.map_err(|source| TrialError::Write { path: open, source })?;
-    let at = directory.display();
+    let at = directory.display().to_string();
     Ok(Outcome::done(format!(
-        "A cell with something hidden in it, or nothing, stands in {at}.\n  \
-         plumb run {at}/cell.yaml find-zeros --record {at}/record\n  \
-         plumb run {at}/cell.yaml measure-by-triggers --record {at}/record\n  \
-         plumb show --procedure measure-by-triggers --table --record {at}/record > {at}/table.csv\n  \
-         plumb model diagnose {at}/trial.model.yaml --data {at}/table.csv\n  \
-         plumb run {at}/cell.yaml verify-by-points --record {at}/record\n  \
-         plumb trial reveal {at}\n"
+        "A cell with something hidden in it, or nothing, stands in {at}.\n{}  plumb trial reveal {at}\n",
+        (cell.commands)(&at)
     )))
 }
 
@@ -125,101 +148,21 @@ pub(super) fn open(directory: &Path) -> Result<Truth, TrialError> {
     truth.ok_or(TrialError::NoTruth(path))
 }
 
-fn world_text(name: &str, seed: u64, lot: &mut Random) -> Result<String, TrialError> {
-    // Drawn first, so that the same seed is the same arm whatever is hidden in it.
-    let [waist, shoulder, elbow, pitch] = [1.5, 1.5, 1.0, 0.5].map(|most| lot.between(-most, most));
-    let [x, y, turn] = [0.3, 0.3, 0.1].map(|most| lot.between(-most, most));
-    let fault = fault(name, lot)?;
-    let truth = Truth {
-        seed,
-        effects: fault.hidden.iter().map(|one| (one.effect.clone(), one.place.clone())).collect(),
-        hidden: fault.hidden.into_iter().collect(),
-        accept_verdict: fault.accept,
-        grow: false,
-        noise: 0.06,
-        outlier_rows: Vec::new(),
+/// A place among those where something can be: the one that was asked for, else the one that was drawn.
+pub(super) fn place<'p, T>(
+    fault: &Fault,
+    places: &'p [(&'static str, T)],
+    drawn: usize,
+) -> Result<&'p (&'static str, T), TrialError> {
+    let known = || places.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+    let found = match &fault.place {
+        Some(wanted) => places.iter().find(|(name, _)| name == wanted),
+        None => places.get(drawn % places.len().max(1)),
     };
-    let zeros = "zero_error: {waist_deg: 1.2, shoulder_deg: -1.4, elbow_deg: 0.8, wrist_pitch_deg: 0.4}";
-    let drawn = format!(
-        "zero_error: {{waist_deg: {waist:.4}, shoulder_deg: {shoulder:.4}, elbow_deg: {elbow:.4}, wrist_pitch_deg: {pitch:.4}}}{}",
-        fault.arm
-    );
-    let text = OPEN_WORLD
-        .replace("seed: 1\n", &format!("seed: {seed}\n"))
-        .replace(zeros, &drawn)
-        .replace("diameter_mm: 1,", &format!("diameter_mm: {:.3},", fault.spot_mm))
-        .replace(
-            "    patch_margin_mm",
-            &format!(
-                "    misplaced: {{x_mm: {x:.4}, y_mm: {y:.4}, turn_deg: {turn:.4}}}\n    patch_margin_mm"
-            ),
-        );
-    Ok(format!("{TRUTH}{}\n{text}", serde_json::to_string(&truth).unwrap_or_default()))
-}
-
-fn fault(name: &str, lot: &mut Random) -> Result<Fault, TrialError> {
-    let one_of_three = lot.below(3);
-    let (joint, motor, rated) = RATED.get(one_of_three).copied().unwrap_or(("elbow", "elbow", 292.0));
-    let share = lot.between(0.0, 1.0);
-    let sign = if lot.chance(0.5) { 1.0 } else { -1.0 };
-    let size = |low: f64, high: f64| low + (high - low) * share;
-    let with = |arm: String, effect: &str, place: &str, size: f64, unit: &str| {
-        let hidden = Hidden {
-            effect: effect.to_owned(),
-            place: place.to_owned(),
-            size,
-            unit: unit.to_owned(),
-            over_noise: 0.0,
-            visible_over_noise: 0.0,
-            standard_errors: 0.0,
-            details: serde_json::Map::new(),
-        };
-        Fault {
-            arm: format!("\n    {arm}"),
-            spot_mm: 1.0,
-            hidden: Some(hidden),
-            accept: vec![Verdict::Named, Verdict::Tied, Verdict::Located],
-        }
-    };
-    let whole = |value: f64| (value * 1e4).round() / 1e4;
-    Ok(match name {
-        "none" => Fault { arm: String::new(), spot_mm: 1.0, hidden: None, accept: vec![Verdict::AtFloor] },
-        "spot" => {
-            let wider = whole(size(2.0, 4.0));
-            let known = with(String::new(), "trigger_spot", "sensor", wider, "mm");
-            Fault { arm: String::new(), spot_mm: 1.0 + wider, ..known }
-        }
-        "backlash" => {
-            let play = whole(size(0.3, 0.7));
-            with(format!("backlash: {{{joint}_deg: {play}}}"), "joint_backlash", joint, play, "deg")
-        }
-        "coupling" => {
-            let drag = whole(sign * size(0.01, 0.02));
-            let mut fault = with(
-                format!("cable_drag: {{elbow_deg_per_shoulder_deg: {drag}}}"),
-                "joint_coupling",
-                "elbow",
-                drag,
-                "1",
-            );
-            if let Some(hidden) = &mut fault.hidden {
-                hidden.details.insert("with".to_owned(), "shoulder".into());
-            }
-            fault
-        }
-        "droop" => {
-            let give = whole(size(0.5, 1.0));
-            let masses = "upper_arm_kg: 0.9, forearm_kg: 0.5, hand_kg: 0.4";
-            let text = format!("droop: {{{masses}, elbow_deg_per_nm: {give}}}");
-            with(text, "joint_compliance", "elbow", give.to_radians(), "rad/(N m)")
-        }
-        "lost_steps" => {
-            let holds = (rated * size(0.8, 0.9)).round();
-            // How far it will be off (0 here: not known) depends on where in its turns the motor falls out of step.
-            let text = format!("pull_out_half_steps_per_s: {{{motor}: {holds}}}");
-            with(text, "joint_step", joint, 0.0, "deg")
-        }
-        other => return Err(TrialError::UnknownFault { name: other.to_owned(), known: FAULTS.join(", ") }),
+    found.ok_or_else(|| TrialError::UnknownPlace {
+        fault: fault.name.clone(),
+        place: fault.place.clone().unwrap_or_default(),
+        known: known(),
     })
 }
 
@@ -228,24 +171,54 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_fault_makes_a_world_that_can_be_read_and_tells_its_truth() {
-        for (seed, fault) in (0..).zip(FAULTS) {
-            let place = tempfile::tempdir().unwrap();
-            new("teachmover", Some(fault), seed, place.path()).unwrap();
-            let truth = open(place.path()).unwrap();
-            assert_eq!(truth.hidden.is_empty(), fault == "none", "{fault}: {truth:?}");
-            let text = fs::read_to_string(place.path().join(WORLD)).unwrap();
-            assert!(!text.contains("truth") && !text.contains("backlash"), "{fault}: the seal hides nothing");
-            assert!(!place.path().join("world-open.yaml").exists());
+    fn every_fault_of_every_cell_makes_a_world_that_can_be_read_and_tells_its_truth() {
+        for cell in &CELLS {
+            for (seed, fault) in (0..).zip(cell.faults) {
+                let place = tempfile::tempdir().unwrap();
+                new(cell.name, Some(fault), seed, place.path()).unwrap();
+                let truth = open(place.path()).unwrap();
+                assert_eq!(truth.hidden.is_empty(), *fault == "none", "{} {fault}: {truth:?}", cell.name);
+                let text = fs::read_to_string(place.path().join(WORLD)).unwrap();
+                assert!(
+                    !text.contains("truth") && !text.contains("backlash"),
+                    "{fault}: the seal hides nothing"
+                );
+                assert!(!place.path().join("world-open.yaml").exists());
+            }
         }
     }
 
     #[test]
-    fn the_arm_of_a_seed_is_the_same_whatever_is_hidden_in_it() {
-        let zeros = |fault: &str| {
-            let text = world_text(fault, 7, &mut Random::new(7, "cell trial")).unwrap();
-            text.lines().find(|line| line.contains("zero_error")).unwrap().to_owned()
+    fn a_fault_is_put_where_it_is_asked_for_or_the_places_there_are_are_named() {
+        let place = tempfile::tempdir().unwrap();
+        new("teachmover", Some("droop(shoulder)"), 5105, place.path()).unwrap();
+        let truth = open(place.path()).unwrap();
+        assert_eq!(truth.effects, [("joint_compliance".to_owned(), "shoulder".to_owned())]);
+        let refused = |fault: &str| {
+            let place = tempfile::tempdir().unwrap();
+            new("teachmover", Some(fault), 1, place.path()).err().unwrap().to_string()
         };
-        assert_eq!(zeros("none"), zeros("droop"));
+        assert!(
+            refused("droop(knee)").contains("shoulder, elbow, wrist_pitch"),
+            "{}",
+            refused("droop(knee)")
+        );
+        assert!(refused("rust").contains("known are none, spot"), "{}", refused("rust"));
+    }
+
+    #[test]
+    fn over_many_seeds_every_joint_gets_its_faults() {
+        let mut places = std::collections::BTreeSet::new();
+        for seed in 0..60 {
+            for name in ["droop", "backlash", "coupling", "length", "lost_steps"] {
+                let fault = Fault { name: name.to_owned(), place: None };
+                let mut lot = Random::new(seed, "cell trial");
+                let (_, truth) = (teachmover::CELL.world)(&fault, seed, &mut lot).unwrap();
+                places.extend(truth.effects);
+            }
+        }
+        let count = |effect: &str| places.iter().filter(|(name, _)| name == effect).count();
+        assert_eq!([count("joint_compliance"), count("joint_backlash"), count("joint_coupling")], [3, 4, 2]);
+        assert_eq!([count("link_length"), count("link_offset"), count("joint_step")], [2, 2, 3]);
     }
 }

@@ -37,7 +37,7 @@ pub(super) fn run(arguments: &RevealArguments) -> Result<Outcome, TrialError> {
     } else {
         format!("{}{}", tell(&truth), score.as_ref().map_or_else(String::new, tell_score))
     };
-    Ok(Outcome { said, right: score.is_none_or(|score| score.right) })
+    Ok(Outcome { said, right: score.is_none_or(|score| score.right), failed: false })
 }
 
 fn read_diagnosis(path: &PathBuf) -> Result<Diagnosis, TrialError> {

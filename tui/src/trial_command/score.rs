@@ -26,6 +26,9 @@ pub(crate) struct Diagnosis {
     /// What `grow` added, in order.
     #[serde(default)]
     pub(crate) steps: Vec<Step>,
+    /// What it says that the readings could not show.
+    #[serde(default)]
+    pub(crate) not_shown: Vec<Candidate>,
 }
 
 impl Diagnosis {
@@ -39,6 +42,7 @@ impl Diagnosis {
             candidates: Vec::new(),
             besides: Vec::new(),
             steps: Vec::new(),
+            not_shown: Vec::new(),
         }
     }
 }
@@ -112,9 +116,14 @@ pub(crate) struct Score {
     pub(crate) place_right: bool,
     /// Something was named that is not hidden.
     pub(crate) false_name: bool,
+    /// Nothing is named, and what is hidden is told as what the readings could not show.
+    pub(crate) told_not_shown: bool,
     /// Size found less size hidden, over its standard error.
     pub(crate) size_error_over_se: Option<f64>,
 }
+
+/// By how much more than the greatest size that was said not to show may be hidden: a size that is found four times in five is missed once in five.
+const STILL_MISSED: f64 = 1.5;
 
 impl Score {
     /// Holds a diagnosis against the truth.
@@ -151,9 +160,16 @@ impl Score {
             Verdict::Tied => truth_in_set,
             _ => !false_name,
         };
+        let told_not_shown = diagnosis.verdict == Verdict::AtFloor
+            && !truth.hidden.is_empty()
+            && truth.hidden.iter().any(|hidden| diagnosis.not_shown.iter().any(|one| covers(one, hidden)));
         let size = named.iter().find_map(|one| Some((*one, hidden(truth, &one.effect, &one.place)?)));
         Self {
-            right: if diagnosis.steps.is_empty() { verdict_right && substance } else { grown_exactly },
+            right: match diagnosis.steps.is_empty() {
+                true => (verdict_right && substance) || told_not_shown,
+                false => grown_exactly,
+            },
+            told_not_shown,
             grown_exactly,
             all_found,
             verdict_right,
@@ -174,20 +190,33 @@ fn is_hidden(truth: &Truth, effect: &str, place: &str) -> bool {
     hidden(truth, effect, place).is_some()
 }
 
-fn size_error(found: &Candidate, hidden: &Hidden) -> Option<f64> {
+/// Whether what was said not to show is what is hidden, at a size that could have been missed.
+fn covers(not_shown: &Candidate, hidden: &Hidden) -> bool {
+    let could_be_missed =
+        |size: f64| hidden.size.abs() <= STILL_MISSED * (size * to_unit_of(hidden, not_shown)).abs();
+    not_shown.is(&hidden.effect, &hidden.place) && not_shown.size.is_none_or(could_be_missed)
+}
+
+/// By which a size found has to be multiplied to be in the unit of what is hidden.
+fn to_unit_of(hidden: &Hidden, found: &Candidate) -> f64 {
     let factor = |unit: &str| match unit {
         "deg" | "deg/deg" => std::f64::consts::PI / 180.0,
         "mrad" | "mrad/(N m)" => 1e-3,
         _ => 1.0,
     };
-    let found_unit = found.unit.as_deref().unwrap_or(&hidden.unit);
+    // A ratio of angles is the same number in degrees and radians.
+    if hidden.unit == "rad/rad" {
+        return 1.0;
+    }
+    factor(found.unit.as_deref().unwrap_or(&hidden.unit)) / factor(&hidden.unit)
+}
+
+fn size_error(found: &Candidate, hidden: &Hidden) -> Option<f64> {
     // How far lost steps put a joint off is not known beforehand.
     if hidden.size == 0.0 {
         return None;
     }
-    let (to_rad, to_hidden) = (factor(found_unit), factor(&hidden.unit));
-    // A ratio of angles is the same number in degrees and radians.
-    let scale = if hidden.unit == "rad/rad" { 1.0 } else { to_rad / to_hidden };
+    let scale = to_unit_of(hidden, found);
     let (size, se) = (found.size? * scale, found.se? * scale);
     (se > 0.0).then(|| (size - hidden.size) / se)
 }
@@ -267,6 +296,19 @@ mod tests {
         };
         assert!(grown(&["joint_backlash"]));
         assert!(!grown(&["joint_backlash", "joint_gain"]) && !grown(&["joint_gain"]));
+    }
+
+    #[test]
+    fn nothing_seen_is_right_where_what_is_hidden_is_said_not_to_show_at_such_a_size() {
+        let said = |unseen: &str| score(&format!(r#"{{"verdict": "at_floor", "not_shown": [{unseen}]}}"#));
+        assert!(said(r#"{"effect": "joint_backlash", "where": "elbow", "size": null, "unit": "deg"}"#).right);
+        assert!(said(r#"{"effect": "joint_backlash", "where": "elbow", "size": 0.05, "unit": "deg"}"#).right);
+        assert!(
+            !said(r#"{"effect": "joint_backlash", "where": "elbow", "size": 0.03, "unit": "deg"}"#).right
+        );
+        assert!(
+            !said(r#"{"effect": "joint_backlash", "where": "waist", "size": null, "unit": "deg"}"#).right
+        );
     }
 
     #[test]
