@@ -82,7 +82,7 @@ const PLACES: [Place; 36] = [
     place("joint_gain", "wrong gear ratio", "shoulder", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
     place("link_offset", "link beside its place", "shoulder", [0.5, 1.5], "mm", "mm: SIZE"),
     place("joint_backlash", "play", "wrist_roll", [0.2, 0.4], "deg", PLAY),
-    place("axis_skew", "axes not parallel", "shoulder", [0.1, 0.3], "deg", "deg: SIZE"),
+    place("axis_skew", "axes not parallel", "elbow", [0.1, 0.3], "deg", "deg: SIZE"),
     place("joint_harmonic", "wheel out of true", "waist", [0.12, 0.28], "deg", WHEEL_TWICE),
     place("joint_backlash", "play", "wrist_bend", [0.2, 0.4], "deg", PLAY),
     place(
@@ -168,7 +168,7 @@ fn verdict(story: &Story) -> Verdict {
         added => {
             let last = found.verdicts.last().map(String::as_str).unwrap_or_default();
             let truth = format!("{effect}({place}");
-            if last.starts_with("tied") && last.contains(&truth) {
+            if (last.starts_with("tied") || last.starts_with("located")) && last.contains(&truth) {
                 Verdict::Tied
             } else if added.is_empty() {
                 Verdict::Nothing

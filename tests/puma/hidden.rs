@@ -49,8 +49,10 @@ pub(crate) struct Findings {
     pub(crate) verdicts: Vec<String>,
     /// Poses measured beyond the calibration.
     pub(crate) poses: usize,
-    /// What was added: effect, place, size.
+    /// What was named and added: effect, place, size.
     pub(crate) added: Vec<(String, String, f64)>,
+    /// What was added of several that these poses cannot tell apart.
+    pub(crate) either: Option<String>,
     /// What is then left over the fresh poses, which no fit has seen.
     pub(crate) left: Tip,
 }
@@ -236,9 +238,16 @@ impl Lab<'_> {
     }
 
     fn model(&self, arguments: &[&str]) -> String {
+        self.model_with(arguments, &[])
+    }
+
+    /// A command of the lab, with what follows the model's file.
+    fn model_with(&self, arguments: &[&str], behind: &[&str]) -> String {
         let mut all = vec!["model"];
         all.extend(arguments);
-        all.extend(["lab.yaml", "--data", "table.csv"]);
+        all.push("lab.yaml");
+        all.extend(behind);
+        all.extend(["--data", "table.csv"]);
         let (code, said, complaint) = self.cells.plumb(&all);
         assert_eq!(code, Some(0), "{arguments:?}: {complaint}");
         said
@@ -285,6 +294,11 @@ impl Lab<'_> {
             })
             .collect();
         findings.verdicts.push(in_words(&grown));
+        if let Some(either) = first_tied(&grown).filter(|_| findings.added.is_empty()) {
+            // What these poses cannot tell apart does the same in them: a user adds either.
+            self.model_with(&["add"], &[&either, "--holdout", "session"]);
+            findings.either = Some(either);
+        }
         let residuals = self.residuals(None, Holdout::Session);
         let held_out: Vec<RowResidual> = residuals.into_iter().filter(|row| row.held_out).collect();
         findings.left = match procedure {
@@ -330,6 +344,16 @@ fn in_words(diagnosis: &Value) -> String {
     let said: Vec<String> = named.into_iter().chain(tied).map(effect).collect();
     let verdict = diagnosis["verdict"].as_str().unwrap_or_default().replace('_', " ");
     if said.is_empty() { verdict } else { format!("{verdict}: {}", said.join(" or ")) }
+}
+
+/// The likeliest of several effects that cannot be told apart, as `add` takes it.
+fn first_tied(diagnosis: &Value) -> Option<String> {
+    let first = diagnosis["tied"].as_array()?.first()?;
+    let same = |candidate: &&Value| {
+        ["effect", "where", "with", "n"].iter().all(|key| candidate[*key] == first[*key])
+    };
+    let candidate = diagnosis["candidates"].as_array()?.iter().find(same)?;
+    candidate["label"].as_str().map(str::to_owned)
 }
 
 fn length(vector: [f64; 3]) -> f64 {
