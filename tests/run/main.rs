@@ -24,6 +24,7 @@ mod model_bad_input;
 mod passed;
 mod pictures;
 mod plugins;
+mod power_cycle;
 mod procedures;
 mod reader_gone;
 mod refused;

@@ -107,6 +107,79 @@ fn the_stop_key_stops_the_arm_in_mid_motion_and_only_resume_moves_it_again() {
     session.wait_for(PROMPTS[4]);
 }
 
+/// The waist's angle as the page shows it beside the joint to be jogged.
+fn waist(page: &str) -> f64 {
+    let line = page.lines().find(|line| line.contains("\u{25b8} waist")).expect("the waist is chosen");
+    let number = line.split("\u{25b8} waist").nth(1).and_then(|rest| rest.split_whitespace().next());
+    number.and_then(|number| number.parse().ok()).expect("an angle")
+}
+
+#[test]
+fn a_jog_key_held_down_leaves_nothing_queued_and_esc_leaves_no_live_prompt() {
+    let bench = Bench::new();
+    let mut session = bench.run(&["--pace", "real"], 100, 40);
+    answer(&mut session, 3);
+    session.wait_for(PROMPTS[3]);
+    let page = session.wait_for("clear of the table");
+    assert!(page.contains("left of line A"), "which side is white is said:\n{page}");
+    session.press("]]");
+    session.wait_for("jog by 10 deg");
+    let before = waist(&session.text());
+    // As a key held down: a hundred presses at once.
+    session.press(&"\x1b[D".repeat(100));
+    session.wait_for("arm moving");
+    session.wait_for("arm at rest");
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    let after = waist(&session.text());
+    assert!(
+        (before - after - 10.0).abs() < 0.1 || (before - after - 20.0).abs() < 0.1,
+        "{before} -> {after}"
+    );
+
+    // Enter while it moves is not queued behind the motion.
+    session.press("\x1b[C");
+    session.wait_for("arm moving");
+    session.press("\r");
+    session.wait_for("still moving when you answered");
+    session.wait_for("arm at rest");
+
+    session.press("\x1b[D");
+    session.wait_for("arm moving");
+    session.press("\x1b");
+    let page = session.wait_for("Nothing moves until you press r to resume.");
+    assert!(!page.contains("the arm stands where it should"), "no prompt looks live:\n{page}");
+    session.press("r");
+    session.wait_for("the arm stands where it should");
+}
+
+#[test]
+fn who_jogs_through_the_table_is_warned_and_shown_the_height_without_colours_too() {
+    let bench = Bench::new();
+    let mut session = bench.run_cell("cell.yaml", &["--pace", "fast"], 100, 40);
+    answer(&mut session, 3);
+    session.wait_for(PROMPTS[3]);
+    session.press("\x1b[B");
+    session.press("]]");
+    session.wait_for("jog by 10 deg");
+    session.press("\x1b[D");
+    session.wait_for("shoulder        33.4");
+    session.press("\x1b[D");
+    let page = session.wait_for("Is the way free?");
+    assert!(page.contains("past the table") && page.contains("Stay where it is"), "{page}");
+    session.press("\r");
+    session.wait_for("the arm stands where it should");
+    session.press("\x1b[B]]");
+    session.wait_for("jog by 10 deg");
+    session.press("\x1b[D");
+    session.wait_for("Is the way free?");
+    session.press("\x1b[B\r");
+    session.wait_for("the arm stands where it should");
+    session.press("\x1b[B]]");
+    session.wait_for("jog by 10 deg");
+    session.press("\x1b[D");
+    session.wait_for("BEYOND the table");
+}
+
 #[test]
 fn the_stop_key_works_from_inside_help_and_prompts() {
     let bench = Bench::new();

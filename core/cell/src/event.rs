@@ -148,6 +148,23 @@ pub enum Event {
         /// Angles as corrected by the zeros in force.
         joints: Vec<NamedValue>,
     },
+    /// How far a robot is clear of its keep-out planes; follows each [`Event::Joints`] of a robot that has some.
+    Clearance {
+        /// Name in the cell file.
+        device: String,
+        /// For each plane, by its name, how far the nearest end of a link is on its free side, mm, by the zeros now believed; negative beyond it.
+        planes: Vec<NamedValue>,
+    },
+    /// A robot's zeros no longer hold: its drive reads elsewhere than the record left it. Until a run has found them again its joints stand somewhere
+    /// else than its numbers say, and its keep-out planes are not watched.
+    ZerosLost {
+        /// Name in the cell file.
+        device: String,
+        /// The joints that have lost their zeros.
+        joints: Vec<String>,
+        /// What was noticed, and what to do.
+        reason: String,
+    },
     /// A digital line or sensor changed.
     Signal {
         /// Name in the cell file.

@@ -53,7 +53,7 @@ pub struct Recorded<'a> {
 struct Row {
     time_ns: i64,
     step: String,
-    /// Of the model's joints, deg.
+    /// Of the model's joints, deg, or mm of one that slides.
     joints: Vec<f64>,
     /// Side from which each joint of the model arrived: -1, 0 (it did not move), 1; for a row of a record that says nothing of it, none.
     approach: Option<Vec<i8>>,
@@ -61,8 +61,8 @@ struct Row {
     cells: Vec<(String, String)>,
 }
 
-/// A table as CSV with the model lab's columns: `q1_deg ...`, what was measured, `approach_q1 ...`, `time_s`, and, as a covariate, `step`. Trigger poses
-/// also have `half_width_deg`; only those of the slow approach of searches that say what they find. Rows of several runs bear the run as
+/// A table as CSV with the model lab's columns: `q1_deg ...` (`q3_mm` of a joint that slides), what was measured, `approach_q1 ...`, `time_s`, and, as a covariate, `step`. Trigger poses
+/// also have `half_width_deg`, or `half_width_mm`; only those of the slow approach of searches that say what they find. Rows of several runs bear the run as
 /// their `session`, and no time: each run has a clock of its own.
 ///
 /// [`provenance`] gives comments for its head.
@@ -91,7 +91,7 @@ pub fn measurement_table(
         }
         all.extend(rows);
     }
-    if all.is_empty() { Err(TableError::NothingMeasured) } else { Ok(in_columns(&all, model.joints.len())) }
+    if all.is_empty() { Err(TableError::NothingMeasured) } else { Ok(in_columns(&all, model)) }
 }
 
 /// Comments for the head of a table: which cell and runs it is of, and which model their joints belong to. The model lab compares the model.
@@ -110,11 +110,14 @@ pub const MODEL_COMMENT: &str = "model";
 /// How the comment with the SHA-256 of the model's file begins.
 pub const HASH_COMMENT: &str = "model sha256";
 
-fn in_columns(rows: &[Row], joints: usize) -> String {
+fn in_columns(rows: &[Row], model: &ModelFile) -> String {
+    let joints = model.joints.len();
     let measured: BTreeSet<&str> =
         rows.iter().flat_map(|row| &row.cells).map(|(name, _)| name.as_str()).collect();
     let sided = rows.iter().any(|row| row.approach.is_some());
-    let mut columns: Vec<String> = (1..=joints).map(|joint| format!("q{joint}_deg")).collect();
+    let mut columns: Vec<String> = (0..joints)
+        .map(|joint| format!("q{}_{}", joint + 1, if model.slides(joint) { "mm" } else { "deg" }))
+        .collect();
     if sided {
         columns.extend((1..=joints).map(|joint| format!("approach_q{joint}")));
     }
@@ -186,11 +189,12 @@ impl Maker<'_> {
         }
         let height = trigger.height_mm.map(|height| height.to_string()).unwrap_or_default();
         let position = self.position_of(&trigger.step);
+        let half_width = if trigger.unit == "mm" { "half_width_mm" } else { "half_width_deg" };
         let cells = [
             ("on", trigger.surface.clone().unwrap_or_default()),
             ("signal", if trigger.fired { "on" } else { "off" }.to_owned()),
             ("height_mm", height),
-            ("half_width_deg", trigger.half_width.to_string()),
+            (half_width, trigger.half_width.to_string()),
         ];
         Ok(Row {
             time_ns: trigger.time_ns,
@@ -223,7 +227,7 @@ impl Maker<'_> {
         self.recorded.steps.iter().rposition(|known| known.step == step).unwrap_or(0)
     }
 
-    /// The model's joints, deg, on the zeros that are asked for. `position` is where the step that read them stands.
+    /// The model's joints, deg, or mm of one that slides, on the zeros that are asked for. `position` is where the step that read them stands.
     fn model_joints(&self, joints: &Value, position: usize) -> Result<Vec<f64>, TableError> {
         let mut drive = Vec::new();
         for (joint, unit) in &self.robot.joints {
@@ -231,7 +235,10 @@ impl Maker<'_> {
             let zero = self.zero(joint).unwrap_or(value - said);
             drive.push(unit.to_internal(said + zero + self.declared_since(joint, position)));
         }
-        Ok(self.model.model_joints(&drive).into_iter().map(f64::to_degrees).collect())
+        let shown = |(joint, value): (usize, f64)| {
+            if self.model.slides(joint) { value } else { value.to_degrees() }
+        };
+        Ok(self.model.model_joints(&drive).into_iter().enumerate().map(shown).collect())
     }
 
     fn in_force(&self, joint: &str) -> impl DoubleEndedIterator<Item = &StoredCorrection> {

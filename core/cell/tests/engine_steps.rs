@@ -4,10 +4,18 @@
 
 #[path = "engine_steps/arrival.rs"]
 mod arrival;
+#[path = "engine_steps/jogging.rs"]
+mod jogging;
 #[path = "engine_steps/level_and_photo.rs"]
 mod level_and_photo;
+#[path = "engine_steps/lying_devices.rs"]
+mod lying_devices;
+#[path = "engine_steps/power_cycle.rs"]
+mod power_cycle;
 #[path = "engine_steps/readings.rs"]
 mod readings_of_sensors;
+#[path = "engine_steps/safety.rs"]
+mod safety;
 #[path = "engine_steps/simulated_operator.rs"]
 mod simulated_operator;
 mod support;
@@ -261,7 +269,7 @@ fn the_operator_jogs_within_limits_and_is_held_to_the_goal() {
 steps:
   - {id: place, do: {prompt: {text: There, jog_to: {robot: arm, within_deg: {waist: [12, 14]}}}}}
 ";
-    let mut stage = 0;
+    let (mut stage, mut jogged_in, mut settled) = (0, None, Vec::new());
     let mut refused = Vec::new();
     let place = place();
     let cell = cell_with_steps(&place, steps);
@@ -278,14 +286,22 @@ steps:
             Event::AnswerRefused { prompt, reason } => {
                 refused.push(reason.clone());
                 stage += 1;
-                match stage {
-                    1 => handle.send(Command::Jog { prompt: *prompt, joint: "wasit".to_owned(), by: 1.0 }),
-                    2 => handle.send(Command::Jog { prompt: *prompt, joint: "waist".to_owned(), by: 500.0 }),
-                    _ => {
-                        handle.send(Command::Jog { prompt: *prompt, joint: "waist".to_owned(), by: 2.0 });
-                        send_done(*prompt)
-                    }
+                let jog = |joint: &str, by: f64| {
+                    handle.send(Command::Jog { prompt: *prompt, joint: joint.to_owned(), by })
                 };
+                match stage {
+                    1 => jog("wasit", 1.0),
+                    2 => jog("waist", 500.0),
+                    _ => jog("waist", 2.0),
+                };
+                jogged_in = (stage == 3).then_some(*prompt);
+            }
+            Event::Joints { moving: false, joints, .. } if joints[0].value > 12.5 => {
+                if let Some(prompt) = jogged_in.take() {
+                    settled.push(prompt);
+                } else if let Some(prompt) = settled.pop() {
+                    send_done(prompt);
+                }
             }
             _ => {}
         }
@@ -313,14 +329,23 @@ steps:
     let mut run = request(&cell, &place);
     run.unattended = false;
     let mut said = Vec::new();
+    let mut last = None;
     let (outcome, _) = watch(start(run, &world), |event, handle| {
         let jog = |prompt| handle.send(Command::Jog { prompt, joint: "waist".to_owned(), by: 2.0 });
+        let mut send_last = |command: Command| {
+            handle.send(command.clone());
+            last = Some(command);
+        };
         match event {
             Event::PromptAsked { prompt } => {
                 assert!(matches!(prompt.kind, PromptKind::JogTo { hand_over: true, .. }));
                 // It moves from here before anybody has asked for the pendant.
                 jog(prompt.id);
-                handle.send(Command::HandOver { prompt: prompt.id });
+                send_last(Command::HandOver { prompt: prompt.id });
+            }
+            // Depending on which thread is quicker.
+            Event::AnswerRefused { reason, .. } if reason.contains("still moving") => {
+                handle.send(last.clone().expect("something was sent"));
             }
             Event::AnswerRefused { prompt, reason } => {
                 said.push(reason.clone());
@@ -332,7 +357,7 @@ steps:
                     _ => {
                         jog(*prompt);
                         let answer = Answer::Done;
-                        handle.send(Command::Answer { prompt: *prompt, answer, by: "ada".to_owned() });
+                        send_last(Command::Answer { prompt: *prompt, answer, by: "ada".to_owned() });
                     }
                 }
             }

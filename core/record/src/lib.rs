@@ -39,6 +39,7 @@ mod run;
 mod schema;
 mod step;
 mod trigger;
+mod zero_loss;
 
 pub use budget::{Budget, Component};
 pub use cell_lock::{CellLock, LockHolder};
@@ -59,3 +60,4 @@ pub use revision::{CONTROLLER_ZERO, Revision, RolledBack};
 pub use run::{NewRun, RunEnd, RunId, RunState, RunSummary, StoredPose};
 pub use step::{PlannedRow, StepEnd, StoredStep};
 pub use trigger::{StoredTrigger, Trigger};
+pub use zero_loss::{LastPose, StoredZeroLoss};

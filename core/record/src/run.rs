@@ -275,8 +275,8 @@ impl Record {
     pub fn note_pose(&mut self, run: RunId, device: &str, joints: &Value) -> Result<(), RecordError> {
         self.connection
             .execute(
-                "INSERT INTO poses (run, device, time, joints) VALUES (?1, ?2, ?3, ?4) \
-                 ON CONFLICT (run, device) DO UPDATE SET time = excluded.time, joints = excluded.joints",
+                // Replaced, not updated: the newest has the greatest row number, whatever the system's clock did meanwhile.
+                "INSERT OR REPLACE INTO poses (run, device, time, joints) VALUES (?1, ?2, ?3, ?4)",
                 params![run.0, device, timestamp(), joints.to_string()],
             )
             .during("note a pose")?;

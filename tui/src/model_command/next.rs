@@ -2,7 +2,9 @@
 
 use std::error::Error;
 
+use plumb_kinematics::Motion;
 use plumb_model::diagnosis::{NextPose, NextPoses, Wanted};
+use plumb_model::file::Model;
 use plumb_model::table::Table;
 
 use super::arguments::NextArguments;
@@ -21,7 +23,7 @@ pub(super) fn run(arguments: &NextArguments) -> Result<String, Box<dyn Error>> {
         return Ok(super::json(&poses)?);
     }
     if arguments.csv {
-        return Ok(as_table(&poses, opened.laboratory.table()));
+        return Ok(as_table(&poses, opened.laboratory.table(), opened.laboratory.model()));
     }
     let names: Vec<&str> =
         opened.laboratory.model().chain.joints.iter().map(|joint| joint.name.as_str()).collect();
@@ -29,12 +31,15 @@ pub(super) fn run(arguments: &NextArguments) -> Result<String, Box<dyn Error>> {
 }
 
 /// A line a pose: joints, the side each is to arrive from (1 moving up, -1 moving down, 0 no matter), load, and a number that all returns to one pose share, none of which the data has; 0 for a pose without returns.
-fn as_table(poses: &NextPoses, data: &Table) -> String {
+fn as_table(poses: &NextPoses, data: &Table, model: &Model) -> String {
     let numbers = data.repeat.names.iter().filter_map(|name| name.parse::<f64>().ok());
     let mut newest = numbers.fold(0.0, f64::max).max(data.repeat.names.len() as f64);
     let mut text = String::new();
     let joints = poses.next.first().map_or(0, |pose| pose.q_deg.len());
-    (1..=joints).for_each(|joint| text.push_str(&format!("q{joint}_deg,")));
+    let slides =
+        |joint: usize| model.chain.joints.get(joint).is_some_and(|joint| joint.motion == Motion::Slides);
+    let unit = |joint: usize| if slides(joint) { "mm" } else { "deg" };
+    (0..joints).for_each(|joint| text.push_str(&format!("q{}_{},", joint + 1, unit(joint))));
     (1..=joints).for_each(|joint| text.push_str(&format!("approach_q{joint},")));
     text.push_str("payload_kg,repeat\n");
     let mut returns: Vec<(&[f64], f64, f64)> = Vec::new();

@@ -90,6 +90,9 @@ impl Printer {
                 change_in_words(c.old, c.new, &c.unit),
                 give_or_take(c.uncertainty, &c.unit)
             ),
+            Event::ZerosLost { device, joints, reason } => {
+                format!("        ZEROS LOST: {device} ({}): {reason}", joints.join(", "))
+            }
             Event::Paused { reason, .. } => format!("paused: {reason}"),
             Event::Resumed => "resumed".to_owned(),
             Event::Stopped { reason } => format!("stopped: {reason}"),

@@ -44,6 +44,7 @@ pub(crate) enum WorldError {
 pub(crate) struct SimulatedWorld {
     socket: PathBuf,
     pace: Pace,
+    is_new: bool,
     controllers: Vec<EmulatedController>,
 }
 
@@ -53,12 +54,12 @@ impl SimulatedWorld {
         let socket = PathBuf::from(socket);
         let mut client = WorldClient::connect(&socket, "plumb").ok()?;
         client.call(Verb::Pace { pace: spoken(pace) }, || false, |_| ()).ok()?;
-        Some(Self { socket, pace, controllers: Vec::new() })
+        Some(Self { socket, pace, is_new: false, controllers: Vec::new() })
     }
 
     /// A new world, in place of one that still listens there.
     pub(crate) fn start(setting: &WorldSetting, pace: Pace, socket: &Path) -> Result<Self, WorldError> {
-        let mut world = Self { socket: socket.to_owned(), pace, controllers: Vec::new() };
+        let mut world = Self { socket: socket.to_owned(), pace, is_new: true, controllers: Vec::new() };
         let started = world.start_process(setting);
         if started.is_err() {
             World::end(&mut world);
@@ -118,7 +119,12 @@ impl SimulatedWorld {
 
     /// Ends the world that listens at `socket`, and removes its directory. One that has gone leaves only that.
     pub(crate) fn end_at(socket: &Path) {
-        World::end(&mut Self { socket: socket.to_owned(), pace: Pace::Fast, controllers: Vec::new() });
+        World::end(&mut Self {
+            socket: socket.to_owned(),
+            pace: Pace::Fast,
+            is_new: false,
+            controllers: Vec::new(),
+        });
     }
 
     fn shut_down(&self) {
@@ -141,6 +147,10 @@ impl SimulatedWorld {
 impl World for SimulatedWorld {
     fn socket(&self) -> PathBuf {
         self.socket.clone()
+    }
+
+    fn is_new(&self) -> bool {
+        self.is_new
     }
 
     fn clock(&self) -> PathBuf {

@@ -93,6 +93,7 @@ fn line_of(event: &Event) -> Option<(LogLevel, String, String)> {
         Event::CorrectionApplied { correction, revision } => {
             run(format!("in force, revision {revision}: {}", in_words(correction)))
         }
+        Event::ZerosLost { device, reason, .. } => Some((LogLevel::Warning, device.clone(), reason.clone())),
         Event::Paused { reason, .. } => run(format!("paused: {reason}")),
         Event::Resumed => run("goes on".to_owned()),
         Event::Stopped { reason } => {
@@ -103,7 +104,7 @@ fn line_of(event: &Event) -> Option<(LogLevel, String, String)> {
         // The line that says how a step ended says that it had begun, and what it found.
         Event::StepStarted { .. } | Event::TriggerFound { .. } => None,
         Event::StepProgress { .. } | Event::StripeTaken { .. } => None,
-        Event::Joints { .. } | Event::Signal { .. } => None,
+        Event::Joints { .. } | Event::Clearance { .. } | Event::Signal { .. } => None,
     }
 }
 

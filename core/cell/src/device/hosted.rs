@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
+use nix::time::{ClockId, clock_gettime};
 use plumb_bus::{Bus, CallError, Domain, Subscriber};
 use plumb_host::{
     Catalogue, HostArguments, HostCommand, HostEvent, HostProcess, JointRange, RobotClient, SensorClient,
@@ -41,6 +42,9 @@ pub trait World: Send {
 
     /// The file in which it keeps the cell's clock ([`plumb_plugin::cell_clock`]).
     fn clock(&self) -> PathBuf;
+
+    /// Whether it was started for this run, in place of one that an earlier run left.
+    fn is_new(&self) -> bool;
 
     /// The port of an emulated controller of the world's arm for a device; it is started unless it works already.
     ///
@@ -119,7 +123,10 @@ impl HostedDevices {
                 lower: *lower,
                 upper: *upper,
             };
-            arguments.joint_ranges = robot.limits.iter().map(range).collect();
+            // The host knows the drive's numbers. Where this program keeps a joint's zero, the cell's limits are of corrected numbers, which a run may
+            // change: there the cell alone can check them.
+            let is_the_drives = |(joint, ..): &&(String, f64, f64)| !robot.initialize.contains(joint);
+            arguments.joint_ranges = robot.limits.iter().filter(is_the_drives).map(range).collect();
         }
         let log = Mutex::new(self.log_in.clone());
         let command = HostCommand::this_program().map_err(|error| error.to_string())?;
@@ -253,6 +260,18 @@ impl DeviceLinks for HostedDevices {
 
     fn simulate(&mut self, act: &Act) -> Result<Option<f64>, String> {
         self.world.as_mut().map_or(Ok(None), |world| world.operate(act))
+    }
+
+    fn is_new_world(&self) -> bool {
+        self.world.as_ref().is_some_and(|world| world.is_new())
+    }
+
+    fn clock_ns(&self) -> Option<u64> {
+        if self.world.is_some() {
+            return None;
+        }
+        let time = clock_gettime(ClockId::CLOCK_MONOTONIC).ok()?;
+        u64::try_from(Duration::from(time).as_nanos()).ok()
     }
 
     fn world_socket(&self) -> Option<String> {

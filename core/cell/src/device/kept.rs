@@ -42,6 +42,15 @@ impl DeviceLinks for KeptDevices {
         self.devices().simulate(act)
     }
 
+    fn is_new_world(&self) -> bool {
+        // Whoever keeps the devices runs one procedure after the other and puts the world back between them.
+        true
+    }
+
+    fn clock_ns(&self) -> Option<u64> {
+        self.devices().clock_ns()
+    }
+
     fn world_socket(&self) -> Option<String> {
         self.devices().world_socket()
     }

@@ -207,6 +207,17 @@ pub trait DeviceLinks: Send {
         Ok(None)
     }
 
+    /// The cell's clock now, ns, where this program can read it: `CLOCK_MONOTONIC`, unless a simulated world keeps a clock of its own.
+    fn clock_ns(&self) -> Option<u64> {
+        None
+    }
+
+    /// Whether the robots stand in a simulated world that was started for this run: where a world of before left them says nothing, and each new one
+    /// counts from the same place.
+    fn is_new_world(&self) -> bool {
+        false
+    }
+
     /// Where the simulated world of the cell can be reached, for the record.
     fn world_socket(&self) -> Option<String>;
 

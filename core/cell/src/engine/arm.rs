@@ -4,16 +4,17 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use nalgebra::IsometryMatrix3;
-use nalgebra::{DMatrix, DVector};
 use plumb_kinematics::{Posture, inverse};
-use plumb_model::prediction::{self, Pose};
-use plumb_plugin::{JointState, JointUnit, JointVector, Motion, RobotDescription};
+use plumb_model::prediction::Pose;
+use plumb_plugin::{JointState, JointUnit, JointVector, Motion, ProximityEdge, RobotDescription};
 use plumb_record::AppliedCorrection;
 use serde_json::{Value, json};
 
 use crate::device::{DeviceError, RobotLink};
 use crate::engine::EventSender;
+use crate::engine::believed::{self, Asked, Source};
 use crate::event::{Event, NamedValue};
+use crate::prompt::Answer;
 use crate::read_context::DegOrMm;
 use crate::workcell::{BoundKeepOut, KeepOut, ModelFile, RobotSetting, Trespass};
 
@@ -41,6 +42,8 @@ pub(crate) struct Arm {
     sides: Vec<i8>,
     /// What was seen of the joints since somebody else may move them; nothing while only this program does.
     manual: Option<ManualMotion>,
+    /// The latest time it told, ns of the cell's clock.
+    told_ns: u64,
 }
 
 /// A point that is to be brought somewhere.
@@ -56,17 +59,13 @@ pub(crate) struct WantedPoint<'a> {
     pub(crate) payload_kg: f64,
 }
 
-/// As near to a point is there, mm.
-const AT_POINT: f64 = 1e-6;
-
-/// Steps toward a point at most.
-const STEPS_TO_POINT: usize = 60;
-
 /// Why a robot may not go somewhere. Nothing has moved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum NotAllowed {
     #[error("{joint} would go to {target:.3} {unit}; it goes from {lower:.3} to {upper:.3} {unit}")]
     Limit { joint: String, target: f64, lower: f64, upper: f64, unit: &'static str },
+    #[error("{joint} would go to {target}, which is no place")]
+    NoNumber { joint: String, target: f64 },
     #[error(transparent)]
     KeepOut(Trespass),
 }
@@ -81,6 +80,8 @@ impl Arm {
     ) -> Result<Self, DeviceError> {
         let description = link.description().clone();
         let fail = |cause: String| DeviceError::Start { device: setting.device.clone(), cause };
+        let source = Source { device: &setting.device, plugin };
+        believed::check_description(source, &description).map_err(fail)?;
         for (joint, unit) in &setting.joints {
             let known = description.joints.iter().find(|known| known.name == *joint).ok_or_else(|| {
                 let names = description.joints.iter().map(|known| known.name.as_str());
@@ -101,6 +102,7 @@ impl Arm {
             zeros: Arc::new(Mutex::new(vec![0.0; description.joints.len()])),
             sides: vec![0; description.joints.len()],
             manual: None,
+            told_ns: 0,
             link,
             description,
             setting: setting.clone(),
@@ -198,55 +200,8 @@ impl Arm {
         Ok(target)
     }
 
-    /// What the drive has to be told so that a point of the model comes to where it is `wanted` by its joints, the rest going from `from` to where `others`
-    /// has them: by the whole model, with everything that was found and added to it, the side from which each joint will arrive and the load with it.
-    ///
-    /// # Errors
-    /// A sentence: out of reach, or there is no model.
-    pub(crate) fn joints_for_point(
-        &self,
-        point: &WantedPoint<'_>,
-        from: &JointVector,
-        others: &JointVector,
-    ) -> Result<JointVector, String> {
-        let model = self.geometry()?;
-        let WantedPoint { by, payload_kg, target: name, .. } = point;
-        let wanted = DVector::from_column_slice(&point.xyz_mm);
-        let mut target = *others;
-        let mut short = f64::INFINITY;
-        for _ in 0..STEPS_TO_POINT {
-            let sides = self.sides_at(from, &target);
-            let mut tried = vec![target];
-            tried.extend(by.iter().map(|column| nudged(&target, *column)));
-            let poses: Vec<Pose> =
-                tried.iter().map(|drive| self.model_pose(model, drive, &sides, *payload_kg)).collect();
-            let points =
-                prediction::points(&model.model, *name, &poses).map_err(|error| error.to_string())?;
-            let Some((here, nudged)) = points.split_first() else { break };
-            let left = &wanted - DVector::from_column_slice(here.as_slice());
-            short = left.norm();
-            if short < AT_POINT {
-                return Ok(target);
-            }
-            let columns: Vec<DVector<f64>> = nudged
-                .iter()
-                .map(|there| DVector::from_column_slice((there - here).as_slice()) / NUDGE)
-                .collect();
-            let slope = DMatrix::from_columns(&columns);
-            let Ok(step) = slope.svd(true, true).solve(&left, 1e-6) else { break };
-            let scale = (0.25 / step.amax().max(1e-12)).min(1.0);
-            for (column, by) in by.iter().zip(step.iter()) {
-                target.set(*column, target.get(*column).unwrap_or(0.0) + by * scale);
-            }
-        }
-        Err(format!(
-            "{} cannot bring its point there by these joints: it stays {short:.2} mm away",
-            self.name
-        ))
-    }
-
     /// The side from which each joint of the drive will have arrived once it has gone from one place to another.
-    fn sides_at(&self, from: &JointVector, target: &JointVector) -> Vec<i8> {
+    pub(super) fn sides_at(&self, from: &JointVector, target: &JointVector) -> Vec<i8> {
         let side = |(column, before): (usize, &i8)| {
             let way = target.get(column).unwrap_or(0.0) - from.get(column).unwrap_or(0.0);
             // Less than half a step is no way at all.
@@ -311,7 +266,13 @@ impl Arm {
         Ok(())
     }
 
-    fn model_pose(&self, model: &ModelFile, drive: &JointVector, sides: &[i8], payload: f64) -> Pose {
+    pub(super) fn model_pose(
+        &self,
+        model: &ModelFile,
+        drive: &JointVector,
+        sides: &[i8],
+        payload: f64,
+    ) -> Pose {
         Pose {
             q: model.model_joints(&self.cell_joints(&self.corrected(drive), 0.0)),
             approach: model.model_sides(&self.cell_joints(sides, 0), None),
@@ -319,7 +280,7 @@ impl Arm {
         }
     }
 
-    fn geometry(&self) -> Result<&ModelFile, String> {
+    pub(super) fn geometry(&self) -> Result<&ModelFile, String> {
         let model = self.setting.model.as_ref();
         model.ok_or_else(|| format!("the cell names no model of {}: give `model:`", self.name))
     }
@@ -330,9 +291,15 @@ impl Arm {
         self.setting.joints.iter().map(|(joint, _)| value(joint).unwrap_or(none)).collect()
     }
 
+    /// How far its nearest part is clear of each of its keep-out planes, mm, by the zeros now believed; negative beyond one.
+    pub(crate) fn clearances(&self, drive: &JointVector) -> Vec<NamedValue> {
+        self.keep_out.as_ref().map(|check| clearances_of(check, &self.corrected(drive))).unwrap_or_default()
+    }
+
     /// Shows where the robot is while it moves.
     pub(crate) fn show_movement(&mut self, events: EventSender) {
         let (name, zeros) = (self.name.clone(), Arc::clone(&self.zeros));
+        let keep_out = self.keep_out.clone();
         let joints: Vec<(String, DegOrMm)> =
             self.description.joints.iter().map(|joint| (joint.name.clone(), unit_of(joint.unit))).collect();
         self.link.watch(Box::new(move |state| {
@@ -348,6 +315,14 @@ impl Arm {
                 });
             let (time_ns, moving) = (state.time_ns, state.is_moving());
             events.send(Event::Joints { device: name.clone(), time_ns, moving, joints: shown.collect() });
+            if let Some(check) = &keep_out {
+                let corrected: Vec<f64> =
+                    state.joints.as_slice().iter().zip(&zeros).map(|(said, zero)| said + zero).collect();
+                events.send(Event::Clearance {
+                    device: name.clone(),
+                    planes: clearances_of(check, &corrected),
+                });
+            }
         }));
     }
 
@@ -406,6 +381,9 @@ impl Arm {
         target: &JointVector,
     ) -> Result<(), NotAllowed> {
         let (Some(from), Some(target)) = (from.get(column), target.get(column)) else { return Ok(()) };
+        if !target.is_finite() {
+            return Err(NotAllowed::NoNumber { joint: self.joint_name(column).to_owned(), target });
+        }
         let (lower, upper) = self.limits(column);
         let beyond = |value: f64| (lower - value).max(value - upper).max(0.0);
         if from == target || beyond(target) <= beyond(from).max(1e-9) {
@@ -436,11 +414,79 @@ impl Arm {
         }
     }
 
+    /// What would pass a keep-out plane on the way, by the zeros now believed, while they are in question and the planes are not watched.
+    pub(crate) fn believed_trespass(&self, from: &JointVector, target: &JointVector) -> Option<Trespass> {
+        self.keep_out.as_ref().filter(|_| !self.watches_planes)?.check(from, target).err()
+    }
+
+    /// Where an answer that names a pose sends the drive from where it stands; none for another answer.
+    pub(crate) fn pose_of_answer(&self, here: &JointVector, answer: &Answer) -> Option<JointVector> {
+        let Answer::Pose { joints } = answer else { return None };
+        let mut target = *here;
+        for joint in joints {
+            if let Some(column) = self.column(&joint.name) {
+                target.set(column, self.unit(column).to_internal(joint.value) - self.zero(column));
+            }
+        }
+        Some(target)
+    }
+
     fn check_planes(&self, from: &JointVector, target: &JointVector) -> Result<(), NotAllowed> {
         match self.keep_out.as_ref().filter(|_| self.watches_planes) {
             Some(keep_out) => keep_out.check(from, target).map_err(NotAllowed::KeepOut),
             None => Ok(()),
         }
+    }
+
+    fn source(&self) -> Source<'_> {
+        Source { device: &self.name, plugin: &self.plugin }
+    }
+
+    /// Looks at a state it told. `between_ns` is when it was asked for and when it had come, where the cell's clock can be read.
+    ///
+    /// # Errors
+    /// A sentence: it cannot be.
+    pub(crate) fn believe_state(
+        &mut self,
+        state: &JointState,
+        between_ns: Option<(u64, u64)>,
+    ) -> Result<(), String> {
+        let asked = Asked { told_before_ns: self.told_ns, between_ns };
+        believed::check_state(self.source(), &self.description, state, asked)?;
+        self.told_ns = state.time_ns;
+        Ok(())
+    }
+
+    /// Looks at the state in which a move to `target` ended.
+    ///
+    /// # Errors
+    /// A sentence: it did not end there, or has not ended.
+    pub(crate) fn believe_end(
+        &mut self,
+        target: &JointVector,
+        end: &JointState,
+        between_ns: Option<(u64, u64)>,
+    ) -> Result<(), String> {
+        let asked = Asked { told_before_ns: self.told_ns, between_ns };
+        believed::check_end(self.source(), &self.description, target, end, asked)?;
+        self.told_ns = end.time_ns;
+        Ok(())
+    }
+
+    /// Whether it stands within its own limits.
+    ///
+    /// # Errors
+    /// A sentence: it does not.
+    pub(crate) fn check_own_limits(&self, joints: &JointVector) -> Result<(), String> {
+        believed::check_limits(self.source(), &self.description, joints)
+    }
+
+    /// Whether an edge names a pose it can have been in.
+    ///
+    /// # Errors
+    /// A sentence that names the sensor and its plugin: it does not.
+    pub(crate) fn check_edge(&self, sensor: Source<'_>, edge: &ProximityEdge) -> Result<(), String> {
+        believed::check_edge(sensor, &self.description, edge)
     }
 
     /// How long a move may take before something must be wrong, and how long it should take.
@@ -474,24 +520,30 @@ impl Arm {
     }
 }
 
+/// A warning, for who is to look.
+pub(crate) fn believed_trespass_in_words(trespass: &Trespass) -> String {
+    format!(
+        "By the zeros believed now, which are in question, the end of link {} would come {:.1} mm past {}.",
+        trespass.link, trespass.depth_mm, trespass.plane
+    )
+}
+
 /// The zero of a joint in force, in the unit people write.
 pub(crate) fn zero_in_force(corrections: &[AppliedCorrection], joint: &str) -> Option<f64> {
     let found = corrections.iter().find(|known| known.key.quantity == JOINT_ZERO && known.key.place == joint);
     found.map(|known| known.value)
 }
 
-/// A little way of one joint, rad or mm.
-const NUDGE: f64 = 1e-5;
-
-fn nudged(drive: &JointVector, column: usize) -> JointVector {
-    let mut nudged = *drive;
-    nudged.set(column, drive.get(column).unwrap_or(0.0) + NUDGE);
-    nudged
-}
-
 /// Where the flange is for the joints as the cell lists them, rad.
 fn flange_of(model: &ModelFile, joints: &[f64], sides: &[i8]) -> IsometryMatrix3<f64> {
     model.forward.flange(&model.model_joints(joints), &model.model_sides(sides, None))
+}
+
+fn clearances_of(check: &BoundKeepOut, corrected: &[f64]) -> Vec<NamedValue> {
+    let clearances = check.clearances(corrected).into_iter();
+    clearances
+        .map(|(plane, value)| NamedValue { name: plane, value, unit: "mm".to_owned(), uncertainty: None })
+        .collect()
 }
 
 fn lock(zeros: &Zeros) -> MutexGuard<'_, Vec<f64>> {

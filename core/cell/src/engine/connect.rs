@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use super::arm::{Arm, zero_in_force};
 use super::step_error::StepError;
+use super::zero_trust::Stage;
 use super::{Engine, Sensor};
 use crate::device::Link;
 use crate::event::DeviceState;
@@ -85,7 +86,7 @@ impl Engine {
     fn keep_out_of(&mut self, robot: &str) -> Result<Option<KeepOut>, StepError> {
         let cell = Arc::clone(&self.cell);
         let Some(setting) = cell.robot(robot) else { return Ok(None) };
-        let corrections = self.journal.record.corrections_in_force(&cell.name, robot)?;
+        let corrections = self.zeros_in_force(robot)?;
         let zero_of = |joint: &str| {
             let unit = setting.unit(joint).unwrap_or(DegOrMm::Deg);
             zero_in_force(&corrections, joint).map_or(0.0, |value| unit.to_internal(value))
@@ -96,8 +97,7 @@ impl Engine {
     /// Whether the zeros in force say where a robot is: they are all known, and this run is not to find them anew.
     pub(super) fn trusts_zeros(&self, robot: &str) -> bool {
         let Some(setting) = self.cell.robot(robot) else { return false };
-        let corrections =
-            self.journal.record.corrections_in_force(&self.cell.name, robot).unwrap_or_default();
+        let corrections = self.zeros_in_force(robot).unwrap_or_default();
         let known = setting.initialize.iter().all(|joint| zero_in_force(&corrections, joint).is_some());
         known && !self.finds_zeros.iter().any(|name| name == robot)
     }
@@ -108,6 +108,7 @@ impl Engine {
         for name in self.lost.clone() {
             if let Some(device) = cell.devices.iter().find(|device| device.name == name) {
                 self.connect(device)?;
+                self.check_zeros_of(&name, Stage::InMidRun)?;
             }
         }
         self.activate_robots()?;

@@ -35,6 +35,7 @@ pub(crate) struct AttemptEnd<'a> {
 }
 
 /// What a prompt is about.
+#[derive(Clone)]
 pub(crate) struct Question<'a> {
     pub(crate) step: &'a StepPath,
     pub(crate) title: &'a str,

@@ -2,6 +2,7 @@
 
 mod arm;
 mod attempts;
+mod believed;
 mod connect;
 mod decide;
 mod dry_run;
@@ -15,6 +16,7 @@ mod manual_motion;
 mod pause;
 mod plan;
 mod prompting;
+mod reach;
 mod resume;
 mod run_loop;
 mod scope;
@@ -24,12 +26,14 @@ mod step_clock;
 mod step_context;
 mod step_error;
 mod uncertainty;
+mod zero_check;
+mod zero_trust;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use plumb_plugin::{JointState, JointVector};
+use plumb_plugin::{JointState, JointVector, Reading};
 use serde_json::{Map, Value};
 
 pub(crate) use execute::{CIRCUMSTANCES, SENSOR_PARAMETER};
@@ -42,6 +46,7 @@ pub use plan::PlanError;
 pub use start::{Connected, RunRequest, RunningRun, StartError, start_run};
 
 use arm::Arm;
+use believed::{Asked, Source};
 use execute::{Made, Scan};
 use inbox::{Inbox, Interrupt};
 use journal::Journal;
@@ -53,7 +58,7 @@ use step_error::StepError;
 
 use crate::answers::Answers;
 use crate::device::{DeviceError, DeviceLinks, SensorLink};
-use crate::event::{Event, StepPath};
+use crate::event::{Event, LogLevel, StepPath};
 use crate::expression::{Calculator, Expression};
 use crate::prompt::PromptId;
 use crate::run_handle::StopActions;
@@ -79,6 +84,8 @@ pub(crate) struct Engine {
     moved: BTreeMap<String, JointVector>,
     /// Where robots were last seen to stand, as long as nothing but this run can have moved them.
     standing: Standing,
+    /// When the last motion ended, ns of the cell's clock: a reading of before does not belong to where the robots stand. 0 before any.
+    rest_ns: u64,
     /// The clock of the cell, as the step in hand has seen it go.
     clock: Arc<StepClock>,
     answers: Option<Answers>,
@@ -171,16 +178,53 @@ impl Engine {
     }
 
     /// Where a robot stands, read now and shown; or as it was seen to stand a moment ago, where nothing can have moved it since.
+    ///
+    /// # Errors
+    /// Also when it says what cannot be, or that it stands beyond its own limits.
     fn read_pose(&mut self, name: &str) -> Result<JointState, StepError> {
+        let state = self.read_pose_anywhere(name)?;
+        self.arm(name)?.check_own_limits(&state.joints).map_err(StepError::Error)?;
+        Ok(state)
+    }
+
+    /// As [`Engine::read_pose`] of a robot that may stand beyond its own limits, because it is about to be brought back.
+    fn read_pose_anywhere(&mut self, name: &str) -> Result<JointState, StepError> {
         let known = self.standing.of(name);
+        let asked = self.links.clock_ns();
         let arm = self.arm(name)?;
         if let Some(state) = known {
             return Ok(state);
         }
         let read = arm.link.read_joints();
         let state = read.map_err(|error| self.device_error(error))?;
+        self.believe_state(name, &state, asked)?;
         self.saw(name, &state)?;
         Ok(state)
+    }
+
+    /// Takes a state for true once it was looked at. `asked_ns` is when it was asked for, where the cell's clock can be read.
+    fn believe_state(
+        &mut self,
+        name: &str,
+        state: &JointState,
+        asked_ns: Option<u64>,
+    ) -> Result<(), StepError> {
+        let between_ns = asked_ns.zip(self.links.clock_ns());
+        self.arm(name)?.believe_state(state, between_ns).map_err(StepError::Error)
+    }
+
+    /// What a sensor has seen up to `after_ns`, once it was looked at: nothing that is dated before `not_before_ns`.
+    fn read_sensor(&mut self, name: &str, after_ns: u64, not_before_ns: u64) -> Result<Reading, StepError> {
+        let asked_ns = self.links.clock_ns();
+        let read = self.sensor(name)?.link.read(after_ns);
+        let reading = read.map_err(|error| self.device_error(error))?;
+        let between_ns = asked_ns.zip(self.links.clock_ns());
+        let sensor = self.sensor(name)?;
+        let source = Source { device: name, plugin: &sensor.plugin };
+        let asked = Asked { told_before_ns: 0, between_ns };
+        believed::check_reading(source, sensor.link.description(), &reading, not_before_ns, asked)
+            .map_err(StepError::Error)?;
+        Ok(reading)
     }
 
     /// Takes in and shows where a robot says it is.
@@ -199,7 +243,11 @@ impl Engine {
             moving: state.is_moving(),
             joints,
         };
+        let planes = arm.clearances(&state.joints);
         self.journal.show(event);
+        if !planes.is_empty() {
+            self.journal.show(Event::Clearance { device: name.to_owned(), planes });
+        }
         Ok(())
     }
 
@@ -218,7 +266,10 @@ impl Engine {
     fn read_and_note_poses(&mut self) -> Result<(), StepError> {
         for index in 0..self.arms.len() {
             let Some(name) = self.arms.get(index).map(|arm| arm.name.clone()) else { continue };
-            let state = self.read_pose(&name)?;
+            let state = self.read_pose_anywhere(&name)?;
+            if let Err(beyond) = self.arm(&name)?.check_own_limits(&state.joints) {
+                self.journal.log(LogLevel::Warning, &name, None, &beyond)?;
+            }
             self.moved.insert(name, state.joints);
         }
         Ok(self.note_poses()?)

@@ -129,7 +129,7 @@ impl Engine {
         for index in 0..self.arms.len() {
             let Some(name) = self.arms.get(index).map(|arm| arm.name.clone()) else { continue };
             let Some(pose) = poses.iter().find(|pose| pose.device == name) else { continue };
-            let state = self.read_pose(&name)?;
+            let state = self.read_pose_anywhere(&name)?;
             let reported = self.arm(&name)?.recorded(&state.joints);
             if self.unattended {
                 self.confirm_unattended(&name, &pose.joints, &reported, position)?;

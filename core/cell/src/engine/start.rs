@@ -13,6 +13,7 @@ use serde_json::{Map, Value};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::event_sender::EventSender;
+use super::execute::result_name;
 use super::inbox::{Inbox, Interrupt};
 use super::journal::Journal;
 use super::plan::{PlanError, make_plan, number_value};
@@ -24,7 +25,7 @@ use crate::answers::{Answers, missing_answers};
 use crate::device::DeviceLinks;
 use crate::event::{Event, LogLevel, RunOutcome, StampedEvent, StepPath};
 use crate::expression::Calculator;
-use crate::procedure::Procedure;
+use crate::procedure::{CellNames, Procedure, check_procedure};
 use crate::run_handle::{RunHandle, StopActions};
 use crate::step::{Action, OnError, Step};
 use crate::workcell::Workcell;
@@ -164,6 +165,7 @@ pub fn start_run(
         finds_zeros: request.procedure.finds_zeros_of(),
         moved: BTreeMap::new(),
         standing: Standing::default(),
+        rest_ns: 0,
         clock: Arc::default(),
         answers: request.answers.clone(),
         unattended: request.unattended,
@@ -344,7 +346,7 @@ impl Engine {
             resumed_at,
         });
         self.warn_of_overdue_instruments()?;
-        match self.prepare(first_time, &stored) {
+        match self.prepare(request, &stored) {
             Ok((position, open)) => Ok(self.run_from(position, open)?),
             Err(StepError::Record(error)) => Err(StepError::Record(error)),
             Err(error) => Ok(end_of_preparation(error)),
@@ -377,13 +379,30 @@ impl Engine {
         leaves.map(|entry| &entry.path).find(|path| !done(path)).cloned()
     }
 
+    /// What a procedure names of readings, held against what the sensors measure. Known only now that they are there, and before anything moves.
+    fn check_names_of_readings(&self, procedure: &Procedure) -> Result<(), StepError> {
+        let mut names = CellNames::of(&self.cell.devices, &self.cell.robots);
+        for sensor in &self.sensors {
+            let quantities = &sensor.link.description().quantities;
+            let known = quantities.iter().map(|known| result_name(&known.name, &known.unit));
+            names.quantities.push((sensor.name.clone(), known.collect()));
+        }
+        check_procedure(procedure, &names).map_err(|problems| {
+            let told: Vec<String> = problems.iter().map(ToString::to_string).collect();
+            StepError::error(told.join("\n"))
+        })
+    }
+
     /// Connects the devices, shows the plan, and finds where to begin.
     fn prepare(
         &mut self,
-        first_time: bool,
+        request: &RunRequest,
         stored: &[plumb_record::StoredStep],
     ) -> Result<(usize, Vec<(usize, super::journal::Attempt)>), StepError> {
+        let first_time = request.resume.is_none();
         self.connect_all()?;
+        self.check_names_of_readings(&request.procedure)?;
+        self.check_zeros(first_time)?;
         let socket = self.links.world_socket();
         self.journal.record.set_world(self.journal.run, socket.as_deref())?;
         let (steps, estimate_s) = self.planned_steps();

@@ -3,6 +3,9 @@
 use rhai::{AST, Dynamic, Engine, EvalAltResult, FLOAT, INT, OptimizationLevel, Scope};
 use serde_json::{Map, Value};
 
+use super::tokens::{TokenKind, tokens};
+use crate::yaml::did_you_mean;
+
 /// One step of arithmetic is about one operation; a fixed point of a recursion takes some thousands.
 const MOST_OPERATIONS: u64 = 500_000;
 
@@ -76,8 +79,10 @@ impl Calculator {
         text: &str,
         scope: &mut Scope<'static>,
     ) -> Result<Value, ExpressionError> {
-        let result =
-            self.engine.eval_ast_with_scope::<Dynamic>(scope, ast).map_err(|error| failed(text, &error))?;
+        let result = self
+            .engine
+            .eval_ast_with_scope::<Dynamic>(scope, ast)
+            .map_err(|error| failed(text, &error, scope))?;
         from_dynamic(&result).map_err(|cause| ExpressionError { expression: first_line(text), cause })
     }
 
@@ -87,7 +92,7 @@ impl Calculator {
         text: &str,
         scope: &mut Scope<'static>,
     ) -> Result<(), ExpressionError> {
-        self.engine.run_ast_with_scope(scope, ast).map_err(|error| failed(text, &error))
+        self.engine.run_ast_with_scope(scope, ast).map_err(|error| failed(text, &error, scope))
     }
 }
 
@@ -193,14 +198,22 @@ fn spread(numbers: &[FLOAT]) -> Result<FLOAT, Box<EvalAltResult>> {
     Ok((squares / (numbers.len() - 1) as FLOAT).sqrt())
 }
 
-fn failed(text: &str, error: &EvalAltResult) -> ExpressionError {
+fn failed(text: &str, error: &EvalAltResult, scope: &Scope<'static>) -> ExpressionError {
     let cause = match error {
         EvalAltResult::ErrorTooManyOperations(_) => {
             format!("it takes more than {MOST_OPERATIONS} operations")
         }
-        EvalAltResult::ErrorPropertyNotFound(name, _) => {
-            format!("there is no value `{name}` (yet): the step that makes it was left out or has not run")
-        }
+        EvalAltResult::ErrorPropertyNotFound(name, _) => match names_beside(text, name, scope) {
+            Some((path, known)) if !known.is_empty() => {
+                format!(
+                    "there is no value `{name}` in `{path}`: {}",
+                    did_you_mean(name, known.iter().map(String::as_str))
+                )
+            }
+            _ => format!(
+                "there is no value `{name}` (yet): the step that makes it was left out or has not run"
+            ),
+        },
         EvalAltResult::ErrorVariableNotFound(name, _) => format!("there is no value `{name}` (yet)"),
         EvalAltResult::ErrorFunctionNotFound(name, _) => {
             format!("`{name}` cannot be worked out for these values")
@@ -214,6 +227,33 @@ fn failed(text: &str, error: &EvalAltResult) -> ExpressionError {
         }
     };
     ExpressionError { expression: first_line(text), cause }
+}
+
+/// The value in which an expression looks for a property that is not there, and the names it has.
+fn names_beside(text: &str, property: &str, scope: &Scope<'static>) -> Option<(String, Vec<String>)> {
+    let tokens = tokens(text);
+    let kind = |index: usize| tokens.get(index).map(|token| token.kind);
+    (2..tokens.len()).find_map(|index| {
+        if kind(index) != Some(TokenKind::Name(property)) || kind(index - 1) != Some(TokenKind::Mark('.')) {
+            return None;
+        }
+        let mut path = Vec::new();
+        let mut place = index;
+        while let (Some(TokenKind::Name(name)), Some(TokenKind::Mark('.'))) =
+            (place.checked_sub(2).and_then(kind), kind(place.checked_sub(1)?))
+        {
+            path.insert(0, name);
+            place -= 2;
+        }
+        let (first, rest) = path.split_first()?;
+        let mut value = scope.get_value::<Dynamic>(first)?;
+        for name in rest {
+            value = value.try_cast::<rhai::Map>()?.get(*name)?.clone();
+        }
+        let known = value.try_cast::<rhai::Map>()?;
+        (!known.contains_key(property))
+            .then(|| (path.join("."), known.keys().map(ToString::to_string).collect()))
+    })
 }
 
 pub(crate) fn first_line(text: &str) -> String {
@@ -312,6 +352,13 @@ mod tests {
     fn a_value_that_is_not_there_is_named() {
         let error = evaluate("empty.joints").expect_err("nothing there");
         assert!(error.contains("there is no value `joints`"), "{error}");
+        let misspelled = evaluate("1 + lower.joints.elbow").unwrap_err();
+        assert!(
+            misspelled.contains("there is no value `elbow` in `lower.joints`: did you mean `elbow_deg`?"),
+            "{misspelled}"
+        );
+        let missing = evaluate("2 * lower.temperature").unwrap_err();
+        assert!(missing.contains("no value `temperature` in `lower`: there is only `joints`"), "{missing}");
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::Procedure;
 use crate::expression::{Names, Shape};
 use crate::read_context::{CheckContext, RobotNames};
 use crate::step::{Action, Step, Turns, add_result};
+use crate::workcell::{DeviceSetting, RobotSetting};
 use crate::yaml::{FileProblems, Place, Problems, did_you_mean};
 
 /// What a cell offers to the names in a procedure.
@@ -11,8 +12,24 @@ use crate::yaml::{FileProblems, Place, Problems, did_you_mean};
 pub(crate) struct CellNames {
     pub(crate) robots: Vec<RobotNames>,
     pub(crate) sensors: Vec<String>,
+    /// For each sensor whose quantities are known, the names of its readings' values: `tip.x_mm`.
+    pub(crate) quantities: Vec<(String, Vec<String>)>,
     /// For each robot, what its model file gives: `arm.model.shoulder.a_mm`.
     pub(crate) models: Vec<(String, Shape)>,
+}
+
+impl CellNames {
+    /// What these devices offer, as far as it is known before they are started.
+    pub(crate) fn of(devices: &[DeviceSetting], robots: &[RobotSetting]) -> Self {
+        let is_sensor = |name: &String| robots.iter().all(|robot| robot.device != *name);
+        let model = |robot: &RobotSetting| Some((robot.device.clone(), robot.model.as_ref()?.shape()));
+        Self {
+            robots: robots.iter().map(RobotSetting::names).collect(),
+            sensors: devices.iter().map(|device| device.name.clone()).filter(is_sensor).collect(),
+            quantities: Vec::new(),
+            models: robots.iter().filter_map(model).collect(),
+        }
+    }
 }
 
 /// Checks a procedure and those it calls against a cell.
@@ -104,7 +121,7 @@ impl Checker<'_> {
     fn steps(&mut self, steps: &[Step], names: &mut Names) {
         // Lists of results over the turns of a repetition may be used anywhere: they are empty where nothing was found yet.
         for step in steps {
-            self.all.push((step.id.clone(), Shape::List(Box::new(step.result_shape(&self.cell.robots)))));
+            self.all.push((step.id.clone(), Shape::List(Box::new(step.result_shape(self.cell)))));
         }
         names.set("all", Shape::Map(self.all.clone()));
         for step in steps {
@@ -115,7 +132,7 @@ impl Checker<'_> {
                     if let Turns::Times(times) = &repeat.turns {
                         self.context(&self.plan_names).check_expression(times);
                     }
-                    names.set(&step.id, step.result_shape(&self.cell.robots));
+                    names.set(&step.id, step.result_shape(self.cell));
                     self.steps(&repeat.steps, names);
                     if let Some(until) = &repeat.until {
                         self.context(names).check_expression(until);
@@ -140,7 +157,7 @@ impl Checker<'_> {
                 }
                 _ => {}
             }
-            add_result(names, &mut self.all, &step.id, step.result_shape(&self.cell.robots));
+            add_result(names, &mut self.all, &step.id, step.result_shape(self.cell));
         }
     }
 
@@ -177,7 +194,7 @@ fn collect_results(
             Action::Call(call) => {
                 procedure.called(&call.file).map_or(Shape::Anything, |called| called_shape(called, cell))
             }
-            _ => step.result_shape(&cell.robots),
+            _ => step.result_shape(cell),
         };
         entries.push((step.id.clone(), shape));
         if let Action::Repeat(repeat) = &step.action {

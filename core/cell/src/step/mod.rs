@@ -40,6 +40,7 @@ pub use scan::{Fitted, ScanStep};
 pub use search::{Approach, Finds, SearchStep};
 
 use crate::expression::{Expression, Names, Shape};
+use crate::procedure::CellNames;
 use crate::prompt::Decision;
 use crate::read_context::{CheckContext, ReadContext};
 use crate::yaml::{MapReader, Node, NodeValue, Place, did_you_mean};
@@ -291,9 +292,10 @@ impl Step {
     }
 
     /// What later expressions may name of this step's result.
-    pub(crate) fn result_shape(&self, robots: &[crate::read_context::RobotNames]) -> Shape {
+    pub(crate) fn result_shape(&self, cell: &CellNames) -> Shape {
         let joints_of = |robot: &str| {
-            let joints = robots
+            let joints = cell
+                .robots
                 .iter()
                 .find(|known| known.name == robot)
                 .map(|known| known.joints.as_slice())
@@ -314,7 +316,12 @@ impl Step {
                 ("fast_joints".to_owned(), joints_of(&step.robot)),
             ]),
             Action::Configure(_) => Shape::Map(vec![single("configured")]),
-            Action::Measure(_) => Shape::Anything,
+            Action::Measure(step) => {
+                let known = cell.quantities.iter().find(|(sensor, _)| *sensor == step.sensor);
+                known.map_or(Shape::Anything, |(_, names)| {
+                    Shape::Map(names.iter().map(|name| single(name)).collect())
+                })
+            }
             Action::Scan(step) => step.result_shape(),
             Action::Row(_) => Shape::Map(Vec::new()),
             Action::Repeat(step) => {

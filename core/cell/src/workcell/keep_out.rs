@@ -1,7 +1,8 @@
 //! Planes no part of a robot may pass, and whether a way keeps clear of them. Checked in the cell before a move, and in the robot's host again.
 
+use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 use plumb_host::MoveGuard;
-use plumb_kinematics::{Chain, Convention, Joint, Posture};
+use plumb_kinematics::{Chain, Convention, Joint, Motion, Posture};
 use plumb_plugin::{JointVector, RobotDescription, Value};
 use serde::{Deserialize, Serialize};
 
@@ -50,6 +51,12 @@ struct Row {
     /// The joint whose coordinate this one's is counted with.
     #[serde(default)]
     less: Option<usize>,
+    /// Its coordinate is a length, mm.
+    #[serde(default)]
+    slides: bool,
+    /// A constant pose before the row: the rotation's matrix by columns, then the translation, mm.
+    #[serde(default)]
+    before: Option<[f64; 12]>,
 }
 
 /// Whether a way of one robot keeps clear of its planes.
@@ -77,6 +84,8 @@ impl KeepOut {
             name: joint.name.clone(),
             numbers: [joint.a, joint.alpha, joint.d, joint.theta, joint.sign],
             less: joint.less,
+            slides: joint.motion == Motion::Slides,
+            before: joint.before.as_ref().map(numbers_of),
         };
         Some(Self {
             distal: chain.convention == Convention::Distal,
@@ -102,7 +111,13 @@ impl KeepOut {
     fn chain(&self) -> Result<Chain, String> {
         let joint = |row: &Row| {
             let [a, alpha, d, theta, sign] = row.numbers;
-            Joint { sign, less: row.less, ..Joint::turning(&row.name, a, alpha, d, theta) }
+            Joint {
+                sign,
+                less: row.less,
+                motion: if row.slides { Motion::Slides } else { Motion::Turns },
+                before: row.before.as_ref().map(pose_of),
+                ..Joint::turning(&row.name, a, alpha, d, theta)
+            }
         };
         let convention = if self.distal { Convention::Distal } else { Convention::Proximal };
         Chain::new(convention, self.rows.iter().map(joint).collect()).map_err(|error| error.to_string())
@@ -120,6 +135,20 @@ impl KeepOut {
         let columns: Result<Vec<usize>, String> = self.joints.iter().map(column).collect();
         Ok(BoundKeepOut { check: self.clone(), chain: self.chain()?, columns: columns? })
     }
+}
+
+/// A pose as numbers that go into a file.
+fn numbers_of(pose: &IsometryMatrix3<f64>) -> [f64; 12] {
+    let mut numbers = [0.0; 12];
+    let parts = pose.rotation.matrix().iter().chain(pose.translation.vector.iter());
+    numbers.iter_mut().zip(parts).for_each(|(number, part)| *number = *part);
+    numbers
+}
+
+fn pose_of(numbers: &[f64; 12]) -> IsometryMatrix3<f64> {
+    let (rotation, translation) = numbers.split_at(9);
+    let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_column_slice(rotation));
+    IsometryMatrix3::from_parts(Translation3::from(Vector3::from_column_slice(translation)), rotation)
 }
 
 /// The check of moves of one robot, its joints in the drive's order.
@@ -168,10 +197,26 @@ impl BoundKeepOut {
             a + fraction * (b - a) + zero
         };
         let attitudes: Vec<f64> = self.columns.iter().zip(&self.check.zeros).map(at).collect();
+        self.ends_of(&attitudes)
+    }
+
+    /// The ends of the links, mm in the base frame, for the joints in the cell's order with their zeros.
+    fn ends_of(&self, attitudes: &[f64]) -> Vec<[f64; 3]> {
         let joints: Vec<f64> =
-            self.check.from_drive.iter().map(|row| super::model_file::model_joint(row, &attitudes)).collect();
+            self.check.from_drive.iter().map(|row| super::model_file::model_joint(row, attitudes)).collect();
         let posture = Posture::of(&self.chain, &joints, &[]);
         posture.joints.iter().map(|frame| frame.end.translation.vector.into()).collect()
+    }
+
+    /// How far the nearest end of a link is on the free side of each plane, mm; negative beyond it. `corrected` are the joints in the drive's order
+    /// with their zeros: rad, or mm.
+    pub(crate) fn clearances(&self, corrected: &[f64]) -> Vec<(String, f64)> {
+        let attitudes: Vec<f64> =
+            self.columns.iter().map(|column| corrected.get(*column).copied().unwrap_or(0.0)).collect();
+        let ends = self.ends_of(&attitudes);
+        let nearest =
+            |plane: &KeepOutPlane| ends.iter().map(|end| plane.clearance(*end)).fold(f64::INFINITY, f64::min);
+        self.check.planes.iter().map(|plane| (plane.name.clone(), nearest(plane))).collect()
     }
 }
 
@@ -201,7 +246,13 @@ mod tests {
 
     /// An arm of two links of 100 mm, turning in a vertical plane 150 mm over the table.
     fn check() -> KeepOut {
-        let row = |name: &str, numbers| Row { name: name.to_owned(), numbers, less: None };
+        let row = |name: &str, numbers| Row {
+            name: name.to_owned(),
+            numbers,
+            less: None,
+            slides: false,
+            before: None,
+        };
         KeepOut {
             distal: true,
             rows: vec![
@@ -270,6 +321,34 @@ mod tests {
         let shifted = check().with_zeros(|joint| if joint == "shoulder" { -0.2 } else { 0.0 });
         let trespass = shifted.bind(&robot()).unwrap().check(&pose(0.0, 0.0), &lower).unwrap_err();
         assert_eq!(trespass.link, "elbow");
+    }
+
+    #[test]
+    fn a_slide_goes_by_millimetres_and_a_pose_before_a_row_is_kept() {
+        let mut gantry = check();
+        // The elbow's row slides straight down from the end of the upper arm, which lies 50 mm higher by a pose of its own.
+        let down = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+        let before = IsometryMatrix3::from_parts(Translation3::new(0.0, 50.0, 0.0), down);
+        gantry.rows[2] = Row {
+            slides: true,
+            numbers: [0.0, 0.0, 0.0, 0.0, 1.0],
+            before: Some(numbers_of(&before)),
+            ..gantry.rows[2].clone()
+        };
+        let guard = guard(&gantry.to_value(), &robot()).unwrap();
+        let at = |slide: f64| JointVector::from_slice(&[0.0, 0.0, slide]).unwrap();
+        assert_eq!(guard.check(&at(0.0), &at(195.0)), Ok(()));
+        let refused = guard.check(&at(0.0), &at(210.0)).unwrap_err();
+        assert!(refused.contains("10.0 mm past the table"), "{refused}");
+    }
+
+    #[test]
+    fn the_nearest_part_of_the_arm_tells_how_far_it_is_clear_of_a_plane() {
+        let bound = check().bind(&robot()).unwrap();
+        let clearance = |pose: JointVector| bound.clearances(pose.as_slice())[0].1;
+        assert!((clearance(pose(0.0, 0.0)) - 150.0).abs() < 1e-9);
+        assert!((clearance(pose(0.0, -90.0)) - 50.0).abs() < 1e-9);
+        assert!((clearance(pose(-90.0, 0.0)) + 50.0).abs() < 1e-9, "beyond it is negative");
     }
 
     #[test]

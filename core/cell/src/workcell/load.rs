@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use plumb_kinematics::Motion;
+
 use super::model_file::{ModelRows, read_from_drive, read_rows};
 use super::raw::{RawDevice, RawKeepOut, RawRobot, RawWorkcell};
 use super::{
@@ -71,18 +73,7 @@ impl Loader<'_> {
         let robots: Vec<RobotSetting> =
             raw.robots.into_iter().map(|robot| self.robot(robot, &devices)).collect();
         let keep_out = raw.keep_out.into_iter().filter_map(|plane| self.keep_out(plane, &robots)).collect();
-        let names = CellNames {
-            robots: robots.iter().map(RobotSetting::names).collect(),
-            sensors: devices
-                .iter()
-                .map(|device| device.name.clone())
-                .filter(|name| robots.iter().all(|robot| robot.device != *name))
-                .collect(),
-            models: robots
-                .iter()
-                .filter_map(|r| Some((r.device.clone(), r.model.as_ref()?.shape())))
-                .collect(),
-        };
+        let names = CellNames::of(&devices, &robots);
         let procedures = self.procedures(&raw.procedures, &names);
         tolerances::check(&raw.tolerances, &procedures, problems);
         let answers = raw.answers.and_then(|answers| self.existing(&answers));
@@ -229,7 +220,10 @@ impl Loader<'_> {
                         self.context.problems.add(model.1, message, help);
                     }
                 }
-                let from_drive = read_from_drive(&model_joints, joints, &raw.model_from_drive, &self.context);
+                let slides: Vec<bool> =
+                    whole.chain.joints.iter().map(|joint| joint.motion == Motion::Slides).collect();
+                let from_drive =
+                    read_from_drive(&model_joints, &slides, joints, &raw.model_from_drive, &self.context);
                 Some(ModelFile {
                     file,
                     text,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use plumb_kinematics::Chain;
+use plumb_kinematics::{Chain, Motion};
 use plumb_model::file::{Model, ModelFileError};
 use plumb_model::forward::ForwardModel;
 use serde_json::{Map, Value};
@@ -31,16 +31,21 @@ pub struct ModelFile {
     /// Names of the places a spirit level lies at.
     pub levels: Vec<String>,
     /// The model's joints from the drive's: coefficients, one row a model joint, one column a joint of the cell's list, then the constant
-    /// (rad). Turning joints only.
+    /// (rad, or mm for a model joint that slides).
     pub from_drive: Vec<Vec<f64>>,
     /// Where the flange stands, with every effect of the file.
     pub forward: Arc<ForwardModel>,
 }
 
 impl ModelFile {
-    /// The model's joint angles (rad) for the drive's (rad), in the order of the cell's list of joints.
+    /// The model's joints for the drive's (rad, or mm of one that slides), in the order of the cell's list of joints.
     pub fn model_joints(&self, drive: &[f64]) -> Vec<f64> {
         self.from_drive.iter().map(|row| model_joint(row, drive)).collect()
+    }
+
+    /// Whether a joint of the model slides, so that its coordinate is a length.
+    pub fn slides(&self, joint: usize) -> bool {
+        self.chain().joints.get(joint).is_some_and(|joint| joint.motion == Motion::Slides)
     }
 
     /// Its nominal chain of joints.
@@ -182,6 +187,7 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
 /// the drive joint of the same name.
 pub(super) fn read_from_drive(
     model_joints: &[String],
+    slides: &[bool],
     drive_joints: &[String],
     entries: &[(Key, Node)],
     context: &ReadContext<'_>,
@@ -194,10 +200,10 @@ pub(super) fn read_from_drive(
     }
     model_joints
         .iter()
-        .map(|joint| match entries.iter().find(|(name, _)| name.name == *joint) {
-            Some((_, node)) => {
-                read_row(node, drive_joints, context).unwrap_or_else(|| vec![0.0; drive_joints.len() + 1])
-            }
+        .zip(slides)
+        .map(|(joint, slides)| match entries.iter().find(|(name, _)| name.name == *joint) {
+            Some((_, node)) => read_row(node, *slides, drive_joints, context)
+                .unwrap_or_else(|| vec![0.0; drive_joints.len() + 1]),
             None => {
                 drive_joints.iter().map(|drive| f64::from(u8::from(drive == joint))).chain([0.0]).collect()
             }
@@ -205,8 +211,13 @@ pub(super) fn read_from_drive(
         .collect()
 }
 
-fn read_row(node: &Node, drive_joints: &[String], context: &ReadContext<'_>) -> Option<Vec<f64>> {
-    let expression = context.expression(node, "an angle of the model")?;
+fn read_row(
+    node: &Node,
+    slides: bool,
+    drive_joints: &[String],
+    context: &ReadContext<'_>,
+) -> Option<Vec<f64>> {
+    let expression = context.expression(node, "a joint of the model")?;
     let mut names = Names::default();
     drive_joints.iter().for_each(|joint| names.set(joint, Shape::Single));
     let before = context.problems.len();
@@ -214,7 +225,7 @@ fn read_row(node: &Node, drive_joints: &[String], context: &ReadContext<'_>) -> 
     if context.problems.len() > before {
         return None;
     }
-    match linear_coefficients(&expression, drive_joints, context.calculator) {
+    match linear_coefficients(&expression, slides, drive_joints, context.calculator) {
         Ok(row) => Some(row),
         Err(reason) => {
             context.problems.add(
@@ -227,9 +238,10 @@ fn read_row(node: &Node, drive_joints: &[String], context: &ReadContext<'_>) -> 
     }
 }
 
-/// Coefficients and constant (rad) of an expression in degrees, found by trying; refused when another try does not agree.
+/// Coefficients and constant (rad, or mm of a slide) of an expression in degrees, or millimetres, found by trying; refused when another try does not agree.
 fn linear_coefficients(
     expression: &Expression,
+    slides: bool,
     joints: &[String],
     calculator: &Calculator,
 ) -> Result<Vec<f64>, String> {
@@ -251,6 +263,6 @@ fn linear_coefficients(
     if (at(&trial)? - expected).abs() > 1e-9 * expected.abs().max(1.0) {
         return Err("this is not linear in the drive's joints".to_owned());
     }
-    row.push(constant.to_radians());
+    row.push(if slides { constant } else { constant.to_radians() });
     Ok(row)
 }

@@ -53,7 +53,18 @@ pub struct World {
     pub only_pendant_ends_jog: AtomicBool,
     /// What that pendant has.
     pub pendant: Mutex<PendantHas>,
+    /// The robots stand in a simulated world started for this run.
+    pub is_new: AtomicBool,
+    /// What the arm says after a move, in place of what is so.
+    pub lie_after_move: Mutex<Option<Lie>>,
+    /// The sensor dates its readings so, in place of when they were asked for; 0: it does not.
+    pub reads_at_ns: AtomicUsize,
+    /// The speed the arm describes for its waist, rad/s.
+    pub waist_speed: Mutex<f64>,
 }
+
+/// Changes a state.
+pub type Lie = fn(&mut JointState);
 
 /// What the pendant has of an arm that it alone gives back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,17 +82,23 @@ impl World {
     /// An arm over the white quadrant, 4 cm up, whose drive is wrong by `zero_error_deg` (waist, shoulder, elbow).
     pub fn new(zero_error_deg: [f64; 3]) -> Arc<Self> {
         let zero_error = zero_error_deg.map(f64::to_radians);
+        let world = Self { zero_error, ..Self::fresh() };
         let truth = [11.0_f64, 41.0, -78.0, -90.0, 0.0];
         let mut joints = [0.0; 6];
         for (index, place) in joints.iter_mut().enumerate().take(5) {
             *place = truth[index].to_radians() - zero_error.get(index).copied().unwrap_or(0.0);
         }
-        let world = Self {
-            joints: Mutex::new(joints),
+        *lock(&world.joints) = joints;
+        Arc::new(world)
+    }
+
+    fn fresh() -> Self {
+        Self {
+            joints: Mutex::new([0.0; 6]),
             edges: Mutex::new(Vec::new()),
             fired: AtomicBool::new(false),
             time_ns: AtomicUsize::new(1),
-            zero_error,
+            zero_error: [0.0; 3],
             moves: AtomicUsize::new(0),
             lose_arm_at_move: AtomicUsize::new(usize::MAX),
             stop_at_move: AtomicUsize::new(usize::MAX),
@@ -93,8 +110,11 @@ impl World {
             on_move: Mutex::new(None),
             only_pendant_ends_jog: AtomicBool::new(false),
             pendant: Mutex::new(PendantHas::Nothing),
-        };
-        Arc::new(world)
+            is_new: AtomicBool::new(true),
+            lie_after_move: Mutex::new(None),
+            reads_at_ns: AtomicUsize::new(0),
+            waist_speed: Mutex::new(0.4),
+        }
     }
 
     /// Height of the sensor over the table less its working height, where the paper is white; else far away. mm.
@@ -171,6 +191,20 @@ impl World {
         self.light(&joints).0
     }
 
+    /// The drive was switched off and on: its counters begin anew, and the arm stands where it stood. Gives the arm in a world of its own.
+    pub fn switched_off_and_on(&self) -> Arc<Self> {
+        let joints = *lock(&self.joints);
+        let truth: Vec<f64> = (0..3).map(|index| joints[index] + self.zero_error[index]).collect();
+        let anew = Self { zero_error: [truth[0], truth[1], truth[2]], ..Self::fresh() };
+        *lock(&anew.joints) = [0.0; 6];
+        Arc::new(anew)
+    }
+
+    /// Moved by its pendant: the drive counts along.
+    pub fn push_deg(&self, column: usize, by: f64) {
+        lock(&self.joints)[column] += by.to_radians();
+    }
+
     /// True joint angles, degrees.
     pub fn truth_deg(&self) -> Vec<f64> {
         let joints = *lock(&self.joints);
@@ -224,7 +258,11 @@ impl RobotLink for Arm {
             return Err(DeviceError::Refused { device: "arm".to_owned(), error });
         }
         self.world.go(&joints, 1.0);
-        Ok(self.world.state())
+        let mut state = self.world.state();
+        if let Some(lie) = *lock(&self.world.lie_after_move) {
+            lie(&mut state);
+        }
+        Ok(state)
     }
 
     fn jog(&mut self, on: bool) -> Result<JogState, DeviceError> {
@@ -279,7 +317,11 @@ impl SensorLink for Eye {
     fn read(&mut self, after_ns: u64) -> Result<Reading, DeviceError> {
         let edges = std::mem::take(&mut *lock(&self.world.edges));
         let fired = Some(self.world.fired.load(Ordering::SeqCst));
-        Ok(Reading { time_ns: after_ns, fired, edges, quantities: Vec::new() })
+        let time_ns = match self.world.reads_at_ns.load(Ordering::SeqCst) {
+            0 => after_ns,
+            old => old as u64,
+        };
+        Ok(Reading { time_ns, fired, edges, quantities: Vec::new() })
     }
 }
 
@@ -293,6 +335,9 @@ impl DeviceLinks for Devices {
         Ok(match device.name.as_str() {
             "arm" => {
                 let mut description = arm_description();
+                if let Some(waist) = description.joints.first_mut() {
+                    waist.max_speed = *lock(&world.waist_speed);
+                }
                 description.capabilities.only_pendant_ends_jog =
                     world.only_pendant_ends_jog.load(Ordering::SeqCst);
                 Link::Robot(Box::new(Arm { world, description }))
@@ -315,6 +360,10 @@ impl DeviceLinks for Devices {
             "dance" => Err("the simulated operator does not know `dance`".to_owned()),
             _ => Ok(None),
         }
+    }
+
+    fn is_new_world(&self) -> bool {
+        self.0.is_new.load(Ordering::SeqCst)
     }
 
     fn world_socket(&self) -> Option<String> {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
 
 use plumb_cell::RunHandle;
 use plumb_cell::answers::load_answers;
@@ -13,6 +14,7 @@ use plumb_cell::expression::Calculator;
 use plumb_cell::prompt::{Answer, Decision, PromptKind};
 use plumb_cell::workcell::{Workcell, load_workcell};
 use tempfile::TempDir;
+use tokio::sync::mpsc::error::TryRecvError;
 
 use super::{Devices, OnMove, World};
 
@@ -72,12 +74,32 @@ pub fn start_commanded(
     running
 }
 
-/// Lets a run go on to its end; `watch` may answer it.
+/// How long a run in memory may say nothing: hundreds of times what any of them takes.
+const SILENCE: Duration = Duration::from_secs(30);
+
+/// Lets a run go on to its end; `watch` may answer it. A run that waits for what nobody will say fails the test, in place of hanging it.
 pub fn watch(mut running: RunningRun, mut watch: impl FnMut(&Event, &RunHandle)) -> (RunOutcome, Vec<Event>) {
     let mut events = Vec::new();
-    while let Some(stamped) = running.events.blocking_recv() {
-        watch(&stamped.event, &running.handle);
-        events.push(stamped.event);
+    let mut heard = Instant::now();
+    loop {
+        match running.events.try_recv() {
+            Ok(stamped) => {
+                watch(&stamped.event, &running.handle);
+                // Where the arm stands is shown again and again while a prompt waits.
+                if !matches!(stamped.event, Event::Joints { .. } | Event::Clearance { .. }) {
+                    heard = Instant::now();
+                }
+                events.push(stamped.event);
+            }
+            Err(TryRecvError::Empty) => std::thread::sleep(Duration::from_millis(1)),
+            Err(TryRecvError::Disconnected) => break,
+        }
+        if heard.elapsed() > SILENCE {
+            running.handle.send(Command::Abort);
+            let last: Vec<_> =
+                events.iter().rev().filter(|e| !matches!(e, Event::Joints { .. })).take(3).collect();
+            panic!("nothing has happened for {} s, after {last:?}", SILENCE.as_secs());
+        }
     }
     (running.thread.join().expect("the engine"), events)
 }

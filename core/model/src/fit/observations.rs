@@ -1,5 +1,6 @@
 //! What a table says, as equations: one for every number that was measured.
 
+use plumb_kinematics::Motion;
 use thiserror::Error;
 
 use crate::file::{Model, SurfaceShape};
@@ -77,6 +78,22 @@ pub enum ObservationsError {
         /// Joints it has.
         expected: usize,
     },
+    /// A slide given as an angle, or a turning joint as a length.
+    #[error("{table}: column `{column}`: joint `{joint}` of the arm {arm} {moves}: give it as {right}")]
+    JointUnit {
+        /// The table.
+        table: String,
+        /// Its column.
+        column: String,
+        /// The arm.
+        arm: String,
+        /// The joint.
+        joint: String,
+        /// `slides` or `turns`.
+        moves: &'static str,
+        /// The headers it may have.
+        right: String,
+    },
     /// A target the model does not have.
     #[error(
         "{table}: column `{target}_x` ... measures a target the model does not have; add `{target}` under `targets:`"
@@ -135,6 +152,7 @@ impl Observations {
                 expected: model.chain.len(),
             });
         }
+        check_joint_units(model, table)?;
         let mut builder = Builder::new(model, table)?;
         let mut observations =
             Self { starts: vec![0], declared: true, places: table.touch.names.clone(), ..Self::default() };
@@ -330,6 +348,33 @@ impl<'a> Builder<'a> {
         }
         Ok(())
     }
+}
+
+/// A slide's column in degrees, or a turning joint's in millimetres, would be taken for another place without a word.
+fn check_joint_units(model: &Model, table: &Table) -> Result<(), ObservationsError> {
+    for (number, (joint, (column, is_length))) in
+        model.chain.joints.iter().zip(&table.coordinate_columns).enumerate()
+    {
+        let slides = joint.motion == Motion::Slides;
+        if slides == *is_length {
+            continue;
+        }
+        let (moves, units) = if slides {
+            ("slides", ["mm", "m", "in"].as_slice())
+        } else {
+            ("turns", ["deg", "rad"].as_slice())
+        };
+        let right: Vec<String> = units.iter().map(|unit| format!("`q{}_{unit}`", number + 1)).collect();
+        return Err(ObservationsError::JointUnit {
+            table: table.source.clone(),
+            column: column.clone(),
+            arm: model.arm.clone(),
+            joint: joint.name.clone(),
+            moves,
+            right: right.join(" or "),
+        });
+    }
+    Ok(())
 }
 
 fn declared_position(model: &Model, target: &str) -> Option<f64> {

@@ -68,7 +68,9 @@ pub struct Table {
     pub comments: Vec<String>,
     /// Number of joints: `q1 ... qn`.
     pub joints: usize,
-    /// Commanded coordinates, row after row.
+    /// The header of each joint's column as it was read, and whether its unit is one of length; empty for a table that was made in memory.
+    pub coordinate_columns: Vec<(String, bool)>,
+    /// Commanded coordinates, row after row: rad, or mm of a joint that slides.
     pub q: Vec<f64>,
     /// Line of the file each row came from.
     pub lines: Vec<u32>,

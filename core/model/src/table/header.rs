@@ -172,6 +172,11 @@ fn position(name: &str, target: usize, rest: &[&str]) -> Result<Meaning, String>
     }
 }
 
+/// Whether a joint's column is given in a unit of length.
+pub(super) fn is_in_length(name: &str) -> bool {
+    name.rsplit_once('_').is_some_and(|(_, unit)| length(unit).is_some())
+}
+
 /// A known header close to one that is not known: a slip of the pen worth a word.
 pub(super) fn near_miss(name: &str, joints: usize) -> Option<String> {
     let mut known: Vec<String> = [

@@ -241,8 +241,14 @@ fn joint_count(path: &str, columns: &[Column]) -> Result<usize, TableError> {
 fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
     let joints = joint_count(path, columns)?;
     let mut table = Table { source: path.to_owned(), joints, ..Table::default() };
+    table.coordinate_columns = vec![(String::new(), false); joints];
     for (index, column) in columns.iter().enumerate() {
         match &column.meaning {
+            Meaning::Coordinate { joint, .. } => {
+                if let Some(known) = table.coordinate_columns.get_mut(*joint) {
+                    *known = (column.name.clone(), header::is_in_length(&column.name));
+                }
+            }
             Meaning::Position { target, .. }
                 if table.positions.iter().any(|known| known.number == *target) => {}
             Meaning::Position { target, .. } => {

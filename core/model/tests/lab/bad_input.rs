@@ -316,3 +316,25 @@ fn surfaces_targets_and_frames_that_are_missing_say_where_to_add_them() {
     says(&complaint(TWO_LINKS, &row("distance_mm", "5")), &["line 2: a distance needs `distance_to`"]);
     says(&complaint(TWO_LINKS, &row("humidity", "5")), &["nothing was measured; the table needs p1_x_mm"]);
 }
+
+#[test]
+fn a_slide_in_degrees_and_a_turn_in_millimetres_are_refused_with_the_right_column() {
+    let rows: String = (0..6).map(|row| format!("{row},{},1,2,3\n", 2 * row)).collect();
+    let turned = format!("q1_mm,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}");
+    says(&complaint(TWO_LINKS, &turned), &["column `q1_mm`", "turns", "give it as `q1_deg` or `q1_rad`"]);
+    let sliding = "arm: lift
+convention: distal
+joints:
+  - {name: turn, a_mm: 200, alpha_deg: 0, d_mm: 0, theta_deg: 0, limits_deg: [-180, 180]}
+  - {name: quill, a_mm: 0, alpha_deg: 0, d_mm: 0, theta_deg: 0, slides: true, limits_mm: [0, 100]}
+targets: {p1: {xyz_mm: [0, 0, 0], free: false}}
+measured_from: world
+";
+    let degrees = format!("q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}");
+    says(
+        &complaint(sliding, &degrees),
+        &["column `q2_deg`", "joint `quill` of the arm lift slides", "`q2_mm` or `q2_m` or `q2_in`"],
+    );
+    let millimetres = format!("q1_deg,q2_mm,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}");
+    assert!(!complaint(sliding, &millimetres).contains("slides"), "{}", complaint(sliding, &millimetres));
+}

@@ -35,6 +35,8 @@ pub(crate) struct OpenPrompt {
     pub refused: Option<String>,
     /// An answer was given and the engine has not replied yet.
     pub answered: bool,
+    /// How far the robot of a jog is clear of its keep-out planes, mm; negative beyond one.
+    pub clearances: Vec<NamedValue>,
 }
 
 impl OpenPrompt {
@@ -48,6 +50,11 @@ impl OpenPrompt {
             PromptKind::Choice { options, default: Some(key) } => {
                 options.iter().position(|option| option.key == *key).unwrap_or(0)
             }
+            // The joint that has to come somewhere is the one to be jogged.
+            PromptKind::JogTo { goals, joints, .. } => {
+                let asked_for = goals.first().map(|goal| goal.joint.as_str());
+                joints.iter().position(|joint| Some(joint.name.as_str()) == asked_for).unwrap_or(0)
+            }
             _ => 0,
         };
         let offered = !field.is_empty();
@@ -60,6 +67,7 @@ impl OpenPrompt {
             handing_over: None,
             refused: None,
             answered: false,
+            clearances: Vec::new(),
         }
     }
 
@@ -202,6 +210,13 @@ impl OpenPrompt {
     pub(crate) fn refuse(&mut self, reason: &str) {
         self.refused = Some(reason.to_owned());
         self.answered = false;
+    }
+
+    /// Keeps the clearances of a jog's robot up to date.
+    pub(crate) fn take_clearance(&mut self, moved: &str, planes: &[NamedValue]) {
+        if matches!(&self.prompt.kind, PromptKind::JogTo { device, .. } if device == moved) {
+            self.clearances = planes.to_vec();
+        }
     }
 
     /// Keeps the joints of a jog, or of a pose to be confirmed, up to date.

@@ -55,7 +55,8 @@ pub(crate) fn note_hits(prompt: &OpenPrompt, scrolled: usize, hits: &Hits, area:
         | PromptKind::Level { .. }
         | PromptKind::Photo => (0, None),
         PromptKind::JogTo { goals, joints, hand_over, .. } => {
-            (joints.len(), Some(joints.len() + goals.len() + 1 + usize::from(*hand_over)))
+            let before_the_keys = joints.len() + goals.len() + prompt.clearances.len();
+            (joints.len(), Some(before_the_keys + 1 + usize::from(*hand_over)))
         }
         PromptKind::ConfirmPose { recorded, .. } => (0, Some(recorded.len() + 1)),
     };
@@ -188,6 +189,7 @@ fn jog(prompt: &OpenPrompt, goals: &[JogGoal], joints: &[NamedValue], theme: &Th
         })
         .collect();
     lines.extend(goals.iter().map(|goal| goal_line(goal, joints, theme)));
+    lines.extend(prompt.clearances.iter().map(|clearance| clearance_line(clearance, theme)));
     let unit = joints.get(prompt.chosen).map_or("", |joint| joint.unit.as_str());
     lines.push(Line::from(vec![
         Span::styled("\u{2190} \u{2192}", theme.key),
@@ -213,6 +215,15 @@ fn goal_line(goal: &JogGoal, joints: &[NamedValue], theme: &Theme) -> Line<'stat
     let (sign, style) = if met { ("\u{2713}", theme.good) } else { ("\u{2717}", theme.warning) };
     let bounds = bounds(Some(goal.minimum), Some(goal.maximum), &goal.unit);
     Line::styled(format!("{sign} {} {bounds}", goal.joint), style)
+}
+
+/// How far the arm is clear of a keep-out plane; beyond it with a sign, for who sees no colours.
+fn clearance_line(clearance: &NamedValue, theme: &Theme) -> Line<'static> {
+    let NamedValue { name, value, unit, .. } = clearance;
+    if *value < 0.0 {
+        return Line::styled(format!("\u{2717} {:.1} {unit} BEYOND {name}", -value), theme.bad);
+    }
+    Line::styled(format!("  {value:.1} {unit} clear of {name}"), theme.text)
 }
 
 fn poses(recorded: &[NamedValue], reported: &[NamedValue], theme: &Theme) -> Vec<Line<'static>> {

@@ -152,6 +152,11 @@ impl RunState {
                     open.take_joints(device, joints);
                 }
             }
+            Event::Clearance { device, planes } => {
+                if let Some(open) = &mut self.prompt {
+                    open.take_clearance(device, planes);
+                }
+            }
             Event::TriggerFound { .. }
             | Event::CorrectionProposed { .. }
             | Event::CorrectionApplied { .. } => {
@@ -159,6 +164,8 @@ impl RunState {
             }
             Event::Paused { reason, .. } => {
                 self.phase = Phase::Paused { reason: reason.clone() };
+                // Nothing is answered or jogged before a resume, and then the prompt is asked anew.
+                self.prompt = None;
                 return true;
             }
             Event::Resumed => self.phase = Phase::Running,

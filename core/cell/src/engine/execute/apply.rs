@@ -151,7 +151,7 @@ impl Engine {
 
     /// Reads the zeros in force from the record.
     pub(in crate::engine) fn take_over_zeros(&mut self, robot: &str) -> Result<(), StepError> {
-        let corrections = self.journal.record.corrections_in_force(&self.cell.name, robot)?;
+        let corrections = self.zeros_in_force(robot)?;
         let trusted = self.trusts_zeros(robot);
         if let Some(arm) = self.arms.iter_mut().find(|arm| arm.name == robot) {
             arm.set_zeros(&corrections, trusted);

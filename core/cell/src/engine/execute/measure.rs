@@ -21,9 +21,7 @@ impl Engine {
         let mut values = Vec::new();
         for quantity in &reading.quantities {
             let unit = self.unit_of_quantity(&step.sensor, &quantity.name)?;
-            let key =
-                if unit.is_empty() { quantity.name.clone() } else { format!("{}_{unit}", quantity.name) };
-            result.insert(key, json!(quantity.value));
+            result.insert(result_name(&quantity.name, &unit), json!(quantity.value));
             values.push(NamedValue {
                 name: quantity.name.clone(),
                 value: quantity.value,
@@ -37,23 +35,29 @@ impl Engine {
         Ok(Done { result: Value::Object(result), values, message })
     }
 
-    /// Reads a sensor: with `trigger` that one first, and then what the sensor made of what it sent.
+    /// Reads a sensor: with `trigger` that one first, and then what the sensor made of what it sent. Nothing that was measured before the last motion
+    /// had ended is taken.
     pub(super) fn take_reading(&mut self, sensor: &str, trigger: Option<&str>) -> Result<Reading, StepError> {
         self.look_for_interrupt()?;
+        let rest_ns = self.rest_ns;
         let after_ns = match trigger {
-            None => 0,
-            Some(trigger) => {
-                let taken = self.sensor(trigger)?.link.read(0);
-                taken.map_err(|error| self.device_error(error))?.time_ns
-            }
+            None => rest_ns,
+            Some(trigger) => self.read_sensor(trigger, 0, rest_ns)?.time_ns,
         };
-        let read = self.sensor(sensor)?.link.read(after_ns);
-        read.map_err(|error| self.device_error(error))
+        self.read_sensor(sensor, after_ns, after_ns)
     }
 
     fn unit_of_quantity(&mut self, sensor: &str, name: &str) -> Result<String, StepError> {
         let quantities = &self.sensor(sensor)?.link.description().quantities;
         let found = quantities.iter().find(|known| known.name == name);
-        Ok(found.map(|known| known.unit.replace('%', "percent")).unwrap_or_default())
+        Ok(found.map(|known| known.unit.clone()).unwrap_or_default())
+    }
+}
+
+/// The name by which expressions call a measured quantity: with its unit, spelled so that it is a name.
+pub(crate) fn result_name(quantity: &str, unit: &str) -> String {
+    match unit {
+        "" => quantity.to_owned(),
+        unit => format!("{quantity}_{}", unit.replace('%', "percent").replace('/', "_per_")),
     }
 }

@@ -7,6 +7,7 @@ mod configure;
 mod correct;
 mod declare;
 mod flight;
+mod jog;
 mod measure;
 mod move_joints;
 mod pendant;
@@ -18,6 +19,8 @@ mod unusual;
 
 pub(crate) use correct::SENSOR_PARAMETER;
 pub use correct::sensor_corrections;
+pub(super) use measure::result_name;
+pub(super) use move_joints::joint_vector;
 pub(super) use scan::{Made, Scan, attitude_of, flange_at};
 pub(crate) use search::CIRCUMSTANCES;
 

@@ -25,7 +25,9 @@ impl Engine {
         self.arm(&step.robot)?
             .check_move(&start, &target)
             .map_err(|reason| StepError::error(reason.to_string()))?;
-        self.journal.record.note_intent(at.attempt.row, &json!({"target": target.as_slice()}))?;
+        self.journal
+            .record
+            .note_intent(at.attempt.row, &json!({"robot": step.robot, "target": target.as_slice()}))?;
         let end = self.move_arm(&step.robot, &start, &target, step.speed, at)?;
         let joints = self.arm(&step.robot)?.named(&end);
         let by_point = |name: &String| {
@@ -109,9 +111,17 @@ impl Engine {
         self.look_for_interrupt()?;
         let limit = at.time_left()?;
         self.standing.forget();
+        let begun_ns = self.links.clock_ns();
         let moved = self.arm(robot)?.move_to(from, target, speed, limit);
         match moved {
             Ok(state) => {
+                let between_ns = begun_ns.zip(self.links.clock_ns());
+                if let Err(reason) = self.arm(robot)?.believe_end(target, &state, between_ns) {
+                    // Nobody knows where it is or whether it still moves.
+                    self.stops.fire();
+                    return Err(StepError::Error(reason));
+                }
+                self.rest_ns = self.rest_ns.max(state.time_ns);
                 self.saw(robot, &state)?;
                 self.moved.insert(robot.to_owned(), state.joints);
                 Ok(state.joints)
@@ -122,7 +132,7 @@ impl Engine {
 }
 
 /// Joints out of a stored intent.
-pub(super) fn joint_vector(value: &serde_json::Value) -> Option<JointVector> {
+pub(in crate::engine) fn joint_vector(value: &serde_json::Value) -> Option<JointVector> {
     let numbers: Option<Vec<f64>> = value.as_array()?.iter().map(serde_json::Value::as_f64).collect();
     JointVector::from_slice(&numbers?).ok()
 }

@@ -63,7 +63,7 @@ impl Engine {
     pub(super) fn take_back(&mut self, robot: &str, pendant: &mut Pendant) -> Result<(), StepError> {
         match pendant {
             Pendant::None | Pendant::OnRequest { handed_over: false } => {
-                self.read_pose(robot)?;
+                self.read_pose_anywhere(robot)?;
             }
             Pendant::Shared => {
                 self.jog(robot, false)?;
@@ -85,7 +85,7 @@ impl Engine {
     ) -> Result<(), StepError> {
         match pendant {
             Pendant::None | Pendant::OnRequest { handed_over: false } => {
-                self.read_pose(robot)?;
+                self.read_pose_anywhere(robot)?;
             }
             Pendant::Shared => {
                 self.jog(robot, true)?;
@@ -104,7 +104,11 @@ impl Engine {
     /// Hands over or takes back; true once the operator has ended it on the pendant.
     pub(super) fn jog(&mut self, robot: &str, on: bool) -> Result<bool, StepError> {
         self.standing.forget();
+        let asked_ns = self.links.clock_ns();
         let state = self.arm(robot)?.link.jog(on).map_err(|error| self.device_error(error))?;
+        self.believe_state(robot, &state.state, asked_ns)?;
+        // The pendant may have moved it until now.
+        self.rest_ns = self.rest_ns.max(state.state.time_ns);
         self.arm(robot)?.saw_manual(&state.state.joints);
         self.show_pose(robot, &state.state)?;
         Ok(state.finished != 0)

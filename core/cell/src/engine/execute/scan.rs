@@ -289,8 +289,8 @@ impl Engine {
     /// Takes a picture where the arm stands. It may go on as soon as the camera has it; a sensor that has no camera to be asked is waited for.
     fn expose(&mut self, step: &ScanStep, stripe: usize, joints: &JointVector) -> Result<Exposed, StepError> {
         self.look_for_interrupt()?;
-        let taken = self.sensor(step.camera().unwrap_or(&step.sensor))?.link.read(0);
-        let reading = taken.map_err(|error| self.device_error(error))?;
+        let rest_ns = self.rest_ns;
+        let reading = self.read_sensor(step.camera().unwrap_or(&step.sensor), 0, rest_ns)?;
         // Known now: once the arm has set out its joints arrive from other sides.
         let stood = self.stood(step, joints, &JointVector::zeros(joints.len()))?;
         Ok(Exposed { stripe, time_ns: step.camera().map(|_| reading.time_ns), stood })

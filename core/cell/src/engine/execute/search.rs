@@ -7,6 +7,7 @@ use plumb_record::Trigger;
 use serde_json::{Map, Value, json};
 
 use crate::engine::Engine;
+use crate::engine::believed::Source;
 use crate::engine::execute::move_joints::joint_vector;
 use crate::engine::scope::joints_value;
 use crate::engine::step_context::{Done, StepContext};
@@ -65,7 +66,10 @@ impl Engine {
             }
             _ => here,
         };
-        self.journal.record.note_intent(at.attempt.row, &json!({"start": start.as_slice()}))?;
+        self.journal.record.note_intent(
+            at.attempt.row,
+            &json!({"robot": step.robot, "joint": step.joint, "start": start.as_slice()}),
+        )?;
         Ok(start)
     }
 
@@ -108,8 +112,14 @@ impl Engine {
     /// What the sensor has seen up to the moment at which the arm came to rest.
     fn look(&mut self, search: &Search<'_>) -> Result<Reading, StepError> {
         let state = self.read_pose(&search.step.robot)?;
-        let reading = self.sensor(&search.step.sensor)?.link.read(state.time_ns);
-        let reading = reading.map_err(|error| self.device_error(error))?;
+        let sensor = search.step.sensor.as_str();
+        let reading = self.read_sensor(sensor, state.time_ns, state.time_ns)?;
+        let plugin = self.sensor(sensor)?.plugin.clone();
+        let arm = self.arm(&search.step.robot)?;
+        for edge in &reading.edges {
+            let source = Source { device: sensor, plugin: &plugin };
+            arm.check_edge(source, edge).map_err(StepError::Error)?;
+        }
         if let Some(on) = reading.fired {
             let device = search.step.sensor.clone();
             self.journal.show(Event::Signal {

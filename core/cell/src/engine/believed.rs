@@ -1,0 +1,413 @@
+//! What a device says, held against what it may say. A robot that ended elsewhere, or a reading from before a move, would put false rows into a
+//! table; so nothing is taken from a device that was not looked at here. Pure functions: each gives a sentence that names device, plugin, what was
+//! said and what would be right.
+
+use std::time::Duration;
+
+use plumb_plugin::{
+    JointDescription, JointState, JointUnit, JointVector, ProximityEdge, Reading, RobotDescription,
+    SensorDescription,
+};
+
+use crate::read_context::DegOrMm;
+
+/// How far a joint may come to rest from its target, in steps of its drive. One for the rounding of the target, one for a driver that rounds towards
+/// zero; more is another place.
+const STEPS_OFF_TARGET: f64 = 2.0;
+
+/// How far a turning joint of a servo may come to rest from its target beside that, rad (0.05 deg): the in-position windows of industrial
+/// controllers are 0.01 to 0.05 deg. What is recorded is where the joint says it stands, so that this is no error of a table.
+const SETTLES_WITHIN_RAD: f64 = 0.05 * std::f64::consts::PI / 180.0;
+
+/// The same for a sliding joint, mm.
+const SETTLES_WITHIN_MM: f64 = 0.1;
+
+/// How far a time may lie ahead of the cell's clock: what two readings of one clock in two processes can differ by is nothing; this is a driver that
+/// rounds to 10 ms.
+const AHEAD: Duration = Duration::from_millis(10);
+
+/// How old a state may be that a robot was asked for. A driver that polls its controller does so several times a second.
+const OLDEST_STATE: Duration = Duration::from_secs(2);
+
+/// Who says something: the device, and the plugin that serves it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Source<'a> {
+    pub(crate) device: &'a str,
+    pub(crate) plugin: &'a str,
+}
+
+impl Source<'_> {
+    fn blame(&self, what: &str) -> String {
+        format!("{what}. That is an error of plugin `{}` or of the device behind it", self.plugin)
+    }
+}
+
+/// What is known of the time at which a device was asked, ns of the cell's clock.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Asked {
+    /// The last time its device told before.
+    pub(crate) told_before_ns: u64,
+    /// When it was asked, and when its answer had come; none in a cell whose clock this program cannot read.
+    pub(crate) between_ns: Option<(u64, u64)>,
+}
+
+/// How far a joint may come to rest from its target, rad or mm.
+pub(crate) fn tolerance(joint: &JointDescription) -> f64 {
+    let settles = match joint.unit {
+        JointUnit::Radian => SETTLES_WITHIN_RAD,
+        JointUnit::Millimetre => SETTLES_WITHIN_MM,
+    };
+    (STEPS_OFF_TARGET * joint.resolution).max(settles)
+}
+
+/// Whether a robot describes joints that can be.
+pub(crate) fn check_description(source: Source<'_>, robot: &RobotDescription) -> Result<(), String> {
+    for joint in &robot.joints {
+        let JointDescription { name, lower, upper, resolution, max_speed, .. } = joint;
+        let wrong = if !(lower.is_finite() && upper.is_finite() && lower < upper) {
+            format!("goes from {lower} to {upper} {}", joint.unit.symbol())
+        } else if !(max_speed.is_finite() && *max_speed > 0.0) {
+            format!("has a greatest speed of {max_speed} {}/s; it is above 0", joint.unit.symbol())
+        } else if !(resolution.is_finite() && *resolution >= 0.0) {
+            format!("has a smallest step of {resolution} {}; it is 0 or above", joint.unit.symbol())
+        } else {
+            continue;
+        };
+        return Err(source.blame(&format!("{} says of itself that its {name} {wrong}", source.device)));
+    }
+    Ok(())
+}
+
+/// Whether a robot can be in this state at all: as many joints as it has, numbers, and a time that can be.
+pub(crate) fn check_state(
+    source: Source<'_>,
+    robot: &RobotDescription,
+    state: &JointState,
+    asked: Asked,
+) -> Result<(), String> {
+    let device = source.device;
+    if state.joints.len() != robot.joints.len() {
+        let (told, has) = (state.joints.len(), robot.joints.len());
+        return Err(source.blame(&format!("{device} tells {told} joint values; it has {has} joints")));
+    }
+    for (joint, value) in robot.joints.iter().zip(state.joints.as_slice()) {
+        if !value.is_finite() {
+            return Err(source.blame(&format!("{device} says that its {} stands at {value}", joint.name)));
+        }
+    }
+    check_time(source, state.time_ns, asked, OLDEST_STATE)
+}
+
+/// Whether a robot stands within its own limits, so that it may be measured with.
+pub(crate) fn check_limits(
+    source: Source<'_>,
+    robot: &RobotDescription,
+    joints: &JointVector,
+) -> Result<(), String> {
+    for (joint, value) in robot.joints.iter().zip(joints.as_slice()) {
+        let beyond = (joint.lower - value).max(value - joint.upper);
+        if beyond > tolerance(joint) {
+            return Err(format!(
+                "{} says that its {} stands at {}, but by its own description it goes from {} to {}. Bring it back with its pendant, or correct plugin `{}`",
+                source.device,
+                joint.name,
+                shown(joint, *value),
+                shown(joint, joint.lower),
+                shown(joint, joint.upper),
+                source.plugin
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Whether a move ended: at rest, at its target, after it began.
+pub(crate) fn check_end(
+    source: Source<'_>,
+    robot: &RobotDescription,
+    target: &JointVector,
+    end: &JointState,
+    asked: Asked,
+) -> Result<(), String> {
+    check_state(source, robot, end, asked)?;
+    let device = source.device;
+    for ((joint, reported), commanded) in
+        robot.joints.iter().zip(end.joints.as_slice()).zip(target.as_slice())
+    {
+        let off = (reported - commanded).abs();
+        if off > tolerance(joint) {
+            let moving = if end.is_moving() { " and still moves" } else { "" };
+            return Err(source.blame(&format!(
+                "{device} was sent with its {} to {} and says after the move that it stands at {}{moving}; {} are allowed",
+                joint.name,
+                shown(joint, *commanded),
+                shown(joint, *reported),
+                shown(joint, tolerance(joint))
+            )));
+        }
+    }
+    if end.is_moving() {
+        return Err(source.blame(&format!("{device} says after its move that it still moves")));
+    }
+    if let Some((begun, _)) = asked.between_ns.filter(|(begun, _)| end.time_ns < *begun) {
+        let early = age(begun, end.time_ns);
+        return Err(source
+            .blame(&format!("{device} dates the end of its move {early} before the move was commanded")));
+    }
+    Ok(())
+}
+
+fn check_time(source: Source<'_>, time_ns: u64, asked: Asked, oldest: Duration) -> Result<(), String> {
+    let device = source.device;
+    if time_ns < asked.told_before_ns {
+        let back = age(asked.told_before_ns, time_ns);
+        return Err(source.blame(&format!("{device} dates its state {back} before one it told earlier")));
+    }
+    let Some((begun, answered)) = asked.between_ns else { return Ok(()) };
+    if time_ns > answered.saturating_add(nanoseconds(AHEAD)) {
+        let ahead = age(time_ns, answered);
+        return Err(
+            source.blame(&format!("{device} dates its state {ahead} in the future of the cell's clock"))
+        );
+    }
+    if time_ns < begun.saturating_sub(nanoseconds(oldest)) {
+        let old = age(begun, time_ns);
+        return Err(source.blame(&format!(
+            "{device} told a state that was {old} old when it was asked; {} s are allowed",
+            oldest.as_secs()
+        )));
+    }
+    Ok(())
+}
+
+/// Whether a reading is one of this sensor, taken after the last motion of a robot ended (`after_ns`, 0 before any).
+pub(crate) fn check_reading(
+    source: Source<'_>,
+    sensor: &SensorDescription,
+    reading: &Reading,
+    after_ns: u64,
+    asked: Asked,
+) -> Result<(), String> {
+    let device = source.device;
+    if reading.time_ns < after_ns {
+        let old = age(after_ns, reading.time_ns);
+        return Err(source.blame(&format!(
+            "the reading of {device} is stale: it is dated {old} before the end of the last motion, so it does not belong to where the arm stands"
+        )));
+    }
+    if let Some((_, answered)) = asked.between_ns
+        && reading.time_ns > answered.saturating_add(nanoseconds(AHEAD))
+    {
+        let ahead = age(reading.time_ns, answered);
+        return Err(
+            source.blame(&format!("{device} dates its reading {ahead} in the future of the cell's clock"))
+        );
+    }
+    for (place, quantity) in reading.quantities.iter().enumerate() {
+        let name = &quantity.name;
+        if !sensor.quantities.iter().any(|known| known.name == *name) {
+            let known = crate::yaml::one_of(sensor.quantities.iter().map(|known| known.name.as_str()));
+            return Err(source.blame(&format!(
+                "{device} measured `{name}`, which it does not describe; of what it describes, {known}"
+            )));
+        }
+        if reading.quantities.iter().take(place).any(|before| before.name == *name) {
+            return Err(source.blame(&format!("{device} measured `{name}` twice in one reading")));
+        }
+        let (value, sigma) = (quantity.value, quantity.standard_uncertainty);
+        if !value.is_finite() || !sigma.is_finite() || sigma < 0.0 {
+            return Err(source.blame(&format!("{device} measured `{name}` as {value} +- {sigma}")));
+        }
+    }
+    Ok(())
+}
+
+/// Whether an edge names a pose its robot can have been in.
+pub(crate) fn check_edge(
+    source: Source<'_>,
+    robot: &RobotDescription,
+    edge: &ProximityEdge,
+) -> Result<(), String> {
+    let device = source.device;
+    if edge.joints.len() != robot.joints.len() {
+        let (told, has) = (edge.joints.len(), robot.joints.len());
+        return Err(source
+            .blame(&format!("{device} tells an edge at {told} joint values; the robot has {has} joints")));
+    }
+    let half_widths = edge.joints_half_width.as_slice();
+    let half_width = |column: usize| half_widths.get(column).copied().unwrap_or(0.0);
+    for (column, (joint, value)) in robot.joints.iter().zip(edge.joints.as_slice()).enumerate() {
+        let around = half_width(column);
+        if !value.is_finite() || !around.is_finite() || around < 0.0 {
+            return Err(
+                source.blame(&format!("{device} tells an edge with {} at {value} +- {around}", joint.name))
+            );
+        }
+    }
+    check_limits(source, robot, &edge.joints)
+}
+
+/// A joint's number as an operator reads it.
+fn shown(joint: &JointDescription, value: f64) -> String {
+    let unit = match joint.unit {
+        JointUnit::Radian => DegOrMm::Deg,
+        JointUnit::Millimetre => DegOrMm::Mm,
+    };
+    format!("{:.3} {}", unit.from_internal(value), unit.symbol())
+}
+
+fn nanoseconds(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// The time from `earlier` to `later`, for people.
+fn age(later: u64, earlier: u64) -> String {
+    let seconds = later.saturating_sub(earlier) as f64 * 1e-9;
+    if seconds < 0.1 { format!("{:.3} ms", seconds * 1e3) } else { format!("{seconds:.3} s") }
+}
+
+#[cfg(test)]
+mod tests {
+    use plumb_plugin::{Quantity, QuantityDescription, RobotCapabilities};
+
+    use super::*;
+
+    const ARM: Source<'static> = Source { device: "arm", plugin: "scara4" };
+
+    fn robot() -> RobotDescription {
+        let joint = |name: &str, unit, upper: f64| JointDescription {
+            name: name.to_owned(),
+            unit,
+            lower: -upper,
+            upper,
+            resolution: 0.0,
+            max_speed: 1.0,
+            home: 0.0,
+        };
+        RobotDescription {
+            model: "scara".to_owned(),
+            joints: vec![joint("turn", JointUnit::Radian, 2.0), joint("slide", JointUnit::Millimetre, 100.0)],
+            inputs: Vec::new(),
+            outputs: Vec::new(),
+            capabilities: RobotCapabilities::default(),
+        }
+    }
+
+    fn vector(values: [f64; 2]) -> JointVector {
+        JointVector::from_slice(&values).unwrap()
+    }
+
+    fn end(time_ns: u64, values: [f64; 2], moving: bool, asked: Asked) -> Result<(), String> {
+        let state = JointState::new(time_ns, vector(values), moving);
+        check_end(ARM, &robot(), &vector([0.5, 20.0]), &state, asked)
+    }
+
+    fn says(result: Result<(), String>, words: &[&str]) {
+        let message = result.unwrap_err();
+        for word in words {
+            assert!(message.contains(word), "{word}: {message}");
+        }
+    }
+
+    #[test]
+    fn a_move_that_ended_at_its_target_is_believed() {
+        assert_eq!(end(5, [0.5, 20.0], false, Asked::default()), Ok(()));
+        assert_eq!(end(5, [0.5 + 0.9 * SETTLES_WITHIN_RAD, 20.09], false, Asked::default()), Ok(()));
+    }
+
+    #[test]
+    fn a_move_that_ended_elsewhere_names_joint_commanded_and_reported_value() {
+        let elsewhere = end(5, [28.6, 20.0], false, Asked::default());
+        says(elsewhere, &["arm", "turn", "28.648 deg", "1638.659 deg", "`scara4`"]);
+        says(end(5, [0.5, 20.2], false, Asked::default()), &["slide", "20.000 mm", "20.200 mm"]);
+    }
+
+    #[test]
+    fn a_move_that_has_not_ended_is_not_believed() {
+        says(end(5, [0.5, 20.0], true, Asked::default()), &["still moves"]);
+        says(end(5, [0.1, 20.0], true, Asked::default()), &["turn", "still moves"]);
+    }
+
+    #[test]
+    fn what_is_no_number_and_what_is_too_few_is_not_believed() {
+        says(end(5, [f64::NAN, 20.0], false, Asked::default()), &["turn", "NaN"]);
+        says(end(5, [0.5, f64::INFINITY], false, Asked::default()), &["slide", "inf"]);
+        let state = JointState::new(5, JointVector::zeros(1), false);
+        says(check_state(ARM, &robot(), &state, Asked::default()), &["1 joint values", "2 joints"]);
+    }
+
+    #[test]
+    fn times_from_the_past_and_the_future_are_not_believed() {
+        let second = 1_000_000_000;
+        let asked = Asked { told_before_ns: 7 * second, between_ns: Some((10 * second, 11 * second)) };
+        assert_eq!(end(11 * second, [0.5, 20.0], false, asked), Ok(()));
+        says(end(3600 * second, [0.5, 20.0], false, asked), &["3589.000 s in the future"]);
+        says(end(9 * second, [0.5, 20.0], false, asked), &["1.000 s before the move was commanded"]);
+        says(end(5, [0.5, 20.0], false, asked), &["before one it told earlier"]);
+        let state = |time_ns| JointState::new(time_ns, vector([0.0, 0.0]), false);
+        assert_eq!(check_state(ARM, &robot(), &state(9 * second), asked), Ok(()));
+        says(check_state(ARM, &robot(), &state(7 * second), asked), &["3.000 s old"]);
+        let blind = Asked { told_before_ns: 7 * second, between_ns: None };
+        assert_eq!(check_state(ARM, &robot(), &state(3600 * second), blind), Ok(()), "another clock");
+    }
+
+    #[test]
+    fn a_robot_outside_its_own_limits_is_not_measured_with() {
+        assert_eq!(check_limits(ARM, &robot(), &vector([2.0, -100.0])), Ok(()));
+        says(check_limits(ARM, &robot(), &vector([2.1, 0.0])), &["turn", "120.321 deg", "114.592 deg"]);
+    }
+
+    #[test]
+    fn a_description_that_cannot_be_is_not_believed() {
+        let with = |change: fn(&mut JointDescription)| {
+            let mut robot = robot();
+            change(&mut robot.joints[1]);
+            check_description(ARM, &robot)
+        };
+        assert_eq!(with(|_| ()), Ok(()));
+        says(with(|joint| joint.max_speed = -1.0), &["slide", "greatest speed of -1 mm/s"]);
+        says(with(|joint| joint.lower = f64::NAN), &["slide", "from NaN"]);
+        says(with(|joint| joint.resolution = -0.1), &["slide", "smallest step of -0.1"]);
+    }
+
+    fn tracker() -> SensorDescription {
+        let quantity = |name: &str| QuantityDescription { name: name.to_owned(), unit: "mm".to_owned() };
+        SensorDescription {
+            model: "tracker".to_owned(),
+            switches: false,
+            quantities: ["x", "y"].map(quantity).to_vec(),
+        }
+    }
+
+    fn reading(time_ns: u64, values: &[(&str, f64)]) -> Reading {
+        let quantity = |(name, value): &(&str, f64)| Quantity {
+            name: (*name).to_owned(),
+            value: *value,
+            standard_uncertainty: 0.1,
+        };
+        Reading { time_ns, quantities: values.iter().map(quantity).collect(), ..Reading::default() }
+    }
+
+    #[test]
+    fn a_reading_from_before_the_motion_is_refused_with_its_age() {
+        let source = Source { device: "tracker", plugin: "leica" };
+        let check =
+            |reading: &Reading, after| check_reading(source, &tracker(), reading, after, Asked::default());
+        let good = reading(2_000_000_000, &[("x", 1.0), ("y", 2.0)]);
+        assert_eq!(check(&good, 2_000_000_000), Ok(()));
+        says(check(&good, 5_200_000_000), &["tracker", "stale", "3.200 s before", "`leica`"]);
+        says(check(&reading(5, &[("x", 1.0), ("z", 2.0)]), 0), &["`z`", "does not describe", "`x`"]);
+        says(check(&reading(5, &[("x", 1.0), ("x", 2.0)]), 0), &["`x` twice"]);
+        says(check(&reading(5, &[("x", f64::NAN)]), 0), &["NaN"]);
+    }
+
+    #[test]
+    fn an_edge_at_no_pose_is_not_believed() {
+        let edge = |values: [f64; 2]| ProximityEdge { joints: vector(values), ..ProximityEdge::default() };
+        let check = |edge: &ProximityEdge| check_edge(ARM, &robot(), edge);
+        assert_eq!(check(&edge([0.5, 1.0])), Ok(()));
+        says(check(&edge([f64::NAN, 1.0])), &["turn", "NaN"]);
+        says(check(&edge([9.0, 1.0])), &["turn", "stands at"]);
+        says(check(&ProximityEdge::default()), &["0 joint values"]);
+    }
+}
