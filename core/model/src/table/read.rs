@@ -128,7 +128,7 @@ impl Table {
     pub fn parse(source: &str, text: &str) -> Result<Self, TableError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         within_limits(source, text)?;
-        let is_comment = |line: &&str| line.trim_start().starts_with(COMMENT);
+        let is_comment = |line: &&str| line.starts_with(COMMENT);
         let comments: Vec<&str> = text.lines().take_while(is_comment).collect();
         let header = text.lines().nth(comments.len()).unwrap_or("");
         let count = |mark: char| header.matches(mark).count();
