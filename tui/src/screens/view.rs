@@ -5,6 +5,7 @@ use ratatui::layout::{Constraint, Layout, Position, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Clear, Paragraph, Wrap};
 
+use super::history::BringBack;
 use super::keys::Command;
 use super::run::Phase;
 use super::state::{Gravity, Overlay, Screen, State};
@@ -75,8 +76,6 @@ pub(crate) fn view(state: &State, frame: &mut Frame) {
         None => {}
     }
 }
-
-use super::history::BringBack;
 
 const LEAVE: &str = "A run is open.\n\n  k  keep it and leave: plumb run --resume takes it up again\n  \
                      a  abort it and leave\n  s  stay";
@@ -173,9 +172,19 @@ fn standing(state: &State) -> (String, ratatui::style::Style) {
     }
 }
 
+/// Columns of a question, its frame included.
+const QUESTION_WIDTH: u16 = 66;
+
+/// Rows that a question takes, its frame included.
+fn rows_of(text: &str) -> u16 {
+    let room = usize::from(QUESTION_WIDTH - 2);
+    let rows: usize = text.lines().map(|line| Span::raw(line).width().div_ceil(room).max(1)).sum();
+    u16::try_from(rows + 2).unwrap_or(u16::MAX)
+}
+
 /// A question over the page, its answers listed by their keys.
 fn question(state: &State, frame: &mut Frame, area: Rect, title: &str, text: &str) {
-    let area = area.centered(Constraint::Max(66), Constraint::Max(9));
+    let area = area.centered(Constraint::Max(QUESTION_WIDTH), Constraint::Max(rows_of(text).max(9)));
     frame.render_widget(Clear, area);
     let inner = pane::open(frame, area, &state.theme, title, true);
     frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: false }), inner);

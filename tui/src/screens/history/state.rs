@@ -47,8 +47,8 @@ impl BringBack {
     /// What the operator is asked.
     pub(crate) fn question(&self) -> String {
         format!(
-            "The corrections of {} in cell {} will be those of revision {}, as run {} left them:\n\n{}\n\nWhat is in force now stays in the \
-             record.\n\n  y  bring them back\n  n  leave them as they are",
+            "{} of cell {}, back to revision {} of run {}:\n\n{}\n\n  y  bring them back; what is in force now stays in the record\n  n  leave \
+             them as they are",
             self.device,
             self.cell,
             self.revision,

@@ -87,12 +87,16 @@ fn earlier_corrections_are_brought_back_once_that_is_confirmed() {
     waist.points.push(later);
     press(&mut state, KeyCode::Char('b'));
     assert_eq!(state.overlay, Some(Overlay::BringBack));
-    let asked = page(&state, 80, 24);
-    assert!(asked.contains("waist zero of arm: 9.0000 -> 1.6000 deg"), "{asked}");
+    let page = page(&state, 80, 24);
+    assert!(page.contains("waist zero of arm: 9.0000 -> 1.6000 deg"), "{page}");
+    assert!(page.contains("n  leave them as they are"), "nothing of the question is cut off: {page}");
+    let back = state.history.as_ref().and_then(|history| history.bring_back.clone()).expect("it is asked");
     assert!(
-        asked.contains("those of revision 2, as run 1 left") && !asked.contains("elbow zero of arm:"),
-        "{asked}"
+        back.question().contains("arm of cell teachmover, back to revision 2 of run 1"),
+        "{}",
+        back.question()
     );
+    assert_eq!(back.changes.len(), 1, "the elbow's is in force: {:?}", back.changes);
     assert_eq!(press(&mut state, KeyCode::Enter), [], "Enter leaves them");
     assert_eq!(state.overlay, None);
     press(&mut state, KeyCode::Char('b'));
