@@ -125,7 +125,9 @@ typedef struct plumb_host_functions {
     uint32_t contract_minor;
     void *context;
 
-    /* Writes a line to the log, under the request being served. The text is copied. */
+    /* Writes a line to the log, under the request being served. The text is copied; beyond 4096 bytes it is cut. Lines that come faster than 500
+     * a second for long are left out and counted. What the plugin prints to stdout and stderr goes to the log as well, at once and in the same way,
+     * 20 lines a second. */
     void (*log)(void *context, uint32_t level, plumb_bytes text);
 
     /* Says why the call that is about to return another status than PLUMB_OK failed. The text is copied; the last one counts. */
@@ -197,6 +199,13 @@ typedef struct plumb_entry {
  * (plumb_digital_inputs, at every change, and one with changed = 0 at the end of every move, whose time_ns is not before that of the state
  * the move returns).
  *
+ * A sensor that is wired to these streams is asked for what it has seen up to the moment of a reading. So after read_joints at rest there has to
+ * be a message on each that is not older than the state it wrote. A robot need not emit them: where it has not, the host emits that state on
+ * "joints", and what read_inputs then says on "inputs". A robot with input lines therefore has read_inputs.
+ *
+ * Every time_ns is taken from now_ns (or the simulated world's clock) when the value was measured; it is never 0 and never the time of day.
+ * The joints a move returns are where the robot is, at rest: whoever asked compares them with the target.
+ *
  * NULL stands for a function the robot does not have; describe, read_joints, move_joints and stop must be there. */
 typedef struct plumb_robot_functions {
     uint32_t size; /* sizeof(plumb_robot_functions) */
@@ -213,7 +222,7 @@ typedef struct plumb_robot_functions {
     /* Brings to rest so that the robot may be left alone. */
     plumb_status (*deactivate)(plumb_instance *instance);
 
-    /* Where the joints are now. */
+    /* Where the joints are now; within 5 s. */
     plumb_status (*read_joints)(plumb_instance *instance, plumb_joint_state *state);
 
     /* Moves; writes the state in which the robot came to rest. The host has checked the limits. Looks at should_stop every 50 ms. */
@@ -254,7 +263,8 @@ typedef struct plumb_sensor_functions {
     /* Takes in what has come: called when a wired input has messages. An error is returned by the next read. */
     plumb_status (*poll)(plumb_instance *instance);
 
-    /* Writes what was seen since the last reading as JSON: {"time_ns", "fired", "edges": [{"time_ns", "sequence", "fired", "joints": [...],
+    /* Writes what was seen since the last reading, with every quantity of the description, within 5 s or the manifest's read_time_limit_s, and
+     * not older than after_ns, as JSON: {"time_ns", "fired", "edges": [{"time_ns", "sequence", "fired", "joints": [...],
      * "joints_half_width": [...]}], "quantities": [{"name", "value", "standard_uncertainty"}]}. PLUMB_EMPTY when the inputs have not been
      * seen up to after_ns: the host takes in more and asks again. */
     plumb_status (*read)(plumb_instance *instance, uint64_t after_ns, const plumb_sink *answer);

@@ -9,8 +9,10 @@ mod in_process;
 mod outcome;
 mod robot;
 mod sensor;
+mod times;
 
 pub use in_process::{check_robot, check_sensor};
 pub use outcome::{CheckOutcome, CheckReport};
-pub use robot::{Interruption, ROBOT_CHECKS, RobotBench, RobotCheck};
-pub use sensor::{SENSOR_CHECKS, SensorBench, SensorCheck};
+pub use robot::{Interruption, ROBOT_CHECKS, RobotBench, RobotCheck, not_run, run_robot_check};
+pub use sensor::{KNOWN_UNITS, SENSOR_CHECKS, SensorBench, SensorCheck};
+pub use times::CALL_WITHIN;

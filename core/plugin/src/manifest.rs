@@ -3,6 +3,7 @@
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use plumb_document::{FileKind, read_text, yaml};
 use serde::{Deserialize, Serialize};
@@ -31,10 +32,16 @@ pub struct Manifest {
     /// The inputs a cell file wires to other devices' streams.
     #[serde(default)]
     pub inputs: Vec<InputDescription>,
+    /// How long one reading of a sensor may take, s: for an instrument that averages or a balance that settles. 5 when left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub read_time_limit_s: Option<f64>,
     /// A JSON Schema of what a cell file may give under `config:`; null when it takes none.
     #[serde(default)]
     pub config: Value,
 }
+
+/// The longest a reading may take, s.
+const LONGEST_READING_S: f64 = 3600.0;
 
 /// What every manifest of every contract begins with.
 #[derive(Deserialize)]
@@ -87,6 +94,20 @@ impl fmt::Display for ContractVersion {
     }
 }
 
+impl ManifestError {
+    /// What is wrong, without where the text came from.
+    pub fn what(&self) -> String {
+        let text = self.to_string();
+        let origin = match self {
+            Self::Read { path, .. } => path.display().to_string(),
+            Self::Parse { origin, .. } | Self::Contract { origin, .. } | Self::Value { origin, .. } => {
+                origin.clone()
+            }
+        };
+        text.strip_prefix(&format!("{origin}: ")).unwrap_or(&text).to_owned()
+    }
+}
+
 /// Why a manifest cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ManifestError {
@@ -134,6 +155,11 @@ impl Manifest {
     /// The name of the file beside a library.
     pub const FILE_NAME: &'static str = "plugin.yaml";
 
+    /// How long one reading of the sensor may take.
+    pub fn read_time_limit(&self) -> Duration {
+        self.read_time_limit_s.map_or(crate::conformance::CALL_WITHIN, Duration::from_secs_f64)
+    }
+
     /// Reads a manifest file.
     ///
     /// # Errors
@@ -179,6 +205,15 @@ impl Manifest {
                 "library",
                 &self.library,
                 "give the file name alone; the library lies beside its manifest",
+            );
+        }
+        if let Some(limit) = self.read_time_limit_s
+            && !(self.kind == DeviceKind::Sensor && limit > 0.0 && limit <= LONGEST_READING_S)
+        {
+            return wrong(
+                "read_time_limit_s",
+                &limit.to_string(),
+                "give a sensor more than 0 and at most 3600 s; a robot has no readings",
             );
         }
         for stream in &self.streams {
@@ -254,6 +289,37 @@ config:
             "plugin.yaml: plugin 'ir-proximity' was built for contract 2.3; this program speaks 1.0: \
              rebuild the plugin against contract 1.x"
         );
+    }
+
+    #[test]
+    fn mistakes_are_told_once_and_in_words_of_the_file() {
+        for (text, told) in [
+            (GOOD.replace("version: 0.1.0", "version: 0.1.0\nid: again"), "the key `id` "),
+            (format!("{GOOD}---\nid: second\n"), "a second document begins here"),
+            ("id: [".to_owned(), ""),
+            (String::new(), ""),
+        ] {
+            let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
+            assert!(message.contains(told), "{message}");
+            assert_eq!(message.matches("plugin.yaml").count(), 1, "{message}");
+            for name in ["Policy", "Options", "udget", "breached", "CommentBytes"] {
+                assert!(!message.contains(name), "{message}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_sensor_may_say_how_long_a_reading_takes() {
+        let slow = Manifest::parse(&format!("{GOOD}read_time_limit_s: 60\n"), "plugin.yaml").unwrap();
+        assert_eq!(slow.read_time_limit(), Duration::from_secs(60));
+        assert_eq!(Manifest::parse(GOOD, "plugin.yaml").unwrap().read_time_limit(), Duration::from_secs(5));
+        for wrong in ["0", "-1", ".nan", "1e9"] {
+            let text = format!("{GOOD}read_time_limit_s: {wrong}\n");
+            let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
+            assert!(message.contains("give a sensor more than 0 and at most 3600 s"), "{message}");
+        }
+        let robot = GOOD.replace("kind: sensor", "kind: robot") + "read_time_limit_s: 3\n";
+        assert!(Manifest::parse(&robot, "plugin.yaml").is_err());
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::message::{PREFIX_LENGTH, SEQUENCE_OFFSET};
 use crate::{Host, HostInterface, LogLevel, Message, PluginError};
@@ -105,8 +105,10 @@ impl HostInterface for Shared {
     }
 
     fn now_ns(&self) -> u64 {
+        // Never 0, which no clock of a cell shows while anybody looks.
+        const AT_THE_START: Duration = Duration::from_secs(1);
         static START: OnceLock<Instant> = OnceLock::new();
-        START.get_or_init(Instant::now).elapsed().as_nanos() as u64
+        (AT_THE_START + START.get_or_init(Instant::now).elapsed()).as_nanos() as u64
     }
 
     fn should_stop(&self) -> bool {

@@ -8,6 +8,10 @@ use crate::{
 ///
 /// A robot emits two streams: `joints` ([`JointState`], while it moves and when it comes to rest) and, when it has input lines, `inputs`
 /// ([`DigitalInputs`], at every change and once at the end of every move).
+///
+/// A sensor that is wired to these streams is asked for what it has seen up to the moment of a reading, so after [`Robot::read_joints`] at rest there
+/// has to be a message on each that is not older than the state it returned. Where the robot has not emitted one, the host does: that state on
+/// `joints`, and what [`Robot::read_inputs`] then says on `inputs`. A robot with input lines therefore reads them.
 pub trait Robot: Sized + Send {
     /// Connects to the device. Nothing moves. `config` is what the cell file gives under `config:`, or null.
     ///

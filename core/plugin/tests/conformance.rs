@@ -2,12 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use plumb_plugin::conformance::{CheckOutcome, CheckReport, check_robot, check_sensor};
 use plumb_plugin::{
     DigitalInputs, Host, JointDescription, JointState, JointUnit, JointVector, LineDescription, Motion,
-    PluginError, QuantityDescription, Reading, Robot, RobotCapabilities, RobotDescription, Sensor,
+    PluginError, Quantity, QuantityDescription, Reading, Robot, RobotCapabilities, RobotDescription, Sensor,
     SensorDescription, Value,
 };
 
@@ -50,6 +52,17 @@ enum Flaw {
     DoesNotCloseTheMove,
     IgnoresTheStop,
     ForgetsTheStop,
+    ReturnsWhileItMoves,
+    ReadsAsNotANumber,
+    EndsAtNotANumber,
+    TimesAreZero,
+    TimesAreOfTheDay,
+    TimesStandStill,
+    InputsCannotBeRead,
+    EmitsWhatIsNotDeclared,
+    BlocksInARead,
+    Panics,
+    NeverEndsMoving,
 }
 
 struct TestRobot {
@@ -57,15 +70,29 @@ struct TestRobot {
     flaw: Flaw,
     joints: JointVector,
     reads: u64,
+    /// How often it was told to stop, in all robots of a report.
+    stops: Arc<AtomicU32>,
 }
+
+/// Some day in 2026, counted in ns from 1970.
+const TIME_OF_DAY_NS: u64 = 1_780_000_000_000_000_000;
 
 impl TestRobot {
     fn new(host: Host, flaw: Flaw) -> Self {
-        Self { host, flaw, joints: JointVector::zeros(3), reads: 0 }
+        Self { host, flaw, joints: JointVector::zeros(3), reads: 0, stops: Arc::default() }
+    }
+
+    fn now_ns(&self) -> u64 {
+        match self.flaw {
+            Flaw::TimesAreZero => 0,
+            Flaw::TimesAreOfTheDay => TIME_OF_DAY_NS + self.host.now_ns(),
+            Flaw::TimesStandStill => 77,
+            _ => self.host.now_ns(),
+        }
     }
 
     fn state(&self, moving: bool) -> JointState {
-        JointState::new(self.host.now_ns(), self.joints, moving)
+        JointState::new(self.now_ns(), self.joints, moving)
     }
 
     fn end_of(&self, motion: &Motion) -> JointVector {
@@ -118,6 +145,13 @@ impl Robot for TestRobot {
     fn read_joints(&mut self) -> Result<JointState, PluginError> {
         self.reads += 1;
         let mut state = self.state(self.flaw == Flaw::ReadsAsMoving);
+        match self.flaw {
+            Flaw::ReadsAsNotANumber => drop(state.joints.set(1, f64::NAN)),
+            // Long enough to be seen, in one read of one check.
+            Flaw::BlocksInARead if self.reads == 1 => std::thread::sleep(Duration::from_millis(5_200)),
+            Flaw::Panics => panic!("index out of bounds: the robot lost its head"),
+            _ => {}
+        }
         if self.flaw == Flaw::ClockRunsBack {
             state.time_ns = u64::MAX - self.reads;
         }
@@ -145,7 +179,13 @@ impl Robot for TestRobot {
             let last = step as f64 == steps && self.flaw != Flaw::SaysNothingAtTheEnd;
             self.host.emit("joints", &self.state(!last))?;
         }
-        let state = self.state(false);
+        if self.flaw == Flaw::EmitsWhatIsNotDeclared {
+            self.host.emit("diary", &self.state(false))?;
+        }
+        let mut state = self.state(matches!(self.flaw, Flaw::ReturnsWhileItMoves | Flaw::NeverEndsMoving));
+        if self.flaw == Flaw::EndsAtNotANumber {
+            state.joints.set(0, f64::NAN);
+        }
         if self.flaw != Flaw::DoesNotCloseTheMove {
             let inputs = DigitalInputs { time_ns: state.time_ns, joints: end, ..Default::default() };
             self.host.emit("inputs", &inputs)?;
@@ -154,7 +194,18 @@ impl Robot for TestRobot {
     }
 
     fn stop(&mut self) -> Result<(), PluginError> {
-        Ok(())
+        self.stops.fetch_add(1, Ordering::Relaxed);
+        match self.flaw {
+            Flaw::NeverEndsMoving => Err(PluginError::Failed("controller: 3 BUSY".to_owned())),
+            _ => Ok(()),
+        }
+    }
+
+    fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
+        if self.flaw == Flaw::InputsCannotBeRead {
+            return Err(PluginError::unsupported("read its input lines"));
+        }
+        Ok(DigitalInputs { time_ns: self.now_ns(), joints: self.joints, ..Default::default() })
     }
 }
 
@@ -183,10 +234,66 @@ fn each_flaw_fails_the_check_that_names_it() {
         (Flaw::DoesNotCloseTheMove, "its input stream closes every move"),
         (Flaw::IgnoresTheStop, "a stop ends a move in time"),
         (Flaw::ForgetsTheStop, "a stop holds until it is activated again"),
+        (Flaw::ReturnsWhileItMoves, "a move ends where it was told to"),
+        (Flaw::ReadsAsNotANumber, "it stands when it is read"),
+        (Flaw::EndsAtNotANumber, "a move ends where it was told to"),
+        (Flaw::TimesAreZero, "its times are those of the cell's clock"),
+        (Flaw::TimesAreOfTheDay, "its times are those of the cell's clock"),
+        (Flaw::TimesStandStill, "its times are those of the cell's clock"),
+        (Flaw::InputsCannotBeRead, "its input lines can be read at rest"),
+        (Flaw::EmitsWhatIsNotDeclared, "it emits what its manifest declares"),
+        (Flaw::Panics, "it stands when it is read"),
     ] {
         let report = check_robot(ROBOT_MANIFEST, |host| Ok(TestRobot::new(host, flaw)));
         assert!(failures(&report).contains(&check), "{flaw:?} passed '{check}':\n{report}");
     }
+}
+
+#[test]
+fn a_robot_that_blocks_for_longer_than_its_host_would_wait_is_named_with_both_times() {
+    // One report with one slow robot: the first.
+    let first = AtomicU32::new(0);
+    let report = check_robot(ROBOT_MANIFEST, |host| {
+        let is_second = first.fetch_add(1, Ordering::Relaxed) == 1;
+        Ok(TestRobot::new(host, if is_second { Flaw::BlocksInARead } else { Flaw::None }))
+    });
+    assert_eq!(failures(&report), ["it stands when it is read"], "{report}");
+    assert!(report.to_string().contains("'read joints' took 5.2 s; it may take 5.0 s"), "{report}");
+}
+
+#[test]
+fn a_robot_is_stopped_after_a_check_that_failed() {
+    let stops = Arc::new(AtomicU32::new(0));
+    let report = check_robot(ROBOT_MANIFEST, |host| {
+        Ok(TestRobot { stops: Arc::clone(&stops), ..TestRobot::new(host, Flaw::ReturnsWhileItMoves) })
+    });
+    assert_eq!(failures(&report), ["a move ends where it was told to"], "{report}");
+    // One more for each of the two checks that interrupt a move.
+    assert_eq!(stops.load(Ordering::Relaxed), 3);
+}
+
+#[test]
+fn nothing_more_is_asked_of_a_robot_that_could_not_be_stopped() {
+    let report = check_robot(ROBOT_MANIFEST, |host| Ok(TestRobot::new(host, Flaw::NeverEndsMoving)));
+    assert_eq!(failures(&report), ["a move ends where it was told to"], "{report}");
+    let text = report.to_string();
+    assert!(
+        text.contains(
+            "then it could not be stopped, so that nothing more is asked of it: controller: 3 BUSY"
+        ),
+        "{text}"
+    );
+    assert!(text.contains("skipped  a relative move adds to where the joints are: not run"), "{text}");
+}
+
+#[test]
+fn a_panic_fails_its_check_and_the_report_goes_on() {
+    let report = check_robot(ROBOT_MANIFEST, |host| Ok(TestRobot::new(host, Flaw::Panics)));
+    assert!(
+        report.to_string().contains("it panicked: index out of bounds: the robot lost its head"),
+        "{report}"
+    );
+    assert!(report.rows.len() > 12 && report.rows[1].1 == CheckOutcome::Passed, "{report}");
 }
 
 #[test]
@@ -251,4 +358,146 @@ fn a_sensor_that_hides_losses_and_claims_too_much_is_named() {
             "it refuses settings it does not know",
         ]
     );
+}
+
+const GAUGE_MANIFEST: &str = "
+id: test-gauge
+title: A gauge for the suite's own tests
+version: 0.1.0
+contract: [1, 0]
+kind: sensor
+library: libtest_gauge.so
+";
+
+/// What is wrong with a sensor that measures by itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum GaugeFlaw {
+    None,
+    TimesAreZero,
+    TimesAreOfTheDay,
+    HandsOutAnOldReading,
+    LeavesAQuantityOut,
+    HasAnUnknownUnit,
+    HasASlashInItsUnit,
+    HasANameNobodyCanWrite,
+    EmitsWhatIsNotDeclared,
+    BlocksInARead,
+    Panics,
+    ReadsNotANumber,
+    NeverHasAReading,
+}
+
+struct Gauge {
+    host: Host,
+    flaw: GaugeFlaw,
+}
+
+impl Sensor for Gauge {
+    fn create(_config: &Value, host: Host) -> Result<Self, PluginError> {
+        Ok(Self { host, flaw: GaugeFlaw::None })
+    }
+
+    fn describe(&self) -> SensorDescription {
+        let (name, unit) = match self.flaw {
+            GaugeFlaw::HasAnUnknownUnit => ("height", "furlong"),
+            GaugeFlaw::HasASlashInItsUnit => ("height", "mm/s"),
+            GaugeFlaw::HasANameNobodyCanWrite => ("the height", "mm"),
+            _ => ("height", "mm"),
+        };
+        let quantity =
+            |name: &str, unit: &str| QuantityDescription { name: name.to_owned(), unit: unit.to_owned() };
+        SensorDescription {
+            model: "gauge".to_owned(),
+            switches: false,
+            quantities: vec![quantity(name, unit), quantity("temperature", "degC")],
+        }
+    }
+
+    fn read(&mut self, _after_ns: u64) -> Result<Option<Reading>, PluginError> {
+        let now = self.host.now_ns();
+        let time_ns = match self.flaw {
+            GaugeFlaw::TimesAreZero => 0,
+            GaugeFlaw::TimesAreOfTheDay => TIME_OF_DAY_NS + now,
+            GaugeFlaw::HandsOutAnOldReading => 5,
+            _ => now,
+        };
+        match self.flaw {
+            GaugeFlaw::EmitsWhatIsNotDeclared => {
+                self.host.emit("heights", &JointState::new(now, JointVector::zeros(1), false))?;
+            }
+            GaugeFlaw::BlocksInARead => std::thread::sleep(Duration::from_millis(5_100)),
+            GaugeFlaw::Panics => panic!("the gauge lost its head"),
+            GaugeFlaw::NeverHasAReading => return Ok(None),
+            _ => {}
+        }
+        let value = if self.flaw == GaugeFlaw::ReadsNotANumber { f64::NAN } else { 12.5 };
+        let described = self.describe().quantities.into_iter();
+        let kept = if self.flaw == GaugeFlaw::LeavesAQuantityOut { 1 } else { 2 };
+        let quantity = |described: QuantityDescription| Quantity {
+            name: described.name,
+            value,
+            standard_uncertainty: 0.1,
+        };
+        let quantities = described.take(kept).map(quantity).collect();
+        Ok(Some(Reading { time_ns, quantities, ..Reading::default() }))
+    }
+}
+
+#[test]
+fn each_flaw_of_a_gauge_fails_the_check_that_names_it() {
+    for (flaw, check, words) in [
+        (GaugeFlaw::None, "", ""),
+        (
+            GaugeFlaw::TimesAreZero,
+            "its readings are dated by the cell's clock",
+            "is 0: take it from the host's clock",
+        ),
+        (GaugeFlaw::TimesAreOfTheDay, "its readings are dated by the cell's clock", "the time of day"),
+        (
+            GaugeFlaw::HandsOutAnOldReading,
+            "a reading asked for after a moment is not an older one",
+            "asked for a reading not before 6 ns it gave one of 5 ns",
+        ),
+        (GaugeFlaw::LeavesAQuantityOut, "its readings hold what its description says", "lacks 'temperature'"),
+        (
+            GaugeFlaw::HasAnUnknownUnit,
+            "its description makes sense",
+            "'furlong' of 'height' is no unit plumb knows",
+        ),
+        (GaugeFlaw::HasASlashInItsUnit, "its description makes sense", "mm_per_s"),
+        (
+            GaugeFlaw::HasANameNobodyCanWrite,
+            "its description makes sense",
+            "cannot be named in an expression",
+        ),
+        (GaugeFlaw::EmitsWhatIsNotDeclared, "it emits what its manifest declares", "'heights'"),
+        (GaugeFlaw::Panics, "its readings hold what its description says", "the gauge lost its head"),
+        (GaugeFlaw::ReadsNotANumber, "its readings hold what its description says", "NaN"),
+        (GaugeFlaw::NeverHasAReading, "its readings are dated by the cell's clock", "nothing to read"),
+    ] {
+        let report = check_sensor(GAUGE_MANIFEST, |host| Ok(Gauge { host, flaw }));
+        let failed = failures(&report);
+        assert!(
+            if check.is_empty() { failed.is_empty() } else { failed.contains(&check) },
+            "{flaw:?}:\n{report}"
+        );
+        assert!(report.to_string().contains(words), "{flaw:?} is not told with '{words}':\n{report}");
+    }
+}
+
+#[test]
+fn a_gauge_may_take_as_long_as_its_manifest_says_and_no_longer() {
+    let report = |manifest: &str| {
+        // One reading of one check is slow.
+        let made = AtomicU32::new(0);
+        check_sensor(manifest, |host| {
+            let is_slow = made.fetch_add(1, Ordering::Relaxed) == 1;
+            Ok(Gauge { host, flaw: if is_slow { GaugeFlaw::BlocksInARead } else { GaugeFlaw::None } })
+        })
+    };
+    let quick = report(GAUGE_MANIFEST);
+    assert_eq!(failures(&quick), ["it can be armed, polled and read at once"], "{quick}");
+    assert!(quick.to_string().contains("'read' took 5.1 s; it may take 5.0 s"), "{quick}");
+    let slow = report(&format!("{GAUGE_MANIFEST}read_time_limit_s: 60\n"));
+    assert!(slow.is_good(), "{slow}");
 }

@@ -5,11 +5,16 @@ use std::sync::PoisonError;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::{CheckOutcome, CheckReport, Interruption, ROBOT_CHECKS, RobotBench, SENSOR_CHECKS, SensorBench};
+use super::outcome::caught;
+use super::times::{CALL_WITHIN, within};
+use super::{
+    CheckOutcome, CheckReport, Interruption, ROBOT_CHECKS, RobotBench, SENSOR_CHECKS, SensorBench, not_run,
+    run_robot_check,
+};
 use crate::recording::RecordingHost;
 use crate::{
     DeviceKind, DigitalInputs, Host, JointState, Manifest, Motion, PluginError, Reading, Robot,
-    RobotDescription, Sensor, SensorDescription, Value,
+    RobotDescription, Sensor, SensorDescription, StreamDescription, Value,
 };
 
 /// Runs every robot check, each on a robot of its own made by `create`, and the checks of the manifest.
@@ -27,13 +32,26 @@ use crate::{
 pub fn check_robot<R: Robot>(manifest: &str, create: impl Fn(Host) -> Result<R, PluginError>) -> CheckReport {
     let mut report =
         CheckReport { rows: vec![("its manifest is good", check_manifest(manifest, DeviceKind::Robot))] };
-    for (name, check) in ROBOT_CHECKS {
+    let mut streams = Streams::of(manifest, DeviceKind::Robot);
+    let mut goes_on = true;
+    for check in ROBOT_CHECKS {
         let recording = RecordingHost::new();
-        let outcome = create(recording.host()).and_then(|robot| {
-            check(&mut RobotInProcess { robot, recording, joints_seen: 0, inputs_seen: 0 })
-        });
-        report.rows.push((name, settled(outcome)));
+        let made = caught_in_create(|| create(recording.host()));
+        let outcome = match made {
+            _ if !goes_on => not_run(),
+            Ok(robot) => {
+                let mut bench =
+                    RobotInProcess { robot, recording: recording.clone(), joints_seen: 0, inputs_seen: 0 };
+                let (outcome, stopped) = run_robot_check(*check, &mut bench);
+                goes_on = stopped;
+                outcome
+            }
+            Err(outcome) => outcome,
+        };
+        streams.look(&recording);
+        report.rows.push((check.0, outcome));
     }
+    report.rows.push(streams.row());
     report
 }
 
@@ -44,21 +62,83 @@ pub fn check_sensor<S: Sensor>(
 ) -> CheckReport {
     let mut report =
         CheckReport { rows: vec![("its manifest is good", check_manifest(manifest, DeviceKind::Sensor))] };
-    let parsed = Manifest::parse(manifest, "plugin.yaml");
-    let inputs: Vec<String> = parsed
-        .map(|manifest| manifest.inputs.into_iter().map(|input| input.name).collect())
-        .unwrap_or_default();
+    let parsed = Manifest::parse(manifest, "plugin.yaml").ok();
+    let read_within = parsed.as_ref().map_or(CALL_WITHIN, Manifest::read_time_limit);
+    let inputs: Vec<String> =
+        parsed.into_iter().flat_map(|manifest| manifest.inputs).map(|input| input.name).collect();
+    let mut streams = Streams::of(manifest, DeviceKind::Sensor);
     for (name, check) in SENSOR_CHECKS {
         let recording = RecordingHost::new();
-        let outcome = create(recording.host())
-            .and_then(|sensor| check(&mut SensorInProcess { sensor, recording, inputs: inputs.clone() }));
-        report.rows.push((name, settled(outcome)));
+        let outcome = match caught_in_create(|| create(recording.host())) {
+            Ok(sensor) => {
+                let (recording, inputs) = (recording.clone(), inputs.clone());
+                let mut bench = SensorInProcess { sensor, recording, inputs, read_within };
+                caught(|| check(&mut bench))
+            }
+            Err(outcome) => outcome,
+        };
+        streams.look(&recording);
+        report.rows.push((name, outcome));
     }
+    report.rows.push(streams.row());
     report
 }
 
-fn settled(outcome: Result<CheckOutcome, PluginError>) -> CheckOutcome {
-    outcome.unwrap_or_else(|error| CheckOutcome::Failed(error.to_string()))
+/// A device; or why there is none, as the outcome of its check.
+fn caught_in_create<T>(create: impl FnOnce() -> Result<T, PluginError>) -> Result<T, CheckOutcome> {
+    let mut made = None;
+    let outcome = caught(|| {
+        made = Some(create()?);
+        Ok(CheckOutcome::Passed)
+    });
+    made.ok_or(outcome)
+}
+
+/// What a device may emit, and what it emitted beside that.
+struct Streams {
+    /// None without a manifest to hold it against, of which another check tells.
+    declared: Option<Vec<StreamDescription>>,
+    wrong: Option<String>,
+}
+
+impl Streams {
+    fn of(manifest: &str, kind: DeviceKind) -> Self {
+        let parsed = Manifest::parse(manifest, "plugin.yaml").ok().filter(|manifest| manifest.kind == kind);
+        Self { declared: parsed.map(|manifest| manifest.streams), wrong: None }
+    }
+
+    /// Looks at what was emitted during one check.
+    fn look(&mut self, recording: &RecordingHost) {
+        let Some(all) = &self.declared else { return };
+        for name in recording.streams() {
+            let declared = all.iter().find(|stream| stream.name == name);
+            let length = declared.and_then(|stream| crate::message::known_length(&stream.message));
+            let off = recording
+                .emitted_bytes(&name)
+                .into_iter()
+                .find(|message| length.is_some_and(|length| message.len() != length));
+            let wrong = match (declared, off) {
+                (None, _) => Some(format!("it emits on '{name}', which its manifest does not declare")),
+                (Some(stream), Some(message)) => Some(format!(
+                    "a message on '{name}' has {} bytes; the layout of {} has {}",
+                    message.len(),
+                    stream.message,
+                    length.unwrap_or_default()
+                )),
+                (Some(_), None) => None,
+            };
+            self.wrong = self.wrong.take().or(wrong);
+        }
+    }
+
+    fn row(self) -> (&'static str, CheckOutcome) {
+        let outcome = match (self.declared, self.wrong) {
+            (None, _) => CheckOutcome::Skipped("its manifest cannot be used".to_owned()),
+            (Some(_), None) => CheckOutcome::Passed,
+            (Some(_), Some(wrong)) => CheckOutcome::Failed(wrong),
+        };
+        ("it emits what its manifest declares", outcome)
+    }
 }
 
 fn check_manifest(text: &str, kind: DeviceKind) -> CheckOutcome {
@@ -100,7 +180,16 @@ impl<R: Robot> RobotBench for RobotInProcess<R> {
     }
 
     fn read_joints(&mut self) -> Result<JointState, PluginError> {
-        self.robot.read_joints()
+        within(CALL_WITHIN, "read joints", || self.robot.read_joints())
+    }
+
+    fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
+        within(CALL_WITHIN, "read inputs", || self.robot.read_inputs())
+    }
+
+    fn stop(&mut self) -> Result<(), PluginError> {
+        self.recording.set_stop(true);
+        within(CALL_WITHIN, "stop", || self.robot.stop())
     }
 
     fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError> {
@@ -167,6 +256,7 @@ struct SensorInProcess<S> {
     sensor: S,
     recording: RecordingHost,
     inputs: Vec<String>,
+    read_within: Duration,
 }
 
 impl<S: Sensor> SensorBench for SensorInProcess<S> {
@@ -179,19 +269,19 @@ impl<S: Sensor> SensorBench for SensorInProcess<S> {
     }
 
     fn arm(&mut self) -> Result<(), PluginError> {
-        self.sensor.arm()
+        within(CALL_WITHIN, "arm", || self.sensor.arm())
     }
 
     fn poll(&mut self) -> Result<(), PluginError> {
-        self.sensor.poll()
+        within(CALL_WITHIN, "poll", || self.sensor.poll())
     }
 
     fn configure(&mut self, settings: &Value) -> Result<(), PluginError> {
-        self.sensor.configure(settings)
+        within(CALL_WITHIN, "configure", || self.sensor.configure(settings))
     }
 
     fn read(&mut self, after_ns: u64) -> Result<Option<Reading>, PluginError> {
-        self.sensor.read(after_ns)
+        within(self.read_within, "read", || self.sensor.read(after_ns))
     }
 
     fn lose_messages(&mut self) -> bool {

@@ -1,6 +1,10 @@
 //! What came of the checks.
 
+use std::any::Any;
 use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::PluginError;
 
 /// What came of one check.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,4 +42,18 @@ impl fmt::Display for CheckReport {
         }
         Ok(())
     }
+}
+
+/// Runs a check. An error is a failure, and so is a panic: the report goes on.
+pub(super) fn caught(check: impl FnOnce() -> Result<CheckOutcome, PluginError>) -> CheckOutcome {
+    match catch_unwind(AssertUnwindSafe(check)) {
+        Ok(Ok(outcome)) => outcome,
+        Ok(Err(error)) => CheckOutcome::Failed(error.to_string()),
+        Err(payload) => CheckOutcome::Failed(format!("it panicked: {}", panic_text(payload.as_ref()))),
+    }
+}
+
+fn panic_text(payload: &(dyn Any + Send)) -> &str {
+    let text = payload.downcast_ref::<&str>().copied();
+    text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
 }

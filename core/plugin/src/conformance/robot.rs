@@ -4,6 +4,8 @@ use std::collections::HashSet;
 use std::time::Duration;
 
 use super::CheckOutcome;
+use super::outcome::caught;
+use super::times::wrong_time;
 use crate::{
     DigitalInputs, JointDescription, JointState, JointUnit, JointVector, MAX_JOINTS, Motion, PluginError,
     RobotDescription,
@@ -38,6 +40,18 @@ pub trait RobotBench {
     /// Starts a move and asks for a stop as soon as the robot reports that it moves.
     fn interrupt(&mut self, motion: &Motion) -> Interruption;
 
+    /// The levels of its input lines.
+    ///
+    /// # Errors
+    /// What the robot says.
+    fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError>;
+
+    /// Brings it to rest after a check that failed, so that the next check does not meet a moving arm.
+    ///
+    /// # Errors
+    /// Why it may still move.
+    fn stop(&mut self) -> Result<(), PluginError>;
+
     /// What it emitted on `joints` since the last call.
     fn emitted_joints(&mut self) -> Vec<JointState>;
 
@@ -65,11 +79,33 @@ pub const ROBOT_CHECKS: &[RobotCheck] = &[
     ("a relative move adds to where the joints are", relative_move_adds),
     ("joints that take no part stay where they are", others_stay),
     ("its joint stream ends at rest where the move ended", stream_ends_at_rest),
+    ("its times are those of the cell's clock", times_are_the_cells),
     ("its times never go back", times_never_go_back),
     ("its input stream closes every move", inputs_close_every_move),
+    ("its input lines can be read at rest", inputs_can_be_read),
     ("a stop ends a move in time", stop_ends_a_move),
     ("a stop holds until it is activated again", stop_holds),
 ];
+
+/// Runs one check on a fresh robot, and stops the robot when the check failed. What follows is not run when the stop fails too: `false`.
+pub fn run_robot_check(check: RobotCheck, bench: &mut dyn RobotBench) -> (CheckOutcome, bool) {
+    let (_, function) = check;
+    let outcome = caught(|| function(bench));
+    let CheckOutcome::Failed(how) = &outcome else { return (outcome, true) };
+    match caught(|| bench.stop().map(|()| CheckOutcome::Passed)) {
+        CheckOutcome::Failed(why) => {
+            let text =
+                format!("{how}; then it could not be stopped, so that nothing more is asked of it: {why}");
+            (CheckOutcome::Failed(text), false)
+        }
+        _ => (outcome, true),
+    }
+}
+
+/// What stands in the report for the checks after one that left a robot that could not be stopped.
+pub fn not_run() -> CheckOutcome {
+    CheckOutcome::Skipped("not run: the robot could not be stopped".to_owned())
+}
 
 /// How long a move may go on after a stop was asked for: two looks at `should_stop`, and what a busy machine adds. The robot's own stop time
 /// comes on top.
@@ -161,7 +197,11 @@ fn move_ends_where_told(bench: &mut dyn RobotBench) -> Result<CheckOutcome, Plug
     for (index, joint) in robot.joints.iter().enumerate() {
         let from = bench.read_joints()?.joints;
         let Some((_, target)) = step_of(&robot, index, &from) else { continue };
-        let end = bench.move_joints(&Motion::absolute(target, 1.0).only(1 << index))?.joints;
+        let state = bench.move_joints(&Motion::absolute(target, 1.0).only(1 << index))?;
+        let end = state.joints;
+        if state.is_moving() {
+            return failed(format!("told to move {}, it returns while it still moves", joint.name));
+        }
         if let Some(how) = off_target(&robot, &end, &target) {
             return failed(format!("told to move {}, {how}", joint.name));
         }
@@ -224,6 +264,48 @@ fn stream_ends_at_rest(bench: &mut dyn RobotBench) -> Result<CheckOutcome, Plugi
             failed(format!("the stream ends at {:?}, the move at {:?}", last.joints, end.joints))
         }
         Some(_) => Ok(CheckOutcome::Passed),
+    }
+}
+
+fn times_are_the_cells(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    let robot = bench.describe()?;
+    bench.activate()?;
+    let before = bench.read_joints()?;
+    let Some((motion, _)) = step_of(&robot, 0, &before.joints) else { return Ok(CheckOutcome::Passed) };
+    bench.emitted_joints();
+    bench.emitted_inputs();
+    let end = bench.move_joints(&motion)?;
+    let joints = bench.emitted_joints().into_iter().map(|state| state.time_ns);
+    let inputs = bench.emitted_inputs().into_iter().map(|inputs| inputs.time_ns);
+    let mut times = [before.time_ns, end.time_ns].into_iter().chain(joints).chain(inputs);
+    if let Some(how) = times.find_map(wrong_time) {
+        return failed(format!("a time {how}"));
+    }
+    if end.time_ns <= before.time_ns {
+        let (before, end) = (before.time_ns, end.time_ns);
+        return failed(format!("it was read at {before} ns, and a move after that ended at {end} ns"));
+    }
+    Ok(CheckOutcome::Passed)
+}
+
+fn inputs_can_be_read(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    let robot = bench.describe()?;
+    if robot.inputs.is_empty() {
+        return Ok(CheckOutcome::Skipped("it has no input lines".to_owned()));
+    }
+    let inputs = match bench.read_inputs() {
+        Ok(inputs) => inputs,
+        Err(PluginError::Unsupported(_)) => {
+            return failed(
+                "it has input lines and no read_inputs: a sensor that is wired to them waits in vain while the robot is at rest"
+                    .to_owned(),
+            );
+        }
+        Err(error) => return Err(error),
+    };
+    match wrong_time(inputs.time_ns) {
+        Some(how) => failed(format!("the time of its input lines {how}")),
+        None => Ok(CheckOutcome::Passed),
     }
 }
 

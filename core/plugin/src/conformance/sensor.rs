@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::CheckOutcome;
+use super::times::wrong_time;
 use crate::{PluginError, Reading, SensorDescription, Value};
 
 /// A fresh sensor, however it is reached, with nothing on its inputs.
@@ -52,6 +53,8 @@ pub const SENSOR_CHECKS: &[SensorCheck] = &[
     ("its description makes sense", description_makes_sense),
     ("it can be armed, polled and read at once", can_be_read_at_once),
     ("its readings hold what its description says", readings_fit),
+    ("its readings are dated by the cell's clock", readings_are_dated),
+    ("a reading asked for after a moment is not an older one", readings_are_fresh),
     ("it does not claim to have seen what has not come", claims_nothing),
     ("it reports lost messages and goes on", reports_loss),
     ("it refuses settings it does not know", refuses_unknown_settings),
@@ -70,14 +73,83 @@ fn description_makes_sense(bench: &mut dyn SensorBench) -> Result<CheckOutcome, 
         return failed("it neither switches nor measures anything".to_owned());
     }
     let mut names = HashSet::new();
-    match sensor.quantities.iter().find(|quantity| quantity.name.is_empty() || !names.insert(&quantity.name))
-    {
-        Some(quantity) => {
-            failed(format!("two quantities are called '{}', or one has no name", quantity.name))
+    for quantity in &sensor.quantities {
+        let (name, unit) = (&quantity.name, &quantity.unit);
+        if name.is_empty() || !names.insert(name) {
+            return failed(format!("two quantities are called '{name}', or one has no name"));
         }
-        None => Ok(CheckOutcome::Passed),
+        let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
+        if !name.chars().all(is_word) {
+            return failed(format!("'{name}' cannot be named in an expression: use letters, digits and '_'"));
+        }
+        if !KNOWN_UNITS.contains(&unit.as_str()) {
+            let known =
+                KNOWN_UNITS.iter().filter(|unit| !unit.is_empty()).copied().collect::<Vec<_>>().join(", ");
+            return failed(format!(
+                "'{unit}' of '{name}' is no unit plumb knows: use \"\" for a pure number, or one of {known}"
+            ));
+        }
     }
+    Ok(CheckOutcome::Passed)
 }
+
+/// The units a quantity may have. A procedure names a value by its quantity and unit, so the list is closed; lengths and angles are mm and deg or
+/// rad throughout.
+pub const KNOWN_UNITS: &[&str] = &[
+    "",
+    "mm",
+    "um",
+    "mm2",
+    "mm3",
+    "deg",
+    "rad",
+    "s",
+    "ms",
+    "us",
+    "Hz",
+    "N",
+    "mN",
+    "Nm",
+    "kg",
+    "g",
+    "mg",
+    "Pa",
+    "kPa",
+    "bar",
+    "mbar",
+    "degC",
+    "K",
+    "V",
+    "mV",
+    "A",
+    "mA",
+    "W",
+    "J",
+    "Ohm",
+    "F",
+    "H",
+    "lx",
+    "cd",
+    "lm",
+    "dB",
+    "pH",
+    "mol",
+    "ml",
+    "ul",
+    "rpm",
+    "px",
+    "%",
+    "ppm",
+    "counts",
+    "mm_per_s",
+    "deg_per_s",
+    "rad_per_s",
+    "mm_per_s2",
+    "ml_per_min",
+    "W_per_m2",
+    "g_per_l",
+    "mol_per_l",
+];
 
 fn can_be_read_at_once(bench: &mut dyn SensorBench) -> Result<CheckOutcome, PluginError> {
     bench.arm()?;
@@ -90,14 +162,19 @@ fn readings_fit(bench: &mut dyn SensorBench) -> Result<CheckOutcome, PluginError
     let sensor = bench.describe()?;
     bench.arm()?;
     bench.poll()?;
-    let Some(reading) = bench.read(0)? else {
-        return Ok(CheckOutcome::Skipped("it has nothing to read before its inputs have come".to_owned()));
-    };
+    let Some(reading) = bench.read(0)? else { return nothing_to_read(bench) };
     if !sensor.switches && (reading.fired.is_some() || !reading.edges.is_empty()) {
         return failed("it does not switch and yet tells of an output".to_owned());
     }
     if !reading.edges.is_empty() {
         return failed("it tells of edges right after it was armed".to_owned());
+    }
+    // What a sensor measures on other devices' messages may depend on what it sees there.
+    let lacks = sensor.quantities.iter().find(|described| {
+        !bench.has_inputs() && !reading.quantities.iter().any(|quantity| quantity.name == described.name)
+    });
+    if let Some(quantity) = lacks {
+        return failed(format!("a reading lacks '{}', which its description promises", quantity.name));
     }
     for quantity in &reading.quantities {
         if !sensor.quantities.iter().any(|described| described.name == quantity.name) {
@@ -114,6 +191,42 @@ fn readings_fit(bench: &mut dyn SensorBench) -> Result<CheckOutcome, PluginError
         }
     }
     Ok(CheckOutcome::Passed)
+}
+
+fn readings_are_dated(bench: &mut dyn SensorBench) -> Result<CheckOutcome, PluginError> {
+    bench.arm()?;
+    bench.poll()?;
+    let Some(reading) = bench.read(0)? else { return nothing_to_read(bench) };
+    // Before anything has come on its inputs it has seen nothing, up to no moment at all.
+    let has_seen_nothing = bench.has_inputs() && reading.time_ns == 0;
+    let times = std::iter::once(reading.time_ns).filter(|_| !has_seen_nothing);
+    let mut times = times.chain(reading.edges.iter().map(|edge| edge.time_ns));
+    Ok(times
+        .find_map(wrong_time)
+        .map_or(CheckOutcome::Passed, |how| CheckOutcome::Failed(format!("the time of a reading {how}"))))
+}
+
+fn readings_are_fresh(bench: &mut dyn SensorBench) -> Result<CheckOutcome, PluginError> {
+    bench.arm()?;
+    bench.poll()?;
+    let Some(first) = bench.read(0)? else { return nothing_to_read(bench) };
+    let after = first.time_ns.saturating_add(1);
+    match bench.read(after)? {
+        Some(second) if second.time_ns < after => failed(format!(
+            "asked for a reading not before {after} ns it gave one of {} ns: measure anew, or return nothing (PLUMB_EMPTY) until something newer is \
+             there",
+            second.time_ns
+        )),
+        _ => Ok(CheckOutcome::Passed),
+    }
+}
+
+/// A sensor without inputs always has something to read; one with inputs waits for them.
+fn nothing_to_read(bench: &mut dyn SensorBench) -> Result<CheckOutcome, PluginError> {
+    if bench.has_inputs() {
+        return Ok(CheckOutcome::Skipped("it has nothing to read before its inputs have come".to_owned()));
+    }
+    failed("it has no inputs to wait for, and nothing to read".to_owned())
 }
 
 fn claims_nothing(bench: &mut dyn SensorBench) -> Result<CheckOutcome, PluginError> {
