@@ -2,6 +2,9 @@
 
 use std::fmt;
 use std::fs;
+use std::io;
+use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, PermissionsExt as _};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -9,6 +12,7 @@ use iceoryx2::node::{Node, NodeBuilder, NodeState, NodeView};
 use iceoryx2::prelude::{CallbackProgression, NodeName, ServiceName, SignalHandlingMode, ipc_threadsafe};
 use plumb_plugin::StreamDescription;
 
+use crate::limits::check_limits;
 use crate::publisher::{signal_name, stream_name};
 use crate::request::{reply_signal, request_signal};
 use crate::{Client, Domain, Listener, OpenError, Publisher, Server, Signal, StreamShape, Subscriber};
@@ -51,7 +55,8 @@ impl Bus {
     /// [`OpenError`] when shared memory or the domain's directory cannot be used.
     pub fn open(domain: &Domain, who: &str) -> Result<Self, OpenError> {
         let what = format!("the bus of '{}'", domain.prefix());
-        fs::create_dir_all(domain.root()).map_err(|cause| OpenError::new(&what, cause))?;
+        make_root(domain.root()).map_err(|cause| OpenError::new(&what, cause))?;
+        check_limits().map_err(|cause| OpenError::new(&what, cause))?;
         let name = NodeName::new(who).map_err(|error| OpenError::new(&what, format!("{error:?}")))?;
         domain.remove_stillborn();
         let node = NodeBuilder::new()
@@ -172,6 +177,24 @@ impl Bus {
     pub(crate) fn node(&self) -> &Node<Service> {
         &self.node
     }
+}
+
+/// Makes the directory of a domain's sockets and locks for its owner alone. One that another user has put there in advance is not used.
+fn make_root(root: &Path) -> io::Result<()> {
+    const OWNER_ONLY: u32 = 0o700;
+    fs::DirBuilder::new().recursive(true).mode(OWNER_ONLY).create(root)?;
+    let found = fs::symlink_metadata(root)?;
+    let wrong = |text: String| Err(io::Error::new(io::ErrorKind::PermissionDenied, text));
+    if !found.is_dir() {
+        return wrong(format!("{} is no directory", root.display()));
+    }
+    if found.uid() != fs::metadata("/proc/self")?.uid() {
+        return wrong(format!("{} belongs to another user, number {}", root.display(), found.uid()));
+    }
+    if found.permissions().mode() & 0o077 != 0 {
+        fs::set_permissions(root, fs::Permissions::from_mode(OWNER_ONLY))?;
+    }
+    Ok(())
 }
 
 /// The name of a service.

@@ -143,6 +143,28 @@ fn lost_messages_are_counted_and_told_once() {
 }
 
 #[test]
+fn messages_lost_from_a_sender_that_took_over_are_counted_from_its_first() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let stream = StreamDescription { depth: Some(4), ..joints() };
+    let mut receiver = bus.subscriber("arm", &stream).unwrap();
+    let mut first = bus.publisher("arm", &stream).unwrap();
+    first.emit(bytes(&state(100))).unwrap();
+    assert!(receiver.receive::<JointState>().unwrap().is_some());
+    drop(first);
+    let mut second = bus.publisher("arm", &stream).unwrap();
+    for time_ns in 0..10 {
+        second.emit(bytes(&state(time_ns))).unwrap();
+    }
+    // None of the second sender's messages was seen before, and its numbers begin at 0: the first six are gone.
+    let error = receiver.receive::<JointState>().unwrap_err();
+    assert_eq!(error, ReceiveError::Lost { stream: "arm/joints".to_owned(), count: 6 });
+    let times: Vec<u64> =
+        std::iter::from_fn(|| receiver.receive::<JointState>().unwrap()).map(|state| state.time_ns).collect();
+    assert_eq!(times, [6, 7, 8, 9]);
+}
+
+#[test]
 fn a_message_of_the_wrong_length_is_refused() {
     let place = place();
     let bus = Bus::open(&place.domain, "test").unwrap();

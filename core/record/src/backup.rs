@@ -6,6 +6,7 @@ use std::time::Duration;
 use rusqlite::Connection;
 use rusqlite::backup::Backup;
 
+use crate::owner_only::create_owner_only_file;
 use crate::{Record, RecordError};
 
 /// Pages copied at a time.
@@ -20,6 +21,8 @@ impl Record {
         if to.exists() {
             return Err(RecordError::BackupExists { path: to.to_owned() });
         }
+        // For its owner alone, as the record itself. Where the file cannot be made, SQLite says why.
+        let _ = create_owner_only_file(to);
         let copied = Connection::open(to).and_then(|mut copy| {
             Backup::new(&self.connection, &mut copy)?.run_to_completion(PAGES, Duration::from_millis(5), None)
         });

@@ -2,11 +2,12 @@
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{Read as _, Write as _};
-use std::os::unix::fs::MetadataExt as _;
+use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::RecordError;
+use crate::owner_only::create_owner_only_directory;
 
 /// How often a lock that is held is tried again: somebody may only be looking whether it is.
 const TRIES: u32 = 5;
@@ -48,7 +49,7 @@ impl CellLock {
     pub fn take_file(path: &Path, cell: &str, runs: &str) -> Result<Self, RecordError> {
         let failed = |cause| RecordError::Lock { path: path.to_owned(), cause };
         if let Some(directory) = path.parent() {
-            fs::create_dir_all(directory).map_err(failed)?;
+            create_owner_only_directory(directory).map_err(failed)?;
         }
         let mut tries = 1;
         loop {
@@ -57,6 +58,7 @@ impl CellLock {
                 .write(true)
                 .create(true)
                 .truncate(false)
+                .mode(0o600)
                 .open(path)
                 .map_err(failed)?;
             match file.try_lock() {

@@ -21,6 +21,19 @@ pub struct LoadedFile {
     pub content: Option<Vec<u8>>,
 }
 
+/// A library that is not the one that a cell ran with last.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ChangedLibrary {
+    /// Where it lies now.
+    pub path: String,
+    /// Its SHA-256 now, hexadecimal.
+    pub sha256: String,
+    /// The SHA-256 it had.
+    pub before: String,
+    /// The run that loaded it then.
+    pub run: RunId,
+}
+
 /// SHA-256 of `bytes`, hexadecimal.
 pub fn sha256_hex(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
@@ -48,6 +61,52 @@ impl Record {
             .during("read the files of a run")?;
         rows.collect::<Result<_, _>>().during("read the files of a run")
     }
+}
+
+impl Record {
+    /// Those plugins' libraries among `files` that differ from what the cell last ran with. A run that ended before its devices were started ran with
+    /// nothing. One that was never there before is not among them. Libraries are known by their file name: a program may be moved.
+    ///
+    /// # Errors
+    /// When the record cannot be read.
+    pub fn changed_libraries(
+        &self,
+        cell: &str,
+        files: &[LoadedFile],
+    ) -> Result<Vec<ChangedLibrary>, RecordError> {
+        const WHAT: &str = "look for changed plugins";
+        let mut statement = self
+            .connection
+            .prepare(
+                "SELECT loaded.run, loaded.path, loaded.sha256 FROM loaded JOIN runs ON runs.id = loaded.run
+                 WHERE loaded.role = 'plugin' AND runs.cell = ?1
+                   AND EXISTS (SELECT 1 FROM plan WHERE plan.run = loaded.run)
+                 ORDER BY loaded.run DESC, loaded.rowid",
+            )
+            .during(WHAT)?;
+        let rows = statement
+            .query_map(params![cell], |row| {
+                Ok((row.get::<_, i64>(0)?, row.get::<_, String>(1)?, row.get::<_, String>(2)?))
+            })
+            .during(WHAT)?;
+        let known: Vec<(i64, String, String)> = rows.collect::<Result<_, _>>().during(WHAT)?;
+        let changed = |file: &LoadedFile| {
+            let name = library_name(&file.path)?;
+            let (run, _, before) = known.iter().find(|(_, path, _)| library_name(path) == Some(name))?;
+            (*before != file.sha256).then(|| ChangedLibrary {
+                path: file.path.clone(),
+                sha256: file.sha256.clone(),
+                before: before.clone(),
+                run: RunId(*run),
+            })
+        };
+        Ok(files.iter().filter(|file| file.role == "plugin").filter_map(changed).collect())
+    }
+}
+
+/// The file name of a library; none for a manifest, whose name every plugin shares.
+fn library_name(path: &str) -> Option<&str> {
+    path.rsplit('/').next().filter(|name| !name.ends_with(".yaml"))
 }
 
 pub(crate) fn insert(

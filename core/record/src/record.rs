@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use rusqlite::Connection;
 
 use crate::error::During as _;
+use crate::owner_only::{create_owner_only_directory, create_owner_only_file};
 use crate::{RecordError, lock_holders, schema};
 
 /// How long another program that has the record locked is waited for. A writer holds it for milliseconds; a copy of a large record takes
@@ -36,9 +37,11 @@ impl Record {
     }
 
     fn open_within(directory: &Path, longest_wait: Duration) -> Result<Self, RecordError> {
-        std::fs::create_dir_all(directory)
+        create_owner_only_directory(directory)
             .map_err(|cause| RecordError::MakeDirectory { path: directory.to_owned(), cause })?;
         let path = directory.join("plumb.sqlite3");
+        // SQLite gives its log the rights of the database. Where the file cannot be made, SQLite says why.
+        let _ = create_owner_only_file(&path);
         let began = Instant::now();
         loop {
             match Self::open_once(directory, &path, longest_wait) {

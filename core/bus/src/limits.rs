@@ -1,0 +1,122 @@
+//! What the system allows a process that takes part in a cell: open files, address space, threads. Without enough of them the layers below fail
+//! somewhere, in words of their own; so this is looked at first.
+
+use std::sync::mpsc::channel;
+use std::thread;
+
+use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit, setrlimit};
+
+/// The open files a process needs: a cell of eight devices takes about half as many.
+const FILES_NEEDED: u64 = 256;
+
+/// What the number of open files is raised to where the system lets us.
+const FILES_WANTED: u64 = 4096;
+
+/// The address space a process needs, bytes: shared memory of a camera, the stacks of its threads, and the program itself.
+const ADDRESSES_NEEDED: u64 = 1 << 30;
+
+/// The threads a process needs beside those it has.
+const THREADS_NEEDED: usize = 16;
+
+/// Below this many processes and threads of a user it is tried whether there are enough left.
+const FEW_PROCESSES: u64 = 4096;
+
+/// Makes sure that the system allows this process what it needs, and raises the number of open files where that is allowed.
+///
+/// # Errors
+/// What is too little, as a sentence with both numbers and how to raise it.
+pub fn check_limits() -> Result<(), String> {
+    raise_open_files();
+    too_few_files(limit(Resource::RLIMIT_NOFILE))?;
+    too_little_space(limit(Resource::RLIMIT_AS))?;
+    let processes = limit(Resource::RLIMIT_NPROC);
+    if processes < FEW_PROCESSES && !can_start_threads(THREADS_NEEDED) {
+        return Err(format!(
+            "too few threads: the system gives this program less than the {THREADS_NEEDED} more it needs: raise `ulimit -u` ({processes} now, for all \
+             processes and threads of this user)"
+        ));
+    }
+    Ok(())
+}
+
+/// How many files this process may have open.
+pub fn open_files_allowed() -> u64 {
+    limit(Resource::RLIMIT_NOFILE)
+}
+
+/// The limit that is in force; none is as much as there can be.
+fn limit(resource: Resource) -> u64 {
+    getrlimit(resource).map_or(RLIM_INFINITY, |(soft, _)| soft)
+}
+
+fn raise_open_files() {
+    if let Ok((soft, hard)) = getrlimit(Resource::RLIMIT_NOFILE)
+        && soft < FILES_WANTED
+    {
+        // What cannot be raised is told below when it is too little.
+        let _ = setrlimit(Resource::RLIMIT_NOFILE, FILES_WANTED.min(hard), hard);
+    }
+}
+
+fn too_few_files(allowed: u64) -> Result<(), String> {
+    if allowed >= FILES_NEEDED {
+        return Ok(());
+    }
+    Err(format!("too many open files: raise `ulimit -n` ({allowed} now, {FILES_NEEDED} needed)"))
+}
+
+fn too_little_space(allowed: u64) -> Result<(), String> {
+    if allowed >= ADDRESSES_NEEDED {
+        return Ok(());
+    }
+    let (now, needed) = (allowed / 1024, ADDRESSES_NEEDED / 1024);
+    Err(format!("too little address space: raise `ulimit -v` ({now} kB now, {needed} kB needed)"))
+}
+
+/// Whether some more threads can be started at once. They end before this returns.
+fn can_start_threads(count: usize) -> bool {
+    let (end, ended) = channel::<()>();
+    let ended = std::sync::Arc::new(std::sync::Mutex::new(ended));
+    let threads: Vec<_> = (0..count)
+        .map_while(|_| {
+            let ended = std::sync::Arc::clone(&ended);
+            let wait = move || {
+                // Until the sender is dropped; one thread after another.
+                let _ = ended.lock().map(|ended| ended.recv());
+            };
+            thread::Builder::new().spawn(wait).ok()
+        })
+        .collect();
+    let started = threads.len();
+    drop(end);
+    for thread in threads {
+        // A thread that waits for nothing does not panic.
+        let _ = thread.join();
+    }
+    started == count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn too_little_of_anything_is_told_with_both_numbers() {
+        assert_eq!(
+            too_few_files(20).unwrap_err(),
+            "too many open files: raise `ulimit -n` (20 now, 256 needed)"
+        );
+        assert_eq!(
+            too_little_space(512 << 20).unwrap_err(),
+            "too little address space: raise `ulimit -v` (524288 kB now, 1048576 kB needed)"
+        );
+        assert!(too_few_files(RLIM_INFINITY).is_ok() && too_little_space(RLIM_INFINITY).is_ok());
+    }
+
+    #[test]
+    fn this_machine_allows_enough_for_its_tests() {
+        check_limits().unwrap();
+        assert!(open_files_allowed() >= FILES_NEEDED);
+        assert!(can_start_threads(THREADS_NEEDED));
+    }
+}
