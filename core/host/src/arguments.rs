@@ -1,11 +1,12 @@
 //! What a host is told when it is started.
 
 use std::path::PathBuf;
-use std::time::Duration;
 
 use plumb_bus::{Domain, DomainError};
 use plumb_plugin::{StreamDescription, Value};
 use serde::{Deserialize, Serialize};
+
+use crate::time_limits::WATCHDOG_GRACE;
 
 /// What a host is told when it is started: one line of JSON on its first descriptor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,6 +22,8 @@ pub struct HostArguments {
     pub manifest: PathBuf,
     /// The plugin's library.
     pub library: PathBuf,
+    /// The SHA-256 of the library as it was when the run began, in hexadecimal; another one is not loaded. Not looked at when none.
+    pub library_sha256: Option<String>,
     /// The device's `config:` in the cell file.
     pub config: Value,
     /// The device's inputs, each wired to another device's stream.
@@ -34,6 +37,10 @@ pub struct HostArguments {
     pub clock: Option<PathBuf>,
     /// How long after its time limit a call may still run before the host ends itself: ms.
     pub watchdog_grace_ms: u64,
+    /// The most memory the host's process may take: MB.
+    pub memory_limit_mb: u64,
+    /// Whether the orchestrator or the host may be held by a debugger: then neither minds that the other is silent, and requests have a day.
+    pub under_debugger: bool,
 }
 
 /// An input wired to another device's stream.
@@ -60,8 +67,8 @@ pub struct JointRange {
     pub upper: f64,
 }
 
-/// How long after its time limit a call may still run, unless said otherwise.
-const WATCHDOG_GRACE: Duration = Duration::from_secs(1);
+/// The most memory a host's process may take unless the cell says otherwise, MB: ten times what the light stripe sensor takes.
+pub const MEMORY_LIMIT_MB: u64 = 2048;
 
 impl HostArguments {
     /// A device of a plugin in a domain, with nothing wired and no further limits.
@@ -72,12 +79,15 @@ impl HostArguments {
             domain_root: domain.root().to_owned(),
             manifest: plugin.manifest_path.clone(),
             library: plugin.library_path.clone(),
+            library_sha256: None,
             config: Value::Null,
             inputs: Vec::new(),
             joint_ranges: Vec::new(),
             guard: Value::Null,
             clock: None,
             watchdog_grace_ms: WATCHDOG_GRACE.as_millis() as u64,
+            memory_limit_mb: MEMORY_LIMIT_MB,
+            under_debugger: false,
         }
     }
 

@@ -2,6 +2,7 @@
 
 use std::env;
 use std::fs;
+use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 
 use plumb_plugin::{Manifest, ManifestError};
@@ -51,6 +52,19 @@ pub enum CatalogueError {
         /// Where it was looked for.
         looked_in: Vec<PathBuf>,
     },
+    /// Somebody else may change what would be loaded.
+    #[error(
+        "{}: not loaded, because {why}; mend its rights, or name its folder with --plugins or under `plugins:` in the cell file if you trust it",
+        manifest.display()
+    )]
+    NotTrusted {
+        /// The manifest file.
+        manifest: PathBuf,
+        /// The plugin.
+        id: String,
+        /// Which file, and who may change it.
+        why: String,
+    },
     /// A plugin of that name is there, but cannot be used.
     #[error("{reason}")]
     Unusable {
@@ -95,10 +109,12 @@ const LEVELS_ABOVE: usize = 4;
 const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../plugins");
 
 impl Catalogue {
-    /// The plugins in `extra` directories, beside the program, in a directory `plugins` beside or above it, and in that of the source it was built from, where
-    /// that is still there: a program may be built into a folder anywhere. The first of a name counts.
-    pub fn search(extra: &[PathBuf]) -> Self {
-        let mut directories = extra.to_vec();
+    /// The plugins in the directories that somebody `named`, beside the program, in a directory `plugins` beside or above it, and in that of the source
+    /// it was built from, where that is still there: a program may be built into a folder anywhere. The first of a name counts.
+    ///
+    /// What lies in a directory that nobody named is loaded only when nobody but the user and root may change it.
+    pub fn search(named: &[PathBuf]) -> Self {
+        let mut directories = named.to_vec();
         let program_directory =
             env::current_exe().ok().and_then(|program| Some(program.parent()?.to_owned()));
         if let Some(directory) = &program_directory {
@@ -108,7 +124,19 @@ impl Catalogue {
         let of_the_source = fs::canonicalize(SOURCE).ok().filter(|known| !directories.contains(known));
         directories.extend(of_the_source);
         directories.retain(|directory| directory.is_dir());
-        Self::of(directories, program_directory.as_deref())
+        let mut catalogue = Self::of(directories, program_directory.as_deref());
+        for row in &mut catalogue.rows {
+            let is_named = named.iter().any(|directory| row.manifest_path.starts_with(directory));
+            let why = match &row.plugin {
+                Ok(plugin) if !is_named => foreign_hands(plugin),
+                _ => None,
+            };
+            if let (Some(why), Ok(plugin)) = (why, &row.plugin) {
+                let (manifest, id) = (row.manifest_path.clone(), plugin.manifest.id.clone());
+                row.plugin = Err(CatalogueError::NotTrusted { manifest, id, why });
+            }
+        }
+        catalogue
     }
 
     /// The plugins in some directories alone, whose libraries lie beside their manifests or beside the program.
@@ -177,6 +205,7 @@ impl CatalogueRow {
         let error = self.plugin.as_ref().err()?;
         let is_it = match error {
             CatalogueError::NoLibrary { id, .. }
+            | CatalogueError::NotTrusted { id, .. }
             | CatalogueError::Manifest(ManifestError::Contract { id, .. }) => id == wanted,
             _ => {
                 let folder = self.manifest_path.parent().and_then(Path::file_name);
@@ -210,6 +239,29 @@ impl Plugin {
     }
 }
 
+/// A file of a plugin, or the directory it lies in, that somebody else than the user and root may change, and who.
+fn foreign_hands(plugin: &Plugin) -> Option<String> {
+    let files = [&plugin.manifest_path, &plugin.library_path];
+    files
+        .into_iter()
+        .flat_map(|file| [Some(file.as_path()), file.parent()])
+        .flatten()
+        .find_map(may_be_changed)
+}
+
+/// Who else may change a file or what lies in a directory.
+fn may_be_changed(path: &Path) -> Option<String> {
+    /// The right of everybody to write.
+    const EVERYBODY_WRITES: u32 = 0o002;
+    let found = fs::metadata(path).ok()?;
+    let own = fs::metadata("/proc/self").map_or(0, |process| process.uid());
+    let place = path.display();
+    if found.uid() != 0 && found.uid() != own {
+        return Some(format!("{place} belongs to another user, number {}", found.uid()));
+    }
+    (found.permissions().mode() & EVERYBODY_WRITES != 0).then(|| format!("everybody may write to {place}"))
+}
+
 /// The manifests in a directory and in those directly below it, in order of name.
 fn manifests_in(directory: &Path) -> Vec<PathBuf> {
     let mut places = vec![directory.to_owned()];
@@ -237,5 +289,22 @@ fn read(manifest_path: &Path, program_directory: Option<&Path>) -> Result<Plugin
             library: manifest.library,
             looked_in: places,
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_everybody_may_change_is_told() {
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("libarm.so");
+        fs::write(&file, "").unwrap();
+        assert_eq!(may_be_changed(&file), None);
+        assert_eq!(may_be_changed(place.path()), None);
+        fs::set_permissions(&file, fs::Permissions::from_mode(0o666)).unwrap();
+        assert_eq!(may_be_changed(&file), Some(format!("everybody may write to {}", file.display())));
+        assert_eq!(may_be_changed(Path::new("/usr")), None, "root's own are trusted");
     }
 }

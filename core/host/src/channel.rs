@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum ToHost {
+    /// The orchestrator runs: said again and again, so that a host notices when it does not.
+    Alive,
     /// Put the device away and end.
     Finish,
 }
@@ -15,6 +17,8 @@ pub(crate) enum ToHost {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum FromHost {
+    /// The host runs: said again and again while it has nothing else to say.
+    Alive,
     /// The device stands ready, inactive.
     Ready {
         /// The manifest that was found.
@@ -57,4 +61,6 @@ pub(crate) mod exit_code {
     pub(crate) const ORPHANED: u8 = 72;
     /// Shared memory failed while serving.
     pub(crate) const BUS: u8 = 73;
+    /// The process took more memory than it may.
+    pub(crate) const MEMORY: u8 = 74;
 }

@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use plumb_bus::{Bus, OpenError, Subscriber};
 use plumb_plugin::conformance::{
-    CheckOutcome, CheckReport, Interruption, ROBOT_CHECKS, RobotBench, SENSOR_CHECKS, SensorBench,
+    CheckOutcome, CheckReport, Interruption, ROBOT_CHECKS, RobotBench, RobotCheck, SENSOR_CHECKS,
+    SensorBench, not_run, run_robot_check,
 };
 use plumb_plugin::{
     DigitalInputs, JointState, Manifest, Message, Motion, PluginError, Reading, RobotDescription,
@@ -28,12 +29,27 @@ const READ: Duration = Duration::from_millis(100);
 /// How long after its answer a device's last messages may take to arrive.
 const ARRIVAL: Duration = Duration::from_millis(50);
 
+/// What a robot behind a host must do beside what it must do in any case.
+const IN_A_HOST: RobotCheck = ("whoever is wired to it hears of it at rest", heard_at_rest);
+
 /// Runs every robot check, each on a robot in a host of its own.
 pub fn check_robot(bus: &Bus, arguments: &HostArguments, command: impl Fn() -> HostCommand) -> CheckReport {
     let mut report = CheckReport::default();
-    for (name, check) in ROBOT_CHECKS {
-        let outcome = RobotInHost::start(bus, arguments, command()).and_then(|mut bench| check(&mut bench));
-        report.rows.push((name, outcome.unwrap_or_else(|error| CheckOutcome::Failed(error.to_string()))));
+    let mut goes_on = true;
+    for check in ROBOT_CHECKS.iter().chain([&IN_A_HOST]) {
+        let outcome = if !goes_on {
+            not_run()
+        } else {
+            match RobotInHost::start(bus, arguments, command()) {
+                Ok(mut bench) => {
+                    let (outcome, stopped) = run_robot_check(*check, &mut bench);
+                    goes_on = stopped;
+                    outcome
+                }
+                Err(error) => CheckOutcome::Failed(error.to_string()),
+            }
+        };
+        report.rows.push((check.0, outcome));
     }
     report
 }
@@ -46,6 +62,27 @@ pub fn check_sensor(bus: &Bus, arguments: &HostArguments, command: impl Fn() -> 
         report.rows.push((name, outcome.unwrap_or_else(|error| CheckOutcome::Failed(error.to_string()))));
     }
     report
+}
+
+/// A sensor that is wired to the robot's streams can answer for the moment at which the robot was read.
+fn heard_at_rest(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    let robot = bench.describe()?;
+    bench.activate()?;
+    bench.emitted_joints();
+    bench.emitted_inputs();
+    let time_ns = bench.read_joints()?.time_ns;
+    let failed = |stream: &str| {
+        Ok(CheckOutcome::Failed(format!(
+            "it was read at {time_ns} ns, and nothing as new as that came on its stream `{stream}`"
+        )))
+    };
+    if !bench.emitted_joints().iter().any(|state| state.time_ns >= time_ns) {
+        return failed("joints");
+    }
+    if !robot.inputs.is_empty() && !bench.emitted_inputs().iter().any(|inputs| inputs.time_ns >= time_ns) {
+        return failed("inputs");
+    }
+    Ok(CheckOutcome::Passed)
 }
 
 /// What a device said, or what kept it from saying anything.
@@ -125,6 +162,19 @@ impl RobotBench for RobotInHost {
         said(self.robot.move_joints(motion, MOVE))
     }
 
+    fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
+        said(self.robot.read_inputs())
+    }
+
+    fn stop(&mut self) -> Result<(), PluginError> {
+        match self.stop.stop(STOP) {
+            StopOutcome::Stopped { .. } | StopOutcome::HostGone => Ok(()),
+            StopOutcome::Killed => {
+                Err(PluginError::Failed("it did not confirm the stop, and its host was killed".to_owned()))
+            }
+        }
+    }
+
     fn interrupt(&mut self, motion: &Motion) -> Interruption {
         let Self { robot, stop, joints, .. } = self;
         emitted::<JointState>(joints);
@@ -169,6 +219,7 @@ impl RobotBench for RobotInHost {
 struct SensorInHost {
     sensor: SensorClient,
     wired: bool,
+    read_within: Duration,
     _host: HostProcess,
 }
 
@@ -177,7 +228,8 @@ impl SensorInHost {
         let host = HostProcess::spawn(bus, arguments, command)
             .map_err(|error| PluginError::Failed(error.to_string()))?;
         let wired = !arguments.inputs.is_empty();
-        Ok(Self { sensor: opened(host.sensor())?, wired, _host: host })
+        let read_within = host.manifest().read_time_limit();
+        Ok(Self { sensor: opened(host.sensor())?, wired, read_within, _host: host })
     }
 }
 
@@ -204,10 +256,13 @@ impl SensorBench for SensorInHost {
     }
 
     fn read(&mut self, after_ns: u64) -> Result<Option<Reading>, PluginError> {
-        match self.sensor.read(after_ns, READ) {
+        // A sensor without inputs has nothing to wait for but its own instrument.
+        let limit = if self.wired { READ } else { self.read_within };
+        match self.sensor.read(after_ns, limit) {
             Ok(reading) => Ok(Some(reading)),
-            Err(DeviceError::TimedOut { .. }) => Ok(None),
             Err(DeviceError::Refused { error: PluginError::TimedOut(_), .. }) => Ok(None),
+            // Its inputs did not come, and the host says so a little late; or the plugin is still at it.
+            Err(DeviceError::TimedOut { .. }) if self.wired => said(self.sensor.state()).map(|_| None),
             Err(error) => said(Err(error)),
         }
     }

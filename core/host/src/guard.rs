@@ -156,6 +156,21 @@ mod tests {
     }
 
     #[test]
+    fn a_wider_range_of_the_cell_leaves_the_robots_own() {
+        let wide = JointRange { joint: "gripper".to_owned(), lower: -500.0, upper: 500.0 };
+        let limits = Limits::new(&robot(), &[wide]).unwrap();
+        let own = robot().joints[1].clone();
+        let at = |millimetres: f64| {
+            limits.check_end(&Motion::absolute(vector(0.0, millimetres), 1.0), &vector(0.0, 1.0))
+        };
+        assert!(at(own.upper).is_ok() && at(own.lower).is_ok());
+        for beyond in [own.upper + 0.1, own.lower - 0.1] {
+            let message = at(beyond).unwrap_err().to_string();
+            assert!(message.contains("it may go from 0.00 mm to 75.00 mm"), "{message}");
+        }
+    }
+
+    #[test]
     fn a_joint_outside_its_range_may_come_back() {
         let limits = Limits::new(&robot(), &[]).unwrap();
         let motion = Motion::relative(vector(-0.1, 0.0), 1.0);

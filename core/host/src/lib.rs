@@ -16,11 +16,14 @@ mod catalogue;
 mod channel;
 mod child;
 mod conformance;
+mod flood;
 mod guard;
 mod load;
 mod parent;
+mod process_name;
+mod time_limits;
 
-pub use arguments::{HostArguments, JointRange, WiredInput};
+pub use arguments::{HostArguments, JointRange, MEMORY_LIMIT_MB, WiredInput};
 pub use catalogue::{Catalogue, CatalogueError, CatalogueRow, Plugin};
 pub use child::serve;
 pub use conformance::{check_robot, check_sensor};
@@ -30,3 +33,4 @@ pub use parent::{
     DeviceError, ExitReason, HostCommand, HostEvent, HostProcess, RobotClient, SensorClient, SpawnError,
     StopHandle, StopOutcome,
 };
+pub use process_name::process_name;

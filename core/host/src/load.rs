@@ -3,6 +3,7 @@
 #![allow(unsafe_code, reason = "this is the host's side of the boundary to C")]
 
 mod error;
+mod functions;
 mod instance;
 mod table;
 
@@ -25,13 +26,14 @@ pub(crate) struct Loaded {
     kind: DeviceKind,
 }
 
-/// Loads a plugin's library and checks it against its manifest, without creating a device. The library stays loaded: only the end of the
-/// process gets rid of it.
+/// Loads a plugin's library, checks it against its manifest and asks for the functions of its kind, without creating a device. What could be
+/// better although the plugin can be used is given back, a sentence each. The library stays loaded: only the end of the process gets rid of it.
 ///
 /// # Errors
 /// [`LoadError`], naming both sides of what does not fit.
-pub fn verify(plugin: &Plugin) -> Result<(), LoadError> {
-    load(plugin).map(|_| ())
+pub fn verify(plugin: &Plugin) -> Result<Vec<String>, LoadError> {
+    let loaded = load(plugin)?;
+    loaded.check_functions(&plugin.library_path, &plugin.manifest)
 }
 
 pub(crate) fn load(plugin: &Plugin) -> Result<Loaded, LoadError> {
@@ -40,11 +42,10 @@ pub(crate) fn load(plugin: &Plugin) -> Result<Loaded, LoadError> {
     check_entry(path, entry)?;
     // SAFETY: the contract makes the text constant.
     let text = unsafe { entry.manifest.as_slice() };
-    let origin = format!("{}: the manifest built into it", path.display());
     let text = str::from_utf8(text)
         .map_err(|error| LoadError::BuiltInManifest { library: path.clone(), cause: error.to_string() })?;
-    let built_in = Manifest::parse(text, &origin)
-        .map_err(|error| LoadError::BuiltInManifest { library: path.clone(), cause: error.to_string() })?;
+    let built_in = Manifest::parse(text, "the manifest built into it")
+        .map_err(|error| LoadError::BuiltInManifest { library: path.clone(), cause: error.what() })?;
     check_manifests(path, &plugin.manifest, &built_in)?;
     Ok(Loaded { entry, kind: plugin.manifest.kind })
 }
@@ -104,6 +105,10 @@ fn check_entry(path: &Path, entry: &Entry) -> Result<(), LoadError> {
     Ok(())
 }
 
+fn quoted(text: &str) -> String {
+    format!("'{text}'")
+}
+
 /// Whether the manifest beside a library is the one built into it.
 fn check_manifests(path: &Path, beside: &Manifest, built_in: &Manifest) -> Result<(), LoadError> {
     if beside == built_in {
@@ -120,8 +125,16 @@ fn check_manifests(path: &Path, beside: &Manifest, built_in: &Manifest) -> Resul
         differ("the kind", &beside.kind, &built_in.kind)
     } else if beside.streams != built_in.streams || beside.inputs != built_in.inputs {
         "the streams or inputs are not the same".to_owned()
+    } else if beside.contract != built_in.contract {
+        differ("the contract", &beside.contract, &built_in.contract)
+    } else if beside.title != built_in.title {
+        differ("the title", &quoted(&beside.title), &quoted(&built_in.title))
+    } else if beside.library != built_in.library {
+        differ("the library", &beside.library, &built_in.library)
+    } else if beside.config != built_in.config {
+        "the schema under `config` is not the same".to_owned()
     } else {
-        "the title, library or configuration is not the same".to_owned()
+        "they are not the same".to_owned()
     };
     Err(LoadError::Stale { library: path.to_owned(), what })
 }

@@ -56,6 +56,31 @@ impl MisbehavingRobot {
                 let time_ns = since_1970.map_or(0, |time| time.as_nanos() as u64);
                 self.host.emit("joints", &JointState::new(time_ns, self.joints, false))
             }
+            "print" => {
+                for number in 0..100_000 {
+                    println!("line {number} of what nobody wants to read");
+                }
+                Ok(())
+            }
+            "log" => {
+                for number in 0..100_000 {
+                    self.host.log(LogLevel::Info, &format!("line {number} of what nobody wants to read"));
+                }
+                Ok(())
+            }
+            "long error" => Err(PluginError::Failed("no ".repeat(2_000_000))),
+            "eat" => {
+                let mut eaten = Vec::new();
+                loop {
+                    eaten.push(vec![1_u8; 10_000_000]);
+                    thread::sleep(Duration::from_millis(5));
+                }
+            }
+            "grab" => {
+                let grabbed: Vec<u8> = Vec::with_capacity(4_000_000_000);
+                self.host.log(LogLevel::Info, &format!("{} bytes grabbed", grabbed.capacity()));
+                Ok(())
+            }
             "refuse" => Err(PluginError::Refused("the robot does not want to".to_owned())),
             "chatter" => {
                 println!("printed by the plugin");
@@ -154,7 +179,10 @@ impl Robot for MisbehavingRobot {
             };
         }
         RobotDescription {
-            model: "misbehaving robot".to_owned(),
+            model: match (self.fault.as_str(), self.place.as_str()) {
+                ("epic", "describe") => "an epic ".repeat(400_000),
+                _ => "misbehaving robot".to_owned(),
+            },
             joints: vec![
                 joint("waist", JointUnit::Radian, -100.0, 100.0),
                 joint("gripper", JointUnit::Millimetre, 0.0, 75.0),

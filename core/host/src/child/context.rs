@@ -1,12 +1,12 @@
 //! What the plugin's calls to its host act on. One for the process, shared by its threads.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use plumb_abi::Status;
 use plumb_bus::{EmitError, Loan, Publisher, ReceiveError, Subscriber};
-use plumb_plugin::LogLevel;
+use plumb_plugin::{LogLevel, Message};
 
 use super::clock::Clock;
 use super::log_line::Lines;
@@ -23,12 +23,16 @@ pub(crate) struct Context {
     device: String,
     /// Why a message was refused for its time; the call under way, or the next one, fails with it.
     misdated: Mutex<Option<String>>,
+    /// Whether a call is under way that may move the device.
+    in_motion: AtomicBool,
     lines: Lines,
     /// The call being served, for log lines; 0 for none.
     span: AtomicU64,
     /// Why the call that is about to end failed.
     failure: Mutex<Option<String>>,
     publishers: Mutex<BTreeMap<String, Publisher>>,
+    /// The last message of each stream whose messages have a fixed length.
+    last: Mutex<BTreeMap<String, Vec<u8>>>,
     inputs: Mutex<BTreeMap<String, Subscriber>>,
     lent: Mutex<Option<Lent>>,
 }
@@ -38,6 +42,9 @@ struct Lent {
     stream: String,
     loan: Loan,
 }
+
+/// The longest message that is kept as the last of its stream, in bytes: those of a robot's own streams are shorter.
+const LONGEST_REMEMBERED: usize = 512;
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
@@ -51,10 +58,12 @@ impl Context {
             clock,
             device: device.to_owned(),
             misdated: Mutex::new(None),
+            in_motion: AtomicBool::new(false),
             lines,
             span: AtomicU64::new(0),
             failure: Mutex::new(None),
             publishers: Mutex::new(BTreeMap::new()),
+            last: Mutex::new(BTreeMap::new()),
             inputs: Mutex::new(BTreeMap::new()),
             lent: Mutex::new(None),
         }
@@ -70,20 +79,39 @@ impl Context {
         locked(&self.inputs).insert(name.to_owned(), subscriber);
     }
 
+    /// Does work that may move the device.
+    pub(super) fn while_moving<R>(&self, work: impl FnOnce() -> R) -> R {
+        self.in_motion.store(true, Ordering::Release);
+        let result = work();
+        self.in_motion.store(false, Ordering::Release);
+        result
+    }
+
+    /// Whether a call is under way that may move the device.
+    pub(super) fn is_in_motion(&self) -> bool {
+        self.in_motion.load(Ordering::Acquire)
+    }
+
     /// Names the call being served; 0 for none.
     pub(super) fn serve_under(&self, span: u64) {
         self.span.store(span, Ordering::Relaxed);
     }
 
-    /// A log line, the plugin's or the host's, under the call being served.
+    /// A log line, the plugin's or the host's, under the call being served. Left out when the plugin has said too much.
     pub(crate) fn report(&self, level: LogLevel, text: &str) {
         let span = self.span.load(Ordering::Relaxed);
-        self.lines.send(FromHost::Log { level, text: text.to_owned(), span });
+        self.lines.send(FromHost::Log { level, text: text.to_owned(), span }, text.len());
     }
 
-    /// A line to the orchestrator.
+    /// A log line that is never left out: how the host itself fares.
+    pub(super) fn announce(&self, level: LogLevel, text: &str) {
+        let span = self.span.load(Ordering::Relaxed);
+        self.send(FromHost::Log { level, text: text.to_owned(), span });
+    }
+
+    /// A line to the orchestrator that is never left out.
     pub(super) fn send(&self, line: FromHost) {
-        self.lines.send(line);
+        self.lines.announce(line);
     }
 
     /// Waits until the orchestrator has got every line, within reason.
@@ -94,7 +122,7 @@ impl Context {
     pub(crate) fn progress(&self, fraction: f64, text: &str) {
         let span = self.span.load(Ordering::Relaxed);
         let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
-        self.lines.send(FromHost::Progress { fraction, text: text.to_owned(), span });
+        self.lines.send(FromHost::Progress { fraction, text: text.to_owned(), span }, text.len());
     }
 
     /// Keeps why the call that is about to end failed.
@@ -135,9 +163,35 @@ impl Context {
         }
         let mut publishers = locked(&self.publishers);
         match publishers.get_mut(stream) {
-            Some(publisher) => self.emitted(publisher.emit(message)),
+            Some(publisher) => {
+                let emitted = self.emitted(publisher.emit(message));
+                if emitted == Status::OK {
+                    self.remember(stream, message);
+                }
+                emitted
+            }
             None => self.no_such("stream", stream, &publishers),
         }
+    }
+
+    /// Keeps the last message of a stream. Long ones, such as pictures, are nobody's state.
+    fn remember(&self, stream: &str, message: &[u8]) {
+        if message.len() > LONGEST_REMEMBERED {
+            return;
+        }
+        let mut last = locked(&self.last);
+        match last.get_mut(stream) {
+            Some(kept) => {
+                kept.clear();
+                kept.extend_from_slice(message);
+            }
+            None => drop(last.insert(stream.to_owned(), message.to_vec())),
+        }
+    }
+
+    /// The last message that was emitted on a stream; none when there was none, or of another layout.
+    pub(super) fn last_emitted<M: Message>(&self, stream: &str) -> Option<M> {
+        bytemuck::try_pod_read_unaligned(locked(&self.last).get(stream)?).ok()
     }
 
     /// Lends memory for a message; its first byte.
@@ -178,7 +232,10 @@ impl Context {
         }
         let mut publishers = locked(&self.publishers);
         match publishers.get_mut(&lent.stream) {
-            Some(publisher) => self.emitted(publisher.send(lent.loan)),
+            Some(publisher) => {
+                self.remember(&lent.stream, lent.loan.bytes_mut());
+                self.emitted(publisher.send(lent.loan))
+            }
             None => self.no_such("stream", &lent.stream, &publishers),
         }
     }

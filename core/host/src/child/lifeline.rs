@@ -5,9 +5,8 @@ use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::thread;
-use std::time::Duration;
 
-use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
+use nix::poll::{PollFd, PollFlags, poll};
 use nix::sys::signal::{SigSet, Signal as SystemSignal};
 use nix::sys::signalfd::{SfdFlags, SignalFd};
 use plumb_bus::Signal;
@@ -16,6 +15,8 @@ use plumb_plugin::LogLevel;
 use super::Context;
 use super::serve::end_at_once;
 use crate::channel::{ToHost, exit_code};
+use crate::process_name::process_name;
+use crate::time_limits::{BEAT, LAST_STOP, ORCHESTRATOR_SILENT, beats};
 
 /// How the host is to end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,9 +45,6 @@ impl EndingFlag {
     }
 }
 
-/// How long an orphaned host has to bring its robot to rest.
-const LAST_STOP: Duration = Duration::from_secs(3);
-
 /// Blocks the signal that asks the process to end, in this thread and all it starts: the lifeline thread takes it instead.
 pub(super) fn block_termination() -> nix::Result<()> {
     let mut set = SigSet::empty();
@@ -60,48 +58,100 @@ pub(super) fn hold(
     ending: &'static EndingFlag,
     stream: BufReader<UnixStream>,
     wake: Signal,
+    under_debugger: bool,
 ) {
-    thread::spawn(move || {
-        let finish = wait_for_ending(stream) == Ending::Finish;
+    let lifeline = Lifeline { context, stream, wake, minds_silence: !under_debugger, silent_beats: 0 };
+    thread::spawn(move || lifeline.hold(ending));
+}
+
+/// The line to the orchestrator.
+struct Lifeline {
+    context: &'static Context,
+    stream: BufReader<UnixStream>,
+    wake: Signal,
+    /// Whether a robot in motion is stopped when nothing is heard.
+    minds_silence: bool,
+    silent_beats: u32,
+}
+
+impl Lifeline {
+    fn hold(mut self, ending: &'static EndingFlag) {
+        let finish = self.wait_for_ending() == Ending::Finish;
         if finish {
             ending.set(Ending::Finish);
         } else {
-            context.stop.ask();
+            self.context.stop.ask();
             ending.set(Ending::Orphaned);
         }
-        if wake.ring().is_err() || !finish {
+        if self.wake.ring().is_err() || !finish {
             thread::sleep(LAST_STOP);
-            context.report(LogLevel::Error, "the orchestrator is gone and the plugin did not come to rest");
-            end_at_once(context, exit_code::ORPHANED);
+            let text = "the orchestrator is gone and the plugin did not come to rest";
+            self.context.announce(LogLevel::Error, text);
+            end_at_once(self.context, exit_code::ORPHANED);
         }
-    });
-}
+    }
 
-/// Waits for the word to finish, the end of the connection, or the signal to end.
-fn wait_for_ending(mut stream: BufReader<UnixStream>) -> Ending {
-    let mut set = SigSet::empty();
-    set.add(SystemSignal::SIGTERM);
-    let Ok(signals) = SignalFd::with_flags(&set, SfdFlags::SFD_CLOEXEC) else { return Ending::Orphaned };
-    loop {
-        if stream.buffer().is_empty() {
-            let mut ready = [
-                PollFd::new(stream.get_ref().as_fd(), PollFlags::POLLIN),
-                PollFd::new(signals.as_fd(), PollFlags::POLLIN),
-            ];
-            match poll(&mut ready, PollTimeout::NONE) {
-                Err(nix::errno::Errno::EINTR) => continue,
-                Err(_) => return Ending::Orphaned,
-                Ok(_) if ready[1].any().unwrap_or(true) => return Ending::Orphaned,
-                Ok(_) => {}
+    /// Waits for the word to finish, the end of the connection, or the signal to end.
+    fn wait_for_ending(&mut self) -> Ending {
+        let mut set = SigSet::empty();
+        set.add(SystemSignal::SIGTERM);
+        let Ok(signals) = SignalFd::with_flags(&set, SfdFlags::SFD_CLOEXEC) else { return Ending::Orphaned };
+        loop {
+            if self.stream.buffer().is_empty() {
+                let mut ready = [
+                    PollFd::new(self.stream.get_ref().as_fd(), PollFlags::POLLIN),
+                    PollFd::new(signals.as_fd(), PollFlags::POLLIN),
+                ];
+                match poll(&mut ready, BEAT_MS) {
+                    Err(nix::errno::Errno::EINTR) => continue,
+                    Err(_) => return Ending::Orphaned,
+                    Ok(0) => {
+                        self.note_silence();
+                        continue;
+                    }
+                    Ok(_) if ready[1].any().unwrap_or(true) => {
+                        self.tell_signal(&signals);
+                        return Ending::Orphaned;
+                    }
+                    Ok(_) => {}
+                }
+            }
+            let mut line = String::new();
+            match self.stream.read_line(&mut line) {
+                Ok(0) | Err(_) => return Ending::Orphaned,
+                Ok(_) if serde_json::from_str(&line).is_ok_and(|word: ToHost| word == ToHost::Finish) => {
+                    return Ending::Finish;
+                }
+                Ok(_) => self.silent_beats = 0,
             }
         }
-        let mut line = String::new();
-        match stream.read_line(&mut line) {
-            Ok(0) | Err(_) => return Ending::Orphaned,
-            Ok(_) if serde_json::from_str(&line).is_ok_and(|word: ToHost| word == ToHost::Finish) => {
-                return Ending::Finish;
-            }
-            Ok(_) => {}
+    }
+
+    /// Nothing was heard for another beat: a robot that moves with nobody in charge is stopped.
+    fn note_silence(&mut self) {
+        self.silent_beats = self.silent_beats.saturating_add(1);
+        let is_frozen = self.silent_beats >= beats(ORCHESTRATOR_SILENT);
+        if !is_frozen || !self.minds_silence || !self.context.is_in_motion() || self.context.stop.is_asked() {
+            return;
+        }
+        self.context.stop.ask();
+        let text = format!(
+            "stopped: the program that runs the cell was not heard for {ORCHESTRATOR_SILENT:?} (frozen by a signal, held by a debugger, or without \
+             computing time); to debug it, run it with --debugger"
+        );
+        self.context.announce(LogLevel::Error, &text);
+        // A host whose bell is broken ends in its next turn.
+        let _ = self.wake.ring();
+    }
+
+    /// Says who sent the signal that ends the host.
+    fn tell_signal(&self, signals: &SignalFd) {
+        if let Ok(Some(signal)) = signals.read_signal() {
+            let text = format!("its host was told to end by SIGTERM from {}", process_name(signal.ssi_pid));
+            self.context.announce(LogLevel::Error, &text);
         }
     }
 }
+
+/// A beat, for `poll`.
+const BEAT_MS: u16 = BEAT.as_millis() as u16;

@@ -1,27 +1,33 @@
-//! The host's lines to the orchestrator: queued, so that a reader that stands still never holds up a device.
+//! The host's lines to the orchestrator: queued, so that a reader that stands still never holds up a device, and limited, so that a plugin
+//! that talks without end fills no disk.
 
 use std::io::Write;
 use std::os::unix::net::UnixStream;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use nix::time::{ClockId, clock_gettime};
 use plumb_plugin::LogLevel;
 
 use crate::channel::FromHost;
+use crate::flood::{Allowance, Flood, TELL_EVERY};
+use crate::time_limits::BEAT;
 
-/// How many lines may wait for the orchestrator before further ones are dropped, and counted.
+/// How many lines may wait for the orchestrator before further ones are left out, and counted.
 const QUEUE: usize = 1024;
 
 /// How long an end waits for the last lines to be read.
 const LAST_LINES: Duration = Duration::from_secs(1);
 
+/// How long a line that must not be lost waits for a place in the queue.
+const PLACE_WITHIN: Duration = Duration::from_millis(200);
+
 /// The sending end of the lines.
 pub(super) struct Lines {
     queue: SyncSender<Entry>,
-    dropped: AtomicU64,
+    flood: Arc<Mutex<Flood>>,
 }
 
 enum Entry {
@@ -29,28 +35,40 @@ enum Entry {
     Flush(SyncSender<()>),
 }
 
+fn locked(flood: &Mutex<Flood>) -> MutexGuard<'_, Flood> {
+    flood.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 impl Lines {
     /// Starts the thread that writes.
     pub(super) fn start(stream: UnixStream) -> Self {
         let (queue, entries) = sync_channel(QUEUE);
-        thread::spawn(move || write_all(&entries, stream));
-        Self { queue, dropped: AtomicU64::new(0) }
+        let flood = Arc::new(Mutex::new(Flood::new(Allowance::LOG, Instant::now())));
+        let counted = Arc::clone(&flood);
+        thread::spawn(move || Writer { stream, flood: counted, told: Instant::now() }.write_all(&entries));
+        Self { queue, flood }
     }
 
-    /// Sends a line, or drops it when too many wait.
-    pub(super) fn send(&self, line: FromHost) {
-        let dropped = self.dropped.swap(0, Ordering::Relaxed);
-        if dropped > 0 {
-            let text =
-                format!("{dropped} lines before this one were dropped: they came faster than they were read");
-            self.offer(FromHost::Log { level: LogLevel::Warn, text, span: 0 }, dropped);
+    /// Sends a line of some bytes if there is room for it; counts it if there is not.
+    pub(super) fn send(&self, line: FromHost, bytes: usize) {
+        let mut flood = locked(&self.flood);
+        if flood.lets_through(bytes, Instant::now())
+            && let Err(TrySendError::Full(_)) = self.queue.try_send(Entry::Line(Box::new(line)))
+        {
+            flood.leave_out(bytes);
         }
-        self.offer(line, 1);
     }
 
-    fn offer(&self, line: FromHost, weight: u64) {
-        if let Err(TrySendError::Full(_)) = self.queue.try_send(Entry::Line(Box::new(line))) {
-            self.dropped.fetch_add(weight, Ordering::Relaxed);
+    /// Sends a line whatever was said before: how the host fares, not what its plugin has to say.
+    pub(super) fn announce(&self, line: FromHost) {
+        let end = Instant::now() + PLACE_WITHIN;
+        let mut entry = Entry::Line(Box::new(line));
+        while let Err(TrySendError::Full(back)) = self.queue.try_send(entry) {
+            if Instant::now() >= end {
+                return;
+            }
+            entry = back;
+            thread::sleep(Duration::from_millis(1));
         }
     }
 
@@ -64,21 +82,56 @@ impl Lines {
     }
 }
 
-fn write_all(entries: &Receiver<Entry>, mut stream: UnixStream) {
-    for entry in entries {
-        match entry {
-            Entry::Line(line) => {
-                let Ok(mut text) = serde_json::to_vec(&line) else { continue };
-                text.push(b'\n');
-                if stream.write_all(&text).is_err() {
-                    return;
+/// The thread that writes.
+struct Writer {
+    stream: UnixStream,
+    flood: Arc<Mutex<Flood>>,
+    /// When it was last said that lines were left out.
+    told: Instant,
+}
+
+impl Writer {
+    fn write_all(mut self, entries: &Receiver<Entry>) {
+        // The first word: from here on silence means that the process does not run.
+        if self.write(&FromHost::Alive).is_err() {
+            return;
+        }
+        loop {
+            let written = match entries.recv_timeout(BEAT) {
+                Ok(Entry::Line(line)) => {
+                    let told = if self.told.elapsed() >= TELL_EVERY { self.tell_left_out() } else { Ok(()) };
+                    told.and_then(|()| self.write(&line))
                 }
-            }
-            Entry::Flush(done) => {
-                // A flush that nobody waits for any more is no matter.
-                let _ = done.send(());
+                Ok(Entry::Flush(done)) => {
+                    let told = self.tell_left_out();
+                    // A flush that nobody waits for any more is no matter.
+                    let _ = done.send(());
+                    told
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    self.tell_left_out().and_then(|()| self.write(&FromHost::Alive))
+                }
+                Err(RecvTimeoutError::Disconnected) => return,
+            };
+            if written.is_err() {
+                return;
             }
         }
+    }
+
+    fn tell_left_out(&mut self) -> std::io::Result<()> {
+        let left_out = locked(&self.flood).take_left_out();
+        if left_out.is_none() {
+            return Ok(());
+        }
+        self.told = Instant::now();
+        self.write(&FromHost::Log { level: LogLevel::Warn, text: left_out.line(), span: 0 })
+    }
+
+    fn write(&mut self, line: &FromHost) -> std::io::Result<()> {
+        let Ok(mut text) = serde_json::to_vec(line) else { return Ok(()) };
+        text.push(b'\n');
+        self.stream.write_all(&text)
     }
 }
 

@@ -9,6 +9,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -19,13 +20,15 @@ use plumb_bus::{Asked, Bus, Listener, Server, Signal, wait_any};
 use plumb_plugin::{
     Description, DeviceKind, Health, PluginError, RobotDescription, StreamDescription, Value,
 };
+use sha2::{Digest as _, Sha256};
 
 use super::clock::Clock;
 use super::lifeline::{Ending, EndingFlag};
 use super::log_line::Lines;
+use super::rest_report::RestReport;
 use super::service::{HEALTH_PERIOD, Service};
 use super::watchdog::Watchdog;
-use super::{Context, lifeline, stop};
+use super::{Context, lifeline, memory, output, stop};
 use crate::channel::{FromHost, exit_code};
 use crate::guard::Limits;
 use crate::load::{Device, load};
@@ -70,6 +73,7 @@ pub fn serve(
         context.send(FromHost::Failed { text });
         end_at_once(context, exit_code::FAILED);
     }
+    output::write_at_once();
     let code = match Host::start(&arguments, context, connection, make_guard) {
         Ok(host) => host.run(),
         Err(text) => {
@@ -123,10 +127,14 @@ impl Host {
         let listener = bus.listener(&crate::parent::stop_signal(name)).map_err(|error| text(&error))?;
         stop::listen(context, listener, wake()?);
         let ending: &'static EndingFlag = Box::leak(Box::default());
-        lifeline::hold(context, ending, connection, wake()?);
+        lifeline::hold(context, ending, connection, wake()?, arguments.under_debugger);
+        memory::limit(context, arguments.memory_limit_mb, wake()?);
         let watchdog = Watchdog::start(context, Duration::from_millis(arguments.watchdog_grace_ms));
 
         let inputs = open_streams(&bus, arguments, &plugin, context)?;
+        if let Some(expected) = &arguments.library_sha256 {
+            check_unchanged(&plugin.library_path, expected)?;
+        }
         let loaded = load(&plugin).map_err(|error| text(&error))?;
         let device = loaded.create(&arguments.config, context).map_err(|error| text(&error))?;
         let description = described(&device, &plugin).map_err(|error| text(&error))?;
@@ -139,11 +147,13 @@ impl Host {
         };
         let server = bus.server(name).map_err(|error| text(&error))?;
         let stopped = bus.signal(&crate::parent::stopped_signal(name)).map_err(|error| text(&error))?;
+        let rest_report = RestReport::of(&plugin.manifest);
         context.send(FromHost::Ready {
             manifest: Box::new(plugin.manifest),
             description: Box::new(description.clone()),
         });
-        let mut service = Service::new(name, device, description, limits, guard, context, watchdog);
+        let mut service =
+            Service::new(name, device, description, limits, guard, rest_report, context, watchdog);
         service.report_health();
         Ok(Self { service, server, inputs, stopped, context, ending })
     }
@@ -152,7 +162,7 @@ impl Host {
     fn run(mut self) -> u8 {
         loop {
             if let Err(error) = self.turn() {
-                self.context.report(plumb_plugin::LogLevel::Error, &error);
+                self.context.announce(plumb_plugin::LogLevel::Error, &error);
                 self.service.stop();
                 return exit_code::BUS;
             }
@@ -220,6 +230,23 @@ impl Host {
         }
         Ok(())
     }
+}
+
+/// A library that was exchanged while the run goes on is not loaded: what the record says of the run would not be true of it.
+fn check_unchanged(library: &Path, expected: &str) -> Result<(), String> {
+    let place = library.display();
+    let bytes = std::fs::read(library).map_err(|error| format!("{place}: cannot be read: {error}"))?;
+    let digest = Sha256::digest(&bytes);
+    let found: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    if found == expected {
+        return Ok(());
+    }
+    let short = |hash: &str| hash.get(..12).unwrap_or(hash).to_owned();
+    Err(format!(
+        "{place} was changed while the run goes on (SHA-256 {} when it began, {} now): put the old file back, or begin a new run",
+        short(expected),
+        short(&found)
+    ))
 }
 
 /// Opens the plugin's streams, the host's own, and the wired inputs; the bells of the inputs.

@@ -9,10 +9,12 @@ use plumb_plugin::{
 };
 
 use super::Context;
+use super::rest_report::RestReport;
 use super::watchdog::Watchdog;
 use crate::MoveGuard;
 use crate::guard::Limits;
 use crate::load::Device;
+use crate::time_limits::{UNASKED, UNDER_DEBUGGER};
 
 /// A device in service.
 pub(super) struct Service {
@@ -22,6 +24,7 @@ pub(super) struct Service {
     /// None for a sensor.
     limits: Option<Limits>,
     guard: Box<dyn MoveGuard>,
+    rest_report: RestReport,
     context: &'static Context,
     watchdog: &'static Watchdog,
     state: DeviceState,
@@ -36,19 +39,21 @@ pub(super) struct Service {
 /// How often a host tells how it is when nothing changes.
 pub(super) const HEALTH_PERIOD: Duration = Duration::from_secs(1);
 
-/// How long a poll, a stop or a farewell may take: they have no asker to say it.
-const OWN_LIMIT: Duration = Duration::from_secs(5);
-
 /// How long a reading waits for its inputs before it asks the plugin again unasked: a bound on how late the end of its time is noticed.
 pub(super) const INPUT_WAIT: Duration = Duration::from_millis(20);
 
+/// The longest a reading waits for its inputs, whatever its asker allows.
+const LONGEST_WAIT: Duration = UNDER_DEBUGGER;
+
 impl Service {
+    #[allow(clippy::too_many_arguments, reason = "a host is put together once, from its parts")]
     pub(super) fn new(
         name: &str,
         device: Device,
         description: Description,
         limits: Option<Limits>,
         guard: Box<dyn MoveGuard>,
+        rest_report: RestReport,
         context: &'static Context,
         watchdog: &'static Watchdog,
     ) -> Self {
@@ -58,6 +63,7 @@ impl Service {
             description,
             limits,
             guard,
+            rest_report,
             context,
             watchdog,
             state: DeviceState::Inactive,
@@ -81,7 +87,7 @@ impl Service {
             Ok(request) => {
                 let watchdog = self.watchdog;
                 watchdog.watch(request.name(), call.time_limit, || {
-                    self.answer(&request, begin + call.time_limit.min(OWN_LIMIT * 10_000), wait_for_input)
+                    self.answer(&request, begin + call.time_limit.min(LONGEST_WAIT), wait_for_input)
                 })
             }
             Err(error) => Err(PluginError::Refused(error.to_string())),
@@ -116,17 +122,20 @@ impl Service {
         end: Instant,
         wait_for_input: &mut dyn FnMut(Duration),
     ) -> Result<Reply, PluginError> {
+        let context = self.context;
         match request {
             Request::Describe => Ok(Reply::Described(Box::new(self.description.clone()))),
             Request::State => Ok(Reply::State(self.state)),
-            Request::Activate => self.activate(),
+            Request::Activate => context.while_moving(|| self.activate()),
             Request::Deactivate => {
                 self.device.deactivate()?;
                 self.enter(DeviceState::Inactive);
                 Ok(Reply::State(self.state))
             }
             Request::ReadJoints => self.read_joints().map(Reply::Joints),
-            Request::MoveJoints(motion) => self.move_joints(motion).map(Reply::Joints),
+            Request::MoveJoints(motion) => {
+                context.while_moving(|| self.move_joints(motion)).map(Reply::Joints)
+            }
             Request::ReadInputs => self.device.read_inputs().map(Reply::Inputs),
             Request::WriteOutputs(levels) => self.device.write_outputs(*levels).map(|()| Reply::Done),
             Request::Jog { on } => {
@@ -138,7 +147,7 @@ impl Service {
             }
             Request::SetZero(joints) => {
                 self.joints = None;
-                self.device.set_zero(joints).map(|()| Reply::Done)
+                context.while_moving(|| self.device.set_zero(joints)).map(|()| Reply::Done)
             }
             Request::Configure(settings) => self.device.configure(settings).map(|()| Reply::Done),
             Request::Arm => {
@@ -177,6 +186,7 @@ impl Service {
     fn read_joints(&mut self) -> Result<JointState, PluginError> {
         let state = self.device.read_joints()?;
         self.joints = (!state.is_moving()).then_some(state.joints);
+        self.rest_report.emit(&state, &mut self.device, self.context);
         Ok(state)
     }
 
@@ -234,7 +244,7 @@ impl Service {
 
     /// Lets the plugin take in what has come on its inputs.
     pub(super) fn poll(&mut self) {
-        let polled = self.watchdog.watch("poll", OWN_LIMIT, || self.device.poll());
+        let polled = self.watchdog.watch("poll", UNASKED, || self.device.poll());
         let polled = self.context.take_misdated().map_or(polled, |why| Err(PluginError::Failed(why)));
         if let Err(error) = polled {
             self.context.report(LogLevel::Warn, &format!("taking in its inputs failed: {error}"));
@@ -245,7 +255,7 @@ impl Service {
     /// Brings the device to rest after a stop, and leaves it inactive. False when the robot does not confirm that it stands.
     pub(super) fn stop(&mut self) -> bool {
         self.joints = None;
-        let stopped = self.watchdog.watch("stop", OWN_LIMIT, || self.device.stop());
+        let stopped = self.watchdog.watch("stop", UNASKED, || self.device.stop());
         if self.state == DeviceState::Active && self.limits.is_some() {
             self.enter(DeviceState::Inactive);
         }
@@ -264,7 +274,7 @@ impl Service {
     /// Puts the device away.
     pub(super) fn finish(mut self) {
         let (context, watchdog) = (self.context, self.watchdog);
-        let ended = watchdog.watch("its end", OWN_LIMIT, || {
+        let ended = watchdog.watch("its end", UNASKED, || {
             let rested = if self.state == DeviceState::Active { self.device.deactivate() } else { Ok(()) };
             self.enter(DeviceState::Finalized);
             rested.and(self.device.destroy())

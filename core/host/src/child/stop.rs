@@ -80,7 +80,7 @@ pub(super) fn listen(context: &'static Context, listener: Listener, wake: Signal
             });
             if let Err(error) = heard {
                 // A host that cannot hear a stop must not go on.
-                context.report(plumb_plugin::LogLevel::Error, &error.to_string());
+                context.announce(plumb_plugin::LogLevel::Error, &error.to_string());
                 end_at_once(context, exit_code::BUS);
             }
         }

@@ -43,7 +43,7 @@ impl Watchdog {
 
     /// Does the work of one call under watch.
     pub(super) fn watch<R>(&self, name: &'static str, limit: Duration, work: impl FnOnce() -> R) -> R {
-        let end = Instant::now() + limit.min(LONGEST) + self.grace;
+        let end = Instant::now() + longest_run(limit, self.grace);
         let mut seen = self.seen();
         seen.running = Some(Running { name, limit, end });
         let is_seen_in_time = seen.next_look <= end;
@@ -64,7 +64,7 @@ impl Watchdog {
                 let (name, limit) = (call.name, call.limit);
                 let text = format!("the plugin is still in '{name}' after its {limit:?}: the host ends");
                 drop(seen);
-                context.report(LogLevel::Error, &text);
+                context.announce(LogLevel::Error, &text);
                 end_at_once(context, exit_code::WATCHDOG);
             }
             let end = seen.running.as_ref().map_or(now + UNASKED, |call| call.end);
@@ -79,8 +79,26 @@ impl Watchdog {
     }
 }
 
+/// How long a call of a time limit may run before the host ends itself.
+fn longest_run(limit: Duration, grace: Duration) -> Duration {
+    limit.min(LONGEST) + grace
+}
+
 /// How long it goes without looking when nothing asks it to.
 const UNASKED: Duration = Duration::from_secs(1);
 
 /// A time limit that never ends; longer ones cannot be added to a time.
 const LONGEST: Duration = Duration::from_secs(365 * 24 * 3600);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_call_may_run_for_its_limit_and_the_grace_and_not_longer() {
+        let grace = Duration::from_secs(1);
+        assert_eq!(longest_run(Duration::from_millis(1500), grace), Duration::from_millis(2500));
+        assert_eq!(longest_run(Duration::ZERO, grace), grace);
+        assert_eq!(longest_run(Duration::MAX, grace), LONGEST + grace, "no overflow");
+    }
+}

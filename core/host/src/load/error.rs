@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use plumb_plugin::{ContractVersion, DeviceKind};
+use plumb_plugin::ContractVersion;
 
 /// Why a library cannot be used as a plugin.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -67,14 +67,12 @@ pub enum LoadError {
         /// What differs.
         what: String,
     },
-    /// It lacks the functions of its kind.
-    #[error("the plugin says it is a {kind} and has no functions '{extension}', or they lack {lacks}")]
-    Extension {
-        /// What its manifest says it is.
-        kind: DeviceKind,
-        /// The table asked for.
-        extension: &'static str,
-        /// The functions that must be there.
-        lacks: &'static str,
+    /// The functions of its kind are not there, or not whole.
+    #[error("{}: {what}", library.display())]
+    Functions {
+        /// The file.
+        library: PathBuf,
+        /// What is wrong with them.
+        what: String,
     },
 }

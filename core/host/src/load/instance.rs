@@ -4,18 +4,18 @@ use std::ffi::c_void;
 use std::ptr;
 
 use bytemuck::Pod;
-use plumb_abi::{
-    Bytes, Instance, ROBOT_EXTENSION, RobotFunctions, SENSOR_EXTENSION, SensorFunctions, Sink, Status,
-};
+use plumb_abi::{Bytes, Instance, RobotFunctions, SensorFunctions, Sink, Status};
 use plumb_plugin::{
-    Description, DeviceKind, DigitalInputs, JogState, JointState, JointVector, Motion, PluginError, Reading,
+    Description, DigitalInputs, JogState, JointState, JointVector, Motion, PluginError, Reading,
     RobotDescription, SensorDescription, Value,
 };
 use serde::de::DeserializeOwned;
 
+use super::Loaded;
+use super::functions::Functions;
 use super::table::host_functions;
-use super::{LoadError, Loaded};
 use crate::child::Context;
+use crate::flood::LONGEST_ANSWER;
 
 /// The device of a loaded plugin. Stays on the thread that created it, as the contract promises the plugin.
 pub(crate) struct Device {
@@ -25,18 +25,13 @@ pub(crate) struct Device {
     context: &'static Context,
 }
 
-enum Functions {
-    Robot(RobotFunctions),
-    Sensor(SensorFunctions),
-}
-
 impl Loaded {
     /// Creates the device.
     ///
     /// # Errors
     /// What the plugin says.
     pub(crate) fn create(self, config: &Value, context: &'static Context) -> Result<Device, PluginError> {
-        let functions = self.functions().map_err(|error| PluginError::Failed(error.to_string()))?;
+        let functions = self.functions().map_err(PluginError::Failed)?;
         let config = config.to_string();
         let mut instance = ptr::null_mut();
         let Some(create) = self.entry.create else { return Err(missing("create")) };
@@ -49,86 +44,6 @@ impl Loaded {
             ));
         }
         Ok(Device { loaded: self, functions, instance, context })
-    }
-
-    /// The functions of the plugin's kind.
-    fn functions(self) -> Result<Functions, LoadError> {
-        match self.kind {
-            DeviceKind::Robot => {
-                let nothing = RobotFunctions {
-                    size: 0,
-                    reserved: 0,
-                    describe: None,
-                    activate: None,
-                    deactivate: None,
-                    read_joints: None,
-                    move_joints: None,
-                    stop: None,
-                    read_inputs: None,
-                    write_outputs: None,
-                    jog: None,
-                    set_zero: None,
-                };
-                // SAFETY: behind the name of a robot's functions lies a beginning of their table; where it ends it lacks functions, which may be null.
-                let table = unsafe { self.table(ROBOT_EXTENSION, nothing) };
-                let whole = |t: &RobotFunctions| {
-                    t.describe.is_some()
-                        && t.read_joints.is_some()
-                        && t.move_joints.is_some()
-                        && t.stop.is_some()
-                };
-                table.filter(whole).map(Functions::Robot).ok_or(LoadError::Extension {
-                    kind: self.kind,
-                    extension: ROBOT_EXTENSION,
-                    lacks: "describe, read_joints, move_joints or stop",
-                })
-            }
-            DeviceKind::Sensor => {
-                let nothing = SensorFunctions {
-                    size: 0,
-                    reserved: 0,
-                    describe: None,
-                    configure: None,
-                    arm: None,
-                    poll: None,
-                    read: None,
-                };
-                // SAFETY: as above, for a sensor's.
-                let table = unsafe { self.table(SENSOR_EXTENSION, nothing) };
-                let whole = |t: &SensorFunctions| t.describe.is_some() && t.read.is_some();
-                table.filter(whole).map(Functions::Sensor).ok_or(LoadError::Extension {
-                    kind: self.kind,
-                    extension: SENSOR_EXTENSION,
-                    lacks: "describe or read",
-                })
-            }
-        }
-    }
-
-    /// The table behind an extension's name. A plugin of an older minor version has a shorter one: what it ends before stays as in `nothing`. One of
-    /// a newer version has a longer one, whose end nobody here knows.
-    ///
-    /// # Safety
-    /// What lies behind that name is `T` or a beginning of it, and begins with its size; every field of `T` may keep its value from `nothing`
-    /// while others are the plugin's.
-    unsafe fn table<T>(self, name: &str, nothing: T) -> Option<T> {
-        let extension = self.entry.extension?;
-        // SAFETY: the entry was checked; the name outlives the call.
-        let theirs = unsafe { extension(Bytes::of_text(name)) };
-        // SAFETY: every table begins with its size.
-        let size = unsafe { theirs.cast::<u32>().as_ref() }?;
-        // A field that is cut in two is none.
-        let whole = *size as usize / size_of::<usize>() * size_of::<usize>();
-        let mut ours = nothing;
-        // SAFETY: no more is read than the plugin has, and no more written than there is; whole fields only, which the caller says may be mixed.
-        unsafe {
-            ptr::copy_nonoverlapping(
-                theirs.cast::<u8>(),
-                (&raw mut ours).cast::<u8>(),
-                whole.min(size_of::<T>()),
-            );
-        }
-        Some(ours)
     }
 }
 
@@ -302,10 +217,16 @@ impl Device {
 
     /// One call that writes an answer.
     fn written(&self, function: impl FnOnce(*const Sink) -> Status) -> Result<Vec<u8>, PluginError> {
-        let mut answer: Vec<u8> = Vec::new();
+        let mut answer = Answer { bytes: Vec::new(), length: 0 };
         let sink = Sink { context: ptr::from_mut(&mut answer).cast(), write: Some(append) };
         self.call(|| function(&raw const sink))?;
-        Ok(answer)
+        if answer.length > LONGEST_ANSWER {
+            return Err(PluginError::Failed(format!(
+                "the plugin's answer has {} bytes; it may have {LONGEST_ANSWER}",
+                answer.length
+            )));
+        }
+        Ok(answer.bytes)
     }
 
     fn answered<T: DeserializeOwned>(
@@ -322,12 +243,22 @@ fn parsed<T: DeserializeOwned>(what: &str, answer: &[u8]) -> Result<T, PluginErr
         .map_err(|error| PluginError::Failed(format!("the plugin's {what} cannot be understood: {error}")))
 }
 
+/// An answer as it is written piece by piece: no more of it is kept than an answer may have.
+struct Answer {
+    bytes: Vec<u8>,
+    length: usize,
+}
+
 /// Appends a piece to an answer.
 unsafe extern "C" fn append(context: *mut c_void, piece: Bytes) {
     // SAFETY: the context is the answer of the call under way, which nothing else uses meanwhile; the piece is lent for this call.
     unsafe {
-        if let Some(answer) = context.cast::<Vec<u8>>().as_mut() {
-            answer.extend_from_slice(piece.as_slice());
+        if let Some(answer) = context.cast::<Answer>().as_mut() {
+            let piece = piece.as_slice();
+            answer.length = answer.length.saturating_add(piece.len());
+            if answer.length <= LONGEST_ANSWER {
+                answer.bytes.extend_from_slice(piece);
+            }
         }
     }
 }

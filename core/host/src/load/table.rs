@@ -8,6 +8,7 @@ use plumb_abi::{Bytes, CONTRACT_MINOR, HostFunctions, Status};
 use plumb_plugin::LogLevel;
 
 use crate::child::Context;
+use crate::flood::{LONGEST_TEXT, cut};
 
 /// The table for a context. Both stay until the process ends.
 pub(super) fn host_functions(context: &'static Context) -> &'static HostFunctions {
@@ -36,13 +37,14 @@ unsafe fn context<'a>(pointer: *mut c_void) -> &'a Context {
     unsafe { &*pointer.cast::<Context>() }
 }
 
-/// A text the plugin lends, with what is not UTF-8 replaced.
+/// A text the plugin lends, with what is not UTF-8 replaced, and cut when it is longer than a line may be.
 ///
 /// # Safety
 /// As [`Bytes::as_slice`].
 unsafe fn text<'a>(bytes: Bytes) -> std::borrow::Cow<'a, str> {
     // SAFETY: promised by the caller.
-    String::from_utf8_lossy(unsafe { bytes.as_slice() })
+    let bytes = unsafe { bytes.as_slice() };
+    if bytes.len() > LONGEST_TEXT { cut(bytes).into() } else { String::from_utf8_lossy(bytes) }
 }
 
 // SAFETY of all below: the contract makes the plugin pass its table's context, and lend what it passes for the length of the call.

@@ -11,12 +11,7 @@ use plumb_plugin::{
 
 use super::DeviceError;
 use super::shared::Shared;
-
-/// How long a request may take that does not move anything.
-const SHORT: Duration = Duration::from_secs(5);
-
-/// How long a controller may take to set its zeros: one that drives each joint through its range takes minutes.
-const CALIBRATION: Duration = Duration::from_secs(900);
+use crate::time_limits::{CALIBRATION, PREPARATION, SHORT, UNDER_DEBUGGER};
 
 /// Asks a device, one thing at a time.
 struct Asking {
@@ -42,6 +37,7 @@ impl Asking {
         if let Some(reason) = self.shared.end() {
             return Err(died(reason));
         }
+        let time_limit = if self.shared.under_debugger { UNDER_DEBUGGER } else { time_limit };
         let span = self.shared.spans.enter_current();
         let call = Call { time_limit, span: span.number() };
         let client = self.client.lock().unwrap_or_else(PoisonError::into_inner);
@@ -75,15 +71,12 @@ impl Asking {
     }
 
     fn state(&self, request: &Request) -> Result<DeviceState, DeviceError> {
-        self.expect(request, LONG, |reply| match reply {
+        self.expect(request, PREPARATION, |reply| match reply {
             Reply::State(state) => Some(state),
             _ => None,
         })
     }
 }
-
-/// How long a request may take that prepares a device: switching motors on, looking for a reference.
-const LONG: Duration = Duration::from_secs(60);
 
 /// How long after a host's end everybody knows of it.
 const END_NOTICED: Duration = Duration::from_secs(1);

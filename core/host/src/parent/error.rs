@@ -51,6 +51,17 @@ pub enum SpawnError {
     Domain(#[from] DomainError),
 }
 
+impl SpawnError {
+    /// Whether the host was killed because it did not get on: frozen, hung, or without computing time.
+    pub fn is_frozen(&self) -> bool {
+        match self {
+            Self::TimedOut { .. } => true,
+            Self::Died { reason, .. } => reason.killed_because.is_some(),
+            _ => false,
+        }
+    }
+}
+
 /// Why a device did not do what it was asked.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DeviceError {

@@ -35,6 +35,14 @@ impl ExitReason {
         self.code == Some(i32::from(exit_code::FAILED))
     }
 
+    /// What it wrote when it died because the system gave it no more memory: Rust's own words for that.
+    fn refused_memory(&self) -> Option<&str> {
+        let is_refusal =
+            |line: &&String| line.starts_with("memory allocation of ") && line.ends_with(" failed");
+        let line = self.last_output.iter().find(is_refusal)?;
+        (self.signal.as_deref() == Some("SIGABRT")).then_some(line)
+    }
+
     /// Whether it ended in good order.
     pub fn is_orderly(&self) -> bool {
         self.code == Some(0)
@@ -53,9 +61,16 @@ impl fmt::Display for ExitReason {
                     write!(formatter, "ended itself: it was told to end, or was left alone")?
                 }
                 Ok(exit_code::BUS) => write!(formatter, "ended itself: its shared memory failed")?,
+                Ok(exit_code::MEMORY) => write!(
+                    formatter,
+                    "ended itself: it took more memory than it may (`memory_limit_mb:` in the cell file)"
+                )?,
                 _ => write!(formatter, "ended with code {code}")?,
             },
             (None, None, None) => write!(formatter, "ended")?,
+        }
+        if let Some(refusal) = self.refused_memory() {
+            return write!(formatter, "; {refusal} (the cell file may give it more with `memory_limit_mb:`)");
         }
         match self.last_output.last() {
             Some(line) if !self.is_orderly() => write!(formatter, "; the last it wrote: {line}"),

@@ -20,18 +20,18 @@ use super::shared::{LAST_WORDS, Shared, wait_for_thread};
 use super::{ExitReason, RobotClient, SensorClient, SpawnError, StopHandle, spawner};
 use crate::HostArguments;
 use crate::channel::{FromHost, ToHost};
+use crate::time_limits::{BEAT, ENDING, FINISH_WITHIN, READY_WITHIN};
 
 /// How a host process is started.
 pub struct HostCommand {
     program: PathBuf,
     arguments: Vec<OsString>,
     environment: Vec<(OsString, OsString)>,
+    /// The cell, for who lists processes.
+    cell: Option<String>,
     ready_within: Duration,
     listener: Box<Listener>,
 }
-
-/// How long a device may take to be ready, unless said otherwise.
-const READY_WITHIN: Duration = Duration::from_secs(15);
 
 impl HostCommand {
     /// This program again, with the argument `host`.
@@ -42,12 +42,14 @@ impl HostCommand {
         Ok(Self::new(std::env::current_exe()?, ["host"]))
     }
 
-    /// A program with arguments; it calls [`serve`](crate::serve) first thing.
+    /// A program with arguments; it calls [`serve`](crate::serve) first thing. After these arguments it is given the name of its device, and that
+    /// of the cell where one is [set](Self::of_cell), for who lists processes; it may pass over them.
     pub fn new<A: Into<OsString>>(program: PathBuf, arguments: impl IntoIterator<Item = A>) -> Self {
         Self {
             program,
             arguments: arguments.into_iter().map(Into::into).collect(),
             environment: Vec::new(),
+            cell: None,
             ready_within: READY_WITHIN,
             listener: Box::new(|_, _| ()),
         }
@@ -57,6 +59,13 @@ impl HostCommand {
     #[must_use]
     pub fn environment(mut self, name: &str, value: &str) -> Self {
         self.environment.push((name.into(), value.into()));
+        self
+    }
+
+    /// Names the cell on the host's command line.
+    #[must_use]
+    pub fn of_cell(mut self, cell: &str) -> Self {
+        self.cell = Some(cell.to_owned());
         self
     }
 
@@ -79,7 +88,7 @@ impl HostCommand {
 /// A host process with its device ready. Dropping it ends the device in good order if it can, and kills the process if not.
 pub struct HostProcess {
     shared: Arc<Shared>,
-    connection: Mutex<UnixStream>,
+    connection: Arc<Mutex<UnixStream>>,
     manifest: Manifest,
     description: Description,
     threads: Threads,
@@ -97,9 +106,6 @@ impl Threads {
     }
 }
 
-/// How long a host that is dropped may take to put its device away.
-const FINISH_WITHIN: Duration = Duration::from_secs(6);
-
 impl HostProcess {
     /// Starts a host and waits until its device is ready (inactive), or cannot be had.
     ///
@@ -110,17 +116,21 @@ impl HostProcess {
         let failed = |cause: io::Error| SpawnError::Start { device: device.to_owned(), cause };
         let limit = command.ready_within;
         let (mut connection, theirs) = UnixStream::pair().map_err(failed)?;
+        // A host that is frozen before it has read its arguments must not hold this up.
+        connection.set_write_timeout(Some(limit)).map_err(failed)?;
         let (output, output_writer) = io::pipe().map_err(failed)?;
         let mut process = Command::new(&command.program);
         process
             .args(&command.arguments)
+            .arg(device)
+            .args(command.cell.iter().flat_map(|cell| ["of", cell]))
             .envs(command.environment)
             .stdin(OwnedFd::from(theirs))
             .stdout(output_writer.try_clone().map_err(failed)?)
             .stderr(output_writer)
             .process_group(0);
         let child = spawner::spawn(process).map_err(failed)?;
-        let shared = Shared::new(device, bus.clone(), &child, command.listener);
+        let shared = Shared::new(arguments, bus.clone(), &child, command.listener);
 
         let output_shared = shared.clone();
         let output_thread = thread::spawn(move || read_output(output, &output_shared));
@@ -129,20 +139,19 @@ impl HostProcess {
 
         let (started, how) = channel();
         let lines = connection.try_clone().map_err(failed)?;
-        let lines_shared = shared.clone();
-        let reader = thread::spawn(move || read_lines(lines, &lines_shared, &started));
-        let threads = Threads(vec![attendant, reader]);
+        let (lines_shared, minds_silence) = (shared.clone(), !arguments.under_debugger);
+        let reader = thread::spawn(move || read_lines(lines, &lines_shared, &started, minds_silence));
         // A host that has ended already does not read this: its end tells more than the broken pipe.
         let _ = send_line(&mut connection, arguments);
+        let connection = Arc::new(Mutex::new(connection));
+        let (beats_shared, beats_connection) = (shared.clone(), Arc::clone(&connection));
+        let heart = thread::spawn(move || beat(&beats_shared, &beats_connection));
+        let threads = Threads(vec![attendant, reader, heart]);
 
         match how.recv_timeout(limit) {
-            Ok(FromHost::Ready { manifest, description }) => Ok(Self {
-                shared,
-                connection: Mutex::new(connection),
-                manifest: *manifest,
-                description: *description,
-                threads,
-            }),
+            Ok(FromHost::Ready { manifest, description }) => {
+                Ok(Self { shared, connection, manifest: *manifest, description: *description, threads })
+            }
             Ok(FromHost::Failed { text }) => {
                 end_of(&shared, &threads, "it did not end by itself");
                 Err(SpawnError::Failed { device: device.to_owned(), text })
@@ -246,12 +255,18 @@ fn end_of(shared: &Shared, threads: &Threads, why_killed: &str) -> ExitReason {
     })
 }
 
-/// How long a host that has said its last word, or was killed, may take to be gone.
-const ENDING: Duration = Duration::from_secs(3);
-
 impl Drop for HostProcess {
     fn drop(&mut self) {
         self.finish_within(FINISH_WITHIN);
+    }
+}
+
+/// Tells a host again and again that this program runs, until the host has ended.
+fn beat(shared: &Shared, connection: &Mutex<UnixStream>) {
+    while shared.wait_for_end(BEAT).is_none() {
+        let mut connection = connection.lock().unwrap_or_else(PoisonError::into_inner);
+        // A host that cannot be told is ending, or frozen: the reader of its lines notices.
+        let _ = send_line(&mut connection, &ToHost::Alive);
     }
 }
 

@@ -14,10 +14,13 @@ use plumb_plugin::LogLevel;
 use super::ExitReason;
 use super::lines::{HostEvent, Listener, Tail};
 use super::spans::Spans;
+use crate::HostArguments;
 
 /// What the orchestrator's handles of one host share.
 pub(super) struct Shared {
     pub(super) device: String,
+    /// Whether a debugger may hold the host or this program: nothing is too late then.
+    pub(super) under_debugger: bool,
     pub(super) bus: Bus,
     pub(super) spans: Spans,
     pub(super) tail: Tail,
@@ -36,9 +39,15 @@ struct Life {
 }
 
 impl Shared {
-    pub(super) fn new(device: &str, bus: Bus, child: &Child, listener: Box<Listener>) -> Arc<Self> {
+    pub(super) fn new(
+        arguments: &HostArguments,
+        bus: Bus,
+        child: &Child,
+        listener: Box<Listener>,
+    ) -> Arc<Self> {
         Arc::new(Self {
-            device: device.to_owned(),
+            device: arguments.device.clone(),
+            under_debugger: arguments.under_debugger,
             bus,
             spans: Spans::default(),
             tail: Tail::default(),

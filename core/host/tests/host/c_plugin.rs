@@ -20,29 +20,60 @@ pub(crate) fn compiled(directory: &Path, definitions: &[&str]) -> Option<Plugin>
     compiled_from(&abi().join("examples/counting_arm/counting_arm.c"), directory, definitions)
 }
 
+/// The worked example's source.
+pub(crate) fn example() -> PathBuf {
+    abi().join("examples/counting_arm/counting_arm.c")
+}
+
+/// A changed source of the worked example, compiled; `None`, said in words, without a C compiler.
+pub(crate) fn compiled_from_text(text: &str, directory: &Path) -> Option<Plugin> {
+    let source = directory.join("counting_arm.c");
+    fs::write(&source, text).unwrap();
+    compiled_from(&source, directory, &["-include", "stddef.h"])
+}
+
+/// A sensor's source and manifest, compiled as `libgauge.so`; `None`, said in words, without a C compiler.
+pub(crate) fn compiled_sensor(text: &str, manifest: &str, directory: &Path) -> Option<Plugin> {
+    let (source, library) = (directory.join("gauge.c"), directory.join("libgauge.so"));
+    fs::write(&source, text).unwrap();
+    let manifest_path = directory.join("plugin.yaml");
+    fs::write(&manifest_path, manifest).unwrap();
+    compile(&source, &library, &[]).then(|| Plugin::at_library(&manifest_path, &library).unwrap())
+}
+
 fn compiled_from(source: &Path, directory: &Path, definitions: &[&str]) -> Option<Plugin> {
     let library = directory.join("libcounting_arm.so");
+    if !compile(source, &library, definitions) {
+        return None;
+    }
+    let manifest = directory.join("plugin.yaml");
+    fs::copy(abi().join("examples/counting_arm/plugin.yaml"), &manifest).unwrap();
+    Some(Plugin::at_library(&manifest, &library).unwrap())
+}
+
+/// Compiles a library; false, said in words, without a C compiler.
+fn compile(source: &Path, library: &Path, definitions: &[&str]) -> bool {
     let output = Command::new("cc")
         .args(["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-shared", "-fPIC"])
         .args(definitions)
         .arg("-I")
         .arg(abi().join("include"))
         .arg("-o")
-        .arg(&library)
+        .arg(library)
         .arg(source)
         .arg("-lm")
         .output();
     match output {
-        Ok(output) => assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr)),
+        Ok(output) => {
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            true
+        }
         Err(error) if error.kind() == ErrorKind::NotFound => {
             println!("skipped: there is no C compiler 'cc' here");
-            return None;
+            false
         }
         Err(error) => panic!("cc cannot be run: {error}"),
     }
-    let manifest = directory.join("plugin.yaml");
-    fs::copy(abi().join("examples/counting_arm/plugin.yaml"), &manifest).unwrap();
-    Some(Plugin::at_library(&manifest, &library).unwrap())
 }
 
 #[test]

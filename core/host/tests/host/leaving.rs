@@ -71,13 +71,13 @@ fn what_a_plugin_started_ends_with_its_host() {
 }
 
 /// Whether a process has ended; one that nobody has reaped yet counts.
-fn is_gone(process: i32) -> bool {
+pub(crate) fn is_gone(process: i32) -> bool {
     fs::read_to_string(format!("/proc/{process}/stat"))
         .map_or(true, |stat| stat.rsplit(')').next().is_some_and(|rest| rest.trim_start().starts_with('Z')))
 }
 
 /// An orchestrator that has set its robot moving, and the process number of the robot's host.
-fn orchestrate(arguments: &HostArguments) -> (Child, i32) {
+pub(crate) fn orchestrate(arguments: &HostArguments) -> (Child, i32) {
     let mut orchestrator = Command::new(example_file("host_process"))
         .args(["orchestrate", &serde_json::to_string(arguments).unwrap()])
         .stdout(Stdio::piped())

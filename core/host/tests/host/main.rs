@@ -6,6 +6,8 @@ mod c_plugin;
 mod clock;
 mod conforming;
 mod faults;
+mod flooding;
+mod frozen;
 mod leaving;
 mod loading;
 mod place;

@@ -112,3 +112,13 @@ fn a_sensor_waiting_for_its_inputs_is_stopped_too() {
         assert!(reading.join().unwrap().unwrap_err().is_stopped());
     });
 }
+
+#[test]
+fn the_confirmation_of_an_earlier_stop_is_not_taken_for_this_one() {
+    let place = Place::new();
+    let host = place.robot_with("hang", "stop");
+    let stop = host.stop_handle().unwrap();
+    // As an earlier stop's, which came after its asker had given up.
+    place.bus().signal("stopped/arm").unwrap().ring().unwrap();
+    assert_eq!(stop.stop(Duration::from_millis(300)), StopOutcome::Killed);
+}
