@@ -249,7 +249,7 @@ impl Running {
 
 /// The hosts that a program has started.
 pub(crate) fn hosts_of(program: u32) -> Vec<u32> {
-    children_of(program).into_iter().filter(|process| command_of(*process).ends_with("host")).collect()
+    children_of(program).into_iter().filter(|process| command_of(*process).contains(" host ")).collect()
 }
 
 /// The living processes whose command line names this.

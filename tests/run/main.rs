@@ -14,6 +14,7 @@ mod corrections;
 mod cup;
 mod doctor;
 mod dry_run;
+mod hosts;
 mod interrupted;
 mod killed;
 mod lab;

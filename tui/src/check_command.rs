@@ -9,10 +9,10 @@ use plumb_cell::expression::Calculator;
 use plumb_cell::workcell::load_workcell;
 use plumb_cell::yaml::FileProblems;
 use plumb_cell::{FileKind, check_file, kind_of_file};
-use plumb_host::Catalogue;
 use plumb_model::table::Table;
 
 use crate::failure::CommandResult;
+use crate::run_command::prepare::plugins_of;
 use crate::study_command;
 
 /// Check cell, procedure, answers, model, world and study files, tables of measurements (CSV), and everything they name. Nothing is connected and
@@ -67,7 +67,7 @@ fn check(
     let checked = check_file(file, kind, calculator).map_err(|problems| in_words(&problems))?;
     if kind == FileKind::Workcell {
         let workcell = load_workcell(file, calculator).map_err(|problems| in_words(&problems))?;
-        check_plugins(&workcell, &Catalogue::search(&arguments.plugins))
+        check_plugins(&workcell, &plugins_of(&workcell, &arguments.plugins))
             .map_err(|problems| problems.to_string())?;
         if let Some(world) = &workcell.world {
             plumb_simulated::world_file::read(&world.file).map_err(|error| error.to_string())?;

@@ -2,7 +2,7 @@
 
 mod cells;
 mod finding;
-mod open_files;
+mod limits;
 mod plugins;
 mod processes;
 mod record;
@@ -18,7 +18,7 @@ use finding::Mark;
 use crate::failure::CommandResult;
 use crate::say::say;
 
-/// Look at shared memory, cells and their processes, serial ports, the terminal, plugins and the record, and say how to mend what is wrong.
+/// Look at the system's limits, shared memory, cells and their processes, serial ports, the terminal, plugins and the record, and say how to mend what is wrong.
 /// Nothing is changed without --clean. Ends with 1 when something is wrong.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -47,8 +47,8 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     if arguments.clean {
         findings.extend(cells::clean(&arguments.cells)?);
     }
+    findings.extend(limits::look());
     findings.extend(shared_memory::look());
-    findings.extend(open_files::look());
     findings.extend(cells::look(&arguments.cells)?);
     findings.extend(processes::look());
     findings.extend(serial_ports::look(&arguments.cells));

@@ -22,7 +22,6 @@ mod host_command;
 mod interrupt;
 mod model_command;
 mod note_command;
-mod open_files;
 mod plugins_command;
 mod progress;
 mod record_command;
@@ -31,6 +30,7 @@ mod say;
 mod schema_command;
 mod screens;
 mod show_command;
+mod signals;
 mod stripe_command;
 mod study_command;
 mod trial_command;
@@ -78,13 +78,14 @@ enum Command {
     #[command(subcommand)]
     Plugins(plugins_command::PluginsCommand),
     #[command(hide = true)]
-    Host,
+    Host(host_command::Arguments),
     #[command(hide = true)]
     World(world_command::Arguments),
     Watch(watch_command::Arguments),
 }
 
 fn main() -> ExitCode {
+    signals::let_through();
     let result: CommandResult = match Arguments::parse().command {
         Command::Model(command) => model_command::run(&command),
         Command::Emulate(command) => emulate_command::run(&command),
@@ -102,7 +103,7 @@ fn main() -> ExitCode {
         Command::Study(arguments) => study_command::run(&arguments),
         Command::Trial(command) => trial_command::run(&command),
         Command::Plugins(command) => plugins_command::run(&command),
-        Command::Host => host_command::run(),
+        Command::Host(_) => host_command::run(),
         Command::World(arguments) => world_command::run(&arguments),
         Command::Watch(arguments) => watch_command::run(&arguments),
     };

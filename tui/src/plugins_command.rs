@@ -14,7 +14,7 @@ use crate::failure::CommandResult;
 pub(crate) enum PluginsCommand {
     /// Lists the plugins that can be found, from their manifests alone; nothing is loaded.
     List(Places),
-    /// Loads each plugin's library and checks it against its manifest; no device is touched.
+    /// Loads each plugin's library, checks it against its manifest and asks for the functions of its kind; no device is touched.
     Verify(VerifyArguments),
 }
 
@@ -75,10 +75,13 @@ fn verify_all(
 ) -> Result<bool, Box<dyn std::error::Error>> {
     let catalogue = Catalogue::search(&arguments.places.directories);
     let mut all_good = true;
-    let mut tell = |name: &str, result: Result<(), String>| {
+    let mut tell = |name: &str, result: Result<Vec<String>, String>| {
         all_good &= result.is_ok();
         match result {
-            Ok(()) => writeln!(output, "{name}: good"),
+            Ok(notes) if notes.is_empty() => writeln!(output, "{name}: good"),
+            Ok(notes) => writeln!(output, "{name}: good, but {}", notes.join("; ")),
+            // What is wrong with a file begins with its name.
+            Err(text) if text.starts_with(name) => writeln!(output, "{text}"),
             Err(text) => writeln!(output, "{name}: {text}"),
         }
     };
@@ -99,7 +102,7 @@ fn verify_all(
     Ok(all_good)
 }
 
-fn verified(row: &CatalogueRow) -> (String, Result<(), String>) {
+fn verified(row: &CatalogueRow) -> (String, Result<Vec<String>, String>) {
     match &row.plugin {
         Ok(plugin) => (plugin.manifest.id.clone(), verify(plugin).map_err(|error| error.to_string())),
         Err(error) => (row.manifest_path.display().to_string(), Err(error.to_string())),

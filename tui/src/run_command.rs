@@ -18,6 +18,7 @@ use plumb_record::{Record, record_option};
 use crate::failure::CommandResult;
 use crate::say::say;
 use crate::screens::{self, Left};
+use crate::signals::EndingSignals;
 use prepare::Refused;
 
 /// Run a procedure of a cell. In a terminal the screens open; without one, or with --headless, it runs by itself with answers from a file.
@@ -65,6 +66,13 @@ pub(crate) struct Arguments {
     /// Look for plugins here too.
     #[arg(long, value_name = "DIR")]
     plugins: Vec<PathBuf>,
+    /// Run plugins whose files have changed since this cell ran with them last; asked at the start when somebody is there, refused when nobody is.
+    #[arg(long)]
+    accept_plugins: bool,
+    /// Let a debugger hold this program or a device's process: robots are not stopped because this program is silent, and nothing that a device is
+    /// asked is too late.
+    #[arg(long)]
+    debugger: bool,
 }
 
 /// How the time of a simulated world goes.
@@ -119,7 +127,8 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
             Err(refused) => told(refused),
         };
     }
-    crate::open_files::raise()?;
+    plumb_bus::check_limits()?;
+    let signals = EndingSignals::take_over()?;
     let prepared = match prepare::prepare(arguments) {
         Ok(prepared) => prepared,
         Err(refused) => return told(refused),
@@ -127,12 +136,13 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let running = prepared.running;
     let record = record_option(&prepared.record);
     let outcome = if arguments.is_headless() {
-        headless::watch(running, arguments.json, arguments.attended)?
+        headless::watch(running, signals, arguments.json, arguments.attended)?
     } else {
         let handle = running.handle.clone();
         let shown = screens::operate(
             running.events,
             handle.clone(),
+            signals.watch(handle.clone(), true),
             &prepared.operator,
             &prepared.cell,
             &prepared.record,

@@ -57,6 +57,7 @@ impl RunHandle {
             command,
             Command::Stop
                 | Command::Abort
+                | Command::EndBySignal { .. }
                 | Command::Finish
                 | Command::Keep
                 | Command::Pause { when: PauseWhen::Now }

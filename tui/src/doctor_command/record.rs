@@ -1,6 +1,7 @@
 //! The record: can it be written, is there room, is it sound.
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
 use plumb_record::Record;
@@ -46,9 +47,20 @@ pub(super) fn look(given: Option<&PathBuf>) -> Vec<Finding> {
         }
     }
     if directory.join("plumb.sqlite3").exists() {
+        findings.extend(readable_by_others(&directory));
         findings.push(soundness(&directory));
     }
     findings
+}
+
+/// A record holds names, comments and photographs: who shares it should know that they do.
+fn readable_by_others(directory: &Path) -> Option<Finding> {
+    let mode = |path: &Path| fs::metadata(path).map_or(0, |found| found.permissions().mode());
+    let open = mode(directory) & mode(&directory.join("plumb.sqlite3")) & 0o077;
+    let text = format!("{}: other users of this machine can read it", directory.display());
+    (open != 0).then(|| {
+        Finding::note(TOPIC, text).mend(format!("if they should not: chmod -R go= {}", directory.display()))
+    })
 }
 
 fn soundness(directory: &Path) -> Finding {

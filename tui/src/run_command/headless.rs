@@ -7,37 +7,34 @@ use plumb_cell::engine::RunningRun;
 use plumb_cell::event::{Event, LogLevel, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath};
 use plumb_cell::prompt::Prompt;
 use plumb_cell::{change_in_words, corrected_quantity, give_or_take};
-use tokio::signal::unix::{SignalKind, signal};
 
 use crate::answer_command::ways_to_answer;
+use crate::signals::EndingSignals;
 
-/// Prints what happens until the run has ended. An interrupt from the keyboard, or a termination, stops every robot and aborts the run.
+/// Prints what happens until the run has ended. A signal that asks the program to end stops every robot and ends the run.
 ///
 /// # Errors
 /// Standard output cannot be written; the run was aborted.
-pub(super) fn watch(mut running: RunningRun, json: bool, attended: bool) -> io::Result<RunOutcome> {
+pub(super) fn watch(
+    mut running: RunningRun,
+    signals: EndingSignals,
+    json: bool,
+    attended: bool,
+) -> io::Result<RunOutcome> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let handle = running.handle.clone();
+    // The run hears of them itself; nobody else has to.
+    drop(signals.watch(handle.clone(), false));
     let printed = runtime.block_on(async {
-        let mut interrupted = signal(SignalKind::interrupt())?;
-        let mut terminated = signal(SignalKind::terminate())?;
         let mut printer = Printer { json, attended, plan: Vec::new() };
-        loop {
-            tokio::select! {
-                event = running.events.recv() => match event {
-                    Some(event) => {
-                        printer.print(&event)?;
-                        if matches!(event.event, Event::Paused { .. }) {
-                            // Stopped at the arm itself, and nobody is here to resume: kept, for who comes.
-                            handle.send(Command::Keep);
-                        }
-                    }
-                    None => return Ok(()),
-                },
-                _ = interrupted.recv() => { handle.send(Command::Abort); }
-                _ = terminated.recv() => { handle.send(Command::Abort); }
+        while let Some(event) = running.events.recv().await {
+            printer.print(&event)?;
+            if matches!(event.event, Event::Paused { .. }) {
+                // Stopped at the arm itself, and nobody is here to resume: kept, for who comes.
+                handle.send(Command::Keep);
             }
         }
+        Ok(())
     });
     if printed.is_err() {
         handle.send(Command::Abort);

@@ -72,7 +72,7 @@ pub(super) fn wanted(arguments: &Arguments) -> Result<Wanted, Refused> {
     let calculator = Calculator::new();
     let cell_file = cell_file(arguments, resumed.as_ref());
     let cell = Arc::new(load_workcell(&cell_file, &calculator).map_err(Refused::Files)?);
-    let catalogue = Catalogue::search(&arguments.plugins);
+    let catalogue = plugins_of(&cell, &arguments.plugins);
     check_plugins(&cell, &catalogue).map_err(|problems| Refused::Files(vec![problems]))?;
     let procedure = procedure_of(&cell, arguments, resumed.as_ref())?;
     let unattended = arguments.is_unattended();
@@ -93,6 +93,7 @@ pub(super) fn wanted(arguments: &Arguments) -> Result<Wanted, Refused> {
         record_directory,
         resume: resumed.as_ref().map(|run| run.run),
         other_files,
+        accepts_changed_plugins: arguments.accept_plugins,
     };
     Ok(Wanted { request, catalogue, pace })
 }
@@ -107,6 +108,7 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
     let (shown, record) = (Arc::clone(&cell), request.record_directory.clone());
     let socket = place.world_socket();
     let domain = place.domain().clone();
+    let under_debugger = arguments.debugger;
     let running = start_run(request, |left_world| {
         let world: Option<Box<dyn World>> = match &cell.world {
             None => None,
@@ -119,7 +121,8 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
                 Some(Box::new(world))
             }
         };
-        Ok(Box::new(HostedDevices::new(Arc::clone(&cell), catalogue, domain, world)))
+        let devices = HostedDevices::new(Arc::clone(&cell), catalogue, domain, world);
+        Ok(Box::new(devices.under_debugger(under_debugger)))
     });
     match running {
         Ok(running) => Ok(Prepared { running, operator, cell: shown, record, _lock: lock }),
@@ -128,6 +131,12 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
         }
         Err(error) => Err(error.into()),
     }
+}
+
+/// The plugins that a cell may use: those named on the command line, those of its own folders, and those of the program.
+pub(crate) fn plugins_of(cell: &Workcell, named: &[PathBuf]) -> Catalogue {
+    let directories: Vec<PathBuf> = named.iter().chain(&cell.plugins).cloned().collect();
+    Catalogue::search(&directories)
 }
 
 /// The run to go on with, if that is asked for.

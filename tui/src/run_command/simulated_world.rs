@@ -11,6 +11,7 @@ use super::emulated_controller::EmulatedController;
 use super::simulated_operator;
 use plumb_cell::device::{Act, World};
 use plumb_cell::workcell::{Pace, WorldSetting};
+use plumb_record::create_owner_only_directory;
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::{self, Verb};
 use plumb_simulated::serve::clock_file;
@@ -73,7 +74,7 @@ impl SimulatedWorld {
             self.shut_down();
         }
         if let Some(parent) = socket.parent() {
-            fs::create_dir_all(parent)?;
+            create_owner_only_directory(parent)?;
         }
         let mut said = File::options()
             .create(true)

@@ -46,6 +46,8 @@ pub(crate) struct Sources {
     pub lab: Option<Lab>,
     /// The record.
     pub archive: Option<Archive>,
+    /// Tells that a signal asks the program to end, where somebody else has taken the signals over.
+    pub ended_by_signal: Option<UnboundedReceiver<()>>,
 }
 
 /// Shows the screens until the operator leaves or a signal ends the program; gives back the state they were left in.
@@ -86,6 +88,9 @@ async fn run(state: &mut State, sources: &mut Sources, outside: &Outside) -> io:
         let actions = tokio::select! {
             biased;
             () = ends.any() => obey(state, Command::LeaveNow),
+            Some(()) = told_to_end(&mut sources.ended_by_signal), if sources.ended_by_signal.is_some() => {
+                obey(state, Command::LeaveNow)
+            }
             message = keys.recv() => match message {
                 Some(message) => update(state, message),
                 // Nobody can press a key any more: the terminal is gone.
@@ -195,6 +200,13 @@ async fn heard(from: &mut Option<UnboundedReceiver<StampedEvent>>, events: &mut 
     match from {
         Some(from) => from.recv_many(events, BATCH).await,
         None => 0,
+    }
+}
+
+async fn told_to_end(signal: &mut Option<UnboundedReceiver<()>>) -> Option<()> {
+    match signal {
+        Some(signal) => signal.recv().await,
+        None => None,
     }
 }
 

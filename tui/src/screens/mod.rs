@@ -95,19 +95,27 @@ pub(crate) enum Left {
     Kept,
 }
 
-/// Shows the screens of a run in `cell` that the operator controls, until they leave.
+/// Shows the screens of a run in `cell` that the operator controls, until they leave or `ended_by_signal` says that a signal asks the program to
+/// end.
 ///
 /// # Errors
 /// The terminal cannot be used, or was lost; robots were told to stop.
 pub(crate) fn operate(
     events: UnboundedReceiver<StampedEvent>,
     handle: RunHandle,
+    ended_by_signal: UnboundedReceiver<()>,
     operator: &str,
     cell: &Workcell,
     record: &Path,
 ) -> io::Result<Left> {
     let archive = Some(Archive::open(record.to_owned()));
-    let sources = Sources { events: Some(events), handle: Some(handle), archive, ..Sources::default() };
+    let sources = Sources {
+        events: Some(events),
+        handle: Some(handle),
+        archive,
+        ended_by_signal: Some(ended_by_signal),
+        ..Sources::default()
+    };
     let state = State {
         record_option: plumb_record::record_option(record),
         ..State::of_cell(operator, ArmShape::of_cell(cell), Theme::from_environment())

@@ -1,17 +1,17 @@
 //! Devices behind host processes, one each.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
 use nix::time::{ClockId, clock_gettime};
 use plumb_bus::{Bus, CallError, Domain, Subscriber};
 use plumb_host::{
-    Catalogue, HostArguments, HostCommand, HostEvent, HostProcess, JointRange, RobotClient, SensorClient,
-    StopHandle,
+    Catalogue, ExitReason, HostArguments, HostCommand, HostEvent, HostProcess, JointRange, RobotClient,
+    SensorClient, SpawnError, StopHandle,
 };
 use plumb_plugin::{
     Description, JogState, JointState, JointVector, LogLevel, Message as _, Motion, PluginError, Reading,
@@ -21,13 +21,10 @@ use plumb_record::{LoadedFile, sha256_hex};
 
 use super::watcher::{JointWatcher, PoseListener};
 use super::wiring::wired_inputs;
-use super::{Act, DeviceError, DeviceLinks, DeviceLog, Link, RobotLink, SensorLink, Stripe};
+use super::{Act, DeviceError, DeviceLinks, DeviceLog, Link, LostDevice, RobotLink, SensorLink, Stripe};
 use crate::event;
 use crate::run_handle::StopAction;
 use crate::workcell::{DeviceSetting, Workcell};
-
-/// How long a sensor may take to see what its inputs have to show.
-const SEEING: Duration = Duration::from_secs(5);
 
 /// How long a host may take to put its device away.
 const PUTTING_AWAY: Duration = Duration::from_secs(5);
@@ -71,9 +68,45 @@ pub struct HostedDevices {
     world: Option<Box<dyn World>>,
     hosts: BTreeMap<String, (HostProcess, Value)>,
     /// Started with others at once, not asked for yet.
-    prepared: BTreeMap<String, (Result<HostProcess, String>, Value)>,
+    prepared: BTreeMap<String, (Result<HostProcess, StartFailure>, Value)>,
+    watch: Arc<Mutex<Watch>>,
+    /// The hashes of the plugins' files as they were when the run began.
+    files: Vec<LoadedFile>,
+    under_debugger: bool,
     log_in: Sender<DeviceLog>,
     log_out: Receiver<DeviceLog>,
+}
+
+/// What is known of the devices' processes as they end, shared with the threads that look after them.
+#[derive(Default)]
+struct Watch {
+    /// Devices whose process serves.
+    serving: BTreeSet<String>,
+    /// How each robot is stopped.
+    stops: BTreeMap<String, Arc<StopHandle>>,
+    lost: Vec<LostDevice>,
+}
+
+impl Watch {
+    /// A process has ended. When nobody asked for that, every robot is told to stop at once: whatever moves then moves by what a sensor or another
+    /// robot no longer sees.
+    fn note_end(&mut self, device: &str, reason: &ExitReason) {
+        if !self.serving.remove(device) {
+            return;
+        }
+        self.stops.remove(device);
+        self.lost.push(LostDevice {
+            device: device.to_owned(),
+            message: format!("{device} is lost: the host of {device} {reason}"),
+        });
+        for stop in self.stops.values() {
+            stop.ring();
+        }
+    }
+}
+
+fn locked(watch: &Mutex<Watch>) -> MutexGuard<'_, Watch> {
+    watch.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl HostedDevices {
@@ -85,7 +118,11 @@ impl HostedDevices {
         world: Option<Box<dyn World>>,
     ) -> Self {
         let (log_in, log_out) = channel();
+        let files = plugin_files(&cell, &catalogue);
         Self {
+            watch: Arc::default(),
+            files,
+            under_debugger: false,
             cell,
             catalogue,
             domain,
@@ -96,6 +133,13 @@ impl HostedDevices {
             log_in,
             log_out,
         }
+    }
+
+    /// Lets a debugger hold this program or a host: nobody minds silence, and requests have a day.
+    #[must_use]
+    pub fn under_debugger(mut self, yes: bool) -> Self {
+        self.under_debugger = yes;
+        self
     }
 
     fn bus(&mut self) -> Result<&Bus, String> {
@@ -116,6 +160,11 @@ impl HostedDevices {
         arguments.config = self.config_of(device, &plugin.manifest.config)?;
         arguments.guard = guard;
         arguments.clock = self.world.as_ref().map(|world| world.clock());
+        arguments.under_debugger = self.under_debugger;
+        arguments.library_sha256 = self.hash_at_start(&plugin.library_path);
+        if let Some(limit) = device.memory_limit_mb {
+            arguments.memory_limit_mb = limit;
+        }
         arguments.inputs = wired_inputs(&self.cell, device, &self.catalogue)?;
         if let Some(robot) = self.cell.robot(&device.name) {
             let range = |(joint, lower, upper): &(String, f64, f64)| JointRange {
@@ -129,8 +178,12 @@ impl HostedDevices {
             arguments.joint_ranges = robot.limits.iter().filter(is_the_drives).map(range).collect();
         }
         let log = Mutex::new(self.log_in.clone());
+        let watch = Arc::clone(&self.watch);
         let command = HostCommand::this_program().map_err(|error| error.to_string())?;
-        let command = command.on_event(move |device, event| {
+        let command = command.of_cell(&self.cell.name).on_event(move |device, event| {
+            if let HostEvent::Ended { reason } = event {
+                locked(&watch).note_end(device, reason);
+            }
             if let Some(line) = log_line(device, event) {
                 let _ = log.lock().unwrap_or_else(PoisonError::into_inner).send(line);
             }
@@ -138,9 +191,15 @@ impl HostedDevices {
         Ok((arguments, command))
     }
 
-    fn spawn(&mut self, device: &DeviceSetting, guard: Value) -> Result<HostProcess, String> {
+    /// The hash a file had when the run began.
+    fn hash_at_start(&self, path: &Path) -> Option<String> {
+        let path = path.display().to_string();
+        self.files.iter().find(|file| file.path == path).map(|file| file.sha256.clone())
+    }
+
+    fn spawn(&mut self, device: &DeviceSetting, guard: Value) -> Result<HostProcess, StartFailure> {
         let (arguments, command) = self.order(device, guard)?;
-        HostProcess::spawn(self.bus()?, &arguments, command).map_err(|error| error.to_string())
+        Ok(HostProcess::spawn(self.bus()?, &arguments, command)?)
     }
 
     /// The device's configuration, with the cell file's directory and the world's socket for a plugin that asks for them, and the port of an
@@ -185,6 +244,24 @@ impl HostedDevices {
         }
     }
 
+    /// A device that is put away on purpose: its end is no loss.
+    fn forget(&self, device: &str) {
+        let mut watch = locked(&self.watch);
+        watch.serving.remove(device);
+        watch.stops.remove(device);
+        watch.lost.retain(|lost| lost.device != device);
+    }
+
+    /// A device that did not get ready in time. What it held in shared memory may be why another one failed, so it is named first.
+    fn first_frozen(&self) -> Option<DeviceError> {
+        self.prepared.iter().find_map(|(device, (host, _))| match host {
+            Err(error) if error.is_frozen() => {
+                Some(DeviceError::Start { device: device.clone(), cause: error.to_string() })
+            }
+            _ => None,
+        })
+    }
+
     /// A line to the host of a device.
     fn link(&mut self, device: &DeviceSetting) -> Result<Link, DeviceError> {
         let failed = |cause: String| cannot_start(device, &cause);
@@ -198,18 +275,46 @@ impl HostedDevices {
                 let stop = host.stop_handle().map_err(|error| failed(error.to_string()))?;
                 let stream = host.manifest().streams.iter().find(|stream| stream.name == "joints").cloned();
                 let stop = Arc::new(stop);
+                locked(&self.watch).stops.insert(device.name.clone(), Arc::clone(&stop));
                 Link::Robot(Box::new(HostedRobot { client, description, stop, bus, stream, watcher: None }))
             }
             Description::Sensor(description) => {
                 let client = host.sensor().map_err(|error| failed(error.to_string()))?;
+                let read_within = host.manifest().read_time_limit();
                 let streams = &host.manifest().streams;
                 let stream = streams.iter().find(|stream| stream.message == StripeHeader::TYPE_NAME).cloned();
                 let bus = self.bus().map_err(failed)?;
                 let stripes = stream.map(|stream| bus.subscriber(&device.name, &stream)).transpose();
                 let stripes = stripes.map_err(|error| failed(error.to_string()))?;
-                Link::Sensor(Box::new(HostedSensor { client, description, stripes }))
+                Link::Sensor(Box::new(HostedSensor { client, description, read_within, stripes }))
             }
         })
+    }
+}
+
+/// Why a host does not serve.
+#[derive(Debug, thiserror::Error)]
+enum StartFailure {
+    /// What it needs to be told is not known.
+    #[error("{0}")]
+    Order(String),
+    #[error(transparent)]
+    Spawn(#[from] SpawnError),
+}
+
+impl From<String> for StartFailure {
+    fn from(cause: String) -> Self {
+        Self::Order(cause)
+    }
+}
+
+impl StartFailure {
+    /// Whether its process did not run.
+    fn is_frozen(&self) -> bool {
+        match self {
+            Self::Order(_) => false,
+            Self::Spawn(error) => error.is_frozen(),
+        }
     }
 }
 
@@ -232,15 +337,15 @@ impl DeviceLinks for HostedDevices {
             let starts: Vec<_> = orders
                 .into_iter()
                 .map(|(name, guard, order)| {
-                    let start = scope.spawn(move || {
+                    let start = scope.spawn(move || -> Result<HostProcess, StartFailure> {
                         let (arguments, command) = order?;
-                        HostProcess::spawn(bus, &arguments, command).map_err(|error| error.to_string())
+                        Ok(HostProcess::spawn(bus, &arguments, command)?)
                     });
                     (name, guard, start)
                 })
                 .collect();
-            let ended = |start: thread::ScopedJoinHandle<'_, Result<HostProcess, String>>| {
-                start.join().unwrap_or_else(|_| Err("its host could not be started".to_owned()))
+            let ended = |start: thread::ScopedJoinHandle<'_, Result<HostProcess, StartFailure>>| {
+                start.join().unwrap_or_else(|_| Err("its host could not be started".to_owned().into()))
             };
             starts.into_iter().map(|(name, guard, start)| (name, (ended(start), guard))).collect()
         });
@@ -249,13 +354,24 @@ impl DeviceLinks for HostedDevices {
     fn connect(&mut self, device: &DeviceSetting, guard: Value) -> Result<Link, DeviceError> {
         let failed = |cause: String| cannot_start(device, &cause);
         if let Some((old, _)) = self.hosts.remove(&device.name) {
+            self.forget(&device.name);
             old.finish(PUTTING_AWAY);
         }
         let prepared = self.prepared.remove(&device.name).filter(|(_, known)| *known == guard);
         let host = prepared.map_or_else(|| self.spawn(device, guard.clone()), |(host, _)| host);
-        let host = host.map_err(failed)?;
+        let host = host.map_err(|error| self.first_frozen().unwrap_or_else(|| failed(error.to_string())))?;
+        locked(&self.watch).serving.insert(device.name.clone());
+        if let Some(reason) = host.end() {
+            locked(&self.watch).serving.remove(&device.name);
+            return Err(failed(format!("its host {reason}")));
+        }
         self.hosts.insert(device.name.clone(), (host, guard));
         self.link(device)
+    }
+
+    fn lost(&mut self) -> Option<LostDevice> {
+        let mut watch = locked(&self.watch);
+        (!watch.lost.is_empty()).then(|| watch.lost.remove(0))
     }
 
     fn simulate(&mut self, act: &Act) -> Result<Option<f64>, String> {
@@ -283,6 +399,7 @@ impl DeviceLinks for HostedDevices {
     }
 
     fn shut_down(&mut self, keep_world: bool) {
+        *locked(&self.watch) = Watch::default();
         let unasked = std::mem::take(&mut self.prepared).into_values().filter_map(|(host, _)| host.ok());
         let asked = std::mem::take(&mut self.hosts).into_values().map(|(host, _)| host);
         for host in asked.chain(unasked) {
@@ -431,6 +548,8 @@ fn stop_limit(description: &RobotDescription) -> Duration {
 struct HostedSensor {
     client: SensorClient,
     description: SensorDescription,
+    /// How long a reading may take, which its plugin says.
+    read_within: Duration,
     /// The stripes of a light stripe sensor.
     stripes: Option<Subscriber>,
 }
@@ -449,7 +568,7 @@ impl SensorLink for HostedSensor {
     }
 
     fn read(&mut self, after_ns: u64) -> Result<Reading, DeviceError> {
-        self.client.read(after_ns, SEEING).map_err(|error| told(self.client.device(), error))
+        self.client.read(after_ns, self.read_within).map_err(|error| told(self.client.device(), error))
     }
 
     fn configure(&mut self, settings: &Value) -> Result<(), DeviceError> {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use plumb_plugin::Value;
 
-use super::{Act, DeviceError, DeviceLinks, DeviceLog, HostedDevices, Link};
+use super::{Act, DeviceError, DeviceLinks, DeviceLog, HostedDevices, Link, LostDevice};
 use crate::workcell::DeviceSetting;
 
 /// The devices of a cell for one run of many.
@@ -36,6 +36,10 @@ impl DeviceLinks for KeptDevices {
 
     fn log_lines(&mut self) -> Vec<DeviceLog> {
         self.devices().log_lines()
+    }
+
+    fn lost(&mut self) -> Option<LostDevice> {
+        self.devices().lost()
     }
 
     fn simulate(&mut self, act: &Act) -> Result<Option<f64>, String> {

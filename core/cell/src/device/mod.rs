@@ -169,6 +169,15 @@ pub struct DeviceLog {
     pub message: String,
 }
 
+/// A device whose process ended unasked.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LostDevice {
+    /// The device.
+    pub device: String,
+    /// How its process ended.
+    pub message: String,
+}
+
 /// What the operator of a simulated cell does.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Act {
@@ -192,6 +201,11 @@ pub trait DeviceLinks: Send {
     /// # Errors
     /// [`DeviceError::Start`]
     fn connect(&mut self, device: &DeviceSetting, guard: Value) -> Result<Link, DeviceError>;
+
+    /// A device whose process ended unasked; each is told once. Every robot has been told to stop when that happened.
+    fn lost(&mut self) -> Option<LostDevice> {
+        None
+    }
 
     /// What the devices and their hosts have had to say since this was asked last.
     fn log_lines(&mut self) -> Vec<DeviceLog> {

@@ -20,6 +20,13 @@ pub(crate) enum Interrupt {
     Finish,
     /// Leave the run as it stands, to be resumed.
     Keep,
+    /// A signal asks the program to end.
+    Signal {
+        /// Which, and who sent it.
+        by: &'static str,
+        /// The run is left to be resumed.
+        keep: bool,
+    },
 }
 
 /// Most answers that wait for the prompt they are meant for; more at once come from no person.
@@ -83,6 +90,10 @@ impl Inbox {
             Command::Abort => Some(Interrupt::Abort),
             Command::Finish => Some(Interrupt::Finish),
             Command::Keep => Some(Interrupt::Keep),
+            // Once in the life of a program, which ends by it: nothing is gained by freeing the text before.
+            Command::EndBySignal { by, keep } => {
+                Some(Interrupt::Signal { by: String::leak(by.clone()), keep: *keep })
+            }
             Command::Answer { .. } | Command::Jog { .. } | Command::HandOver { .. } | Command::Resume => None,
         }
     }

@@ -141,6 +141,12 @@ impl Engine {
         if let Some(interrupt) = self.inbox.interrupt() {
             return interrupted(interrupt);
         }
+        // A robot is stopped as soon as any device's process ends: then that is the reason.
+        if error.is_stop()
+            && let Some(lost) = self.links.lost().filter(|lost| !self.lost.contains(&lost.device))
+        {
+            return StepError::Lost { device: lost.device, message: lost.message };
+        }
         if error.is_stop() {
             return StepError::Interrupted { interrupt: Interrupt::Stop, reason: error.to_string() };
         }
@@ -283,6 +289,9 @@ fn interrupted(interrupt: Interrupt) -> StepError {
         Interrupt::Abort => "aborted by the operator",
         Interrupt::Finish => "finished early by the operator",
         Interrupt::Keep => "left by the operator",
+        Interrupt::Signal { by, .. } => {
+            return StepError::Interrupted { interrupt, reason: format!("ended by {by}") };
+        }
     };
     StepError::Interrupted { interrupt, reason: reason.to_owned() }
 }

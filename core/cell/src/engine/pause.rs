@@ -43,7 +43,12 @@ impl Engine {
                         self.journal.interruption(Interruption::Stopped, step, "stopped by the operator")?;
                         self.journal.show(Event::Stopped { reason: "stopped by the operator".to_owned() });
                     }
-                    Some(end @ (Interrupt::Abort | Interrupt::Finish | Interrupt::Keep)) => {
+                    Some(
+                        end @ (Interrupt::Abort
+                        | Interrupt::Finish
+                        | Interrupt::Keep
+                        | Interrupt::Signal { .. }),
+                    ) => {
                         return Err(super::interrupted(end));
                     }
                     Some(Interrupt::Pause) | None => {}

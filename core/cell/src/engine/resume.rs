@@ -1,12 +1,13 @@
 //! Going on with a run that was interrupted: what was done stays done, the step in hand begins again.
 
-use plumb_record::StoredStep;
+use plumb_record::{ChangedLibrary, StoredStep};
 use serde_json::Value;
 
 use super::Engine;
 use super::journal::{Attempt, Question};
 use super::plan::Work;
 use super::prompting::Heard;
+use super::start::describe_changed;
 use super::step_context::StepContext;
 use super::step_error::StepError;
 use crate::event::{Event, NamedValue, StepOutcome, StepPath};
@@ -140,6 +141,32 @@ impl Engine {
         Ok(())
     }
 
+    /// Lets a person look at plugins that are not those the cell ran with last. Nothing of them has been loaded yet.
+    pub(super) fn confirm_plugins(&mut self, changed: &[ChangedLibrary]) -> Result<(), StepError> {
+        if changed.is_empty() {
+            return Ok(());
+        }
+        let path = StepPath("plugins".to_owned());
+        let question = Question {
+            step: &path,
+            title: "A plugin has changed. Run with it?",
+            text: format!(
+                "{}.\nThat is right after an update. If nobody has updated it, abort and find out who did.",
+                describe_changed(changed)
+            ),
+            help: None,
+            kind: PromptKind::Acknowledge { label: "Run with it".to_owned() },
+        };
+        let prompt = self.journal.ask(question)?;
+        let at = StepContext::outside(&path, "plugins");
+        loop {
+            if let Heard::Answer(answer, by) = self.hear(&prompt, &at)? {
+                self.journal.answered(&prompt, &answer, &by)?;
+                return Ok(());
+            }
+        }
+    }
+
     fn confirm_by_asking(
         &mut self,
         robot: &str,
@@ -162,15 +189,7 @@ impl Engine {
             },
         };
         let prompt = self.journal.ask(question)?;
-        let at = StepContext {
-            path: path.clone(),
-            title: String::new(),
-            answer_name: "resume".to_owned(),
-            scope: 0,
-            attempt: Attempt { row: 0, number: 1, started: std::time::Instant::now() },
-            intent: None,
-            limit: None,
-        };
+        let at = StepContext::outside(&path, "resume");
         loop {
             if let Heard::Answer(answer, by) = self.hear(&prompt, &at)? {
                 self.journal.answered(&prompt, &answer, &by)?;

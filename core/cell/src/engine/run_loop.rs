@@ -225,7 +225,9 @@ impl Engine {
         }
         let (kind, outcome) = match interrupt {
             Interrupt::Finish => (Interruption::FinishAsked, RunOutcome::Passed),
-            Interrupt::Keep => (Interruption::Left, RunOutcome::NeedsOperator),
+            Interrupt::Keep | Interrupt::Signal { keep: true, .. } => {
+                (Interruption::Left, RunOutcome::NeedsOperator)
+            }
             _ => (Interruption::AbortAsked, RunOutcome::Aborted),
         };
         self.journal.interruption(kind, Some(&entry.path), reason)?;

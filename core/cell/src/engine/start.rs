@@ -7,7 +7,8 @@ use std::sync::mpsc::channel;
 use std::thread::JoinHandle;
 
 use plumb_record::{
-    CellLock, Interruption, LoadedFile, NewRun, Record, RecordError, RunId, RunState, sha256_hex, today,
+    CellLock, ChangedLibrary, Interruption, LoadedFile, NewRun, Record, RecordError, RunId, RunState,
+    sha256_hex, today,
 };
 use serde_json::{Map, Value};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
@@ -55,6 +56,8 @@ pub struct RunRequest {
     pub notes: Vec<String>,
     /// Other files that were loaded, such as plugins and the world's, for the record.
     pub other_files: Vec<LoadedFile>,
+    /// Plugins that have changed since the cell ran with them last are run without asking.
+    pub accepts_changed_plugins: bool,
 }
 
 /// A run that goes on in a thread of its own.
@@ -134,6 +137,7 @@ pub fn start_run(
         check_unattended(&request)?;
     }
     let mut record = Record::open(&request.record_directory)?;
+    let changed_plugins = changed_plugins(&record, &request)?;
     let lock = CellLock::take(&request.record_directory, &request.cell.name)?;
     let (run, world) = match request.resume {
         Some(run) => (run, resume_in_record(&mut record, run, &request)?),
@@ -177,11 +181,41 @@ pub fn start_run(
     };
     let thread = std::thread::Builder::new().name("engine".to_owned()).spawn(move || {
         let _lock = lock;
-        engine.sitting(&request)
+        engine.sitting(&request, &changed_plugins)
     });
     let thread =
         thread.map_err(|cause| RecordError::Lock { path: PathBuf::from("the engine's thread"), cause })?;
     Ok(RunningRun { run, events, handle, thread })
+}
+
+/// The plugins that have changed since the cell ran with them last, unless that was accepted beforehand.
+///
+/// # Errors
+/// [`StartError::NeedsOperator`] where nobody is there to look at them.
+fn changed_plugins(record: &Record, request: &RunRequest) -> Result<Vec<ChangedLibrary>, StartError> {
+    if request.accepts_changed_plugins {
+        return Ok(Vec::new());
+    }
+    let changed = record.changed_libraries(&request.cell.name, &request.other_files)?;
+    if changed.is_empty() || !request.unattended {
+        return Ok(changed);
+    }
+    Err(StartError::NeedsOperator(format!(
+        "{}. Run it with somebody there, or with --accept-plugins when you know why",
+        describe_changed(&changed)
+    )))
+}
+
+/// Changed plugins, as a sentence.
+pub(super) fn describe_changed(changed: &[ChangedLibrary]) -> String {
+    let one = |library: &ChangedLibrary| {
+        let short = |hash: &str| hash.get(..12).unwrap_or(hash).to_owned();
+        let (path, run) = (&library.path, library.run);
+        format!("{path} (SHA-256 {} in run {run}, {} now)", short(&library.before), short(&library.sha256))
+    };
+    let list: Vec<String> = changed.iter().map(one).collect();
+    let (what, them) = if changed.len() == 1 { ("a plugin has", "it") } else { ("plugins have", "them") };
+    format!("{what} changed since this cell ran with {them} last: {}", list.join(", "))
 }
 
 pub(super) fn parameters_of(request: &RunRequest) -> Result<Map<String, Value>, StartError> {
@@ -321,8 +355,8 @@ fn resume_in_record(
 
 impl Engine {
     /// The whole sitting, from the first event to the last.
-    fn sitting(mut self, request: &RunRequest) -> RunOutcome {
-        let result = self.begin(request).and_then(|end| Ok(self.finish(end)?));
+    fn sitting(mut self, request: &RunRequest, changed_plugins: &[ChangedLibrary]) -> RunOutcome {
+        let result = self.begin(request, changed_plugins).and_then(|end| Ok(self.finish(end)?));
         match result {
             Ok(outcome) => outcome,
             Err(error) => {
@@ -332,7 +366,11 @@ impl Engine {
         }
     }
 
-    fn begin(&mut self, request: &RunRequest) -> Result<RunEnd, StepError> {
+    fn begin(
+        &mut self,
+        request: &RunRequest,
+        changed_plugins: &[ChangedLibrary],
+    ) -> Result<RunEnd, StepError> {
         let first_time = request.resume.is_none();
         self.journal.interruption(Interruption::SittingBegan, None, &request.operator)?;
         let stored = if first_time { Vec::new() } else { self.journal.record.steps(self.journal.run)? };
@@ -346,7 +384,8 @@ impl Engine {
             resumed_at,
         });
         self.warn_of_overdue_instruments()?;
-        match self.prepare(request, &stored) {
+        let accepted = self.confirm_plugins(changed_plugins);
+        match accepted.and_then(|()| self.prepare(request, &stored)) {
             Ok((position, open)) => Ok(self.run_from(position, open)?),
             Err(StepError::Record(error)) => Err(StepError::Record(error)),
             Err(error) => Ok(end_of_preparation(error)),
@@ -426,9 +465,10 @@ impl Engine {
 
 fn end_of_preparation(error: StepError) -> RunEnd {
     let outcome = match &error {
-        StepError::NeedsOperator(_) | StepError::Interrupted { interrupt: Interrupt::Keep, .. } => {
-            RunOutcome::NeedsOperator
-        }
+        StepError::NeedsOperator(_)
+        | StepError::Interrupted {
+            interrupt: Interrupt::Keep | Interrupt::Signal { keep: true, .. }, ..
+        } => RunOutcome::NeedsOperator,
         StepError::Interrupted { interrupt, .. } if !prompting::is_pause(*interrupt) => RunOutcome::Aborted,
         _ => RunOutcome::Error,
     };

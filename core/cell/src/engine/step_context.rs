@@ -24,6 +24,21 @@ pub(crate) struct StepContext {
     pub(crate) limit: Option<TimeLimit>,
 }
 
+impl StepContext {
+    /// Of a question that belongs to no step.
+    pub(crate) fn outside(path: &StepPath, answer_name: &str) -> Self {
+        Self {
+            path: path.clone(),
+            title: String::new(),
+            answer_name: answer_name.to_owned(),
+            scope: 0,
+            attempt: Attempt { row: 0, number: 1, started: Instant::now() },
+            intent: None,
+            limit: None,
+        }
+    }
+}
+
 /// How long an attempt at a step may take.
 #[derive(Debug, Clone)]
 pub(crate) struct TimeLimit {

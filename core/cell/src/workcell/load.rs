@@ -77,6 +77,7 @@ impl Loader<'_> {
         let procedures = self.procedures(&raw.procedures, &names);
         tolerances::check(&raw.tolerances, &procedures, problems);
         let answers = raw.answers.and_then(|answers| self.existing(&answers));
+        let plugins = raw.plugins.iter().filter_map(|directory| self.existing_directory(directory)).collect();
         let title = raw.title.unwrap_or_else(|| raw.name.clone());
         Workcell {
             file: file.to_owned(),
@@ -84,6 +85,7 @@ impl Loader<'_> {
             name: raw.name,
             title,
             world,
+            plugins,
             devices,
             robots,
             keep_out,
@@ -102,6 +104,17 @@ impl Loader<'_> {
             return Some(path);
         }
         let message = format!("there is no file {}", path.display());
+        self.context.problems.add(*place, message, "the name is relative to this file");
+        None
+    }
+
+    /// The path of a directory named here; its absence is reported.
+    fn existing_directory(&self, (name, place): &(String, Place)) -> Option<PathBuf> {
+        let path = self.folder.join(name);
+        if path.is_dir() {
+            return Some(path);
+        }
+        let message = format!("there is no directory {}", path.display());
         self.context.problems.add(*place, message, "the name is relative to this file");
         None
     }
@@ -147,6 +160,7 @@ impl Loader<'_> {
             plugin: raw.plugin.0.clone(),
             config: raw.config.clone(),
             emulate: raw.emulate.as_ref().map(|(controller, _)| controller.clone()),
+            memory_limit_mb: raw.memory_limit_mb,
         }
     }
 

@@ -40,6 +40,8 @@ pub struct Workcell {
     pub title: String,
     /// The simulated world it stands in, for a simulated cell.
     pub world: Option<WorldSetting>,
+    /// Directories with plugins of its own, beside those that are known.
+    pub plugins: Vec<PathBuf>,
     /// Its devices.
     pub devices: Vec<DeviceSetting>,
     /// What is said about those of them that move.
@@ -97,6 +99,8 @@ pub struct DeviceSetting {
     pub config: Value,
     /// The controller that stands in for a real one, over the arm of the simulated world: the device's port leads to it.
     pub emulate: Option<String>,
+    /// The most memory its process may take, MB; the host's own limit when none.
+    pub memory_limit_mb: Option<u64>,
     /// Which streams of other devices it takes in.
     pub inputs: Vec<Wire>,
 }

@@ -12,6 +12,7 @@ pub(super) struct RawWorkcell {
     pub(super) title: Option<String>,
     pub(super) world: Option<RawWorld>,
     pub(super) devices: Vec<RawDevice>,
+    pub(super) plugins: Vec<(String, Place)>,
     pub(super) robots: Vec<RawRobot>,
     pub(super) keep_out: Vec<RawKeepOut>,
     pub(super) instruments: Vec<Instrument>,
@@ -30,6 +31,7 @@ pub(super) struct RawDevice {
     pub(super) plugin: (String, Place),
     pub(super) config: Value,
     pub(super) emulate: Option<(String, Place)>,
+    pub(super) memory_limit_mb: Option<u64>,
     pub(super) inputs: Vec<(String, String, Place)>,
 }
 
@@ -69,6 +71,7 @@ pub(super) fn read(root: &Node, context: &ReadContext<'_>) -> Option<RawWorkcell
     let tolerances = tolerances::read(&mut map, context);
     let procedures =
         map.required("procedures").map(|node| texts(node, "`procedures`", context)).unwrap_or_default();
+    let plugins = map.optional("plugins").map(|node| texts(node, "`plugins`", context)).unwrap_or_default();
     let answers = map
         .optional("answers")
         .and_then(|node| Some((node.text("`answers`", problems)?.to_owned(), node.place)));
@@ -88,6 +91,7 @@ pub(super) fn read(root: &Node, context: &ReadContext<'_>) -> Option<RawWorkcell
         name,
         title,
         world,
+        plugins,
         devices: devices.iter().filter_map(|(key, node)| read_device(key, node, context)).collect(),
         robots: robots.iter().filter_map(|(key, node)| read_robot(key, node, context)).collect(),
         keep_out: keep_out.iter().filter_map(|node| read_keep_out(node, context)).collect(),
@@ -126,6 +130,7 @@ fn read_device(name: &Key, node: &Node, context: &ReadContext<'_>) -> Option<Raw
     let emulate = map
         .optional("emulate")
         .and_then(|node| Some((node.text("`emulate`", context.problems)?.to_owned(), node.place)));
+    let memory_limit_mb = map.optional("memory_limit_mb").and_then(|node| read_memory_limit(node, context));
     let wires = map
         .optional("inputs")
         .and_then(|node| node.entries("`inputs`", context.problems))
@@ -135,7 +140,22 @@ fn read_device(name: &Key, node: &Node, context: &ReadContext<'_>) -> Option<Raw
         let stream = node.text("a stream", context.problems)?;
         Some((input.name.clone(), stream.to_owned(), node.place))
     });
-    Some(RawDevice { name: name.clone(), inputs: inputs.collect(), plugin: plugin?, config, emulate })
+    let inputs = inputs.collect();
+    Some(RawDevice { name: name.clone(), inputs, plugin: plugin?, config, emulate, memory_limit_mb })
+}
+
+/// The least and the most memory a device's process may be given, MB: a host alone takes a tenth of the least.
+const MEMORY_LIMITS_MB: (f64, f64) = (64.0, 1_000_000.0);
+
+fn read_memory_limit(node: &Node, context: &ReadContext<'_>) -> Option<u64> {
+    let limit = node.number("`memory_limit_mb`", context.problems)?;
+    let (least, most) = MEMORY_LIMITS_MB;
+    if (least..=most).contains(&limit) {
+        return Some(limit as u64);
+    }
+    let message = format!("`memory_limit_mb` is {limit}");
+    context.problems.add(node.place, message, format!("give {least} to {most} MB"));
+    None
 }
 
 fn read_robot(device: &Key, node: &Node, context: &ReadContext<'_>) -> Option<RawRobot> {

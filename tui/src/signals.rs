@@ -1,0 +1,85 @@
+//! The signals that ask a run to end, with who sent them. They are nobody's wish at the keyboard, and the record says so.
+
+use std::io;
+use std::thread;
+
+use nix::sys::signal::{SigSet, Signal};
+use nix::sys::signalfd::{SfdFlags, SignalFd};
+use plumb_cell::RunHandle;
+use plumb_cell::command::Command;
+use plumb_host::process_name;
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+
+/// The signals that end a run.
+const ENDING: [Signal; 3] = [Signal::SIGTERM, Signal::SIGHUP, Signal::SIGINT];
+
+/// What the system writes where no process sent a signal: a key of the terminal, or the terminal's end.
+const SENT_BY_THE_SYSTEM: i32 = 0x80;
+
+/// The signals that end a run, taken over from the system.
+pub(crate) struct EndingSignals(SignalFd);
+
+impl EndingSignals {
+    /// Takes them over. Called before any thread is started, since each thread would else be ended by them.
+    ///
+    /// # Errors
+    /// When the system does not hand them over.
+    pub(crate) fn take_over() -> io::Result<Self> {
+        let signals: SigSet = ENDING.into_iter().collect();
+        signals.thread_block()?;
+        Ok(Self(SignalFd::with_flags(&signals, SfdFlags::SFD_CLOEXEC)?))
+    }
+
+    /// Tells the run of the first of them, and then whoever holds the receiver. With `keep` the run is left to be resumed; Ctrl-C at a terminal
+    /// without screens is the operator's own abort.
+    pub(crate) fn watch(self, handle: RunHandle, keep: bool) -> UnboundedReceiver<()> {
+        let (heard, receiver) = unbounded_channel();
+        thread::spawn(move || {
+            while let Ok(Some(signal)) = self.0.read_signal() {
+                let number = i32::try_from(signal.ssi_signo).unwrap_or_default();
+                let sender = (signal.ssi_code != SENT_BY_THE_SYSTEM).then_some(signal.ssi_pid);
+                let _over = handle.send(command_of(number, sender, keep));
+                // Nobody listens when there are no screens.
+                let _unheard = heard.send(());
+            }
+        });
+        receiver
+    }
+}
+
+/// What a signal means for a run.
+fn command_of(number: i32, sender: Option<u32>, keep: bool) -> Command {
+    let name = Signal::try_from(number).map_or("a signal", Signal::as_str);
+    match sender {
+        None if number == Signal::SIGINT as i32 && !keep => Command::Abort,
+        None if number == Signal::SIGHUP as i32 => {
+            Command::EndBySignal { by: format!("{name}: its terminal was closed"), keep }
+        }
+        sender => Command::EndBySignal {
+            by: format!("{name} from {}", process_name(sender.unwrap_or_default())),
+            keep,
+        },
+    }
+}
+
+/// Lets every signal through again: a program that was started by one that took some over would never get them.
+pub(crate) fn let_through() {
+    // Where the system refuses this, signals stay as they were inherited.
+    let _ = SigSet::empty().thread_set_mask();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_signal_is_told_as_what_it_is() {
+        let own = std::process::id();
+        let Command::EndBySignal { by, keep: false } = command_of(15, Some(own), false) else { panic!() };
+        assert!(by.starts_with(&format!("SIGTERM from process {own} (")), "{by}");
+        assert_eq!(command_of(2, None, false), Command::Abort, "Ctrl-C is the operator's");
+        assert!(matches!(command_of(2, Some(own), false), Command::EndBySignal { .. }), "kill -INT is not");
+        let closed = Command::EndBySignal { by: "SIGHUP: its terminal was closed".to_owned(), keep: true };
+        assert_eq!(command_of(1, None, true), closed);
+    }
+}
