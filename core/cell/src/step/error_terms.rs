@@ -14,7 +14,7 @@ pub(crate) const TOLERANCES: &str = "tolerances";
 pub(crate) const INSTRUMENTS: &str = "instruments";
 
 /// Units that the name of an error may end in.
-const UNITS: [&str; 3] = ["mm", "deg", "percent"];
+const UNITS: [&str; 4] = ["mm", "deg", "px", "percent"];
 
 /// A quantity that is 0 as far as anybody knows, and may be off by so much.
 #[derive(Debug, Clone)]
@@ -76,7 +76,7 @@ fn read_one(name: &Key, node: &Node, context: &ReadContext<'_>) -> Option<ErrorT
         context.problems.add(
             name.place,
             message,
-            "end the name in `_mm`, `_deg` or `_percent`, as in `target_mm`",
+            "end the name in `_mm`, `_deg`, `_px` or `_percent`, as in `target_mm`",
         );
     }
     let mut map = MapReader::new(node, "an error", context.problems)?;
