@@ -4,7 +4,7 @@
 //! ```text
 //! cargo test -p plumb --test faults                  every row once
 //! cargo test -p plumb --test faults -- world         rows whose name has `world` in it
-//! cargo bench -p plumb --profile dev --bench faults -- 20    twenty rounds
+//! cargo test -p plumb --test faults -- 20           twenty rounds
 //! ```
 //!
 //! Rows that need root (small file systems of their own) say so where they are passed over. The clock of the machine is never touched.
