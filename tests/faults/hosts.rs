@@ -4,8 +4,9 @@ use std::time::{Duration, Instant};
 
 use nix::sys::signal::Signal;
 
-use crate::lab::{Lab, hosts_of, kill, wait_gone};
+use crate::lab::{Lab, command_of, hosts_of, kill, wait_gone};
 use crate::moments::{assert_sound, end_of, message, moving_in, resume, signal, until};
+use crate::run_hosts::{Watched, long_move};
 use crate::{Happened, Row};
 
 pub(crate) const ROWS: &[&Row] = &[
@@ -38,6 +39,24 @@ pub(crate) const ROWS: &[&Row] = &[
         done: "the terminal of an unattended run closed (SIGHUP) in mid-move",
         promise: "every host is gone within 10 s, the record is sound, and the resumed run passes",
         happens: terminal_closed,
+    },
+    &Row {
+        name: "orchestrator_frozen",
+        done: "the program stopped (SIGSTOP) in a move of a minute, and let go on when the arm stood",
+        promise: "the arm stands within 4 s, without a program; the run then ends with 4 and its reason, and nothing moves",
+        happens: orchestrator_frozen,
+    },
+    &Row {
+        name: "host_frozen_at_start",
+        done: "the sensor's host stopped (SIGSTOP) 20 ms after it was started",
+        promise: "the run ends with 2 within 30 s and names the device",
+        happens: host_frozen_at_start,
+    },
+    &Row {
+        name: "sensor_frozen_in_search",
+        done: "the sensor's host stopped (SIGSTOP) in mid-search",
+        promise: "the run ends with 2 within 15 s and names the device; resumed, it passes",
+        happens: sensor_frozen_in_search,
     },
     &Row {
         name: "two_orchestrators",
@@ -102,6 +121,47 @@ fn orchestrator_killed() -> Happened {
     assert_sound(&lab);
     resume(&lab);
     Happened::Kept(format!("the hosts were gone {took:.1} s later"))
+}
+
+fn orchestrator_frozen() -> Happened {
+    let lab = Lab::new();
+    long_move(&lab);
+    let mut cell = Watched::moving_in(&lab, "far");
+    cell.running.signal(Signal::SIGSTOP);
+    let took = cell.time_to_rest().as_secs_f64();
+    assert!(took < 4.0, "the arm stood after {took} s");
+    let stood = cell.joints();
+    cell.running.signal(Signal::SIGCONT);
+    let (last, code, _) = end_of(cell.running);
+    assert_eq!(code, Some(4), "{last}");
+    assert_eq!(cell.world.look().unwrap().attitudes.to_vec(), stood);
+    Happened::Kept(format!("the arm stood after {took:.1} s; {}", message(&last)))
+}
+
+fn host_frozen_at_start() -> Happened {
+    let lab = Lab::new();
+    let running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
+    let sensor = || running.hosts().into_iter().find(|host| command_of(*host).contains("host eye of "));
+    until("the sensor's host", || sensor().is_some());
+    std::thread::sleep(Duration::from_millis(20));
+    signal(sensor().unwrap(), Signal::SIGSTOP);
+    let (last, code, took) = end_of(running);
+    assert_eq!(code, Some(2), "{last}");
+    assert!(took < 30.0, "it took {took} s");
+    assert!(message(&last).contains("eye"), "{last}");
+    Happened::Kept(format!("after {took:.1} s: {}", message(&last)))
+}
+
+fn sensor_frozen_in_search() -> Happened {
+    let lab = Lab::new();
+    let running = moving_in(&lab, "waist.find_a");
+    signal(running.host_of("libplumb_ir_proximity"), Signal::SIGSTOP);
+    let (last, code, took) = end_of(running);
+    assert_eq!(code, Some(2), "{last}");
+    assert!(took < 15.0, "it took {took} s");
+    assert!(message(&last).contains("eye"), "{last}");
+    resume(&lab);
+    Happened::Kept(format!("after {took:.1} s: {}", message(&last)))
 }
 
 fn terminal_closed() -> Happened {

@@ -20,11 +20,15 @@
 #[path = "../run/lab.rs"]
 mod lab;
 
+#[path = "../run/hosts.rs"]
+mod run_hosts;
+
 mod files;
 mod hosts;
 mod machine;
 mod moments;
 mod outside;
+mod plugins;
 mod worlds;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -64,7 +68,7 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|text| !text.starts_with('-')).collect();
     let rounds = arguments.iter().find_map(|text| text.parse().ok()).unwrap_or(1);
     let wanted: Vec<&String> = arguments.iter().filter(|text| text.parse::<usize>().is_err()).collect();
-    let all = [hosts::ROWS, worlds::ROWS, outside::ROWS, machine::ROWS, files::ROWS].concat();
+    let all = [hosts::ROWS, plugins::ROWS, worlds::ROWS, outside::ROWS, machine::ROWS, files::ROWS].concat();
     if std::env::args().any(|text| text == "--list") {
         all.iter().for_each(|row| println!("{}: test", row.name));
         return ExitCode::SUCCESS;

@@ -3,12 +3,19 @@
 use std::fs;
 use std::os::unix::fs::FileExt as _;
 use std::process::Command;
+use std::time::{Duration, Instant};
 
 use crate::lab::{Lab, Said};
 use crate::moments::assert_sound;
 use crate::{Happened, Row};
 
 pub(crate) const ROWS: &[&Row] = &[
+    &Row {
+        name: "record_locked",
+        done: "the record locked by another program while a run begins: for 2 s, and for good",
+        promise: "it is waited for and the run passes; locked for good, the run ends with 2 within 30 s and says who holds it",
+        happens: record_locked,
+    },
     &Row {
         name: "record_damaged",
         done: "a page of the record overwritten",
@@ -33,6 +40,33 @@ fn record_file(lab: &Lab) -> std::path::PathBuf {
     let shown = lab.plumb(&["record", "check"]).out();
     let folder = shown.split(": sound").next().unwrap_or_default().trim().to_owned();
     std::path::Path::new(&folder).join("plumb.sqlite3")
+}
+
+fn record_locked() -> Happened {
+    let lab = Lab::new();
+    let file = record_file(&lab);
+    let lock = |file: &std::path::Path| {
+        let connection = rusqlite::Connection::open(file).unwrap();
+        connection.execute_batch("BEGIN EXCLUSIVE").unwrap();
+        connection
+    };
+    let held = lock(&file);
+    let holder = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_secs(2));
+        drop(held);
+    });
+    let waited = lab.plumb(&["run", "cell.yaml"]);
+    holder.join().unwrap();
+    assert_eq!(waited.code(), 0, "{}", waited.all());
+    let held = lock(&file);
+    let begin = Instant::now();
+    let refused = lab.plumb(&["run", "cell.yaml"]);
+    let took = begin.elapsed().as_secs_f64();
+    drop(held);
+    assert_eq!(refused.code(), 2, "{}", refused.all());
+    assert!(took < 30.0, "it took {took} s");
+    assert_sound(&lab);
+    Happened::Kept(format!("after {took:.1} s: {}", crate::said(&refused.all(), "locked")))
 }
 
 fn record_damaged() -> Happened {

@@ -17,7 +17,7 @@ pub(crate) const ROWS: &[&Row] = &[
     &Row {
         name: "world_killed",
         done: "the simulated world killed in mid-move",
-        promise: "the run ends with 2 within 5 s; the record is sound, and --resume in the new world ends with 4 where the arm stands elsewhere",
+        promise: "the run ends with 2 within 5 s; the record is sound, and --resume ends with 4 and says that the world began anew",
         happens: world_killed,
     },
     &Row {
@@ -63,11 +63,12 @@ fn world_killed() -> Happened {
     assert!(took < 5.0, "it took {took} s");
     let resumed = lab.plumb(&["run", "--resume", "1", "--headless", "--pace", "fast"]);
     assert_eq!(resumed.code(), 4, "{}", resumed.all());
+    assert!(resumed.all().contains("began anew"), "{}", resumed.all());
     assert_sound(&lab);
     Happened::Kept(format!(
         "after {took:.1} s: {}; then: {}",
         message(&last),
-        crate::said(&resumed.all(), "stands")
+        crate::said(&resumed.all(), "began anew")
     ))
 }
 

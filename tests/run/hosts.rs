@@ -25,7 +25,7 @@ fn root() -> PathBuf {
 }
 
 /// The arm in C of the published contract, its source changed, compiled into a folder of the lab; false, said in words, without a C compiler.
-fn arm_in_c(lab: &Lab, change: impl Fn(String) -> String) -> bool {
+pub(crate) fn arm_in_c(lab: &Lab, change: impl Fn(String) -> String) -> bool {
     let example = root().join("core/abi/examples/counting_arm");
     let folder = lab.path("counting");
     fs::create_dir_all(&folder).unwrap();
@@ -250,13 +250,13 @@ fn a_plugin_that_takes_more_memory_than_its_cell_gives_it_is_ended_with_words() 
 }
 
 /// A simulated cell that runs, with a look at what its arm truly does.
-struct Watched {
-    running: Running,
-    world: WorldClient,
+pub(crate) struct Watched {
+    pub(crate) running: Running,
+    pub(crate) world: WorldClient,
 }
 
 impl Watched {
-    fn moving_in(lab: &Lab, step: &str) -> Self {
+    pub(crate) fn moving_in(lab: &Lab, step: &str) -> Self {
         let mut running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
         running.until_moving_in(step);
         let socket = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap().world_socket();
@@ -264,12 +264,12 @@ impl Watched {
     }
 
     /// The arm's true joints.
-    fn joints(&mut self) -> Vec<f64> {
+    pub(crate) fn joints(&mut self) -> Vec<f64> {
         self.world.look().unwrap().attitudes.to_vec()
     }
 
     /// How long the arm still moves, until it has stood for a quarter of a second.
-    fn time_to_rest(&mut self) -> Duration {
+    pub(crate) fn time_to_rest(&mut self) -> Duration {
         const REST: Duration = Duration::from_millis(250);
         let begin = Instant::now();
         let (mut last, mut since) = (self.joints(), Instant::now());
@@ -286,7 +286,7 @@ impl Watched {
 }
 
 /// A procedure with a move of a minute, for the arm of the lab's cell.
-fn long_move(lab: &Lab) {
+pub(crate) fn long_move(lab: &Lab) {
     lab.write(
         "procedures/long.yaml",
         "procedure: long\nsteps:\n  - {id: far, do: {move: {robot: arm, to_deg: {waist: 70}, speed: 0.02}}, time_limit_s: 600}\n",

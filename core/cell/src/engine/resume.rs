@@ -229,6 +229,13 @@ impl Engine {
         };
         for (before, now) in drive_numbers(recorded).into_iter().zip(drive_numbers(reported)) {
             if (before.1 - now.1).abs() > SAME && !moved_by_step.contains(&before.0) {
+                if self.links.is_new_world() {
+                    return Err(StepError::NeedsOperator(format!(
+                        "the simulated world in which the run stood has ended, and one that began anew has {robot}'s {} at {:.3}, where the run left \
+                         it at {:.3}: begin a new run",
+                        before.0, now.1, before.1
+                    )));
+                }
                 return Err(StepError::NeedsOperator(format!(
                     "{robot} says its {} stands at {:.3}; the run left it at {:.3}. Somebody has to look: resume without --headless, or say \
                      `confirm_pose: true` in the answers",
