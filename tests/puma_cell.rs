@@ -239,6 +239,29 @@ fn a_user_sees_the_true_error_fall_to_the_floor_and_lefty_agree_with_righty() {
 }
 
 #[test]
+fn the_certificate_says_what_each_zero_rests_on_and_that_joint_1_was_not_determined() {
+    let cells = Cells::new();
+    let (code, events, said) = cells.run("cell.yaml", &["--set", "quadrants=1", "--set", "demonstrations=0"]);
+    assert_eq!(code, Some(0), "{said}\n{:?}", events.last());
+    let (code, said, complaint) =
+        cells.plumb(&["certificate", "1", "--record", "record", "-o", "certificate.html"]);
+    assert_eq!(code, Some(0), "{said}{complaint}");
+    let certificate = std::fs::read_to_string(cells.puma().join("certificate.html")).unwrap();
+    let row = |joint: &str| {
+        let from = certificate.find(&format!("controller zero of arm {joint}")).unwrap();
+        certificate[from..].split("</tr>").next().unwrap().to_owned()
+    };
+    assert!(row("waist").contains("not determined"), "{}", row("waist"));
+    assert!(!certificate.contains("0.0e0"), "no uncertainty is 0");
+    for joint in ["shoulder", "elbow", "wrist_roll", "wrist_bend", "flange"] {
+        assert!(!row(joint).contains("not determined"), "{}", row(joint));
+    }
+    for part in ["the ruler, in half the difference of two heights", "play of the elbow", "spirit level"] {
+        assert!(certificate.contains(part), "{part}");
+    }
+}
+
+#[test]
 fn the_first_day_ends_where_something_goes_otherwise_than_it_should() {
     let cells = Cells::new();
     let cell = std::fs::read_to_string(cells.puma().join("cell.yaml")).unwrap();
