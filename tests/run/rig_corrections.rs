@@ -98,8 +98,14 @@ fn a_correction_of_the_rig_has_a_trend_a_certificate_and_a_way_back() {
     assert!(!lab.path("other").exists(), "looking for corrections makes no record");
 
     // Rolled back to the camera's aim alone, the pyramid is off again.
-    let aim = corrections(&lab, 1).first().unwrap().revision.unwrap();
-    Record::open(&lab.path("record")).unwrap().roll_back("light-stripe", "stripe", aim, "as a test").unwrap();
+    let aim = corrections(&lab, 1).first().unwrap().revision.unwrap().to_string();
+    let zeros = plumb(&["record", "zeros", "light-stripe"]);
+    assert!(
+        zeros.contains("stripe of cell light-stripe: in force now") && zeros.contains("  camera aim x "),
+        "{zeros}"
+    );
+    let back = plumb(&["record", "rollback", "light-stripe", &aim]);
+    assert!(back.contains("  sheet tilt ") && back.contains("  camera scale u "), "{back}");
     let back = apex_error(&lab, "cell.yaml", APEX_MM);
     assert!(back > 1.0, "{back} mm");
 }

@@ -64,6 +64,10 @@ fn print(revision: &Revision, in_force: &[AppliedCorrection]) -> io::Result<()> 
 }
 
 fn name(key: &CorrectionKey) -> String {
+    // A parameter's name says what it is.
+    if key.quantity == "sensor_parameter" {
+        return key.place.replace('_', " ");
+    }
     format!("{} of {}", key.quantity.replace('_', " "), key.place)
 }
 
