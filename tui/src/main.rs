@@ -61,7 +61,7 @@ enum Command {
     Doctor(doctor_command::Arguments),
     History(history_command::Arguments),
     Note(note_command::Arguments),
-    /// Look after the record: copy it, check it.
+    /// Look after the record: copy it, check it, list corrections and bring earlier ones back.
     #[command(subcommand)]
     Record(record_command::RecordCommand),
     Run(run_command::Arguments),
