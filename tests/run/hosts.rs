@@ -77,7 +77,7 @@ fn an_arm_in_c_by_the_published_contract_can_be_searched_with() {
     assert_eq!(run.code(), 0, "{}", run.all());
     // Its line is high above 0.5 rad.
     let found = lab.shown("1")["steps"].to_string();
-    assert!(found.contains("28.64") || found.contains("28.65"), "{found}");
+    assert!(found.contains("eye came on with waist at 28."), "{found}");
 }
 
 #[test]
@@ -191,7 +191,7 @@ fn a_plugin_outside_the_known_folders_is_loaded_only_when_it_is_named() {
     lab.edit("cell-c.yaml", "devices:\n", "plugins: [nowhere]\ndevices:\n");
     let checked = lab.plumb(&["check", "cell-c.yaml"]);
     assert_eq!(checked.code(), 2, "{}", checked.all());
-    assert!(checked.all().contains("there is no directory ./nowhere"), "{}", checked.all());
+    assert!(checked.all().contains("there is no directory nowhere"), "{}", checked.all());
 }
 
 #[test]
@@ -339,7 +339,7 @@ fn an_arm_is_stopped_at_once_when_a_sensor_dies_in_mid_move() {
 #[test]
 fn a_sensor_that_is_frozen_in_mid_search_stops_the_arm_and_is_named() {
     let lab = Lab::new();
-    let mut cell = Watched::moving_in(&lab, "waist.find_a");
+    let cell = Watched::moving_in(&lab, "waist.find_a");
     let eye = cell.running.host_of("libplumb_ir_proximity");
     send(Pid::from_raw(eye.cast_signed()), Signal::SIGSTOP).unwrap();
     let begin = Instant::now();

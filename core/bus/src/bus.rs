@@ -65,6 +65,7 @@ impl Bus {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Service>()
             .map_err(|error| OpenError::new(&what, error))?;
+        restrict(domain);
         Ok(Self { domain: domain.clone(), node: Arc::new(node) })
     }
 
@@ -195,6 +196,19 @@ fn make_root(root: &Path) -> io::Result<()> {
         fs::set_permissions(root, fs::Permissions::from_mode(OWNER_ONLY))?;
     }
     Ok(())
+}
+
+/// Takes the rights of other users away from what the layer below has made for everybody: the piece in which the processes of a domain find each
+/// other.
+fn restrict(domain: &Domain) {
+    for piece in domain.shared_memory() {
+        let Ok(found) = fs::metadata(&piece) else { continue };
+        let mode = found.permissions().mode();
+        if mode & 0o077 != 0 {
+            // A piece that has gone meanwhile, or is another user's, is not ours to restrict.
+            let _ = fs::set_permissions(&piece, fs::Permissions::from_mode(mode & 0o700));
+        }
+    }
 }
 
 /// The name of a service.

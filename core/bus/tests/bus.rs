@@ -340,6 +340,28 @@ fn nothing_is_left_after_a_kill_and_a_removal() {
 }
 
 #[test]
+fn what_a_domain_holds_is_its_owners_alone_and_a_directory_of_somebody_else_is_refused() {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let place = place();
+    std::fs::create_dir_all(place.domain.root()).unwrap();
+    std::fs::set_permissions(place.domain.root(), std::fs::Permissions::from_mode(0o755)).unwrap();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let mut sender = bus.publisher("arm", &joints()).unwrap();
+    let _receiver = bus.subscriber("arm", &joints()).unwrap();
+    sender.emit(bytes(&state(1))).unwrap();
+    let mut paths = place.domain.shared_memory();
+    assert!(paths.len() > 2, "{paths:?}");
+    paths.push(place.domain.root().to_owned());
+    for path in paths {
+        let mode = std::fs::metadata(&path).unwrap().permissions().mode();
+        assert_eq!(mode & 0o077, 0, "{} has {mode:o}", path.display());
+    }
+    let foreign = Domain::new("plumbtest_foreign_", "/proc/1".as_ref()).unwrap();
+    assert!(Bus::open(&foreign, "test").is_err());
+}
+
+#[test]
 fn a_domain_in_use_is_not_removed() {
     let place = place();
     let bus = Bus::open(&place.domain, "orchestrator").unwrap();

@@ -25,6 +25,8 @@ pub(crate) struct Context {
     misdated: Mutex<Option<String>>,
     /// Whether a call is under way that may move the device.
     in_motion: AtomicBool,
+    /// Why the host ends although nobody asked it to: what is under way fails with it.
+    ends_because: Mutex<Option<String>>,
     lines: Lines,
     /// The call being served, for log lines; 0 for none.
     span: AtomicU64,
@@ -59,6 +61,7 @@ impl Context {
             device: device.to_owned(),
             misdated: Mutex::new(None),
             in_motion: AtomicBool::new(false),
+            ends_because: Mutex::new(None),
             lines,
             span: AtomicU64::new(0),
             failure: Mutex::new(None),
@@ -85,6 +88,16 @@ impl Context {
         let result = work();
         self.in_motion.store(false, Ordering::Release);
         result
+    }
+
+    /// Says why the host is about to end.
+    pub(super) fn end_because(&self, why: &str) {
+        *locked(&self.ends_because) = Some(why.to_owned());
+    }
+
+    /// Why the host is about to end, if it is.
+    pub(super) fn ends_because(&self) -> Option<String> {
+        locked(&self.ends_because).clone()
     }
 
     /// Whether a call is under way that may move the device.

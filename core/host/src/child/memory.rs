@@ -45,6 +45,7 @@ fn watch(context: &'static Context, limit_mb: u64, wake: &Signal) {
              with `memory_limit_mb:`)"
         );
         context.announce(LogLevel::Error, &text);
+        context.end_because(&text);
         if context.is_in_motion() {
             context.stop.ask();
             // A host whose bell is broken ends below all the same.

@@ -96,6 +96,8 @@ impl Service {
             Some(why) => Err(PluginError::Failed(why)),
             None => result.and_then(|reply| self.dated_well(reply)),
         };
+        // A move that was stopped because the host ends was not stopped by anybody's wish.
+        let result = self.context.ends_because().map_or(result, |why| Err(PluginError::Failed(why)));
         self.context.serve_under(0);
         self.health.requests += 1;
         self.health.failures += u64::from(result.is_err());
