@@ -314,6 +314,7 @@ devices:
   arm: {plugin: simulated}
 robots:
   arm: {joints: {shoulder: deg, elbow: deg, quill: mm, spin: deg}, model: model.yaml}
+procedures: []
 ";
 
     struct Still(RobotDescription);

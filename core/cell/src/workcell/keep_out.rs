@@ -173,13 +173,15 @@ impl BoundKeepOut {
             from.as_slice().iter().zip(to.as_slice()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let pieces = (furthest / LOOK_EVERY).ceil().clamp(1.0, 400.0) as usize;
         let start = self.link_ends(from, to, 0.0);
+        let mut deepest: Option<Trespass> = None;
         for piece in 1..=pieces {
             let here = self.link_ends(from, to, piece as f64 / pieces as f64);
             for ((row, point), before) in self.check.rows.iter().zip(here).zip(&start) {
                 for plane in &self.check.planes {
                     let clearance = plane.clearance(point);
-                    if clearance < -1e-6 && clearance < plane.clearance(*before) - 1e-6 {
-                        return Err(Trespass {
+                    let is_deepest = deepest.as_ref().is_none_or(|known| -clearance > known.depth_mm);
+                    if clearance < -1e-6 && clearance < plane.clearance(*before) - 1e-6 && is_deepest {
+                        deepest = Some(Trespass {
                             link: row.name.clone(),
                             plane: plane.name.clone(),
                             depth_mm: -clearance,
@@ -188,7 +190,7 @@ impl BoundKeepOut {
                 }
             }
         }
-        Ok(())
+        deepest.map_or(Ok(()), Err)
     }
 
     fn link_ends(&self, from: &JointVector, to: &JointVector, fraction: f64) -> Vec<[f64; 3]> {

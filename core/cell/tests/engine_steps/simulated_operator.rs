@@ -6,7 +6,7 @@ use plumb_cell::event::{Event, RunOutcome};
 use plumb_cell::prompt::{Answer, Decision, PromptKind};
 
 use super::run_attended;
-use super::support::running::{message_of, operator};
+use super::support::running::{Patient, message_of, operator};
 
 const STEPS: &str = "
 parameters: {h_mm: 8}
@@ -16,15 +16,20 @@ steps:
   - {id: over, do: {prompt: {text: Drive there., jog_to: {robot: arm}, simulated: {place_hand: {}}}}}
 ";
 
-fn jogs_first(event: &Event, handle: &RunHandle) {
-    if let Event::PromptAsked { prompt } = event
-        && let PromptKind::JogTo { .. } = &prompt.kind
-    {
-        handle.send(Command::Jog { prompt: prompt.id, joint: "waist".to_owned(), by: 1.0 });
-        handle.send(Command::Answer { prompt: prompt.id, answer: Answer::Done, by: "ada".to_owned() });
-        return;
+fn jogs_first() -> impl FnMut(&Event, &RunHandle) {
+    let mut patient = Patient::default();
+    move |event, handle| {
+        patient.take(event, handle);
+        if let Event::PromptAsked { prompt } = event
+            && let PromptKind::JogTo { .. } = &prompt.kind
+        {
+            let jog = Command::Jog { prompt: prompt.id, joint: "waist".to_owned(), by: 1.0 };
+            let done = Command::Answer { prompt: prompt.id, answer: Answer::Done, by: "ada".to_owned() };
+            patient.send([jog, done], handle);
+            return;
+        }
+        operator(Decision::Abort)(event, handle);
     }
-    operator(Decision::Abort)(event, handle);
 }
 
 #[test]
@@ -53,7 +58,7 @@ fn a_simulated_operator_does_what_is_said_to_be_done_and_instruments_offer_what_
 
 #[test]
 fn whoever_drives_the_arm_there_is_not_driven_elsewhere() {
-    let (outcome, events, _, world) = run_attended(STEPS, jogs_first);
+    let (outcome, events, _, world) = run_attended(STEPS, jogs_first());
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
     let acts = world.acts.lock().expect("no test panicked").clone();
     assert!(acts.iter().all(|act| act.name != "place_hand"), "{acts:?}");

@@ -1,6 +1,6 @@
 //! Running a procedure in the cell in memory and watching it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -142,4 +142,43 @@ pub fn cell_with_steps(place: &TempDir, steps: &str) -> Arc<Workcell> {
         .expect("written");
     std::fs::write(place.path().join("extra.yaml"), format!("procedure: extra\n{steps}")).expect("written");
     load(&place.path().join("cell.yaml"))
+}
+
+/// An operator who jogs one step after the other, each once the one before is over, and then answers.
+#[derive(Default)]
+pub struct Patient {
+    waiting: VecDeque<Command>,
+    /// Where the joints were last shown.
+    shown: Vec<f64>,
+    /// Where they were when the jog under way was sent; nothing while none is.
+    sent_from: Option<Vec<f64>>,
+}
+
+impl Patient {
+    /// Sends these, the first at once.
+    pub fn send(&mut self, commands: impl IntoIterator<Item = Command>, handle: &RunHandle) {
+        self.waiting.extend(commands);
+        self.go_on(handle);
+    }
+
+    /// Takes in where the joints are: a jog is over when they have changed and are then shown once more.
+    pub fn take(&mut self, event: &Event, handle: &RunHandle) {
+        let Event::Joints { joints, .. } = event else { return };
+        let now: Vec<f64> = joints.iter().map(|joint| joint.value).collect();
+        let over = self.sent_from.as_ref().is_some_and(|from| *from != now && self.shown == now);
+        self.shown = now;
+        if over {
+            self.sent_from = None;
+            self.go_on(handle);
+        }
+    }
+
+    fn go_on(&mut self, handle: &RunHandle) {
+        while self.sent_from.is_none()
+            && let Some(command) = self.waiting.pop_front()
+        {
+            self.sent_from = matches!(command, Command::Jog { .. }).then(|| self.shown.clone());
+            handle.send(command);
+        }
+    }
 }
