@@ -99,7 +99,7 @@ fn the_four_stages_find_wrist_aim_scale_roll_and_sheet() {
     assert!((value(&events, "correction", "roll") - 0.5).abs() < 0.06, "{}", end(&events));
     let (events, code) = run(&lab, CELL, &["projector"]);
     assert_eq!(code, 0, "{}", end(&events));
-    assert!(value(&events, "correction", "off") < 0.3, "{}", end(&events));
+    assert!(value(&events, "fit", "off") < 0.3, "{}", end(&events));
 }
 
 #[test]
