@@ -177,7 +177,7 @@ fn a_controller_that_is_gone_in_mid_scan_ends_the_run_with_words() {
     let mut running =
         lab.start(&["run", CELL, "scan-pyramid", "--headless", "--pace", "real", "--record", "record"]);
     running.until(|event| event["event"] == "step_started" && event["step"] == "scan");
-    running.until(|event| event["event"] == "progress" && event["step"] == "scan");
+    running.until(|event| event["event"] == "step_progress" && event["step"] == "scan");
     let controllers: Vec<u32> = processes_of("emulate val2")
         .into_iter()
         .filter(|process| parent_of(*process) == Some(running.process()))
@@ -235,7 +235,7 @@ impl Bench {
     fn scan_while(&mut self, befalls: &str) -> (String, Option<i32>) {
         let mut running = self.lab.start(&["run", CELL, "scan-pyramid", "--headless", "--record", "record"]);
         running.until(|event| event["event"] == "step_started" && event["step"] == "scan");
-        running.until(|event| event["event"] == "progress" && event["step"] == "scan");
+        running.until(|event| event["event"] == "step_progress" && event["step"] == "scan");
         writeln!(self.controller.stdin.as_mut().unwrap(), "{befalls}").unwrap();
         let (last, code) = running.end();
         (last["message"].as_str().unwrap_or_default().to_owned(), code)

@@ -252,3 +252,37 @@ fn the_world_that_comes_with_the_program_can_be_read_and_sealed() {
     assert!(opened.sealed_text.is_some());
     assert_eq!((opened.zero_error_within, opened.table), (open.zero_error_within, open.table));
 }
+
+/// As the world runs with the wall's clock it is brought up to the present again and again, also between two motions.
+#[test]
+fn a_camera_that_takes_pictures_by_itself_takes_none_at_rest_and_time_never_runs_back() {
+    let cell = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../workcells/light-stripe/world.yaml");
+    let Described::Puma(described) = read(&cell).unwrap() else { panic!("no PUMA") };
+    let mut world = PumaWorld::new(*described);
+    let mut time_ns = ServedWorld::reading(&world).time_ns;
+    let mut pass = |world: &mut PumaWorld, ms: u64| {
+        let before_ns = ServedWorld::reading(world).time_ns;
+        time_ns = time_ns.max(before_ns) + ms * 1_000_000;
+        ServedWorld::advance(world, time_ns);
+        assert_eq!(ServedWorld::reading(world).time_ns, time_ns);
+    };
+    pass(&mut world, 500);
+    ServedWorld::set_shutter(&mut world, Some(20_000_000)).unwrap();
+    pass(&mut world, 500);
+    assert_eq!(ServedWorld::expose(&mut world).unwrap().waiting, 0, "none was taken at rest");
+    let mut there = ServedWorld::reading(&world).joints;
+    there[0] += 0.02;
+    world.begin(there, 0.05).unwrap();
+    let ends_ns = world.travel_ends_ns().unwrap();
+    while ServedWorld::reading(&world).time_ns < ends_ns {
+        pass(&mut world, 7);
+    }
+    pass(&mut world, 500);
+    let first = ServedWorld::expose(&mut world).unwrap();
+    assert!(first.waiting > 3 && first.time_ns < ends_ns, "{first:?}");
+    let mut last = first.clone();
+    for _ in 0..first.waiting {
+        last = ServedWorld::expose(&mut world).unwrap();
+    }
+    assert!(last.waiting == 0 && last.time_ns < ends_ns, "all of them were taken under way");
+}

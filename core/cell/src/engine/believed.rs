@@ -26,6 +26,15 @@ const SETTLES_WITHIN_MM: f64 = 0.1;
 /// rounds to 10 ms.
 const AHEAD: Duration = Duration::from_millis(10);
 
+/// By how much a camera may date a picture too early. Cameras date the opening of the shutter, or less exactly; what is left, some tens of ms, the
+/// procedure `exposure-delay` finds. A picture that was asked for at rest shows the arm at rest all the same.
+const PICTURE_EARLY: Duration = Duration::from_millis(100);
+
+/// The earliest time of a picture that was asked for when the arm had come to rest at `rest_ns`, ns.
+pub(crate) fn picture_not_before(rest_ns: u64) -> u64 {
+    rest_ns.saturating_sub(nanoseconds(PICTURE_EARLY))
+}
+
 /// How old a state may be that a robot was asked for. A driver that polls its controller does so several times a second.
 const OLDEST_STATE: Duration = Duration::from_secs(2);
 
@@ -399,6 +408,18 @@ mod tests {
         says(check(&reading(5, &[("x", 1.0), ("z", 2.0)]), 0), &["`z`", "does not describe", "`x`"]);
         says(check(&reading(5, &[("x", 1.0), ("x", 2.0)]), 0), &["`x` twice"]);
         says(check(&reading(5, &[("x", f64::NAN)]), 0), &["NaN"]);
+    }
+
+    /// A picture dated 12 ms early is one of the arm at rest; one of a second ago is not.
+    #[test]
+    fn a_picture_may_be_dated_a_little_early() {
+        let source = Source { device: "camera", plugin: "v4l2-camera" };
+        let check = |time_ns| {
+            let not_before_ns = picture_not_before(5_000_000_000);
+            check_reading(source, &tracker(), &reading(time_ns, &[]), not_before_ns, Asked::default())
+        };
+        assert_eq!(check(4_988_000_000), Ok(()));
+        says(check(4_000_000_000), &["camera", "stale"]);
     }
 
     #[test]

@@ -236,7 +236,8 @@ impl PumaWorld {
     /// Lets the world's time run to `until_ns`; earlier moments change nothing.
     pub fn advance(&mut self, until_ns: u64) {
         let until_ns = until_ns.max(self.time_ns);
-        let moves_until_ns = self.travel_ends_ns().map_or(self.time_ns, |end_ns| end_ns.min(until_ns));
+        // At rest no picture is due: the camera takes pictures by itself only while the arm moves.
+        let moves_until_ns = self.travel_ends_ns().map_or(0, |end_ns| end_ns.min(until_ns));
         while let Some(due_ns) = self.shutter.due_before(moves_until_ns) {
             self.go_on(due_ns);
             match self.exposure() {

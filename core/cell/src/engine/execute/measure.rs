@@ -4,6 +4,7 @@ use plumb_plugin::Reading;
 use serde_json::{Map, Value, json};
 
 use crate::engine::Engine;
+use crate::engine::believed::picture_not_before;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::NamedValue;
@@ -42,7 +43,7 @@ impl Engine {
         let rest_ns = self.rest_ns;
         let after_ns = match trigger {
             None => rest_ns,
-            Some(trigger) => self.read_sensor(trigger, 0, rest_ns)?.time_ns,
+            Some(trigger) => self.read_sensor(trigger, 0, picture_not_before(rest_ns))?.time_ns,
         };
         self.read_sensor(sensor, after_ns, after_ns)
     }

@@ -9,6 +9,7 @@ use serde_json::{Map, Value, json};
 use crate::cloud::{Cloud, CloudPoint};
 use crate::device::Stripe;
 use crate::engine::Engine;
+use crate::engine::believed::picture_not_before;
 use crate::engine::scope::named_value;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
@@ -289,7 +290,7 @@ impl Engine {
     /// Takes a picture where the arm stands. It may go on as soon as the camera has it; a sensor that has no camera to be asked is waited for.
     fn expose(&mut self, step: &ScanStep, stripe: usize, joints: &JointVector) -> Result<Exposed, StepError> {
         self.look_for_interrupt()?;
-        let rest_ns = self.rest_ns;
+        let rest_ns = picture_not_before(self.rest_ns);
         let reading = self.read_sensor(step.camera().unwrap_or(&step.sensor), 0, rest_ns)?;
         // Known now: once the arm has set out its joints arrive from other sides.
         let stood = self.stood(step, joints, &JointVector::zeros(joints.len()))?;
