@@ -104,7 +104,7 @@ fn zeros_outlive_a_run_but_not_the_controllers_power() {
         said.contains("ZEROS LOST: arm (waist, shoulder, elbow): its drive reads 8.000 deg at the waist"),
         "{said}"
     );
-    assert!(said.contains("run 2 left it at 28.4"), "{said}");
+    assert!(said.contains("run 2 left it at 28.5"), "{said}");
     assert!(
         said.contains("arm has lost its zeros")
             && said.contains("Find them with procedure `first-day` first"),
