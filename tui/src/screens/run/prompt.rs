@@ -71,6 +71,14 @@ impl OpenPrompt {
         }
     }
 
+    /// Chooses joint and size of a jog as before; a prompt of another kind stays as it is.
+    pub(crate) fn take_up_jogging(&mut self, joint: usize, size: usize) {
+        if matches!(self.prompt.kind, PromptKind::JogTo { .. }) {
+            self.choose_at(joint);
+            self.jog_step = size.min(JOG_STEPS.len() - 1);
+        }
+    }
+
     /// Whether digits go into the answer.
     pub(crate) fn is_typed(&self) -> bool {
         matches!(self.prompt.kind, PromptKind::Number { .. } | PromptKind::Level { .. }) || self.is_written()

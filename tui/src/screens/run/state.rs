@@ -23,6 +23,9 @@ pub(crate) struct RunState {
     pub estimate_s: f64,
     /// The prompt that waits.
     pub prompt: Option<OpenPrompt>,
+    /// The joint and the size of a jog as they were chosen last, for the prompt of that step when it is asked again: a key that is pressed then moves
+    /// the same joint as before.
+    pub jogged: Option<(StepPath, usize, usize)>,
     /// The prompt is shown in large letters.
     pub large: bool,
     /// Trigger poses, in the order they were found.
@@ -136,11 +139,20 @@ impl RunState {
                 self.take_found(event);
             }
             Event::PromptAsked { prompt } => {
-                self.prompt = Some(OpenPrompt::new(prompt.clone()));
+                let mut open = OpenPrompt::new(prompt.clone());
+                if let Some((_, joint, size)) = self.jogged.as_ref().filter(|(step, ..)| *step == prompt.step)
+                {
+                    open.take_up_jogging(*joint, *size);
+                }
+                self.prompt = Some(open);
                 return true;
             }
             Event::PromptAnswered { prompt, .. } | Event::PromptWithdrawn { prompt } => {
-                self.prompt.take_if(|open| open.prompt.id == *prompt);
+                if let Some(open) = self.prompt.take_if(|open| open.prompt.id == *prompt)
+                    && matches!(open.prompt.kind, PromptKind::JogTo { .. })
+                {
+                    self.jogged = Some((open.prompt.step, open.chosen, open.jog_step));
+                }
             }
             Event::AnswerRefused { prompt, reason } => {
                 if let Some(open) = self.prompt.as_mut().filter(|open| open.prompt.id == *prompt) {
