@@ -13,8 +13,8 @@ fn report(lab: &Lab, cell: &str) -> [f64; 3] {
     let arguments =
         ["run", cell, "agin", "--headless", "--set", "quadrants=1", "--json", "--record", "record"];
     let said = lab.plumb(&arguments);
-    assert_eq!(said.code(), 0, "{}", said.all());
     let out = said.out();
+    assert_eq!(said.code(), 0, "{}{}", out.lines().last().unwrap_or_default(), said.err());
     let of = |step: &str, name: &str| {
         let events = out.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
         let mut found = events.filter(|event| event["event"] == "step_finished" && event["step"] == step);

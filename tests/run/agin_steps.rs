@@ -20,8 +20,8 @@ pub(crate) fn out_of_true() -> Lab {
 /// Runs a procedure in a cell, with the record `record`: the values of the step whose path ends so.
 pub(crate) fn values_of(lab: &Lab, cell: &str, procedure: &str, step: &str) -> Value {
     let said = lab.plumb(&["run", cell, procedure, "--headless", "--json", "--record", "record"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
     let out = said.out();
+    assert_eq!(said.code(), 0, "{}{}", out.lines().last().unwrap_or_default(), said.err());
     let events = out.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
     let mut found = events.filter(|event| {
         event["event"] == "step_finished" && event["step"].as_str().is_some_and(|path| path.ends_with(step))

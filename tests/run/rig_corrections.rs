@@ -72,7 +72,7 @@ fn a_correction_of_the_rig_has_a_trend_a_certificate_and_a_way_back() {
     values_of(&lab, "cell.yaml", "camera-scale", "correction");
     values_of(&lab, "cell.yaml", "projector", "correction");
     let trend = plumb(&["history", "--trend", "stripe.camera_aim_x"]);
-    assert!(trend.contains("camera aim x") && trend.contains(" deg") && trend.contains("yes"), "{trend}");
+    assert!(trend.contains("camera aim x of stripe, deg") && trend.contains(" now "), "{trend}");
     let certificate = lab.path("certificate.html");
     plumb(&["certificate", "3", "-o", certificate.to_str().unwrap()]);
     let page = fs::read_to_string(certificate).unwrap();
