@@ -236,7 +236,7 @@ fn a_plugin_that_takes_more_memory_than_its_cell_gives_it_is_ended_with_words() 
     assert_eq!(run.code(), 2, "{}", run.all());
     assert!(run.all().contains("MB of memory and may use 150 MB: the host ends"), "{}", run.all());
     assert!(
-        run.all().contains("the host of arm ended itself: it took more memory than it may"),
+        run.all().contains("run 1 ended with an error: step `aside`: arm: its process uses "),
         "{}",
         run.all()
     );
