@@ -40,6 +40,18 @@ pub fn uncertainty_digits(uncertainty: impl Into<Option<f64>>) -> String {
     format!("{uncertainty:.decimals$}")
 }
 
+/// A half-width, within which something was seen to lie, with its unit. Unlike an uncertainty it may be 0, or as good as that: then it is
+/// `± less than 0.0001 deg`.
+///
+/// ```
+/// # use plumb_cell::known_within;
+/// assert_eq!(known_within(0.025, "deg"), "± 0.025 deg");
+/// assert_eq!(known_within(0.0, "deg"), "± less than 0.0001 deg");
+/// ```
+pub fn known_within(half_width: f64, unit: &str) -> String {
+    give_or_take(half_width.abs().max(f64::MIN_POSITIVE), unit)
+}
+
 /// What a person has to know of an uncertainty besides its size: which components were not determined, and what the others come to.
 /// None where all were determined.
 pub fn left_open(budget: &Budget, unit: &str) -> Option<String> {

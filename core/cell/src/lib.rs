@@ -24,7 +24,8 @@ pub mod yaml;
 
 pub use check_file::{CheckedFile, FileKind, check_file, kind_of_file};
 pub use in_words::{
-    NOT_DETERMINED, change_in_words, corrected_quantity, give_or_take, left_open, uncertainty_digits,
+    NOT_DETERMINED, change_in_words, corrected_quantity, give_or_take, known_within, left_open,
+    uncertainty_digits,
 };
 pub use read_context::DegOrMm;
 pub use run_handle::{RunHandle, StopAction, StopActions};

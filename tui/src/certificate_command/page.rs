@@ -1,6 +1,6 @@
 //! The certificate as a page of HTML that needs nothing else.
 
-use plumb_cell::{corrected_quantity, left_open, uncertainty_digits};
+use plumb_cell::{corrected_quantity, known_within, left_open, uncertainty_digits};
 use plumb_record::{
     Budget, Component, Instrument, LoadedFile, RunSummary, StoredCorrection, StoredNote, StoredPrompt,
     StoredTrigger,
@@ -214,13 +214,12 @@ fn triggers(triggers: &[StoredTrigger]) -> String {
         let pose: Vec<String> =
             one.joints.as_array().into_iter().flatten().filter_map(joint_in_words).collect();
         format!(
-            "<tr><td>{}</td><td>{} {}</td><td>{}</td><td class=\"n\">{} {}</td></tr>",
+            "<tr><td>{}</td><td>{} {}</td><td>{}</td><td class=\"n\">{}</td></tr>",
             escaped(&one.step),
             escaped(&one.sensor),
             if one.fired { "on" } else { "off" },
             escaped(&pose.join(", ")),
-            uncertainty_digits(one.half_width),
-            escaped(&one.unit)
+            escaped(known_within(one.half_width, &one.unit).trim_start_matches("± "))
         )
     };
     let rows: String = fine.iter().map(row).collect();

@@ -1,6 +1,6 @@
 //! The parts of a run as tables of text, one string a line. A heading stands at the margin, its rows are indented.
 
-use plumb_cell::{corrected_quantity, give_or_take, left_open, uncertainty_digits};
+use plumb_cell::{corrected_quantity, give_or_take, known_within, left_open, uncertainty_digits};
 use plumb_record::{
     Budget, Component, Instrument, LoadedFile, StoredCorrection, StoredInterruption, StoredNote,
     StoredPrompt, StoredReading, StoredStep, StoredTrigger,
@@ -65,7 +65,7 @@ pub(super) fn triggers(lines: &mut Vec<String>, triggers: &[StoredTrigger]) {
             trigger.sensor,
             pose_in_words(&trigger.joints),
             trigger.joint,
-            give_or_take(trigger.half_width, &trigger.unit)
+            known_within(trigger.half_width, &trigger.unit)
         ));
     }
 }

@@ -13,7 +13,7 @@ use crate::engine::scope::joints_value;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::{Event, NamedValue};
-use crate::in_words::give_or_take;
+use crate::in_words::known_within;
 use crate::step::{Approach, SearchStep};
 
 /// Where the result of a search keeps its circumstances.
@@ -420,7 +420,7 @@ impl Engine {
             "{} {state} with {} at {place:.4} {unit} ({})",
             step.sensor,
             step.joint,
-            give_or_take(half_width, unit)
+            known_within(half_width, unit)
         );
         Ok(Done { result, values: found, message })
     }
