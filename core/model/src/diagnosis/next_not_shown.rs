@@ -16,8 +16,8 @@ use crate::progress::Progress;
 /// What the rows do not show is asked about at a size that puts the tip off by no more than so many times the noise: poses are wanted that show it even then.
 const ASKED_AT: f64 = 3.0;
 
-/// Effects asked about at most.
-const ASKED: usize = 5;
+/// Effects asked about at most: of each kind the one that could do most.
+const ASKED: usize = 9;
 
 impl Laboratory {
     /// Poses that would show what these rows cannot; nothing if there is no such thing.
@@ -29,6 +29,12 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Option<NextPoses>, LaboratoryError> {
         let mut faint = self.faint(&stage.fitted, floor)?;
+        let mut kinds: Vec<String> = Vec::new();
+        faint.retain(|one| {
+            let known = kinds.contains(&one.id.name);
+            kinds.push(one.id.name.clone());
+            !known
+        });
         faint.truncate(ASKED);
         let (Some(noise), Some(sigma)) = (floor.scale, floor.sigma_mm) else { return Ok(None) };
         if faint.is_empty() {

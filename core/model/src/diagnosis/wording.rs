@@ -101,8 +101,32 @@ fn is_borne_out_too_little(diagnosis: &Diagnosis, effect: &str, place: &str) -> 
     there.next().is_some_and(|best| best.rejected.as_deref() == Some(NOT_PREDICTED))
 }
 
-/// Effects that are listed in the sentence; the others are counted.
-const SPOKEN_OF: usize = 4;
+/// What is not shown, effects of one name together, in the order of the greatest of each.
+fn kinds(not_shown: &[NotShown]) -> Vec<Vec<&NotShown>> {
+    let mut kinds: Vec<Vec<&NotShown>> = Vec::new();
+    for one in not_shown {
+        match kinds.iter_mut().find(|kind| kind.iter().any(|other| other.effect.effect == one.effect.effect))
+        {
+            Some(kind) => kind.push(one),
+            None => kinds.push(vec![one]),
+        }
+    }
+    kinds
+}
+
+/// Effects of one name with all their places, and how far they could put the tip off: `link_sag(shoulder, elbow) up to 0.7 mm`.
+fn together(of_kind: &[&NotShown]) -> String {
+    let name = of_kind.first().map_or("", |one| one.effect.effect.as_str());
+    let mut places: Vec<String> = Vec::new();
+    for one in of_kind {
+        if !places.contains(&one.effect.place) {
+            places.push(one.effect.place.clone());
+        }
+    }
+    let most = of_kind.iter().map(|one| one.up_to_mm).reduce(|most, one| Some(most?.max(one?))).flatten();
+    let size = most.map_or_else(|| "of any size".to_owned(), |most| format!("up to {most:.1} mm"));
+    format!("{name}({}) {size}", places.join(", "))
+}
 
 /// A model at the floor: no more is said than the rows can show.
 fn at_floor(diagnosis: &Diagnosis, floor: &str) -> String {
@@ -115,14 +139,8 @@ fn at_floor(diagnosis: &Diagnosis, floor: &str) -> String {
             "Nothing is left but {floor}, and whatever else the library knows would have shown in these rows before it moved the tip by more.{unlogged}"
         );
     }
-    let words = |one: &NotShown| match one.up_to_mm {
-        Some(most) => format!("{} up to {} mm", one.label, figure(most)),
-        None => format!("{} of any size", one.label),
-    };
-    let mut spoken: Vec<String> = diagnosis.not_shown.iter().take(SPOKEN_OF).map(words).collect();
-    if let more @ 1.. = diagnosis.not_shown.len().saturating_sub(SPOKEN_OF) {
-        spoken.push(format!("{more} more"));
-    }
+    let spoken: Vec<String> =
+        kinds(&diagnosis.not_shown).into_iter().map(|of_kind| together(&of_kind)).collect();
     format!(
         "Nothing is left but {floor}, for what these rows can show. Not shown by them: {}. `plumb model next` lists poses and loads that would show it.{unlogged}",
         listed(&spoken, "and")

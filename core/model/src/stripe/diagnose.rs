@@ -99,8 +99,8 @@ const SWALLOWED: f64 = 0.9999;
 const LOOK_AHEAD: usize = 2;
 
 /// What is left may be so many times the scatter of neighbouring points before something is at work that is smooth along a stripe: pixels and the fit of the
-/// stripe's middle scatter a little alike from row to row, so that even with everything right it is more than once.
-const QUIET: f64 = 1.35;
+/// stripe's middle scatter a little alike from row to row, so that in simulated worlds with everything right it is 1.08 to 1.11 times.
+const QUIET: f64 = 1.2;
 
 /// What one look has brought.
 struct Look {
@@ -123,12 +123,12 @@ pub fn diagnose(
     let look_with = |added: &[Suspect]| look(model, rig, surfaces, scans, added);
     let Look { classical, floor_mm, tried } = look_with(added)?;
     let mut verdict = judge(&classical, &tried);
-    let unexplained = |best: &Tried| !is_quiet(&best.adjustment);
     let named = matches!(verdict, StripeVerdict::Named | StripeVerdict::Tied);
     let mut together = Vec::new();
-    if let Some(best) = tried.first().filter(|best| named && unexplained(best)) {
+    if let Some(best) = tried.first().filter(|best| named && !is_quiet(&best.adjustment)) {
         // An effect is named beside others only if all of them together leave nothing but noise: else it may stand in for what has no name.
-        together = explained(best, added, &look_with)?;
+        let settled_with = |added: &[Suspect]| settled(model, rig, surfaces, scans, added);
+        together = explained(best, added, &settled_with, &look_with)?;
         if together.is_empty() {
             verdict = StripeVerdict::Unknown;
         }
@@ -141,22 +141,36 @@ pub fn diagnose(
 fn explained(
     best: &Tried,
     added: &[Suspect],
+    settled_with: &impl Fn(&[Suspect]) -> Result<Adjustment, AdjustError>,
     look_with: &impl Fn(&[Suspect]) -> Result<Look, AdjustError>,
 ) -> Result<Vec<String>, AdjustError> {
     let mut all: Vec<Suspect> = added.to_vec();
     all.push(best.suspect.clone());
-    for _ in 0..LOOK_AHEAD {
-        let next = look_with(&all)?;
-        let Some(more) = next.tried.into_iter().next().filter(|more| helps(more, &next.classical)) else {
-            return Ok(Vec::new());
-        };
-        let quiet = is_quiet(&more.adjustment);
-        all.push(more.suspect);
-        if quiet {
+    for ahead in 0..=LOOK_AHEAD {
+        if is_quiet(&settled_with(&all)?) {
             return Ok(all.into_iter().skip(added.len()).map(|suspect| suspect.name).collect());
+        }
+        if ahead == LOOK_AHEAD {
+            break;
+        }
+        let next = look_with(&all)?;
+        match next.tried.into_iter().next().filter(|more| helps(more, &next.classical)) {
+            Some(more) => all.push(more.suspect),
+            None => break,
         }
     }
     Ok(Vec::new())
+}
+
+/// The adjustment with these effects, each point given to its surface anew: without them many lie so far off that they count as another surface's, or as none.
+fn settled(
+    model: &Model,
+    rig: &StripeRig,
+    surfaces: &[Surface],
+    scans: &Scans,
+    added: &[Suspect],
+) -> Result<Adjustment, AdjustError> {
+    adjust(model, rig, surfaces, &scans.views, &scans.pixels, &with_added(model, added))
 }
 
 /// Whether nothing is left but the scatter of neighbouring points.

@@ -30,7 +30,7 @@ fn read(model: &str) -> (TempDir, Result<Model, String>) {
 
 fn point(model: &Model, q: [f64; 3]) -> [f64; 3] {
     let pose = Pose { q: q.iter().map(|angle| angle.to_radians()).collect(), ..Pose::default() };
-    points(model, &[pose]).unwrap()[0].into()
+    points(model, None, &[pose]).unwrap()[0].into()
 }
 
 /// The tip by plain trigonometry, `ahead` of the tool's frame: the shoulder lowers, the elbow raises.
