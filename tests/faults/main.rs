@@ -101,6 +101,8 @@ fn round(rows: &[&Row]) -> usize {
                     };
                     count.fetch_add(1, Ordering::Relaxed);
                     let seconds = begin.elapsed().as_secs_f64();
+                    // At once as well: a row that takes the whole program with it is known by the lines that came before.
+                    eprintln!("{}: {what}", row.name);
                     let line = format!(
                         "| {} | {} | {} | {what} ({seconds:.1} s) |",
                         row.name, row.done, row.promise

@@ -19,7 +19,7 @@ pub(crate) const ROWS: &[&Row] = &[
     &Row {
         name: "record_damaged",
         done: "a page of the record overwritten",
-        promise: "`record check` ends with 1 and names the damage; `run` says so with words",
+        promise: "`record check` ends with 1 and names the damage; a run that meets it says so",
         happens: record_damaged,
     },
     &Row {
@@ -66,21 +66,25 @@ fn record_locked() -> Happened {
     assert_eq!(refused.code(), 2, "{}", refused.all());
     assert!(took < 30.0, "it took {took} s");
     assert_sound(&lab);
-    Happened::Kept(format!("after {took:.1} s: {}", crate::said(&refused.all(), "locked")))
+    Happened::Kept(format!(
+        "after {took:.1} s: {}",
+        crate::said(&refused.all(), "is locked by another program")
+    ))
 }
 
 fn record_damaged() -> Happened {
     let lab = Lab::new();
     assert_eq!(lab.plumb(&["run", "cell.yaml"]).code(), 0);
     let file = fs::OpenOptions::new().write(true).open(record_file(&lab)).unwrap();
-    for page in 2..40 {
+    // Behind the tables of tables, so that it opens.
+    for page in 12..200 {
         let _past_the_end = file.write_at(&[0x5a; 300], page * 4096 + 8);
     }
     drop(file);
     let check = lab.plumb(&["record", "check"]);
     assert_eq!(check.code(), 1, "{}", check.all());
     let run = lab.plumb(&["run", "cell.yaml"]);
-    assert_ne!(run.code(), 101, "{}", run.all());
+    assert!(run.code() != 101 && (run.code() == 0 || run.all().contains("malformed")), "{}", run.all());
     Happened::Kept(format!("{} / {}", first_line(&check), first_line(&run)))
 }
 
@@ -121,7 +125,7 @@ fn disk_full() -> Happened {
     let said = in_own_view(&lab, script);
     assert!(said.out().contains("first 2"), "{}", said.all());
     assert!(said.out().contains("second 0") && said.out().contains("third 0"), "{}", said.all());
-    Happened::Kept(crate::said(&said.all(), "full"))
+    Happened::Kept(crate::said(&said.all(), "make room on the disk"))
 }
 
 fn shared_memory_full() -> Happened {
@@ -134,7 +138,6 @@ fn shared_memory_full() -> Happened {
         timeout 100 \"$PLUMB\" doctor cell.yaml; echo \"doctor $?\"";
     let said = in_own_view(&lab, script);
     assert!(said.out().contains("run 2") && said.out().contains("doctor 1"), "{}", said.all());
-    assert!(said.all().contains("shared memory"), "{}", said.all());
     assert_sound(&lab);
-    Happened::Kept(crate::said(&said.all(), "shared memory"))
+    Happened::Kept(crate::said(&said.all(), "shared memory is full"))
 }

@@ -111,8 +111,12 @@ impl Lab {
 /// What a test killed is removed with it: nothing of a cell outlives its folder.
 impl Drop for Lab {
     fn drop(&mut self) {
-        let files =
-            fs::read_dir(self.path(".")).into_iter().flatten().flatten().map(|entry| entry.file_name());
+        // Regular files alone: what a test put there may be a pipe, or a link to a device without end.
+        let entries = fs::read_dir(self.path(".")).into_iter().flatten().flatten();
+        let files = entries
+            .filter(|entry| entry.file_type().is_ok_and(|form| form.is_file()))
+            .map(|entry| entry.file_name())
+            .filter(|name| name.to_string_lossy().ends_with(".yaml"));
         let is_cell = |name: &std::ffi::OsString| {
             let text = fs::read_to_string(self.path(&name.to_string_lossy())).unwrap_or_default();
             text.lines().any(|line| line.starts_with("cell: "))

@@ -15,6 +15,12 @@ const FILES_WANTED: u64 = 4096;
 /// The address space a process needs, bytes: shared memory of a camera, the stacks of its threads, and the program itself.
 const ADDRESSES_NEEDED: u64 = 1 << 30;
 
+/// Where POSIX shared memory lies.
+const SHARED_MEMORY: &str = "/dev/shm";
+
+/// The shared memory a process needs at least, bytes: a cell of two devices takes 5 MB.
+const SHARED_MEMORY_NEEDED: u64 = 2 << 20;
+
 /// The threads a process needs beside those it has.
 const THREADS_NEEDED: usize = 16;
 
@@ -29,6 +35,7 @@ pub fn check_limits() -> Result<(), String> {
     raise_open_files();
     too_few_files(limit(Resource::RLIMIT_NOFILE))?;
     too_little_space(limit(Resource::RLIMIT_AS))?;
+    too_little_shared_memory(shared_memory_free())?;
     let processes = limit(Resource::RLIMIT_NPROC);
     if processes < FEW_PROCESSES && !can_start_threads(THREADS_NEEDED) {
         return Err(format!(
@@ -55,6 +62,24 @@ fn raise_open_files() {
     {
         // What cannot be raised is told below when it is too little.
         let _ = setrlimit(Resource::RLIMIT_NOFILE, FILES_WANTED.min(hard), hard);
+    }
+}
+
+/// Free bytes where POSIX shared memory lies; none where the system does not say.
+fn shared_memory_free() -> Option<u64> {
+    let known = nix::sys::statvfs::statvfs(SHARED_MEMORY).ok()?;
+    Some(u64::from(known.blocks_available()).saturating_mul(u64::from(known.fragment_size())))
+}
+
+fn too_little_shared_memory(free: Option<u64>) -> Result<(), String> {
+    match free.filter(|free| *free < SHARED_MEMORY_NEEDED) {
+        None => Ok(()),
+        Some(free) => Err(format!(
+            "shared memory is full: {SHARED_MEMORY} has {} kB free and a device needs {} kB: `plumb doctor --clean` removes what dead runs left, \
+             `sudo mount -o remount,size=1G {SHARED_MEMORY}` makes it larger",
+            free / 1024,
+            SHARED_MEMORY_NEEDED / 1024
+        )),
     }
 }
 
@@ -106,6 +131,9 @@ mod tests {
             too_few_files(20).unwrap_err(),
             "too many open files: raise `ulimit -n` (20 now, 256 needed)"
         );
+        assert_eq!(too_little_shared_memory(Some(SHARED_MEMORY_NEEDED)), Ok(()));
+        let full = too_little_shared_memory(Some(200 << 10)).unwrap_err();
+        assert!(full.contains("has 200 kB free and a device needs 2048 kB"), "{full}");
         assert_eq!(
             too_little_space(512 << 20).unwrap_err(),
             "too little address space: raise `ulimit -v` (524288 kB now, 1048576 kB needed)"

@@ -154,6 +154,9 @@ fn what_to_do(cause: &rusqlite::Error) -> String {
                 "{cause}: make room on the disk it lies on, then try again; nothing that was written is lost"
             )
         }
+        Some(rusqlite::ErrorCode::DatabaseBusy | rusqlite::ErrorCode::DatabaseLocked) => {
+            format!("{cause}: another program has held it for too long; let that program end, then try again")
+        }
         Some(rusqlite::ErrorCode::ReadOnly) => {
             format!("{cause}: you may read the record but not write it; give another with --record DIR")
         }

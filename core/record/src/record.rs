@@ -69,6 +69,16 @@ impl Record {
         Ok(Self { connection, directory: directory.to_owned() })
     }
 
+    /// The same error; where another program held the database for too long, with who that is.
+    pub(crate) fn with_holders(&self, error: RecordError) -> RecordError {
+        if !error.is_locked() {
+            return error;
+        }
+        let path = self.directory.join("plumb.sqlite3");
+        let holders = lock_holders::of(&path);
+        RecordError::Locked { path, waited_s: LONGEST_WAIT.as_secs(), holders }
+    }
+
     /// Writes something and waits until the disk has it, with everything written before: not even a power cut takes it away.
     pub(crate) fn on_the_disk<T>(
         &mut self,

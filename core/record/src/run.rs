@@ -162,8 +162,13 @@ impl Record {
     /// Begins a run, with everything that is known of it, and gives its number.
     ///
     /// # Errors
-    /// When the record cannot be written.
+    /// When the record cannot be written; where another program keeps it locked, with its name.
     pub fn start_run(&mut self, run: &NewRun) -> Result<RunId, RecordError> {
+        let started = self.insert_run(run);
+        started.map_err(|error| self.with_holders(error))
+    }
+
+    fn insert_run(&mut self, run: &NewRun) -> Result<RunId, RecordError> {
         let transaction = self.connection.transaction().during("start a run")?;
         transaction
             .execute(

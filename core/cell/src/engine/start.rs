@@ -8,7 +8,7 @@ use std::thread::JoinHandle;
 
 use plumb_record::{
     CellLock, ChangedLibrary, Interruption, LoadedFile, NewRun, Record, RecordError, RunId, RunState,
-    sha256_hex, today,
+    record_option, sha256_hex, today,
 };
 use serde_json::{Map, Value};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
@@ -356,11 +356,16 @@ fn resume_in_record(
 impl Engine {
     /// The whole sitting, from the first event to the last.
     fn sitting(mut self, request: &RunRequest, changed_plugins: &[ChangedLibrary]) -> RunOutcome {
+        let (events, run) = (self.journal.events.clone(), self.journal.run);
+        let go_on = format!("plumb run --resume {run}{}", record_option(self.journal.record.directory()));
         let result = self.begin(request, changed_plugins).and_then(|end| Ok(self.finish(end)?));
         match result {
             Ok(outcome) => outcome,
             Err(error) => {
                 tracing::error!(error = describe(&error), "the run cannot be written down");
+                // The one event that nothing in the record stands behind: without it nobody would learn why the run ended.
+                let message = format!("{} (then go on with: {go_on})", describe(&error));
+                events.send(Event::RunEnded { run: run.0, outcome: RunOutcome::Error, message });
                 RunOutcome::Error
             }
         }

@@ -102,15 +102,21 @@ impl std::error::Error for FileProblems {}
 
 impl fmt::Display for FileProblems {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, problem) in self.problems.iter().enumerate() {
+        for (index, problem) in self.problems.iter().take(SHOWN_PROBLEMS).enumerate() {
             if index > 0 {
                 writeln!(formatter)?;
             }
             self.show(problem, formatter)?;
         }
-        Ok(())
+        match self.problems.len().checked_sub(SHOWN_PROBLEMS) {
+            None | Some(0) => Ok(()),
+            Some(more) => writeln!(formatter, "\n{}: and {more} more", self.file.display()),
+        }
     }
 }
+
+/// The most mistakes of one file that are shown: who has mended so many looks again.
+const SHOWN_PROBLEMS: usize = 50;
 
 /// Longer lines are cut around the mistake.
 const SHOWN_COLUMNS: usize = 100;
