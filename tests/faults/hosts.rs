@@ -37,7 +37,7 @@ pub(crate) const ROWS: &[&Row] = &[
     &Row {
         name: "terminal_closed",
         done: "the terminal of an unattended run closed (SIGHUP) in mid-move",
-        promise: "every host is gone within 10 s, the record is sound, and the resumed run passes",
+        promise: "the run ends as aborted and says by which signal; every host is gone within 10 s, the record is sound",
         happens: terminal_closed,
     },
     &Row {
@@ -169,8 +169,11 @@ fn terminal_closed() -> Happened {
     let running = moving_in(&lab, "waist.lower");
     let took = ended_by(running, Signal::SIGHUP, 10.0);
     assert_sound(&lab);
-    resume(&lab);
-    Happened::Kept(format!("the hosts were gone {took:.1} s later"))
+    let run = lab.shown("1")["run"].clone();
+    assert_eq!(run["state"], "aborted", "{run}");
+    let reason = run["message"].as_str().unwrap_or_default();
+    assert!(reason.contains("SIGHUP"), "{run}");
+    Happened::Kept(format!("the hosts were gone {took:.1} s later; {reason}"))
 }
 
 /// Ends the program by a signal and waits for its hosts; how long that took, s.

@@ -17,7 +17,7 @@ pub(crate) const ROWS: &[&Row] = &[
     &Row {
         name: "world_killed",
         done: "the simulated world killed in mid-move",
-        promise: "the run ends with 2 within 5 s; the record is sound, and --resume ends with 4 and says that the world began anew",
+        promise: "the run ends with 2 within 5 s; the record is sound, and --resume says that the world began anew, and passes with the true zeros, or with 4 where the arm stands elsewhere",
         happens: world_killed,
     },
     &Row {
@@ -62,7 +62,10 @@ fn world_killed() -> Happened {
     assert_eq!(code, Some(2), "{last}");
     assert!(took < 5.0, "it took {took} s");
     let resumed = lab.plumb(&["run", "--resume", "1", "--headless", "--pace", "fast"]);
-    assert_eq!(resumed.code(), 4, "{}", resumed.all());
+    match resumed.code() {
+        0 => lab.assert_zeros_found("1"),
+        code => assert_eq!(code, 4, "{}", resumed.all()),
+    }
     assert!(resumed.all().contains("began anew"), "{}", resumed.all());
     assert_sound(&lab);
     Happened::Kept(format!(

@@ -288,7 +288,8 @@ fn interrupted(interrupt: Interrupt) -> StepError {
         Interrupt::Stop => "stopped by the operator",
         Interrupt::Abort => "aborted by the operator",
         Interrupt::Finish => "finished early by the operator",
-        Interrupt::Keep => "left by the operator",
+        // The operator left, or the arm was stopped with nobody there to go on.
+        Interrupt::Keep => "kept for later",
         Interrupt::Signal { by, .. } => {
             return StepError::Interrupted { interrupt, reason: format!("ended by {by}") };
         }

@@ -10,7 +10,7 @@ use super::prompting::Heard;
 use super::start::describe_changed;
 use super::step_context::StepContext;
 use super::step_error::StepError;
-use crate::event::{Event, NamedValue, StepOutcome, StepPath};
+use crate::event::{Event, LogLevel, NamedValue, StepOutcome, StepPath};
 use crate::prompt::PromptKind;
 use crate::step::Action;
 
@@ -127,6 +127,11 @@ impl Engine {
     /// Makes sure that every robot stands where the run left it: a person looks, or the record and the robot agree.
     pub(super) fn confirm_poses(&mut self, position: usize) -> Result<(), StepError> {
         let poses = self.journal.record.poses(self.journal.run)?;
+        if self.links.is_new_world() {
+            let message = "the world in which the run stood has ended, and one that began anew is in its place: \
+                           what the operator did to it is as the world file says";
+            self.journal.log(LogLevel::Warning, "world", None, message)?;
+        }
         for index in 0..self.arms.len() {
             let Some(name) = self.arms.get(index).map(|arm| arm.name.clone()) else { continue };
             let Some(pose) = poses.iter().find(|pose| pose.device == name) else { continue };
