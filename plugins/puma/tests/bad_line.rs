@@ -14,12 +14,12 @@ use std::time::Duration;
 use plumb_plugin::recording::RecordingHost;
 use plumb_plugin::{PluginError, Robot};
 use plumb_puma::Puma;
-use plumb_simulated::emulate::val2::{Dialect, Emulator, EmulatorOptions, Event};
+use plumb_simulated::emulate::val2::{Dialect, Emulator, EmulatorOptions, Event, LineOptions};
 use plumb_simulated::protocol::Pace;
 use serde_json::{Value, json};
 
 use terminal::relay::Relay;
-use terminal::{Cell, LEFTY, READY, World, at_9600};
+use terminal::{Cell, LEFTY, READY, World};
 
 /// An arm, its controller, and a cable that pauses behind some of the controller's words.
 struct Paused {
@@ -101,12 +101,13 @@ fn answers_that_come_in_pieces_are_whole_when_their_prompt_has_come() {
     }
 }
 
-/// A line on which one byte is damaged, and the move to a pose that differs from the ready position.
-fn move_with(fault: &str, typing: &str, keeps_up: bool) -> (Cell, Result<(), PluginError>) {
+/// A line on which one bit of one byte is turned (another for another seed), and the move to a pose that differs from the ready position.
+fn move_with(way: &str, byte: u64, typing: &str) -> (Cell, Result<(), PluginError>) {
     let config: Value = json!({"typing": typing});
-    let options = EmulatorOptions { keeps_up, line: at_9600(), ..EmulatorOptions::default() };
+    let line = LineOptions { baud: Some(9600), seed: byte, ..LineOptions::default() };
+    let options = EmulatorOptions { keeps_up: typing == "fast", line, ..EmulatorOptions::default() };
     let mut cell = Cell::of(options, Pace::Fast, &config);
-    cell.emulator.tell(format!("fault {fault}").parse().unwrap());
+    cell.emulator.tell(format!("fault garble {way} {byte}").parse().unwrap());
     let gone = cell.go(LEFTY).map(drop);
     (cell, gone)
 }
@@ -116,7 +117,7 @@ fn a_character_that_comes_back_as_another_cancels_the_line_in_careful_typing() {
     // The controller has heard what was typed; only the echo is wrong. Without the comparison nobody would notice.
     let mut compared = 0;
     for byte in 1..=8 {
-        let (mut cell, gone) = move_with(&format!("garble from-arm {byte}"), "careful", false);
+        let (mut cell, gone) = move_with("from-arm", byte, "careful");
         match gone {
             Err(error) => {
                 assert!(matches!(error, PluginError::Failed(_)), "{error:?}");
@@ -136,7 +137,7 @@ fn a_damaged_line_typed_fast_is_cancelled_before_it_counts_and_typed_again_with_
     // nothing echoes whether its carriage return arrives.
     for byte in 1..=8 {
         for way in ["to-arm", "from-arm"] {
-            let (mut cell, gone) = move_with(&format!("garble {way} {byte}"), "fast", true);
+            let (mut cell, gone) = move_with(way, byte, "fast");
             gone.unwrap_or_else(|error| panic!("byte {byte} {way}: {error}"));
             cell.assert_at(LEFTY);
         }
