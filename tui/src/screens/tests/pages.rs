@@ -71,9 +71,9 @@ fn a_correction_that_was_not_accepted_is_shown_as_discarded_and_one_proposed_ane
     tell(&mut state, finished("apply", StepOutcome::Passed, "discarded"));
     assert!(page(&state, 120, 40).contains("discarded"), "{}", page(&state, 120, 40));
     tell(&mut state, Event::CorrectionApplied { correction: correction.clone(), revision: 1 });
-    assert!(page(&state, 120, 40).contains("in force"));
+    assert!(page(&state, 120, 40).contains("deg in force"));
     tell(&mut state, proposed());
-    assert!(!page(&state, 120, 40).contains("in force"));
+    assert!(!page(&state, 120, 40).contains("deg in force"));
 }
 
 fn camera_aim() -> Correction {
