@@ -103,9 +103,8 @@ fn a_choice_is_made_with_the_arrows() {
 #[test]
 fn a_jog_moves_the_chosen_joint_by_the_chosen_step_and_shows_where_it_stands() {
     let mut state = begun();
+    // The joint that has to come somewhere is chosen already.
     tell(&mut state, jog_asked());
-    press(&mut state, KeyCode::Down);
-    press(&mut state, KeyCode::Down);
     press(&mut state, KeyCode::Char(']'));
     let actions = press(&mut state, KeyCode::Left);
     assert_eq!(
@@ -116,6 +115,42 @@ fn a_jog_moves_the_chosen_joint_by_the_chosen_step_and_shows_where_it_stands() {
     tell(&mut state, posed(35.5, -80.0, false));
     assert!(page(&state, 120, 40).contains("\u{2713} elbow between -107.25 and -72.75 deg"));
     assert_eq!(answers(&press(&mut state, KeyCode::Enter)), [&Answer::Done]);
+}
+
+#[test]
+fn the_height_over_the_table_is_shown_with_the_jog_and_says_in_words_when_it_is_below() {
+    let mut state = begun();
+    let Event::PromptAsked { prompt } = jog_asked() else { panic!("a prompt") };
+    let PromptKind::JogTo { device, .. } = prompt.kind.clone() else { panic!("a jog") };
+    tell(&mut state, Event::PromptAsked { prompt });
+    let clearance = |value: f64| {
+        let plane =
+            NamedValue { name: "the table".to_owned(), value, unit: "mm".to_owned(), uncertainty: None };
+        Event::Clearance { device: device.clone(), planes: vec![plane] }
+    };
+    tell(&mut state, clearance(33.46));
+    assert!(page(&state, 80, 24).contains("33.5 mm clear of the table"));
+    tell(&mut state, clearance(-12.04));
+    assert!(page(&state, 80, 24).contains("\u{2717} 12.0 mm BEYOND the table"));
+}
+
+#[test]
+fn a_pause_leaves_no_prompt_that_looks_live_and_the_one_asked_again_has_the_same_joint_chosen() {
+    let mut state = begun();
+    tell(&mut state, jog_asked());
+    press(&mut state, KeyCode::Up);
+    let Event::PromptAsked { prompt } = jog_asked() else { panic!("a prompt") };
+    tell(&mut state, Event::PromptWithdrawn { prompt: prompt.id });
+    tell(&mut state, Event::Paused { step: None, reason: "stopped by the operator".to_owned() });
+    assert!(!page(&state, 80, 24).contains("stands where it should"));
+    assert_eq!(press(&mut state, KeyCode::Left), []);
+    tell(&mut state, Event::Resumed);
+    tell(&mut state, jog_asked());
+    let actions = press(&mut state, KeyCode::Left);
+    assert!(
+        matches!(actions.as_slice(), [Action::Tell(Tell::Jog { joint, .. })] if joint == "shoulder"),
+        "{actions:?}"
+    );
 }
 
 #[test]
