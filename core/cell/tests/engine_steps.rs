@@ -511,6 +511,7 @@ fn an_unattended_resume_with_an_arm_that_was_moved_needs_an_operator() {
     let place = place();
     let (_cell, _world, again) = lost_at_its_second_move(&place);
     let another = World::new([0.0, 3.0, 0.0]);
+    another.is_new.store(false, Ordering::SeqCst);
     let (outcome, events) = watch(start(again, &another), |_, _| {});
     assert_eq!(outcome, RunOutcome::NeedsOperator);
     assert!(
