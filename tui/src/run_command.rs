@@ -166,10 +166,14 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         // The screens are gone, and with them the reason.
         let reason = Record::open(&prepared.record).and_then(|record| record.run(running.run));
         let reason = reason.ok().and_then(|run| run.message).map(|message| format!(": {message}"));
+        // A signal may end the run before the screens have noticed.
+        let how = match outcome {
+            RunOutcome::NeedsOperator => "is kept",
+            other => headless::in_words(other),
+        };
         drop(say!(
-            "Run {} {}{}\nThe record keeps it: plumb show {}{record}",
+            "Run {} {how}{}\nThe record keeps it: plumb show {}{record}",
             running.run.0,
-            headless::in_words(outcome),
             reason.unwrap_or_default(),
             running.run.0
         ));
