@@ -168,7 +168,7 @@ mod tests {
             scope.spawn(|| {
                 for step in 0..20_000_u64 {
                     // Both halves of the value change at once.
-                    writer.write(CellTime::Stands { at_ns: step << 32 | step }).unwrap();
+                    writer.write(CellTime::Stands { at_ns: (step << 32) | step }).unwrap();
                 }
             });
             for _ in 0..20_000 {

@@ -10,9 +10,11 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::time::Duration;
 
 use common::{Served, only, until, world_path};
+use nix::time::{ClockId, clock_gettime};
+use plumb_plugin::cell_clock::ClockReader;
 use plumb_simulated::client::{ClientError, WorldClient};
 use plumb_simulated::protocol::{Pace, PendantKey, Reading, Say, Verb};
-use plumb_simulated::serve::{ServeOptions, serve};
+use plumb_simulated::serve::{ServeOptions, clock_file, serve};
 use plumb_simulated::world::Joint;
 
 fn turn(joint: Joint, by_deg: f64) -> Verb {
@@ -250,6 +252,41 @@ fn converse(served: &Served, lines: &[&str]) -> Vec<String> {
         .collect()
 }
 
+/// The cell's time now, as the hosts of its devices read it from the world's file.
+fn cell_ns(served: &Served) -> u64 {
+    let monotonic_ns = Duration::from(clock_gettime(ClockId::CLOCK_MONOTONIC).unwrap()).as_nanos() as u64;
+    ClockReader::open(&clock_file(&served.socket)).unwrap().read().unwrap().at(monotonic_ns)
+}
+
+/// In fast pace the cell's clock stands until something moves, and jumps over the motion; in real pace it goes on from there with the wall's.
+#[test]
+fn the_world_keeps_the_cells_clock_at_either_pace() {
+    let served = Served::start("world-ideal.yaml", Pace::Fast);
+    let mut client = served.connect();
+    let before = client.read(Verb::Read {}).unwrap().time_ns;
+    assert_eq!(cell_ns(&served), before);
+    let after = client.read(turn(Joint::Waist, 20.0)).unwrap().time_ns;
+    assert!(after > before + 100_000_000, "{} ns", after - before);
+    assert_eq!(cell_ns(&served), after);
+    client.read(Verb::Wait { ms: 60_000 }).unwrap();
+    assert_eq!(cell_ns(&served), after + 60_000_000_000);
+    client.read(Verb::Pace { pace: Pace::Real }).unwrap();
+    let (first, told) = (cell_ns(&served), client.read(Verb::Read {}).unwrap().time_ns);
+    assert!(first >= after + 60_000_000_000 && told >= first && cell_ns(&served) >= told);
+    // It never runs back, whatever the pace is changed to.
+    client.read(Verb::Pace { pace: Pace::Fast }).unwrap();
+    assert!(cell_ns(&served) >= told);
+}
+
+#[test]
+fn a_world_in_real_pace_dates_by_the_clock_that_kernels_date_with() {
+    let served = Served::start("world-ideal.yaml", Pace::Real);
+    let monotonic_ns = || Duration::from(clock_gettime(ClockId::CLOCK_MONOTONIC).unwrap()).as_nanos() as u64;
+    let before = monotonic_ns();
+    let told = served.connect().read(Verb::Read {}).unwrap().time_ns;
+    assert!(before <= told && told <= monotonic_ns(), "{before} {told}");
+}
+
 #[test]
 fn what_is_not_the_protocol_is_answered_and_does_no_harm() {
     let served = Served::start("world-ideal.yaml", Pace::Fast);
@@ -264,13 +301,15 @@ fn what_is_not_the_protocol_is_answered_and_does_no_harm() {
             r#"{"id":8,"do":{"read":{}}}"#,
         ],
     );
+    let now_ns = cell_ns(&served);
+    let last = format!(r#"{{"id":8,"say":{{"reading":{{"time_ns":{now_ns},"moving":false,"stopped":false,"#);
     let expected = [
         r#"{"protocol":1,"world":"TeachMover over a T target, ideal","#,
         r#"{"id":0,"say":{"refused":{"why":"expected value at line 1 column 1"}}}"#,
         r#"{"id":0,"say":{"refused":{"why":"unknown variant `fly`, expected one of `read`, `move`, "#,
         r#"{"id":0,"say":{"refused":{"why":"invalid length 2, expected an array of length 6"#,
         r#"{"id":7,"say":{"refused":{"why":"the speed must be a share of the greatest, 0.001 to 1"}}}"#,
-        r#"{"id":8,"say":{"reading":{"time_ns":1000000000,"moving":false,"stopped":false,"#,
+        last.as_str(),
     ];
     for (answer, expected) in answers.iter().zip(expected) {
         assert!(answer.starts_with(expected), "{answer}\nexpected {expected}");
