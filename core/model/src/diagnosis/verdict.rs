@@ -355,22 +355,36 @@ impl Finding<'_> {
         let Some(best) = self.best().map(|best| best.id.label(self.stage.fitted.machine.model)) else {
             return Vec::new();
         };
-        let told = |(correlation, other): (f64, String)| {
+        let model = self.stage.fitted.machine.model;
+        let told = |(correlation, other): (f64, EffectId)| {
+            let other = other.label(model);
             format!(
                 "beyond what is fitted {best} and {other} move the readings of these poses alike (canonical correlation {correlation:.3})"
             )
         };
-        self.correlated().into_iter().filter(|(correlation, _)| *correlation <= SAME).map(told).collect()
+        let same = self.same();
+        let others = self.correlated().into_iter();
+        others.filter(|(_, other)| !same.contains(&other.label(model))).map(told).collect()
     }
 
-    /// Contenders that are the same thing as the best in these rows: they move every reading just as it does.
+    /// Contenders that are the same thing as the best in these rows: they move every reading just as it does, and the tip as much or as little. What the arm's own
+    /// sensor does, and what the arm does, may read alike and still send the tip to different places.
     pub(crate) fn same(&self) -> Vec<String> {
+        let Some(best) = self.best() else { return Vec::new() };
+        let of_sensor = |id: &EffectId| {
+            crate::effect::kind(&id.name)
+                .is_some_and(|kind| matches!(kind.family, Family::Sensor | Family::Instrument))
+        };
+        let model = self.stage.fitted.machine.model;
         let correlated = self.correlated().into_iter();
-        correlated.filter(|(correlation, _)| *correlation > SAME).map(|(_, other)| other).collect()
+        correlated
+            .filter(|(correlation, other)| *correlation > SAME && of_sensor(other) == of_sensor(&best.id))
+            .map(|(_, other)| other.label(model))
+            .collect()
     }
 
     /// The best few contenders that move the readings like the best: the canonical correlation of what each adds to what is fitted.
-    fn correlated(&self) -> Vec<(f64, String)> {
+    fn correlated(&self) -> Vec<(f64, EffectId)> {
         let Some(best) = self.best() else { return Vec::new() };
         let fitted = &self.stage.fitted;
         let (machine, fit) = (&fitted.machine, &fitted.fit);
@@ -398,12 +412,11 @@ impl Finding<'_> {
                 range
             })
             .collect();
-        let label = |contender: &Contender| contender.id.label(machine.model);
         let Some(own) = ranges.first() else { return Vec::new() };
         let correlation = |(other, range): (&&Contender, &std::ops::Range<usize>)| {
-            Some((canonical(&beyond, own, range)?, label(other)))
+            Some((canonical(&beyond, own, range)?, other.id.clone()))
         };
-        let mut alike: Vec<(f64, String)> =
+        let mut alike: Vec<(f64, EffectId)> =
             compared.iter().zip(&ranges).skip(1).filter_map(correlation).collect();
         alike.retain(|(correlation, _)| *correlation > ALIKE);
         alike.sort_by(|left, right| right.0.total_cmp(&left.0));

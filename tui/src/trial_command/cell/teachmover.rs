@@ -162,15 +162,8 @@ fn change(fault: &Fault, lot: &mut Random) -> Result<Change, TrialError> {
         }
         "trim" => {
             let higher = sign * size((0.3, 0.8));
-            // A sensor that works so much further ahead of its face is as good as a hand that is longer.
-            let same = [("link_offset", "wrist_roll"), ("tool_offset", "p1")];
-            let mut hidden_as = vec![hidden("trigger_height", "sensor", higher, "mm")];
-            hidden_as.extend(same.map(|(effect, place)| {
-                let mut other = hidden(effect, place, higher, "mm");
-                other.details.insert("same_as".to_owned(), "trigger_height(sensor)".into());
-                other
-            }));
-            Change { trim: Some(8.0 + higher), hidden: hidden_as, ..Change::default() }
+            let hidden = vec![hidden("trigger_height", "sensor", higher, "mm")];
+            Change { trim: Some(8.0 + higher), hidden, ..Change::default() }
         }
         "hysteresis" => {
             let more = size((8.0, 15.0));
