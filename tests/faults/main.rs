@@ -20,6 +20,7 @@
 #[path = "../run/lab.rs"]
 mod lab;
 
+#[allow(unused_imports, reason = "its tests are none here")]
 #[path = "../run/hosts.rs"]
 mod run_hosts;
 

@@ -88,7 +88,14 @@ pub(crate) fn run(command: &RecordCommand) -> CommandResult {
         RecordCommand::Rollback(rollback) => &rollback.place,
     };
     let directory = record_directory(place.record.as_ref())?;
-    let mut record = Record::open(&directory)?;
+    let mut record = match Record::open(&directory) {
+        // So damaged that it cannot even be opened: what a check is there to say.
+        Err(error) if error.is_damage() && matches!(command, RecordCommand::Check(_)) => {
+            say!("{error}")?;
+            return Ok(ExitCode::from(DAMAGED));
+        }
+        opened => opened?,
+    };
     match command {
         RecordCommand::Zeros(zeros) => corrections::list(&record, zeros),
         RecordCommand::Rollback(rollback) => corrections::bring_back(&mut record, rollback),

@@ -172,6 +172,16 @@ fn controller_keeps(kept: bool) -> &'static str {
 }
 
 impl RecordError {
+    /// Whether the database is damaged, or no database at all.
+    #[must_use]
+    pub fn is_damage(&self) -> bool {
+        let (Self::Statement { cause, .. } | Self::Open { cause, .. }) = self else { return false };
+        matches!(
+            cause.sqlite_error_code(),
+            Some(rusqlite::ErrorCode::DatabaseCorrupt | rusqlite::ErrorCode::NotADatabase)
+        )
+    }
+
     /// Whether another program held the database when this happened.
     pub(crate) fn is_locked(&self) -> bool {
         let (Self::Statement { cause, .. } | Self::Open { cause, .. }) = self else { return false };
