@@ -113,8 +113,14 @@ fn zeros_outlive_a_run_but_not_the_controllers_power() {
     let again = bench.run("turn", &[]);
     assert_eq!(again.code(), 4, "an arm left alone since has not got them back: {}", again.all());
 
+    let listed = bench.lab.plumb(&["record", "zeros", "teachmover-hardware"]).out();
+    assert_eq!(listed.matches("   LOST").count(), 3, "{listed}");
+    assert!(listed.contains("zeros last lost in run 3: its drive reads 8.000 deg"), "{listed}");
+
     let found = bench.run("known", &["--json"]);
     assert_eq!(found.code(), 0, "{}", found.all());
     let turned = bench.run("turn", &[]);
     assert_eq!(turned.code(), 0, "{}", turned.all());
+    let listed = bench.lab.plumb(&["record", "zeros", "teachmover-hardware"]).out();
+    assert!(!listed.contains("   LOST"), "{listed}");
 }

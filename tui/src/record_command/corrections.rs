@@ -7,6 +7,7 @@ use plumb_cell::give_or_take;
 use plumb_cell::yaml::{did_you_mean, one_of};
 use plumb_record::{
     AppliedCorrection, CellLock, CorrectionKey, Record, RecordError, Revision, RolledBack, StoredCorrection,
+    StoredZeroLoss,
 };
 
 use super::{Rollback, Zeros};
@@ -38,8 +39,13 @@ pub(super) fn list(record: &Record, arguments: &Zeros) -> CommandResult {
     for device in devices(&revisions) {
         let in_force = record.corrections_in_force(&arguments.cell, device)?;
         say!("{device} of cell {}: in force now", arguments.cell)?;
+        let loss = record.zero_loss(&arguments.cell, device)?;
         for one in &in_force {
-            say!("  {}", in_force_in_words(one))?;
+            let lost = is_lost(record, &arguments.cell, one, loss.as_ref())?;
+            say!("  {}{}", in_force_in_words(one), if lost { "   LOST" } else { "" })?;
+        }
+        if let Some(loss) = &loss {
+            say!("zeros last lost in run {}: {}", loss.run, loss.reason)?;
         }
         say!("revisions, the oldest first")?;
         for revision in revisions.iter().filter(|revision| revision.device == *device) {
@@ -51,6 +57,19 @@ pub(super) fn list(record: &Record, arguments: &Zeros) -> CommandResult {
         arguments.cell
     )?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether a zero no longer holds, because the drive has begun to count anew since it was found.
+fn is_lost(
+    record: &Record,
+    cell: &str,
+    one: &AppliedCorrection,
+    loss: Option<&StoredZeroLoss>,
+) -> Result<bool, RecordError> {
+    match loss {
+        Some(loss) if one.key.quantity == "joint_zero" => Ok(!record.was_found_since(cell, one, loss)?),
+        _ => Ok(false),
+    }
 }
 
 fn print(revision: &Revision, in_force: &[AppliedCorrection]) -> io::Result<()> {
