@@ -185,3 +185,15 @@ fn what_cannot_be_hidden_is_refused_before_anything_is_run() {
         assert!(code == Some(2) && said.contains(told), "{said}");
     }
 }
+
+#[test]
+fn the_cell_of_every_trial_is_in_order() {
+    for cell in ["teachmover", "puma", "light-stripe"] {
+        let place = tempfile::tempdir().unwrap();
+        let (code, said) =
+            plumb(place.path(), &["trial", "new", "--cell", cell, "--seed", "3", "-o", "cell"]);
+        assert_eq!(code, Some(0), "{said}");
+        let (code, said) = plumb(place.path(), &["check", "cell/cell.yaml"]);
+        assert_eq!(code, Some(0), "{cell}: {said}");
+    }
+}

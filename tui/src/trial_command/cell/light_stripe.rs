@@ -37,11 +37,10 @@ pub(in super::super) const FLYING: &str = "fly_mm_s=160";
 
 const OPEN_WORLD: &str = include_str!("../../../../workcells/light-stripe/world.yaml");
 
-const FILES: [(&str, &str); 6] = [
+const FILES: [(&str, &str); 5] = [
     ("arm.yaml", include_str!("../../../../workcells/light-stripe/arm.yaml")),
     ("rig.yaml", include_str!("../../../../workcells/light-stripe/rig.yaml")),
     ("scene.yaml", include_str!("../../../../workcells/light-stripe/scene.yaml")),
-    ("answers.yaml", include_str!("../../../../workcells/light-stripe/answers.yaml")),
     ("procedures/gather.yaml", include_str!("../../../../workcells/light-stripe/procedures/gather.yaml")),
     (
         "procedures/direction-error.yaml",
@@ -54,13 +53,14 @@ const NOISE_MM: f64 = 0.05;
 
 fn files() -> Vec<(&'static str, String)> {
     let whole = include_str!("../../../../workcells/light-stripe/cell.yaml");
-    // Only what a trial needs: the other procedures, and what they need, stay with the cell itself.
+    // Only what a trial needs: the other procedures, and the answers to what they ask, stay with the cell itself.
+    let whole = whole.replace("\nanswers: answers.yaml", "");
     let cell = match whole.split_once("procedures: [") {
         Some((before, after)) => {
             let rest = after.split_once(']').map_or("", |(_, rest)| rest);
             format!("{before}procedures: [procedures/gather.yaml, procedures/direction-error.yaml]{rest}")
         }
-        None => whole.to_owned(),
+        None => whole.clone(),
     };
     let others = FILES.iter().map(|(name, text)| (*name, (*text).to_owned()));
     std::iter::once(("cell.yaml", cell)).chain(others).collect()
