@@ -68,7 +68,7 @@ fn raise_open_files() {
 /// Free bytes where POSIX shared memory lies; none where the system does not say.
 fn shared_memory_free() -> Option<u64> {
     let known = nix::sys::statvfs::statvfs(SHARED_MEMORY).ok()?;
-    Some(u64::from(known.blocks_available()).saturating_mul(u64::from(known.fragment_size())))
+    Some(known.blocks_available().saturating_mul(known.fragment_size()))
 }
 
 fn too_little_shared_memory(free: Option<u64>) -> Result<(), String> {
