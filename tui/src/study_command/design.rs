@@ -414,10 +414,7 @@ joints:
         assert!(
             refused("a_mm: 177.8, alpha_deg: 0}", "a_mm: 177.8, alpha_deg: 30}").contains("must be parallel")
         );
-        assert!(
-            refused("a_mm: 177.8, alpha_deg: 0}", "a_mm: 177.8, alpha_deg: 0, slides: true}")
-                .contains("slides")
-        );
+        assert!(refused("d_mm: 195}", "d_mm: 195, slides: true}").contains("`waist` slides"));
     }
 
     #[test]
