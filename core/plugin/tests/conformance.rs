@@ -146,7 +146,7 @@ impl Robot for TestRobot {
         self.reads += 1;
         let mut state = self.state(self.flaw == Flaw::ReadsAsMoving);
         match self.flaw {
-            Flaw::ReadsAsNotANumber => drop(state.joints.set(1, f64::NAN)),
+            Flaw::ReadsAsNotANumber => state.joints.set(1, f64::NAN),
             // Long enough to be seen, in one read of one check.
             Flaw::BlocksInARead if self.reads == 1 => std::thread::sleep(Duration::from_millis(5_200)),
             Flaw::Panics => panic!("index out of bounds: the robot lost its head"),

@@ -149,7 +149,8 @@ impl Laboratory {
             let nothing = DMatrix::zeros(one.values.len(), one.values.len());
             let size = one.effect.size(&one.values, &nothing);
             // Without the masses a compliance has no unit.
-            let sized = !one.any_size && !(weightless && one.effect.looks_at() == effect::LooksAt::Gravity);
+            let no_unit = weightless && one.effect.looks_at() == effect::LooksAt::Gravity;
+            let sized = !(one.any_size || no_unit);
             NotShown {
                 effect: effect_place(&fitted.machine, &one.id),
                 label: one.id.label(self.model()),

@@ -79,7 +79,11 @@ pub enum ObservationsError {
         expected: usize,
     },
     /// A slide given as an angle, or a turning joint as a length.
-    #[error("{table}: column `{column}`: joint `{joint}` of the arm {arm} {moves}: give it as {right}")]
+    #[error(
+        "{table}: column `{column}`: joint `{joint}` of the arm {arm} {}: give it as {}",
+        if *.slides { "slides" } else { "turns" },
+        joint_headers(*.number, *.slides)
+    )]
     JointUnit {
         /// The table.
         table: String,
@@ -89,10 +93,10 @@ pub enum ObservationsError {
         arm: String,
         /// The joint.
         joint: String,
-        /// `slides` or `turns`.
-        moves: &'static str,
-        /// The headers it may have.
-        right: String,
+        /// Its place among the joints of the table, from 1.
+        number: usize,
+        /// Whether it slides; else it turns.
+        slides: bool,
     },
     /// A target the model does not have.
     #[error(
@@ -359,22 +363,23 @@ fn check_joint_units(model: &Model, table: &Table) -> Result<(), ObservationsErr
         if slides == *is_length {
             continue;
         }
-        let (moves, units) = if slides {
-            ("slides", ["mm", "m", "in"].as_slice())
-        } else {
-            ("turns", ["deg", "rad"].as_slice())
-        };
-        let right: Vec<String> = units.iter().map(|unit| format!("`q{}_{unit}`", number + 1)).collect();
         return Err(ObservationsError::JointUnit {
             table: table.source.clone(),
             column: column.clone(),
             arm: model.arm.clone(),
             joint: joint.name.clone(),
-            moves,
-            right: right.join(" or "),
+            number: number + 1,
+            slides,
         });
     }
     Ok(())
+}
+
+/// The headers that a joint's column may have: `number` counts from 1, and a slide's are lengths.
+fn joint_headers(number: usize, slides: bool) -> String {
+    let units: &[&str] = if slides { &["mm", "m", "in"] } else { &["deg", "rad"] };
+    let headers: Vec<String> = units.iter().map(|unit| format!("`q{number}_{unit}`")).collect();
+    headers.join(" or ")
 }
 
 fn declared_position(model: &Model, target: &str) -> Option<f64> {

@@ -44,6 +44,9 @@ pub(super) struct Here {
     points: Vec<Option<Point3<f64>>>,
 }
 
+/// The one joint whose coordinate an effect changes, and the rate of each of its parameters in every view.
+pub(super) type JointRates = (usize, Vec<Vec<f64>>);
+
 pub(super) struct Problem<'a> {
     pub(super) model: &'a Model,
     pub(super) views: &'a [View],
@@ -244,7 +247,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The joint whose coordinate alone these effects change, if it is one; and the rate of each of their parameters in every view.
-    pub(super) fn rates(&self, id: &EffectId) -> Result<Option<(usize, Vec<Vec<f64>>)>, EffectNameError> {
+    pub(super) fn rates(&self, id: &EffectId) -> Result<Option<JointRates>, EffectNameError> {
         let effect = effect::build(id, self.model)?;
         let Some(joint) = effect.changes_coordinate() else { return Ok(None) };
         let rates = |view: &View| forward::rates(self.model, effect.as_ref(), &view.q, &view.approach);
