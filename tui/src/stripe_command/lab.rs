@@ -115,8 +115,8 @@ impl Chosen {
         let corrections = in_force(record, &cell, &sensor)?;
         let rig = rig_with(&read_rig(&beside.join(rig))?, &corrections)?;
         let every_row = rig.camera.height_px / ROWS_A_PICTURE;
-        let scans = Scans::read(&self.scans)?.thinned(every_row);
         let surfaces: Vec<Surface> = read_scene(&scene)?.into_iter().map(|(_, surface)| surface).collect();
+        let scans = Scans::read(&self.scans)?.thinned(every_row);
         let added = resolved(&model, &to_lab(&rig), &surfaces, &scans, added)?;
         Ok(Lab {
             model,
