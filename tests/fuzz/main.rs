@@ -139,9 +139,9 @@ target!(camera, corpus::cameras(), |bytes: &[u8]| {
 target!(manifest, corpus::manifests(), |bytes: &[u8]| {
     let _read = Manifest::parse(&text(bytes), "plugin.yaml");
 });
-target!(picture_pgm, corpus::pgm(), from_file("a.pgm", |path| read_picture(path)));
-target!(picture_png, [corpus::png()], from_file("a.png", |path| read_picture(path)));
-target!(picture_raw, corpus::pgm(), from_file("a.raw", |path| read_picture(path)));
+target!(picture_pgm, corpus::pgm(), from_file("a.pgm", read_picture));
+target!(picture_png, [corpus::png()], from_file("a.png", read_picture));
+target!(picture_raw, corpus::pgm(), from_file("a.raw", read_picture));
 target!(cloud_ply, [corpus::cloud("ply")], from_file("a.ply", |path| drop(cloud_file::read(path))));
 target!(cloud_pcd, [corpus::cloud("pcd")], from_file("a.pcd", |path| drop(cloud_file::read(path))));
 target!(cloud_e57, [corpus::cloud("e57")], from_file("a.e57", |path| drop(cloud_file::read(path))));

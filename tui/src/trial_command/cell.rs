@@ -15,6 +15,9 @@ use plumb_simulated::world_file;
 
 use super::{Outcome, TrialError};
 
+/// Hides a fault in a world by the trial's seed: the world's text, and what is true.
+type MakeWorld = fn(&Fault, u64, &mut Random) -> Result<(String, Truth), TrialError>;
+
 /// A cell in which something can be hidden.
 pub(super) struct TrialCell {
     /// As `--cell` names it.
@@ -24,7 +27,7 @@ pub(super) struct TrialCell {
     /// Its files, but for the world.
     files: fn() -> Vec<(&'static str, String)>,
     /// The text of the world in which this is hidden, and the truth.
-    world: fn(&Fault, u64, &mut Random) -> Result<(String, Truth), TrialError>,
+    world: MakeWorld,
     /// What to do in it, for a directory of this name.
     commands: fn(&str) -> String,
 }

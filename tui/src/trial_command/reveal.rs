@@ -1,6 +1,6 @@
 //! `plumb trial reveal`: opens the seal, and holds a diagnosis against it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use plumb_document::{FileKind, read_text};
 use plumb_simulated::physics::campaign::Truth;
@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &RevealArguments) -> Result<Outcome, TrialError> {
     Ok(Outcome { said, right: score.is_none_or(|score| score.right), failed: false })
 }
 
-fn read_diagnosis(path: &PathBuf) -> Result<Diagnosis, TrialError> {
+fn read_diagnosis(path: &Path) -> Result<Diagnosis, TrialError> {
     let text = read_text(path, FileKind::TRIAL)
         .map_err(|source| TrialError::Read { path: path.clone(), source: source.into() })?;
     serde_json::from_str(&text).map_err(|source| TrialError::Diagnosis { path: path.clone(), source })
