@@ -42,8 +42,8 @@ pub(super) fn run(arguments: &RevealArguments) -> Result<Outcome, TrialError> {
 
 fn read_diagnosis(path: &Path) -> Result<Diagnosis, TrialError> {
     let text = read_text(path, FileKind::TRIAL)
-        .map_err(|source| TrialError::Read { path: path.clone(), source: source.into() })?;
-    serde_json::from_str(&text).map_err(|source| TrialError::Diagnosis { path: path.clone(), source })
+        .map_err(|source| TrialError::Read { path: path.to_owned(), source: source.into() })?;
+    serde_json::from_str(&text).map_err(|source| TrialError::Diagnosis { path: path.to_owned(), source })
 }
 
 fn tell(truth: &Truth) -> String {
