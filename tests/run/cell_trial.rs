@@ -124,7 +124,8 @@ fn dated(sentence: &str) -> f64 {
 
 /// Times of the last trigger pose before the drive at full speed, and of the first after it.
 fn around_the_haste(table: &str) -> (f64, f64) {
-    let mut lines = table.lines();
+    // A table says first which cell it is of.
+    let mut lines = table.lines().filter(|line| !line.starts_with('#'));
     let header: Vec<&str> = lines.next().unwrap().split(',').collect();
     let column = |name: &str| header.iter().position(|known| *known == name).unwrap();
     let (time, step) = (column("time_s"), column("step"));
