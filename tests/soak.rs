@@ -104,7 +104,8 @@ fn main() -> ExitCode {
 fn run(lab: &Lab) -> (Duration, Vec<Look>) {
     let mut running = lab.start(&["run", "cell.yaml", "soak", "--pace", "fast", "--answers", "answers.yaml"]);
     let mut looks = Vec::new();
-    let (mut turns, mut time) = (0_usize, Duration::ZERO);
+    // The world's clock does not begin at 0.
+    let (mut turns, mut begun, mut time) = (0_usize, None, Duration::ZERO);
     while let Some(event) = running.event() {
         if event["event"] == "step_finished"
             && event["step"].as_str().is_some_and(|step| step.ends_with(".back"))
@@ -112,7 +113,9 @@ fn run(lab: &Lab) -> (Duration, Vec<Look>) {
             turns += 1;
             if turns.is_multiple_of(TURNS / LOOKS) {
                 looks.push(look(lab, &running));
-                time = world_time(lab).unwrap_or(time);
+                if let Some(now) = world_time(lab) {
+                    time = now.saturating_sub(*begun.get_or_insert(now));
+                }
             }
         }
     }
