@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value};
 
-use super::scope::{Scope, ScopeId};
+use super::scope::{Scope, ScopeId, steps_listed};
 use crate::event::StepPath;
 use crate::expression::{Calculator, Expression, ExpressionError};
 use crate::procedure::{MOST_ENTRIES, Procedure};
@@ -128,7 +128,7 @@ impl Planner<'_> {
     fn scope(&mut self, procedure: &Procedure, parameters: Map<String, Value>) -> ScopeId {
         let mut ids = Vec::new();
         step_ids(&procedure.steps, &mut ids);
-        self.plan.scopes.push(Scope::new(parameters, ids));
+        self.plan.scopes.push(Scope::new(parameters, steps_listed(&procedure.text, ids)));
         self.plan.scopes.len() - 1
     }
 

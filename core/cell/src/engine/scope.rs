@@ -12,13 +12,15 @@ pub(crate) type ScopeId = usize;
 pub(crate) struct Scope {
     parameters: Map<String, Value>,
     results: Map<String, Value>,
-    /// Results of each step over the turns of repetitions.
+    /// Results over the turns of repetitions, of the steps whose lists the procedure uses. The lists of all steps would make a long run's memory
+    /// grow with every turn, and the time of its expressions with the square of the turns.
     all: Map<String, Value>,
 }
 
 impl Scope {
-    pub(crate) fn new(parameters: Map<String, Value>, step_ids: Vec<String>) -> Self {
-        let all = step_ids.into_iter().map(|id| (id, Value::Array(Vec::new()))).collect();
+    /// `listed` are the steps whose results are kept over all turns: those of [`steps_listed`].
+    pub(crate) fn new(parameters: Map<String, Value>, listed: Vec<String>) -> Self {
+        let all = listed.into_iter().map(|id| (id, Value::Array(Vec::new()))).collect();
         Self { parameters, results: Map::new(), all }
     }
 
@@ -56,6 +58,24 @@ impl Scope {
     }
 }
 
+/// The steps of a procedure whose lists its text uses, as `all.STEP`. A sentence for people may look like a use; then a list is kept that nobody reads.
+/// An expression cannot reach a list in another way: `all` by itself is refused when the procedure is checked.
+pub(crate) fn steps_listed(text: &str, step_ids: Vec<String>) -> Vec<String> {
+    let used: Vec<&str> = text.match_indices("all").filter_map(|(at, _)| listed_at(text, at)).collect();
+    step_ids.into_iter().filter(|id| used.contains(&id.as_str())).collect()
+}
+
+/// The step named behind an `all` at this byte of a text, if it is the word, and followed by a point and a name.
+fn listed_at(text: &str, at: usize) -> Option<&str> {
+    let is_part = |letter: char| letter.is_alphanumeric() || letter == '_';
+    if text.get(..at)?.ends_with(is_part) {
+        return None;
+    }
+    let name = text.get(at + "all".len()..)?.trim_start().strip_prefix('.')?.trim_start();
+    let end = name.find(|letter| !is_part(letter)).unwrap_or(name.len());
+    name.get(..end).filter(|name| !name.is_empty())
+}
+
 /// Joints as expressions see them: `{"shoulder_deg": 41.0, ...}`.
 pub(crate) fn joints_value(joints: &[NamedValue]) -> Value {
     let entries =
@@ -71,5 +91,43 @@ pub(crate) fn named_value(name: &str, value: f64) -> NamedValue {
             NamedValue { name: stem.to_owned(), value, unit: unit.to_owned(), uncertainty: None }
         }
         _ => NamedValue { name: name.to_owned(), value, unit: String::new(), uncertainty: None },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn listed(text: &str) -> Vec<String> {
+        steps_listed(text, ["scan", "met", "away"].map(str::to_owned).to_vec())
+    }
+
+    #[test]
+    fn the_lists_that_a_text_uses_are_found_however_they_are_written() {
+        assert_eq!(listed("for a in all.scan { b += all . met[0].x }"), ["scan", "met"]);
+        assert_eq!(listed("sum: >-\n  all\n  .away.len()"), ["away"]);
+        assert_eq!(listed("(all.scan)"), ["scan"]);
+    }
+
+    #[test]
+    fn other_words_and_sentences_name_no_list() {
+        for text in
+            ["small.scan", "all scan", "all.scans", "wall.met", "that is all. Then scan", "all", "all."]
+        {
+            assert_eq!(listed(text), Vec::<String>::new(), "{text}");
+        }
+    }
+
+    #[test]
+    fn only_listed_results_are_kept_over_the_turns() {
+        let mut scope = Scope::new(Map::new(), vec!["scan".to_owned()]);
+        for turn in 0..1000 {
+            scope.set_result("scan", Value::from(turn));
+            scope.set_result("met", Value::from(turn));
+        }
+        let values = scope.values(Map::new());
+        assert_eq!(values["met"], 999);
+        assert_eq!(values["all"]["scan"].as_array().map(Vec::len), Some(1000));
+        assert_eq!(values["all"].get("met"), None);
     }
 }

@@ -92,6 +92,9 @@ const KEYWORDS: &[&str] = &[
     "global",
 ];
 
+/// Under which the results of steps over the turns of a repetition are found.
+const LISTS: &str = "all";
+
 /// Functions of the language that files use.
 const LANGUAGE_FUNCTIONS: &[&str] = &[
     "sin",
@@ -197,10 +200,15 @@ impl Checker<'_, '_> {
             }
             return index + 1;
         }
+        if name == LISTS && self.names.get(name).is_some() && !self.names_a_list(index) {
+            let message = format!("`{LISTS}` alone says of no step: its lists are kept step by step");
+            self.add(index, name, message, format!("name the step: `{LISTS}.STEP`"), unknown);
+            return index + 1;
+        }
         match self.names.get(name) {
             Some(shape) => self.follow(shape, name.to_owned(), index + 1, unknown),
             None => {
-                let help = match self.names.get("all") {
+                let help = match self.names.get(LISTS) {
                     Some(Shape::Map(steps)) if steps.iter().any(|(id, _)| id == name) => {
                         format!("step `{name}` has not run yet at this point")
                     }
@@ -210,6 +218,13 @@ impl Checker<'_, '_> {
                 self.follow(&Shape::Anything, name.to_owned(), index + 1, unknown)
             }
         }
+    }
+
+    /// Whether a point and the name of a step, no method, stand behind the word at this place.
+    fn names_a_list(&self, index: usize) -> bool {
+        self.kind(index + 1) == TokenKind::Mark('.')
+            && matches!(self.kind(index + 2), TokenKind::Name(_))
+            && self.kind(index + 3) != TokenKind::Mark('(')
     }
 
     fn follow(&self, shape: &Shape, path: String, index: usize, unknown: &mut Vec<UnknownName>) -> usize {
@@ -315,6 +330,18 @@ mod tests {
         ] {
             assert!(messages(text).is_empty() || text.starts_with("fn"), "{text}: {:?}", messages(text));
         }
+    }
+
+    #[test]
+    fn the_lists_of_all_steps_together_are_no_value() {
+        for text in ["all", "all.len()", "all[K_mm]", "let every = all; every"] {
+            assert_eq!(
+                messages(text),
+                ["`all` alone says of no step: its lists are kept step by step; name the step: `all.STEP`"],
+                "{text}"
+            );
+        }
+        assert!(messages("all.lower.len()").is_empty());
     }
 
     #[test]
