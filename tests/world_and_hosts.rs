@@ -274,31 +274,39 @@ impl Stripe {
     }
 }
 
+/// A second ago by the clock that worlds begin with, ns.
+fn a_second_ago() -> u64 {
+    let now = nix::time::clock_gettime(nix::time::ClockId::CLOCK_MONOTONIC).unwrap();
+    u64::try_from(now.tv_sec() - 1).unwrap() * 1_000_000_000
+}
+
 #[test]
 fn pictures_late_out_of_order_cut_short_or_of_another_size_are_errors_of_the_stream_and_it_goes_on() {
     let cell = Cell::new("world-ideal.yaml", "fast");
     let mut stripe = Stripe::new(&cell);
-    stripe.stands(1_000_000);
+    // Dated as a camera of this cell would: what is hours behind the cell's clock is refused for that alone.
+    let began = a_second_ago();
+    stripe.stands(began + 1_000_000);
     let whole = usize::MAX;
-    for (time_ns, side, bytes, expected) in [
+    for (after_ns, side, bytes, expected) in [
         (500_000, SIDE, whole, "so late that where the robot was at its exposure is no longer known"),
         (9_000_000, SIDE, 1024, "a message of frame/1 has 1024 bytes; its header says 4128"),
     ] {
-        stripe.shows(time_ns, side, bytes);
+        stripe.shows(began + after_ns, side, bytes);
         let told = stripe.rows(u64::MAX).unwrap_err();
         assert!(told.contains(expected), "{told}");
     }
-    stripe.shows(9_000_000, SIDE, whole);
-    assert_eq!(stripe.rows(9_000_000), Ok(64.0));
-    for (time_ns, side, bytes, expected) in [
+    stripe.shows(began + 9_000_000, SIDE, whole);
+    assert_eq!(stripe.rows(began + 9_000_000), Ok(64.0));
+    for (after_ns, side, bytes, expected) in [
         (8_000_000, SIDE, whole, "a picture came out of order, 1.0 ms behind one that came before it"),
         (10_000_000, 32, whole, "a picture of 32 x 32 pixels came; those before it had 64 x 64"),
     ] {
-        stripe.shows(time_ns, side, bytes);
+        stripe.shows(began + after_ns, side, bytes);
         let told = stripe.rows(u64::MAX).unwrap_err();
         assert!(told.contains(expected), "{told}");
     }
-    stripe.shows(11_000_000, SIDE, whole);
-    assert_eq!(stripe.rows(11_000_000), Ok(64.0), "it goes on");
+    stripe.shows(began + 11_000_000, SIDE, whole);
+    assert_eq!(stripe.rows(began + 11_000_000), Ok(64.0), "it goes on");
     stripe.host.finish(LONG);
 }

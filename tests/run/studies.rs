@@ -105,7 +105,8 @@ fn a_study_that_cannot_be_made_says_why() {
     refused(&STUDY.replace("half_step}", "half_steps}"), "half_steps");
     refused(&STUDY.replace("procedure: initialize", "procedure: initialise"), "did you mean `initialize`?");
     refused(&STUDY.replace("cell: cell.yaml\n", ""), "it names no `cell`");
-    refused("study: x\ntitle: y\nrunz: 3\n", "runz");
+    refused("study: x\ntitle: y\nrunz: 3\n", "a study has no key `runz`: did you mean `runs`?");
+    refused(&STUDY.replace("cell: cell.yaml\n", "cell: cell.yaml\nwrold: {}\n"), "no key `wrold`");
     let absent = lab.plumb(&["study", "imperfections", "absent.yaml"]);
     assert!(absent.err().contains("cannot read the study absent.yaml"), "{}", absent.err());
 }

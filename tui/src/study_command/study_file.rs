@@ -3,13 +3,29 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use plumb_cell::yaml::did_you_mean;
 use plumb_document::{FileKind, read_text, yaml};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use serde_json::{Map, Value};
+
+/// The keys of a study. Those of [`Common`] stand among its own, so that serde itself lets any other pass.
+const KEYS: [&str; 11] = [
+    "study",
+    "title",
+    "about",
+    "runs",
+    "cell",
+    "procedure",
+    "check_pose",
+    "world",
+    "set",
+    "lines",
+    "figures",
+];
 
 /// A study.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(super) struct StudyFile {
     /// Its name; `plumb study` calls it so.
     pub(super) study: String,
@@ -127,6 +143,12 @@ impl StudyFile {
             name: name.to_owned(),
         })?;
         let wrong = |cause: String| StudyFileError::Form { path: path.to_owned(), cause };
+        let keys: BTreeMap<String, IgnoredAny> =
+            serde_yaml::from_str(&text).map_err(|error| wrong(yaml::in_words(&error)))?;
+        if let Some(unknown) = keys.keys().find(|key| !KEYS.contains(&key.as_str())) {
+            let help = did_you_mean(unknown, KEYS.iter().copied());
+            return Err(wrong(format!("a study has no key `{unknown}`: {help}")));
+        }
         let mut study: StudyFile =
             serde_yaml::from_str(&text).map_err(|error| wrong(yaml::in_words(&error)))?;
         let folder = path.parent().unwrap_or(Path::new("."));
