@@ -14,7 +14,7 @@ use crate::event::{Event, LogLevel, NamedValue, StepOutcome, StepPath};
 use crate::prompt::PromptKind;
 use crate::step::Action;
 
-/// Joints that differ by less stand where they stood: rad or mm.
+/// Joints that differ by no more are where they were, deg or mm: what a number loses on its way through the record.
 const SAME: f64 = 1e-6;
 
 /// Where a resumed run goes on.
@@ -233,7 +233,9 @@ impl Engine {
             _ => Vec::new(),
         };
         for (before, now) in drive_numbers(recorded).into_iter().zip(drive_numbers(reported)) {
-            if (before.1 - now.1).abs() > SAME && !moved_by_step.contains(&before.0) {
+            // What the record or the robot does not tell is no number, and not the same either.
+            let is_same = (before.1 - now.1).abs() <= SAME;
+            if !is_same && !moved_by_step.contains(&before.0) {
                 if self.links.is_new_world() {
                     return Err(StepError::NeedsOperator(format!(
                         "the simulated world in which the run stood has ended, and one that began anew has {robot}'s {} at {:.3}, where the run left \

@@ -77,9 +77,9 @@ fn planes_are_not_trusted_while_a_run_is_finding_the_zeros_although_all_are_know
 }
 
 #[test]
-fn an_unattended_resume_sees_an_arm_that_was_moved_by_a_tenth_of_a_degree() {
+fn an_unattended_resume_sees_an_arm_that_was_moved_by_a_hundredth_of_a_degree() {
     for (moved, ended) in
-        [(0.1, RunOutcome::NeedsOperator), (5.0, RunOutcome::NeedsOperator), (0.0, RunOutcome::Passed)]
+        [(0.01, RunOutcome::NeedsOperator), (5.0, RunOutcome::NeedsOperator), (0.0, RunOutcome::Passed)]
     {
         let place = place();
         let (_cell, world, again) = lost_at_its_second_move(&place);
