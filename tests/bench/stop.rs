@@ -52,14 +52,15 @@ pub(crate) fn measure(stops: usize) -> Measured {
     println!("9600 baud, speed code 220, pieces cut for a stop within 100 ms");
     println!("{:<48}{:>9}{:>9}{:>9}{:>9}{:>15}", "", "median", "95 %", "worst", "<= 100", "share moving");
     let mut random = Random::new(1, "moments of stops");
-    for (name, by) in MOVES {
-        let figures = Bench::start()?.measure(by, stops, &mut random)?;
-        print(&format!("stop rung, {name}"), figures);
-    }
+    // What a user does comes first.
     for (name, folder) in [("TeachMover", "teachmover"), ("PUMA over VAL-II", "puma")] {
         let by_key = stops_by_key(folder, stops, &mut random)?;
         let figures = Figures { latencies: by_key, ..Figures::default() };
         print(&format!("Esc in the terminal, one joint, {name}"), figures);
+    }
+    for (name, by) in MOVES {
+        let figures = Bench::start()?.measure(by, stops, &mut random)?;
+        print(&format!("stop rung, {name}"), figures);
     }
     for (name, signal) in
         [("plugin hangs, then the stop", Signal::SIGSTOP), ("plugin crashes, no stop", Signal::SIGABRT)]
