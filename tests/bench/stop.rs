@@ -53,7 +53,7 @@ pub(crate) fn measure(stops: usize) -> Measured {
     println!("{:<48}{:>9}{:>9}{:>9}{:>9}{:>15}", "", "median", "95 %", "worst", "<= 100", "share moving");
     let mut random = Random::new(1, "moments of stops");
     // What a user does comes first.
-    for (name, folder) in [("TeachMover", "teachmover"), ("PUMA over VAL-II", "puma")] {
+    for (name, folder) in [("PUMA over VAL-II", "puma"), ("TeachMover", "teachmover")] {
         let by_key = stops_by_key(folder, stops, &mut random)?;
         let figures = Figures { latencies: by_key, ..Figures::default() };
         print(&format!("Esc in the terminal, one joint, {name}"), figures);

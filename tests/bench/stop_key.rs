@@ -27,10 +27,12 @@ pub(crate) fn stops_by_key(
         operator.until_moving()?;
         std::thread::sleep(Duration::from_secs_f64(random.between(0.05, 0.6)));
         latencies.extend(operator.stop()?);
-        operator.press("r")?;
     }
     Ok(latencies)
 }
+
+/// How long to wait before `r` is pressed, again and again.
+const RESUMED: Duration = Duration::from_millis(200);
 
 /// Somebody before the screens of a run of long moves.
 struct Operator {
@@ -88,11 +90,17 @@ impl Operator {
         Ok(self.world.read(Verb::Read {})?.half_steps)
     }
 
+    /// Waits until the arm moves. A run that has not come to rest yet takes no `r`, so that it is pressed again.
     fn until_moving(&mut self) -> Result<(), Box<dyn Error>> {
         let (began, from) = (Instant::now(), self.motors()?);
+        let mut pressed = began;
         while self.motors()? == from {
             if began.elapsed() > LONG {
                 return Err("the arm does not move".into());
+            }
+            if pressed.elapsed() > RESUMED {
+                self.press("r")?;
+                pressed = Instant::now();
             }
             std::thread::sleep(Duration::from_millis(5));
         }
