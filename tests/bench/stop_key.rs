@@ -12,8 +12,8 @@ use portable_pty::{Child, CommandBuilder, PtySize, native_pty_system};
 use crate::LONG;
 use crate::parts::{Cells, PROGRAM};
 
-/// How long after Esc the last step is looked for: three times what the slower controller takes.
-const SETTLED: Duration = Duration::from_millis(300);
+/// How long after Esc the last step is looked for: long enough that a late one shows how late it is.
+const SETTLED: Duration = Duration::from_millis(1500);
 
 /// Presses Esc at random moments while the arm of a folder's serial cell moves; the times to the last step of its motors or encoders.
 pub(crate) fn stops_by_key(
