@@ -105,7 +105,9 @@ impl Engine {
                         let shift = zero.shift.number(&engine.calculator, values)?;
                         Ok(Map::from_iter([(SHIFT.to_owned(), shift.into())]))
                     })?;
-                let shift = evaluated.results.get(SHIFT).and_then(Value::as_f64).unwrap_or(f64::NAN);
+                let shift = evaluated.results.get(SHIFT).and_then(Value::as_f64).ok_or_else(|| {
+                    StepError::Error(format!("`{}` gives no number to shift a zero by", zero.shift.text()))
+                })?;
                 Ok((shift, evaluated.budgets.into_iter().next().map(|(_, budget)| budget)))
             }
         }

@@ -219,8 +219,12 @@ impl Engine {
             self.refuse(prompt, &format!("{robot} has no joint {joint}: {help}"));
             return Ok(Jogged::Over);
         };
+        let Some(from) = here.get(column) else {
+            self.refuse(prompt, &format!("{robot} does not say where its {joint} is"));
+            return Ok(Jogged::Over);
+        };
         let mut target = here;
-        target.set(column, here.get(column).unwrap_or(0.0) + arm.unit(column).to_internal(by));
+        target.set(column, from + arm.unit(column).to_internal(by));
         if let Err(reason) = arm.check_move(&here, &target) {
             self.refuse(prompt, &reason.to_string());
             return Ok(Jogged::Over);
