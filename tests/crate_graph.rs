@@ -9,20 +9,28 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// From the ground up.
-const FLOORS: [&str; 12] = [
+const FLOORS: [&str; 17] = [
     "plumb-document",
     "plumb-abi",
     "plumb-serial-line",
     "plumb-plugin",
     "plumb-kinematics",
-    "plumb-model",
+    "plumb-cloud",
+    "plumb-estimation",
+    "plumb-calibration",
+    "plumb-diagnosis",
     "plumb-bus",
     "plumb-host",
     "plumb-record",
     "plumb-cell",
+    "plumb-report",
     "plumb-simulated",
     "plumb",
+    "plumb-studies",
 ];
+
+/// The product, and the research behind its manual: they alone know plugins.
+const PROGRAMS: [&str; 2] = ["plumb", "plumb-studies"];
 
 /// What each crate of the workspace uses of the others: to build, and for its tests besides.
 struct Graph {
@@ -96,7 +104,11 @@ fn plugins_and_the_world_stand_on_the_plugin_contract_and_the_serial_line_alone(
 #[test]
 fn the_core_knows_no_plugin() {
     let graph = graph();
-    for name in graph.builds_on.keys().filter(|name| *name != "plumb" && !graph.plugins.contains(*name)) {
+    for name in graph
+        .builds_on
+        .keys()
+        .filter(|name| !PROGRAMS.contains(&name.as_str()) && !graph.plugins.contains(*name))
+    {
         let known: Vec<_> = graph.below(name).intersection(&graph.plugins).cloned().collect();
         assert!(known.is_empty(), "{name} is built on {known:?}");
         let tested: Vec<_> = graph.tests_with[name].intersection(&graph.plugins).cloned().collect();
@@ -105,6 +117,11 @@ fn the_core_knows_no_plugin() {
             "tests of {name} know {tested:?}: whole-program tests belong under tests/"
         );
     }
+}
+
+#[test]
+fn the_product_holds_nothing_of_the_studies() {
+    assert!(!graph().below("plumb").contains("plumb-studies"));
 }
 
 #[test]

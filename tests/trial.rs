@@ -185,61 +185,8 @@ fn mistakes_are_told_with_what_would_be_right() {
     assert!(new(&["--noise", "0"]).contains("a standard deviation above zero"));
     assert!(new(&["--outliers", "0.9"]).contains("--outliers 0.9: a share from 0 to 0.5"));
     assert!(message(&["trial", "reveal", "nowhere"]).contains("cannot read nowhere/answer.sealed"));
-    assert!(
-        message(&["trial", "benchmark", "--cell", "x"]).contains("there is no cell `x`; known are nothing")
-    );
     plumb(&["trial", "new", "--seed", "1", "-o", "t"], home.path());
     assert!(new(&[]).contains("t/table.csv stands there already: a trial is not overwritten"));
-}
-
-#[test]
-fn the_benchmark_runs_and_writes_its_figures() {
-    let home = tempfile::tempdir().unwrap();
-    let run = plumb(
-        &[
-            "trial",
-            "benchmark",
-            "--cell",
-            "one-3x",
-            "--analyst",
-            "forward-bic",
-            "--scale",
-            "0.01",
-            "--json",
-            "f.json",
-        ],
-        home.path(),
-    );
-    assert_eq!(run.status.code(), Some(0), "{}", complained(&run));
-    let figures: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(home.path().join("f.json")).unwrap()).unwrap();
-    assert_eq!(figures["rows"][0]["trials"], 10);
-    assert!(figures["rows"][0]["shares"]["truth_first"]["count"].as_u64().unwrap() >= 5);
-}
-
-#[test]
-fn the_benchmark_measures_on_where_candidates_are_tied() {
-    let home = tempfile::tempdir().unwrap();
-    let asked =
-        ["trial", "benchmark", "--ties", "--cell", "one-1x-narrow", "--scale", "0.04", "--json", "f.json"];
-    let run = plumb(&asked, home.path());
-    assert_eq!(run.status.code(), Some(0), "{}", complained(&run));
-    let figures: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(home.path().join("f.json")).unwrap()).unwrap();
-    let row = &figures["rows"][0];
-    let ties = row["ties"].as_u64().unwrap();
-    assert!(ties >= 1 && ties < row["trials"].as_u64().unwrap(), "{row}");
-    let trials = |way: &str| {
-        let (settled, left) = (&row[way]["settled"], row[way]["left"].as_array().unwrap());
-        let trials = settled["trials"].as_u64().unwrap();
-        assert_eq!(settled["count"].as_u64().unwrap() + left.len() as u64, trials, "{row}");
-        trials
-    };
-    assert_eq!(trials("asked_for"), trials("by_lot"));
-    assert_eq!(trials("asked_for") + trials("no_pose_tells"), ties);
-    let both = plumb(&["trial", "benchmark", "--ties", "--analyst", "lasso"], home.path());
-    assert_eq!(both.status.code(), Some(2));
-    assert!(complained(&both).contains("cannot be used with '--analyst"), "{}", complained(&both));
 }
 
 /// What the lab says of a trial with these options.

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How long the fit of the UR5's geometry takes, against scipy's least_squares and Ceres, in turns in one run.
 
-    cargo build --release -p plumb-model --example fit_time
+    cargo build --release -p plumb-diagnosis --example fit_time
     python3 tests/bench/fit.py MODEL.yaml TABLE.csv [ROUNDS]
 
 Needs numpy and scipy, and pyceres for Ceres. Everyone fits the same 39 parameters (zeros, lengths, offsets, twists and

@@ -72,7 +72,7 @@ fn read_val(bytes: &[u8]) -> bool {
     let reply = Reply::of(bytes, Ending::Command);
     let read = reply.rows();
     assert!(read.iter().flatten().all(|number| number.is_finite()), "no number: {bytes:?}");
-    let _ = (reply.complaint(), reply.is_greeting());
+    let _ = (reply.controller_error(), reply.is_greeting());
     !read.is_empty()
 }
 

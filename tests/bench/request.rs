@@ -86,7 +86,7 @@ impl Raw {
         let mut message = self.port.loan_slice(REQUEST_WORDS)?;
         message.payload_mut().fill(7);
         let pending = message.send()?;
-        self.ask.ring()?;
+        self.ask.notify()?;
         let end = Instant::now() + LONG;
         loop {
             if pending.receive()?.is_some() {
@@ -115,14 +115,14 @@ pub(crate) fn serve_raw(arguments: &[String]) -> Measured {
     let asked = bus.listener("raw/asked")?;
     let answered = bus.signal("raw/answered")?;
     let port = requests(prefix, root)?.server_builder().initial_max_slice_len(ANSWER_WORDS).create()?;
-    answered.ring()?;
+    answered.notify()?;
     loop {
         asked.wait(LONG)?;
         while let Some(request) = port.receive()? {
             let mut answer = request.loan_slice(ANSWER_WORDS)?;
             answer.payload_mut().fill(request.payload().iter().sum());
             answer.send()?;
-            answered.ring()?;
+            answered.notify()?;
         }
     }
 }

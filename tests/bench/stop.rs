@@ -157,7 +157,7 @@ impl Bench {
         figures.elapsed += began.elapsed();
         let asked = stopper.join().map_err(|_| "the stopper panicked")?;
         match stopped {
-            Err(error) if error.is_stopped() => {}
+            Err(error) if error.is_stop() => {}
             other => return Err(format!("the move was not stopped: {other:?}").into()),
         }
         std::thread::sleep(SETTLED);
@@ -174,7 +174,7 @@ fn stop_after(wait: Duration, stop: StopHandle) -> std::thread::JoinHandle<Insta
     std::thread::spawn(move || {
         std::thread::sleep(wait);
         let asked = Instant::now();
-        stop.ring();
+        stop.request();
         asked
     })
 }

@@ -87,7 +87,7 @@ impl Operator {
     }
 
     fn motors(&mut self) -> Result<[f64; 6], Box<dyn Error>> {
-        Ok(self.world.read(Verb::Read {})?.half_steps)
+        self.world.read(Verb::Read {})?.half_steps.fixed().ok_or_else(|| "no TeachMover".into())
     }
 
     /// Waits until the arm moves. A run that has not come to rest yet takes no `r`, so that it is pressed again.

@@ -52,7 +52,7 @@ const READERS: &[(&str, &[&str])] = &[
     ("e57", &["stripe", "export", "{}", "out.ply"]),
     ("jsonl", &["watch", "{}"]),
     ("yaml", &["plugins", "verify", "{}"]),
-    ("yaml", &["study", "methods", "{}"]),
+    ("yaml", &["study", "design", "{}"]),
 ];
 
 const MOST_TIME: Duration = Duration::from_secs(2);

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use nalgebra::Point3;
-use plumb_cell::cloud::{Cloud, CloudPoint};
+use plumb_cloud::{Cloud, CloudPoint};
 use plumb_plugin::{DeviceState, FrameHeader, Reply, Request, StripeHeader, StripePoint};
 use tempfile::TempDir;
 
@@ -145,14 +145,14 @@ pub(crate) fn png() -> Vec<u8> {
 
 pub(crate) fn cloud(ending: &str) -> Vec<u8> {
     let point = |number: u32| CloudPoint {
-        place: Point3::new(f64::from(number), 2.0, -3.5),
+        position: Point3::new(f64::from(number), 2.0, -3.5),
         stripe: number / 4,
         seen: StripePoint::default(),
     };
     let cloud = Cloud { points: (0..12).map(point).collect(), ..Cloud::default() };
     let place = tempfile::tempdir().unwrap();
     let path = place.path().join(format!("a.{ending}"));
-    crate::cloud_file::write(&cloud, &path, 0, None).unwrap();
+    plumb_cloud::write(&cloud, &path, 0, None).unwrap();
     fs::read(path).unwrap()
 }
 

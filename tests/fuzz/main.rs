@@ -16,7 +16,6 @@
     reason = "a test that cannot go on fails; some of what it shares with the program it does not use"
 )]
 
-mod cloud_file;
 mod corpus;
 mod limits;
 mod mutation;
@@ -27,13 +26,14 @@ use std::path::Path;
 use corpus::{Beside, of_folder, shipped, shipped_under};
 use limits::within_limits;
 use mutation::Changes;
+use plumb_calibration::arm_model::Model;
+use plumb_calibration::table::Table;
+use plumb_cell::check_file;
 use plumb_cell::event::StampedEvent;
 use plumb_cell::expression::Calculator;
-use plumb_cell::{FileKind, check_file};
+use plumb_diagnosis::stripe::{Scans, read_scene};
+use plumb_document::DocumentKind;
 use plumb_kinematics::urdf::UrdfArm;
-use plumb_model::file::Model;
-use plumb_model::stripe::{Scans, read_scene};
-use plumb_model::table::Table;
 use plumb_plugin::{FrameHeader, Manifest, PluginError, Reply, Request, StripeHeader};
 use plumb_simulated::physics::campaign::seal;
 use plumb_simulated::physics::description::ArmDescription;
@@ -79,7 +79,7 @@ fn text(bytes: &[u8]) -> String {
 }
 
 /// A reader of cell, procedure or answers files, each changed file in the folder of the TeachMover's cell.
-fn checked(name: &'static str, kind: FileKind) -> impl Fn(&[u8]) {
+fn checked(name: &'static str, kind: DocumentKind) -> impl Fn(&[u8]) {
     let cell = Beside::cell("teachmover");
     let calculator = Calculator::new();
     move |bytes| {
@@ -101,14 +101,14 @@ fn from_file(name: &'static str, read: impl Fn(&Path)) -> impl Fn(&[u8]) {
 target!(
     cell,
     [shipped("teachmover/cell.yaml"), shipped("puma/cell.yaml")],
-    checked("changed.yaml", FileKind::Workcell)
+    checked("changed.yaml", DocumentKind::Cell)
 );
 target!(
     procedure,
     shipped_under("teachmover/procedures", "yaml"),
-    checked("procedures/changed.yaml", FileKind::Procedure)
+    checked("procedures/changed.yaml", DocumentKind::Procedure)
 );
-target!(answers, [shipped("teachmover/answers.yaml")], checked("changed.yaml", FileKind::Answers));
+target!(answers, [shipped("teachmover/answers.yaml")], checked("changed.yaml", DocumentKind::Answers));
 target!(model, corpus::models(), |bytes: &[u8]| {
     let _read = Model::parse("model.yaml", &text(bytes));
 });
@@ -142,9 +142,9 @@ target!(manifest, corpus::manifests(), |bytes: &[u8]| {
 target!(picture_pgm, corpus::pgm(), from_file("a.pgm", read_picture));
 target!(picture_png, [corpus::png()], from_file("a.png", read_picture));
 target!(picture_raw, corpus::pgm(), from_file("a.raw", read_picture));
-target!(cloud_ply, [corpus::cloud("ply")], from_file("a.ply", |path| drop(cloud_file::read(path))));
-target!(cloud_pcd, [corpus::cloud("pcd")], from_file("a.pcd", |path| drop(cloud_file::read(path))));
-target!(cloud_e57, [corpus::cloud("e57")], from_file("a.e57", |path| drop(cloud_file::read(path))));
+target!(cloud_ply, [corpus::cloud("ply")], from_file("a.ply", |path| drop(plumb_cloud::read(path))));
+target!(cloud_pcd, [corpus::cloud("pcd")], from_file("a.pcd", |path| drop(plumb_cloud::read(path))));
+target!(cloud_e57, [corpus::cloud("e57")], from_file("a.e57", |path| drop(plumb_cloud::read(path))));
 target!(scan_tables, [corpus::scan()], |bytes: &[u8]| {
     let both = text(bytes);
     let (poses, stripes) = both.split_once("====\n").unwrap_or((&both, ""));
@@ -159,7 +159,7 @@ target!(
         let _sign = plumb_puma::reply::sign(bytes);
         for ending in [Ending::Command, Ending::Busy, Ending::Question] {
             let reply = Reply::of(bytes, ending);
-            let _read = (reply.complaint(), reply.is_greeting());
+            let _read = (reply.controller_error(), reply.is_greeting());
             assert!(reply.rows().iter().flatten().all(|number| number.is_finite()));
         }
     }

@@ -50,9 +50,7 @@ impl Cells {
 
     /// The errors of joints 2 to 6 in this world, deg.
     pub(crate) fn true_errors(&self) -> Vec<f64> {
-        let Described::Puma(world) = read(&self.puma().join("world.yaml")).unwrap() else {
-            panic!("no PUMA")
-        };
+        let Described::Arm(world) = read(&self.puma().join("world.yaml")).unwrap() else { panic!("no PUMA") };
         world.drawn_zero_error().iter().skip(1).map(|error| error.to_degrees()).collect()
     }
 

@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use plumb_model::laboratory::{Laboratory, Options, RowResidual};
-use plumb_model::progress::Progress;
-use plumb_model::revision::Family;
-use plumb_model::split::Holdout;
-use plumb_model::table::Table;
+use plumb_calibration::revision::Family;
+use plumb_calibration::table::Table;
+use plumb_diagnosis::laboratory::{Laboratory, Options, RowResidual};
+use plumb_diagnosis::split::Holdout;
+use plumb_estimation::Progress;
 use serde_json::Value;
 
 use super::cells::Cells;

@@ -77,7 +77,7 @@ impl Panel {
     /// Where the world's arm stands, deg.
     pub(crate) fn stands(&self) -> [f64; 6] {
         let mut client = WorldClient::connect(&self.socket, "panel").unwrap();
-        client.read(Verb::Read {}).unwrap().joints.map(f64::to_degrees)
+        client.read(Verb::Read {}).unwrap().joints.fixed::<6>().unwrap().map(f64::to_degrees)
     }
 
     /// Runs the cell, and does something at the panel once the arm moves; its exit code, and what it ended with.

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use plumb_calibration::arm_model::Model;
 use plumb_kinematics::{Chain, Posture};
-use plumb_model::file::Model;
 
 /// How many poses: a point each lefty and righty.
 pub(crate) const FRESH: usize = 30;

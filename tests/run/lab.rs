@@ -12,6 +12,19 @@ use tempfile::TempDir;
 /// Nothing here takes nearly as long; what does hangs.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(120);
 
+/// The program under test; the studies have one of their own, which starts the commands of `plumb` itself.
+const PROGRAM: Option<&str> = match option_env!("CARGO_BIN_EXE_plumb") {
+    None => option_env!("CARGO_BIN_EXE_plumb-studies"),
+    plumb => plumb,
+};
+
+/// The folder `workcells` of the repository, from the package that holds the test.
+fn workcells() -> PathBuf {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let found = package.ancestors().map(|folder| folder.join("workcells")).find(|folder| folder.is_dir());
+    found.expect("the repository has a folder `workcells`")
+}
+
 /// A copy of the cell's files, and a record.
 pub(crate) struct Lab {
     place: TempDir,
@@ -26,7 +39,7 @@ impl Lab {
     /// That of a folder of `workcells`, with the models of arms beside it.
     pub(crate) fn of(cell: &str) -> Self {
         let place = tempfile::tempdir().unwrap();
-        let workcells = Path::new(env!("CARGO_MANIFEST_DIR")).join("../workcells");
+        let workcells = workcells();
         copy(&workcells.join(cell), &place.path().join("cell"));
         copy(&workcells.join("arms"), &place.path().join("arms"));
         if cell == "light-stripe" {
@@ -57,7 +70,7 @@ impl Lab {
     }
 
     pub(crate) fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
+        let mut command = Command::new(PROGRAM.expect("the program is built with its tests"));
         command.args(arguments).current_dir(self.path("."));
         command
             .env("XDG_STATE_HOME", self.place.path().join("state"))

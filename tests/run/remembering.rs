@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use plumb_model::table::Table;
+use plumb_calibration::table::Table;
 
 use crate::lab::Lab;
 

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use plumb_cell::device::check_plugins;
 use plumb_cell::expression::Calculator;
 use plumb_cell::workcell::load_workcell;
-use plumb_cell::{FileKind, check_file, kind_of_file};
+use plumb_cell::{check_file, kind_of_file};
+use plumb_document::DocumentKind;
 use plumb_host::Catalogue;
 use serde_json::{Value, json};
 
@@ -71,7 +72,7 @@ fn mistakes_are_found_while_one_types() {
         ),
         ("cell", device(json!({"plugin": "simulatd"})), "simulatd"),
         ("cell", device(json!({"plugin": "simulated"})), "\"config\" is a required property"),
-        ("cell", device(json!({"plugin": "simulated", "config": {"arm": "puma"}})), "puma"),
+        ("cell", device(json!({"plugin": "simulated", "config": {"arm": 560}})), "560"),
         (
             "cell",
             device(
@@ -143,10 +144,10 @@ fn spoilt(value: &Value) -> Vec<Value> {
 }
 
 /// Whether the program finds nothing wrong with a file, as `plumb check` looks at it.
-fn is_taken(file: &Path, kind: FileKind, calculator: &Calculator, catalogue: &Catalogue) -> bool {
+fn is_taken(file: &Path, kind: DocumentKind, calculator: &Calculator, catalogue: &Catalogue) -> bool {
     let fits_plugins =
         || load_workcell(file, calculator).is_ok_and(|cell| check_plugins(&cell, catalogue).is_ok());
-    check_file(file, kind, calculator).is_ok() && (kind != FileKind::Workcell || fits_plugins())
+    check_file(file, kind, calculator).is_ok() && (kind != DocumentKind::Cell || fits_plugins())
 }
 
 #[test]

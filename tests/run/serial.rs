@@ -83,7 +83,7 @@ impl Bench {
     /// Where the motors stand, half-steps.
     fn stands(&self) -> [i64; 6] {
         let mut client = WorldClient::connect(&self.socket, "test").unwrap();
-        client.read(Verb::Read {}).unwrap().half_steps.map(|count| count.round() as i64)
+        client.read(Verb::Read {}).unwrap().half_steps.fixed::<6>().unwrap().map(|count| count.round() as i64)
     }
 
     fn assert_zeros_found(&self, run: &str) {

@@ -141,21 +141,6 @@ fn a_scan_in_motion_over_a_line_that_tells_no_pose_on_the_way_keeps_nothing() {
     }
 }
 
-/// A hidden effect is named by stripes that came through the line, and the direction-dependent error falls to the floor.
-#[test]
-fn a_hidden_effect_is_named_over_the_line_and_the_direction_error_falls_to_the_floor() {
-    let lab = lab();
-    let study = ["stripe", "study", CELL, "--hidden", "wheel", "-n", "1", "--seed", "3", "-o", "study"];
-    let said = lab.plumb(&study);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let table = fs::read_to_string(lab.path("study/direction-error.csv")).unwrap();
-    let row = table.lines().nth(1).unwrap().to_owned();
-    assert!(row.starts_with("cell-serial,") && row.contains("named,\"joint_harmonic(shoulder"), "{row}");
-    let numbers: Vec<f64> = row.split(',').filter_map(|cell| cell.parse().ok()).collect();
-    let [_, as_drawn, zeros_and_rig, with_it] = numbers.as_slice() else { panic!("{row}") };
-    assert!(*as_drawn > 2.0 && *zeros_and_rig > 1.0 && *with_it < 0.3, "{row}");
-}
-
 /// No cloud of the run that ended in the middle of its scan, no apex, and nothing for the lab.
 fn assert_nothing_false_was_kept(lab: &Lab) {
     let kept = fs::read_dir(lab.path("record/run-1")).into_iter().flatten().flatten();

@@ -5,13 +5,13 @@ use std::io;
 use std::process::ExitCode;
 
 /// What a command gives back: its exit code, or the error that ended it.
-pub(crate) type CommandResult = Result<ExitCode, Box<dyn Error>>;
+pub type CommandResult = Result<ExitCode, Box<dyn Error>>;
 
 /// Exit code of a command that could not do what it was asked.
 const ERROR: u8 = 2;
 
 /// The program's exit code; prints the error and its causes. A reader that went away (`plumb ... | head`) is no error.
-pub(crate) fn exit_code(result: CommandResult) -> ExitCode {
+pub fn exit_code(result: CommandResult) -> ExitCode {
     match result {
         Ok(code) => code,
         Err(error) if is_broken_pipe(error.as_ref()) => ExitCode::SUCCESS,
@@ -23,7 +23,7 @@ pub(crate) fn exit_code(result: CommandResult) -> ExitCode {
 }
 
 /// The error's message, followed by those of its causes that it does not already repeat.
-pub(crate) fn with_causes(error: &dyn Error) -> String {
+pub fn with_causes(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
     while let Some(error) = cause {

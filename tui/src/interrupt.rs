@@ -7,11 +7,11 @@ use tokio::signal::unix::{SignalKind, signal};
 
 /// Whether the study is to end.
 #[derive(Clone)]
-pub(crate) struct Interrupt(Arc<AtomicBool>);
+pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
     /// Listens from now on.
-    pub(crate) fn listen() -> std::io::Result<Self> {
+    pub fn listen() -> std::io::Result<Self> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let (mut interrupted, mut terminated) = {
             let _entered = runtime.enter();
@@ -32,7 +32,7 @@ impl Interrupt {
     }
 
     /// Whether somebody asked for the end.
-    pub(crate) fn is_asked(&self) -> bool {
+    pub fn is_asked(&self) -> bool {
         self.0.load(Ordering::SeqCst)
     }
 }

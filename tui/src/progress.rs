@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use plumb_model::progress::Progress;
+use plumb_estimation::Progress;
 
 /// Runs `work`, telling on a terminal what it does once it has taken longer than a second.
-pub(crate) fn watched<T>(work: impl FnOnce(&Progress) -> T) -> T {
+pub fn watched<T>(work: impl FnOnce(&Progress) -> T) -> T {
     let progress = Progress::unwatched();
     if !io::stderr().is_terminal() {
         return work(&progress);

@@ -17,14 +17,14 @@ const ENDING: [Signal; 3] = [Signal::SIGTERM, Signal::SIGHUP, Signal::SIGINT];
 const SENT_BY_THE_SYSTEM: i32 = 0x80;
 
 /// The signals that end a run, taken over from the system.
-pub(crate) struct EndingSignals(SignalFd);
+pub struct EndingSignals(SignalFd);
 
 impl EndingSignals {
     /// Takes them over. Called before any thread is started, since each thread would else be ended by them.
     ///
     /// # Errors
     /// When the system does not hand them over.
-    pub(crate) fn take_over() -> io::Result<Self> {
+    pub fn take_over() -> io::Result<Self> {
         let signals: SigSet = ENDING.into_iter().collect();
         signals.thread_block()?;
         Ok(Self(SignalFd::with_flags(&signals, SfdFlags::SFD_CLOEXEC)?))
@@ -32,7 +32,7 @@ impl EndingSignals {
 
     /// Tells the run of the first of them, and then whoever holds the receiver. With `keep` the run is left to be resumed; Ctrl-C at a terminal
     /// without screens is the operator's own abort.
-    pub(crate) fn watch(self, handle: RunHandle, keep: bool) -> UnboundedReceiver<()> {
+    pub fn watch(self, handle: RunHandle, keep: bool) -> UnboundedReceiver<()> {
         let (heard, receiver) = unbounded_channel();
         thread::spawn(move || {
             while let Ok(Some(signal)) = self.0.read_signal() {
@@ -63,7 +63,7 @@ fn command_of(number: i32, sender: Option<u32>, keep: bool) -> Command {
 }
 
 /// Lets every signal through again: a program that was started by one that took some over would never get them.
-pub(crate) fn let_through() {
+pub fn let_through() {
     // Where the system refuses this, signals stay as they were inherited.
     let _ = SigSet::empty().thread_set_mask();
 }

@@ -5,6 +5,8 @@
 //! in it is called. What a device can do beyond being created and destroyed is asked for by name ([`ROBOT_EXTENSION`], [`SENSOR_EXTENSION`]):
 //! the contract grows by new names, and tables only ever grow at their end.
 //!
+//! The operations of a device are declared once, in the table of `operations.rs`.
+//!
 //! Nothing that one side allocated is freed by the other. Nothing unwinds across: a panic ends as [`Status::PANICKED`].
 
 #![no_std]
@@ -12,17 +14,16 @@
 
 mod bytes;
 mod entry;
+mod function_tables;
 mod host_functions;
-mod robot_functions;
-mod sensor_functions;
+mod operations;
 mod sink;
 mod status;
 
 pub use bytes::Bytes;
 pub use entry::{Entry, EntryName, Instance, MAGIC, entry_symbol};
+pub use function_tables::{ROBOT_EXTENSION, RobotFunctions, SENSOR_EXTENSION, SensorFunctions};
 pub use host_functions::HostFunctions;
-pub use robot_functions::{ROBOT_EXTENSION, RobotFunctions};
-pub use sensor_functions::{SENSOR_EXTENSION, SensorFunctions};
 pub use sink::Sink;
 pub use status::Status;
 

@@ -36,20 +36,20 @@ impl AsyncListener {
         let registered = unsafe { AsyncFd::register_with_interest(Registered(listener), Interest::READABLE) };
         let readiness = registered.map_err(|error| {
             let (Registered(listener), cause) = error.into_parts();
-            listener.failed(&cause)
+            listener.failed(cause)
         })?;
         Ok(Self { readiness })
     }
 
-    /// Waits for a ring, takes in all rings so far, and tells how many there were: at least 1. May be dropped without losing one.
+    /// Waits for a notification, takes all so far, and returns how many there were: at least 1. May be dropped without losing one.
     ///
     /// # Errors
     /// [`SignalError`] when shared memory failed.
-    pub async fn heard(&self) -> Result<u64, SignalError> {
+    pub async fn notified(&self) -> Result<u64, SignalError> {
         let listener = &self.readiness.get_ref().0;
         loop {
-            let mut ready = self.readiness.readable().await.map_err(|error| listener.failed(&error))?;
-            // Cleared before draining: a ring that comes in between makes the descriptor ready again.
+            let mut ready = self.readiness.readable().await.map_err(|error| listener.failed(error))?;
+            // Cleared before draining: a notification that comes in between makes the descriptor ready again.
             ready.clear_ready();
             let count = listener.drain()?;
             if count > 0 {

@@ -11,7 +11,8 @@ use std::time::{Duration, Instant};
 use iceoryx2::config::Config;
 use iceoryx2::prelude::{FileName, Path as IceoryxPath, SemanticString};
 
-use crate::{Bus, DomainError, OpenError};
+use crate::node_in_use::nodes_in_use;
+use crate::{DomainError, OpenError};
 
 /// The directory of POSIX shared memory.
 const SHARED_MEMORY: &str = "/dev/shm";
@@ -64,9 +65,9 @@ impl Domain {
     /// # Errors
     /// [`DomainError::Directory`] when the system's directory for such files has too long a name.
     pub fn of_cell(cell_file: &Path) -> Result<Self, DomainError> {
-        let place = fs::canonicalize(cell_file).unwrap_or_else(|_| cell_file.to_owned());
+        let path = fs::canonicalize(cell_file).unwrap_or_else(|_| cell_file.to_owned());
         let user = fs::metadata("/proc/self").map_or(0, |process| process.uid());
-        let number = fnv1a(&[&user.to_le_bytes(), place.as_os_str().as_encoded_bytes()].concat());
+        let number = fnv1a(&[&user.to_le_bytes(), path.as_os_str().as_encoded_bytes()].concat());
         Self::numbered(&format!("{number:016x}"))
     }
 
@@ -136,7 +137,7 @@ impl Domain {
     /// [`DomainError::InUse`] while a process still uses it; then nothing is removed.
     pub fn remove(&self) -> Result<(), DomainError> {
         if self.root.exists() {
-            let users = Bus::users(self);
+            let users = self.config().map_or_else(|_| Vec::new(), |config| nodes_in_use(&config));
             if !users.is_empty() {
                 return Err(DomainError::InUse(users.iter().map(ToString::to_string).collect()));
             }
@@ -151,10 +152,10 @@ impl Domain {
     pub(crate) fn config(&self) -> Result<Config, OpenError> {
         let what = || format!("the shared memory of '{}'", self.prefix);
         let mut config = Config::default();
-        config.global.prefix = FileName::new(self.prefix.as_bytes())
-            .map_err(|error| OpenError::new(&what(), format!("{error:?}")))?;
+        config.global.prefix =
+            FileName::new(self.prefix.as_bytes()).map_err(|error| OpenError::new(&what(), error))?;
         let root = IceoryxPath::new(self.root.as_os_str().as_encoded_bytes())
-            .map_err(|error| OpenError::new(&what(), format!("{error:?}")))?;
+            .map_err(|error| OpenError::new(&what(), error))?;
         config.global.set_root_path(&root);
         Ok(config)
     }
@@ -187,6 +188,7 @@ fn fnv1a(bytes: &[u8]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Bus;
 
     #[test]
     fn a_prefix_with_a_slash_is_refused() {

@@ -1,5 +1,6 @@
 //! What can go wrong on the bus, one enum for each kind of operation.
 
+use std::error::Error;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -29,7 +30,7 @@ pub enum DomainError {
     Remove {
         /// The file or directory.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: std::io::Error,
     },
 }
@@ -38,19 +39,22 @@ fn list(users: &[String]) -> String {
     users.join(", ")
 }
 
+/// The error of the layer below, as it was: an [`std::io::Error`], one of iceoryx2's, or a sentence. It can be asked for with `downcast_ref`.
+pub type Cause = Box<dyn Error + Send + Sync>;
+
 /// Why a port cannot be opened.
 #[derive(Debug, thiserror::Error)]
-#[error("{what} cannot be opened: {cause}")]
+#[error("{what} cannot be opened: {source}")]
 pub struct OpenError {
     /// Which port or domain.
     pub what: String,
-    /// What stood in the way.
-    pub cause: String,
+    /// Why.
+    pub source: Cause,
 }
 
 impl OpenError {
-    pub(crate) fn new(what: &str, cause: impl std::fmt::Display) -> Self {
-        Self { what: what.to_owned(), cause: cause.to_string() }
+    pub(crate) fn new(what: &str, source: impl Into<Cause>) -> Self {
+        Self { what: what.to_owned(), source: source.into() }
     }
 }
 
@@ -72,7 +76,7 @@ pub enum EmitError {
     Broken {
         /// `device/stream`.
         stream: String,
-        /// What the layer below said.
+        /// The error of the layer below.
         cause: String,
     },
 }
@@ -103,15 +107,15 @@ pub enum ReceiveError {
     Broken {
         /// `device/stream`.
         stream: String,
-        /// What the layer below said.
+        /// The error of the layer below.
         cause: String,
     },
 }
 
 /// Why a request came back without the device's answer.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum CallError {
-    /// The device itself said no.
+    /// The device itself refused.
     #[error(transparent)]
     Refused(PluginError),
     /// No answer within the time limit.
@@ -125,7 +129,7 @@ pub enum CallError {
         limit: Duration,
     },
     /// No process serves the device.
-    #[error("nobody serves {device}: its host does not run")]
+    #[error("{device} is not served: its host does not run")]
     NoHost {
         /// The device asked.
         device: String,
@@ -143,29 +147,64 @@ pub enum CallError {
         limit: usize,
     },
     /// The answer cannot be understood.
-    #[error("{device} answered '{request}' with something else: {cause}")]
+    #[error("{device} answered '{request}' with something else: {source}")]
     Answer {
         /// The device asked.
         device: String,
         /// The request's name.
         request: &'static str,
         /// What is wrong.
-        cause: String,
+        source: AnswerError,
     },
     /// Shared memory failed.
-    #[error("'{request}' cannot reach {device}: {cause}")]
+    #[error("'{request}' cannot reach {device}: {source}")]
     Broken {
         /// The device asked.
         device: String,
         /// The request's name.
         request: &'static str,
-        /// What the layer below said.
-        cause: String,
+        /// The error of the layer below.
+        source: Cause,
     },
 }
 
-impl CallError {
-    pub(crate) fn wire(device: &str, request: &'static str, error: &WireError) -> Self {
-        Self::Answer { device: device.to_owned(), request, cause: error.to_string() }
+/// What is wrong with an answer.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum AnswerError {
+    /// It is too short to be one.
+    #[error("{0} words are not an answer")]
+    TooShort(usize),
+    /// Its bytes cannot be understood.
+    #[error(transparent)]
+    Wire(#[from] WireError),
+    /// It is a reply to another request.
+    #[error("the answer is {0}")]
+    OtherReply(&'static str),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_keeps_its_cause() {
+        let full = std::io::Error::from(std::io::ErrorKind::StorageFull);
+        let error = OpenError::new("the bus of 'x'", full);
+        let cause = error.source().and_then(|cause| cause.downcast_ref::<std::io::Error>());
+        assert_eq!(cause.map(std::io::Error::kind), Some(std::io::ErrorKind::StorageFull));
+        assert!(error.to_string().starts_with("the bus of 'x' cannot be opened: "));
+        let error = CallError::Answer {
+            device: "arm".to_owned(),
+            request: "jog",
+            source: WireError::Operation(9).into(),
+        };
+        assert!(error.source().is_some_and(|cause| cause.downcast_ref::<AnswerError>().is_some()));
+    }
+
+    #[test]
+    fn errors_are_small_enough_to_be_returned_by_value() {
+        assert!(
+            size_of::<CallError>() < 128 && size_of::<OpenError>() < 128 && size_of::<DomainError>() < 128
+        );
     }
 }

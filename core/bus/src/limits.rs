@@ -60,7 +60,7 @@ fn raise_open_files() {
     if let Ok((soft, hard)) = getrlimit(Resource::RLIMIT_NOFILE)
         && soft < FILES_WANTED
     {
-        // What cannot be raised is told below when it is too little.
+        // What cannot be raised is reported below when it is too little.
         let _ = setrlimit(Resource::RLIMIT_NOFILE, FILES_WANTED.min(hard), hard);
     }
 }

@@ -11,8 +11,10 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use plumb_plugin::StreamDescription;
 use plumb_plugin::message::{PREFIX_LENGTH, SEQUENCE_OFFSET};
 
-use crate::bus::{Service, WORD, service_name};
-use crate::{Bus, EmitError, OpenError, Signal, StreamShape};
+use crate::names::{stream_name, stream_signal};
+use crate::node::Node;
+use crate::service::{Service, WORD};
+use crate::{EmitError, OpenError, Signal, StreamShape};
 
 /// The attribute of a stream's service that names the layout of its messages.
 const MESSAGE_ATTRIBUTE: &str = "message";
@@ -20,10 +22,10 @@ const MESSAGE_ATTRIBUTE: &str = "message";
 /// How many processes may know a stream.
 const MAX_NODES: usize = 24;
 
-/// A device's own sender, and one that takes over before the dead one's place is free.
+/// A device's own sender, and one that takes over before the dead one's port is free.
 const MAX_PUBLISHERS: usize = 2;
 
-/// How long a sender waits for the places of its dead predecessors: those of a program killed a moment ago may still be ending.
+/// How long a sender waits for the ports of its dead predecessors: those of a program killed a moment ago may still be ending.
 const TAKING_OVER_TIME: Duration = Duration::from_secs(1);
 
 /// The sending end of a stream. Writes each message's number and wakes whoever listens.
@@ -37,14 +39,14 @@ pub struct Publisher {
 
 impl Publisher {
     pub(crate) fn open(
-        bus: &Bus,
+        node: &Node,
         device: &str,
         stream: &StreamDescription,
         shape: StreamShape,
     ) -> Result<Self, OpenError> {
         let name = stream_name(device, stream);
         let what = format!("the sending end of stream {name}");
-        let service = stream_service(bus, &name, stream, shape)?;
+        let service = stream_service(node, &name, stream, shape)?;
         let create = || {
             service
                 .publisher_builder()
@@ -58,11 +60,11 @@ impl Publisher {
             && Instant::now() < given_up
         {
             thread::sleep(TAKING_OVER_TIME / 100);
-            bus.clean_after_the_dead();
+            node.clean_after_the_dead();
             port = create();
         }
         let port = port.map_err(|error| OpenError::new(&what, error))?;
-        let signal = bus.signal(&signal_name(&name))?;
+        let signal = Signal::open(node, &stream_signal(&name))?;
         Ok(Self { stream: name, shape, sequence: 0, port, signal })
     }
 
@@ -96,25 +98,17 @@ impl Publisher {
     /// # Errors
     /// [`EmitError::Broken`].
     pub fn send(&mut self, mut loan: Loan) -> Result<(), EmitError> {
-        if let Some(place) = loan.bytes_mut().get_mut(SEQUENCE_OFFSET..PREFIX_LENGTH) {
-            place.copy_from_slice(&self.sequence.to_ne_bytes());
+        if let Some(number) = loan.bytes_mut().get_mut(SEQUENCE_OFFSET..PREFIX_LENGTH) {
+            number.copy_from_slice(&self.sequence.to_ne_bytes());
         }
         loan.sample.send().map_err(|error| self.broken(error))?;
         self.sequence += 1;
-        self.signal.ring().map_err(|error| self.broken(error))
+        self.signal.notify().map_err(|error| self.broken(error))
     }
 
     fn check_length(&self, length: usize) -> Result<(), EmitError> {
-        let right = match self.shape.exact_bytes {
-            Some(exact) if exact != length => format!("its layout has {exact}"),
-            None if length > self.shape.max_bytes => format!("its longest has {}", self.shape.max_bytes),
-            _ if !length.is_multiple_of(WORD) => format!("a length is a multiple of {WORD}"),
-            _ if length < PREFIX_LENGTH => {
-                format!("every message begins with {PREFIX_LENGTH}, its time and number")
-            }
-            _ => return Ok(()),
-        };
-        Err(EmitError::Length { stream: self.stream.clone(), length, right })
+        let wrong = |right| EmitError::Length { stream: self.stream.clone(), length, right };
+        self.shape.check_length(length).map_err(wrong)
     }
 
     fn broken(&self, cause: impl fmt::Display) -> EmitError {
@@ -140,28 +134,20 @@ impl fmt::Debug for Publisher {
     }
 }
 
-pub(crate) fn stream_name(device: &str, stream: &StreamDescription) -> String {
-    format!("{device}/{}", stream.name)
-}
-
-pub(crate) fn signal_name(stream: &str) -> String {
-    format!("stream/{stream}")
-}
-
 /// The service of a stream, made by whoever comes first.
 pub(crate) fn stream_service(
-    bus: &Bus,
+    node: &Node,
     name: &str,
     stream: &StreamDescription,
     shape: StreamShape,
 ) -> Result<PortFactory<Service, [u64], ()>, OpenError> {
     let what = format!("stream {name} of {} messages", stream.message);
-    let failed = |error: &dyn fmt::Debug| OpenError::new(&what, format!("{error:?}"));
-    let key = AttributeKey::try_from(MESSAGE_ATTRIBUTE).map_err(|error| failed(&error))?;
-    let layout = AttributeValue::try_from(stream.message.as_str()).map_err(|error| failed(&error))?;
-    let attributes = AttributeVerifier::new().require(&key, &layout).map_err(|error| failed(&error))?;
-    bus.node()
-        .service_builder(&service_name(&what, &format!("stream/{name}"))?)
+    let key = AttributeKey::try_from(MESSAGE_ATTRIBUTE).map_err(|error| OpenError::new(&what, error))?;
+    let layout =
+        AttributeValue::try_from(stream.message.as_str()).map_err(|error| OpenError::new(&what, error))?;
+    let attributes =
+        AttributeVerifier::new().require(&key, &layout).map_err(|error| OpenError::new(&what, error))?;
+    node.service(&what, &format!("stream/{name}"))?
         .publish_subscribe::<[u64]>()
         .enable_safe_overflow(true)
         .subscriber_max_buffer_size(shape.depth)
@@ -171,5 +157,5 @@ pub(crate) fn stream_service(
         .max_publishers(MAX_PUBLISHERS)
         .max_nodes(MAX_NODES)
         .open_or_create_with_attributes(&attributes)
-        .map_err(|error| failed(&error))
+        .map_err(|error| OpenError::new(&what, error))
 }

@@ -1,7 +1,9 @@
 //! How much shared memory a stream takes.
 
 use plumb_plugin::StreamDescription;
-use plumb_plugin::message::known_length;
+use plumb_plugin::message::{PREFIX_LENGTH, known_length};
+
+use crate::service::WORD;
 
 /// The most receivers of a stream of small messages.
 const SMALL_RECEIVERS: usize = 8;
@@ -43,5 +45,66 @@ impl StreamShape {
             depth: stream.depth.unwrap_or(if large { LARGE_DEPTH } else { SMALL_DEPTH }).max(1),
             receivers: if large { LARGE_RECEIVERS } else { SMALL_RECEIVERS },
         }
+    }
+
+    /// Whether a message of a length may go on the stream.
+    ///
+    /// # Errors
+    /// What would be right.
+    pub(crate) fn check_length(&self, length: usize) -> Result<(), String> {
+        match self.exact_bytes {
+            Some(exact) if exact != length => Err(format!("its layout has {exact}")),
+            None if length > self.max_bytes => Err(format!("its longest has {}", self.max_bytes)),
+            _ if !length.is_multiple_of(WORD) => Err(format!("a length is a multiple of {WORD}")),
+            _ if length < PREFIX_LENGTH => {
+                Err(format!("every message begins with {PREFIX_LENGTH}, its time and number"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumb_plugin::JointState;
+
+    /// A stream of messages of a plugin's own.
+    fn own(max_bytes: Option<usize>) -> StreamShape {
+        let mut stream = StreamDescription::of::<JointState>("pictures");
+        stream.message = "picture/1".to_owned();
+        (stream.max_bytes, stream.depth) = (max_bytes, None);
+        StreamShape::of(&stream)
+    }
+
+    #[test]
+    fn a_stream_of_a_fixed_layout_takes_that_length_only() {
+        let shape = StreamShape::of(&StreamDescription::of::<JointState>("joints"));
+        let exact = size_of::<JointState>();
+        assert_eq!(shape.check_length(exact), Ok(()));
+        for wrong in [exact - 8, exact + 8, 0] {
+            assert_eq!(shape.check_length(wrong), Err(format!("its layout has {exact}")));
+        }
+    }
+
+    #[test]
+    fn a_stream_of_any_length_takes_whole_words_from_the_prefix_to_its_longest() {
+        let shape = own(Some(64));
+        assert_eq!([16, 24, 64].map(|length| shape.check_length(length)), [Ok(()), Ok(()), Ok(())]);
+        assert_eq!(shape.check_length(72), Err("its longest has 64".to_owned()));
+        assert_eq!(shape.check_length(63), Err("a length is a multiple of 8".to_owned()));
+        assert_eq!(
+            shape.check_length(8),
+            Err("every message begins with 16, its time and number".to_owned())
+        );
+        assert!(shape.check_length(0).is_err());
+    }
+
+    #[test]
+    fn only_small_messages_are_queued_deep_and_for_many() {
+        let (small, large) = (own(Some(LARGE)), own(Some(LARGE + 8)));
+        assert_eq!((small.depth, small.receivers), (SMALL_DEPTH, SMALL_RECEIVERS));
+        assert_eq!((large.depth, large.receivers), (LARGE_DEPTH, LARGE_RECEIVERS));
+        assert_eq!(own(None).max_bytes, 16_384);
     }
 }

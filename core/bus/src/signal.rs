@@ -1,4 +1,4 @@
-//! A bell between processes: it carries nothing, and it never queues.
+//! A signal between processes: a notification without content that never queues.
 
 use std::fmt;
 use std::time::{Duration, Instant};
@@ -8,68 +8,69 @@ use iceoryx2::port::notifier::Notifier;
 use iceoryx2::service::port_factory::event::PortFactory;
 use iceoryx2_bb_posix::file_descriptor_set::{FileDescriptorSet, FileDescriptorSetWaitError, FileEvent};
 
-use crate::bus::{Service, service_name};
-use crate::{Bus, OpenError};
+use crate::node::Node;
+use crate::service::Service;
+use crate::{Cause, OpenError};
 
-/// How many may ring a bell, how many may hear it, and how many processes may know it.
+/// How many may send a signal, how many may listen to it, and how many processes may open it.
 const MAX_PORTS: usize = 24;
 
-/// The ringing end of a bell.
+/// The sending end of a signal.
 pub struct Signal {
     name: String,
     port: Notifier<Service>,
 }
 
-/// A hearing end of a bell.
+/// A receiving end of a signal.
 pub struct Listener {
     name: String,
     port: IceoryxListener<Service>,
 }
 
-/// A bell could not be rung or heard.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("signal {name} failed: {cause}")]
+/// A signal could not be sent or received.
+#[derive(Debug, thiserror::Error)]
+#[error("signal {name} failed: {source}")]
 pub struct SignalError {
-    /// The bell.
+    /// The signal.
     pub name: String,
-    /// What the layer below said.
-    pub cause: String,
+    /// The error of the layer below.
+    pub source: Cause,
 }
 
 impl Signal {
-    pub(crate) fn open(bus: &Bus, name: &str) -> Result<Self, OpenError> {
-        let what = format!("the ringing end of signal {name}");
+    pub(crate) fn open(node: &Node, name: &str) -> Result<Self, OpenError> {
+        let what = format!("the sending end of signal {name}");
         let port =
-            service(bus, name)?.notifier_builder().create().map_err(|error| OpenError::new(&what, error))?;
+            service(node, name)?.notifier_builder().create().map_err(|error| OpenError::new(&what, error))?;
         Ok(Self { name: name.to_owned(), port })
     }
 
-    /// Rings. Rings that nobody has heard yet are heard as one.
+    /// Notifies the listeners. Notifications that were not yet received count as one.
     ///
     /// # Errors
     /// [`SignalError`] when shared memory failed.
-    pub fn ring(&self) -> Result<(), SignalError> {
-        self.port.notify().map(|_| ()).map_err(|error| failed(&self.name, &error))
+    pub fn notify(&self) -> Result<(), SignalError> {
+        self.port.notify().map(|_| ()).map_err(|error| failed(&self.name, error))
     }
 }
 
 impl Listener {
-    pub(crate) fn open(bus: &Bus, name: &str) -> Result<Self, OpenError> {
-        let what = format!("a hearing end of signal {name}");
+    pub(crate) fn open(node: &Node, name: &str) -> Result<Self, OpenError> {
+        let what = format!("a receiving end of signal {name}");
         let port =
-            service(bus, name)?.listener_builder().create().map_err(|error| OpenError::new(&what, error))?;
+            service(node, name)?.listener_builder().create().map_err(|error| OpenError::new(&what, error))?;
         Ok(Self { name: name.to_owned(), port })
     }
 
-    /// Takes in all rings so far without waiting, and tells how many there were.
+    /// Takes all notifications so far without waiting, and returns how many there were.
     ///
     /// # Errors
     /// [`SignalError`] when shared memory failed.
     pub fn drain(&self) -> Result<u64, SignalError> {
-        self.port.try_wait(|_| ()).map_err(|error| failed(&self.name, &error))
+        self.port.try_wait(|_| ()).map_err(|error| failed(&self.name, error))
     }
 
-    /// Waits for a ring, at most for `timeout`, takes in all rings so far, and tells how many there were: 0 when none came.
+    /// Waits for a notification, at most for `timeout`, takes all so far, and returns how many there were: 0 when none came.
     ///
     /// # Errors
     /// [`SignalError`] when shared memory failed.
@@ -82,12 +83,12 @@ impl Listener {
         &self.port
     }
 
-    pub(crate) fn failed(&self, cause: &dyn fmt::Debug) -> SignalError {
+    pub(crate) fn failed(&self, cause: impl Into<Cause>) -> SignalError {
         failed(&self.name, cause)
     }
 }
 
-/// Waits until one of the bells has been rung, at most for `timeout`. The rings stay to be drained.
+/// Waits until one of the signals was sent, at most for `timeout`. The notifications stay to be drained.
 ///
 /// # Errors
 /// [`SignalError`] when the system cannot wait on so many.
@@ -95,22 +96,21 @@ pub fn wait_any(listeners: &[&Listener], timeout: Duration) -> Result<(), Signal
     let names = || listeners.iter().map(|listener| listener.name.as_str()).collect::<Vec<_>>().join(", ");
     let set = FileDescriptorSet::new();
     let guards: Result<Vec<_>, _> = listeners.iter().map(|listener| set.add(listener.port())).collect();
-    let _attached = guards.map_err(|error| failed(&names(), &error))?;
+    let _attached = guards.map_err(|error| failed(&names(), format!("{error:?}")))?;
     let end = Instant::now() + timeout;
     loop {
         let left = end.saturating_duration_since(Instant::now());
         match set.timed_wait(left, FileEvent::Read, |_| ()) {
             Err(FileDescriptorSetWaitError::Interrupt) if !left.is_zero() => {}
             Err(FileDescriptorSetWaitError::Interrupt) | Ok(_) => return Ok(()),
-            Err(error) => return Err(failed(&names(), &error)),
+            Err(error) => return Err(failed(&names(), format!("{error:?}"))),
         }
     }
 }
 
-fn service(bus: &Bus, name: &str) -> Result<PortFactory<Service>, OpenError> {
+fn service(node: &Node, name: &str) -> Result<PortFactory<Service>, OpenError> {
     let what = format!("signal {name}");
-    bus.node()
-        .service_builder(&service_name(&what, &format!("signal/{name}"))?)
+    node.service(&what, &format!("signal/{name}"))?
         .event()
         .event_id_max_value(1)
         .max_listeners(MAX_PORTS)
@@ -120,8 +120,8 @@ fn service(bus: &Bus, name: &str) -> Result<PortFactory<Service>, OpenError> {
         .map_err(|error| OpenError::new(&what, error))
 }
 
-fn failed(name: &str, cause: &dyn fmt::Debug) -> SignalError {
-    SignalError { name: name.to_owned(), cause: format!("{cause:?}") }
+fn failed(name: &str, source: impl Into<Cause>) -> SignalError {
+    SignalError { name: name.to_owned(), source: source.into() }
 }
 
 impl fmt::Debug for Signal {

@@ -1,6 +1,5 @@
 //! A receiving end of a stream.
 
-use std::collections::VecDeque;
 use std::fmt;
 
 use iceoryx2::identifiers::UniquePublisherId;
@@ -9,47 +8,41 @@ use iceoryx2::sample::Sample;
 use plumb_plugin::message::{PREFIX_LENGTH, SEQUENCE_OFFSET};
 use plumb_plugin::{Message, StreamDescription};
 
-use crate::bus::Service;
-use crate::publisher::{stream_name, stream_service};
-use crate::{Bus, OpenError, ReceiveError, StreamShape};
+use crate::names::stream_name;
+use crate::node::Node;
+use crate::publisher::stream_service;
+use crate::senders::Senders;
+use crate::service::Service;
+use crate::{OpenError, ReceiveError, StreamShape};
 
-/// A receiving end of a stream. Messages come in order; a hole in their numbers is an error, told once. A device that is started again goes on
+/// A receiving end of a stream. Messages come in order; a gap in their numbers is an error, reported once. A device that is started again goes on
 /// on the same stream.
 ///
 /// A receiver that opens after the sender gets the last message sent before, so that it knows how things stand.
 pub struct Subscriber {
     stream: String,
     port: IceoryxSubscriber<Service, [u64], ()>,
-    /// The senders heard so far with the number of the last message of each, the newest last: more than one when a device was started again.
-    heard: VecDeque<Heard>,
-    /// A message that came behind a hole: handed out by the call after the one that told of the hole.
+    senders: Senders<UniquePublisherId>,
+    /// A message that came after a gap: returned by the call after the one that reported the gap.
     held: Option<Sample<Service, [u64], ()>>,
 }
 
-struct Heard {
-    sender: UniquePublisherId,
-    last: u64,
-}
-
-/// How many senders are remembered: a device's own, and those it has replaced whose last messages may still come.
-const REMEMBERED: usize = 4;
-
 impl Subscriber {
     pub(crate) fn open(
-        bus: &Bus,
+        node: &Node,
         device: &str,
         stream: &StreamDescription,
         shape: StreamShape,
     ) -> Result<Self, OpenError> {
         let name = stream_name(device, stream);
         let what = format!("a receiving end of stream {name}");
-        let port = stream_service(bus, &name, stream, shape)?
+        let port = stream_service(node, &name, stream, shape)?
             .subscriber_builder()
             .buffer_size(shape.depth)
             .history_request(1)
             .create()
             .map_err(|error| OpenError::new(&what, error))?;
-        Ok(Self { stream: name, port, heard: VecDeque::new(), held: None })
+        Ok(Self { stream: name, port, senders: Senders::default(), held: None })
     }
 
     /// `device/stream`.
@@ -74,7 +67,7 @@ impl Subscriber {
         let sequence = sequence_of(bytes)
             .ok_or_else(|| broken(&format!("a message of {} bytes has no number", bytes.len())))?;
         let sender = sample.header().publisher_id();
-        match self.missing_before(sender, sequence) {
+        match self.senders.missing_before(sender, sequence) {
             0 => Ok(Some(read(bytes))),
             count => {
                 self.held = Some(sample);
@@ -97,21 +90,6 @@ impl Subscriber {
             })
         })?
         .transpose()
-    }
-
-    /// How many messages of a sender are missing before one of a number. The first sender ever heard may have begun earlier; one that takes
-    /// over begins at 0.
-    fn missing_before(&mut self, sender: UniquePublisherId, sequence: u64) -> u64 {
-        if let Some(heard) = self.heard.iter_mut().find(|heard| heard.sender == sender) {
-            let before = std::mem::replace(&mut heard.last, sequence);
-            return sequence.wrapping_sub(before).wrapping_sub(1);
-        }
-        let takes_over = !self.heard.is_empty();
-        if self.heard.len() == REMEMBERED {
-            self.heard.pop_front();
-        }
-        self.heard.push_back(Heard { sender, last: sequence });
-        if takes_over { sequence } else { 0 }
     }
 }
 

@@ -11,7 +11,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use plumb_bus::{Asked, AsyncListener, Bus, Call, CallError, Domain, EmitError, ReceiveError, wait_any};
+use plumb_bus::{
+    AsyncListener, Bus, Call, CallError, Domain, EmitError, IncomingRequest, ReceiveError, wait_any,
+};
 use plumb_plugin::{
     DigitalInputs, JointState, JointVector, Message, PluginError, Reply, Request, StreamDescription,
 };
@@ -254,7 +256,9 @@ fn a_request_crosses_processes_and_its_answer_comes_back() {
         assert_eq!(reply, Reply::Joints(state(7)));
     }
     let error = client.call(&Request::ReadInputs, Call::within(LONG)).unwrap_err();
-    assert_eq!(error, CallError::Refused(PluginError::unsupported("read its input lines")));
+    assert!(
+        matches!(error, CallError::Refused(error) if error == PluginError::unsupported("read its input lines"))
+    );
     child.kill().unwrap();
     child.wait().unwrap();
 }
@@ -277,7 +281,7 @@ fn a_request_to_a_device_without_a_host_fails_at_once() {
     let bus = Bus::open(&place.domain, "test").unwrap();
     let client = bus.client("arm").unwrap();
     let error = client.call(&Request::Describe, Call::within(LONG)).unwrap_err();
-    assert_eq!(error.to_string(), "nobody serves arm: its host does not run");
+    assert_eq!(error.to_string(), "arm is not served: its host does not run");
 }
 
 #[test]
@@ -290,7 +294,7 @@ fn child_that_serves_requests() {
     println!("serving");
     loop {
         server.listener().wait(LONG).unwrap();
-        while let Some(Asked { request, answer, .. }) = server.receive().unwrap() {
+        while let Some(IncomingRequest { request, answer, .. }) = server.receive().unwrap() {
             let result = match request.unwrap() {
                 Request::ReadJoints => Ok(Reply::Joints(state(7))),
                 _ => Err(PluginError::unsupported("read its input lines")),
@@ -316,7 +320,7 @@ fn a_killed_server_is_replaced_at_once() {
         child.wait().unwrap();
         bus.clean_after_the_dead();
         let error = client.call(&Request::ReadJoints, Call::within(LONG)).unwrap_err();
-        assert_eq!(error, CallError::NoHost { device: "arm".to_owned() }, "round {round}");
+        assert!(matches!(error, CallError::NoHost { device } if device == "arm"), "round {round}");
     }
 }
 
@@ -379,7 +383,7 @@ fn two_domains_do_not_meet() {
     let _server = one.server("arm").unwrap();
     let client = other.client("arm").unwrap();
     let error = client.call(&Request::Describe, Call::within(LONG)).unwrap_err();
-    assert_eq!(error, CallError::NoHost { device: "arm".to_owned() });
+    assert!(matches!(error, CallError::NoHost { device } if device == "arm"));
 }
 
 #[test]
@@ -388,8 +392,8 @@ fn a_signal_rung_twice_is_heard_and_then_silent() {
     let bus = Bus::open(&place.domain, "test").unwrap();
     let listener = bus.listener("stop/arm").unwrap();
     let signal = bus.signal("stop/arm").unwrap();
-    signal.ring().unwrap();
-    signal.ring().unwrap();
+    signal.notify().unwrap();
+    signal.notify().unwrap();
     assert!(listener.wait(LONG).unwrap() > 0);
     assert_eq!(listener.wait(Duration::ZERO).unwrap(), 0);
 }
@@ -406,7 +410,7 @@ fn a_signal_wakes_a_task() {
         let listener = AsyncListener::new(listener).unwrap();
         for time_ns in 0..100 {
             sender.emit(bytes(&state(time_ns))).unwrap();
-            tokio::time::timeout(LONG, listener.heard()).await.unwrap().unwrap();
+            tokio::time::timeout(LONG, listener.notified()).await.unwrap().unwrap();
             assert_eq!(receiver.receive::<JointState>().unwrap().unwrap().time_ns, time_ns);
         }
     });

@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 
 use crate::answers::load_answers;
 use crate::expression::Calculator;
-use crate::file::read_text;
 use crate::procedure::load_procedure;
 use crate::workcell::{Workcell, check_model, load_workcell};
-use crate::yaml::{FileProblems, Node, NodeValue, Problems, did_you_mean, parse};
+use plumb_document::{DocumentKind, FileKind, FileProblems, kind_of, read_document};
 
 /// A file that is in order, as far as can be known.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,81 +17,40 @@ pub struct CheckedFile {
     pub notes: Vec<String>,
 }
 
-/// What a file is, by the key it begins with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FileKind {
-    /// `cell:`
-    Workcell,
-    /// `procedure:`
-    Procedure,
-    /// `answers:`
-    Answers,
-    /// `world:`, and no cell
-    World,
-    /// `arm:`
-    Model,
-    /// `study:`; it names a cell and lays numbers over its world.
-    Study,
-}
-
-const KINDS: [(&str, FileKind); 6] = [
-    ("study", FileKind::Study),
-    ("cell", FileKind::Workcell),
-    ("procedure", FileKind::Procedure),
-    ("answers", FileKind::Answers),
-    ("world", FileKind::World),
-    ("arm", FileKind::Model),
-];
-
 /// What kind of file this is.
 ///
 /// # Errors
 /// When it cannot be read, or has none of the keys by which kinds are told.
-pub fn kind_of_file(file: &Path) -> Result<FileKind, FileProblems> {
-    let text = read_text(file)?;
-    let root = parse(file, &text, &Problems::default())?;
-    let keys: Vec<&str> = match &root.value {
-        NodeValue::Map(entries) => entries.iter().map(|(key, _)| key.name.as_str()).collect(),
-        _ => Vec::new(),
-    };
-    let known = KINDS.iter().find(|(key, _)| keys.contains(key)).map(|(_, kind)| *kind);
-    known.ok_or_else(|| unknown_kind(file, &text, &root, &keys))
+pub fn kind_of_file(file: &Path) -> Result<DocumentKind, FileProblems> {
+    kind_of(file, &read_document(file, FileKind::WORLD)?)
 }
 
-fn unknown_kind(file: &Path, text: &str, root: &Node, keys: &[&str]) -> FileProblems {
-    let names = KINDS.map(|(key, _)| key);
-    let near = keys.iter().map(|key| did_you_mean(key, names)).find(|help| help.starts_with("did"));
-    let help = near.unwrap_or_else(|| {
-        "it begins with `cell:`, `procedure:`, `answers:`, `world:`, or, for a model, `arm:`".to_owned()
-    });
-    let problems = Problems::default();
-    problems.add(root.place, "what kind of file this is cannot be told", help);
-    match problems.into_result(file, text) {
-        Err(problems) => problems,
-        Ok(()) => FileProblems::whole_file(file, "what kind of file this is cannot be told", ""),
-    }
-}
-
-/// Checks a cell, procedure, answers or model file with everything it names; a world file is read by the world alone, a study by the
-/// program. A procedure or answers file is checked against the cells in its own
+/// Checks a cell, procedure, answers or model file with everything it names; the other kinds are read by the program. A procedure or answers file is checked against the cells in its own
 /// and the parent folder that name it.
 ///
 /// # Errors
 /// Every mistake of every file.
 pub fn check_file(
     file: &Path,
-    kind: FileKind,
+    kind: DocumentKind,
     calculator: &Calculator,
 ) -> Result<CheckedFile, Vec<FileProblems>> {
     match kind {
-        FileKind::Workcell => check_workcell(file, calculator),
-        FileKind::Procedure => check_procedure_file(file, calculator),
-        FileKind::Answers => check_answers_file(file, calculator),
-        FileKind::Model => check_model(file)
+        DocumentKind::Cell => check_workcell(file, calculator),
+        DocumentKind::Procedure => check_procedure_file(file, calculator),
+        DocumentKind::Answers => check_answers_file(file, calculator),
+        DocumentKind::Model => check_model(file)
             .map(|()| CheckedFile { what: "model".to_owned(), notes: Vec::new() })
             .map_err(|problems| vec![problems]),
-        FileKind::World => Ok(CheckedFile { what: "world".to_owned(), notes: Vec::new() }),
-        FileKind::Study => Ok(CheckedFile { what: "study".to_owned(), notes: Vec::new() }),
+        DocumentKind::World
+        | DocumentKind::Study
+        | DocumentKind::Rig
+        | DocumentKind::Scene
+        | DocumentKind::Manifest => {
+            let name = kind.name();
+            let what = name.split_once(' ').map_or(name, |(_, name)| name);
+            Ok(CheckedFile { what: what.to_owned(), notes: Vec::new() })
+        }
     }
 }
 
@@ -177,8 +135,8 @@ fn cells_that_name(file: &Path) -> Vec<PathBuf> {
 }
 
 fn names_as_cell(candidate: &Path, name: &str) -> bool {
-    matches!(kind_of_file(candidate), Ok(FileKind::Workcell))
-        && read_text(candidate).is_ok_and(|text| text.contains(name))
+    matches!(kind_of_file(candidate), Ok(DocumentKind::Cell))
+        && read_document(candidate, FileKind::CELL).is_ok_and(|text| text.contains(name))
 }
 
 fn same_file(one: &Path, other: &Path) -> bool {

@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::prompt::{Answer, Prompt, PromptId};
 
+pub use crate::named_value::NamedValue;
+pub use crate::step_path::StepPath;
+
 /// An event with its place in the run's sequence. As JSON it is one flat object: `{"sequence": 3, "time": "...", "event": "step_started", ...}`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StampedEvent {
@@ -18,18 +21,6 @@ pub struct StampedEvent {
     /// What happened.
     #[serde(flatten)]
     pub event: Event,
-}
-
-/// Where a step stands in the expanded plan: its id, inside a repetition the repetition's id with the turn in brackets, counted from 1,
-/// as in `cycle[2].lower`. Unique within a run.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct StepPath(pub String);
-
-impl std::fmt::Display for StepPath {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.write_str(&self.0)
-    }
 }
 
 /// Everything a watcher can learn about a run.
@@ -252,20 +243,6 @@ pub struct PlannedStep {
     pub asks: bool,
     /// Estimated time, seconds; none where a person sets the pace.
     pub estimate_s: Option<f64>,
-}
-
-/// A number with its name and unit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct NamedValue {
-    /// As a procedure's expressions call it, the unit's suffix left off: `shoulder`.
-    pub name: String,
-    /// The number, in `unit`.
-    pub value: f64,
-    /// `deg`, `mm`, `micron`, ...; empty for a bare number.
-    pub unit: String,
-    /// One standard uncertainty in the same unit, where known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub uncertainty: Option<f64>,
 }
 
 /// A new value for something about the machine.

@@ -1,6 +1,6 @@
 //! Numbers as an operator reads them.
 
-use plumb_record::Budget;
+use plumb_record::{Budget, SENSOR_PARAMETER};
 
 /// The smallest uncertainty that is written out, in the unit it comes in; below it no operator's instrument reads.
 const SMALLEST: f64 = 1e-4;
@@ -75,7 +75,7 @@ pub fn left_open(budget: &Budget, unit: &str) -> Option<String> {
 /// ```
 pub fn corrected_quantity(quantity: &str, device: &str, place: &str) -> String {
     // A parameter's name says what it is.
-    if quantity == crate::engine::SENSOR_PARAMETER {
+    if quantity == SENSOR_PARAMETER {
         return format!("{} of {device}", place.replace('_', " "));
     }
     format!("{} of {device} {place}", quantity.replace('_', " "))

@@ -1,17 +1,20 @@
 //! The orchestrator: workcell files, devices, procedures, safety and corrections.
 
 pub mod answers;
+mod cell_names;
+mod check_context;
 mod check_file;
-pub mod cloud;
 pub mod command;
+mod deg_or_mm;
 pub mod device;
 mod drawing;
 pub mod engine;
 pub mod event;
 pub mod expression;
-mod file;
 mod in_words;
 pub mod measurement_table;
+mod named_value;
+mod parameter_name;
 pub mod photo;
 pub mod procedure;
 pub mod prompt;
@@ -19,13 +22,13 @@ mod read_context;
 mod run_handle;
 pub mod schema;
 pub mod step;
+mod step_path;
 pub mod workcell;
-pub mod yaml;
 
-pub use check_file::{CheckedFile, FileKind, check_file, kind_of_file};
+pub use check_file::{CheckedFile, check_file, kind_of_file};
+pub use deg_or_mm::DegOrMm;
 pub use in_words::{
     NOT_DETERMINED, change_in_words, corrected_quantity, give_or_take, known_within, left_open,
     uncertainty_digits,
 };
-pub use read_context::DegOrMm;
 pub use run_handle::{RunHandle, StopAction, StopActions};

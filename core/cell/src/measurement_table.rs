@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use plumb_record::{CONTROLLER_ZERO, StoredCorrection, StoredStep, StoredTrigger};
 use serde_json::Value;
 
-use crate::engine::CIRCUMSTANCES;
+use crate::step::CIRCUMSTANCES;
 use crate::workcell::{ModelFile, RobotSetting};
 
 /// Which zeros the joints of the table stand on. All rows stand on the same, although a run may put new ones in force on its way.

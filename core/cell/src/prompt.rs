@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::event::{NamedValue, StepPath};
+use crate::named_value::NamedValue;
+use crate::step_path::StepPath;
 
 /// Unique within the record: an answer to another prompt, or to one asked before a restart, is never mistaken for this one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]

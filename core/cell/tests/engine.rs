@@ -155,7 +155,7 @@ fn a_robot_lost_in_mid_move_stops_the_run_keeps_all_and_a_retry_goes_on_from_whe
             },
             _ => None,
         });
-        assert_eq!(asked.as_deref(), Some("arm is lost: its process was killed by signal 9"));
+        assert_eq!(asked.as_deref(), Some("arm is lost: the host of arm was ended by SIGKILL"));
         let interruptions =
             Record::open(record.path()).expect("the record").interruptions(RunId(1)).expect("interruptions");
         assert!(interruptions.iter().any(|one| one.kind == "device_lost"), "{interruptions:?}");

@@ -1,14 +1,27 @@
-//! Files that come from outside: what a person wrote, another program made, or somebody sent.
-//!
-//! Every reader of such a file opens it here. Only regular files are read, each kind up to a size that has a reason ([`FileKind`]), so that
-//! a named pipe, a device or a file without end is refused with words in place of a wait or a full memory.
-//! [`yaml`] puts what the YAML library complains of into words.
+#![doc = include_str!("../README.md")]
 
 mod error;
+mod file;
 mod kind;
+mod kinds;
+mod map_reader;
+mod node;
+mod parse;
+mod problem;
 mod read;
-pub mod yaml;
+mod spanned_value;
+mod suggestion;
+mod typed;
+mod value;
 
 pub use error::ReadError;
+pub use file::read_document;
 pub use kind::FileKind;
+pub use kinds::{DocumentKind, kind_of, parse_as};
+pub use map_reader::MapReader;
+pub use node::{Key, Node, NodeValue};
+pub use parse::parse;
+pub use problem::{FileProblems, Problem, Problems, Span};
 pub use read::{LimitedReader, lines, open, read_bytes, read_text, text_of};
+pub use suggestion::{did_you_mean, one_of};
+pub use typed::{OtherKeys, Spanned, typed, typed_with};

@@ -1,9 +1,7 @@
 //! The host process itself.
 
-mod clock;
-mod context;
+mod ending;
 mod lifeline;
-mod log_line;
 mod memory;
 mod output;
 mod rest_report;
@@ -12,5 +10,4 @@ mod service;
 mod stop;
 mod watchdog;
 
-pub(crate) use context::Context;
 pub use serve::serve;

@@ -85,10 +85,10 @@ fn heard_at_rest(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError
     Ok(CheckOutcome::Passed)
 }
 
-/// What a device said, or what kept it from saying anything.
-fn said<T>(result: Result<T, DeviceError>) -> Result<T, PluginError> {
+/// What a device answered, or what kept it from answering.
+fn answered<T>(result: Result<T, DeviceError>) -> Result<T, PluginError> {
     result.map_err(|error| match error {
-        DeviceError::Refused { error, .. } => error,
+        DeviceError::Refused { source, .. } => source,
         other => PluginError::Failed(other.to_string()),
     })
 }
@@ -147,23 +147,23 @@ fn emitted<M: Message>(receiver: &mut Option<Subscriber>) -> Vec<M> {
 
 impl RobotBench for RobotInHost {
     fn describe(&mut self) -> Result<RobotDescription, PluginError> {
-        said(self.robot.describe())
+        answered(self.robot.describe())
     }
 
     fn activate(&mut self) -> Result<(), PluginError> {
-        said(self.robot.activate()).map(drop)
+        answered(self.robot.activate()).map(drop)
     }
 
     fn read_joints(&mut self) -> Result<JointState, PluginError> {
-        said(self.robot.read_joints())
+        answered(self.robot.read_joints())
     }
 
     fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError> {
-        said(self.robot.move_joints(motion, MOVE))
+        answered(self.robot.move_joints(motion, MOVE))
     }
 
     fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
-        said(self.robot.read_inputs())
+        answered(self.robot.read_inputs())
     }
 
     fn stop(&mut self) -> Result<(), PluginError> {
@@ -180,7 +180,7 @@ impl RobotBench for RobotInHost {
         emitted::<JointState>(joints);
         thread::scope(|scope| {
             let robot = &*robot;
-            let moving = scope.spawn(move || said(robot.move_joints(motion, MOVE)));
+            let moving = scope.spawn(move || answered(robot.move_joints(motion, MOVE)));
             let begin = Instant::now();
             while !moving.is_finished() && begin.elapsed() < STOP {
                 if emitted::<JointState>(joints).iter().any(JointState::is_moving) {
@@ -235,7 +235,7 @@ impl SensorInHost {
 
 impl SensorBench for SensorInHost {
     fn describe(&mut self) -> Result<SensorDescription, PluginError> {
-        said(self.sensor.describe())
+        answered(self.sensor.describe())
     }
 
     fn has_inputs(&self) -> bool {
@@ -243,7 +243,7 @@ impl SensorBench for SensorInHost {
     }
 
     fn arm(&mut self) -> Result<(), PluginError> {
-        said(self.sensor.arm())
+        answered(self.sensor.arm())
     }
 
     fn poll(&mut self) -> Result<(), PluginError> {
@@ -252,7 +252,7 @@ impl SensorBench for SensorInHost {
     }
 
     fn configure(&mut self, settings: &Value) -> Result<(), PluginError> {
-        said(self.sensor.configure(settings))
+        answered(self.sensor.configure(settings))
     }
 
     fn read(&mut self, after_ns: u64) -> Result<Option<Reading>, PluginError> {
@@ -260,10 +260,10 @@ impl SensorBench for SensorInHost {
         let limit = if self.wired { READ } else { self.read_within };
         match self.sensor.read(after_ns, limit) {
             Ok(reading) => Ok(Some(reading)),
-            Err(DeviceError::Refused { error: PluginError::TimedOut(_), .. }) => Ok(None),
+            Err(DeviceError::Refused { source: PluginError::TimedOut(_), .. }) => Ok(None),
             // Its inputs did not come, and the host says so a little late; or the plugin is still at it.
-            Err(DeviceError::TimedOut { .. }) if self.wired => said(self.sensor.state()).map(|_| None),
-            Err(error) => said(Err(error)),
+            Err(DeviceError::TimedOut { .. }) if self.wired => answered(self.sensor.state()).map(|_| None),
+            Err(error) => answered(Err(error)),
         }
     }
 

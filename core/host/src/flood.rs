@@ -1,4 +1,4 @@
-//! What a device may say: lines are cut, and those that come faster than anybody reads are left out and counted.
+//! How much a device may write: long lines are cut, and those that come faster than can be read are left out and counted.
 
 use std::time::{Duration, Instant};
 
@@ -8,7 +8,7 @@ pub(crate) const LONGEST_TEXT: usize = 4096;
 /// The longest answer of a plugin (a description, a reading), in bytes: sixteen times what a request carries.
 pub(crate) const LONGEST_ANSWER: usize = 1 << 20;
 
-/// How much may be said: a stock of lines and bytes that is used up at once and fills again slowly.
+/// How much may be written: a stock of lines and bytes that is used up at once and fills again slowly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Allowance {
     /// Lines that may come at once.
@@ -49,7 +49,7 @@ pub(crate) struct Flood {
     allowance: Allowance,
     lines: f64,
     bytes: f64,
-    said: u64,
+    written: u64,
     at: Instant,
     left_out: LeftOut,
 }
@@ -66,7 +66,7 @@ impl LeftOut {
         self.lines == 0
     }
 
-    /// What stands in their place.
+    /// What is written in place of them.
     pub(crate) fn line(self) -> String {
         let (lines, bytes) = (self.lines, self.bytes);
         let lines = if lines == 1 { "1 line".to_owned() } else { format!("{lines} lines") };
@@ -86,10 +86,10 @@ fn size(bytes: u64) -> String {
 impl Flood {
     pub(crate) fn new(allowance: Allowance, now: Instant) -> Self {
         let Allowance { lines, bytes, .. } = allowance;
-        Self { allowance, lines, bytes, said: 0, at: now, left_out: LeftOut::default() }
+        Self { allowance, lines, bytes, written: 0, at: now, left_out: LeftOut::default() }
     }
 
-    /// Whether a line of some bytes may be said now; one that may not is counted.
+    /// Whether a line of some bytes may be written now; one that may not is counted.
     pub(crate) fn lets_through(&mut self, bytes: usize, now: Instant) -> bool {
         let passed = now.saturating_duration_since(self.at).as_secs_f64();
         self.at = now;
@@ -97,18 +97,18 @@ impl Flood {
         self.lines = (self.lines + passed * allowance.lines_per_second).min(allowance.lines);
         self.bytes = (self.bytes + passed * allowance.bytes_per_second).min(allowance.bytes);
         let size = bytes as f64;
-        let is_exhausted = self.said.saturating_add(bytes as u64) > allowance.bytes_in_all;
+        let is_exhausted = self.written.saturating_add(bytes as u64) > allowance.bytes_in_all;
         if self.lines < 1.0 || self.bytes < size || is_exhausted {
             self.leave_out(bytes);
             return false;
         }
         self.lines -= 1.0;
         self.bytes -= size;
-        self.said += bytes as u64;
+        self.written += bytes as u64;
         true
     }
 
-    /// Counts a line of some bytes that was not said.
+    /// Counts a line of some bytes that was not written.
     pub(crate) fn leave_out(&mut self, bytes: usize) {
         self.left_out.lines += 1;
         self.left_out.bytes += bytes as u64;
@@ -119,14 +119,14 @@ impl Flood {
         std::mem::take(&mut self.left_out)
     }
 
-    /// Whether something was left out that nobody has been told of.
+    /// Whether something was left out that was not reported yet.
     pub(crate) fn has_left_out(&self) -> bool {
         !self.left_out.is_none()
     }
 }
 
-/// How often it is said that lines are left out while a flood goes on.
-pub(crate) const TELL_EVERY: Duration = Duration::from_secs(1);
+/// How often it is reported that lines are left out while a flood goes on.
+pub(crate) const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 /// A text that may be no text and of any length, as a line: cut at a character, with what was cut off counted.
 pub(crate) fn cut(bytes: &[u8]) -> String {
@@ -184,7 +184,7 @@ mod tests {
         assert!(flood.lets_through(90, start));
         assert!(!flood.lets_through(20, start), "the bytes are used up");
         assert!(flood.lets_through(60, after(start, 1000.0)));
-        assert!(!flood.lets_through(1, after(start, 2000.0)), "150 bytes in all were said");
+        assert!(!flood.lets_through(1, after(start, 2000.0)), "150 bytes in all were written");
         assert_eq!(
             flood.take_left_out().line(),
             "2 lines (21 bytes) left out here: they came faster than the log takes them"

@@ -4,7 +4,7 @@ use plumb_plugin::{JointDescription, JointUnit, JointVector, Motion, PluginError
 
 use crate::JointRange;
 
-/// A check of where a move leads, beyond the joints' ranges: kept-out places.
+/// A check of where a move leads, beyond the joints' ranges: keep-out volumes.
 pub trait MoveGuard {
     /// Whether the robot may go from one pose to another (rad, or mm where the description says so).
     ///
@@ -175,6 +175,35 @@ mod tests {
         let limits = Limits::new(&robot(), &[]).unwrap();
         let motion = Motion::relative(vector(-0.1, 0.0), 1.0);
         assert!(limits.check_end(&motion, &vector(1.5, 0.0)).is_ok());
+    }
+
+    #[test]
+    fn a_joint_outside_its_range_may_stay_and_may_not_go_further() {
+        let limits = Limits::new(&robot(), &[]).unwrap();
+        for (outside, further) in [(1.5, 1.6), (-1.5, -1.6)] {
+            let from = vector(outside, 0.0);
+            assert!(limits.check_end(&Motion::absolute(from, 1.0), &from).is_ok());
+            assert!(limits.check_end(&Motion::absolute(vector(further, 0.0), 1.0), &from).is_err());
+        }
+    }
+
+    #[test]
+    fn both_ends_of_a_range_can_be_reached_and_neither_passed() {
+        let limits = Limits::new(&robot(), &[]).unwrap();
+        let ends_at = |waist: f64| {
+            limits.check_end(&Motion::absolute(vector(waist, 10.0), 1.0), &vector(0.0, 10.0)).is_ok()
+        };
+        assert!(ends_at(1.0) && ends_at(-1.0));
+        assert!(ends_at(1.0 + 0.5 * ROUNDING) && ends_at(-1.0 - 0.5 * ROUNDING));
+        assert!(!ends_at(1.0 + 2.0 * ROUNDING) && !ends_at(-1.0 - 2.0 * ROUNDING));
+    }
+
+    #[test]
+    fn a_speed_is_above_0_and_at_most_1() {
+        let limits = Limits::new(&robot(), &[]).unwrap();
+        let goes = |speed| limits.check_motion(&Motion::absolute(vector(0.0, 0.0), speed)).is_ok();
+        assert!(goes(1.0) && goes(1e-9));
+        assert!(![0.0, -0.5, 1.1, f64::NAN, f64::INFINITY].into_iter().any(goes));
     }
 
     #[test]

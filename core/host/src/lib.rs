@@ -16,11 +16,13 @@ mod catalogue;
 mod channel;
 mod child;
 mod conformance;
+mod context;
 mod flood;
 mod guard;
 mod load;
 mod parent;
 mod process_name;
+mod signal_names;
 mod time_limits;
 
 pub use arguments::{HostArguments, JointRange, MEMORY_LIMIT_MB, WiredInput};
@@ -31,6 +33,6 @@ pub use guard::{MoveGuard, NoGuard};
 pub use load::{LoadError, verify};
 pub use parent::{
     DeviceError, ExitReason, HostCommand, HostEvent, HostProcess, RobotClient, SensorClient, SpawnError,
-    StopHandle, StopOutcome,
+    StartError, StopHandle, StopOutcome,
 };
 pub use process_name::process_name;

@@ -2,6 +2,7 @@
 
 #![allow(unsafe_code, reason = "this is the host's side of the boundary to C")]
 
+mod calls;
 mod error;
 mod functions;
 mod instance;
@@ -45,7 +46,7 @@ pub(crate) fn load(plugin: &Plugin) -> Result<Loaded, LoadError> {
     let text = str::from_utf8(text)
         .map_err(|error| LoadError::BuiltInManifest { library: path.clone(), cause: error.to_string() })?;
     let built_in = Manifest::parse(text, "the manifest built into it")
-        .map_err(|error| LoadError::BuiltInManifest { library: path.clone(), cause: error.what() })?;
+        .map_err(|error| LoadError::BuiltInManifest { library: path.clone(), cause: error.to_string() })?;
     check_manifests(path, &plugin.manifest, &built_in)?;
     Ok(Loaded { entry, kind: plugin.manifest.kind })
 }

@@ -2,6 +2,7 @@
 
 mod client;
 mod error;
+mod event;
 mod exit_reason;
 mod lines;
 mod process;
@@ -9,20 +10,11 @@ mod shared;
 mod spans;
 mod spawner;
 mod stop_handle;
+mod tail;
 
 pub use client::{RobotClient, SensorClient};
-pub use error::{DeviceError, SpawnError};
+pub use error::{DeviceError, SpawnError, StartError};
+pub use event::HostEvent;
 pub use exit_reason::ExitReason;
-pub use lines::HostEvent;
 pub use process::{HostCommand, HostProcess};
 pub use stop_handle::{StopHandle, StopOutcome};
-
-/// The bell that asks a device to stop.
-pub(crate) fn stop_signal(device: &str) -> String {
-    format!("stop/{device}")
-}
-
-/// The bell that says a device has stopped.
-pub(crate) fn stopped_signal(device: &str) -> String {
-    format!("stopped/{device}")
-}

@@ -8,6 +8,7 @@
 mod chain;
 pub mod closed_form;
 mod gravity;
+mod half_space;
 mod inverse;
 mod posture;
 pub mod urdf;
@@ -15,5 +16,6 @@ pub mod yang_siegel;
 
 pub use chain::{Chain, ChainError, Convention, Joint, Motion};
 pub use gravity::{GRAVITY, Mass, Sag, Weights};
+pub use half_space::HalfSpace;
 pub use inverse::{OutOfReach, inverse};
 pub use posture::{Deviation, JointFrame, Knob, Posture, Twist};

@@ -161,3 +161,13 @@ pub struct InputDescription {
     #[serde(default)]
     pub optional: bool,
 }
+
+/// What a device says about itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Description {
+    /// A robot.
+    Robot(RobotDescription),
+    /// A sensor.
+    Sensor(SensorDescription),
+}

@@ -4,13 +4,12 @@
 #![allow(unsafe_code, reason = "this is the plugin's side of the boundary to C")]
 
 mod call;
+mod entry;
 mod loaded_host;
-mod robot;
-mod sensor;
 
+pub use entry::robot::entry as robot_entry;
+pub use entry::sensor::entry as sensor_entry;
 pub use plumb_abi::{Bytes, Entry};
-pub use robot::robot_entry;
-pub use sensor::sensor_entry;
 
 /// Exports a [`Robot`](crate::Robot) as the plugin of this library, with the text of its manifest.
 ///

@@ -12,9 +12,11 @@ mod error;
 mod host;
 mod manifest;
 mod reading;
+mod reply;
 mod request;
 mod robot;
 mod sensor;
+mod wire;
 
 pub mod cell_clock;
 pub mod conformance;
@@ -23,8 +25,8 @@ pub mod message;
 pub mod recording;
 
 pub use description::{
-    InputDescription, JointDescription, JointUnit, LineDescription, QuantityDescription, RobotCapabilities,
-    RobotDescription, SensorDescription, StreamDescription,
+    Description, InputDescription, JointDescription, JointUnit, LineDescription, QuantityDescription,
+    RobotCapabilities, RobotDescription, SensorDescription, StreamDescription,
 };
 pub use device_state::DeviceState;
 pub use error::PluginError;
@@ -35,9 +37,11 @@ pub use message::{
     Motion, ProximityEdge, StripeFault, StripeHeader, StripePoint,
 };
 pub use reading::{Quantity, Reading};
-pub use request::{Description, Reply, Request, WireError};
+pub use reply::{Answer, Reply};
+pub use request::Request;
 pub use robot::Robot;
 pub use sensor::Sensor;
+pub use wire::WireError;
 
 /// The JSON type of a plugin's configuration, so that a plugin needs no crate of its own for it.
 pub use serde_json::Value;

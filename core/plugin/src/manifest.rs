@@ -1,11 +1,12 @@
 //! What a plugin says about itself before it is loaded: the file `plugin.yaml`.
 
 use std::fmt;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
-use plumb_document::{FileKind, read_text, yaml};
+use plumb_document::{
+    DocumentKind, FileKind, FileProblems, Node, NodeValue, Problems, parse_as, read_document, typed,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::{InputDescription, StreamDescription, Value};
@@ -42,13 +43,6 @@ pub struct Manifest {
 
 /// The longest a reading may take, s.
 const LONGEST_READING_S: f64 = 3600.0;
-
-/// What every manifest of every contract begins with.
-#[derive(Deserialize)]
-struct Head {
-    id: String,
-    contract: ContractVersion,
-}
 
 /// What a plugin drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -94,39 +88,12 @@ impl fmt::Display for ContractVersion {
     }
 }
 
-impl ManifestError {
-    /// What is wrong, without where the text came from.
-    pub fn what(&self) -> String {
-        let text = self.to_string();
-        let origin = match self {
-            Self::Read { path, .. } => path.display().to_string(),
-            Self::Parse { origin, .. } | Self::Contract { origin, .. } | Self::Value { origin, .. } => {
-                origin.clone()
-            }
-        };
-        text.strip_prefix(&format!("{origin}: ")).unwrap_or(&text).to_owned()
-    }
-}
-
 /// Why a manifest cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ManifestError {
-    /// The file cannot be read.
-    #[error("{}: cannot be read: {cause}", path.display())]
-    Read {
-        /// The manifest file.
-        path: PathBuf,
-        /// What the system said.
-        cause: io::Error,
-    },
-    /// The text is not a manifest.
-    #[error("{origin}: {cause}")]
-    Parse {
-        /// Where the text came from.
-        origin: String,
-        /// What is wrong and where.
-        cause: String,
-    },
+    /// It cannot be read, or holds mistakes: all of them.
+    #[error(transparent)]
+    Form(#[from] FileProblems),
     /// The plugin was built for another contract.
     #[error("{origin}: plugin '{id}' was built for contract {built_for}; this program speaks {}: rebuild the plugin against contract {}.x", ContractVersion::CURRENT, ContractVersion::CURRENT.0)]
     Contract {
@@ -136,18 +103,6 @@ pub enum ManifestError {
         id: String,
         /// The version it was built for.
         built_for: ContractVersion,
-    },
-    /// A value is not allowed.
-    #[error("{origin}: {field} is '{value}'; {right}")]
-    Value {
-        /// Where the text came from.
-        origin: String,
-        /// Which value.
-        field: &'static str,
-        /// What it is.
-        value: String,
-        /// What would be right.
-        right: &'static str,
     },
 }
 
@@ -163,81 +118,104 @@ impl Manifest {
     /// Reads a manifest file.
     ///
     /// # Errors
-    /// [`ManifestError`], naming the file and the place.
+    /// [`ManifestError`], naming the file and every place.
     pub fn read(path: &Path) -> Result<Self, ManifestError> {
-        let text = read_text(path, FileKind::MANIFEST)
-            .map_err(|cause| ManifestError::Read { path: path.to_owned(), cause: cause.into() })?;
+        let text = read_document(path, FileKind::MANIFEST)?;
         Self::parse(&text, &path.display().to_string())
     }
 
     /// Reads a manifest from its text; `origin` is named in errors.
     ///
     /// # Errors
-    /// [`ManifestError`], naming the origin and the place.
+    /// [`ManifestError`], naming the origin and every place.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ManifestError> {
+        let (file, problems) = (Path::new(origin), Problems::default());
+        let root = parse_as(DocumentKind::Manifest, file, text, &problems)?;
         // The version first: a manifest of another contract may hold what this one does not know.
-        if let Ok(Head { id, contract }) = serde_yaml::from_str(text)
-            && !contract.is_supported()
-        {
-            return Err(ManifestError::Contract { origin: origin.to_owned(), id, built_for: contract });
+        if let Some((id, built_for)) = built_for(&root).filter(|(_, version)| !version.is_supported()) {
+            return Err(ManifestError::Contract { origin: origin.to_owned(), id, built_for });
         }
-        let manifest: Self = serde_yaml::from_str(text).map_err(|cause| ManifestError::Parse {
-            origin: origin.to_owned(),
-            cause: yaml::in_words(&cause),
-        })?;
-        manifest.check(origin)?;
-        Ok(manifest)
+        let manifest: Option<Self> = typed(&root, "a manifest", &problems);
+        if let Some(manifest) = &manifest {
+            manifest.check(&root, &problems);
+        }
+        problems.into_result(file, text)?;
+        manifest.ok_or_else(|| FileProblems::whole_file(file, "this is no manifest", "").into())
     }
 
-    fn check(&self, origin: &str) -> Result<(), ManifestError> {
-        let wrong = |field, value: &str, right| {
-            Err(ManifestError::Value { origin: origin.to_owned(), field, value: value.to_owned(), right })
-        };
-        let plain = |name: &str| {
-            !name.is_empty()
-                && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_')
-        };
-        if !plain(&self.id) {
-            return wrong("id", &self.id, "use lower-case letters, digits and hyphens");
+    /// Values that could not be read are empty or NaN, and not looked at.
+    fn check(&self, root: &Node, problems: &Problems) {
+        if !self.id.is_empty() && !is_plain(&self.id) {
+            let message = format!("`id` is `{}`", self.id);
+            problems.add(root.span_at(&["id"]), message, "use lower-case letters, digits and hyphens");
         }
-        if self.library.is_empty() || self.library.contains(['/', '\\']) {
-            return wrong(
-                "library",
-                &self.library,
-                "give the file name alone; the library lies beside its manifest",
+        if self.library.contains(['/', '\\']) {
+            let message = format!("`library` is `{}`", self.library);
+            let help = "give the file name alone; the library lies beside its manifest";
+            problems.add(root.span_at(&["library"]), message, help);
+        }
+        self.check_time_limit(root, problems);
+        let streams = root.get("streams").map(Node::items).unwrap_or_default();
+        for (stream, node) in self.streams.iter().zip(streams) {
+            check_stream(stream, node, problems);
+        }
+        let inputs = root.get("inputs").map(Node::items).unwrap_or_default();
+        for (input, node) in self.inputs.iter().zip(inputs) {
+            if !input.name.is_empty() && !is_plain(&input.name) {
+                let message = format!("an input is called `{}`", input.name);
+                let help = "use lower-case letters, digits and hyphens";
+                problems.add(node.span_at(&["name"]), message, help);
+            }
+        }
+    }
+
+    fn check_time_limit(&self, root: &Node, problems: &Problems) {
+        let Some(limit) = self.read_time_limit_s.filter(|limit| !limit.is_nan()) else { return };
+        if self.kind != DeviceKind::Sensor || limit <= 0.0 || limit > LONGEST_READING_S {
+            problems.add(
+                root.span_at(&["read_time_limit_s"]),
+                format!("`read_time_limit_s` is {limit}"),
+                format!(
+                    "give a sensor more than 0 and at most {LONGEST_READING_S} s; a robot has no readings"
+                ),
             );
         }
-        if let Some(limit) = self.read_time_limit_s
-            && !(self.kind == DeviceKind::Sensor && limit > 0.0 && limit <= LONGEST_READING_S)
-        {
-            return wrong(
-                "read_time_limit_s",
-                &limit.to_string(),
-                "give a sensor more than 0 and at most 3600 s; a robot has no readings",
-            );
-        }
-        for stream in &self.streams {
-            if !plain(&stream.name) || stream.name == "health" {
-                return wrong(
-                    "a stream's name",
-                    &stream.name,
-                    "use lower-case letters, and not the host's own 'health'",
-                );
-            }
-            if crate::message::known_length(&stream.message).is_none() && stream.max_bytes.is_none() {
-                return wrong(
-                    "a stream's message",
-                    &stream.message,
-                    "give max_bytes for a layout without a fixed length",
-                );
-            }
-        }
-        match self.inputs.iter().find(|input| !plain(&input.name)) {
-            Some(input) => {
-                wrong("an input's name", &input.name, "use lower-case letters, digits and hyphens")
-            }
-            None => Ok(()),
-        }
+    }
+}
+
+/// The name of a plugin and the contract it was built for, as far as they can be read.
+fn built_for(root: &Node) -> Option<(String, ContractVersion)> {
+    let NodeValue::Text(id) = &root.get("id")?.value else { return None };
+    let [NodeValue::Number(major), NodeValue::Number(minor)] =
+        root.get("contract")?.items().iter().map(|node| node.value.clone()).collect::<Vec<_>>()[..]
+    else {
+        return None;
+    };
+    let whole =
+        |number: f64| (number.fract() == 0.0 && (0.0..1e9).contains(&number)).then_some(number as u32);
+    Some((id.clone(), ContractVersion(whole(major)?, whole(minor)?)))
+}
+
+fn is_plain(name: &str) -> bool {
+    !name.is_empty()
+        && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_')
+}
+
+fn check_stream(stream: &StreamDescription, node: &Node, problems: &Problems) {
+    if !stream.name.is_empty() && (!is_plain(&stream.name) || stream.name == "health") {
+        problems.add(
+            node.span_at(&["name"]),
+            format!("a stream is called `{}`", stream.name),
+            "use lower-case letters, and not the host's own `health`",
+        );
+    }
+    let unknown = !stream.message.is_empty() && crate::message::known_length(&stream.message).is_none();
+    if unknown && stream.max_bytes.is_none() && node.get("max_bytes").is_none() {
+        problems.add(
+            node.span_at(&["message"]),
+            format!("a stream's message is `{}`", stream.message),
+            "give `max_bytes` for a layout without a fixed length",
+        );
     }
 }
 
@@ -275,9 +253,10 @@ config:
     fn an_unknown_key_is_named_with_its_place() {
         let text = GOOD.replace("title:", "tittle:");
         let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
-        assert!(message.starts_with("plugin.yaml: "), "{message}");
-        assert!(message.contains("tittle"), "{message}");
-        assert!(message.contains("line 3"), "{message}");
+        assert_eq!(
+            message,
+            "plugin.yaml:3:1: unknown key `tittle` in a manifest\n    3 | tittle: An infrared proximity sensor on a digital line\n      | ^^^^^^\n  = did you mean `title`?\n"
+        );
     }
 
     #[test]
@@ -313,7 +292,7 @@ config:
         let slow = Manifest::parse(&format!("{GOOD}read_time_limit_s: 60\n"), "plugin.yaml").unwrap();
         assert_eq!(slow.read_time_limit(), Duration::from_secs(60));
         assert_eq!(Manifest::parse(GOOD, "plugin.yaml").unwrap().read_time_limit(), Duration::from_secs(5));
-        for wrong in ["0", "-1", ".nan", "1e9"] {
+        for wrong in ["0", "-1", "1e9"] {
             let text = format!("{GOOD}read_time_limit_s: {wrong}\n");
             let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
             assert!(message.contains("give a sensor more than 0 and at most 3600 s"), "{message}");
@@ -323,12 +302,33 @@ config:
     }
 
     #[test]
+    fn every_mistake_is_told_at_once() {
+        let text = GOOD.replace("id: ir", "id: IR").replace("kind: sensor", "kind: sensro");
+        let text = text.replace("name: edges", "name: health").replace("version: 0.1.0\n", "");
+        let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
+        for told in [
+            "plugin.yaml:2:1: a manifest needs the key `version`",
+            "plugin.yaml:2:5: `id` is `IR-proximity`",
+            "plugin.yaml:5:7: `kind` is `sensro`, which is not known",
+            "did you mean `sensor`?",
+            "plugin.yaml:8:12: a stream is called `health`",
+        ] {
+            assert!(message.contains(told), "{told}: {message}");
+        }
+        assert_eq!(message.matches("plugin.yaml:").count(), 4, "{message}");
+    }
+
+    #[test]
     fn a_library_elsewhere_is_refused() {
         let text = GOOD.replace("libplumb", "../libplumb");
         let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "plugin.yaml: library is '../libplumb_ir_proximity.so'; give the file name alone; the library lies beside its manifest"
+        assert!(
+            message.starts_with("plugin.yaml:7:10: `library` is `../libplumb_ir_proximity.so`\n"),
+            "{message}"
+        );
+        assert!(
+            message.contains("give the file name alone; the library lies beside its manifest"),
+            "{message}"
         );
     }
 
@@ -336,6 +336,7 @@ config:
     fn a_layout_without_a_length_is_refused() {
         let text = GOOD.replace("proximity-edge/1", "frame/1");
         let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
-        assert!(message.contains("a stream's message is 'frame/1'; give max_bytes"), "{message}");
+        assert!(message.contains("a stream's message is `frame/1`\n"), "{message}");
+        assert!(message.contains("give `max_bytes`"), "{message}");
     }
 }

@@ -25,6 +25,16 @@ macro_rules! layout {
     }};
 }
 
+/// The same for a table of functions, whose fields the table of operations names.
+fn table<T>(c: &str, functions: &[(&str, usize)]) -> String {
+    let size = size_of::<T>();
+    let mut lines = format!("_Static_assert(sizeof({c}) == {size}, \"size of {c}\");\n");
+    for (name, offset) in functions {
+        let _ = writeln!(lines, "_Static_assert(offsetof({c}, {name}) == {offset}, \"{c}.{name}\");");
+    }
+    lines
+}
+
 #[test]
 fn the_c_header_and_the_rust_types_agree_to_the_byte() {
     let mut program = "#include \"plumb_plugin.h\"\n".to_owned();
@@ -64,24 +74,8 @@ fn the_c_header_and_the_rust_types_agree_to_the_byte() {
             abi::Entry,
             [magic, contract_major, contract_minor, size, manifest, create, destroy, extension]
         ),
-        layout!(
-            "plumb_robot_functions",
-            abi::RobotFunctions,
-            [
-                size,
-                describe,
-                activate,
-                deactivate,
-                read_joints,
-                move_joints,
-                stop,
-                read_inputs,
-                write_outputs,
-                jog,
-                set_zero,
-            ]
-        ),
-        layout!("plumb_sensor_functions", abi::SensorFunctions, [size, describe, configure, arm, poll, read]),
+        table::<abi::RobotFunctions>("plumb_robot_functions", abi::RobotFunctions::FUNCTIONS),
+        table::<abi::SensorFunctions>("plumb_sensor_functions", abi::SensorFunctions::FUNCTIONS),
     ] {
         program.push_str(&lines);
     }

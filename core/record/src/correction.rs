@@ -1,11 +1,10 @@
 //! Corrections: what runs found out about a machine, put in force revision by revision.
 
-use rusqlite::{Row, params};
+use rusqlite::{OptionalExtension as _, Row, Transaction, params};
 use serde::{Deserialize, Serialize};
 
 use crate::error::During;
 use crate::record::timestamp;
-use crate::revision::proposed_before;
 use crate::{Budget, Record, RecordError, RunId};
 
 /// What a correction is about.
@@ -213,6 +212,25 @@ impl Record {
         let rows = statement.query_map(values, stored).during("read corrections")?;
         rows.collect::<Result<_, _>>().during("read corrections")
     }
+}
+
+/// The proposal that this run made at this step before, when it was interrupted there; it is the same finding and is noted once.
+fn proposed_before(
+    transaction: &Transaction<'_>,
+    run: i64,
+    step: &str,
+    cell: &str,
+    correction: &NewCorrection,
+) -> rusqlite::Result<Option<i64>> {
+    let key = &correction.key;
+    transaction
+        .query_row(
+            "SELECT id FROM corrections WHERE run = ?1 AND step = ?2 AND cell = ?3 AND device = ?4 AND quantity = ?5 AND place = ?6 \
+             AND old = ?7 AND new = ?8 AND revision IS NULL",
+            params![run, step, cell, key.device, key.quantity, key.place, correction.old, correction.new],
+            |row| row.get(0),
+        )
+        .optional()
 }
 
 pub(crate) fn insert(

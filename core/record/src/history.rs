@@ -52,6 +52,14 @@ pub struct TrendPoint {
 }
 
 impl Record {
+    /// The newest runs first, at most `limit`.
+    ///
+    /// # Errors
+    /// When the record cannot be read.
+    pub fn history(&self, limit: u32) -> Result<Vec<RunSummary>, RecordError> {
+        self.find_runs(&RunFilter { limit, ..RunFilter::default() })
+    }
+
     /// The runs wanted, the newest first.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use std::path::Path;
 
 /// The processes that have the database `path`, or a file beside it that belongs to it, open: `4711 (sqlite3)`. Only those of the same user
 /// can be seen.
-pub(crate) fn of(path: &Path) -> Vec<String> {
+pub(crate) fn holders_of(path: &Path) -> Vec<String> {
     let Ok(processes) = fs::read_dir("/proc") else { return Vec::new() };
     let Ok(path) = fs::canonicalize(path) else { return Vec::new() };
     let name = path.as_os_str().to_string_lossy().into_owned();

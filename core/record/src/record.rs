@@ -50,7 +50,7 @@ impl Record {
                     std::thread::sleep(BETWEEN_TRIES);
                 }
                 Err(error) if error.is_locked() => {
-                    let holders = lock_holders::of(&path);
+                    let holders = lock_holders::holders_of(&path);
                     return Err(RecordError::Locked { path, waited_s: longest_wait.as_secs(), holders });
                 }
                 opened => return opened,
@@ -75,7 +75,7 @@ impl Record {
             return error;
         }
         let path = self.directory.join("plumb.sqlite3");
-        let holders = lock_holders::of(&path);
+        let holders = lock_holders::holders_of(&path);
         RecordError::Locked { path, waited_s: LONGEST_WAIT.as_secs(), holders }
     }
 

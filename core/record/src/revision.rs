@@ -1,16 +1,13 @@
 //! Revisions: corrections of one device come into force together, and are brought back together.
 
-use rusqlite::{OptionalExtension as _, Transaction, params};
+use rusqlite::{Transaction, params};
 use serde::Serialize;
 
 use crate::correction::insert;
 use crate::error::During;
+use crate::quantity::CONTROLLER_ZERO;
 use crate::record::timestamp;
 use crate::{CorrectionKey, NewCorrection, Record, RecordError, StoredCorrection};
-
-/// Quantity of a zero that the controller itself keeps. The record knows what it was, but cannot change it: the arm has to be brought to
-/// the pose again.
-pub const CONTROLLER_ZERO: &str = "controller_zero";
 
 /// The revision before the first: nothing was corrected yet.
 const BEFORE_THE_FIRST: i64 = 0;
@@ -214,25 +211,6 @@ impl Record {
             )
             .during("read the first value of a correction")
     }
-}
-
-/// The proposal that this run made at this step before, when it was interrupted there; it is the same finding and is noted once.
-pub(crate) fn proposed_before(
-    transaction: &Transaction<'_>,
-    run: i64,
-    step: &str,
-    cell: &str,
-    correction: &NewCorrection,
-) -> rusqlite::Result<Option<i64>> {
-    let key = &correction.key;
-    transaction
-        .query_row(
-            "SELECT id FROM corrections WHERE run = ?1 AND step = ?2 AND cell = ?3 AND device = ?4 AND quantity = ?5 AND place = ?6 \
-             AND old = ?7 AND new = ?8 AND revision IS NULL",
-            params![run, step, cell, key.device, key.quantity, key.place, correction.old, correction.new],
-            |row| row.get(0),
-        )
-        .optional()
 }
 
 fn new_revision(

@@ -6,18 +6,7 @@ use serde_json::Value;
 
 use crate::error::During;
 use crate::record::timestamp;
-use crate::{Instrument, LoadedFile, Record, RecordError, RunFilter, instrument, loaded, note};
-
-/// Number of a run in its record.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct RunId(pub i64);
-
-impl std::fmt::Display for RunId {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.0.fmt(formatter)
-    }
-}
+use crate::{Instrument, LoadedFile, Record, RecordError, RunId, instrument, loaded, note};
 
 /// What is known when a run starts.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -248,14 +237,6 @@ impl Record {
             .optional()
             .during("read a run")?
             .ok_or(RecordError::NoSuchRun { run: run.0 })
-    }
-
-    /// The newest runs first, at most `limit`.
-    ///
-    /// # Errors
-    /// When the record cannot be read.
-    pub fn history(&self, limit: u32) -> Result<Vec<RunSummary>, RecordError> {
-        self.find_runs(&RunFilter { limit, ..RunFilter::default() })
     }
 
     /// The newest run of `cell` that has not ended, if any.

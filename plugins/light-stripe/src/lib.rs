@@ -9,6 +9,7 @@ pub mod extract;
 pub mod frame;
 pub mod geometry;
 mod pose;
+mod quantity;
 mod rays;
 mod sensor;
 

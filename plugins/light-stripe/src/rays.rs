@@ -5,7 +5,7 @@ use plumb_plugin::Quantity;
 
 use crate::extract::RowPoint;
 use crate::geometry::{Rig, SheetFrame};
-use crate::sensor::quantity;
+use crate::quantity::quantity;
 
 /// The rig's own numbers: where its lens is, mm, its focal lengths, px, its sheet n.x + d = 0, and the frame of the file's sheet, in which corrections of
 /// the sheet are expressed.

@@ -12,6 +12,7 @@ use crate::extract::{Extractor, Image, NoStripe, RowPoint, SpotFinder};
 use crate::frame::FrameFolder;
 use crate::geometry::{Collineation, Rig, SheetFrame, read_rig};
 use crate::pose::{Pose, Way};
+use crate::quantity::quantity;
 use crate::rays;
 
 /// The wired input of pictures.
@@ -178,10 +179,6 @@ const QUANTITIES: &[(&str, &str)] = &[
     ("along_y", ""),
     ("along_z", ""),
 ];
-
-pub(crate) fn quantity(name: &str, value: f64, standard_uncertainty: f64) -> Quantity {
-    Quantity { name: name.to_owned(), value, standard_uncertainty }
-}
 
 impl LightStripe {
     fn take_config(&mut self, config: Config) -> Result<(), PluginError> {

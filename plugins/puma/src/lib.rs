@@ -2,11 +2,11 @@
 //!
 //! The driver is a typist at that terminal. The controller holds one character while it echoes another, so each is sent when the one before has
 //! come back (`typist`); the carriage return that makes a line count is sent only when the whole of it came back as it was typed. What the
-//! controller says is read by its numbers and prompts, not by its columns ([`reply`]), and whatever it complains of is an error from one table
-//! ([`complaint`]).
+//! controller says is read by its numbers and prompts, not by its columns ([`reply`]), and its error messages are looked up in one table
+//! ([`controller_error`]).
 
-pub mod complaint;
 mod configuration;
+pub mod controller_error;
 pub mod joints;
 mod line;
 mod monitor;

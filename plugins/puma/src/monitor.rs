@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use plumb_plugin::PluginError;
 
-use crate::complaint::Complaint;
 use crate::configuration::Configuration;
+use crate::controller_error::ControllerError;
 use crate::joints::{AXES, JOINTS, folded, unfolded};
 use crate::line::{LineError, LineFailure};
 use crate::profile::Profile;
@@ -24,9 +24,9 @@ pub(crate) enum MonitorError {
     /// The conversation failed.
     #[error(transparent)]
     Line(#[from] LineError),
-    /// It complained.
+    /// It reported an error.
     #[error("the controller says \"{}\"", .0.line)]
-    Complaint(Complaint),
+    ControllerError(ControllerError),
     /// The values it shows are not those that were typed.
     #[error(
         "joint {joint} was typed as {typed:.3} and is shown as {shown:.3} degrees; the point was not used and nothing moved"
@@ -45,7 +45,7 @@ impl MonitorError {
     pub(crate) fn plugin_error(&self) -> PluginError {
         match self {
             Self::Line(error) => error.plugin_error(),
-            Self::Complaint(complaint) => complaint.error(),
+            Self::ControllerError(error) => error.error(),
             Self::NotTaken { .. } => PluginError::Failed(self.to_string()),
         }
     }
@@ -105,10 +105,10 @@ impl Monitor {
         std::mem::take(&mut self.typist.profile)
     }
 
-    /// A complaint that came without being asked for: power gone, panic button.
-    pub(crate) fn unasked_complaint(&mut self) -> Result<Option<Complaint>, MonitorError> {
+    /// An error that came without being asked for: power gone, panic button.
+    pub(crate) fn unrequested_error(&mut self) -> Result<Option<ControllerError>, MonitorError> {
         let lines = self.typist.take_unasked()?;
-        Ok(lines.iter().find_map(|line| Complaint::in_line(line)))
+        Ok(lines.iter().find_map(|line| ControllerError::in_line(line)))
     }
 
     /// Where the joints stand, degrees; `near` is where they are thought to be, for angles that are shown folded.
@@ -225,8 +225,8 @@ impl Monitor {
         should_stop: &mut dyn FnMut() -> bool,
     ) -> Result<MotionEnd, MonitorError> {
         match self.typist.ask_for_motion(text, within, should_stop) {
-            Ok(Waited::Answered(reply)) => match reply.complaint() {
-                Some(complaint) => Err(self.complains(complaint)),
+            Ok(Waited::Answered(reply)) => match reply.controller_error() {
+                Some(error) => Err(self.controller_error(error)),
                 None => Ok(MotionEnd::Arrived),
             },
             Ok(Waited::Interrupted(_)) => {
@@ -252,15 +252,15 @@ impl Monitor {
                 return Err(self.instead_of_echo(error));
             }
         };
-        let complaint = reply.complaint();
-        if complaint.is_none() && reply.ending == ending {
+        let error = reply.controller_error();
+        if error.is_none() && reply.ending == ending {
             return Ok(reply);
         }
         if reply.ending != Ending::Command {
             self.typist.cancel()?;
         }
-        match complaint {
-            Some(complaint) => Err(self.complains(complaint)),
+        match error {
+            Some(error) => Err(self.controller_error(error)),
             None => Err(self.unexpected(text, &reply)),
         }
     }
@@ -269,16 +269,16 @@ impl Monitor {
     fn instead_of_echo(&mut self, error: LineError) -> MonitorError {
         let failed_echo =
             matches!(error.failure, LineFailure::WrongEcho { .. } | LineFailure::NotEchoed { .. });
-        match self.unasked_complaint() {
-            Ok(Some(complaint)) if failed_echo => MonitorError::Complaint(complaint),
+        match self.unrequested_error() {
+            Ok(Some(error)) if failed_echo => MonitorError::ControllerError(error),
             _ => error.into(),
         }
     }
 
-    /// A complaint; what the controller has said before without being asked (the panic button) tells better what happened.
-    fn complains(&mut self, complaint: Complaint) -> MonitorError {
-        let earlier = self.unasked_complaint().ok().flatten();
-        MonitorError::Complaint(earlier.unwrap_or(complaint))
+    /// An error; what the controller has said before without being asked (the panic button) tells better what happened.
+    fn controller_error(&mut self, error: ControllerError) -> MonitorError {
+        let earlier = self.unrequested_error().ok().flatten();
+        MonitorError::ControllerError(earlier.unwrap_or(error))
     }
 
     fn only_row(&self, text: &str, reply: &Reply, near: &[f64; AXES]) -> Result<[f64; AXES], MonitorError> {

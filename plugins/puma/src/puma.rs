@@ -7,8 +7,8 @@ use plumb_plugin::{
     PluginError, Robot, RobotCapabilities, RobotDescription, Value,
 };
 
-use crate::complaint::Consequence;
 use crate::configuration::Configuration;
+use crate::controller_error::Consequence;
 use crate::joints::{AXES, JOINTS, READY, is_plain};
 use crate::monitor::{Monitor, MonitorError, MotionEnd, Taught, alike};
 use crate::profile::Profile;
@@ -120,8 +120,8 @@ impl Robot for Puma {
         if self.host.should_stop() {
             return Err(PluginError::stopped());
         }
-        if let Some(complaint) = self.done(|monitor, _| monitor.unasked_complaint())? {
-            let error = complaint.error();
+        if let Some(error) = self.done(|monitor, _| monitor.unrequested_error())? {
+            let error = error.error();
             self.doubt = Some(error.text().to_owned());
             return Err(error);
         }
@@ -129,7 +129,7 @@ impl Robot for Puma {
         if end == MotionEnd::Stopped {
             self.read(None)?;
             self.come_to_rest()?;
-            return Err(PluginError::Stopped(format!("stopped; the arm stands at {}", self.in_words())));
+            return Err(PluginError::Stopped(format!("stopped; the arm is at {}", self.in_words())));
         }
         self.read(Some(target))?;
         self.require_arrived(&target)?;
@@ -212,8 +212,8 @@ impl Puma {
     ) -> Result<T, PluginError> {
         act(&mut self.monitor, &self.last).map_err(|error| {
             let harmless = match &error {
-                MonitorError::Complaint(complaint) => {
-                    matches!(complaint.meaning().consequence, Consequence::OutOfRange | Consequence::Refused)
+                MonitorError::ControllerError(error) => {
+                    matches!(error.meaning().consequence, Consequence::OutOfRange | Consequence::Refused)
                 }
                 _ => false,
             };
@@ -229,7 +229,7 @@ impl Puma {
         match &self.doubt {
             None => Ok(()),
             Some(reason) => Err(PluginError::NotReady(format!(
-                "the arm is not moved after this ({reason}): look where it stands, then activate it again"
+                "the arm is not moved after this ({reason}): look where it is, then activate it again"
             ))),
         }
     }
@@ -388,7 +388,7 @@ impl Puma {
             .find(|(_, (a, b))| (*a - *b).abs() > ARRIVED_WITHIN);
         let Some((joint, (target, stands))) = off else { return Ok(()) };
         let text = format!(
-            "{} was sent to {target:.2} and stands at {stands:.2} degrees, although the controller said that it had arrived: did somebody drive it with the pendant?",
+            "{} was sent to {target:.2} and is at {stands:.2} degrees, although the controller reported that it had arrived: did somebody drive it with the pendant?",
             joint.name
         );
         self.doubt = Some(text.clone());

@@ -1,6 +1,6 @@
 //! What the controller answers: lines up to a prompt or a question. Numbers are read as they come, whatever their columns.
 
-use crate::complaint::Complaint;
+use crate::controller_error::ControllerError;
 
 /// What the controller waits for after an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub struct Reply {
 }
 
 /// How what has come so far ends, if it can be an end. How quiet the line is says nothing: on a busy machine an answer comes in pieces. A `*` may be
-/// the beginning of a complaint, and an unknown question may go on: those are ends only if nothing has followed when all the time is over that an
+/// the beginning of an error, and an unknown question may go on: those are ends only if nothing has followed when all the time is over that an
 /// answer may take. Nothing follows the question for changes of a point, or one that ends with `(Y/N)?`, but what is typed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
@@ -91,9 +91,9 @@ impl Reply {
         Self { lines: lines.filter(|line| !prompt(line)).collect(), ending }
     }
 
-    /// What it complains of, if it does.
-    pub fn complaint(&self) -> Option<Complaint> {
-        self.lines.iter().find_map(|line| Complaint::in_line(line))
+    /// The error it reports, if it does.
+    pub fn controller_error(&self) -> Option<ControllerError> {
+        self.lines.iter().find_map(|line| ControllerError::in_line(line))
     }
 
     /// Whether the controller introduces itself: it was started anew.
@@ -194,9 +194,9 @@ mod tests {
     }
 
     #[test]
-    fn a_complaint_behind_a_busy_prompt_is_one() {
+    fn an_error_behind_a_busy_prompt_is_one() {
         let reply = Reply::of(b"\r\n* *Panic command*\r\n. ", Ending::Command);
-        assert_eq!(reply.complaint().map(|complaint| complaint.line), Some("*Panic command*".to_owned()));
+        assert_eq!(reply.controller_error().map(|error| error.line), Some("*Panic command*".to_owned()));
     }
 
     proptest! {
@@ -207,7 +207,7 @@ mod tests {
             for row in reply.rows() {
                 prop_assert!(row.iter().all(|number| number.is_finite()));
             }
-            let _ = (reply.complaint(), reply.is_greeting());
+            let _ = (reply.controller_error(), reply.is_greeting());
         }
 
         #[test]

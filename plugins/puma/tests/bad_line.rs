@@ -68,7 +68,7 @@ fn a_message_that_comes_in_pieces_is_read_to_its_end() {
 }
 
 #[test]
-fn a_complaint_that_answers_a_command_in_pieces_is_that_complaint() {
+fn an_error_that_answers_a_command_in_pieces_is_that_error() {
     // A `*` alone is what a busy controller shows, too: it counts as that only when nothing follows it.
     for pause_ms in [100, 300] {
         for dialect in [Dialect::Mark2, Dialect::Mark1, Dialect::Late] {
@@ -133,7 +133,7 @@ fn a_character_that_comes_back_as_another_cancels_the_line_in_careful_typing() {
 
 #[test]
 fn a_damaged_line_typed_fast_is_cancelled_before_it_counts_and_typed_again_with_care() {
-    // With the comparison off the controller would be told the damaged line, and complain of it, or take another number. The first line has 8 characters;
+    // With the comparison off the controller would be told the damaged line, and report an error, or take another number. The first line has 8 characters;
     // nothing echoes whether its carriage return arrives.
     for byte in 1..=8 {
         for way in ["to-arm", "from-arm"] {

@@ -1,23 +1,25 @@
 //! A simulated robot, and the world it stands in.
 //!
-//! [`world`] is the world of a TeachMover, [`puma`] that of a PUMA 560, [`world_file`] reads the file of either, and [`served_world`] is what
+//! [`world`] is the world of a TeachMover, [`arm`] that of any other arm (a PUMA 560, or one described by files), [`world_file`] reads the file of either, and [`served_world`] is what
 //! both are to [`serve`], the process they live in. [`protocol`] is what is said over its socket, and [`client`] the end of that socket which
 //! drivers, emulators and operators hold. [`SimulatedRobot`] is the plugin. [`emulate`] puts controllers of real arms before the world, for
 //! their real drivers. [`physics`] is the mechanics of serial arms of any build, and makes measurements on them.
 
+pub mod arm;
 pub mod client;
 pub mod emulate;
+mod joint_values;
 pub mod light;
 mod lines;
 pub mod physics;
 pub mod protocol;
-pub mod puma;
 mod robot;
 pub mod serve;
 pub mod served_world;
 pub mod world;
 pub mod world_file;
 
+pub use joint_values::{JointValues, MOST_JOINTS};
 pub use robot::SimulatedRobot;
 
 plumb_plugin::export_robot!(SimulatedRobot, include_str!("../plugin.yaml"));

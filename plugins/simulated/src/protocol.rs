@@ -7,7 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::world::{AXES, ControllerReading, Joint, LineChange, Truth};
+use crate::joint_values::JointValues;
+use crate::world::{ControllerReading, Joint, LineChange, Truth};
 
 /// The version of this protocol; both sides must speak the same.
 pub const PROTOCOL: u32 = 1;
@@ -47,6 +48,9 @@ pub struct Welcome {
     pub input_lines: u32,
     /// Output lines of its controller.
     pub output_lines: u32,
+    /// How long its brakes take from full speed, ms; 0 for an arm that has none.
+    #[serde(default)]
+    pub braking_ms: u32,
     /// Its joints, in the order of every list of joint values.
     pub joints: Vec<JointFacts>,
 }
@@ -101,8 +105,8 @@ pub struct Call {
     pub verb: Verb,
 }
 
-/// A value for each joint that takes part, rad or mm; null leaves a joint out.
-pub type SomeJoints = [Option<f64>; AXES];
+/// A value for each joint of the arm, rad or mm; null leaves a joint out.
+pub type SomeJoints = Vec<Option<f64>>;
 
 /// What a client may want.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -131,7 +135,7 @@ pub enum Verb {
     /// Has the controller believe that the joints stand so; ends with [`Say::Reading`].
     SetZero {
         /// What the joints shall read.
-        joints: [f64; AXES],
+        joints: JointValues,
     },
     /// Hands the arm to its teach pendant or takes it back; ends with [`Say::Reading`].
     Pendant {
@@ -164,7 +168,7 @@ pub enum Verb {
     /// Drives the motors themselves, as a controller does; ends with [`Say::Reading`] when the arm stands.
     Step {
         /// Half-steps of each motor: base, shoulder, elbow, right wrist, left wrist, gripper.
-        half_steps: [f64; AXES],
+        half_steps: JointValues,
         /// Speed of the motor with the most, half-steps/s.
         rate: f64,
     },
@@ -385,9 +389,10 @@ pub struct Reading {
     /// Whether the motion asked for was cut short.
     pub stopped: bool,
     /// Joint values, rad or mm.
-    pub joints: [f64; AXES],
-    /// Half-steps issued: base, shoulder, elbow, right wrist, left wrist, gripper.
-    pub half_steps: [f64; AXES],
+    pub joints: JointValues,
+    /// What each motor's counter reads: a TeachMover's half-steps issued (base, shoulder, elbow, right wrist, left wrist, gripper), other arms'
+    /// encoder counts; empty where nobody counts.
+    pub half_steps: JointValues,
     /// Levels of the input lines.
     pub inputs: u64,
     /// Levels of the output lines.
@@ -407,8 +412,8 @@ impl Reading {
             time_ns: reading.time_ns,
             moving: reading.moving,
             stopped: false,
-            joints: reading.joints.0,
-            half_steps: reading.half_steps.0,
+            joints: reading.joints.0.into(),
+            half_steps: reading.half_steps.0.into(),
             inputs: reading.inputs,
             outputs,
             grip: reading.grip,
@@ -430,9 +435,9 @@ pub struct Change {
     /// The bits that changed.
     pub changed: u64,
     /// The joints at that moment, rad or mm.
-    pub joints: [f64; AXES],
+    pub joints: JointValues,
     /// They are known to within this, rad or mm.
-    pub half_width: [f64; AXES],
+    pub half_width: JointValues,
 }
 
 impl From<LineChange> for Change {
@@ -442,8 +447,8 @@ impl From<LineChange> for Change {
             time_ns: change.time_ns,
             levels: change.levels,
             changed: change.changed,
-            joints: change.joints.0,
-            half_width: change.half_width.0,
+            joints: change.joints.0.into(),
+            half_width: change.half_width.0.into(),
         }
     }
 }
@@ -454,9 +459,9 @@ pub struct TruthReport {
     /// The world's time, ns.
     pub time_ns: u64,
     /// Joint values as the controller reckons them, rad or mm.
-    pub reckoned: [f64; AXES],
+    pub reckoned: JointValues,
     /// True attitudes, rad or mm.
-    pub attitudes: [f64; AXES],
+    pub attitudes: JointValues,
     /// Where the wrist is: x, y, z, mm.
     pub wrist_mm: [f64; 3],
     /// Where the sensor's face is: x, y, z, mm; z is its height over the table.
@@ -468,7 +473,7 @@ pub struct TruthReport {
     /// Whether the arm rests on something it cannot enter.
     pub touching: bool,
     /// Half-steps issued that the motors did not make.
-    pub lost_half_steps: [f64; AXES],
+    pub lost_half_steps: JointValues,
 }
 
 impl From<Truth> for TruthReport {
@@ -476,21 +481,21 @@ impl From<Truth> for TruthReport {
         let place = |point: crate::world::Point| [point.x, point.y, point.z];
         TruthReport {
             time_ns: truth.time_ns,
-            reckoned: truth.reckoned.0,
-            attitudes: truth.attitudes.0,
+            reckoned: truth.reckoned.0.into(),
+            attitudes: truth.attitudes.0.into(),
             wrist_mm: place(truth.pose.wrist),
             sensor_mm: place(truth.pose.tool),
             signal: truth.seen.signal,
             fired: truth.fired,
             touching: truth.touching,
-            lost_half_steps: truth.lost.0,
+            lost_half_steps: truth.lost.0.into(),
         }
     }
 }
 
-/// A list of joint values in which one joint takes part.
+/// A list of joint values in which one joint of a TeachMover takes part.
 pub fn only(joint: Joint, value: f64) -> SomeJoints {
-    std::array::from_fn(|axis| (axis == joint.place()).then_some(value))
+    Joint::ALL.iter().map(|other| (*other == joint).then_some(value)).collect()
 }
 
 #[cfg(test)]
@@ -523,8 +528,14 @@ mod tests {
     #[test]
     fn a_pose_comes_through_to_the_last_digit() {
         let joints = [0.1 + 0.2, -1.0 / 3.0, 1e-13, std::f64::consts::PI, -0.0, 123_456.789_012_345_67];
-        let change =
-            Change { number: 1, time_ns: u64::MAX, levels: 1, changed: 1, joints, half_width: [0.0; 6] };
+        let change = Change {
+            number: 1,
+            time_ns: u64::MAX,
+            levels: 1,
+            changed: 1,
+            joints: joints.into(),
+            half_width: [0.0; 6].into(),
+        };
         assert_eq!(there_and_back(&change), change);
     }
 }

@@ -9,8 +9,8 @@ use plumb_plugin::{
 use serde::Deserialize;
 
 use crate::client::{ClientError, WorldClient};
+use crate::joint_values::JointValues;
 use crate::protocol::{self, Change, PendantKey, Reading, Say, Verb};
-use crate::world::AXES;
 
 /// The stream of joint states.
 const JOINTS: &str = "joints";
@@ -19,8 +19,6 @@ const INPUTS: &str = "inputs";
 
 /// The slowest a stop takes effect: a look at the stop, the world's slice, and a half-step, or the brakes of an arm that has any.
 const STOP_TIME_MS: u32 = 50;
-/// How much longer an arm with brakes takes at full speed.
-const BRAKING_MS: u32 = 250;
 
 /// What the cell file gives.
 #[derive(Debug, Deserialize)]
@@ -45,7 +43,7 @@ impl Robot for SimulatedRobot {
     fn create(config: &Value, host: Host) -> Result<Self, PluginError> {
         let config: Config = Config::deserialize(config).map_err(|error| {
             PluginError::Refused(format!(
-                "{error}; a simulated robot takes {{arm: teachmover}} or {{arm: puma560}} and, from the cell, the socket of its world"
+                "{error}; a simulated robot takes the name of its world's arm, as {{arm: teachmover}}, {{arm: puma560}} or what an arm file says, and, from the cell, the socket of its world"
             ))
         })?;
         let world = WorldClient::connect(&config.world, "simulated")?;
@@ -78,13 +76,9 @@ impl Robot for SimulatedRobot {
     }
 
     fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError> {
-        if motion.target.len() != AXES {
-            return Err(PluginError::Refused(format!(
-                "a target of {} joint values for an arm of {AXES} joints",
-                motion.target.len()
-            )));
-        }
-        let joints = std::array::from_fn(|axis| motion.target.get(axis).filter(|_| motion.moves(axis)));
+        let joints = self.values_of("a target of ", &motion.target)?;
+        let joints =
+            joints.iter().enumerate().map(|(axis, value)| motion.moves(axis).then_some(*value)).collect();
         let verb = Verb::Move { joints, relative: motion.relative != 0, speed: motion.speed_fraction };
         if self.host.should_stop() {
             return Err(PluginError::stopped());
@@ -125,14 +119,20 @@ impl Robot for SimulatedRobot {
     }
 
     fn set_zero(&mut self, joints: &JointVector) -> Result<(), PluginError> {
-        let joints = <[f64; AXES]>::try_from(joints.as_slice()).map_err(|_| {
-            PluginError::Refused(format!("{} joint values for an arm of {AXES} joints", joints.len()))
-        })?;
+        let joints = self.values_of("", joints)?;
         self.ask(Verb::SetZero { joints }).map(drop)
     }
 }
 
 impl SimulatedRobot {
+    /// One value for each joint of the arm, or a refusal that says how many were given.
+    fn values_of(&self, what: &str, joints: &JointVector) -> Result<JointValues, PluginError> {
+        let count = self.description.joints.len();
+        JointValues::from_slice(joints.as_slice()).filter(|values| values.len() == count).ok_or_else(|| {
+            PluginError::Refused(format!("{what}{} joint values for an arm of {count} joints", joints.len()))
+        })
+    }
+
     /// Makes a call and emits all that happens meanwhile; at its end the joints and, last, the input levels, so that whoever has
     /// seen these has seen everything before them.
     fn ask(&mut self, verb: Verb) -> Result<Reading, PluginError> {
@@ -181,7 +181,7 @@ fn levels(reading: &Reading) -> DigitalInputs {
         time_ns: reading.time_ns,
         levels: reading.inputs,
         joints: vector(&reading.joints),
-        joints_half_width: JointVector::zeros(AXES),
+        joints_half_width: JointVector::zeros(reading.joints.len()),
         ..Default::default()
     }
 }
@@ -197,8 +197,8 @@ fn changed(change: &Change) -> DigitalInputs {
     }
 }
 
-fn vector(values: &[f64; AXES]) -> JointVector {
-    let mut vector = JointVector::zeros(AXES);
+fn vector(values: &JointValues) -> JointVector {
+    let mut vector = JointVector::zeros(values.len());
     vector.as_mut_slice().copy_from_slice(values);
     vector
 }
@@ -220,7 +220,6 @@ fn description(world: &WorldClient) -> RobotDescription {
     let lines = |what: &str, count: u32| {
         (0..count).map(|bit| LineDescription { name: format!("{what} {}", bit + 1), bit }).collect()
     };
-    let braking = if there.arm == "puma560" { BRAKING_MS } else { 0 };
     RobotDescription {
         model: format!("{} (simulated: {})", there.model, there.world),
         joints: joints.collect(),
@@ -228,7 +227,7 @@ fn description(world: &WorldClient) -> RobotDescription {
         outputs: lines("output", there.output_lines),
         capabilities: RobotCapabilities {
             interruptible: true,
-            stop_time_ms: STOP_TIME_MS + braking,
+            stop_time_ms: STOP_TIME_MS + there.braking_ms,
             jog: true,
             only_pendant_ends_jog: false,
             set_zero: true,

@@ -9,19 +9,22 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
 
-use crate::puma::{PumaDescription, PumaWorld};
+use crate::arm::{ArmWorld, ArmWorldDescription};
 use crate::served_world::ServedWorld;
 pub use crate::world::file::WorldFileError;
 use crate::world::file::{parse as parse_teachmover, seal};
 use crate::world::{World, WorldDescription};
+
+/// The keys under `arm:` that stand for another arm than a TeachMover.
+const OTHER_ARMS: [&str; 2] = ["puma560", "described"];
 
 /// What a world file describes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Described {
     /// A world with a TeachMover.
     TeachMover(Box<WorldDescription>),
-    /// A world with a PUMA 560.
-    Puma(Box<PumaDescription>),
+    /// A world with another arm: a PUMA 560, or one that files describe.
+    Arm(Box<ArmWorldDescription>),
 }
 
 impl Described {
@@ -29,7 +32,7 @@ impl Described {
     pub fn set_seed(&mut self, seed: u64) {
         match self {
             Described::TeachMover(world) => world.seed = seed,
-            Described::Puma(world) => world.seed = seed,
+            Described::Arm(world) => world.seed = seed,
         }
     }
 
@@ -37,7 +40,7 @@ impl Described {
     pub fn sealed_text(&self) -> Option<&str> {
         match self {
             Described::TeachMover(world) => world.sealed_text.as_deref(),
-            Described::Puma(world) => world.sealed_text.as_deref(),
+            Described::Arm(world) => world.sealed_text.as_deref(),
         }
     }
 
@@ -45,7 +48,7 @@ impl Described {
     pub fn into_world(self) -> Box<dyn ServedWorld> {
         match self {
             Described::TeachMover(world) => Box::new(World::new(*world)),
-            Described::Puma(world) => Box::new(PumaWorld::new(*world)),
+            Described::Arm(world) => Box::new(ArmWorld::new(*world)),
         }
     }
 }
@@ -70,14 +73,22 @@ pub fn parse(file: &str, text: &str) -> Result<Described, WorldFileError> {
         return parse_open(file, text);
     }
     let text = crate::world::file::seal::open(file, text)?;
-    // A message about the text would give it away.
-    let mut described =
-        parse_open(file, &text).map_err(|_| WorldFileError::BrokenSeal { file: file.to_owned() })?;
+    let mut described = parse_open(file, &text).map_err(|error| unsealed(file, error))?;
     match &mut described {
         Described::TeachMover(world) => world.sealed_text = Some(text),
-        Described::Puma(world) => world.sealed_text = Some(text),
+        Described::Arm(world) => world.sealed_text = Some(text),
     }
     Ok(described)
+}
+
+/// What may be told of a mistake under a seal: a message about the sealed text would give it away, one about an arm file beside it would not.
+fn unsealed(file: &str, error: WorldFileError) -> WorldFileError {
+    match error {
+        WorldFileError::Wrong { file: other, line, column, problem } if other != file => {
+            WorldFileError::Wrong { file: other, line, column, problem }
+        }
+        _ => WorldFileError::BrokenSeal { file: file.to_owned() },
+    }
 }
 
 /// Writes a world file under a seal, after checking it.
@@ -97,18 +108,18 @@ pub fn write_sealed(path: &Path, sealed: &Path) -> Result<(), WorldFileError> {
 }
 
 fn parse_open(file: &str, text: &str) -> Result<Described, WorldFileError> {
-    if is_of_a_puma(text) {
-        return crate::puma::file::parse(file, text).map(|world| Described::Puma(Box::new(world)));
+    if is_of_another_arm(text) {
+        return crate::arm::file::parse(file, text).map(|world| Described::Arm(Box::new(world)));
     }
     parse_teachmover(file, text).map(|world| Described::TeachMover(Box::new(world)))
 }
 
-/// Whether the key under `arm:` is a PUMA's; a text that cannot be read so far is told its mistakes elsewhere.
-fn is_of_a_puma(text: &str) -> bool {
+/// Whether the key under `arm:` is another's than a TeachMover's; a text that cannot be read so far is told its mistakes elsewhere.
+fn is_of_another_arm(text: &str) -> bool {
     #[derive(Deserialize)]
     struct Beginning {
         arm: BTreeMap<String, IgnoredAny>,
     }
     let beginning: Result<Beginning, _> = serde_yaml::from_str(text);
-    beginning.is_ok_and(|beginning| beginning.arm.contains_key("puma560"))
+    beginning.is_ok_and(|beginning| OTHER_ARMS.iter().any(|key| beginning.arm.contains_key(*key)))
 }

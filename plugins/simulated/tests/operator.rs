@@ -24,7 +24,7 @@ fn place_at_height(client: &mut WorldClient, height_mm: f64) {
         let truth = client.look().unwrap();
         let short = height_mm - truth.sensor_mm[2];
         let shoulder = truth.attitudes[1] + short / (177.8 * truth.attitudes[1].cos());
-        client.read(Verb::Place { joints: only(Joint::Shoulder, shoulder) }).unwrap();
+        client.read(Verb::Place { joints: only(Joint::Shoulder, shoulder).into() }).unwrap();
     }
 }
 
@@ -52,7 +52,7 @@ fn level_and_ruler_read_what_stands_there() {
     let mut client = served.connect();
     let mut joints = only(Joint::WristPitch, -88.5_f64.to_radians());
     joints[1] = Some(0.7);
-    client.read(Verb::Place { joints }).unwrap();
+    client.read(Verb::Place { joints: joints.into() }).unwrap();
     let (tilt, unit) = measure(&mut client, Instrument::Level);
     assert!((tilt - 1.5).abs() < 1e-8 && unit == "deg", "{tilt} {unit}");
     let (height, unit) = measure(&mut client, Instrument::Ruler);
@@ -78,12 +78,12 @@ fn a_controller_steps_the_motors_themselves() {
     let mut client = served.connect();
     let before = client.read(Verb::Read {}).unwrap();
     let half_steps = [0.0, 100.0, -40.0, 0.0, 0.0, -40.0];
-    let after = client.read(Verb::Step { half_steps, rate: 200.0 }).unwrap();
+    let after = client.read(Verb::Step { half_steps: half_steps.into(), rate: 200.0 }).unwrap();
     let issued: Vec<f64> = (0..6).map(|motor| after.half_steps[motor] - before.half_steps[motor]).collect();
     assert_eq!(issued, half_steps);
     assert_eq!(after.time_ns - before.time_ns, 500_000_000, "100 half-steps at 200 a second");
     assert!((after.joints[5] - before.joints[5]).abs() < 1e-12, "the gripper's motor went with the elbow's");
-    let refused = client.read(Verb::Step { half_steps, rate: 0.0 }).unwrap_err();
+    let refused = client.read(Verb::Step { half_steps: half_steps.into(), rate: 0.0 }).unwrap_err();
     assert_eq!(
         refused.to_string(),
         "a motor makes at most 100000 half-steps in one motion, and 1 to 100000 in a second"
@@ -100,11 +100,12 @@ fn a_closing_gripper_feels_what_it_holds() {
     let mut reading = client.read(Verb::Read {}).unwrap();
     while !reading.grip {
         assert!(reading.joints[5] > 5.0, "nothing was felt");
-        reading =
-            client.read(Verb::Step { half_steps: [0.0, 0.0, 0.0, 0.0, 0.0, -1.0], rate: 40.0 }).unwrap();
+        reading = client
+            .read(Verb::Step { half_steps: [0.0, 0.0, 0.0, 0.0, 0.0, -1.0].into(), rate: 40.0 })
+            .unwrap();
     }
     assert!((reading.joints[5] - 12.7).abs() < 0.5, "{}", reading.joints[5]);
-    let close = Verb::Move { joints: only(Joint::Gripper, 0.0), relative: false, speed: 1.0 };
+    let close = Verb::Move { joints: only(Joint::Gripper, 0.0).into(), relative: false, speed: 1.0 };
     client.read(close).unwrap();
     let truth = client.look().unwrap();
     assert!((truth.attitudes[5] - 12.7).abs() < 1e-9);

@@ -4,9 +4,9 @@
 
 use std::path::Path;
 
+use plumb_simulated::arm::ArmWorld;
 use plumb_simulated::protocol::Instrument;
-use plumb_simulated::puma::PumaWorld;
-use plumb_simulated::served_world::{ServedWorld, Use};
+use plumb_simulated::served_world::{Arm, Camera, LevelledJoints, Operator, ServedWorld, Use};
 use plumb_simulated::world_file::{Described, parse, read};
 
 const IDEAL: &str = "world: ideal\narm: {puma560: {resolution: continuous}}\n";
@@ -17,23 +17,23 @@ const STRETCHED: [f64; 6] = [90.0, 0.0, 90.0, 90.0, 0.0, 45.0];
 const HANGING: [f64; 6] = [90.0, 0.0, 180.0, -90.0, 0.0, 45.0];
 const FLIPPED: [f64; 6] = [90.0, 0.0, 180.0, 90.0, 0.0, -135.0];
 
-fn world_of(text: &str) -> PumaWorld {
+fn world_of(text: &str) -> ArmWorld {
     match parse("world.yaml", text).unwrap() {
-        Described::Puma(world) => PumaWorld::new(*world),
+        Described::Arm(world) => ArmWorld::new(*world),
         other => panic!("{other:?}"),
     }
 }
 
-fn go(world: &mut PumaWorld, degrees: [f64; 6]) {
-    world.begin(degrees.map(f64::to_radians), 1.0).unwrap();
+fn go(world: &mut ArmWorld, degrees: [f64; 6]) {
+    world.begin(&degrees.map(f64::to_radians), 1.0).unwrap();
     world.finish_motion();
 }
 
-fn level(world: &mut PumaWorld, at: &str, turned: bool) -> f64 {
+fn level(world: &mut ArmWorld, at: &str, turned: bool) -> f64 {
     world.measure(&Use { with: Instrument::Level, at: Some(at), turned, axis: None, rising: None }).unwrap().0
 }
 
-fn ruler(world: &mut PumaWorld) -> f64 {
+fn ruler(world: &mut ArmWorld) -> f64 {
     world
         .measure(&Use { with: Instrument::Ruler, at: None, turned: false, axis: None, rising: None })
         .unwrap()
@@ -41,7 +41,7 @@ fn ruler(world: &mut PumaWorld) -> f64 {
 }
 
 /// Where the flange is and how it is turned: its place, x and z, mm.
-fn hand(world: &PumaWorld) -> [[f64; 3]; 3] {
+fn hand(world: &ArmWorld) -> [[f64; 3]; 3] {
     let flange = world.standing().unwrap().posture.world_from_flange;
     [flange.translation.into(), flange.rotation.x.into(), flange.rotation.z.into()]
 }
@@ -113,8 +113,8 @@ fn a_flipped_wrist_tells_joint_5s_zero_from_the_mounts_tilt() {
         go(&mut world, pose);
         let used =
             Use { with: Instrument::Level, at: Some("cage_back"), turned: false, axis: None, rising: None };
-        while let Some(order) = world.level_order("wrist_bend", &used).unwrap() {
-            ServedWorld::begin(&mut world, &order).unwrap();
+        while let Some(order) = world.level_request("wrist_bend", &used).unwrap() {
+            Arm::begin(&mut world, &order).unwrap();
             world.finish_motion();
         }
         motions.push(world.believed()[4].to_degrees());
@@ -139,9 +139,9 @@ fn what_is_declared_moves_the_zeros_and_not_the_arm() {
     let text = "world: w\narm: {puma560: {resolution: continuous, zero_error: {elbow_deg: 1.5}}}\n";
     let mut world = world_of(text);
     let before = hand(&world);
-    let mut joints = world.believed();
+    let mut joints = world.believed().to_vec();
     joints[2] += 1.5_f64.to_radians();
-    world.declare(joints).unwrap();
+    world.declare(&joints).unwrap();
     assert_eq!(hand(&world), before);
     assert!(world.zero_errors()[2].abs() < 1e-12);
 }
@@ -169,9 +169,9 @@ fn a_cage_sags_on_a_soft_shoulder_and_more_when_stretched_out() {
 #[test]
 fn a_stop_brakes_and_the_joints_stand_where_the_encoders_can_count() {
     let mut world = world_of("world: w\narm: {puma560: {resolution: encoder}}\n");
-    let mut target = world.believed();
+    let mut target = world.believed().to_vec();
     target[0] += 1.0;
-    world.begin(target, 1.0).unwrap();
+    world.begin(&target, 1.0).unwrap();
     world.advance(1_200_000_000);
     let here = world.believed()[0];
     world.brake();
@@ -200,15 +200,15 @@ fn what_cannot_be_measured_or_reached_is_said() {
         measure(Instrument::Level, "forearm")
             .starts_with("the surface leans by 90.0 deg: the bubble is at its end")
     );
-    let mut target = world.believed();
+    let mut target = world.believed().to_vec();
     target[2] = 4.2;
     assert_eq!(
-        world.begin(target, 1.0).unwrap_err().to_string(),
+        world.begin(&target, 1.0).unwrap_err().to_string(),
         "joint `elbow` has its stops at -49 and 229 deg; 240.64 deg lies beyond them"
     );
     go(&mut world, STRETCHED);
     let used = Use { with: Instrument::Level, at: Some("forearm"), turned: false, axis: None, rising: None };
-    assert_eq!(world.level_order("flange", &used), Ok(None), "it is level already");
+    assert_eq!(world.level_request("flange", &used), Ok(None), "it is level already");
 }
 
 #[test]
@@ -239,7 +239,7 @@ fn wrong_world_files_say_where_and_what_would_be_right() {
 #[test]
 fn the_world_that_comes_with_the_program_can_be_read_and_sealed() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../workcells/puma/world.yaml");
-    let Described::Puma(open) = read(&file).unwrap() else { panic!("not a PUMA") };
+    let Described::Arm(open) = read(&file).unwrap() else { panic!("not a PUMA") };
     let errors = open.drawn_zero_error();
     assert_eq!(errors[0], 0.0);
     assert!(errors[1..].iter().all(|error| error.abs() <= 2.0_f64.to_radians() && *error != 0.0));
@@ -248,7 +248,7 @@ fn the_world_that_comes_with_the_program_can_be_read_and_sealed() {
     plumb_simulated::world_file::write_sealed(&file, &sealed).unwrap();
     let text = std::fs::read_to_string(&sealed).unwrap();
     assert!(!text.contains("zero_error"));
-    let Described::Puma(opened) = read(&sealed).unwrap() else { panic!("not a PUMA") };
+    let Described::Arm(opened) = read(&sealed).unwrap() else { panic!("not a PUMA") };
     assert!(opened.sealed_text.is_some());
     assert_eq!((opened.zero_error_within, opened.table), (open.zero_error_within, open.table));
 }
@@ -257,32 +257,32 @@ fn the_world_that_comes_with_the_program_can_be_read_and_sealed() {
 #[test]
 fn a_camera_that_takes_pictures_by_itself_takes_none_at_rest_and_time_never_runs_back() {
     let cell = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../workcells/light-stripe/world.yaml");
-    let Described::Puma(described) = read(&cell).unwrap() else { panic!("no PUMA") };
-    let mut world = PumaWorld::new(*described);
-    let mut time_ns = ServedWorld::reading(&world).time_ns;
-    let mut pass = |world: &mut PumaWorld, ms: u64| {
-        let before_ns = ServedWorld::reading(world).time_ns;
+    let Described::Arm(described) = read(&cell).unwrap() else { panic!("no PUMA") };
+    let mut world = ArmWorld::new(*described);
+    let mut time_ns = Arm::reading(&world).time_ns;
+    let mut pass = |world: &mut ArmWorld, ms: u64| {
+        let before_ns = Arm::reading(world).time_ns;
         time_ns = time_ns.max(before_ns) + ms * 1_000_000;
         ServedWorld::advance(world, time_ns);
-        assert_eq!(ServedWorld::reading(world).time_ns, time_ns);
+        assert_eq!(Arm::reading(world).time_ns, time_ns);
     };
     pass(&mut world, 500);
-    ServedWorld::set_shutter(&mut world, Some(20_000_000)).unwrap();
+    Camera::set_shutter(&mut world, Some(20_000_000)).unwrap();
     pass(&mut world, 500);
-    assert_eq!(ServedWorld::expose(&mut world).unwrap().waiting, 0, "none was taken at rest");
-    let mut there = ServedWorld::reading(&world).joints;
+    assert_eq!(Camera::expose(&mut world).unwrap().waiting, 0, "none was taken at rest");
+    let mut there = Arm::reading(&world).joints;
     there[0] += 0.02;
-    world.begin(there, 0.05).unwrap();
+    world.begin(&there, 0.05).unwrap();
     let ends_ns = world.travel_ends_ns().unwrap();
-    while ServedWorld::reading(&world).time_ns < ends_ns {
+    while Arm::reading(&world).time_ns < ends_ns {
         pass(&mut world, 7);
     }
     pass(&mut world, 500);
-    let first = ServedWorld::expose(&mut world).unwrap();
+    let first = Camera::expose(&mut world).unwrap();
     assert!(first.waiting > 3 && first.time_ns < ends_ns, "{first:?}");
     let mut last = first.clone();
     for _ in 0..first.waiting {
-        last = ServedWorld::expose(&mut world).unwrap();
+        last = Camera::expose(&mut world).unwrap();
     }
     assert!(last.waiting == 0 && last.time_ns < ends_ns, "all of them were taken under way");
 }

@@ -134,8 +134,8 @@ fn the_operator_drives_until_the_stop_key() {
     let mut operator = served.connect();
     let before = robot.jog(true).unwrap();
     assert_eq!((before.key, before.finished), (0, 0));
-    let joints = std::array::from_fn(|axis| (axis == 2).then_some(0.05));
-    operator.read(Verb::Move { joints, relative: true, speed: 0.5 }).unwrap();
+    let joints: [_; 6] = std::array::from_fn(|axis| (axis == 2).then_some(0.05));
+    operator.read(Verb::Move { joints: joints.into(), relative: true, speed: 0.5 }).unwrap();
     let meanwhile = robot.jog(true).unwrap();
     let went = meanwhile.state.joints.as_slice()[2] - before.state.joints.as_slice()[2];
     assert!((went - 0.05).abs() < 1e-12);
@@ -168,7 +168,7 @@ fn bad_configurations_are_refused_with_what_would_be_right() {
     for (config, said) in [
         (
             json!(null),
-            "a simulated robot takes {arm: teachmover} or {arm: puma560} and, from the cell, the socket of its world",
+            "a simulated robot takes the name of its world's arm, as {arm: teachmover}, {arm: puma560} or what an arm file says, and, from the cell, the socket of its world",
         ),
         (json!({"arm": "teachmover"}), "missing field `world`"),
         (json!({"arm": "teachmover", "world": served.socket, "speed": 3}), "unknown field `speed`"),

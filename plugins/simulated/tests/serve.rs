@@ -18,7 +18,7 @@ use plumb_simulated::serve::{ServeOptions, clock_file, serve};
 use plumb_simulated::world::Joint;
 
 fn turn(joint: Joint, by_deg: f64) -> Verb {
-    Verb::Move { joints: only(joint, by_deg.to_radians()), relative: true, speed: 1.0 }
+    Verb::Move { joints: only(joint, by_deg.to_radians()).into(), relative: true, speed: 1.0 }
 }
 
 fn reading(say: Say) -> Reading {
@@ -131,7 +131,7 @@ fn an_operator_places_the_arm_by_what_it_looks_like_whatever_play_it_has() {
         let mut client = served.connect();
         let mut joints = only(Joint::Elbow, -75_f64.to_radians());
         joints[0] = Some(0.1);
-        client.read(Verb::Place { joints }).unwrap();
+        client.read(Verb::Place { joints: joints.into() }).unwrap();
         let truth = client.look().unwrap();
         let half_step = (360.0_f64 / 4158.0).to_radians();
         assert!((truth.attitudes[2].to_degrees() + 75.0).to_radians().abs() < half_step, "{file}");
@@ -142,7 +142,8 @@ fn an_operator_places_the_arm_by_what_it_looks_like_whatever_play_it_has() {
 #[test]
 fn an_operator_cannot_place_the_arm_in_the_table() {
     let served = Served::start("world-ideal.yaml", Pace::Fast);
-    let refused = served.connect().read(Verb::Place { joints: only(Joint::Shoulder, 0.2) }).unwrap_err();
+    let refused =
+        served.connect().read(Verb::Place { joints: only(Joint::Shoulder, 0.2).into() }).unwrap_err();
     assert_eq!(refused.to_string(), "the operator cannot bring the arm there; it touches something solid");
 }
 
@@ -307,7 +308,7 @@ fn what_is_not_the_protocol_is_answered_and_does_no_harm() {
         r#"{"protocol":1,"world":"TeachMover over a T target, ideal","#,
         r#"{"id":0,"say":{"refused":{"why":"expected value at line 1 column 1"}}}"#,
         r#"{"id":0,"say":{"refused":{"why":"unknown variant `fly`, expected one of `read`, `move`, "#,
-        r#"{"id":0,"say":{"refused":{"why":"invalid length 2, expected an array of length 6"#,
+        r#"{"id":6,"say":{"refused":{"why":"2 joint values for an arm of 6 joints"}}}"#,
         r#"{"id":7,"say":{"refused":{"why":"the speed must be a share of the greatest, 0.001 to 1"}}}"#,
         last.as_str(),
     ];
@@ -320,12 +321,12 @@ fn what_is_not_the_protocol_is_answered_and_does_no_harm() {
 fn no_call_can_keep_the_world_busy_for_ever() {
     let served = Served::start("world-worn.yaml", Pace::Fast);
     let mut client = served.connect();
-    let far = Verb::Move { joints: only(Joint::Waist, 1e9), relative: false, speed: 1.0 };
+    let far = Verb::Move { joints: only(Joint::Waist, 1e9).into(), relative: false, speed: 1.0 };
     assert!(client.read(far).unwrap_err().to_string().contains("further than any joint goes"));
     let long = client.read(Verb::Wait { ms: u64::MAX }).unwrap_err();
     assert_eq!(long.to_string(), "a wait lasts at most 3600000 ms; wait again after it");
     client.read(Verb::Wait { ms: 600_000 }).unwrap();
-    let slow = Verb::Move { joints: only(Joint::Waist, 0.2), relative: true, speed: 0.001 };
+    let slow = Verb::Move { joints: only(Joint::Waist, 0.2).into(), relative: true, speed: 0.001 };
     client.read(slow).unwrap();
 }
 

@@ -198,7 +198,7 @@ fn under_hand_control_the_operator_places_the_arm_and_the_registers_follow() {
         let mut there = [None; 6];
         there[Joint::Waist.index()] = Some(0.05);
         there[Joint::Shoulder.index()] = Some(0.8);
-        cell.world.read(Verb::Place { joints: there }).unwrap();
+        cell.world.read(Verb::Place { joints: there.into() }).unwrap();
         assert_eq!(cell.arm.jog(true).unwrap().finished, 0);
         cell.world.read(Verb::Key { key: PendantKey::Stop }).unwrap();
         while cell.arm.jog(true).unwrap().finished == 0 {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::grey::GreyFormat;
+use crate::grey::Layout;
 
 /// A camera that has been opened and told how its pictures are to come.
 pub(crate) trait Capture: Send {
@@ -14,21 +14,6 @@ pub(crate) trait Capture: Send {
     /// # Errors
     /// [`CaptureError`]; no more comes after one.
     fn next(&mut self, wait: Duration) -> Result<Option<Shot<'_>>, CaptureError>;
-}
-
-/// How a camera's pictures come.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Layout {
-    /// Pixels in a row.
-    pub(crate) width: u32,
-    /// Rows.
-    pub(crate) height: u32,
-    /// From row to row, bytes.
-    pub(crate) stride: usize,
-    /// How its pixels lie in a row.
-    pub(crate) format: GreyFormat,
-    /// From picture to picture, ns, where the driver says.
-    pub(crate) interval_ns: Option<u64>,
 }
 
 /// A buffer of the driver's, filled.

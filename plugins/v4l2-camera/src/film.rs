@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 
 use plumb_plugin::PluginError;
 
-use crate::capture::{CaptureError, Layout, Shot, Stamp};
+use crate::capture::{CaptureError, Shot, Stamp};
+use crate::grey::Layout;
 
 /// Pictures that nobody has fetched may take so many bytes.
 const MOST_KEPT_BYTES: usize = 512 << 20;

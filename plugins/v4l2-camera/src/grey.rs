@@ -1,7 +1,5 @@
 //! From what cameras send to 8 bits of grey.
 
-use crate::capture::Layout;
-
 /// How the brightness of a row's pixels lies in its bytes. Colours beside it, or below it in the buffer, are passed over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct GreyFormat {
@@ -13,6 +11,21 @@ pub(crate) struct GreyFormat {
     offset: usize,
     /// Bits of brightness: 8 in one byte, more in two, the lower first.
     bits: u32,
+}
+
+/// How a camera's pictures come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Layout {
+    /// Pixels in a row.
+    pub(crate) width: u32,
+    /// Rows.
+    pub(crate) height: u32,
+    /// From row to row, bytes.
+    pub(crate) stride: usize,
+    /// How its pixels lie in a row.
+    pub(crate) format: GreyFormat,
+    /// From picture to picture, ns, where the driver says.
+    pub(crate) interval_ns: Option<u64>,
 }
 
 const fn format(code: &[u8; 4], step: usize, offset: usize, bits: u32) -> GreyFormat {

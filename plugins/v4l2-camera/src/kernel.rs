@@ -16,9 +16,9 @@ use moq_v4l::video::capture::Parameters;
 use moq_v4l::{Device, Format, FourCC, Fraction};
 use plumb_plugin::PluginError;
 
-use crate::capture::{Capture, CaptureError, Layout, Shot, Stamp};
+use crate::capture::{Capture, CaptureError, Shot, Stamp};
 use crate::config::Config;
-use crate::grey::{FORMATS, GreyFormat, name};
+use crate::grey::{FORMATS, GreyFormat, Layout, name};
 
 /// Buffers that are asked for; the driver may give others.
 const BUFFERS: u32 = 4;

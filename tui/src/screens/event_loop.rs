@@ -20,7 +20,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 
 use super::history::{Archive, ArchiveAnswer, ArchiveRequest};
-use super::keys::{Command, Place, command_for};
+use super::keys::{Command, Context, command_for};
 use super::message::{Action, Message};
 use super::model::{Desk, Lab, LabAnswer, LabRequest};
 use super::state::State;
@@ -117,31 +117,47 @@ async fn run(state: &mut State, sources: &mut Sources, outside: &Outside) -> io:
                     Vec::new()
                 }
             },
-            _ = tick.tick() => {
-                if let Some((fraction, doing)) = outside.lab.as_ref().and_then(Desk::how_far) {
-                    update(state, Message::LabProgress(fraction, doing));
-                }
-                update(state, Message::Tick(opened.elapsed()))
-            }
+            _ = tick.tick() => on_tick(state, outside, opened.elapsed()),
         };
         dirty = true;
         for action in actions {
-            match action {
-                Action::Leave => return Ok(()),
-                Action::Bell => terminal.ring()?,
-                Action::Stop => outside.stop(),
-                Action::Tell(command) => outside.tell(command),
-                Action::Lab(request) => outside.lab(request),
-                Action::CancelLab => outside.cancel_lab(),
-                Action::Archive(request) => outside.archive(request),
-                Action::SavePicture { name, bytes } => {
-                    let saved = bytes
-                        .and_then(|bytes| save_picture(&name, &bytes).map_err(|cause| cause.to_string()));
-                    update(state, Message::PictureSaved(saved));
-                }
+            if !act(action, state, outside, &mut terminal)? {
+                return Ok(());
             }
         }
     }
+}
+
+/// How far the calibration is, and the time since the screens opened.
+fn on_tick(state: &mut State, outside: &Outside, elapsed: Duration) -> Vec<Action> {
+    if let Some((fraction, doing)) = outside.lab.as_ref().and_then(Desk::how_far) {
+        update(state, Message::LabProgress(fraction, doing));
+    }
+    update(state, Message::Tick(elapsed))
+}
+
+/// Does what the state asks for. Says whether the screens stay open.
+fn act(
+    action: Action,
+    state: &mut State,
+    outside: &Outside,
+    terminal: &mut OpenTerminal,
+) -> io::Result<bool> {
+    match action {
+        Action::Leave => return Ok(false),
+        Action::Bell => terminal.ring()?,
+        Action::Stop => outside.stop(),
+        Action::Tell(command) => outside.tell(command),
+        Action::Lab(request) => outside.lab(request),
+        Action::CancelLab => outside.cancel_lab(),
+        Action::Archive(request) => outside.archive(request),
+        Action::SavePicture { name, bytes } => {
+            let saved =
+                bytes.and_then(|bytes| save_picture(&name, &bytes).map_err(|cause| cause.to_string()));
+            update(state, Message::PictureSaved(saved));
+        }
+    }
+    Ok(true)
 }
 
 /// Writes a picture under a name that nothing has yet; gives the name.
@@ -240,7 +256,7 @@ async fn read_keys(handle: Option<RunHandle>, to: UnboundedSender<Message>) {
 fn heard_from_terminal(event: &Event, handle: Option<&RunHandle>) -> Option<Message> {
     match event {
         Event::Key(key) if key.kind != KeyEventKind::Release => {
-            match command_for(&[Place::Everywhere], key) {
+            match command_for(&[Context::Everywhere], key) {
                 Some(command @ (Command::Stop | Command::StopAndLeave)) => {
                     if let Some(handle) = handle {
                         let _over = handle.send(Tell::Stop);

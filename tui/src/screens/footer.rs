@@ -4,7 +4,7 @@ use ratatui::Frame;
 use ratatui::layout::{Position, Rect};
 use ratatui::text::{Line, Span};
 
-use super::keys::{Binding, Command, Place, bindings_for};
+use super::keys::{Binding, Command, Context, bindings_for};
 use super::run::Phase;
 use super::state::State;
 
@@ -62,8 +62,9 @@ fn placed(state: &State, area: Rect) -> Vec<Hint> {
         .into_iter()
         .filter(|binding| !binding.footer.is_empty() && applies(state, binding.command))
         .collect();
-    let (everywhere, here): (Vec<_>, Vec<_>) =
-        shown.into_iter().partition(|binding| matches!(binding.place, Place::Everywhere | Place::NotWriting));
+    let (everywhere, here): (Vec<_>, Vec<_>) = shown
+        .into_iter()
+        .partition(|binding| matches!(binding.context, Context::Everywhere | Context::NotWriting));
     // Help is never pushed out; then the page's own keys have their turn, then the others.
     let (help, others): (Vec<_>, Vec<_>) =
         everywhere.into_iter().partition(|binding| binding.command == Command::Help);

@@ -5,7 +5,7 @@ use ratatui::layout::{Constraint, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Clear, Paragraph};
 
-use super::keys::{BINDINGS, Binding, Place};
+use super::keys::{BINDINGS, Binding, Context};
 use super::pane::{self, wrapped};
 use super::state::State;
 use super::theme::Theme;
@@ -30,18 +30,18 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect, scrolled: u16) 
     let here = state.places_of_page();
     let (mut first, mut then): (Vec<&Binding>, Vec<&Binding>) = BINDINGS
         .iter()
-        .partition(|binding| here.contains(&binding.place) && binding.place != Place::Everywhere);
-    first.sort_by_key(|binding| here.iter().position(|place| *place == binding.place));
-    then.sort_by_key(|binding| !is_everywhere(binding.place));
+        .partition(|binding| here.contains(&binding.context) && binding.context != Context::Everywhere);
+    first.sort_by_key(|binding| here.iter().position(|place| *place == binding.context));
+    then.sort_by_key(|binding| !is_everywhere(binding.context));
     let width = usize::from(inner.width);
     let stop = if state.only_watches() { WATCHING } else { STOP };
     let mut text: Vec<Line> =
         wrapped(stop, width).into_iter().map(|line| Line::styled(line, state.theme.bad)).collect();
     rows(&mut text, "On this page", first, width, &state.theme);
     let mut left = then;
-    while let Some(place) = left.first().map(|binding| binding.place) {
+    while let Some(place) = left.first().map(|binding| binding.context) {
         let (here, others): (Vec<&Binding>, Vec<&Binding>) =
-            left.into_iter().partition(|binding| binding.place == place);
+            left.into_iter().partition(|binding| binding.context == place);
         rows(&mut text, place.name(), here, width, &state.theme);
         left = others;
     }
@@ -50,8 +50,8 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect, scrolled: u16) 
 }
 
 /// Whether keys of this place hold on about every page.
-fn is_everywhere(place: Place) -> bool {
-    matches!(place, Place::Everywhere | Place::NotWriting | Place::NotTyping)
+fn is_everywhere(place: Context) -> bool {
+    matches!(place, Context::Everywhere | Context::NotWriting | Context::NotTyping)
 }
 
 /// Adds the rows of one place under its heading; the sentences are broken within their own column.

@@ -16,6 +16,7 @@ mod model;
 mod pane;
 mod run;
 pub(crate) mod scan;
+mod screen;
 mod state;
 mod terminal;
 mod theme;
@@ -39,7 +40,7 @@ use model::Lab;
 use state::State;
 use theme::Theme;
 
-use crate::model_command::arguments::Opened;
+use crate::commands::model::arguments::Opened;
 
 /// Shows a model and the table called `data` on the Model screen until the operator leaves.
 ///

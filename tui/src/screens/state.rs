@@ -5,47 +5,13 @@ use std::time::Duration;
 use super::cell::{ArmShape, CellState};
 use super::history::HistoryState;
 use super::hits::Hits;
-use super::keys::Place;
+use super::keys::Context;
 use super::log::LogState;
 use super::model::ModelState;
 use super::run::{OpenPrompt, RunState};
 use super::scan::ScanState;
+use super::screen::Screen;
 use super::theme::Theme;
-
-/// The pages of the program.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Screen {
-    /// Devices, joints, streams, the arm over the table.
-    Cell,
-    /// The procedure: steps, prompt, what was found.
-    Run,
-    /// The model lab: candidates, residuals, the fall of the error.
-    Model,
-    /// The runs in the record, and how corrections moved over time.
-    History,
-    /// What happened, line by line.
-    Log,
-    /// A cloud of points that turns.
-    Scan,
-}
-
-impl Screen {
-    /// All pages in the order of their tabs.
-    pub(crate) const ALL: [Self; 6] =
-        [Self::Cell, Self::Run, Self::Model, Self::History, Self::Log, Self::Scan];
-
-    /// The name on the tab.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Cell => "Cell",
-            Self::Run => "Run",
-            Self::Model => "Model",
-            Self::History => "History",
-            Self::Log => "Log",
-            Self::Scan => "Scan",
-        }
-    }
-}
 
 /// What is open over the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -196,41 +162,41 @@ impl State {
     }
 
     /// Where the keys of this moment are looked up, the narrowest place first.
-    pub(crate) fn places(&self) -> Vec<Place> {
+    pub(crate) fn places(&self) -> Vec<Context> {
         match self.overlay {
-            Some(Overlay::Help { .. }) => vec![Place::Overlay, Place::NotWriting, Place::Everywhere],
-            Some(Overlay::Leave) => vec![Place::Leaving, Place::NotWriting, Place::Everywhere],
-            Some(Overlay::Abort) => vec![Place::Aborting, Place::NotWriting, Place::Everywhere],
-            Some(Overlay::BringBack) => vec![Place::BringingBack, Place::NotWriting, Place::Everywhere],
+            Some(Overlay::Help { .. }) => vec![Context::Overlay, Context::NotWriting, Context::Everywhere],
+            Some(Overlay::Leave) => vec![Context::Leaving, Context::NotWriting, Context::Everywhere],
+            Some(Overlay::Abort) => vec![Context::Aborting, Context::NotWriting, Context::Everywhere],
+            Some(Overlay::BringBack) => vec![Context::BringingBack, Context::NotWriting, Context::Everywhere],
             None => self.places_of_page(),
         }
     }
 
     /// Where keys are looked up on the page itself, whatever lies over it.
-    pub(crate) fn places_of_page(&self) -> Vec<Place> {
+    pub(crate) fn places_of_page(&self) -> Vec<Context> {
         if self.is_naming() {
-            return vec![Place::Naming, Place::Everywhere];
+            return vec![Context::Naming, Context::Everywhere];
         }
         if self.is_filtering() {
-            return vec![Place::Filtering, Place::Everywhere];
+            return vec![Context::Filtering, Context::Everywhere];
         }
         if self.is_writing_an_answer() {
-            return vec![Place::Prompt, Place::Everywhere];
+            return vec![Context::Prompt, Context::Everywhere];
         }
         let mut places = match (self.screen, &self.run) {
-            (Screen::Cell, _) => vec![Place::Cell],
+            (Screen::Cell, _) => vec![Context::Cell],
             (Screen::Run, Some(run)) => run.places(),
             (Screen::Run, None) => Vec::new(),
-            (Screen::Model, _) => vec![Place::Model],
-            (Screen::History, _) if self.has_opened_run() => vec![Place::OpenedRun],
-            (Screen::History, _) => vec![Place::History],
-            (Screen::Log, _) => vec![Place::Log],
-            (Screen::Scan, _) => vec![Place::Scan],
+            (Screen::Model, _) => vec![Context::Model],
+            (Screen::History, _) if self.has_opened_run() => vec![Context::OpenedRun],
+            (Screen::History, _) => vec![Context::History],
+            (Screen::Log, _) => vec![Context::Log],
+            (Screen::Scan, _) => vec![Context::Scan],
         };
         if !self.is_typing() {
-            places.push(Place::NotTyping);
+            places.push(Context::NotTyping);
         }
-        places.extend([Place::NotWriting, Place::Everywhere]);
+        places.extend([Context::NotWriting, Context::Everywhere]);
         places
     }
 

@@ -16,7 +16,8 @@ use super::message::{Action, Message};
 use super::model;
 use super::run::{OpenPrompt, Phase};
 use super::scan;
-use super::state::{Gravity, Leaving, Overlay, Screen, State};
+use super::screen::Screen;
+use super::state::{Gravity, Leaving, Overlay, State};
 use super::view::command_at;
 
 /// Lines a page key scrolls.

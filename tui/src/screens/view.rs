@@ -8,7 +8,8 @@ use ratatui::widgets::{Clear, Paragraph, Wrap};
 use super::history::BringBack;
 use super::keys::Command;
 use super::run::Phase;
-use super::state::{Gravity, Overlay, Screen, State};
+use super::screen::Screen;
+use super::state::{Gravity, Overlay, State};
 use super::{cell, footer, help, history, log, model, pane, run, scan};
 
 /// Below this width or height there is room for the stop key and no page.

@@ -7,10 +7,13 @@ use iceoryx2::port::client::Client as IceoryxClient;
 use plumb_abi::Status;
 use plumb_plugin::{Reply, Request};
 
-use super::header::{join, split, words};
-use super::{MAX_BODY, ReplyHeader, RequestHeader, reply_signal, request_service, request_signal};
-use crate::bus::Service;
-use crate::{Bus, CallError, Listener, OpenError, Signal};
+use super::call::Call;
+use super::header::{ReplyHeader, RequestHeader, join, split, words};
+use super::service::{MAX_BODY, request_service};
+use crate::names::{reply_signal, request_signal};
+use crate::node::Node;
+use crate::service::Service;
+use crate::{AnswerError, CallError, Cause, Listener, OpenError, Signal};
 
 /// An end that asks a device, one request at a time.
 pub struct Client {
@@ -20,28 +23,12 @@ pub struct Client {
     listener: Listener,
 }
 
-/// How a request is made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Call {
-    /// How long it may take.
-    pub time_limit: Duration,
-    /// The span of the orchestrator's log it belongs to; 0 for none.
-    pub span: u64,
-}
-
-impl Call {
-    /// A call of a time limit, under no span.
-    pub fn within(time_limit: Duration) -> Self {
-        Self { time_limit, span: 0 }
-    }
-}
-
 impl Client {
-    pub(crate) fn open(bus: &Bus, device: &str) -> Result<Self, OpenError> {
+    pub(crate) fn open(node: &Node, device: &str) -> Result<Self, OpenError> {
         let what = format!("an asking end of {device}");
-        let signal = bus.signal(&request_signal(device))?;
-        let listener = bus.listener(&reply_signal(device))?;
-        let port = request_service(bus, device)?
+        let signal = Signal::open(node, &request_signal(device))?;
+        let listener = Listener::open(node, &reply_signal(device))?;
+        let port = request_service(node, device)?
             .client_builder()
             .initial_max_slice_len(words::<RequestHeader>(MAX_BODY))
             .create()
@@ -57,7 +44,7 @@ impl Client {
     /// Asks, and waits for the answer.
     ///
     /// # Errors
-    /// [`CallError::Refused`] with what the device said; the others when no answer came.
+    /// [`CallError::Refused`] with what the device answered; the others when no answer came.
     pub fn call(&self, request: &Request, call: Call) -> Result<Reply, CallError> {
         self.call_while(request, call, || true)
     }
@@ -73,11 +60,6 @@ impl Client {
         is_served: impl Fn() -> bool,
     ) -> Result<Reply, CallError> {
         let name = request.name();
-        let broken = |cause: &dyn fmt::Display| CallError::Broken {
-            device: self.device.clone(),
-            request: name,
-            cause: cause.to_string(),
-        };
         let end = Instant::now() + call.time_limit;
         let (operation, body) = request.encode();
         if body.len() > MAX_BODY {
@@ -87,17 +69,17 @@ impl Client {
         let time_limit_ns = u64::try_from(call.time_limit.as_nanos()).unwrap_or(u64::MAX);
         let header = RequestHeader { operation, body: body.len() as u32, span: call.span, time_limit_ns };
         let length = words::<RequestHeader>(body.len());
-        let mut message = self.port.loan_slice(length).map_err(|error| broken(&error))?;
+        let mut message = self.port.loan_slice(length).map_err(|error| self.broken(name, error))?;
         join(message.payload_mut(), &header, &body);
-        let pending = message.send().map_err(|error| broken(&error))?;
+        let pending = message.send().map_err(|error| self.broken(name, error))?;
         if pending.number_of_server_connections() == 0 {
             return Err(CallError::NoHost { device: self.device.clone() });
         }
-        self.signal.ring().map_err(|error| broken(&error))?;
+        self.signal.notify().map_err(|error| self.broken(name, error))?;
         loop {
             // Looked at before the answer is: a device that has answered lets go of the request at once.
             let is_awaited = pending.is_connected() && is_served();
-            if let Some(response) = pending.receive().map_err(|error| broken(&error))? {
+            if let Some(response) = pending.receive().map_err(|error| self.broken(name, error))? {
                 return self.understood(name, response.payload());
             }
             let left = end.saturating_duration_since(Instant::now());
@@ -108,18 +90,27 @@ impl Client {
             if !is_awaited {
                 return Err(CallError::NoHost { device: self.device.clone() });
             }
-            self.listener.wait(left.min(LIVENESS_CHECK)).map_err(|error| broken(&error))?;
+            self.listener.wait(left.min(LIVENESS_CHECK)).map_err(|error| self.broken(name, error))?;
         }
     }
 
     fn understood(&self, request: &'static str, words: &[u64]) -> Result<Reply, CallError> {
         let Some((header, body)) = split::<ReplyHeader>(words) else {
-            let cause = format!("{} words are not an answer", words.len());
-            return Err(CallError::Answer { device: self.device.clone(), request, cause });
+            return Err(self.not_understood(request, AnswerError::TooShort(words.len())));
         };
         Reply::decode(header.code, Status(header.status), body)
-            .map_err(|error| CallError::wire(&self.device, request, &error))?
+            .map_err(|error| self.not_understood(request, error.into()))?
             .map_err(CallError::Refused)
+    }
+}
+
+impl Client {
+    fn broken(&self, request: &'static str, source: impl Into<Cause>) -> CallError {
+        CallError::Broken { device: self.device.clone(), request, source: source.into() }
+    }
+
+    fn not_understood(&self, request: &'static str, source: AnswerError) -> CallError {
+        CallError::Answer { device: self.device.clone(), request, source }
     }
 }
 

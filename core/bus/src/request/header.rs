@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::bus::WORD;
+use crate::service::WORD;
 
 /// What precedes the body of a request.
 #[repr(C)]
@@ -62,8 +62,8 @@ pub(super) fn split<H: Header>(words: &[u64]) -> Option<(H, &[u8])> {
 }
 
 /// Writes a header and a body to the words they take.
-pub(super) fn join<H: Header>(place: &mut [u64], header: &H, body: &[u8]) {
-    let bytes: &mut [u8] = bytemuck::cast_slice_mut(place);
+pub(super) fn join<H: Header>(target: &mut [u64], header: &H, body: &[u8]) {
+    let bytes: &mut [u8] = bytemuck::cast_slice_mut(target);
     if let Some((head, tail)) = bytes.split_at_mut_checked(size_of::<H>())
         && let Some(tail) = tail.get_mut(..body.len())
     {
@@ -79,13 +79,13 @@ mod tests {
     #[test]
     fn a_body_longer_than_what_came_is_refused() {
         let header = RequestHeader { operation: 1, body: 9, span: 0, time_limit_ns: 0 };
-        let mut place = vec![0; words::<RequestHeader>(9)];
-        join(&mut place, &header, b"123456789");
+        let mut target = vec![0; words::<RequestHeader>(9)];
+        join(&mut target, &header, b"123456789");
         assert_eq!(
-            split::<RequestHeader>(&place).map(|(_, body)| body.to_vec()),
+            split::<RequestHeader>(&target).map(|(_, body)| body.to_vec()),
             Some(b"123456789".to_vec())
         );
-        assert!(split::<RequestHeader>(&place[..4]).is_none());
-        assert!(split::<RequestHeader>(&place[..1]).is_none());
+        assert!(split::<RequestHeader>(&target[..4]).is_none());
+        assert!(split::<RequestHeader>(&target[..1]).is_none());
     }
 }

@@ -2,21 +2,16 @@
 
 use super::{AnswerEntry, Answers, Given, WrittenAnswer};
 use crate::procedure::Procedure;
-use crate::step::{Action, Question, Step};
-use crate::yaml::{Problems, did_you_mean};
+use crate::step::{Inside, PromptQuestion, Step, StepQuestion};
+use plumb_document::{Problems, did_you_mean};
 
 /// A prompt a procedure may ask.
 struct Asked<'a> {
     /// As answers name it.
     name: String,
-    kind: AskedKind<'a>,
+    kind: StepQuestion<'a>,
     /// It may be left out, so that its answer may be missing.
     optional: bool,
-}
-
-enum AskedKind<'a> {
-    Prompt(&'a Question),
-    AcceptCorrection,
 }
 
 /// Checks that every answer belongs to a prompt of one of the procedures and is of its kind.
@@ -64,38 +59,40 @@ fn check_entry(entry: &AnswerEntry, asked: &Asked<'_>) -> Result<(), String> {
     given.iter().try_for_each(|answer| fits(answer, &asked.kind))
 }
 
-fn fits(answer: &WrittenAnswer, kind: &AskedKind<'_>) -> Result<(), String> {
+fn fits(answer: &WrittenAnswer, kind: &StepQuestion<'_>) -> Result<(), String> {
     let word_of = |word: &str, keys: &[&str]| match keys.contains(&word) {
         true => Ok(()),
         false => Err(did_you_mean(word, keys.iter().copied())),
     };
     match (kind, answer) {
-        (AskedKind::AcceptCorrection, WrittenAnswer::Word(word)) => word_of(word, &["accept", "reject"]),
-        (AskedKind::AcceptCorrection, _) => Err("write `accept` or `reject`".to_owned()),
-        (AskedKind::Prompt(question), answer) => match (question, answer) {
-            (Question::Acknowledge { .. }, WrittenAnswer::Word(word)) => word_of(word, &["done"]),
-            (Question::Acknowledge { .. }, _) => Err("write `done`".to_owned()),
-            (Question::Choice { options, .. }, WrittenAnswer::Word(word)) => {
+        (StepQuestion::Acceptance, WrittenAnswer::Word(word)) => word_of(word, &["accept", "reject"]),
+        (StepQuestion::Acceptance, _) => Err("write `accept` or `reject`".to_owned()),
+        (StepQuestion::Prompt(question), answer) => match (question, answer) {
+            (PromptQuestion::Acknowledge { .. }, WrittenAnswer::Word(word)) => word_of(word, &["done"]),
+            (PromptQuestion::Acknowledge { .. }, _) => Err("write `done`".to_owned()),
+            (PromptQuestion::Choice { options, .. }, WrittenAnswer::Word(word)) => {
                 let keys: Vec<&str> = options.iter().map(|option| option.key.as_str()).collect();
                 word_of(word, &keys)
             }
-            (Question::Choice { .. }, _) => Err("write the key of one of its options".to_owned()),
-            (Question::Number { .. }, WrittenAnswer::Number(_)) => Ok(()),
-            (Question::Number { .. }, WrittenAnswer::Word(word)) if word == "offered" => Ok(()),
-            (Question::Number { .. }, _) => {
+            (PromptQuestion::Choice { .. }, _) => Err("write the key of one of its options".to_owned()),
+            (PromptQuestion::Number { .. }, WrittenAnswer::Number(_)) => Ok(()),
+            (PromptQuestion::Number { .. }, WrittenAnswer::Word(word)) if word == "offered" => Ok(()),
+            (PromptQuestion::Number { .. }, _) => {
                 Err("write a number, or `offered` for the one the prompt offers".to_owned())
             }
-            (Question::Text { .. }, WrittenAnswer::Word(_) | WrittenAnswer::Number(_)) => Ok(()),
-            (Question::Text { .. }, _) => Err("write a line of text".to_owned()),
-            (Question::Level { .. }, WrittenAnswer::Word(readings)) => {
+            (PromptQuestion::Text { .. }, WrittenAnswer::Word(_) | WrittenAnswer::Number(_)) => Ok(()),
+            (PromptQuestion::Text { .. }, _) => Err("write a line of text".to_owned()),
+            (PromptQuestion::Level { .. }, WrittenAnswer::Word(readings)) => {
                 super::level_readings(readings).map(drop)
             }
-            (Question::Level { .. }, _) => super::level_readings("").map(drop),
-            (Question::Photo, WrittenAnswer::Word(_)) => Ok(()),
-            (Question::Photo, _) => Err("write the path of a PNG or JPEG file".to_owned()),
-            (Question::JogTo { .. }, WrittenAnswer::Pose(_)) => Ok(()),
-            (Question::JogTo { .. }, WrittenAnswer::Word(word)) => word_of(word, &["done"]),
-            (Question::JogTo { .. }, _) => Err("write a pose, as in `{pose_deg: {shoulder: 45}}`".to_owned()),
+            (PromptQuestion::Level { .. }, _) => super::level_readings("").map(drop),
+            (PromptQuestion::Photo, WrittenAnswer::Word(_)) => Ok(()),
+            (PromptQuestion::Photo, _) => Err("write the path of a PNG or JPEG file".to_owned()),
+            (PromptQuestion::JogTo { .. }, WrittenAnswer::Pose(_)) => Ok(()),
+            (PromptQuestion::JogTo { .. }, WrittenAnswer::Word(word)) => word_of(word, &["done"]),
+            (PromptQuestion::JogTo { .. }, _) => {
+                Err("write a pose, as in `{pose_deg: {shoulder: 45}}`".to_owned())
+            }
         },
     }
 }
@@ -116,26 +113,17 @@ fn collect<'a>(
     for step in steps {
         let name = format!("{prefix}{}", step.id);
         let optional = optional || step.when.is_some();
-        match &step.action {
-            Action::Prompt(prompt) => {
-                asked.push(Asked { name, kind: AskedKind::Prompt(&prompt.question), optional })
-            }
-            Action::Apply(apply) if apply.ask => {
-                asked.push(Asked { name, kind: AskedKind::AcceptCorrection, optional })
-            }
-            Action::Correct(correct) if correct.ask => {
-                asked.push(Asked { name, kind: AskedKind::AcceptCorrection, optional })
-            }
-            Action::Declare(declare) if declare.ask => {
-                asked.push(Asked { name, kind: AskedKind::AcceptCorrection, optional })
-            }
-            Action::Repeat(repeat) => collect(procedure, &repeat.steps, prefix, optional, asked),
-            Action::Call(call) => {
-                if let Some(called) = procedure.called(&call.file) {
+        if let Some(question) = step.action.question() {
+            asked.push(Asked { name: name.clone(), kind: question, optional });
+        }
+        match step.action.inside() {
+            Inside::Repeated { steps, .. } => collect(procedure, steps, prefix, optional, asked),
+            Inside::Called { file, .. } => {
+                if let Some(called) = procedure.called(file) {
                     collect(called, &called.steps, &format!("{name}."), optional, asked);
                 }
             }
-            _ => {}
+            Inside::Nothing => {}
         }
     }
 }
@@ -149,14 +137,14 @@ fn all_steps(procedure: &Procedure) -> Vec<String> {
 fn collect_names(procedure: &Procedure, steps: &[Step], prefix: &str, names: &mut Vec<String>) {
     for step in steps {
         let name = format!("{prefix}{}", step.id);
-        match &step.action {
-            Action::Repeat(repeat) => collect_names(procedure, &repeat.steps, prefix, names),
-            Action::Call(call) => {
-                if let Some(called) = procedure.called(&call.file) {
+        match step.action.inside() {
+            Inside::Repeated { steps, .. } => collect_names(procedure, steps, prefix, names),
+            Inside::Called { file, .. } => {
+                if let Some(called) = procedure.called(file) {
                     collect_names(called, &called.steps, &format!("{name}."), names);
                 }
             }
-            _ => {}
+            Inside::Nothing => {}
         }
         names.push(name);
     }

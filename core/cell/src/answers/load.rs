@@ -5,19 +5,20 @@ use std::path::Path;
 use super::check::check_answers;
 use super::{AnswerEntry, Answers, Given, WrittenAnswer};
 use crate::event::NamedValue;
-use crate::file::read_text;
 use crate::procedure::Procedure;
 use crate::prompt::Decision;
-use crate::yaml::{FileProblems, Key, MapReader, Node, NodeValue, Problems, parse};
+use plumb_document::{
+    DocumentKind, FileKind, FileProblems, Key, MapReader, Node, NodeValue, Problems, parse_as, read_document,
+};
 
 /// Reads an answers file and checks it against the procedures it may be used for; with none, only its form is checked.
 ///
 /// # Errors
 /// Every mistake in it.
 pub fn load_answers(file: &Path, procedures: &[&Procedure]) -> Result<Answers, FileProblems> {
-    let text = read_text(file)?;
+    let text = read_document(file, FileKind::CELL)?;
     let problems = Problems::default();
-    let root = parse(file, &text, &problems)?;
+    let root = parse_as(DocumentKind::Answers, file, &text, &problems)?;
     let answers = read(&root, file, &text, &problems);
     if let Some(answers) = answers.as_ref().filter(|_| !procedures.is_empty()) {
         check_answers(answers, procedures, &problems);
@@ -38,7 +39,7 @@ fn read(root: &Node, file: &Path, text: &str, problems: &Problems) -> Option<Ans
     let decision = |(step, node): &(Key, Node)| {
         let index = node.word("decision", &["retry", "skip", "abort"], problems)?;
         let decision = [Decision::Retry, Decision::Skip, Decision::Abort].get(index).copied()?;
-        Some((step.name.clone(), decision, step.place))
+        Some((step.name.clone(), decision, step.span))
     };
     Some(Answers {
         file: file.to_owned(),
@@ -57,7 +58,7 @@ fn read_entry(step: &Key, node: &Node, problems: &Problems) -> Option<AnswerEntr
         }
         _ => Given::Always(read_answer(node, problems)?),
     };
-    Some(AnswerEntry { step: step.name.clone(), place: step.place, given })
+    Some(AnswerEntry { step: step.name.clone(), place: step.span, given })
 }
 
 fn read_answer(node: &Node, problems: &Problems) -> Option<WrittenAnswer> {
@@ -87,7 +88,7 @@ fn read_answer(node: &Node, problems: &Problems) -> Option<WrittenAnswer> {
         other => {
             let message = format!("an answer is a word, a number or a pose; this is {}", other.kind());
             problems.add(
-                node.place,
+                node.span,
                 message,
                 "write `done`, the key of a choice, a number, or `{pose_deg: {shoulder: 45}}`",
             );

@@ -24,7 +24,7 @@ pub use load::load_answers;
 
 use crate::event::NamedValue;
 use crate::prompt::{Answer, Decision, PromptKind};
-use crate::yaml::Place;
+use plumb_document::Span;
 
 /// Answers out of a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +38,7 @@ pub struct Answers {
     /// By step.
     pub entries: Vec<AnswerEntry>,
     /// What to do about steps that fail and would ask.
-    pub on_error: Vec<(String, Decision, Place)>,
+    pub on_error: Vec<(String, Decision, Span)>,
     /// The arm may be taken to stand where a resumed run left it.
     pub confirm_pose: bool,
 }
@@ -49,7 +49,7 @@ pub struct AnswerEntry {
     /// The step; inside a called procedure with the call's id before it, turns of repetitions left out.
     pub step: String,
     /// Where it stands.
-    pub place: Place,
+    pub place: Span,
     /// One answer for all, or one for each time it is asked.
     pub given: Given,
 }

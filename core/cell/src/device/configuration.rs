@@ -4,7 +4,7 @@
 
 use serde_json::{Map, Value};
 
-use crate::yaml::did_you_mean;
+use plumb_document::did_you_mean;
 
 /// A mistake, and what would be right.
 pub(crate) type Mistake = (String, String);

@@ -8,10 +8,10 @@ use std::thread;
 use std::time::Duration;
 
 use nix::time::{ClockId, clock_gettime};
-use plumb_bus::{Bus, CallError, Domain, Subscriber};
+use plumb_bus::{Bus, Domain, Subscriber};
 use plumb_host::{
     Catalogue, ExitReason, HostArguments, HostCommand, HostEvent, HostProcess, JointRange, RobotClient,
-    SensorClient, SpawnError, StopHandle,
+    SensorClient, StopHandle,
 };
 use plumb_plugin::{
     Description, JogState, JointState, JointVector, LogLevel, Message as _, Motion, PluginError, Reading,
@@ -21,7 +21,9 @@ use plumb_record::{LoadedFile, sha256_hex};
 
 use super::watcher::{JointWatcher, PoseListener};
 use super::wiring::wired_inputs;
-use super::{Act, DeviceError, DeviceLinks, DeviceLog, Link, LostDevice, RobotLink, SensorLink, Stripe};
+use super::{
+    Act, DeviceError, DeviceLinks, DeviceLog, Link, LostDevice, RobotLink, SensorLink, StartError, Stripe,
+};
 use crate::event;
 use crate::run_handle::StopAction;
 use crate::workcell::{DeviceSetting, Workcell};
@@ -68,7 +70,7 @@ pub struct HostedDevices {
     world: Option<Box<dyn World>>,
     hosts: BTreeMap<String, (HostProcess, Value)>,
     /// Started with others at once, not asked for yet.
-    prepared: BTreeMap<String, (Result<HostProcess, StartFailure>, Value)>,
+    prepared: BTreeMap<String, (Result<HostProcess, Arc<StartError>>, Value)>,
     watch: Arc<Mutex<Watch>>,
     /// The hashes of the plugins' files as they were when the run began.
     files: Vec<LoadedFile>,
@@ -100,7 +102,7 @@ impl Watch {
             message: format!("{device} is lost: the host of {device} {reason}"),
         });
         for stop in self.stops.values() {
-            stop.ring();
+            stop.request();
         }
     }
 }
@@ -142,11 +144,11 @@ impl HostedDevices {
         self
     }
 
-    fn bus(&mut self) -> Result<&Bus, String> {
-        if self.bus.is_none() {
-            self.bus = Some(Bus::open(&self.domain, "plumb").map_err(|error| error.to_string())?);
+    fn bus(&mut self) -> Result<Bus, StartError> {
+        match &self.bus {
+            Some(bus) => Ok(bus.clone()),
+            None => Ok(self.bus.insert(Bus::open(&self.domain, "plumb")?).clone()),
         }
-        self.bus.as_ref().ok_or_else(|| "shared memory cannot be used".to_owned())
     }
 
     /// What a device's host is told, and how it is started.
@@ -154,8 +156,8 @@ impl HostedDevices {
         &mut self,
         device: &DeviceSetting,
         guard: Value,
-    ) -> Result<(HostArguments, HostCommand), String> {
-        let plugin = self.catalogue.find(&device.plugin).map_err(|error| error.to_string())?.clone();
+    ) -> Result<(HostArguments, HostCommand), StartError> {
+        let plugin = self.catalogue.find(&device.plugin)?.clone();
         let mut arguments = HostArguments::new(&device.name, &self.domain, &plugin);
         arguments.config = self.config_of(device, &plugin.manifest.config)?;
         arguments.guard = guard;
@@ -165,7 +167,8 @@ impl HostedDevices {
         if let Some(limit) = device.memory_limit_mb {
             arguments.memory_limit_mb = limit;
         }
-        arguments.inputs = wired_inputs(&self.cell, device, &self.catalogue)?;
+        arguments.inputs =
+            wired_inputs(&self.cell, device, &self.catalogue).map_err(StartError::Unsuitable)?;
         if let Some(robot) = self.cell.robot(&device.name) {
             let range = |(joint, lower, upper): &(String, f64, f64)| JointRange {
                 joint: joint.clone(),
@@ -179,7 +182,7 @@ impl HostedDevices {
         }
         let log = Mutex::new(self.log_in.clone());
         let watch = Arc::clone(&self.watch);
-        let command = HostCommand::this_program().map_err(|error| error.to_string())?;
+        let command = HostCommand::this_program().map_err(StartError::Program)?;
         let command = command.of_cell(&self.cell.name).on_event(move |device, event| {
             if let HostEvent::Ended { reason } = event {
                 locked(&watch).note_end(device, reason);
@@ -197,14 +200,14 @@ impl HostedDevices {
         self.files.iter().find(|file| file.path == path).map(|file| file.sha256.clone())
     }
 
-    fn spawn(&mut self, device: &DeviceSetting, guard: Value) -> Result<HostProcess, StartFailure> {
+    fn spawn(&mut self, device: &DeviceSetting, guard: Value) -> Result<HostProcess, StartError> {
         let (arguments, command) = self.order(device, guard)?;
-        Ok(HostProcess::spawn(self.bus()?, &arguments, command)?)
+        Ok(HostProcess::spawn(&self.bus()?, &arguments, command)?)
     }
 
     /// The device's configuration, with the cell file's directory and the world's socket for a plugin that asks for them, and the port of an
     /// emulated controller.
-    fn config_of(&mut self, device: &DeviceSetting, schema: &Value) -> Result<Value, String> {
+    fn config_of(&mut self, device: &DeviceSetting, schema: &Value) -> Result<Value, StartError> {
         let mut config = device.config.clone();
         let asks = |key: &str| schema.get("properties").and_then(|properties| properties.get(key)).is_some();
         let mut set = |key: &str, path: PathBuf| {
@@ -225,7 +228,7 @@ impl HostedDevices {
             set("world", world.socket());
         }
         if let Some(controller) = &device.emulate {
-            set("port", world.emulate(&device.name, controller)?);
+            set("port", world.emulate(&device.name, controller).map_err(StartError::Unsuitable)?);
         }
         Ok(config)
     }
@@ -255,79 +258,44 @@ impl HostedDevices {
     /// A device that did not get ready in time. What it held in shared memory may be why another one failed, so it is named first.
     fn first_frozen(&self) -> Option<DeviceError> {
         self.prepared.iter().find_map(|(device, (host, _))| match host {
-            Err(error) if error.is_frozen() => {
-                Some(DeviceError::Start { device: device.clone(), cause: error.to_string() })
-            }
+            Err(error) if error.is_frozen() => Some(DeviceError::start(device, Arc::clone(error))),
             _ => None,
         })
     }
 
-    /// A line to the host of a device.
+    /// The link to a device whose host serves.
     fn link(&mut self, device: &DeviceSetting) -> Result<Link, DeviceError> {
-        let failed = |cause: String| cannot_start(device, &cause);
-        let bus = self.bus().map_err(failed)?.clone();
+        self.try_link(device).map_err(|error| DeviceError::start(&device.name, error))
+    }
+
+    fn try_link(&mut self, device: &DeviceSetting) -> Result<Link, StartError> {
+        let bus = self.bus()?;
         let Some((host, _)) = self.hosts.get(&device.name) else {
-            return Err(failed("it has no host".to_owned()));
+            return Err(StartError::Unsuitable("it has no host".to_owned()));
         };
+        let streams = &host.manifest().streams;
         Ok(match host.description().clone() {
             Description::Robot(description) => {
-                let client = host.robot().map_err(|error| failed(error.to_string()))?;
-                let stop = host.stop_handle().map_err(|error| failed(error.to_string()))?;
-                let stream = host.manifest().streams.iter().find(|stream| stream.name == "joints").cloned();
-                let stop = Arc::new(stop);
+                let (client, stop) = (host.robot()?, Arc::new(host.stop_handle()?));
+                let stream = streams.iter().find(|stream| stream.name == "joints").cloned();
                 locked(&self.watch).stops.insert(device.name.clone(), Arc::clone(&stop));
                 Link::Robot(Box::new(HostedRobot { client, description, stop, bus, stream, watcher: None }))
             }
             Description::Sensor(description) => {
-                let client = host.sensor().map_err(|error| failed(error.to_string()))?;
+                let client = host.sensor()?;
                 let read_within = host.manifest().read_time_limit();
-                let streams = &host.manifest().streams;
-                let stream = streams.iter().find(|stream| stream.message == StripeHeader::TYPE_NAME).cloned();
-                let bus = self.bus().map_err(failed)?;
-                let stripes = stream.map(|stream| bus.subscriber(&device.name, &stream)).transpose();
-                let stripes = stripes.map_err(|error| failed(error.to_string()))?;
+                let stream = streams.iter().find(|stream| stream.message == StripeHeader::TYPE_NAME);
+                let stripes = stream.map(|stream| bus.subscriber(&device.name, stream)).transpose()?;
                 Link::Sensor(Box::new(HostedSensor { client, description, read_within, stripes }))
             }
         })
     }
 }
 
-/// Why a host does not serve.
-#[derive(Debug, thiserror::Error)]
-enum StartFailure {
-    /// What it needs to be told is not known.
-    #[error("{0}")]
-    Order(String),
-    #[error(transparent)]
-    Spawn(#[from] SpawnError),
-}
-
-impl From<String> for StartFailure {
-    fn from(cause: String) -> Self {
-        Self::Order(cause)
-    }
-}
-
-impl StartFailure {
-    /// Whether its process did not run.
-    fn is_frozen(&self) -> bool {
-        match self {
-            Self::Order(_) => false,
-            Self::Spawn(error) => error.is_frozen(),
-        }
-    }
-}
-
-/// The host names the device too, and the sentence does already.
-fn cannot_start(device: &DeviceSetting, cause: &str) -> DeviceError {
-    let cause = cause.strip_prefix(&format!("{}: ", device.name)).unwrap_or(cause).to_owned();
-    DeviceError::Start { device: device.name.clone(), cause }
-}
-
 impl DeviceLinks for HostedDevices {
     /// Loading a library, opening its streams and reaching its device take most of a start, and each host does that by itself.
     fn prepare(&mut self, devices: &[(&DeviceSetting, Value)]) {
-        let Ok(bus) = self.bus().cloned() else { return };
+        let Ok(bus) = self.bus() else { return };
         let orders: Vec<_> = devices
             .iter()
             .map(|(device, guard)| (device.name.clone(), guard.clone(), self.order(device, guard.clone())))
@@ -337,33 +305,37 @@ impl DeviceLinks for HostedDevices {
             let starts: Vec<_> = orders
                 .into_iter()
                 .map(|(name, guard, order)| {
-                    let start = scope.spawn(move || -> Result<HostProcess, StartFailure> {
+                    let start = scope.spawn(move || -> Result<HostProcess, StartError> {
                         let (arguments, command) = order?;
                         Ok(HostProcess::spawn(bus, &arguments, command)?)
                     });
                     (name, guard, start)
                 })
                 .collect();
-            let ended = |start: thread::ScopedJoinHandle<'_, Result<HostProcess, StartFailure>>| {
-                start.join().unwrap_or_else(|_| Err("its host could not be started".to_owned().into()))
+            let panicked = || StartError::Unsuitable("its host could not be started".to_owned());
+            let ended = |start: thread::ScopedJoinHandle<'_, Result<HostProcess, StartError>>| {
+                start.join().unwrap_or_else(|_| Err(panicked())).map_err(Arc::new)
             };
             starts.into_iter().map(|(name, guard, start)| (name, (ended(start), guard))).collect()
         });
     }
 
     fn connect(&mut self, device: &DeviceSetting, guard: Value) -> Result<Link, DeviceError> {
-        let failed = |cause: String| cannot_start(device, &cause);
         if let Some((old, _)) = self.hosts.remove(&device.name) {
             self.forget(&device.name);
             old.finish(PUTTING_AWAY);
         }
         let prepared = self.prepared.remove(&device.name).filter(|(_, known)| *known == guard);
-        let host = prepared.map_or_else(|| self.spawn(device, guard.clone()), |(host, _)| host);
-        let host = host.map_err(|error| self.first_frozen().unwrap_or_else(|| failed(error.to_string())))?;
+        let host = match prepared {
+            Some((host, _)) => host,
+            None => self.spawn(device, guard.clone()).map_err(Arc::new),
+        };
+        let failed = |error| DeviceError::start(&device.name, error);
+        let host = host.map_err(|error| self.first_frozen().unwrap_or_else(|| failed(error)))?;
         locked(&self.watch).serving.insert(device.name.clone());
         if let Some(reason) = host.end() {
             locked(&self.watch).serving.remove(&device.name);
-            return Err(failed(format!("its host {reason}")));
+            return Err(failed(Arc::new(StartError::Ended(Box::new(reason)))));
         }
         self.hosts.insert(device.name.clone(), (host, guard));
         self.link(device)
@@ -453,21 +425,12 @@ fn log_line(device: &str, event: &HostEvent) -> Option<DeviceLog> {
             (level, text.clone())
         }
         HostEvent::Output { text } => (event::LogLevel::Warning, text.clone()),
-        HostEvent::Ended { reason } if !reason.is_orderly() && !reason.is_told() => {
+        HostEvent::Ended { reason } if !reason.is_orderly() && !reason.is_reported() => {
             (event::LogLevel::Error, format!("its host {reason}"))
         }
         HostEvent::Progress { .. } | HostEvent::Ended { .. } => return None,
     };
     Some(DeviceLog { device: device.to_owned(), level, message })
-}
-
-fn told(device: &str, error: plumb_host::DeviceError) -> DeviceError {
-    let device = device.to_owned();
-    match error {
-        plumb_host::DeviceError::Refused { error, .. } => DeviceError::Refused { device, error },
-        plumb_host::DeviceError::Bus(CallError::Refused(error)) => DeviceError::Refused { device, error },
-        other => DeviceError::Lost { device, cause: other.to_string() },
-    }
 }
 
 /// A robot behind its host.
@@ -480,50 +443,44 @@ struct HostedRobot {
     watcher: Option<JointWatcher>,
 }
 
-impl HostedRobot {
-    fn told<T>(&self, result: Result<T, plumb_host::DeviceError>) -> Result<T, DeviceError> {
-        result.map_err(|error| told(self.client.device(), error))
-    }
-}
-
 impl RobotLink for HostedRobot {
     fn description(&self) -> &RobotDescription {
         &self.description
     }
 
     fn activate(&mut self) -> Result<(), DeviceError> {
-        self.told(self.client.activate()).map(|_| ())
+        self.client.activate().map(drop)
     }
 
     fn deactivate(&mut self) -> Result<(), DeviceError> {
-        self.told(self.client.deactivate()).map(|_| ())
+        self.client.deactivate().map(drop)
     }
 
     fn read_joints(&mut self) -> Result<JointState, DeviceError> {
-        self.told(self.client.read_joints())
+        self.client.read_joints()
     }
 
     fn move_joints(&mut self, motion: &Motion, limit: Duration) -> Result<JointState, DeviceError> {
         let moved = self.client.move_joints(motion, limit);
-        if let Err(plumb_host::DeviceError::TimedOut { .. }) = &moved {
+        if let Err(DeviceError::TimedOut { .. }) = &moved {
             // It may still be moving: what cannot be awaited is stopped.
             self.stop.stop(stop_limit(&self.description));
         }
-        self.told(moved)
+        moved
     }
 
     fn jog(&mut self, on: bool) -> Result<JogState, DeviceError> {
-        self.told(self.client.jog(on))
+        self.client.jog(on)
     }
 
     fn set_zero(&mut self, joints: &JointVector) -> Result<(), DeviceError> {
-        self.told(self.client.set_zero(joints))
+        self.client.set_zero(joints)
     }
 
     fn stop_action(&self) -> StopAction {
         let (stop, limit) = (Arc::clone(&self.stop), stop_limit(&self.description));
         Box::new(move || {
-            stop.ring();
+            stop.request();
             let stop = Arc::clone(&stop);
             thread::spawn(move || stop.stop(limit));
         })
@@ -560,27 +517,24 @@ impl SensorLink for HostedSensor {
     }
 
     fn activate(&mut self) -> Result<(), DeviceError> {
-        self.client.activate().map(|_| ()).map_err(|error| told(self.client.device(), error))
+        self.client.activate().map(drop)
     }
 
     fn arm(&mut self) -> Result<(), DeviceError> {
-        self.client.arm().map_err(|error| told(self.client.device(), error))
+        self.client.arm()
     }
 
     fn read(&mut self, after_ns: u64) -> Result<Reading, DeviceError> {
-        self.client.read(after_ns, self.read_within).map_err(|error| told(self.client.device(), error))
+        self.client.read(after_ns, self.read_within)
     }
 
     fn configure(&mut self, settings: &Value) -> Result<(), DeviceError> {
-        self.client.configure(settings).map_err(|error| told(self.client.device(), error))
+        self.client.configure(settings)
     }
 
     fn stripes(&mut self) -> Result<Vec<Stripe>, DeviceError> {
         let device = self.client.device().to_owned();
-        let lost = |cause: String| DeviceError::Refused {
-            device: device.clone(),
-            error: PluginError::InputLost(cause),
-        };
+        let lost = |cause: String| DeviceError::refused(&device, "stripes", PluginError::InputLost(cause));
         let mut stripes = Vec::new();
         let Some(subscriber) = &mut self.stripes else { return Ok(stripes) };
         while let Some(read) =

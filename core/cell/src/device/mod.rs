@@ -12,6 +12,7 @@ use std::time::Duration;
 pub use cell_place::{CellPlace, PlaceState, Remains};
 pub use hosted::{HostedDevices, World, hashed, plugin_files};
 pub use kept::KeptDevices;
+pub use plumb_host::{DeviceError, StartError};
 pub use watcher::PoseListener;
 pub use wiring::check_plugins;
 
@@ -23,50 +24,6 @@ use plumb_plugin::{
 use crate::event::LogLevel;
 use crate::run_handle::StopAction;
 use crate::workcell::DeviceSetting;
-
-/// Why a device did not do what it was asked.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum DeviceError {
-    /// It answered that it could not.
-    #[error("{device}: {error}")]
-    Refused {
-        /// The device.
-        device: String,
-        /// Its answer.
-        error: PluginError,
-    },
-    /// Its process ended, or answers no more.
-    #[error("{device} is lost: {cause}")]
-    Lost {
-        /// The device.
-        device: String,
-        /// What is known about it.
-        cause: String,
-    },
-    /// It cannot be started.
-    #[error("{device} cannot be started: {cause}")]
-    Start {
-        /// The device.
-        device: String,
-        /// Why, and what would be right.
-        cause: String,
-    },
-}
-
-impl DeviceError {
-    /// It was stopped: by a stop from here, or by a hand on its pendant.
-    pub fn is_stop(&self) -> bool {
-        matches!(self, Self::Refused { error: PluginError::Stopped(_), .. })
-    }
-
-    /// The device has to be started again before it can be used.
-    pub fn is_loss(&self) -> bool {
-        matches!(
-            self,
-            Self::Lost { .. } | Self::Start { .. } | Self::Refused { error: PluginError::Panicked(_), .. }
-        )
-    }
-}
 
 /// A robot that can be reached. Calls block; a stop comes by [`RobotLink::stop_action`] from another thread.
 pub trait RobotLink: Send {
@@ -103,7 +60,7 @@ pub trait RobotLink: Send {
     /// [`DeviceError`]
     fn set_zero(&mut self, _joints: &JointVector) -> Result<(), DeviceError> {
         let error = PluginError::Unsupported("its zeros cannot be set".to_owned());
-        Err(DeviceError::Refused { device: self.description().model.clone(), error })
+        Err(DeviceError::refused(&self.description().model, "set zero", error))
     }
     /// Stops it at once, from any thread, although a call is in progress.
     fn stop_action(&self) -> StopAction;
@@ -136,7 +93,7 @@ pub trait SensorLink: Send {
     /// [`DeviceError`]
     fn configure(&mut self, _settings: &Value) -> Result<(), DeviceError> {
         let error = PluginError::unsupported("be configured while it runs");
-        Err(DeviceError::Refused { device: self.description().model.clone(), error })
+        Err(DeviceError::refused(&self.description().model, "configure", error))
     }
     /// The stripes a light stripe sensor has emitted since this was asked last; none of another sensor.
     ///

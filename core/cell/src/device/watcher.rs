@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 use plumb_bus::{Bus, OpenError};
 use plumb_plugin::{JointState, StreamDescription};
 
-/// Told of each place, at most twenty times a second.
+/// Called with each pose, at most twenty times a second.
 pub type PoseListener = Box<dyn Fn(&JointState) + Send>;
 
-/// Shortest time between two places told.
+/// Shortest time between two reported poses.
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// A thread that listens to a robot's `joints` stream; ends when dropped.
@@ -28,17 +28,17 @@ impl JointWatcher {
         listener: PoseListener,
     ) -> Result<Self, OpenError> {
         let mut subscriber = bus.subscriber(device, stream)?;
-        let bell = bus.stream_listener(device, stream)?;
+        let signal = bus.stream_listener(device, stream)?;
         let ended = Arc::new(AtomicBool::new(false));
         let end = Arc::clone(&ended);
         let thread = std::thread::spawn(move || {
-            let mut told = Instant::now();
+            let mut reported = Instant::now();
             while !end.load(Ordering::Relaxed) {
-                if bell.wait(Duration::from_millis(100)).is_err() {
+                if signal.wait(Duration::from_millis(100)).is_err() {
                     return;
                 }
                 let mut last = None;
-                // Messages that were passed over are of no interest here: only the newest place is shown.
+                // Messages that were passed over are of no interest here: only the newest pose is shown.
                 loop {
                     match subscriber.receive::<JointState>() {
                         Ok(Some(state)) => last = Some(state),
@@ -46,9 +46,9 @@ impl JointWatcher {
                         Err(_) => {}
                     }
                 }
-                if let Some(state) = last.filter(|state| !state.is_moving() || told.elapsed() >= PAUSE) {
+                if let Some(state) = last.filter(|state| !state.is_moving() || reported.elapsed() >= PAUSE) {
                     listener(&state);
-                    told = Instant::now();
+                    reported = Instant::now();
                 }
             }
         });

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::configuration;
 use crate::workcell::{DeviceSetting, Workcell};
-use crate::yaml::{FileProblems, Problems, did_you_mean};
+use plumb_document::{FileProblems, Problems, did_you_mean};
 
 /// Checks what plugins' manifests know of a cell's devices: that there is a plugin, and that what is wired exists and fits.
 ///

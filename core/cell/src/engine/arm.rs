@@ -4,27 +4,25 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use nalgebra::IsometryMatrix3;
+use plumb_calibration::prediction::Pose;
 use plumb_kinematics::{Posture, inverse};
-use plumb_model::prediction::Pose;
 use plumb_plugin::{JointState, JointUnit, JointVector, Motion, ProximityEdge, RobotDescription};
-use plumb_record::AppliedCorrection;
+use plumb_record::{AppliedCorrection, JOINT_ZERO};
 use serde_json::{Value, json};
 
-use crate::device::{DeviceError, RobotLink};
+use crate::deg_or_mm::DegOrMm;
+use crate::device::{DeviceError, RobotLink, StartError};
 use crate::engine::EventSender;
-use crate::engine::believed::{self, Asked, Source};
+use crate::engine::believed::{self, RequestTimes, Source};
 use crate::event::{Event, NamedValue};
 use crate::prompt::Answer;
-use crate::read_context::DegOrMm;
 use crate::workcell::{BoundKeepOut, KeepOut, ModelFile, RobotSetting, Trespass};
 
+use super::joint_index::{JointIndex, UnknownJoint};
 use super::manual_motion::ManualMotion;
 
 /// The zeros in force, one a joint, shared with who shows where the robot is.
 pub(crate) type Zeros = Arc<Mutex<Vec<f64>>>;
-
-/// Name of the correction that shifts a joint's zero.
-pub(crate) const JOINT_ZERO: &str = "joint_zero";
 
 /// A connected robot. Inside, joints are in the drive's order, rad or mm. What the drive says plus the zero in force is where a joint is
 /// taken to stand.
@@ -34,6 +32,8 @@ pub(crate) struct Arm {
     pub(crate) link: Box<dyn RobotLink>,
     pub(crate) description: RobotDescription,
     setting: RobotSetting,
+    /// The joints that the cell file lists, in its order.
+    listed: Vec<JointIndex>,
     keep_out: Option<BoundKeepOut>,
     /// The joints' zeros are known and trusted, so that it is known where the robot is.
     watches_planes: bool,
@@ -43,7 +43,7 @@ pub(crate) struct Arm {
     /// What was seen of the joints since somebody else may move them; nothing while only this program does.
     manual: Option<ManualMotion>,
     /// The latest time it told, ns of the cell's clock.
-    told_ns: u64,
+    reported_ns: u64,
 }
 
 /// A point that is to be brought somewhere.
@@ -53,8 +53,8 @@ pub(crate) struct WantedPoint<'a> {
     pub(crate) xyz_mm: [f64; 3],
     /// Which of the model's targets; the first where none is named.
     pub(crate) target: Option<&'a str>,
-    /// The columns of the joints that bring it there.
-    pub(crate) by: &'a [usize],
+    /// The joints that bring it there.
+    pub(crate) by: &'a [JointIndex],
     /// What the hand carries, kg.
     pub(crate) payload_kg: f64,
 }
@@ -64,8 +64,10 @@ pub(crate) struct WantedPoint<'a> {
 pub(crate) enum NotAllowed {
     #[error("{joint} would go to {target:.3} {unit}; it goes from {lower:.3} to {upper:.3} {unit}")]
     Limit { joint: String, target: f64, lower: f64, upper: f64, unit: &'static str },
-    #[error("{joint} would go to {target}, which is no place")]
+    #[error("{joint} would go to {target}, which is no number")]
     NoNumber { joint: String, target: f64 },
+    #[error("nobody knows where {joint} is or where it would go")]
+    NoValue { joint: String },
     #[error(transparent)]
     KeepOut(Trespass),
 }
@@ -79,13 +81,13 @@ impl Arm {
         keep_out: Option<&KeepOut>,
     ) -> Result<Self, DeviceError> {
         let description = link.description().clone();
-        let fail = |cause: String| DeviceError::Start { device: setting.device.clone(), cause };
+        let fail = |cause| DeviceError::start(&setting.device, StartError::Unsuitable(cause));
         let source = Source { device: &setting.device, plugin };
         believed::check_description(source, &description).map_err(fail)?;
         for (joint, unit) in &setting.joints {
             let known = description.joints.iter().find(|known| known.name == *joint).ok_or_else(|| {
                 let names = description.joints.iter().map(|known| known.name.as_str());
-                let there = crate::yaml::one_of(names);
+                let there = plumb_document::one_of(names);
                 fail(format!("the cell file names a joint `{joint}`, but of the robot's joints {there}"))
             })?;
             if unit_of(known.unit) != *unit {
@@ -95,6 +97,10 @@ impl Arm {
                 )));
             }
         }
+        let names = description.joints.iter().map(|known| known.name.as_str());
+        let listed =
+            setting.joints.iter().map(|(joint, _)| JointIndex::find(&setting.device, names.clone(), joint));
+        let listed = listed.collect::<Result<Vec<_>, _>>().map_err(|error| fail(error.to_string()))?;
         let keep_out = keep_out.map(|check| check.bind(&description)).transpose().map_err(fail)?;
         Ok(Self {
             name: setting.device.clone(),
@@ -102,10 +108,11 @@ impl Arm {
             zeros: Arc::new(Mutex::new(vec![0.0; description.joints.len()])),
             sides: vec![0; description.joints.len()],
             manual: None,
-            told_ns: 0,
+            reported_ns: 0,
             link,
             description,
             setting: setting.clone(),
+            listed,
             keep_out,
             watches_planes: false,
         })
@@ -116,11 +123,9 @@ impl Arm {
     pub(crate) fn set_zeros(&mut self, corrections: &[AppliedCorrection], trusted: bool) {
         let mut zeros = vec![0.0; self.description.joints.len()];
         let zero_of = |joint: &str| zero_in_force(corrections, joint);
-        for (joint, unit) in &self.setting.joints {
-            if let (Some(value), Some(column)) = (zero_of(joint), self.column(joint))
-                && let Some(zero) = zeros.get_mut(column)
-            {
-                *zero = unit.to_internal(value);
+        for ((name, unit), joint) in self.setting.joints.iter().zip(&self.listed) {
+            if let Some(value) = zero_of(name) {
+                zeros[joint.position()] = unit.to_internal(value);
             }
         }
         *lock(&self.zeros) = zeros;
@@ -134,31 +139,45 @@ impl Arm {
         }
     }
 
-    /// A joint's place in the drive's order.
-    pub(crate) fn column(&self, joint: &str) -> Option<usize> {
-        self.description.joints.iter().position(|known| known.name == joint)
+    /// The joint of this name.
+    ///
+    /// # Errors
+    /// [`UnknownJoint`] with the names of those there are.
+    pub(crate) fn joint(&self, name: &str) -> Result<JointIndex, UnknownJoint> {
+        JointIndex::find(&self.name, self.description.joints.iter().map(|known| known.name.as_str()), name)
+    }
+
+    /// All joints, in the drive's order.
+    pub(crate) fn joints(&self) -> impl Iterator<Item = JointIndex> + use<> {
+        JointIndex::all(self.description.joints.len())
     }
 
     /// The smallest step of a joint's drive, rad or mm; 0 for one that is continuous.
-    pub(crate) fn resolution(&self, column: usize) -> f64 {
-        self.description.joints.get(column).map_or(0.0, |joint| joint.resolution)
+    pub(crate) fn resolution(&self, joint: JointIndex) -> f64 {
+        self.description.joints[joint.position()].resolution
     }
 
-    pub(crate) fn unit(&self, column: usize) -> DegOrMm {
-        self.description.joints.get(column).map_or(DegOrMm::Deg, |joint| unit_of(joint.unit))
+    pub(crate) fn unit(&self, joint: JointIndex) -> DegOrMm {
+        unit_of(self.description.joints[joint.position()].unit)
     }
 
-    pub(crate) fn joint_name(&self, column: usize) -> &str {
-        self.description.joints.get(column).map_or("", |joint| joint.name.as_str())
+    pub(crate) fn joint_name(&self, joint: JointIndex) -> &str {
+        &self.description.joints[joint.position()].name
     }
 
-    pub(crate) fn zero(&self, column: usize) -> f64 {
-        lock(&self.zeros).get(column).copied().unwrap_or(0.0)
+    /// The joint's zero in force, rad or mm.
+    pub(crate) fn zero(&self, joint: JointIndex) -> f64 {
+        lock(&self.zeros)[joint.position()]
     }
 
-    /// Where the joints are taken to stand, for what the drive says.
+    /// The corrected positions of all joints for what the drive reports, in the drive's order. A joint of which it reports nothing is not
+    /// a number, and so is whatever is worked out from it.
     pub(crate) fn corrected(&self, drive: &JointVector) -> Vec<f64> {
-        drive.as_slice().iter().enumerate().map(|(column, value)| value + self.zero(column)).collect()
+        let corrected = |joint: JointIndex| match joint.value(drive) {
+            Ok(value) => value + self.zero(joint),
+            Err(_) => f64::NAN,
+        };
+        self.joints().map(corrected).collect()
     }
 
     /// Where the flange is in the base frame, for what the drive says.
@@ -167,8 +186,8 @@ impl Arm {
     /// A sentence: without a model nobody knows.
     pub(crate) fn flange(&self, drive: &JointVector) -> Result<IsometryMatrix3<f64>, String> {
         let model = self.geometry()?;
-        let sides = self.cell_joints(&self.sides, 0);
-        Ok(flange_of(model, &self.cell_joints(&self.corrected(drive), 0.0), &sides))
+        let sides = self.in_listed_order(&self.sides);
+        Ok(flange_of(model, &self.in_listed_order(&self.corrected(drive)), &sides))
     }
 
     /// What the drive has to be told to bring the flange there from where it says it stands. The whole model is undone, with its effects: play by the
@@ -183,16 +202,14 @@ impl Arm {
     ) -> Result<JointVector, String> {
         let model = self.geometry()?;
         let mut target = *from;
-        let mut start = self.cell_joints(&self.corrected(from), 0.0);
+        let mut start = self.in_listed_order(&self.corrected(from));
         let mut sides = self.sides.clone();
         for _ in 0..2 {
-            let listed = self.cell_joints(&sides, 0);
+            let listed = self.in_listed_order(&sides);
             let found = inverse(|joints| flange_of(model, joints, &listed), wanted, &start);
             let found = found.map_err(|error| error.to_string())?;
-            for ((joint, _), value) in self.setting.joints.iter().zip(&found) {
-                if let Some(column) = self.column(joint) {
-                    target.set(column, value - self.zero(column));
-                }
+            for (joint, value) in self.listed.iter().zip(&found) {
+                joint.set(&mut target, value - self.zero(*joint))?;
             }
             sides = self.sides_at(from, &target);
             start = found;
@@ -201,13 +218,16 @@ impl Arm {
     }
 
     /// The side from which each joint of the drive will have arrived once it has gone from one place to another.
-    pub(super) fn sides_at(&self, from: &JointVector, target: &JointVector) -> Vec<i8> {
-        let side = |(column, before): (usize, &i8)| {
-            let way = target.get(column).unwrap_or(0.0) - from.get(column).unwrap_or(0.0);
-            // Less than half a step is no way at all.
-            if way.abs() <= self.resolution(column) / 2.0 + 1e-9 { *before } else { way.signum() as i8 }
+    pub(crate) fn sides_at(&self, from: &JointVector, target: &JointVector) -> Vec<i8> {
+        let side = |(joint, before): (JointIndex, &i8)| match (joint.value(from), joint.value(target)) {
+            (Ok(from), Ok(target)) => {
+                let way = target - from;
+                // Less than half a step is no way at all.
+                if way.abs() <= self.resolution(joint) / 2.0 + 1e-9 { *before } else { way.signum() as i8 }
+            }
+            _ => 0,
         };
-        self.sides.iter().enumerate().map(side).collect()
+        self.joints().zip(&self.sides).map(side).collect()
     }
 
     /// Which way each joint of the drive last went: 1, -1, or 0 where that is not known.
@@ -217,8 +237,9 @@ impl Arm {
 
     /// Which way each joint last went, by name, for the record.
     pub(crate) fn recorded_sides(&self) -> Value {
-        let entry = |(column, side): (usize, &i8)| (self.joint_name(column).to_owned(), Value::from(*side));
-        Value::Object(self.sides.iter().enumerate().map(entry).collect())
+        let entry =
+            |(joint, side): (JointIndex, &i8)| (self.joint_name(joint).to_owned(), Value::from(*side));
+        Value::Object(self.joints().zip(&self.sides).map(entry).collect())
     }
 
     /// From here on somebody else may move the joints, which stand at `here`.
@@ -233,40 +254,41 @@ impl Arm {
             self.sides.fill(0);
             return;
         };
-        for (column, side) in self.sides.iter_mut().enumerate() {
-            let step = self.description.joints.get(column).map_or(0.0, |joint| joint.resolution);
-            if manual.has_left(column, here, step) {
-                *side = 0;
+        for (joint, known) in JointIndex::all(self.sides.len()).zip(&self.description.joints) {
+            if manual.has_left(joint, here, known.resolution) {
+                self.sides[joint.position()] = 0;
             }
         }
         manual.saw(here);
     }
 
-    /// Nobody else moves the joints any more. Each joint of `arrivals` (its column, and 1 for from below or -1 for from above) was to be driven to
+    /// Nobody else moves the joints any more. Each joint of `arrivals` (with 1 for from below or -1 for from above) was to be driven to
     /// where it stands from that side.
     ///
     /// # Errors
     /// The first joint that was never seen on that side, so that it cannot have come from there.
-    pub(crate) fn end_manual(&mut self, here: &JointVector, arrivals: &[(usize, i8)]) -> Result<(), usize> {
+    pub(crate) fn end_manual(
+        &mut self,
+        here: &JointVector,
+        arrivals: &[(JointIndex, i8)],
+    ) -> Result<(), JointIndex> {
         self.saw_manual(here);
-        let came_from = |(column, side): &(usize, i8)| {
-            let step = self.resolution(*column);
-            self.sides.get(*column) == Some(side)
-                || self.manual.as_ref().is_some_and(|manual| manual.was_beyond(*column, here, *side, step))
+        let came_from = |(joint, side): &(JointIndex, i8)| {
+            let step = self.resolution(*joint);
+            self.sides[joint.position()] == *side
+                || self.manual.as_ref().is_some_and(|manual| manual.was_beyond(*joint, here, *side, step))
         };
-        if let Some((column, _)) = arrivals.iter().find(|arrival| !came_from(arrival)) {
-            return Err(*column);
+        if let Some((joint, _)) = arrivals.iter().find(|arrival| !came_from(arrival)) {
+            return Err(*joint);
         }
-        for (column, side) in arrivals {
-            if let Some(known) = self.sides.get_mut(*column) {
-                *known = *side;
-            }
+        for (joint, side) in arrivals {
+            self.sides[joint.position()] = *side;
         }
         self.manual = None;
         Ok(())
     }
 
-    pub(super) fn model_pose(
+    pub(crate) fn model_pose(
         &self,
         model: &ModelFile,
         drive: &JointVector,
@@ -274,21 +296,20 @@ impl Arm {
         payload: f64,
     ) -> Pose {
         Pose {
-            q: model.model_joints(&self.cell_joints(&self.corrected(drive), 0.0)),
-            approach: model.model_sides(&self.cell_joints(sides, 0), None),
+            q: model.model_joints(&self.in_listed_order(&self.corrected(drive))),
+            approach: model.model_sides(&self.in_listed_order(sides), None),
             payload,
         }
     }
 
-    pub(super) fn geometry(&self) -> Result<&ModelFile, String> {
+    pub(crate) fn geometry(&self) -> Result<&ModelFile, String> {
         let model = self.setting.model.as_ref();
         model.ok_or_else(|| format!("the cell names no model of {}: give `model:`", self.name))
     }
 
-    /// Values in the drive's order as the cell lists the joints.
-    fn cell_joints<T: Copy>(&self, values: &[T], none: T) -> Vec<T> {
-        let value = |joint: &str| self.column(joint).and_then(|column| values.get(column)).copied();
-        self.setting.joints.iter().map(|(joint, _)| value(joint).unwrap_or(none)).collect()
+    /// Values of all joints, which come in the drive's order, as the cell file lists the joints.
+    fn in_listed_order<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        self.listed.iter().map(|joint| values[joint.position()]).collect()
     }
 
     /// How far its nearest part is clear of each of its keep-out planes, mm, by the zeros now believed; negative beyond one.
@@ -328,14 +349,15 @@ impl Arm {
 
     /// As people read it, with the zeros in force.
     pub(crate) fn named(&self, drive: &JointVector) -> Vec<NamedValue> {
-        let corrected = self.corrected(drive);
-        let joint = |column: usize| corrected.get(column).map(|value| self.named_value(column, *value));
-        (0..self.description.joints.len()).filter_map(joint).collect()
+        self.joints()
+            .zip(self.corrected(drive))
+            .map(|(joint, value)| self.named_value(joint, value))
+            .collect()
     }
 
-    pub(crate) fn named_value(&self, column: usize, value: f64) -> NamedValue {
-        let unit = self.unit(column);
-        let name = self.joint_name(column).to_owned();
+    pub(crate) fn named_value(&self, joint: JointIndex, value: f64) -> NamedValue {
+        let unit = self.unit(joint);
+        let name = self.joint_name(joint).to_owned();
         NamedValue {
             name,
             value: unit.from_internal(value),
@@ -347,52 +369,50 @@ impl Arm {
     /// The points its links run between where the drive stands so, from its base to its flange, mm in its base frame; none without a model.
     pub(crate) fn outline(&self, drive: &JointVector) -> Option<Vec<[f64; 3]>> {
         let model = self.setting.model.as_ref()?;
-        let corrected = self.corrected(drive);
-        let in_order = self.setting.joints.iter().map(|(joint, _)| {
-            let column = self.column(joint)?;
-            corrected.get(column).copied()
-        });
-        let in_order: Option<Vec<f64>> = in_order.collect();
-        let posture = Posture::of(model.chain(), &model.model_joints(&in_order?), &[]);
+        let joints = self.in_listed_order(&self.corrected(drive));
+        let posture = Posture::of(model.chain(), &model.model_joints(&joints), &[]);
         let ends = posture.joints.iter().map(|frame| frame.end.translation.vector.into());
         Some(std::iter::once([0.0; 3]).chain(ends).collect())
     }
 
     /// For the record: what the drive said and what it means.
     pub(crate) fn recorded(&self, drive: &JointVector) -> Value {
-        let rows = self.named(drive).into_iter().zip(drive.as_slice()).enumerate().map(|(column, (value, said))| {
-            json!({"name": value.name, "drive": self.unit(column).from_internal(*said), "value": value.value, "unit": value.unit})
+        let rows = self.joints().zip(self.named(drive)).zip(drive.as_slice()).map(|((joint, value), reported)| {
+            json!({"name": value.name, "drive": self.unit(joint).from_internal(*reported), "value": value.value, "unit": value.unit})
         });
         Value::Array(rows.collect())
     }
 
     /// Whether a move to `target` (drive's numbers) keeps the limits and stays clear of the keep-out planes all the way.
     pub(crate) fn check_move(&self, from: &JointVector, target: &JointVector) -> Result<(), NotAllowed> {
-        for column in 0..self.description.joints.len() {
-            self.check_limits(column, from, target)?;
+        for joint in self.joints() {
+            self.check_limits(joint, from, target)?;
         }
         self.check_planes(from, target)
     }
 
     fn check_limits(
         &self,
-        column: usize,
+        joint: JointIndex,
         from: &JointVector,
         target: &JointVector,
     ) -> Result<(), NotAllowed> {
-        let (Some(from), Some(target)) = (from.get(column), target.get(column)) else { return Ok(()) };
+        let name = || self.joint_name(joint).to_owned();
+        let (Ok(from), Ok(target)) = (joint.value(from), joint.value(target)) else {
+            return Err(NotAllowed::NoValue { joint: name() });
+        };
         if !target.is_finite() {
-            return Err(NotAllowed::NoNumber { joint: self.joint_name(column).to_owned(), target });
+            return Err(NotAllowed::NoNumber { joint: name(), target });
         }
-        let (lower, upper) = self.limits(column);
+        let (lower, upper) = self.limits(joint);
         let beyond = |value: f64| (lower - value).max(value - upper).max(0.0);
         if from == target || beyond(target) <= beyond(from).max(1e-9) {
             return Ok(());
         }
-        let unit = self.unit(column);
-        let shown = |value: f64| unit.from_internal(value + self.zero(column));
+        let unit = self.unit(joint);
+        let shown = |value: f64| unit.from_internal(value + self.zero(joint));
         Err(NotAllowed::Limit {
-            joint: self.joint_name(column).to_owned(),
+            joint: name(),
             target: shown(target),
             lower: shown(lower),
             upper: shown(upper),
@@ -401,16 +421,14 @@ impl Arm {
     }
 
     /// The drive's limits of a joint, narrowed by the cell's, in the drive's numbers.
-    pub(crate) fn limits(&self, column: usize) -> (f64, f64) {
-        let Some(joint) = self.description.joints.get(column) else {
-            return (f64::NEG_INFINITY, f64::INFINITY);
-        };
-        match self.setting.limits.iter().find(|(name, ..)| *name == joint.name) {
+    pub(crate) fn limits(&self, joint: JointIndex) -> (f64, f64) {
+        let known = &self.description.joints[joint.position()];
+        match self.setting.limits.iter().find(|(name, ..)| *name == known.name) {
             Some((_, least, most)) => {
-                let zero = self.zero(column);
-                (joint.lower.max(least - zero), joint.upper.min(most - zero))
+                let zero = self.zero(joint);
+                (known.lower.max(least - zero), known.upper.min(most - zero))
             }
-            None => (joint.lower, joint.upper),
+            None => (known.lower, known.upper),
         }
     }
 
@@ -420,15 +438,34 @@ impl Arm {
     }
 
     /// Where an answer that names a pose sends the drive from where it stands; none for another answer.
-    pub(crate) fn pose_of_answer(&self, here: &JointVector, answer: &Answer) -> Option<JointVector> {
-        let Answer::Pose { joints } = answer else { return None };
+    ///
+    /// # Errors
+    /// A sentence: the robot has no such joint, or its position is not known.
+    pub(crate) fn pose_of_answer(
+        &self,
+        here: &JointVector,
+        answer: &Answer,
+    ) -> Result<Option<JointVector>, String> {
+        let Answer::Pose { joints } = answer else { return Ok(None) };
         let mut target = *here;
-        for joint in joints {
-            if let Some(column) = self.column(&joint.name) {
-                target.set(column, self.unit(column).to_internal(joint.value) - self.zero(column));
-            }
+        for named in joints {
+            let joint = self.joint(&named.name)?;
+            joint.set(&mut target, self.unit(joint).to_internal(named.value) - self.zero(joint))?;
         }
-        Some(target)
+        Ok(Some(target))
+    }
+
+    /// Where one step of a jog, in the unit people write, sends the drive from where it stands.
+    ///
+    /// # Errors
+    /// A sentence: the robot has no such joint, or does not say where it is.
+    pub(crate) fn jog_target(&self, here: &JointVector, joint: &str, by: f64) -> Result<JointVector, String> {
+        let index = self.joint(joint)?;
+        let from = index.value(here).ok().filter(|from| from.is_finite());
+        let from = from.ok_or_else(|| format!("{} does not say where its {joint} is", self.name))?;
+        let mut target = *here;
+        index.set(&mut target, from + self.unit(index).to_internal(by))?;
+        Ok(target)
     }
 
     fn check_planes(&self, from: &JointVector, target: &JointVector) -> Result<(), NotAllowed> {
@@ -451,9 +488,9 @@ impl Arm {
         state: &JointState,
         between_ns: Option<(u64, u64)>,
     ) -> Result<(), String> {
-        let asked = Asked { told_before_ns: self.told_ns, between_ns };
+        let asked = RequestTimes { reported_before_ns: self.reported_ns, between_ns };
         believed::check_state(self.source(), &self.description, state, asked)?;
-        self.told_ns = state.time_ns;
+        self.reported_ns = state.time_ns;
         Ok(())
     }
 
@@ -467,9 +504,9 @@ impl Arm {
         end: &JointState,
         between_ns: Option<(u64, u64)>,
     ) -> Result<(), String> {
-        let asked = Asked { told_before_ns: self.told_ns, between_ns };
+        let asked = RequestTimes { reported_before_ns: self.reported_ns, between_ns };
         believed::check_end(self.source(), &self.description, target, end, asked)?;
-        self.told_ns = end.time_ns;
+        self.reported_ns = end.time_ns;
         Ok(())
     }
 
@@ -491,10 +528,13 @@ impl Arm {
 
     /// How long a move may take before something must be wrong, and how long it should take.
     pub(crate) fn expected_time(&self, from: &JointVector, target: &JointVector, speed: f64) -> Duration {
-        let slowest = self.description.joints.iter().enumerate().map(|(column, joint)| {
-            let way = (from.get(column).unwrap_or(0.0) - target.get(column).unwrap_or(0.0)).abs();
-            way / (joint.max_speed.max(1e-6) * speed.max(1e-3))
-        });
+        let ways = from.as_slice().iter().zip(target.as_slice()).map(|(from, target)| (from - target).abs());
+        let slowest = self
+            .description
+            .joints
+            .iter()
+            .zip(ways)
+            .map(|(joint, way)| way / (joint.max_speed.max(1e-6) * speed.max(1e-3)));
         Duration::from_secs_f64(slowest.fold(0.0, f64::max).clamp(0.0, 3600.0))
     }
 
@@ -506,9 +546,10 @@ impl Arm {
         speed: f64,
         limit: Duration,
     ) -> Result<JointState, DeviceError> {
-        let mask = (0..self.description.joints.len())
-            .filter(|column| from.get(*column) != target.get(*column))
-            .fold(0_u32, |mask, column| mask | (1 << column));
+        let mask = self
+            .joints()
+            .filter(|joint| joint.value(from) != joint.value(target))
+            .fold(0_u32, |mask, joint| mask | (1 << joint.position()));
         let motion = Motion::absolute(*target, speed).only(mask);
         self.sides = self.sides_at(from, target);
         let patience = self.expected_time(from, target, speed) * 3 + Duration::from_secs(10);

@@ -17,7 +17,7 @@ use crate::prompt::Decision;
 use crate::step::OnError;
 
 /// What a failed attempt leads to.
-enum After {
+enum AfterFailure {
     Again,
     GoOn,
     End(RunEnd),
@@ -25,7 +25,7 @@ enum After {
 
 impl Engine {
     /// Carries out one step, again where that is decided; gives the end of the run if it ends here.
-    pub(super) fn run_leaf(&mut self, entry: &Entry) -> Result<Option<RunEnd>, RecordError> {
+    pub(crate) fn run_leaf(&mut self, entry: &Entry) -> Result<Option<RunEnd>, RecordError> {
         loop {
             self.take_in_log(Some(&entry.path))?;
             if let Some(end) = self.wait_where_asked(entry)? {
@@ -67,16 +67,16 @@ impl Engine {
                     return Ok(None);
                 }
                 Err(error) => match self.not_passed(entry, &at, error)? {
-                    After::Again => {}
-                    After::GoOn => return Ok(None),
-                    After::End(end) => return Ok(Some(end)),
+                    AfterFailure::Again => {}
+                    AfterFailure::GoOn => return Ok(None),
+                    AfterFailure::End(end) => return Ok(Some(end)),
                 },
             }
         }
     }
 
     /// Writes down what the devices had to say.
-    pub(super) fn take_in_log(&mut self, step: Option<&StepPath>) -> Result<(), RecordError> {
+    pub(crate) fn take_in_log(&mut self, step: Option<&StepPath>) -> Result<(), RecordError> {
         for line in self.links.log_lines() {
             self.journal.log(line.level, &line.device, step, &line.message)?;
         }
@@ -101,19 +101,19 @@ impl Engine {
         entry: &Entry,
         at: &StepContext,
         error: StepError,
-    ) -> Result<After, RecordError> {
+    ) -> Result<AfterFailure, RecordError> {
         let (outcome, message) = match error {
             StepError::Record(error) => return Err(error),
             StepError::Interrupted { interrupt, reason } => {
                 self.end_attempt(entry, at, StepOutcome::Interrupted, &reason)?;
                 return Ok(match self.handle_interrupt(interrupt, &reason, entry)? {
-                    Some(end) => After::End(end),
-                    None => After::Again,
+                    Some(end) => AfterFailure::End(end),
+                    None => AfterFailure::Again,
                 });
             }
             StepError::NeedsOperator(message) => {
                 self.end_attempt(entry, at, StepOutcome::Error, &message)?;
-                return Ok(After::End(RunEnd { outcome: RunOutcome::NeedsOperator, message }));
+                return Ok(AfterFailure::End(RunEnd { outcome: RunOutcome::NeedsOperator, message }));
             }
             StepError::Lost { device, message } => {
                 if let Err(StepError::Record(error)) = self.note_lost(&device, &entry.path, &message) {
@@ -147,38 +147,24 @@ impl Engine {
         at: &StepContext,
         outcome: StepOutcome,
         message: &str,
-    ) -> Result<After, RecordError> {
+    ) -> Result<AfterFailure, RecordError> {
         let decision = match self.decide(&entry.step, at, message) {
             Ok(decision) => decision,
             Err(StepError::Record(error)) => return Err(error),
             Err(StepError::Interrupted { interrupt, reason }) => {
                 return Ok(match self.handle_interrupt(interrupt, &reason, entry)? {
-                    Some(end) => After::End(end),
+                    Some(end) => AfterFailure::End(end),
                     // A pause in a question is followed by the question again.
                     None => return self.after_failure(entry, at, outcome, message),
                 });
             }
             Err(other) => {
                 let message = describe(&other);
-                return Ok(After::End(RunEnd { outcome: RunOutcome::Error, message }));
+                return Ok(AfterFailure::End(RunEnd { outcome: RunOutcome::Error, message }));
             }
         };
         match decision {
-            Decision::Retry => match self.reconnect_lost() {
-                Ok(()) => Ok(After::Again),
-                Err(StepError::Record(error)) => Err(error),
-                Err(other) => {
-                    let message = describe(&other);
-                    self.journal.log(LogLevel::Error, "engine", Some(&entry.path), &message)?;
-                    // A person is asked again; what was decided beforehand has been tried.
-                    match self.unattended
-                        || entry.step.on_error.is_some_and(|on_error| on_error != OnError::Ask)
-                    {
-                        true => Ok(After::End(RunEnd { outcome: RunOutcome::Error, message })),
-                        false => self.after_failure(entry, at, outcome, &message),
-                    }
-                }
-            },
+            Decision::Retry => self.retry(entry, at, outcome),
             Decision::Skip => {
                 if outcome == StepOutcome::Failed {
                     self.failed_check.get_or_insert_with(|| message.to_owned());
@@ -191,12 +177,36 @@ impl Engine {
                     values: Vec::new(),
                 };
                 self.journal.end(&entry.path, attempt, end)?;
-                Ok(After::GoOn)
+                Ok(AfterFailure::GoOn)
             }
             Decision::Abort => {
                 let end = if outcome == StepOutcome::Failed { RunOutcome::Failed } else { RunOutcome::Error };
-                Ok(After::End(RunEnd { outcome: end, message: format!("step `{}`: {message}", entry.path) }))
+                Ok(AfterFailure::End(RunEnd {
+                    outcome: end,
+                    message: format!("step `{}`: {message}", entry.path),
+                }))
             }
         }
+    }
+
+    /// Starts lost devices again before the step is tried again; what to do is asked once more where that fails.
+    fn retry(
+        &mut self,
+        entry: &Entry,
+        at: &StepContext,
+        outcome: StepOutcome,
+    ) -> Result<AfterFailure, RecordError> {
+        let message = match self.reconnect_lost() {
+            Ok(()) => return Ok(AfterFailure::Again),
+            Err(StepError::Record(error)) => return Err(error),
+            Err(other) => describe(&other),
+        };
+        self.journal.log(LogLevel::Error, "engine", Some(&entry.path), &message)?;
+        // A person is asked again; what was decided beforehand has been tried.
+        let is_decided = entry.step.on_error.is_some_and(|on_error| on_error != OnError::Ask);
+        if self.unattended || is_decided {
+            return Ok(AfterFailure::End(RunEnd { outcome: RunOutcome::Error, message }));
+        }
+        self.after_failure(entry, at, outcome, &message)
     }
 }

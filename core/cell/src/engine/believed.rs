@@ -9,7 +9,7 @@ use plumb_plugin::{
     SensorDescription,
 };
 
-use crate::read_context::DegOrMm;
+use crate::deg_or_mm::DegOrMm;
 
 /// How far a joint may come to rest from its target, in steps of its drive. One for the rounding of the target, one for a driver that rounds towards
 /// zero; more is another place.
@@ -53,9 +53,9 @@ impl Source<'_> {
 
 /// What is known of the time at which a device was asked, ns of the cell's clock.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Asked {
+pub(crate) struct RequestTimes {
     /// The last time its device told before.
-    pub(crate) told_before_ns: u64,
+    pub(crate) reported_before_ns: u64,
     /// When it was asked, and when its answer had come; none in a cell whose clock this program cannot read.
     pub(crate) between_ns: Option<(u64, u64)>,
 }
@@ -92,12 +92,12 @@ pub(crate) fn check_state(
     source: Source<'_>,
     robot: &RobotDescription,
     state: &JointState,
-    asked: Asked,
+    asked: RequestTimes,
 ) -> Result<(), String> {
     let device = source.device;
     if state.joints.len() != robot.joints.len() {
-        let (told, has) = (state.joints.len(), robot.joints.len());
-        return Err(source.blame(&format!("{device} tells {told} joint values; it has {has} joints")));
+        let (reported, has) = (state.joints.len(), robot.joints.len());
+        return Err(source.blame(&format!("{device} reports {reported} joint values; it has {has} joints")));
     }
     for (joint, value) in robot.joints.iter().zip(state.joints.as_slice()) {
         if !value.is_finite() {
@@ -136,7 +136,7 @@ pub(crate) fn check_end(
     robot: &RobotDescription,
     target: &JointVector,
     end: &JointState,
-    asked: Asked,
+    asked: RequestTimes,
 ) -> Result<(), String> {
     check_state(source, robot, end, asked)?;
     let device = source.device;
@@ -166,11 +166,11 @@ pub(crate) fn check_end(
     Ok(())
 }
 
-fn check_time(source: Source<'_>, time_ns: u64, asked: Asked, oldest: Duration) -> Result<(), String> {
+fn check_time(source: Source<'_>, time_ns: u64, asked: RequestTimes, oldest: Duration) -> Result<(), String> {
     let device = source.device;
-    if time_ns < asked.told_before_ns {
-        let back = age(asked.told_before_ns, time_ns);
-        return Err(source.blame(&format!("{device} dates its state {back} before one it told earlier")));
+    if time_ns < asked.reported_before_ns {
+        let back = age(asked.reported_before_ns, time_ns);
+        return Err(source.blame(&format!("{device} dates its state {back} before one it reported earlier")));
     }
     let Some((begun, answered)) = asked.between_ns else { return Ok(()) };
     if time_ns > answered.saturating_add(nanoseconds(AHEAD)) {
@@ -182,7 +182,7 @@ fn check_time(source: Source<'_>, time_ns: u64, asked: Asked, oldest: Duration) 
     if time_ns < begun.saturating_sub(nanoseconds(oldest)) {
         let old = age(begun, time_ns);
         return Err(source.blame(&format!(
-            "{device} told a state that was {old} old when it was asked; {} s are allowed",
+            "{device} reported a state that was {old} old when it was asked; {} s are allowed",
             oldest.as_secs()
         )));
     }
@@ -195,7 +195,7 @@ pub(crate) fn check_reading(
     sensor: &SensorDescription,
     reading: &Reading,
     after_ns: u64,
-    asked: Asked,
+    asked: RequestTimes,
 ) -> Result<(), String> {
     let device = source.device;
     if reading.time_ns < after_ns {
@@ -215,7 +215,7 @@ pub(crate) fn check_reading(
     for (place, quantity) in reading.quantities.iter().enumerate() {
         let name = &quantity.name;
         if !sensor.quantities.iter().any(|known| known.name == *name) {
-            let known = crate::yaml::one_of(sensor.quantities.iter().map(|known| known.name.as_str()));
+            let known = plumb_document::one_of(sensor.quantities.iter().map(|known| known.name.as_str()));
             return Err(source.blame(&format!(
                 "{device} measured `{name}`, which it does not describe; of what it describes, {known}"
             )));
@@ -239,17 +239,23 @@ pub(crate) fn check_edge(
 ) -> Result<(), String> {
     let device = source.device;
     if edge.joints.len() != robot.joints.len() {
-        let (told, has) = (edge.joints.len(), robot.joints.len());
-        return Err(source
-            .blame(&format!("{device} tells an edge at {told} joint values; the robot has {has} joints")));
+        let (reported, has) = (edge.joints.len(), robot.joints.len());
+        return Err(source.blame(&format!(
+            "{device} reports an edge at {reported} joint values; the robot has {has} joints"
+        )));
     }
     let half_widths = edge.joints_half_width.as_slice();
-    let half_width = |column: usize| half_widths.get(column).copied().unwrap_or(0.0);
-    for (column, (joint, value)) in robot.joints.iter().zip(edge.joints.as_slice()).enumerate() {
-        let around = half_width(column);
-        if !value.is_finite() || !around.is_finite() || around < 0.0 {
+    if half_widths.len() != robot.joints.len() {
+        let (reported, has) = (half_widths.len(), robot.joints.len());
+        return Err(source.blame(&format!(
+            "{device} reports an edge with {reported} half-widths; the robot has {has} joints, and each has one"
+        )));
+    }
+    let joints = robot.joints.iter().zip(edge.joints.as_slice()).zip(half_widths);
+    for ((joint, value), around) in joints {
+        if !value.is_finite() || !around.is_finite() || *around < 0.0 {
             return Err(
-                source.blame(&format!("{device} tells an edge with {} at {value} +- {around}", joint.name))
+                source.blame(&format!("{device} reports an edge with {} at {value} +- {around}", joint.name))
             );
         }
     }
@@ -306,7 +312,7 @@ mod tests {
         JointVector::from_slice(&values).unwrap()
     }
 
-    fn end(time_ns: u64, values: [f64; 2], moving: bool, asked: Asked) -> Result<(), String> {
+    fn end(time_ns: u64, values: [f64; 2], moving: bool, asked: RequestTimes) -> Result<(), String> {
         let state = JointState::new(time_ns, vector(values), moving);
         check_end(ARM, &robot(), &vector([0.5, 20.0]), &state, asked)
     }
@@ -320,43 +326,44 @@ mod tests {
 
     #[test]
     fn a_move_that_ended_at_its_target_is_believed() {
-        assert_eq!(end(5, [0.5, 20.0], false, Asked::default()), Ok(()));
-        assert_eq!(end(5, [0.5 + 0.9 * SETTLES_WITHIN_RAD, 20.09], false, Asked::default()), Ok(()));
+        assert_eq!(end(5, [0.5, 20.0], false, RequestTimes::default()), Ok(()));
+        assert_eq!(end(5, [0.5 + 0.9 * SETTLES_WITHIN_RAD, 20.09], false, RequestTimes::default()), Ok(()));
     }
 
     #[test]
     fn a_move_that_ended_elsewhere_names_joint_commanded_and_reported_value() {
-        let elsewhere = end(5, [28.6, 20.0], false, Asked::default());
+        let elsewhere = end(5, [28.6, 20.0], false, RequestTimes::default());
         says(elsewhere, &["arm", "turn", "28.648 deg", "1638.659 deg", "`scara4`"]);
-        says(end(5, [0.5, 20.2], false, Asked::default()), &["slide", "20.000 mm", "20.200 mm"]);
+        says(end(5, [0.5, 20.2], false, RequestTimes::default()), &["slide", "20.000 mm", "20.200 mm"]);
     }
 
     #[test]
     fn a_move_that_has_not_ended_is_not_believed() {
-        says(end(5, [0.5, 20.0], true, Asked::default()), &["still moves"]);
-        says(end(5, [0.1, 20.0], true, Asked::default()), &["turn", "still moves"]);
+        says(end(5, [0.5, 20.0], true, RequestTimes::default()), &["still moves"]);
+        says(end(5, [0.1, 20.0], true, RequestTimes::default()), &["turn", "still moves"]);
     }
 
     #[test]
     fn what_is_no_number_and_what_is_too_few_is_not_believed() {
-        says(end(5, [f64::NAN, 20.0], false, Asked::default()), &["turn", "NaN"]);
-        says(end(5, [0.5, f64::INFINITY], false, Asked::default()), &["slide", "inf"]);
+        says(end(5, [f64::NAN, 20.0], false, RequestTimes::default()), &["turn", "NaN"]);
+        says(end(5, [0.5, f64::INFINITY], false, RequestTimes::default()), &["slide", "inf"]);
         let state = JointState::new(5, JointVector::zeros(1), false);
-        says(check_state(ARM, &robot(), &state, Asked::default()), &["1 joint values", "2 joints"]);
+        says(check_state(ARM, &robot(), &state, RequestTimes::default()), &["1 joint values", "2 joints"]);
     }
 
     #[test]
     fn times_from_the_past_and_the_future_are_not_believed() {
         let second = 1_000_000_000;
-        let asked = Asked { told_before_ns: 7 * second, between_ns: Some((10 * second, 11 * second)) };
+        let asked =
+            RequestTimes { reported_before_ns: 7 * second, between_ns: Some((10 * second, 11 * second)) };
         assert_eq!(end(11 * second, [0.5, 20.0], false, asked), Ok(()));
         says(end(3600 * second, [0.5, 20.0], false, asked), &["3589.000 s in the future"]);
         says(end(9 * second, [0.5, 20.0], false, asked), &["1.000 s before the move was commanded"]);
-        says(end(5, [0.5, 20.0], false, asked), &["before one it told earlier"]);
+        says(end(5, [0.5, 20.0], false, asked), &["before one it reported earlier"]);
         let state = |time_ns| JointState::new(time_ns, vector([0.0, 0.0]), false);
         assert_eq!(check_state(ARM, &robot(), &state(9 * second), asked), Ok(()));
         says(check_state(ARM, &robot(), &state(7 * second), asked), &["3.000 s old"]);
-        let blind = Asked { told_before_ns: 7 * second, between_ns: None };
+        let blind = RequestTimes { reported_before_ns: 7 * second, between_ns: None };
         assert_eq!(check_state(ARM, &robot(), &state(3600 * second), blind), Ok(()), "another clock");
     }
 
@@ -400,8 +407,9 @@ mod tests {
     #[test]
     fn a_reading_from_before_the_motion_is_refused_with_its_age() {
         let source = Source { device: "tracker", plugin: "leica" };
-        let check =
-            |reading: &Reading, after| check_reading(source, &tracker(), reading, after, Asked::default());
+        let check = |reading: &Reading, after| {
+            check_reading(source, &tracker(), reading, after, RequestTimes::default())
+        };
         let good = reading(2_000_000_000, &[("x", 1.0), ("y", 2.0)]);
         assert_eq!(check(&good, 2_000_000_000), Ok(()));
         says(check(&good, 5_200_000_000), &["tracker", "stale", "3.200 s before", "`leica`"]);
@@ -416,7 +424,7 @@ mod tests {
         let source = Source { device: "camera", plugin: "v4l2-camera" };
         let check = |time_ns| {
             let not_before_ns = picture_not_before(5_000_000_000);
-            check_reading(source, &tracker(), &reading(time_ns, &[]), not_before_ns, Asked::default())
+            check_reading(source, &tracker(), &reading(time_ns, &[]), not_before_ns, RequestTimes::default())
         };
         assert_eq!(check(4_988_000_000), Ok(()));
         says(check(4_000_000_000), &["camera", "stale"]);
@@ -424,11 +432,20 @@ mod tests {
 
     #[test]
     fn an_edge_at_no_pose_is_not_believed() {
-        let edge = |values: [f64; 2]| ProximityEdge { joints: vector(values), ..ProximityEdge::default() };
+        let wide = |values: [f64; 2], half_width: [f64; 2]| ProximityEdge {
+            joints: vector(values),
+            joints_half_width: vector(half_width),
+            ..ProximityEdge::default()
+        };
+        let edge = |values| wide(values, [0.0, 0.1]);
         let check = |edge: &ProximityEdge| check_edge(ARM, &robot(), edge);
         assert_eq!(check(&edge([0.5, 1.0])), Ok(()));
         says(check(&edge([f64::NAN, 1.0])), &["turn", "NaN"]);
         says(check(&edge([9.0, 1.0])), &["turn", "stands at"]);
+        says(check(&wide([0.5, 1.0], [0.0, -0.1])), &["slide", "1 +- -0.1"]);
+        says(check(&wide([0.5, 1.0], [f64::NAN, 0.1])), &["turn", "NaN"]);
+        let without = ProximityEdge { joints: vector([0.5, 1.0]), ..ProximityEdge::default() };
+        says(check(&without), &["0 half-widths", "2 joints"]);
         says(check(&ProximityEdge::default()), &["0 joint values"]);
     }
 }

@@ -8,14 +8,14 @@ use super::arm::{Arm, zero_in_force};
 use super::step_error::StepError;
 use super::zero_trust::Stage;
 use super::{Engine, Sensor};
+use crate::deg_or_mm::DegOrMm;
 use crate::device::Link;
 use crate::event::DeviceState;
-use crate::read_context::DegOrMm;
 use crate::workcell::{DeviceSetting, KeepOut};
 
 impl Engine {
     /// Starts every device of the cell. Nothing moves.
-    pub(super) fn connect_all(&mut self) -> Result<(), StepError> {
+    pub(crate) fn connect_all(&mut self) -> Result<(), StepError> {
         let cell = Arc::clone(&self.cell);
         // Their hosts start at once: whoever comes first makes a stream, the other finds it there.
         let mut wanted = Vec::new();
@@ -41,7 +41,7 @@ impl Engine {
     /// Starts one device, in place of what was there under its name.
     fn connect(&mut self, device: &DeviceSetting) -> Result<(), StepError> {
         self.journal.device(&device.name, &device.plugin, DeviceState::Unconfigured, None);
-        self.standing.forget();
+        self.pose_cache.forget();
         let keep_out = self.keep_out_of(&device.name)?;
         let guard = self.guard_of(&device.name)?;
         let link = self.links.connect(device, guard)?;
@@ -91,11 +91,11 @@ impl Engine {
             let unit = setting.unit(joint).unwrap_or(DegOrMm::Deg);
             zero_in_force(&corrections, joint).map_or(0.0, |value| unit.to_internal(value))
         };
-        Ok(KeepOut::of(setting, &cell.keep_out).map(|check| check.with_zeros(zero_of)))
+        Ok(KeepOut::for_robot(setting, &cell.keep_out).map(|check| check.with_zeros(zero_of)))
     }
 
     /// Whether the zeros in force say where a robot is: they are all known, and this run is not to find them anew.
-    pub(super) fn trusts_zeros(&self, robot: &str) -> bool {
+    pub(crate) fn trusts_zeros(&self, robot: &str) -> bool {
         let Some(setting) = self.cell.robot(robot) else { return false };
         let corrections = self.zeros_in_force(robot).unwrap_or_default();
         let known = setting.initialize.iter().all(|joint| zero_in_force(&corrections, joint).is_some());
@@ -103,7 +103,7 @@ impl Engine {
     }
 
     /// Starts the lost devices again. A robot stays where it stands until it is told to move.
-    pub(super) fn reconnect_lost(&mut self) -> Result<(), StepError> {
+    pub(crate) fn reconnect_lost(&mut self) -> Result<(), StepError> {
         let cell = Arc::clone(&self.cell);
         for name in self.lost.clone() {
             if let Some(device) = cell.devices.iter().find(|device| device.name == name) {
@@ -116,7 +116,7 @@ impl Engine {
     }
 
     /// Notes that a device's process is gone and stops every robot.
-    pub(super) fn note_lost(
+    pub(crate) fn note_lost(
         &mut self,
         device: &str,
         step: &crate::event::StepPath,

@@ -9,7 +9,7 @@ use crate::step::{OnError, Step};
 
 impl Engine {
     /// Decides by what the step says, what the answers say, or by asking.
-    pub(super) fn decide(
+    pub(crate) fn decide(
         &mut self,
         step: &Step,
         at: &StepContext,
@@ -40,7 +40,7 @@ impl Engine {
                 let prompt = self.journal.ask(question)?;
                 let patient = StepContext { limit: None, ..at.clone() };
                 loop {
-                    if let super::prompting::Heard::Answer(answer, by) = self.hear(&prompt, &patient)? {
+                    if let super::prompting::Received::Answer(answer, by) = self.receive(&prompt, &patient)? {
                         self.journal.answered(&prompt, &answer, &by)?;
                         if let Answer::Decision { decision } = answer {
                             return Ok(decision);

@@ -3,13 +3,13 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::estimate::{Estimator, asks};
+use super::estimate::Estimator;
 use super::plan::{Entry, make_plan};
 use super::start::{check_unattended, model_values, parameters_of};
 use super::{RunRequest, StartError};
-use crate::expression::{Calculator, Expression};
-use crate::read_context::DegOrMm;
-use crate::step::{Action, Question};
+use crate::deg_or_mm::DegOrMm;
+use crate::expression::Calculator;
+use crate::step::{MotionContext, PlannedMotion, rounded};
 use crate::workcell::{RobotSetting, Workcell};
 
 /// What a run would do.
@@ -54,21 +54,6 @@ pub struct DryStep {
     pub moves: Vec<PlannedMotion>,
 }
 
-/// One joint that would move.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PlannedMotion {
-    /// The robot.
-    pub robot: String,
-    /// The joint; none where the operator chooses.
-    pub joint: Option<String>,
-    /// How, in words: `by 5 deg`, `by at most -40 deg until eye is on`.
-    pub how: String,
-    /// Part of full speed.
-    pub speed: f64,
-    /// Within what, in words.
-    pub limits: String,
-}
-
 /// Works out what a run would do.
 ///
 /// # Errors
@@ -92,7 +77,7 @@ pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
         title: planned.title,
         kind: planned.kind,
         depth: planned.depth,
-        asks: asks(&entry.step.action),
+        asks: planned.asks,
         when: entry.step.when.as_ref().map(|when| when.text().to_owned()),
         estimate_s: planned.estimate_s,
         moves: motions(entry, &request.cell, &estimator),
@@ -114,46 +99,9 @@ pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
 }
 
 fn motions(entry: &Entry, cell: &Workcell, estimator: &Estimator<'_>) -> Vec<PlannedMotion> {
-    let values = estimator.values(entry);
-    let amount = |expression: &Expression, unit: DegOrMm| match estimator.known(expression, &values) {
-        Some(number) => format!("{} {}", rounded(number), unit.symbol()),
-        None => format!("`{}` {}, known in the run", expression.text(), unit.symbol()),
-    };
-    match &entry.step.action {
-        Action::Move(step) => {
-            let way = if step.relative { "by" } else { "to" };
-            let motion = |target: &crate::step::JointTarget| PlannedMotion {
-                robot: step.robot.clone(),
-                joint: Some(target.joint.clone()),
-                how: format!("{way} {}", amount(&target.value, target.unit)),
-                speed: step.speed,
-                limits: limits(cell, &step.robot, &target.joint),
-            };
-            step.targets.iter().map(motion).collect()
-        }
-        Action::Search(step) => {
-            let state = if step.until_on { "on" } else { "off" };
-            let travel = amount(&step.travel, step.unit);
-            vec![PlannedMotion {
-                robot: step.robot.clone(),
-                joint: Some(step.joint.clone()),
-                how: format!("by at most {travel} until {} is {state}", step.sensor),
-                speed: step.fast.speed,
-                limits: limits(cell, &step.robot, &step.joint),
-            }]
-        }
-        Action::Prompt(step) => match &step.question {
-            Question::JogTo { robot, .. } => vec![PlannedMotion {
-                robot: robot.clone(),
-                joint: None,
-                how: "where the operator jogs it".to_owned(),
-                speed: 0.5,
-                limits: "the limits of each joint".to_owned(),
-            }],
-            _ => Vec::new(),
-        },
-        _ => Vec::new(),
-    }
+    let limits = |robot: &str, joint: &str| limits(cell, robot, joint);
+    let context = MotionContext { time: &estimator.context(entry), limits: &limits };
+    entry.step.action.planned_motions(&context)
 }
 
 fn limits(cell: &Workcell, robot: &str, joint: &str) -> String {
@@ -196,9 +144,4 @@ fn safety(request: &RunRequest) -> Vec<String> {
         }
     };
     cell.robots.iter().map(watched).collect()
-}
-
-/// A number for people, without the tail that binary arithmetic leaves.
-fn rounded(number: f64) -> f64 {
-    (number * 1e6).round() / 1e6
 }

@@ -9,7 +9,7 @@ use crate::event::{DeviceState, Event, LogLevel, RunOutcome};
 impl Engine {
     /// Brings the robots to rest, writes the end down and shuts the devices down. A run that needs something before it can go on leaves its
     /// simulated world alive, so that it can be resumed there.
-    pub(super) fn finish(mut self, end: RunEnd) -> Result<RunOutcome, RecordError> {
+    pub(crate) fn finish(mut self, end: RunEnd) -> Result<RunOutcome, RecordError> {
         if end.outcome != RunOutcome::Passed {
             self.note_where_robots_came_to_rest()?;
         }
@@ -56,7 +56,7 @@ impl Engine {
             if self.lost.contains(&name) {
                 continue;
             }
-            self.standing.forget();
+            self.pose_cache.forget();
             match self.read_pose_anywhere(&name) {
                 Ok(state) => {
                     self.moved.insert(name, state.joints);

@@ -15,7 +15,7 @@ use crate::prompt::{Answer, Prompt, PromptId, PromptKind};
 pub(crate) struct Journal {
     pub(crate) record: Record,
     pub(crate) run: RunId,
-    pub(super) events: EventSender,
+    pub(crate) events: EventSender,
 }
 
 /// An attempt at a step that was written down.

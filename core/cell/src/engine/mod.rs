@@ -1,8 +1,11 @@
 //! The engine: carries a procedure out in a cell, step by step, every transition written down before it is shown.
 
-mod arm;
+pub(crate) mod applied;
+pub(crate) mod arm;
+#[cfg(test)]
+mod arm_tests;
 mod attempts;
-mod believed;
+pub(crate) mod believed;
 mod connect;
 mod decide;
 mod dry_run;
@@ -10,22 +13,31 @@ mod estimate;
 mod event_sender;
 mod execute;
 mod finish;
-mod inbox;
-mod journal;
+pub(crate) mod flange;
+pub(crate) mod inbox;
+pub(crate) mod joint_index;
+pub(crate) mod journal;
 mod manual_motion;
+pub(crate) mod motion;
 mod pause;
 mod plan;
-mod prompting;
+mod pose_cache;
+pub(crate) mod prompting;
 mod reach;
 mod resume;
 mod run_loop;
-mod scope;
-mod standing;
+pub(crate) mod scan_state;
+pub(crate) mod scope;
+pub(crate) mod sensor_corrections;
+mod sensor_reading;
+mod settings;
 mod start;
 mod step_clock;
-mod step_context;
-mod step_error;
-mod uncertainty;
+pub(crate) mod step_context;
+pub(crate) mod step_error;
+#[cfg(test)]
+mod test_arm;
+pub(crate) mod uncertainty;
 mod zero_check;
 mod zero_trust;
 
@@ -36,23 +48,22 @@ use std::sync::Arc;
 use plumb_plugin::{JointState, JointVector, Reading};
 use serde_json::{Map, Value};
 
-pub(crate) use execute::{CIRCUMSTANCES, SENSOR_PARAMETER};
+pub use sensor_corrections::sensor_corrections;
 
-pub use execute::sensor_corrections;
-
-pub use dry_run::{DryRun, DryStep, PlannedMotion, dry_run};
+pub use crate::step::PlannedMotion;
+pub use dry_run::{DryRun, DryStep, dry_run};
 pub use event_sender::EventSender;
 pub use plan::PlanError;
 pub use start::{Connected, RunRequest, RunningRun, StartError, start_run};
 
 use arm::Arm;
-use believed::{Asked, Source};
-use execute::{Made, Scan};
+use believed::{RequestTimes, Source};
 use inbox::{Inbox, Interrupt};
 use journal::Journal;
 use plan::Plan;
+use pose_cache::PoseCache;
+use scan_state::{Scan, ScanProgress};
 use scope::joints_value;
-use standing::Standing;
 use step_clock::StepClock;
 use step_error::StepError;
 
@@ -66,50 +77,50 @@ use crate::workcell::Workcell;
 
 /// One sitting of one run.
 pub(crate) struct Engine {
-    cell: Arc<Workcell>,
-    calculator: Arc<Calculator>,
-    journal: Journal,
-    inbox: Inbox,
-    links: Box<dyn DeviceLinks>,
-    stops: StopActions,
-    arms: Vec<Arm>,
-    sensors: Vec<Sensor>,
+    pub(crate) cell: Arc<Workcell>,
+    pub(crate) calculator: Arc<Calculator>,
+    pub(crate) journal: Journal,
+    pub(crate) inbox: Inbox,
+    pub(crate) links: Box<dyn DeviceLinks>,
+    pub(crate) stops: StopActions,
+    pub(crate) arms: Vec<Arm>,
+    pub(crate) sensors: Vec<Sensor>,
     /// What `configure` steps told sensors in this run, by sensor.
-    settings: BTreeMap<String, Map<String, Value>>,
+    pub(crate) settings: BTreeMap<String, Map<String, Value>>,
     /// Devices whose process was lost.
-    lost: Vec<String>,
+    pub(crate) lost: Vec<String>,
     /// Robots whose zeros this run is to find.
-    finds_zeros: Vec<String>,
+    pub(crate) finds_zeros: Vec<String>,
     /// Robots that moved since their place was last written down, and where they came to rest.
-    moved: BTreeMap<String, JointVector>,
+    pub(crate) moved: BTreeMap<String, JointVector>,
     /// Where robots were last seen to stand, as long as nothing but this run can have moved them.
-    standing: Standing,
+    pub(crate) pose_cache: PoseCache,
     /// When the last motion ended, ns of the cell's clock: a reading of before does not belong to where the robots stand. 0 before any.
-    rest_ns: u64,
+    pub(crate) rest_ns: u64,
     /// The clock of the cell, as the step in hand has seen it go.
-    clock: Arc<StepClock>,
-    answers: Option<Answers>,
-    unattended: bool,
-    plan: Plan,
+    pub(crate) clock: Arc<StepClock>,
+    pub(crate) answers: Option<Answers>,
+    pub(crate) unattended: bool,
+    pub(crate) plan: Plan,
     /// The prompt and the number of an answer from elsewhere that is being looked at.
-    offered: Option<(PromptId, i64)>,
+    pub(crate) offered: Option<(PromptId, i64)>,
     /// Where what a run makes, such as clouds of points, is put.
-    outputs: PathBuf,
+    pub(crate) outputs: PathBuf,
     /// The scan a pause has interrupted, with what it has made.
-    paused_scan: Option<(StepPath, Scan, Made)>,
+    pub(crate) paused_scan: Option<(StepPath, Scan, ScanProgress)>,
     /// A check did not hold and the run went on all the same.
-    failed_check: Option<String>,
+    pub(crate) failed_check: Option<String>,
 }
 
 /// A connected sensor.
 pub(crate) struct Sensor {
-    name: String,
-    plugin: String,
-    link: Box<dyn SensorLink>,
+    pub(crate) name: String,
+    pub(crate) plugin: String,
+    pub(crate) link: Box<dyn SensorLink>,
 }
 
 impl Engine {
-    fn arm(&mut self, name: &str) -> Result<&mut Arm, StepError> {
+    pub(crate) fn arm(&mut self, name: &str) -> Result<&mut Arm, StepError> {
         let lost = self.lost.iter().any(|lost| lost == name);
         let arm = self.arms.iter_mut().find(|arm| arm.name == name).filter(|_| !lost);
         arm.ok_or_else(|| StepError::Lost {
@@ -118,7 +129,7 @@ impl Engine {
         })
     }
 
-    fn sensor(&mut self, name: &str) -> Result<&mut Sensor, StepError> {
+    pub(crate) fn sensor(&mut self, name: &str) -> Result<&mut Sensor, StepError> {
         let lost = self.lost.iter().any(|lost| lost == name);
         let sensor = self.sensors.iter_mut().find(|sensor| sensor.name == name).filter(|_| !lost);
         sensor.ok_or_else(|| StepError::Lost {
@@ -128,7 +139,7 @@ impl Engine {
     }
 
     /// Takes in commands; gives up where one interrupts.
-    fn look_for_interrupt(&mut self) -> Result<(), StepError> {
+    pub(crate) fn look_for_interrupt(&mut self) -> Result<(), StepError> {
         match self.inbox.interrupt() {
             Some(interrupt) => Err(interrupted(interrupt)),
             None => Ok(()),
@@ -136,8 +147,8 @@ impl Engine {
     }
 
     /// What a device's error means: a stop that was asked for is an interruption, and so is one at the pendant.
-    fn device_error(&mut self, error: DeviceError) -> StepError {
-        self.standing.forget();
+    pub(crate) fn device_error(&mut self, error: DeviceError) -> StepError {
+        self.pose_cache.forget();
         if let Some(interrupt) = self.inbox.interrupt() {
             return interrupted(interrupt);
         }
@@ -154,7 +165,11 @@ impl Engine {
     }
 
     /// The values expressions see in a scope. Where the robots stand is read only when an expression asks for it.
-    fn values(&mut self, scope: usize, expressions: &[&str]) -> Result<Map<String, Value>, StepError> {
+    pub(crate) fn values(
+        &mut self,
+        scope: usize,
+        expressions: &[&str],
+    ) -> Result<Map<String, Value>, StepError> {
         let mut robots = Map::new();
         for index in 0..self.arms.len() {
             let Some(name) = self.arms.get(index).map(|arm| arm.name.clone()) else { continue };
@@ -174,11 +189,11 @@ impl Engine {
     }
 
     /// What the robots' model files give to expressions.
-    fn model_values(&self) -> Map<String, Value> {
+    pub(crate) fn model_values(&self) -> Map<String, Value> {
         start::model_values(&self.cell)
     }
 
-    fn number(&mut self, scope: usize, expression: &Expression) -> Result<f64, StepError> {
+    pub(crate) fn number(&mut self, scope: usize, expression: &Expression) -> Result<f64, StepError> {
         let values = self.values(scope, &[expression.text()])?;
         Ok(expression.number(&self.calculator, &values)?)
     }
@@ -187,15 +202,15 @@ impl Engine {
     ///
     /// # Errors
     /// Also when it says what cannot be, or that it stands beyond its own limits.
-    fn read_pose(&mut self, name: &str) -> Result<JointState, StepError> {
+    pub(crate) fn read_pose(&mut self, name: &str) -> Result<JointState, StepError> {
         let state = self.read_pose_anywhere(name)?;
         self.arm(name)?.check_own_limits(&state.joints).map_err(StepError::Error)?;
         Ok(state)
     }
 
     /// As [`Engine::read_pose`] of a robot that may stand beyond its own limits, because it is about to be brought back.
-    fn read_pose_anywhere(&mut self, name: &str) -> Result<JointState, StepError> {
-        let known = self.standing.of(name);
+    pub(crate) fn read_pose_anywhere(&mut self, name: &str) -> Result<JointState, StepError> {
+        let known = self.pose_cache.fresh(name);
         let asked = self.links.clock_ns();
         let arm = self.arm(name)?;
         if let Some(state) = known {
@@ -209,7 +224,7 @@ impl Engine {
     }
 
     /// Takes a state for true once it was looked at. `asked_ns` is when it was asked for, where the cell's clock can be read.
-    fn believe_state(
+    pub(crate) fn believe_state(
         &mut self,
         name: &str,
         state: &JointState,
@@ -220,27 +235,32 @@ impl Engine {
     }
 
     /// What a sensor has seen up to `after_ns`, once it was looked at: nothing that is dated before `not_before_ns`.
-    fn read_sensor(&mut self, name: &str, after_ns: u64, not_before_ns: u64) -> Result<Reading, StepError> {
+    pub(crate) fn read_sensor(
+        &mut self,
+        name: &str,
+        after_ns: u64,
+        not_before_ns: u64,
+    ) -> Result<Reading, StepError> {
         let asked_ns = self.links.clock_ns();
         let read = self.sensor(name)?.link.read(after_ns);
         let reading = read.map_err(|error| self.device_error(error))?;
         let between_ns = asked_ns.zip(self.links.clock_ns());
         let sensor = self.sensor(name)?;
         let source = Source { device: name, plugin: &sensor.plugin };
-        let asked = Asked { told_before_ns: 0, between_ns };
+        let asked = RequestTimes { reported_before_ns: 0, between_ns };
         believed::check_reading(source, sensor.link.description(), &reading, not_before_ns, asked)
             .map_err(StepError::Error)?;
         Ok(reading)
     }
 
     /// Takes in and shows where a robot says it is.
-    fn saw(&mut self, name: &str, state: &JointState) -> Result<(), StepError> {
+    pub(crate) fn saw(&mut self, name: &str, state: &JointState) -> Result<(), StepError> {
         self.clock.saw(state.time_ns);
-        self.standing.saw(name, state);
+        self.pose_cache.saw(name, state);
         self.show_pose(name, state)
     }
 
-    fn show_pose(&mut self, name: &str, state: &JointState) -> Result<(), StepError> {
+    pub(crate) fn show_pose(&mut self, name: &str, state: &JointState) -> Result<(), StepError> {
         let arm = self.arm(name)?;
         let joints = arm.named(&state.joints);
         let event = Event::Joints {
@@ -258,7 +278,7 @@ impl Engine {
     }
 
     /// Writes down where the robots that moved came to rest, for a resume.
-    fn note_poses(&mut self) -> Result<(), plumb_record::RecordError> {
+    pub(crate) fn note_poses(&mut self) -> Result<(), plumb_record::RecordError> {
         for (name, joints) in std::mem::take(&mut self.moved) {
             if let Some(arm) = self.arms.iter().find(|arm| arm.name == name) {
                 let recorded = arm.recorded(&joints);
@@ -269,7 +289,7 @@ impl Engine {
     }
 
     /// Reads where every robot stands and writes it down.
-    fn read_and_note_poses(&mut self) -> Result<(), StepError> {
+    pub(crate) fn read_and_note_poses(&mut self) -> Result<(), StepError> {
         for index in 0..self.arms.len() {
             let Some(name) = self.arms.get(index).map(|arm| arm.name.clone()) else { continue };
             let state = self.read_pose_anywhere(&name)?;
@@ -282,7 +302,7 @@ impl Engine {
     }
 }
 
-fn interrupted(interrupt: Interrupt) -> StepError {
+pub(crate) fn interrupted(interrupt: Interrupt) -> StepError {
     let reason = match interrupt {
         Interrupt::Pause => "paused by the operator",
         Interrupt::Stop => "stopped by the operator",

@@ -15,7 +15,7 @@ impl Engine {
     ///
     /// # Errors
     /// When someone ends the run instead, or a robot cannot be made ready again.
-    pub(super) fn pause(
+    pub(crate) fn pause(
         &mut self,
         interrupt: Interrupt,
         step: Option<&StepPath>,
@@ -63,13 +63,13 @@ impl Engine {
     }
 
     /// Lets every robot that is there move (again).
-    pub(super) fn activate_robots(&mut self) -> Result<(), StepError> {
+    pub(crate) fn activate_robots(&mut self) -> Result<(), StepError> {
         for index in 0..self.arms.len() {
             let Some(arm) = self.arms.get_mut(index) else { continue };
             if self.lost.contains(&arm.name) {
                 continue;
             }
-            self.standing.forget();
+            self.pose_cache.forget();
             let activated = arm.link.activate();
             let (name, plugin) = (arm.name.clone(), arm.plugin.clone());
             activated.map_err(|error| self.device_error(error))?;
@@ -78,7 +78,7 @@ impl Engine {
         Ok(())
     }
 
-    pub(super) fn show_robots(&self, state: DeviceState) {
+    pub(crate) fn show_robots(&self, state: DeviceState) {
         for arm in self.arms.iter().filter(|arm| !self.lost.contains(&arm.name)) {
             self.journal.device(&arm.name, &arm.plugin, state, None);
         }

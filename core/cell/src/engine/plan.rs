@@ -8,7 +8,7 @@ use super::scope::{Scope, ScopeId, steps_listed};
 use crate::event::StepPath;
 use crate::expression::{Calculator, Expression, ExpressionError};
 use crate::procedure::{MOST_ENTRIES, Procedure};
-use crate::step::{Action, RepeatStep, Step, Turns};
+use crate::step::{Inside, Step, Turns};
 
 /// Why a procedure cannot be unrolled.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -88,7 +88,7 @@ impl Entry {
         let mut state = Map::new();
         state.insert("turn".to_owned(), Value::from(turn));
         state.insert("turns".to_owned(), Value::from(turns));
-        if let Action::Repeat(RepeatStep { turns: Turns::Over(table), .. }) = &self.step.action
+        if let Inside::Repeated { turns: Turns::Over(table), .. } = self.step.action.inside()
             && let Some(row) = table.rows.get((turn as usize).saturating_sub(1))
         {
             let named = table.columns.iter().zip(row);
@@ -141,9 +141,9 @@ impl Planner<'_> {
     ) -> Result<(), PlanError> {
         for step in steps {
             let shared = Arc::new(step.clone());
-            match &step.action {
-                Action::Repeat(repeat) => {
-                    let times = match &repeat.turns {
+            match step.action.inside() {
+                Inside::Repeated { turns, steps: repeated, .. } => {
+                    let times = match turns {
                         Turns::Times(times) => self.times(step, times, scope)?,
                         Turns::Over(table) => {
                             u32::try_from(table.rows.len()).map_err(|_| PlanError::TooLong)?
@@ -158,16 +158,16 @@ impl Planner<'_> {
                             answers: at.answers.clone(),
                             depth: at.depth + 1,
                         };
-                        self.steps(procedure, &repeat.steps, &inside, scope)?;
+                        self.steps(procedure, repeated, &inside, scope)?;
                         turn_ends.push(self.push(&shared, at, scope, Work::TurnEnd { end: 0 })?);
                     }
                     let end = self.push(&shared, at, scope, Work::End { called: None, turns: times })?;
                     self.set_end(begin, end);
                     turn_ends.into_iter().for_each(|index| self.set_end(index, end));
                 }
-                Action::Call(call) => {
-                    let Some(called) = procedure.called(&call.file).cloned() else { continue };
-                    let parameters = self.parameters_of(step, &called, &call.with, scope)?;
+                Inside::Called { file, with, .. } => {
+                    let Some(called) = procedure.called(file).cloned() else { continue };
+                    let parameters = self.parameters_of(step, &called, with, scope)?;
                     let inner = self.scope(&called, parameters);
                     let begin = self.push(&shared, at, scope, Work::Begin { end: 0 })?;
                     let inside = Position {
@@ -179,7 +179,7 @@ impl Planner<'_> {
                     let end = self.push(&shared, at, scope, Work::End { called: Some(inner), turns: 1 })?;
                     self.set_end(begin, end);
                 }
-                _ => {
+                Inside::Nothing => {
                     self.push(&shared, at, scope, Work::Leaf)?;
                 }
             }
@@ -240,7 +240,7 @@ impl Planner<'_> {
         &self,
         step: &Step,
         called: &Procedure,
-        with: &[(crate::yaml::Key, Expression)],
+        with: &[(plumb_document::Key, Expression)],
         scope: ScopeId,
     ) -> Result<Map<String, Value>, PlanError> {
         let mut parameters = Map::new();
@@ -270,8 +270,8 @@ pub(crate) fn number_value(number: f64) -> Value {
 fn step_ids(steps: &[Step], ids: &mut Vec<String>) {
     for step in steps {
         ids.push(step.id.clone());
-        if let Action::Repeat(repeat) = &step.action {
-            step_ids(&repeat.steps, ids);
+        if let Inside::Repeated { steps, .. } = step.action.inside() {
+            step_ids(steps, ids);
         }
     }
 }

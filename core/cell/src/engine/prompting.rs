@@ -9,14 +9,14 @@ use super::journal::Question;
 use super::step_context::StepContext;
 use super::step_error::StepError;
 use crate::command::Command;
-use crate::event::Event;
+use crate::event::{Event, NamedValue};
 use crate::prompt::{Answer, Prompt, PromptKind};
 
 /// How often a waiting prompt looks at the robot it is about.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// What came while a prompt waited.
-pub(super) enum Heard {
+pub(crate) enum Received {
     /// An answer that fits the prompt's kind, and who gave it.
     Answer(Answer, String),
     /// One joint is to be moved a little.
@@ -29,7 +29,7 @@ pub(super) enum Heard {
 
 impl Engine {
     /// Asks and waits for the answer. An answer given before the run was interrupted is taken without asking again.
-    pub(super) fn ask(&mut self, question: Question<'_>, at: &StepContext) -> Result<Answer, StepError> {
+    pub(crate) fn ask(&mut self, question: Question<'_>, at: &StepContext) -> Result<Answer, StepError> {
         if let Some(answer) = self.answer_given_before(&question)? {
             return Ok(answer);
         }
@@ -40,21 +40,21 @@ impl Engine {
             return Ok(answer);
         }
         loop {
-            match self.hear(&prompt, at)? {
-                Heard::Answer(answer, by) => {
+            match self.receive(&prompt, at)? {
+                Received::Answer(answer, by) => {
                     self.journal.answered(&prompt, &answer, &by)?;
                     return Ok(answer);
                 }
-                Heard::Jog { .. } | Heard::HandOver => {
+                Received::Jog { .. } | Received::HandOver => {
                     self.refuse(&prompt, "nothing is jogged in this prompt");
                 }
-                Heard::Silence => {}
+                Received::Silence => {}
             }
         }
     }
 
     /// An answer in the record to the same prompt of this run, given before it was killed.
-    pub(super) fn answer_given_before(
+    pub(crate) fn answer_given_before(
         &mut self,
         question: &Question<'_>,
     ) -> Result<Option<Answer>, StepError> {
@@ -76,10 +76,10 @@ impl Engine {
     }
 
     /// Waits a little for something that concerns the prompt.
-    pub(super) fn hear(&mut self, prompt: &Prompt, at: &StepContext) -> Result<Heard, StepError> {
+    pub(crate) fn receive(&mut self, prompt: &Prompt, at: &StepContext) -> Result<Received, StepError> {
         self.take_in_log(Some(&at.path))?;
         // While somebody is waited for, anybody may move the arm.
-        self.standing.forget();
+        self.pose_cache.forget();
         if at.is_patience_over() {
             self.journal.withdrawn(prompt)?;
             return Err(StepError::error("nobody answered within its time limit"));
@@ -87,14 +87,14 @@ impl Engine {
         match self.inbox.next(LOOK) {
             Some(Command::Answer { prompt: id, answer, by }) if id == prompt.id => {
                 match check_answer(&answer, &prompt.kind) {
-                    Ok(()) => return Ok(Heard::Answer(answer, by)),
+                    Ok(()) => return Ok(Received::Answer(answer, by)),
                     Err(reason) => self.refuse(prompt, &reason),
                 }
             }
             Some(Command::Jog { prompt: id, joint, by }) if id == prompt.id => {
-                return Ok(Heard::Jog { joint, by });
+                return Ok(Received::Jog { joint, by });
             }
-            Some(Command::HandOver { prompt: id }) if id == prompt.id => return Ok(Heard::HandOver),
+            Some(Command::HandOver { prompt: id }) if id == prompt.id => return Ok(Received::HandOver),
             Some(other) => {
                 if let Some(interrupt) = self.inbox.as_interrupt(&other) {
                     self.journal.withdrawn(prompt)?;
@@ -103,30 +103,30 @@ impl Engine {
             }
             None => return self.hear_elsewhere(prompt),
         }
-        Ok(Heard::Silence)
+        Ok(Received::Silence)
     }
 
     /// Takes an answer that another program has put into the record, or says there why it cannot be taken.
-    fn hear_elsewhere(&mut self, prompt: &Prompt) -> Result<Heard, StepError> {
-        let Some(offer) = self.journal.record.offer_to(prompt.id.0)? else { return Ok(Heard::Silence) };
+    fn hear_elsewhere(&mut self, prompt: &Prompt) -> Result<Received, StepError> {
+        let Some(offer) = self.journal.record.offer_to(prompt.id.0)? else { return Ok(Received::Silence) };
         let answer = serde_json::from_value::<Answer>(offer.answer)
             .map_err(|error| error.to_string())
             .and_then(|answer| check_answer(&answer, &prompt.kind).map(|()| answer));
         match answer {
             Ok(answer) => {
                 self.offered = Some((prompt.id, offer.id));
-                Ok(Heard::Answer(answer, offer.by))
+                Ok(Received::Answer(answer, offer.by))
             }
             Err(reason) => {
                 self.journal.record.refuse_offer(offer.id, &reason)?;
                 self.journal.show(Event::AnswerRefused { prompt: prompt.id, reason });
-                Ok(Heard::Silence)
+                Ok(Received::Silence)
             }
         }
     }
 
     /// Says why an answer is not taken, to whoever gave it.
-    pub(super) fn refuse(&mut self, prompt: &Prompt, reason: &str) {
+    pub(crate) fn refuse(&mut self, prompt: &Prompt, reason: &str) {
         if let Some((_, offer)) = self.offered.take().filter(|(asked, _)| *asked == prompt.id)
             && let Err(error) = self.journal.record.refuse_offer(offer, reason)
         {
@@ -136,7 +136,7 @@ impl Engine {
     }
 
     /// The answer of the answers file, and who is said to have given it.
-    pub(super) fn answer_from_file(
+    pub(crate) fn answer_from_file(
         &mut self,
         prompt: &Prompt,
         at: &StepContext,
@@ -202,56 +202,22 @@ fn same_kind(description: &serde_json::Value, kind: &PromptKind) -> bool {
 }
 
 /// Whether an answer can be taken; if not, what would be right.
-pub(super) fn check_answer(answer: &Answer, kind: &PromptKind) -> Result<(), String> {
+pub(crate) fn check_answer(answer: &Answer, kind: &PromptKind) -> Result<(), String> {
     match (kind, answer) {
         (PromptKind::Acknowledge { .. } | PromptKind::JogTo { .. }, Answer::Done) => Ok(()),
-        (PromptKind::JogTo { joints, .. }, Answer::Pose { joints: wanted }) => {
-            let known =
-                |name: &str, unit: &str| joints.iter().any(|joint| joint.name == name && joint.unit == unit);
-            match wanted.iter().find(|joint| !known(&joint.name, &joint.unit)) {
-                None => Ok(()),
-                Some(joint) => {
-                    let names: Vec<String> =
-                        joints.iter().map(|joint| format!("{} ({})", joint.name, joint.unit)).collect();
-                    Err(format!(
-                        "there is no joint {} in {}; there are {}",
-                        joint.name,
-                        joint.unit,
-                        names.join(", ")
-                    ))
-                }
+        (PromptKind::JogTo { joints, .. }, Answer::Pose { joints: target }) => check_pose(target, joints),
+        (PromptKind::Choice { options, .. }, Answer::Choice { key }) => {
+            let mut keys = options.iter().map(|option| option.key.as_str());
+            match keys.clone().any(|known| known == key) {
+                true => Ok(()),
+                false => Err(plumb_document::did_you_mean(key, keys.by_ref())),
             }
         }
-        (PromptKind::Choice { options, .. }, Answer::Choice { key }) => match options
-            .iter()
-            .any(|option| option.key == *key)
-        {
-            true => Ok(()),
-            false => Err(crate::yaml::did_you_mean(key, options.iter().map(|option| option.key.as_str()))),
-        },
         (PromptKind::Number { unit, minimum, maximum, .. }, Answer::Number { value }) => {
-            let least = minimum.unwrap_or(f64::NEG_INFINITY);
-            let most = maximum.unwrap_or(f64::INFINITY);
-            if value.is_finite() && (least..=most).contains(value) {
-                return Ok(());
-            }
-            let range = match (minimum, maximum) {
-                (Some(least), Some(most)) => format!("lies between {least} and {most}"),
-                (Some(least), None) => format!("is at least {least}"),
-                (None, Some(most)) => format!("is at most {most}"),
-                (None, None) => "is a finite number".to_owned(),
-            };
-            Err(format!("{value} {unit} is out of range: it {range} {unit}").trim_end().to_owned())
+            check_number(*value, unit, *minimum, *maximum)
         }
         (PromptKind::Text { longest }, Answer::Text { text }) => check_text(text, *longest),
-        (PromptKind::Level { most }, Answer::Level { x, y }) => {
-            match [("x", x), ("y", y)].into_iter().find(|(_, value)| !(-most..=*most).contains(*value)) {
-                None => Ok(()),
-                Some((axis, value)) => Err(format!(
-                    "{axis} = {value} deg is out of range: this level shows {most} deg at most, to either side"
-                )),
-            }
-        }
+        (PromptKind::Level { most }, Answer::Level { x, y }) => check_level(*x, *y, *most),
         (PromptKind::Photo, Answer::Photo { file }) => crate::photo::examine(file).map(drop),
         (PromptKind::ConfirmPose { .. }, Answer::Confirmed) => Ok(()),
         (PromptKind::Decision { options, .. }, Answer::Decision { decision }) => {
@@ -261,6 +227,41 @@ pub(super) fn check_answer(answer: &Answer, kind: &PromptKind) -> Result<(), Str
             }
         }
         _ => Err("this is another kind of answer than the prompt asks for".to_owned()),
+    }
+}
+
+/// Whether a pose names joints that the robot has, each in its unit.
+fn check_pose(target: &[NamedValue], joints: &[NamedValue]) -> Result<(), String> {
+    let is_known =
+        |joint: &&NamedValue| joints.iter().any(|known| known.name == joint.name && known.unit == joint.unit);
+    let Some(joint) = target.iter().find(|joint| !is_known(joint)) else { return Ok(()) };
+    let names: Vec<String> = joints.iter().map(|joint| format!("{} ({})", joint.name, joint.unit)).collect();
+    Err(format!("there is no joint {} in {}; there are {}", joint.name, joint.unit, names.join(", ")))
+}
+
+/// Whether a number is finite and in its range, both ends included.
+fn check_number(value: f64, unit: &str, minimum: Option<f64>, maximum: Option<f64>) -> Result<(), String> {
+    let least = minimum.unwrap_or(f64::NEG_INFINITY);
+    let most = maximum.unwrap_or(f64::INFINITY);
+    if value.is_finite() && (least..=most).contains(&value) {
+        return Ok(());
+    }
+    let range = match (minimum, maximum) {
+        (Some(least), Some(most)) => format!("lies between {least} and {most}"),
+        (Some(least), None) => format!("is at least {least}"),
+        (None, Some(most)) => format!("is at most {most}"),
+        (None, None) => "is a finite number".to_owned(),
+    };
+    Err(format!("{value} {unit} is out of range: it {range} {unit}").trim_end().to_owned())
+}
+
+/// Whether a level can show this along both axes, deg.
+fn check_level(x: f64, y: f64, most: f64) -> Result<(), String> {
+    match [("x", x), ("y", y)].into_iter().find(|(_, value)| !(-most..=most).contains(value)) {
+        None => Ok(()),
+        Some((axis, value)) => Err(format!(
+            "{axis} = {value} deg is out of range: this level shows {most} deg at most, to either side"
+        )),
     }
 }
 
@@ -279,6 +280,81 @@ fn check_text(text: &str, longest: usize) -> Result<(), String> {
 }
 
 /// An interruption that means: go on asking afterwards.
-pub(super) fn is_pause(interrupt: Interrupt) -> bool {
+pub(crate) fn is_pause(interrupt: Interrupt) -> bool {
     matches!(interrupt, Interrupt::Pause | Interrupt::Stop)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prompt::{ChoiceOption, Decision};
+
+    fn refused(answer: Answer, kind: &PromptKind) -> String {
+        check_answer(&answer, kind).unwrap_err()
+    }
+
+    #[test]
+    fn a_number_lies_in_its_range_both_ends_included() {
+        let check = |value, minimum, maximum| check_number(value, "mm", minimum, maximum);
+        assert_eq!(check(1.0, Some(1.0), Some(2.0)), Ok(()));
+        assert_eq!(check(2.0, Some(1.0), Some(2.0)), Ok(()));
+        assert_eq!(check(-1e9, None, None), Ok(()));
+        let range = |value, minimum, maximum| check(value, minimum, maximum).unwrap_err();
+        assert_eq!(range(2.5, Some(1.0), Some(2.0)), "2.5 mm is out of range: it lies between 1 and 2 mm");
+        assert_eq!(range(0.5, Some(1.0), None), "0.5 mm is out of range: it is at least 1 mm");
+        assert_eq!(range(2.5, None, Some(2.0)), "2.5 mm is out of range: it is at most 2 mm");
+        assert_eq!(range(f64::NAN, None, None), "NaN mm is out of range: it is a finite number mm");
+        assert!(check(f64::INFINITY, Some(1.0), None).is_err());
+    }
+
+    #[test]
+    fn a_level_shows_so_much_to_either_side() {
+        assert_eq!(check_level(2.0, -2.0, 2.0), Ok(()));
+        assert!(check_level(2.1, 0.0, 2.0).unwrap_err().starts_with("x = 2.1 deg"));
+        assert!(check_level(0.0, -2.1, 2.0).unwrap_err().starts_with("y = -2.1 deg"));
+        assert!(check_level(f64::NAN, 0.0, 2.0).is_err());
+    }
+
+    #[test]
+    fn a_line_of_text_is_written_and_not_too_long() {
+        assert_eq!(check_text("12345", 5), Ok(()));
+        assert_eq!(check_text("123456", 5), Err("6 characters are too many: 5 at most".to_owned()));
+        assert!(check_text("  ", 5).is_err() && check_text("a\nb", 5).is_err());
+    }
+
+    #[test]
+    fn a_pose_names_joints_of_the_robot_in_their_units() {
+        let joint = |name: &str, unit: &str| NamedValue {
+            name: name.to_owned(),
+            value: 1.0,
+            unit: unit.to_owned(),
+            uncertainty: None,
+        };
+        let joints = [joint("waist", "deg"), joint("slide", "mm")];
+        assert_eq!(check_pose(&[joint("slide", "mm")], &joints), Ok(()));
+        let wrong = check_pose(&[joint("waist", "deg"), joint("slide", "deg")], &joints).unwrap_err();
+        assert_eq!(wrong, "there is no joint slide in deg; there are waist (deg), slide (mm)");
+    }
+
+    #[test]
+    fn a_choice_is_one_of_those_offered() {
+        let option = |key: &str| ChoiceOption { key: key.to_owned(), label: String::new() };
+        let kind = PromptKind::Choice { options: vec![option("accept"), option("reject")], default: None };
+        assert_eq!(check_answer(&Answer::Choice { key: "reject".into() }, &kind), Ok(()));
+        assert!(refused(Answer::Choice { key: "acept".into() }, &kind).contains("accept"));
+        let decision = PromptKind::Decision { error: String::new(), options: vec![Decision::Abort] };
+        assert_eq!(check_answer(&Answer::Decision { decision: Decision::Abort }, &decision), Ok(()));
+        assert_eq!(
+            refused(Answer::Decision { decision: Decision::Skip }, &decision),
+            "`skip` is not to be chosen here"
+        );
+    }
+
+    #[test]
+    fn an_answer_of_another_kind_is_refused() {
+        let kind = PromptKind::Acknowledge { label: "Done".to_owned() };
+        assert_eq!(check_answer(&Answer::Done, &kind), Ok(()));
+        assert!(refused(Answer::Number { value: 1.0 }, &kind).starts_with("this is another kind of answer"));
+        assert!(check_answer(&Answer::Done, &PromptKind::Photo).is_err());
+    }
 }

@@ -1,11 +1,12 @@
 //! Where the drive has to go so that the model's point comes to a place, by three of its joints: within their limits, and by the branch that is nearest.
 
 use nalgebra::{DMatrix, DVector};
-use plumb_model::prediction;
+use plumb_calibration::prediction;
 use plumb_plugin::JointVector;
 
 use super::arm::{Arm, WantedPoint};
-use crate::read_context::DegOrMm;
+use super::joint_index::JointIndex;
+use crate::deg_or_mm::DegOrMm;
 use crate::workcell::ModelFile;
 
 /// As near to a point is there, mm.
@@ -37,7 +38,7 @@ struct Reach<'a> {
     wanted: DVector<f64>,
     /// Where the arm stands: it decides from which side the joints arrive.
     from: &'a JointVector,
-    by: &'a [usize],
+    by: &'a [JointIndex],
     /// Radians, or millimetres, of one scaled coordinate, for each joint of `by`.
     scales: Vec<f64>,
     limits: Vec<(f64, f64)>,
@@ -67,7 +68,7 @@ impl Arm {
         others: &JointVector,
     ) -> Result<JointVector, String> {
         let by = point.by;
-        let scale = |column: &usize| match self.unit(*column) {
+        let scale = |joint: &JointIndex| match self.unit(*joint) {
             DegOrMm::Deg => 1.0,
             DegOrMm::Mm => MM_PER_RADIAN,
         };
@@ -79,21 +80,21 @@ impl Arm {
             from,
             by,
             scales: by.iter().map(scale).collect(),
-            limits: by.iter().map(|column| self.limits(*column)).collect(),
+            limits: by.iter().map(|joint| self.limits(*joint)).collect(),
         };
         let near = reach.descend(others, true)?;
         if near.short < AT_POINT {
             return Ok(near.target);
         }
         let mut shortest = near.short;
-        for start in reach.other_starts(others) {
+        for start in reach.other_starts(others)? {
             let ended = reach.descend(&start, true)?;
             if ended.short < AT_POINT {
                 return Ok(ended.target);
             }
             shortest = shortest.min(ended.short);
         }
-        Err(reach.why_not(others, shortest))
+        Err(reach.why_not(others, shortest)?)
     }
 }
 
@@ -102,7 +103,7 @@ impl Reach<'_> {
     fn descend(&self, start: &JointVector, bounded: bool) -> Result<Ended, String> {
         let mut target = *start;
         if bounded {
-            self.clamp(&mut target);
+            self.clamp(&mut target)?;
         }
         let (mut left, mut slope) = self.look(&target)?;
         for _ in 0..STEPS {
@@ -110,7 +111,7 @@ impl Reach<'_> {
             if short < AT_POINT {
                 break;
             }
-            let mut step = self.step(&target, &left, &slope, bounded);
+            let mut step = self.step(&target, &left, &slope, bounded)?;
             let longest = step.amax();
             if longest > LONGEST_STEP {
                 step *= LONGEST_STEP / longest;
@@ -130,20 +131,20 @@ impl Reach<'_> {
         short: f64,
         bounded: bool,
     ) -> Result<Option<(JointVector, Looked)>, String> {
-        let mut share = 1.0;
+        let mut fraction = 1.0;
         for _ in 0..HALVINGS {
             let mut there = *target;
-            for ((column, scale), by) in self.by.iter().zip(&self.scales).zip(step.iter()) {
-                there.set(*column, there.get(*column).unwrap_or(0.0) + share * by * scale);
+            for ((joint, scale), by) in self.by.iter().zip(&self.scales).zip(step.iter()) {
+                joint.set(&mut there, joint.value(target)? + fraction * by * scale)?;
             }
             if bounded {
-                self.clamp(&mut there);
+                self.clamp(&mut there)?;
             }
             let looked = self.look(&there)?;
             if looked.0.norm() < short {
                 return Ok(Some((there, looked)));
             }
-            share *= 0.5;
+            fraction *= 0.5;
         }
         Ok(None)
     }
@@ -155,7 +156,7 @@ impl Reach<'_> {
         left: &DVector<f64>,
         slope: &DMatrix<f64>,
         bounded: bool,
-    ) -> DVector<f64> {
+    ) -> Result<DVector<f64>, String> {
         let mut held = vec![false; self.by.len()];
         loop {
             let mut free = slope.clone();
@@ -163,41 +164,52 @@ impl Reach<'_> {
                 free.column_mut(column).fill(0.0);
             }
             let largest = free.amax().max(f64::MIN_POSITIVE);
-            let step = free.svd(true, true).solve(left, 1e-9 * largest);
-            let step = step.unwrap_or_else(|_| DVector::zeros(self.by.len()));
-            let against = |place: &usize| bounded && self.is_at_limit(target, *place, step[*place]);
-            match (0..self.by.len()).find(|place| !held[*place] && against(place)) {
-                Some(place) => held[place] = true,
-                None => return step,
+            let step = free.svd(true, true).solve(left, 1e-9 * largest)?;
+            match self.against_limit(target, &held, &step, bounded)? {
+                Some(row) => held[row] = true,
+                None => return Ok(step),
             }
         }
     }
 
-    fn is_at_limit(&self, target: &JointVector, place: usize, step: f64) -> bool {
-        let Some(((column, (lower, upper)), scale)) =
-            self.by.get(place).zip(self.limits.get(place)).zip(self.scales.get(place))
-        else {
-            return false;
-        };
-        let value = target.get(*column).unwrap_or(0.0);
-        let close = NUDGE * scale;
-        (step < 0.0 && value <= lower + close) || (step > 0.0 && value >= upper - close)
+    /// The first joint that is not held and would go further against its limit, by its row in `by`.
+    fn against_limit(
+        &self,
+        target: &JointVector,
+        held: &[bool],
+        step: &DVector<f64>,
+        bounded: bool,
+    ) -> Result<Option<usize>, String> {
+        if !bounded {
+            return Ok(None);
+        }
+        let rows = self.by.iter().zip(&self.limits).zip(&self.scales).zip(held).zip(step.iter());
+        for (row, ((((joint, (lower, upper)), scale), held), step)) in rows.enumerate() {
+            let value = joint.value(target)?;
+            let close = NUDGE * scale;
+            let against = (*step < 0.0 && value <= lower + close) || (*step > 0.0 && value >= upper - close);
+            if against && !held {
+                return Ok(Some(row));
+            }
+        }
+        Ok(None)
     }
 
-    fn clamp(&self, target: &mut JointVector) {
-        for (column, (lower, upper)) in self.by.iter().zip(&self.limits) {
-            let value = target.get(*column).unwrap_or(0.0);
-            target.set(*column, value.max(*lower).min(*upper));
+    fn clamp(&self, target: &mut JointVector) -> Result<(), String> {
+        for (joint, (lower, upper)) in self.by.iter().zip(&self.limits) {
+            let value = joint.value(target)?;
+            joint.set(target, value.max(*lower).min(*upper))?;
         }
+        Ok(())
     }
 
     /// What is left to the point, mm, and how it changes with the scaled coordinates.
     fn look(&self, target: &JointVector) -> Result<Looked, String> {
         let sides = self.arm.sides_at(self.from, target);
         let mut tried = vec![*target];
-        for (column, scale) in self.by.iter().zip(&self.scales) {
+        for (joint, scale) in self.by.iter().zip(&self.scales) {
             let mut nudged = *target;
-            nudged.set(*column, target.get(*column).unwrap_or(0.0) + NUDGE * scale);
+            joint.set(&mut nudged, joint.value(target)? + NUDGE * scale)?;
             tried.push(nudged);
         }
         let poses: Vec<_> = tried
@@ -215,173 +227,79 @@ impl Reach<'_> {
     }
 
     /// Other places to begin at, the nearest first: another branch leads from there.
-    fn other_starts(&self, others: &JointVector) -> Vec<JointVector> {
+    fn other_starts(&self, others: &JointVector) -> Result<Vec<JointVector>, String> {
         let mut starts = vec![*others];
-        for (column, limits) in self.by.iter().zip(&self.limits) {
-            let places: Vec<f64> = STARTS.iter().map(|share| at_share(*limits, *share)).collect();
-            let with = |start: &JointVector, place: &f64| {
-                let mut start = *start;
-                start.set(*column, *place);
-                start
-            };
-            starts = starts
-                .iter()
-                .flat_map(|start| places.iter().map(|place| with(start, place)).collect::<Vec<_>>())
-                .collect();
+        for (joint, limits) in self.by.iter().zip(&self.limits) {
+            let mut more = Vec::new();
+            for start in &starts {
+                for fraction in STARTS {
+                    let mut start = *start;
+                    joint.set(&mut start, at_fraction(*limits, fraction))?;
+                    more.push(start);
+                }
+            }
+            starts = more;
         }
-        starts.sort_by(|a, b| self.way(others, a).total_cmp(&self.way(others, b)));
-        starts
+        let mut by_distance = Vec::new();
+        for start in starts {
+            by_distance.push((self.longest_way(others, &start)?, start));
+        }
+        by_distance.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(by_distance.into_iter().map(|(_, start)| start).collect())
     }
 
     /// The longest way of a joint from one place to another, in the scaled coordinates.
-    fn way(&self, from: &JointVector, to: &JointVector) -> f64 {
-        let ways = self.by.iter().zip(&self.scales).map(|(column, scale)| {
-            (to.get(*column).unwrap_or(0.0) - from.get(*column).unwrap_or(0.0)).abs() / scale
-        });
-        ways.fold(0.0, f64::max)
+    fn longest_way(&self, from: &JointVector, to: &JointVector) -> Result<f64, String> {
+        let mut longest = 0.0_f64;
+        for (joint, scale) in self.by.iter().zip(&self.scales) {
+            longest = longest.max((joint.value(to)? - joint.value(from)?).abs() / scale);
+        }
+        Ok(longest)
     }
 
     /// Which limit is in the way, if it is one; else how near it comes.
-    fn why_not(&self, others: &JointVector, shortest: f64) -> String {
-        let names: Vec<&str> = self.by.iter().map(|column| self.arm.joint_name(*column)).collect();
+    fn why_not(&self, others: &JointVector, shortest: f64) -> Result<String, String> {
+        let names: Vec<&str> = self.by.iter().map(|joint| self.arm.joint_name(*joint)).collect();
         let names = names.join(", ");
         let name = &self.arm.name;
         let near = format!(
             "{name} cannot bring its point there with {names} within their limits: it comes no nearer than {shortest:.2} mm"
         );
-        let Ok(free) = self.descend(others, false) else { return near };
+        let Ok(free) = self.descend(others, false) else { return Ok(near) };
         if free.short >= AT_POINT {
-            return near;
+            return Ok(near);
         }
-        let beyond = self.by.iter().zip(&self.limits).find_map(|(column, (lower, upper))| {
-            let value = free.target.get(*column).unwrap_or(0.0);
-            let unit = self.arm.unit(*column);
-            let shown = |value: f64| unit.from_internal(value + self.arm.zero(*column));
-            (value < *lower || value > *upper).then(|| {
-                format!(
-                    "{} would have to go to {:.3} {unit}; it goes from {:.3} to {:.3} {unit}",
-                    self.arm.joint_name(*column),
-                    shown(value),
-                    shown(*lower),
-                    shown(*upper),
-                    unit = unit.symbol()
-                )
-            })
-        });
-        match beyond {
-            Some(beyond) => format!("{near}. {beyond}"),
-            None => near,
+        for (joint, (lower, upper)) in self.by.iter().zip(&self.limits) {
+            let value = joint.value(&free.target)?;
+            if (*lower..=*upper).contains(&value) {
+                continue;
+            }
+            let unit = self.arm.unit(*joint);
+            let shown = |value: f64| unit.from_internal(value + self.arm.zero(*joint));
+            return Ok(format!(
+                "{near}. {} would have to go to {:.3} {unit}; it goes from {:.3} to {:.3} {unit}",
+                self.arm.joint_name(*joint),
+                shown(value),
+                shown(*lower),
+                shown(*upper),
+                unit = unit.symbol()
+            ));
         }
+        Ok(near)
     }
 }
 
-/// A share of a range; of one without an end, of a turn either way about 0.
-fn at_share((lower, upper): (f64, f64), share: f64) -> f64 {
+/// A fraction of a range; of one without an end, of a turn either way about 0.
+fn at_fraction((lower, upper): (f64, f64), fraction: f64) -> f64 {
     let lower = if lower.is_finite() { lower } else { -std::f64::consts::PI };
     let upper = if upper.is_finite() { upper } else { std::f64::consts::PI };
-    lower + share * (upper - lower)
+    lower + fraction * (upper - lower)
 }
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
-    use plumb_plugin::{
-        JogState, JointDescription, JointState, JointUnit, Motion, RobotCapabilities, RobotDescription,
-    };
-
     use super::*;
-    use crate::device::{DeviceError, RobotLink};
-    use crate::expression::Calculator;
-    use crate::run_handle::StopAction;
-    use crate::workcell::load_workcell;
-
-    /// Two turns, a slide straight down, a turn of the hand.
-    const MODEL: &str = "arm: quill
-convention: distal
-joints:
-  - {name: shoulder, a_mm: 225, alpha_deg: 0, d_mm: 320, theta_deg: 0, limits_deg: [-130, 130]}
-  - {name: elbow, a_mm: 175, alpha_deg: 180, d_mm: 0, theta_deg: 0, limits_deg: [-145, 145]}
-  - {name: quill, a_mm: 0, alpha_deg: 0, d_mm: 0, theta_deg: 0, slides: true, limits_mm: [0, 180]}
-  - {name: spin, a_mm: 0, alpha_deg: 0, d_mm: 0, theta_deg: 0, limits_deg: [-180, 180]}
-targets: {p1: {xyz_mm: [0, 0, 30], free: true}}
-free: [joint_zero(*)]
-measured_from: world
-";
-
-    const CELL: &str = "cell: quill
-devices:
-  arm: {plugin: simulated}
-robots:
-  arm: {joints: {shoulder: deg, elbow: deg, quill: mm, spin: deg}, model: model.yaml}
-procedures: []
-";
-
-    struct Still(RobotDescription);
-
-    impl RobotLink for Still {
-        fn description(&self) -> &RobotDescription {
-            &self.0
-        }
-        fn activate(&mut self) -> Result<(), DeviceError> {
-            Ok(())
-        }
-        fn deactivate(&mut self) -> Result<(), DeviceError> {
-            Ok(())
-        }
-        fn read_joints(&mut self) -> Result<JointState, DeviceError> {
-            Ok(JointState::default())
-        }
-        fn move_joints(&mut self, _motion: &Motion, _limit: Duration) -> Result<JointState, DeviceError> {
-            Ok(JointState::default())
-        }
-        fn jog(&mut self, _on: bool) -> Result<JogState, DeviceError> {
-            Ok(JogState::default())
-        }
-        fn stop_action(&self) -> StopAction {
-            Box::new(|| ())
-        }
-    }
-
-    fn arm() -> Arm {
-        let place = tempfile::tempdir().unwrap();
-        std::fs::write(place.path().join("model.yaml"), MODEL).unwrap();
-        std::fs::write(place.path().join("cell.yaml"), CELL).unwrap();
-        let cell = load_workcell(&place.path().join("cell.yaml"), &Calculator::new());
-        let cell = cell.unwrap_or_else(|problems| {
-            panic!("{}", problems.iter().map(ToString::to_string).collect::<String>())
-        });
-        let joint = |name: &str, unit, lower: f64, upper: f64| JointDescription {
-            name: name.to_owned(),
-            unit,
-            lower,
-            upper,
-            resolution: 0.0,
-            max_speed: 1.0,
-            home: 0.0,
-        };
-        let turn =
-            |name: &str, most: f64| joint(name, JointUnit::Radian, -most.to_radians(), most.to_radians());
-        let description = RobotDescription {
-            model: "quill".to_owned(),
-            joints: vec![
-                turn("shoulder", 130.0),
-                turn("elbow", 145.0),
-                joint("quill", JointUnit::Millimetre, 0.0, 180.0),
-                turn("spin", 180.0),
-            ],
-            inputs: Vec::new(),
-            outputs: Vec::new(),
-            capabilities: RobotCapabilities::default(),
-        };
-        Arm::new(Box::new(Still(description)), "quill", cell.robot("arm").unwrap(), None).unwrap()
-    }
-
-    fn drive(values: [f64; 4]) -> JointVector {
-        let [shoulder, elbow, quill, spin] = values;
-        JointVector::from_slice(&[shoulder.to_radians(), elbow.to_radians(), quill, spin.to_radians()])
-            .unwrap()
-    }
+    use crate::engine::test_arm::{arm, drive};
 
     /// Where the point is: by the geometry, not by the model.
     fn point([shoulder, elbow, quill, _]: [f64; 4]) -> [f64; 3] {
@@ -395,8 +313,10 @@ procedures: []
 
     fn found(from: [f64; 4], wanted: [f64; 3]) -> Result<[f64; 4], String> {
         let here = drive(from);
-        let point = WantedPoint { xyz_mm: wanted, target: None, by: &[0, 1, 2], payload_kg: 0.0 };
-        let target = arm().joints_for_point(&point, &here, &here)?;
+        let arm = arm();
+        let by = ["shoulder", "elbow", "quill"].map(|joint| arm.joint(joint).unwrap());
+        let point = WantedPoint { xyz_mm: wanted, target: None, by: &by, payload_kg: 0.0 };
+        let target = arm.joints_for_point(&point, &here, &here)?;
         let value = |column: usize| target.get(column).unwrap();
         Ok([value(0).to_degrees(), value(1).to_degrees(), value(2), value(3).to_degrees()])
     }

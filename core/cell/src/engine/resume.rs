@@ -5,57 +5,40 @@ use serde_json::Value;
 
 use super::Engine;
 use super::journal::{Attempt, Question};
-use super::plan::Work;
-use super::prompting::Heard;
+use super::plan::{Entry, Work};
+use super::prompting::Received;
 use super::start::describe_changed;
 use super::step_context::StepContext;
 use super::step_error::StepError;
 use crate::event::{Event, LogLevel, NamedValue, StepOutcome, StepPath};
 use crate::prompt::PromptKind;
-use crate::step::Action;
+use crate::step::MovedJoints;
 
 /// Joints that differ by no more are where they were, deg or mm: what a number loses on its way through the record.
 const SAME: f64 = 1e-6;
 
 /// Where a resumed run goes on.
-pub(super) struct ResumePoint {
+pub(crate) struct ResumePoint {
     /// Entry of the plan.
-    pub(super) position: usize,
+    pub(crate) position: usize,
     /// Repetitions and calls that are open there.
-    pub(super) open: Vec<usize>,
+    pub(crate) open: Vec<usize>,
 }
 
 impl Engine {
     /// Takes over what the record holds of the steps that are done, and finds the first that is not.
-    pub(super) fn replay(&mut self, stored: &[StoredStep]) -> Result<ResumePoint, StepError> {
+    pub(crate) fn replay(&mut self, stored: &[StoredStep]) -> Result<ResumePoint, StepError> {
         let mut point = ResumePoint { position: 0, open: Vec::new() };
         while let Some(entry) = self.plan.entries.get(point.position).cloned() {
             let last = stored.iter().rev().find(|attempt| attempt.step == entry.path.0);
             let outcome = last.and_then(|attempt| attempt.outcome.as_deref());
             match &entry.work {
-                Work::Leaf => match (last, outcome) {
-                    (Some(attempt), Some("passed")) => {
-                        if let Action::Configure(configure) = &entry.step.action {
-                            self.remember_settings(configure);
-                        }
-                        self.set_result(&entry, attempt.result.clone());
-                        self.show_done(&entry.path, StepOutcome::Passed, attempt);
+                Work::Leaf => {
+                    let Some(attempt) = last else { return Ok(point) };
+                    if !self.replay_leaf(&entry, attempt, stored) {
+                        return Ok(point);
                     }
-                    (Some(attempt), Some("skipped")) => {
-                        let failed = stored
-                            .iter()
-                            .find(|a| a.step == entry.path.0 && a.outcome.as_deref() == Some("failed"));
-                        if let Some(failed) = failed {
-                            let message = failed.message.clone().unwrap_or_default();
-                            self.failed_check.get_or_insert(message);
-                        }
-                        self.show_done(&entry.path, StepOutcome::Skipped, attempt);
-                    }
-                    (Some(attempt), Some("not_needed")) => {
-                        self.show_done(&entry.path, StepOutcome::NotNeeded, attempt)
-                    }
-                    _ => return Ok(point),
-                },
+                }
                 Work::Begin { end } => match outcome {
                     Some("not_needed") => {
                         point.position = end + 1;
@@ -78,17 +61,37 @@ impl Engine {
                     if outcome != Some("passed") {
                         return Ok(point);
                     }
-                    let result = match called.and_then(|scope| self.plan.scopes.get(scope)) {
-                        Some(scope) => Value::Object(scope.results().clone()),
-                        None => serde_json::json!({"turns": turns}),
-                    };
-                    self.set_result(&entry, result);
+                    self.set_result(&entry, self.result_at_end(*called, *turns));
                     point.open.pop();
                 }
             }
             point.position += 1;
         }
         Ok(point)
+    }
+
+    /// Takes over a step from its last attempt; gives whether it was done.
+    fn replay_leaf(&mut self, entry: &Entry, last: &StoredStep, stored: &[StoredStep]) -> bool {
+        let outcome = match last.outcome.as_deref() {
+            Some("passed") => {
+                self.take_over_step(&entry.step);
+                self.set_result(entry, last.result.clone());
+                StepOutcome::Passed
+            }
+            Some("skipped") => {
+                let failed = |attempt: &&StoredStep| {
+                    attempt.step == entry.path.0 && attempt.outcome.as_deref() == Some("failed")
+                };
+                if let Some(failed) = stored.iter().find(failed) {
+                    self.failed_check.get_or_insert(failed.message.clone().unwrap_or_default());
+                }
+                StepOutcome::Skipped
+            }
+            Some("not_needed") => StepOutcome::NotNeeded,
+            _ => return false,
+        };
+        self.show_done(&entry.path, outcome, last);
+        true
     }
 
     /// What became of the first step of the turn after the one that ends at `position`; none when there is none, or it was not begun.
@@ -115,7 +118,7 @@ impl Engine {
     }
 
     /// Begins the open repetitions and calls anew.
-    pub(super) fn reopen(&mut self, open: &[usize]) -> Result<Vec<(usize, Attempt)>, StepError> {
+    pub(crate) fn reopen(&mut self, open: &[usize]) -> Result<Vec<(usize, Attempt)>, StepError> {
         let mut attempts = Vec::new();
         for index in open {
             let Some(path) = self.plan.entries.get(*index).map(|entry| entry.path.clone()) else { continue };
@@ -125,7 +128,7 @@ impl Engine {
     }
 
     /// Makes sure that every robot stands where the run left it: a person looks, or the record and the robot agree.
-    pub(super) fn confirm_poses(&mut self, position: usize) -> Result<(), StepError> {
+    pub(crate) fn confirm_poses(&mut self, position: usize) -> Result<(), StepError> {
         let poses = self.journal.record.poses(self.journal.run)?;
         if self.links.is_new_world() {
             let message = "the world in which the run stood has ended, and one that began anew is in its place: \
@@ -147,7 +150,7 @@ impl Engine {
     }
 
     /// Lets a person look at plugins that are not those the cell ran with last. Nothing of them has been loaded yet.
-    pub(super) fn confirm_plugins(&mut self, changed: &[ChangedLibrary]) -> Result<(), StepError> {
+    pub(crate) fn confirm_plugins(&mut self, changed: &[ChangedLibrary]) -> Result<(), StepError> {
         if changed.is_empty() {
             return Ok(());
         }
@@ -165,7 +168,7 @@ impl Engine {
         let prompt = self.journal.ask(question)?;
         let at = StepContext::outside(&path, "plugins");
         loop {
-            if let Heard::Answer(answer, by) = self.hear(&prompt, &at)? {
+            if let Received::Answer(answer, by) = self.receive(&prompt, &at)? {
                 self.journal.answered(&prompt, &answer, &by)?;
                 return Ok(());
             }
@@ -196,7 +199,7 @@ impl Engine {
         let prompt = self.journal.ask(question)?;
         let at = StepContext::outside(&path, "resume");
         loop {
-            if let Heard::Answer(answer, by) = self.hear(&prompt, &at)? {
+            if let Received::Answer(answer, by) = self.receive(&prompt, &at)? {
                 self.journal.answered(&prompt, &answer, &by)?;
                 return Ok(());
             }
@@ -215,23 +218,8 @@ impl Engine {
         if self.answers.as_ref().is_some_and(|answers| answers.confirm_pose) {
             return Ok(());
         }
-        let moved_by_step: Vec<String> = match self.plan.entries.get(position).map(|entry| &entry.step.action)
-        {
-            // A hand or a point is brought somewhere by all joints.
-            Some(Action::Move(step))
-                if step.robot == robot && (step.hand.is_some() || step.point.is_some()) =>
-            {
-                drive_numbers(recorded).into_iter().map(|(joint, _)| joint).collect()
-            }
-            Some(Action::Move(step)) if step.robot == robot => {
-                step.targets.iter().map(|target| target.joint.clone()).collect()
-            }
-            Some(Action::Search(step)) if step.robot == robot => vec![step.joint.clone()],
-            Some(Action::Scan(step)) if step.robot == robot => {
-                drive_numbers(recorded).into_iter().map(|(joint, _)| joint).collect()
-            }
-            _ => Vec::new(),
-        };
+        let step = self.plan.entries.get(position).map(|entry| &entry.step);
+        let moved_by_step = step.map_or(MovedJoints::None, |step| step.action.moved_joints(robot));
         for (before, now) in drive_numbers(recorded).into_iter().zip(drive_numbers(reported)) {
             // What the record or the robot does not tell is no number, and not the same either.
             let is_same = (before.1 - now.1).abs() <= SAME;

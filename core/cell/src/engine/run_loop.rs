@@ -7,14 +7,15 @@ use super::Engine;
 use super::inbox::Interrupt;
 use super::journal::{Attempt, AttemptEnd};
 use super::plan::{Entry, Work};
+use super::scope::ScopeId;
 use super::step_error::StepError;
 use crate::event::{LogLevel, RunOutcome, StepOutcome};
-use crate::step::Action;
+use crate::step::Inside;
 
 /// How a run ended, with a sentence.
-pub(super) struct RunEnd {
-    pub(super) outcome: RunOutcome,
-    pub(super) message: String,
+pub(crate) struct RunEnd {
+    pub(crate) outcome: RunOutcome,
+    pub(crate) message: String,
 }
 
 /// What comes after an entry.
@@ -25,7 +26,7 @@ enum Next {
 
 impl Engine {
     /// Carries out the plan from the entry at `position`. `open` are the repetitions and calls that were begun before a resume.
-    pub(super) fn run_from(
+    pub(crate) fn run_from(
         &mut self,
         mut position: usize,
         mut open: Vec<(usize, Attempt)>,
@@ -76,59 +77,90 @@ impl Engine {
                 Some(end) => Next::End(end),
                 None => Next::Entry(position + 1),
             }),
-            Work::Begin { end } => {
-                if let Some(end) = self.wait_where_asked(entry)? {
-                    return Ok(Next::End(end));
-                }
-                let attempt = self.journal.begin(&entry.path)?;
-                match self.is_needed(entry) {
-                    Ok(true) => {
-                        open.push((position, attempt));
-                        Ok(Next::Entry(position + 1))
-                    }
-                    Ok(false) => {
-                        self.end_not_needed(entry, attempt)?;
-                        self.skip_entries(position + 1, *end)?;
-                        Ok(Next::Entry(end + 1))
-                    }
-                    Err(error) => self.give_up(entry, attempt, error).map(Next::End),
-                }
-            }
+            Work::Begin { end } => self.begin_entry(entry, position, *end, open),
             Work::Turn { turn, turns } => {
                 self.set_state(entry, entry.state_of_turn(*turn, *turns));
                 Ok(Next::Entry(position + 1))
             }
-            Work::TurnEnd { end } => match self.is_repetition_over(entry) {
-                Ok(true) => {
-                    self.skip_entries(position + 1, *end)?;
-                    Ok(Next::Entry(*end))
-                }
-                Ok(false) => Ok(Next::Entry(position + 1)),
-                Err(error) => match open.last().copied() {
-                    Some((_, attempt)) => {
-                        open.pop();
-                        self.give_up(entry, attempt, error).map(Next::End)
-                    }
-                    None => Ok(Next::End(RunEnd { outcome: RunOutcome::Error, message: describe(&error) })),
-                },
-            },
+            Work::TurnEnd { end } => self.end_turn(entry, position, *end, open),
             Work::End { called, turns } => {
-                let result = match called.and_then(|scope| self.plan.scopes.get(scope)) {
-                    Some(scope) => Value::Object(scope.results().clone()),
-                    None => json!({"turns": turns}),
-                };
-                self.set_result(entry, result.clone());
-                if let Some((_, attempt)) = open.pop() {
-                    let end = AttemptEnd {
-                        outcome: StepOutcome::Passed,
-                        message: "done",
-                        result: &Value::Null,
-                        values: Vec::new(),
-                    };
-                    self.journal.end(&entry.path, attempt, end)?;
-                }
+                self.end_entry(entry, *called, *turns, open)?;
                 Ok(Next::Entry(position + 1))
             }
+        }
+    }
+
+    /// Begins a repetition or call, whose last entry is `end`; goes past it where it is not needed.
+    fn begin_entry(
+        &mut self,
+        entry: &Entry,
+        position: usize,
+        end: usize,
+        open: &mut Vec<(usize, Attempt)>,
+    ) -> Result<Next, RecordError> {
+        if let Some(end) = self.wait_where_asked(entry)? {
+            return Ok(Next::End(end));
+        }
+        let attempt = self.journal.begin(&entry.path)?;
+        match self.is_needed(entry) {
+            Ok(true) => {
+                open.push((position, attempt));
+                Ok(Next::Entry(position + 1))
+            }
+            Ok(false) => {
+                self.end_not_needed(entry, attempt)?;
+                self.skip_entries(position + 1, end)?;
+                Ok(Next::Entry(end + 1))
+            }
+            Err(error) => self.give_up(entry, attempt, error).map(Next::End),
+        }
+    }
+
+    /// After a turn of a repetition: on to the next, or to the repetition's last entry, `end`, where its condition holds.
+    fn end_turn(
+        &mut self,
+        entry: &Entry,
+        position: usize,
+        end: usize,
+        open: &mut Vec<(usize, Attempt)>,
+    ) -> Result<Next, RecordError> {
+        match self.is_repetition_over(entry) {
+            Ok(true) => {
+                self.skip_entries(position + 1, end)?;
+                Ok(Next::Entry(end))
+            }
+            Ok(false) => Ok(Next::Entry(position + 1)),
+            Err(error) => match open.pop() {
+                Some((_, attempt)) => self.give_up(entry, attempt, error).map(Next::End),
+                None => Ok(Next::End(RunEnd { outcome: RunOutcome::Error, message: describe(&error) })),
+            },
+        }
+    }
+
+    /// Ends a repetition or call.
+    fn end_entry(
+        &mut self,
+        entry: &Entry,
+        called: Option<ScopeId>,
+        turns: u32,
+        open: &mut Vec<(usize, Attempt)>,
+    ) -> Result<(), RecordError> {
+        self.set_result(entry, self.result_at_end(called, turns));
+        let Some((_, attempt)) = open.pop() else { return Ok(()) };
+        let end = AttemptEnd {
+            outcome: StepOutcome::Passed,
+            message: "done",
+            result: &Value::Null,
+            values: Vec::new(),
+        };
+        self.journal.end(&entry.path, attempt, end)
+    }
+
+    /// The result of a call, which is that of all steps of the procedure called, or of a repetition.
+    pub(crate) fn result_at_end(&self, called: Option<ScopeId>, turns: u32) -> Value {
+        match called.and_then(|scope| self.plan.scopes.get(scope)) {
+            Some(scope) => Value::Object(scope.results().clone()),
+            None => json!({"turns": turns}),
         }
     }
 
@@ -144,32 +176,33 @@ impl Engine {
         Ok(RunEnd { outcome: RunOutcome::Error, message: format!("step `{}`: {message}", entry.path) })
     }
 
-    pub(super) fn set_result(&mut self, entry: &Entry, result: Value) {
+    pub(crate) fn set_result(&mut self, entry: &Entry, result: Value) {
         if let Some(scope) = self.plan.scopes.get_mut(entry.scope) {
             scope.set_result(&entry.step.id, result);
         }
     }
 
-    pub(super) fn set_state(&mut self, entry: &Entry, state: Value) {
+    pub(crate) fn set_state(&mut self, entry: &Entry, state: Value) {
         if let Some(scope) = self.plan.scopes.get_mut(entry.scope) {
             scope.set_state(&entry.step.id, state);
         }
     }
 
-    pub(super) fn is_needed(&mut self, entry: &Entry) -> Result<bool, StepError> {
+    pub(crate) fn is_needed(&mut self, entry: &Entry) -> Result<bool, StepError> {
         let Some(when) = &entry.step.when else { return Ok(true) };
         let values = self.values(entry.scope, &[when.text()])?;
         Ok(when.truth(&self.calculator, &values)?)
     }
 
-    pub(super) fn is_repetition_over(&mut self, entry: &Entry) -> Result<bool, StepError> {
-        let Action::Repeat(repeat) = &entry.step.action else { return Ok(false) };
-        let Some(until) = &repeat.until else { return Ok(false) };
+    pub(crate) fn is_repetition_over(&mut self, entry: &Entry) -> Result<bool, StepError> {
+        let Inside::Repeated { until: Some(until), .. } = entry.step.action.inside() else {
+            return Ok(false);
+        };
         let values = self.values(entry.scope, &[until.text()])?;
         Ok(until.truth(&self.calculator, &values)?)
     }
 
-    pub(super) fn end_not_needed(&mut self, entry: &Entry, attempt: Attempt) -> Result<(), RecordError> {
+    pub(crate) fn end_not_needed(&mut self, entry: &Entry, attempt: Attempt) -> Result<(), RecordError> {
         let end = AttemptEnd {
             outcome: StepOutcome::NotNeeded,
             message: "not needed",
@@ -192,7 +225,7 @@ impl Engine {
     }
 
     /// Pauses here if that was asked for; gives the end of the run if it is ended instead.
-    pub(super) fn wait_where_asked(&mut self, entry: &Entry) -> Result<Option<RunEnd>, RecordError> {
+    pub(crate) fn wait_where_asked(&mut self, entry: &Entry) -> Result<Option<RunEnd>, RecordError> {
         let interrupt = self.inbox.interrupt().or(self.inbox.pause_before_next.then_some(Interrupt::Pause));
         self.inbox.pause_before_next = false;
         match interrupt {
@@ -207,7 +240,7 @@ impl Engine {
     }
 
     /// Pauses or ends the run; gives its end if that is what was wanted.
-    pub(super) fn handle_interrupt(
+    pub(crate) fn handle_interrupt(
         &mut self,
         interrupt: Interrupt,
         reason: &str,
@@ -253,7 +286,7 @@ impl Engine {
     }
 }
 
-pub(super) fn describe(error: &StepError) -> String {
+pub(crate) fn describe(error: &StepError) -> String {
     match error {
         StepError::Interrupted { reason, .. } => reason.clone(),
         StepError::Failed(message) | StepError::Error(message) | StepError::NeedsOperator(message) => {

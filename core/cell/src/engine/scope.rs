@@ -94,6 +94,14 @@ pub(crate) fn named_value(name: &str, value: f64) -> NamedValue {
     }
 }
 
+/// The name by which expressions call a measured quantity: with its unit, spelled so that it is a name.
+pub(crate) fn result_name(quantity: &str, unit: &str) -> String {
+    match unit {
+        "" => quantity.to_owned(),
+        unit => format!("{quantity}_{}", unit.replace('%', "percent").replace('/', "_per_")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

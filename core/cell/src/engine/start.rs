@@ -14,23 +14,23 @@ use serde_json::{Map, Value};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::event_sender::EventSender;
-use super::execute::result_name;
 use super::inbox::{Inbox, Interrupt};
 use super::journal::Journal;
-use super::plan::{PlanError, make_plan, number_value};
+use super::plan::{Plan, PlanError, make_plan, number_value};
+use super::pose_cache::PoseCache;
 use super::run_loop::{RunEnd, describe};
-use super::standing::Standing;
+use super::scope::result_name;
 use super::step_error::StepError;
 use super::{Engine, prompting};
 use crate::answers::{Answers, missing_answers};
 use crate::device::DeviceLinks;
 use crate::event::{Event, LogLevel, RunOutcome, StampedEvent, StepPath};
 use crate::expression::Calculator;
-use crate::procedure::{CellNames, Procedure, check_procedure};
+use crate::procedure::{Procedure, check_procedure};
 use crate::run_handle::{RunHandle, StopActions};
-use crate::step::{Action, OnError, Step};
-use crate::workcell::Workcell;
-use crate::yaml::did_you_mean;
+use crate::step::{Inside, OnError, Step};
+use crate::workcell::{Workcell, cell_names};
+use plumb_document::did_you_mean;
 
 /// What is to be run.
 pub struct RunRequest {
@@ -114,7 +114,7 @@ pub enum StartError {
 pub type Connected = Result<Box<dyn DeviceLinks>, Box<dyn std::error::Error + Send + Sync>>;
 
 /// What the robots' model files give to expressions: `{"arm": {"model": {"shoulder": {"a_mm": ...}}}}`.
-pub(super) fn model_values(cell: &Workcell) -> Map<String, Value> {
+pub(crate) fn model_values(cell: &Workcell) -> Map<String, Value> {
     let models = cell.robots.iter().filter_map(|robot| {
         let model = Value::Object(robot.model.as_ref()?.quantities.clone());
         Some((robot.device.clone(), Value::Object(Map::from_iter([("model".to_owned(), model)]))))
@@ -144,7 +144,6 @@ pub fn start_run(
         None => (start_in_record(&mut record, &request, parameters)?, None),
     };
     let (event_sender, events) = unbounded_channel();
-    let events_out = EventSender::new(event_sender);
     let (command_sender, commands) = channel();
     let stops = StopActions::default();
     let handle = RunHandle::new(command_sender, stops.clone());
@@ -155,30 +154,8 @@ pub fn start_run(
             return Err(StartError::Devices(error));
         }
     };
-    let engine = Engine {
-        cell: Arc::clone(&request.cell),
-        calculator,
-        journal: Journal::new(record, run, events_out),
-        inbox: Inbox::new(commands),
-        links,
-        stops,
-        arms: Vec::new(),
-        sensors: Vec::new(),
-        settings: BTreeMap::new(),
-        lost: Vec::new(),
-        finds_zeros: request.procedure.finds_zeros_of(),
-        moved: BTreeMap::new(),
-        standing: Standing::default(),
-        rest_ns: 0,
-        clock: Arc::default(),
-        answers: request.answers.clone(),
-        unattended: request.unattended,
-        plan,
-        offered: None,
-        outputs: request.record_directory.join(format!("run-{}", run.0)),
-        paused_scan: None,
-        failed_check: None,
-    };
+    let journal = Journal::new(record, run, EventSender::new(event_sender));
+    let engine = Engine::new(&request, calculator, plan, journal, links, (Inbox::new(commands), stops));
     let thread = std::thread::Builder::new().name("engine".to_owned()).spawn(move || {
         let _lock = lock;
         engine.sitting(&request, &changed_plugins)
@@ -186,6 +163,45 @@ pub fn start_run(
     let thread =
         thread.map_err(|cause| RecordError::Lock { path: PathBuf::from("the engine's thread"), cause })?;
     Ok(RunningRun { run, events, handle, thread })
+}
+
+impl Engine {
+    /// The engine of a run whose devices are not connected yet. `control` is what commands the run and what stops its robots.
+    fn new(
+        request: &RunRequest,
+        calculator: Arc<Calculator>,
+        plan: Plan,
+        journal: Journal,
+        links: Box<dyn DeviceLinks>,
+        control: (Inbox, StopActions),
+    ) -> Self {
+        let (inbox, stops) = control;
+        let outputs = request.record_directory.join(format!("run-{}", journal.run.0));
+        Self {
+            cell: Arc::clone(&request.cell),
+            calculator,
+            journal,
+            inbox,
+            links,
+            stops,
+            arms: Vec::new(),
+            sensors: Vec::new(),
+            settings: BTreeMap::new(),
+            lost: Vec::new(),
+            finds_zeros: request.procedure.finds_zeros_of(),
+            moved: BTreeMap::new(),
+            pose_cache: PoseCache::default(),
+            rest_ns: 0,
+            clock: Arc::default(),
+            answers: request.answers.clone(),
+            unattended: request.unattended,
+            plan,
+            offered: None,
+            outputs,
+            paused_scan: None,
+            failed_check: None,
+        }
+    }
 }
 
 /// The plugins that have changed since the cell ran with them last, unless that was accepted beforehand.
@@ -207,7 +223,7 @@ fn changed_plugins(record: &Record, request: &RunRequest) -> Result<Vec<ChangedL
 }
 
 /// Changed plugins, as a sentence.
-pub(super) fn describe_changed(changed: &[ChangedLibrary]) -> String {
+pub(crate) fn describe_changed(changed: &[ChangedLibrary]) -> String {
     let one = |library: &ChangedLibrary| {
         let short = |hash: &str| hash.get(..12).unwrap_or(hash).to_owned();
         let (path, run) = (&library.path, library.run);
@@ -218,7 +234,7 @@ pub(super) fn describe_changed(changed: &[ChangedLibrary]) -> String {
     format!("{what} changed since this cell ran with {them} last: {}", list.join(", "))
 }
 
-pub(super) fn parameters_of(request: &RunRequest) -> Result<Map<String, Value>, StartError> {
+pub(crate) fn parameters_of(request: &RunRequest) -> Result<Map<String, Value>, StartError> {
     let procedure = &request.procedure;
     for name in request.parameters.keys() {
         if !procedure.parameters.iter().any(|parameter| parameter.name == *name) {
@@ -241,7 +257,7 @@ pub(super) fn parameters_of(request: &RunRequest) -> Result<Map<String, Value>, 
 }
 
 /// An unattended run knows beforehand that it will not have to ask.
-pub(super) fn check_unattended(request: &RunRequest) -> Result<(), StartError> {
+pub(crate) fn check_unattended(request: &RunRequest) -> Result<(), StartError> {
     let missing = missing_answers(request.answers.as_ref(), &request.procedure);
     if !missing.is_empty() {
         let names: Vec<String> = missing.iter().map(|name| format!("`{name}`")).collect();
@@ -265,14 +281,14 @@ fn steps_that_ask(procedure: &Procedure, steps: &[Step], prefix: &str, asking: &
         if step.on_error == Some(OnError::Ask) {
             asking.push(name.clone());
         }
-        match &step.action {
-            Action::Repeat(repeat) => steps_that_ask(procedure, &repeat.steps, prefix, asking),
-            Action::Call(call) => {
-                if let Some(called) = procedure.called(&call.file) {
+        match step.action.inside() {
+            Inside::Repeated { steps, .. } => steps_that_ask(procedure, steps, prefix, asking),
+            Inside::Called { file, .. } => {
+                if let Some(called) = procedure.called(file) {
                     steps_that_ask(called, &called.steps, &format!("{name}."), asking);
                 }
             }
-            _ => {}
+            Inside::Nothing => {}
         }
     }
 }
@@ -425,7 +441,7 @@ impl Engine {
 
     /// What a procedure names of readings, held against what the sensors measure. Known only now that they are there, and before anything moves.
     fn check_names_of_readings(&self, procedure: &Procedure) -> Result<(), StepError> {
-        let mut names = CellNames::of(&self.cell.devices, &self.cell.robots);
+        let mut names = cell_names(&self.cell.devices, &self.cell.robots);
         for sensor in &self.sensors {
             let quantities = &sensor.link.description().quantities;
             let known = quantities.iter().map(|known| result_name(&known.name, &known.unit));

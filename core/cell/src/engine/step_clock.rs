@@ -14,13 +14,13 @@ pub(crate) struct StepClock {
 
 impl StepClock {
     /// A step begins.
-    pub(super) fn restart(&self) {
+    pub(crate) fn restart(&self) {
         self.first.store(0, Ordering::Relaxed);
         self.latest.store(0, Ordering::Relaxed);
     }
 
     /// Takes in a time a robot told.
-    pub(super) fn saw(&self, time_ns: u64) {
+    pub(crate) fn saw(&self, time_ns: u64) {
         // Only the engine's thread writes.
         if self.first.load(Ordering::Relaxed) == 0 {
             self.first.store(time_ns, Ordering::Relaxed);
@@ -29,7 +29,7 @@ impl StepClock {
     }
 
     /// How long the step has taken, as far as robots told.
-    pub(super) fn elapsed(&self) -> Duration {
+    pub(crate) fn elapsed(&self) -> Duration {
         let (first, latest) = (self.first.load(Ordering::Relaxed), self.latest.load(Ordering::Relaxed));
         Duration::from_nanos(latest.saturating_sub(first))
     }

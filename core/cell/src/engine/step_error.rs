@@ -43,14 +43,36 @@ impl From<ExpressionError> for StepError {
 
 impl From<DeviceError> for StepError {
     fn from(error: DeviceError) -> Self {
-        match &error {
-            DeviceError::Lost { device, .. } | DeviceError::Start { device, .. } => {
-                Self::Lost { device: device.clone(), message: error.to_string() }
+        let device = error.device().to_owned();
+        match error.is_loss() {
+            true if error.is_silence() => {
+                Self::Lost { message: format!("{device} is lost: {error}"), device }
             }
-            DeviceError::Refused { device, .. } if error.is_loss() => {
-                Self::Lost { device: device.clone(), message: error.to_string() }
-            }
-            DeviceError::Refused { .. } => Self::Error(error.to_string()),
+            true => Self::Lost { message: error.to_string(), device },
+            false => Self::Error(error.to_string()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumb_plugin::PluginError;
+
+    #[test]
+    fn only_a_device_that_must_be_started_again_is_lost() {
+        let refused = |source| StepError::from(DeviceError::refused("arm", "move joints", source));
+        let out_of_range = refused(PluginError::OutOfRange("too far".to_owned()));
+        assert!(matches!(out_of_range, StepError::Error(message) if message == "arm: too far"));
+        let panicked = refused(PluginError::Panicked("it panicked".to_owned()));
+        assert!(
+            matches!(panicked, StepError::Lost { device, message } if device == "arm" && message == "arm: it panicked")
+        );
+        let limit = std::time::Duration::from_secs(5);
+        let silent = DeviceError::TimedOut { device: "arm".to_owned(), operation: "jog", limit };
+        let message = "arm is lost: arm did not answer 'jog' within 5s";
+        assert!(
+            matches!(StepError::from(silent), StepError::Lost { message: found, .. } if found == message)
+        );
     }
 }

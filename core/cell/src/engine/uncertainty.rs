@@ -22,17 +22,17 @@ struct Sized<'a> {
 }
 
 /// What some equations give, and what the uncertainties of the results are made of.
-pub(super) struct Evaluated {
+pub(crate) struct Evaluated {
     /// The results with every error at its best estimate, 0.
-    pub(super) results: Map<String, Value>,
+    pub(crate) results: Map<String, Value>,
     /// A budget for each result that is a number, in the order of the results.
-    pub(super) budgets: Vec<(String, Budget)>,
+    pub(crate) budgets: Vec<(String, Budget)>,
 }
 
 impl Engine {
     /// Works equations out, with every error at 0, and their sensitivities: each error in turn is shifted by its standard uncertainty either
     /// way, and half the difference is its contribution (GUM 5.1.3, note 2).
-    pub(super) fn evaluate_with_errors(
+    pub(crate) fn evaluate_with_errors(
         &mut self,
         errors: &[ErrorTerm],
         equations: &[&str],
@@ -77,7 +77,7 @@ impl Engine {
 
     /// The budget that a procedure states by an expression: a number is a component of its own, a budget comes from a `compute` step; what is
     /// neither was not determined.
-    pub(super) fn stated(
+    pub(crate) fn stated(
         &mut self,
         uncertainty: &Expression,
         unit: &str,

@@ -3,14 +3,15 @@
 use std::time::Instant;
 
 use plumb_plugin::JointVector;
-use plumb_record::{AppliedCorrection, LastPose, RecordError};
+use plumb_record::{AppliedCorrection, JOINT_ZERO, LastPose, RecordError};
 use serde_json::Value;
 
 use super::Engine;
-use super::arm::{Arm, JOINT_ZERO, zero_in_force};
-use super::execute::joint_vector;
+use super::arm::{Arm, zero_in_force};
+use super::joint_index::JointIndex;
 use super::journal::{Attempt, Question};
-use super::prompting::Heard;
+use super::motion::joint_vector;
+use super::prompting::Received;
 use super::step_context::StepContext;
 use super::step_error::StepError;
 use super::zero_trust::{
@@ -18,11 +19,10 @@ use super::zero_trust::{
 };
 use crate::event::{Event, LogLevel, PlannedStep, StepPath};
 use crate::prompt::{Answer, ChoiceOption, PromptKind};
-use crate::read_context::DegOrMm;
 
 impl Engine {
     /// The corrections of a robot in force, without zeros that it has lost since they were found.
-    pub(super) fn zeros_in_force(&self, robot: &str) -> Result<Vec<AppliedCorrection>, RecordError> {
+    pub(crate) fn zeros_in_force(&self, robot: &str) -> Result<Vec<AppliedCorrection>, RecordError> {
         let record = &self.journal.record;
         let cell = &self.cell.name;
         let mut corrections = record.corrections_in_force(cell, robot)?;
@@ -37,11 +37,21 @@ impl Engine {
         Ok(corrections)
     }
 
+    /// Reads the zeros in force from the record.
+    pub(crate) fn take_over_zeros(&mut self, robot: &str) -> Result<(), StepError> {
+        let corrections = self.zeros_in_force(robot)?;
+        let trusted = self.trusts_zeros(robot);
+        if let Some(arm) = self.arms.iter_mut().find(|arm| arm.name == robot) {
+            arm.set_zeros(&corrections, trusted);
+        }
+        Ok(())
+    }
+
     /// Looks at the zeros of every robot before anything moves.
     ///
     /// # Errors
     /// [`StepError::NeedsOperator`] where they do not hold and this run needs them.
-    pub(super) fn check_zeros(&mut self, first_time: bool) -> Result<(), StepError> {
+    pub(crate) fn check_zeros(&mut self, first_time: bool) -> Result<(), StepError> {
         let stage = if first_time { Stage::AtTheStart } else { Stage::InMidRun };
         for index in 0..self.arms.len() {
             let Some(name) = self.arms.get(index).map(|arm| arm.name.clone()) else { continue };
@@ -55,7 +65,7 @@ impl Engine {
     ///
     /// # Errors
     /// As [`Engine::check_zeros`].
-    pub(super) fn check_zeros_of(&mut self, robot: &str, stage: Stage) -> Result<(), StepError> {
+    pub(crate) fn check_zeros_of(&mut self, robot: &str, stage: Stage) -> Result<(), StepError> {
         let last = self.journal.record.last_pose(&self.cell.name, robot)?;
         let verdict = judge(self.evidence(robot, last.as_ref())?);
         if verdict == Verdict::OnItsWay {
@@ -148,7 +158,7 @@ impl Engine {
         Ok(match verdict {
             Verdict::Elsewhere(joint) => {
                 let arm = self.arm(robot)?;
-                let unit = arm.column(&joint.joint).map_or(DegOrMm::Deg, |column| arm.unit(column));
+                let unit = arm.unit(arm.joint(&joint.joint)?);
                 let run = last.map_or(0, |last| last.run.0);
                 format!(
                     "its drive reads {:.3} {unit} at the {}, and run {run} left it at {:.3} {unit}: it was switched off, or moved by somebody else",
@@ -207,15 +217,15 @@ impl Engine {
             limit: None,
         };
         loop {
-            match self.hear(&prompt, &at)? {
-                Heard::Answer(answer, by) => {
+            match self.receive(&prompt, &at)? {
+                Received::Answer(answer, by) => {
                     self.journal.answered(&prompt, &answer, &by)?;
                     return Ok(answer == Answer::Choice { key: "hold".to_owned() });
                 }
-                Heard::Jog { .. } | Heard::HandOver => {
+                Received::Jog { .. } | Received::HandOver => {
                     self.refuse(&prompt, "nothing is jogged in this prompt")
                 }
-                Heard::Silence => {}
+                Received::Silence => {}
             }
         }
     }
@@ -230,22 +240,22 @@ fn joints_then(arm: &Arm, last: &LastPose, reads: &JointVector) -> Option<Vec<Jo
     let target = intent.and_then(|intent| joint_vector(intent.get("target")?));
     let searched = intent.and_then(|intent| intent.get("joint")?.as_str());
     let rows = last.joints.as_array()?;
-    let then = |(column, reads): (usize, &f64)| {
-        let joint = arm.joint_name(column);
+    let then = |index: JointIndex| {
+        let joint = arm.joint_name(index);
         let row = rows.iter().find(|row| row.get("name").and_then(Value::as_str) == Some(joint))?;
-        let recorded = arm.unit(column).to_internal(row.get("drive").and_then(Value::as_f64)?);
+        let recorded = arm.unit(index).to_internal(row.get("drive").and_then(Value::as_f64)?);
         let may_be = match (&target, searched) {
-            (Some(target), _) => MayBe::Towards(target.get(column)?),
+            (Some(target), _) => MayBe::Towards(index.value(target).ok()?),
             (None, Some(searched)) if searched == joint => MayBe::Anywhere,
             _ => MayBe::There,
         };
         Some(JointThen {
             joint: joint.to_owned(),
             recorded,
-            reads: *reads,
-            resolution: arm.resolution(column),
+            reads: index.value(reads).ok()?,
+            resolution: arm.resolution(index),
             may_be,
         })
     };
-    reads.as_slice().iter().enumerate().map(then).collect()
+    arm.joints().map(then).collect()
 }

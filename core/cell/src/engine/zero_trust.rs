@@ -4,19 +4,19 @@ use std::ops::RangeInclusive;
 
 /// A joint of the drive as it was left and as it reads now, in one unit: rad or mm.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct JointThen {
-    pub(super) joint: String,
-    pub(super) recorded: f64,
-    pub(super) reads: f64,
+pub(crate) struct JointThen {
+    pub(crate) joint: String,
+    pub(crate) recorded: f64,
+    pub(crate) reads: f64,
     /// One step of its drive.
-    pub(super) resolution: f64,
+    pub(crate) resolution: f64,
     /// Where the step in which the last run was cut off may have brought it.
-    pub(super) may_be: MayBe,
+    pub(crate) may_be: MayBe,
 }
 
 /// Where a joint may be although nothing but its run has moved it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum MayBe {
+pub(crate) enum MayBe {
     /// Where it was left.
     There,
     /// On its way to this target.
@@ -27,17 +27,17 @@ pub(super) enum MayBe {
 
 /// What is known when a robot is connected.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Evidence {
+pub(crate) struct Evidence {
     /// A joint of `initialize:` has a zero in force.
-    pub(super) has_zeros: bool,
-    pub(super) is_new_world: bool,
+    pub(crate) has_zeros: bool,
+    pub(crate) is_new_world: bool,
     /// Every joint of the drive; none when the record holds no place of it.
-    pub(super) joints: Option<Vec<JointThen>>,
+    pub(crate) joints: Option<Vec<JointThen>>,
 }
 
 /// Whether the zeros found before still hold, and why.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Verdict {
+pub(crate) enum Verdict {
     NothingToLose,
     NewWorld,
     NoRecord,
@@ -49,7 +49,7 @@ pub(super) enum Verdict {
 
 /// When a robot is connected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Stage {
+pub(crate) enum Stage {
     /// A procedure begins.
     AtTheStart,
     /// A procedure goes on: it is resumed, or a host was started again.
@@ -58,16 +58,16 @@ pub(super) enum Stage {
 
 /// What the procedure wants with the robot, and who is there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Situation {
-    pub(super) stage: Stage,
-    pub(super) finds_zeros: bool,
-    pub(super) moves: bool,
-    pub(super) attended: bool,
+pub(crate) struct Situation {
+    pub(crate) stage: Stage,
+    pub(crate) finds_zeros: bool,
+    pub(crate) moves: bool,
+    pub(crate) attended: bool,
 }
 
 /// What is done about it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Consequence {
+pub(crate) enum Consequence {
     /// The zeros hold.
     Hold,
     /// They are lost; the procedure goes on.
@@ -101,7 +101,7 @@ impl JointThen {
 
 impl Verdict {
     /// Whether it means that the zeros hold.
-    pub(super) fn holds(&self) -> bool {
+    pub(crate) fn holds(&self) -> bool {
         match self {
             Self::NothingToLose | Self::NewWorld | Self::Unmoved | Self::OnItsWay => true,
             Self::NoRecord | Self::Elsewhere(_) => false,
@@ -110,7 +110,7 @@ impl Verdict {
 }
 
 /// The first table of this page.
-pub(super) fn judge(evidence: Evidence) -> Verdict {
+pub(crate) fn judge(evidence: Evidence) -> Verdict {
     if !evidence.has_zeros {
         return Verdict::NothingToLose;
     }
@@ -128,7 +128,7 @@ pub(super) fn judge(evidence: Evidence) -> Verdict {
 }
 
 /// The second table of this page, but for its last line.
-pub(super) fn consequence(verdict: &Verdict, situation: Situation) -> Consequence {
+pub(crate) fn consequence(verdict: &Verdict, situation: Situation) -> Consequence {
     if verdict.holds() {
         return Consequence::Hold;
     }

@@ -4,7 +4,7 @@ use rhai::{AST, Dynamic, Engine, EvalAltResult, FLOAT, INT, OptimizationLevel, S
 use serde_json::{Map, Value};
 
 use super::tokens::{TokenKind, tokens};
-use crate::yaml::did_you_mean;
+use plumb_document::did_you_mean;
 
 /// One step of arithmetic is about one operation; a fixed point of a recursion takes some thousands.
 const MOST_OPERATIONS: u64 = 500_000;

@@ -2,7 +2,7 @@
 
 use super::calculator::FUNCTIONS;
 use super::tokens::{Token, TokenKind, tokens};
-use crate::yaml::did_you_mean;
+use plumb_document::did_you_mean;
 
 /// What is known about a value before it exists.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,13 +5,13 @@ use serde_json::{Map, Value};
 
 use super::calculator::{Calculator, ExpressionError, first_line, scope_of};
 use super::names::Names;
-use crate::yaml::{Node, NodeValue, Place, Problem, Problems};
+use plumb_document::{Node, NodeValue, Problem, Problems, Span};
 
 /// An expression out of a file.
 #[derive(Debug, Clone)]
 pub struct Expression {
     text: String,
-    place: Place,
+    place: Span,
     ast: AST,
 }
 
@@ -30,14 +30,14 @@ impl Expression {
             NodeValue::Bool(value) => value.to_string(),
             other => {
                 let message = format!("{what} is a number or an expression; this is {}", other.kind());
-                problems.add(node.place, message, "");
+                problems.add(node.span, message, "");
                 return None;
             }
         };
         match calculator.compile_expression(&text) {
-            Ok(ast) => Some(Self { text, place: node.place, ast }),
+            Ok(ast) => Some(Self { text, place: node.span, ast }),
             Err(error) => {
-                problems.push(syntax_problem(&error, &text, node.place, file));
+                problems.push(syntax_problem(&error, &text, node.span, file));
                 None
             }
         }
@@ -49,7 +49,7 @@ impl Expression {
     }
 
     /// Where it stands.
-    pub fn place(&self) -> Place {
+    pub fn place(&self) -> Span {
         self.place
     }
 
@@ -116,7 +116,7 @@ pub type NumberExpression = Expression;
 #[derive(Debug, Clone)]
 pub struct Script {
     text: String,
-    place: Place,
+    place: Span,
     ast: AST,
 }
 
@@ -125,9 +125,9 @@ impl Script {
     pub fn read(node: &Node, calculator: &Calculator, file: &str, problems: &Problems) -> Option<Self> {
         let text = node.text("a script", problems)?.to_owned();
         match calculator.compile_script(&text) {
-            Ok(ast) => Some(Self { text, place: node.place, ast }),
+            Ok(ast) => Some(Self { text, place: node.span, ast }),
             Err(error) => {
-                problems.push(syntax_problem(&error, &text, node.place, file));
+                problems.push(syntax_problem(&error, &text, node.span, file));
                 None
             }
         }
@@ -172,7 +172,7 @@ impl Script {
     }
 }
 
-fn report_unknown(text: &str, place: Place, names: &Names, file: &str, problems: &Problems) {
+fn report_unknown(text: &str, place: Span, names: &Names, file: &str, problems: &Problems) {
     for unknown in names.unknown_in(text) {
         let line = text.get(..unknown.offset).map_or(0, |before| before.matches('\n').count());
         let start = text.get(..unknown.offset).and_then(|before| before.rfind('\n')).map_or(0, |at| at + 1);
@@ -182,7 +182,7 @@ fn report_unknown(text: &str, place: Place, names: &Names, file: &str, problems:
     }
 }
 
-fn syntax_problem(error: &rhai::ParseError, text: &str, place: Place, file: &str) -> Problem {
+fn syntax_problem(error: &rhai::ParseError, text: &str, place: Span, file: &str) -> Problem {
     let position = error.position();
     let last_line = text.lines().count().saturating_sub(1);
     let after_last = text.lines().last().map_or(0, |line| line.chars().count());
@@ -194,12 +194,12 @@ fn syntax_problem(error: &rhai::ParseError, text: &str, place: Place, file: &str
     };
     let place = place_inside(text, place, line, column, 1, file);
     let reason = error.err_type().to_string();
-    Problem { place: Some(place), message: format!("this expression cannot be read: {reason}"), help: None }
+    Problem { span: Some(place), message: format!("this expression cannot be read: {reason}"), help: None }
 }
 
 /// Where `line` and `column` (from 0) of an expression stand in the file. The expression may be plain, quoted, or a block of lines; where it
 /// cannot be found the beginning is shown.
-fn place_inside(text: &str, place: Place, line: usize, column: usize, length: usize, file: &str) -> Place {
+fn place_inside(text: &str, place: Span, line: usize, column: usize, length: usize, file: &str) -> Span {
     let Some(wanted) = text.lines().nth(line) else { return place };
     for (index, candidate) in
         file.lines().enumerate().skip(place.line.saturating_sub(1)).take(text.lines().count() + 2)
@@ -211,7 +211,7 @@ fn place_inside(text: &str, place: Place, line: usize, column: usize, length: us
             && let Some(found) = rest.find(wanted)
         {
             let before = rest.get(..found).map_or(0, |skipped| skipped.chars().count());
-            return Place { line: index + 1, column: from + before + column + 1, length };
+            return Span { line: index + 1, column: from + before + column + 1, length };
         }
     }
     place

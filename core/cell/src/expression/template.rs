@@ -5,7 +5,7 @@ use serde_json::{Map, Value};
 use super::calculator::{Calculator, ExpressionError};
 use super::names::Names;
 use super::source::Expression;
-use crate::yaml::{Node, NodeValue, Problems};
+use plumb_document::{Node, NodeValue, Problems};
 
 /// A text out of a file in which `{expression}` stands for a value, `{expression:.2}` for one with two digits after the point, and `{{` for
 /// a brace.
@@ -41,7 +41,7 @@ impl Template {
             }
             let Some(end) = from_brace.find('}').filter(|_| from_brace.starts_with('{')) else {
                 problems.add(
-                    node.place,
+                    node.span,
                     format!("{what} has a brace without its partner"),
                     "write `{{` or `}}` for a brace itself",
                 );
@@ -108,7 +108,7 @@ fn value_piece(
             Ok(digits) if digits <= 15 => (expression, Some(digits)),
             _ => {
                 problems.add(
-                    node.place,
+                    node.span,
                     format!("{what}: `:.{digits}` is no number of digits"),
                     "write `{value:.2}`",
                 );
@@ -117,7 +117,7 @@ fn value_piece(
         },
         None => (inside, None),
     };
-    let part = Node { place: node.place, value: NodeValue::Text(expression.to_owned()) };
+    let part = Node { span: node.span, value: NodeValue::Text(expression.to_owned()), written: None };
     let expression = Expression::read(&part, what, calculator, file, problems)?;
     Some(Piece::Value { expression: Box::new(expression), decimals })
 }

@@ -1,36 +1,11 @@
 //! Whether a procedure fits a cell, and every name in it is there when it is needed.
 
 use super::Procedure;
-use crate::expression::{Names, Shape};
-use crate::read_context::{CheckContext, RobotNames};
-use crate::step::{Action, Step, Turns, add_result};
-use crate::workcell::{DeviceSetting, RobotSetting};
-use crate::yaml::{FileProblems, Place, Problems, did_you_mean};
-
-/// What a cell offers to the names in a procedure.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct CellNames {
-    pub(crate) robots: Vec<RobotNames>,
-    pub(crate) sensors: Vec<String>,
-    /// For each sensor whose quantities are known, the names of its readings' values: `tip.x_mm`.
-    pub(crate) quantities: Vec<(String, Vec<String>)>,
-    /// For each robot, what its model file gives: `arm.model.shoulder.a_mm`.
-    pub(crate) models: Vec<(String, Shape)>,
-}
-
-impl CellNames {
-    /// What these devices offer, as far as it is known before they are started.
-    pub(crate) fn of(devices: &[DeviceSetting], robots: &[RobotSetting]) -> Self {
-        let is_sensor = |name: &String| robots.iter().all(|robot| robot.device != *name);
-        let model = |robot: &RobotSetting| Some((robot.device.clone(), robot.model.as_ref()?.shape()));
-        Self {
-            robots: robots.iter().map(RobotSetting::names).collect(),
-            sensors: devices.iter().map(|device| device.name.clone()).filter(is_sensor).collect(),
-            quantities: Vec::new(),
-            models: robots.iter().filter_map(model).collect(),
-        }
-    }
-}
+use crate::cell_names::CellNames;
+use crate::check_context::{CheckContext, RobotNames};
+use crate::expression::{Expression, Names, Shape};
+use crate::step::{Inside, Step, Turns};
+use plumb_document::{FileProblems, Key, Problems, Span, did_you_mean};
 
 /// Checks a procedure and those it calls against a cell.
 ///
@@ -90,7 +65,7 @@ struct Checker<'a> {
     plan_names: Names,
     problems: &'a Problems,
     all: Vec<(String, Shape)>,
-    ids: Vec<(String, Place)>,
+    ids: Vec<(String, Span)>,
 }
 
 impl Checker<'_> {
@@ -121,44 +96,47 @@ impl Checker<'_> {
     fn steps(&mut self, steps: &[Step], names: &mut Names) {
         // Lists of results over the turns of a repetition may be used anywhere: they are empty where nothing was found yet.
         for step in steps {
-            self.all.push((step.id.clone(), Shape::List(Box::new(step.result_shape(self.cell)))));
+            self.all.push((step.id.clone(), Shape::List(Box::new(step.action.result_shape(self.cell)))));
         }
         names.set("all", Shape::Map(self.all.clone()));
         for step in steps {
             self.id(step, names);
             step.check(&self.context(names));
-            match &step.action {
-                Action::Repeat(repeat) => {
-                    if let Turns::Times(times) = &repeat.turns {
+            match step.action.inside() {
+                Inside::Repeated { turns, until, steps } => {
+                    if let Turns::Times(times) = turns {
                         self.context(&self.plan_names).check_expression(times);
                     }
-                    names.set(&step.id, step.result_shape(self.cell));
-                    self.steps(&repeat.steps, names);
-                    if let Some(until) = &repeat.until {
+                    names.set(&step.id, step.action.result_shape(self.cell));
+                    self.steps(steps, names);
+                    if let Some(until) = until {
                         self.context(names).check_expression(until);
                     }
                 }
-                Action::Call(call) => {
-                    let called = self.procedure.called(&call.file);
-                    for (name, value) in &call.with {
-                        self.context(&self.plan_names).check_expression(value);
-                        let Some(called) = called else { continue };
-                        if !called.parameters.iter().any(|parameter| parameter.name == name.name) {
-                            let help =
-                                did_you_mean(&name.name, called.parameters.iter().map(|p| p.name.as_str()));
-                            let message =
-                                format!("procedure `{}` has no parameter `{}`", called.name, name.name);
-                            self.problems.add(name.place, message, help);
-                        }
-                    }
-                    let shape = called.map_or(Shape::Anything, |called| called_shape(called, self.cell));
+                Inside::Called { file, with, .. } => {
+                    let shape = self.call(file, with);
                     add_result(names, &mut self.all, &step.id, shape);
                     continue;
                 }
-                _ => {}
+                Inside::Nothing => {}
             }
-            add_result(names, &mut self.all, &step.id, step.result_shape(self.cell));
+            add_result(names, &mut self.all, &step.id, step.action.result_shape(self.cell));
         }
+    }
+
+    /// Checks a call of another procedure; gives what later expressions may name of it.
+    fn call(&self, file: &str, with: &[(Key, Expression)]) -> Shape {
+        let called = self.procedure.called(file);
+        for (name, value) in with {
+            self.context(&self.plan_names).check_expression(value);
+            let Some(called) = called else { continue };
+            if !called.parameters.iter().any(|parameter| parameter.name == name.name) {
+                let help = did_you_mean(&name.name, called.parameters.iter().map(|p| p.name.as_str()));
+                let message = format!("procedure `{}` has no parameter `{}`", called.name, name.name);
+                self.problems.add(name.span, message, help);
+            }
+        }
+        called.map_or(Shape::Anything, |called| called_shape(called, self.cell))
     }
 
     fn id(&mut self, step: &Step, names: &Names) {
@@ -190,15 +168,23 @@ fn collect_results(
     entries: &mut Vec<(String, Shape)>,
 ) {
     for step in steps {
-        let shape = match &step.action {
-            Action::Call(call) => {
-                procedure.called(&call.file).map_or(Shape::Anything, |called| called_shape(called, cell))
+        let shape = match step.action.inside() {
+            Inside::Called { file, .. } => {
+                procedure.called(file).map_or(Shape::Anything, |called| called_shape(called, cell))
             }
-            _ => step.result_shape(cell),
+            _ => step.action.result_shape(cell),
         };
         entries.push((step.id.clone(), shape));
-        if let Action::Repeat(repeat) = &step.action {
-            collect_results(&repeat.steps, procedure, cell, entries);
+        if let Inside::Repeated { steps, .. } = step.action.inside() {
+            collect_results(steps, procedure, cell, entries);
         }
     }
+}
+
+/// The names for the steps of a procedure: what they may use is added as checking goes through them.
+fn add_result(names: &mut Names, all: &mut Vec<(String, Shape)>, id: &str, shape: Shape) {
+    names.set(id, shape.clone());
+    all.retain(|(known, _)| known != id);
+    all.push((id.to_owned(), Shape::List(Box::new(shape))));
+    names.set("all", Shape::Map(all.clone()));
 }

@@ -4,7 +4,7 @@ use serde_json::{Map, Value};
 
 use super::Procedure;
 use crate::expression::Calculator;
-use crate::step::{Action, Step, Turns};
+use crate::step::{Inside, Step, Turns};
 
 /// Entries of a plan, the beginnings and ends of turns among them. A run of so many steps lasts days; longer plans are mistakes.
 pub(crate) const MOST_ENTRIES: usize = 20_000;
@@ -24,20 +24,20 @@ fn entries_of(
     defaults: &Map<String, Value>,
     calculator: &Calculator,
 ) -> u64 {
-    let of_step = |step: &Step| match &step.action {
-        Action::Repeat(repeat) => {
-            let turns = match &repeat.turns {
+    let of_step = |step: &Step| match step.action.inside() {
+        Inside::Repeated { turns, steps, .. } => {
+            let turns = match turns {
                 Turns::Over(table) => table.rows.len() as u64,
                 // A cast of a number that is too large, negative or none saturates; the plan says what is wrong with it.
                 Turns::Times(times) => times.number(calculator, defaults).map_or(1, |times| times as u64),
             };
-            let turn = entries_of(&repeat.steps, procedure, defaults, calculator).saturating_add(2);
+            let turn = entries_of(steps, procedure, defaults, calculator).saturating_add(2);
             turns.saturating_mul(turn).saturating_add(2)
         }
-        Action::Call(call) => {
-            procedure.called(&call.file).map_or(2, |called| called.entries.saturating_add(2))
+        Inside::Called { file, .. } => {
+            procedure.called(file).map_or(2, |called| called.entries.saturating_add(2))
         }
-        _ => 1,
+        Inside::Nothing => 1,
     };
     steps.iter().map(of_step).fold(0, u64::saturating_add)
 }

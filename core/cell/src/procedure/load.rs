@@ -7,10 +7,11 @@ use std::sync::Arc;
 use super::count::{self, MOST_ENTRIES};
 use super::{Parameter, Procedure};
 use crate::expression::Calculator;
-use crate::file::read_text;
 use crate::read_context::ReadContext;
-use crate::step::{Action, Step, check_name, read_steps};
-use crate::yaml::{FileProblems, Key, MapReader, Node, NodeValue, Problems, parse};
+use crate::step::{Inside, Step, check_name, read_action, read_steps};
+use plumb_document::{
+    DocumentKind, FileKind, FileProblems, Key, MapReader, Node, NodeValue, Problems, parse_as, read_document,
+};
 
 /// A procedure with the mistakes found while it was read. It is there, mistakes or not, when all its steps could be read.
 pub(crate) struct LoadedProcedure {
@@ -43,13 +44,14 @@ pub(crate) struct LoadedFiles {
 
 pub(crate) fn load(file: &Path, calculator: &Calculator, files: &mut LoadedFiles) -> LoadedProcedure {
     let problems = Problems::default();
-    let read = read_text(file).and_then(|text| Ok((parse(file, &text, &problems)?, text)));
+    let read = read_document(file, FileKind::CELL)
+        .and_then(|text| Ok((parse_as(DocumentKind::Procedure, file, &text, &problems)?, text)));
     let (root, text) = match read {
         Ok(read) => read,
         Err(problem) => return LoadedProcedure { procedure: None, wrong: vec![problem] },
     };
     let folder = file.parent().unwrap_or(Path::new("."));
-    let context = ReadContext { calculator, file: &text, folder, problems: &problems };
+    let context = ReadContext { calculator, file: &text, folder, problems: &problems, read_action };
     let mut read = read_procedure(&root, file, &context);
     let mut wrong = Vec::new();
     if let Some(procedure) = &mut read {
@@ -64,7 +66,7 @@ pub(crate) fn load(file: &Path, calculator: &Calculator, files: &mut LoadedFiles
             let help = format!(
                 "at most {MOST_ENTRIES} are run, the beginnings and ends of turns among them: repeat less often, or in several runs"
             );
-            problems.add(root.place, message, help);
+            problems.add(root.span, message, help);
             read = None;
         }
     }
@@ -84,35 +86,40 @@ fn load_called(
     wrong: &mut Vec<FileProblems>,
 ) {
     for step in steps {
-        match &step.action {
-            Action::Repeat(repeat) => {
-                load_called(&repeat.steps, file, calculator, files, problems, called, wrong)
+        match step.action.inside() {
+            Inside::Repeated { steps, .. } => {
+                load_called(steps, file, calculator, files, problems, called, wrong);
             }
-            Action::Call(call) if !called.iter().any(|(name, _)| *name == call.file) => {
-                let path = file.parent().unwrap_or(Path::new(".")).join(&call.file);
+            Inside::Called { file: name, place, .. } if !called.iter().any(|(known, _)| known == name) => {
+                let path = file.parent().unwrap_or(Path::new(".")).join(name);
                 if let Some(known) = files.read.get(&path) {
-                    called.extend(known.iter().map(|procedure| (call.file.clone(), Arc::clone(procedure))));
-                } else if files.callers.contains(&path) {
-                    problems.add(call.place, "this procedure is being called by itself", "");
-                } else if files.callers.len() >= DEEPEST_CALL {
-                    let help = "do it in one of them";
-                    problems.add(
-                        call.place,
-                        format!("more than {DEEPEST_CALL} procedures call each other"),
-                        help,
-                    );
-                } else if !path.exists() {
-                    let message = format!("there is no file {}", path.display());
-                    problems.add(call.place, message, "the name is relative to this file");
+                    called.extend(known.iter().map(|procedure| (name.to_owned(), Arc::clone(procedure))));
+                } else if let Some((message, help)) = files.refuses(&path) {
+                    problems.add(place, message, help);
                 } else {
                     let loaded = load(&path, calculator, files);
                     wrong.extend(loaded.wrong);
                     let procedure = loaded.procedure.map(Arc::new);
-                    called.extend(procedure.iter().map(|read| (call.file.clone(), Arc::clone(read))));
+                    called.extend(procedure.iter().map(|read| (name.to_owned(), Arc::clone(read))));
                     files.read.insert(path, procedure);
                 }
             }
-            _ => {}
+            Inside::Called { .. } | Inside::Nothing => {}
+        }
+    }
+}
+
+impl LoadedFiles {
+    /// Why the procedure in a file cannot be called from the one that is being read, and what would be right.
+    fn refuses(&self, path: &PathBuf) -> Option<(String, &'static str)> {
+        if self.callers.contains(path) {
+            Some(("this procedure is being called by itself".to_owned(), ""))
+        } else if self.callers.len() >= DEEPEST_CALL {
+            Some((format!("more than {DEEPEST_CALL} procedures call each other"), "do it in one of them"))
+        } else if !path.exists() {
+            Some((format!("there is no file {}", path.display()), "the name is relative to this file"))
+        } else {
+            None
         }
     }
 }
@@ -131,9 +138,9 @@ fn read_procedure(root: &Node, file: &Path, context: &ReadContext<'_>) -> Option
     let steps = map.required("steps").and_then(|node| read_steps(node, context));
     map.finish();
     let parameters =
-        parameters.unwrap_or_default().iter().filter_map(|(key, node)| read_parameter(key, node, context));
+        parameters.unwrap_or_default().iter().map(|(key, node)| read_parameter(key, node, context));
     let parameters = parameters.collect();
-    let robot = |node: &Node| Some((node.text("a robot", context.problems)?.to_owned(), node.place));
+    let robot = |node: &Node| Some((node.text("a robot", context.problems)?.to_owned(), node.span));
     let finds_zeros = finds_zeros.unwrap_or_default().iter().filter_map(robot).collect();
     let (name, _) = name?;
     let title = title.unwrap_or_else(|| name.clone());
@@ -151,22 +158,23 @@ fn read_procedure(root: &Node, file: &Path, context: &ReadContext<'_>) -> Option
     })
 }
 
-fn read_parameter(key: &Key, node: &Node, context: &ReadContext<'_>) -> Option<Parameter> {
-    check_name(&key.name, key.place, "the name of a parameter", context);
+/// One that could not be read has no number, and is known by its name: what uses it is not accused.
+fn read_parameter(key: &Key, node: &Node, context: &ReadContext<'_>) -> Parameter {
+    check_name(&key.name, key.span, "the name of a parameter", context);
     let what = format!("`{}`", key.name);
     let mut parameter = Parameter {
         name: key.name.clone(),
-        place: key.place,
+        place: key.span,
         default: 0.0,
         minimum: f64::NEG_INFINITY,
         maximum: f64::INFINITY,
         about: None,
     };
     if !matches!(node.value, NodeValue::Map(_)) {
-        parameter.default = node.number(&what, context.problems)?;
-        return Some(parameter);
+        parameter.default = node.number(&what, context.problems).unwrap_or(f64::NAN);
+        return parameter;
     }
-    let mut map = MapReader::new(node, "a parameter", context.problems)?;
+    let Some(mut map) = MapReader::new(node, "a parameter", context.problems) else { return parameter };
     let number = |node: Option<&Node>| node.and_then(|node| node.number(&what, context.problems));
     let default = number(map.required("default"));
     let minimum = number(map.optional("minimum"));
@@ -174,13 +182,14 @@ fn read_parameter(key: &Key, node: &Node, context: &ReadContext<'_>) -> Option<P
     parameter.about =
         map.optional("about").and_then(|node| node.text("`about`", context.problems)).map(str::to_owned);
     map.finish();
-    parameter.default = default?;
+    parameter.default = default.unwrap_or(f64::NAN);
     parameter.minimum = minimum.unwrap_or(f64::NEG_INFINITY);
     parameter.maximum = maximum.unwrap_or(f64::INFINITY);
-    if let Err(reason) = parameter.accept(parameter.default) {
-        context.problems.add(node.place, reason, "");
+    match parameter.accept(parameter.default) {
+        Err(reason) if default.is_some() => context.problems.add(node.span, reason, ""),
+        _ => {}
     }
-    Some(parameter)
+    parameter
 }
 
 impl Parameter {

@@ -7,13 +7,13 @@ mod load;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-pub(crate) use check::{CellNames, check_procedure};
+pub(crate) use check::check_procedure;
 pub(crate) use count::MOST_ENTRIES;
 pub use load::load_procedure;
 pub(crate) use load::{LoadedFiles, load};
 
-use crate::step::{Action, Step};
-use crate::yaml::Place;
+use crate::step::{Inside, Step};
+use plumb_document::Span;
 
 /// A procedure that was read: its own file is in order; whether it fits a cell is checked with the cell.
 #[derive(Debug, Clone)]
@@ -31,7 +31,7 @@ pub struct Procedure {
     /// What can be set when it is run.
     pub parameters: Vec<Parameter>,
     /// Robots whose zeros it is to find: until it has, what their drives say is not trusted, and their keep-out planes are not watched.
-    pub finds_zeros: Vec<(String, Place)>,
+    pub finds_zeros: Vec<(String, Span)>,
     /// What it does.
     pub steps: Vec<Step>,
     /// The procedures its steps call, by the file name used in the call.
@@ -46,7 +46,7 @@ pub struct Parameter {
     /// Its name; the end is its unit: `K_mm`.
     pub name: String,
     /// Where the name stands.
-    pub place: Place,
+    pub place: Span,
     /// Value when nobody sets another.
     pub default: f64,
     /// Smallest allowed.
@@ -93,12 +93,9 @@ impl Procedure {
 
 fn collect_corrections<'a>(steps: &'a [Step], sensor: &str, keys: &mut Vec<&'a str>) {
     for step in steps {
-        match &step.action {
-            Action::Correct(correct) if correct.sensor == sensor => {
-                keys.extend(correct.parameters.iter().map(|parameter| parameter.key.as_str()));
-            }
-            Action::Repeat(repeat) => collect_corrections(&repeat.steps, sensor, keys),
-            _ => {}
+        keys.extend(step.action.corrected_parameters(sensor));
+        if let Inside::Repeated { steps, .. } = step.action.inside() {
+            collect_corrections(steps, sensor, keys);
         }
     }
 }

@@ -2,30 +2,49 @@
 //!
 //! The readers of the files say more, and better: this is for completion while one types. Tests hold the two together.
 
+use plumb_document::DocumentKind;
 use plumb_plugin::Manifest;
 use serde_json::{Map, Value, json};
 
-use crate::FileKind;
 use crate::device::configuration::mistakes;
+use crate::step::KINDS;
 
 /// The schema of a kind of file; none of model and world files, which the model lab and the world read. `plugins` are those installed.
 ///
 /// # Errors
 /// When the text built in is no JSON.
-pub fn schema(kind: FileKind, plugins: &[Manifest]) -> Result<Option<Value>, serde_json::Error> {
+pub fn schema(kind: DocumentKind, plugins: &[Manifest]) -> Result<Option<Value>, serde_json::Error> {
     let text = match kind {
-        FileKind::Workcell => include_str!("cell.json"),
-        FileKind::Procedure => include_str!("procedure.json"),
-        FileKind::Answers => include_str!("answers.json"),
-        FileKind::World | FileKind::Model | FileKind::Study => return Ok(None),
+        DocumentKind::Cell => include_str!("cell.json"),
+        DocumentKind::Procedure => include_str!("procedure.json"),
+        DocumentKind::Answers => include_str!("answers.json"),
+        _ => return Ok(None),
     };
     let mut schema: Value = serde_json::from_str(text)?;
-    if kind == FileKind::Workcell
+    if kind == DocumentKind::Procedure {
+        add_step_kinds(&mut schema)?;
+    }
+    if kind == DocumentKind::Cell
         && let Some(device) = schema.pointer_mut("/definitions/device").and_then(Value::as_object_mut)
     {
         add_plugins(device, plugins);
     }
     Ok(Some(schema))
+}
+
+/// Which kinds of step there are, and what each is told.
+fn add_step_kinds(schema: &mut Value) -> Result<(), serde_json::Error> {
+    let Some(kinds) = schema.pointer_mut("/definitions/do/properties").and_then(Value::as_object_mut) else {
+        return Ok(());
+    };
+    for kind in KINDS {
+        let mut fields: Value = serde_json::from_str(kind.schema)?;
+        if let Some(fields) = fields.as_object_mut() {
+            fields.entry("description").or_insert_with(|| json!(format!("It {}.", kind.sentence)));
+        }
+        kinds.insert(kind.name.to_owned(), fields);
+    }
+    Ok(())
 }
 
 /// Which plugins there are, and what each may be told and wired to.
@@ -71,4 +90,18 @@ fn part_of(plugin: &Manifest) -> Value {
         "if": {"properties": {"plugin": {"const": plugin.id}}, "required": ["plugin"]},
         "then": {"properties": properties, "required": required},
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_procedures_schema_holds_every_kind_of_step_with_its_sentence() {
+        let schema = schema(DocumentKind::Procedure, &[]).unwrap().unwrap();
+        let kinds = schema.pointer("/definitions/do/properties").and_then(Value::as_object).unwrap();
+        assert_eq!(kinds.len(), KINDS.len());
+        assert!(kinds["search"]["properties"]["robot"].is_object());
+        assert_eq!(kinds["configure"]["description"], "It changes settings of a sensor.");
+    }
 }

@@ -1,25 +1,39 @@
 //! `compute`: values from parameters and earlier results.
 
-use super::{ErrorTerm, check_name, error_terms};
+use plumb_document::{MapReader, Node, NodeValue};
+use serde_json::{Value, json};
+
+use super::declaration::Action;
+use super::error_terms::{self, ErrorTerm};
+use super::kind::{Kind, StepKind};
+use super::read::check_name;
+use super::time::{CALCULATION_S, TimeContext};
+use crate::cell_names::CellNames;
+use crate::check_context::CheckContext;
+use crate::engine::Engine;
+use crate::engine::scope::named_value;
+use crate::engine::step_context::{Done, StepContext};
+use crate::engine::step_error::StepError;
+use crate::engine::uncertainty::Evaluated;
+use crate::event::NamedValue;
 use crate::expression::{Expression, Names, Script, Shape};
-use crate::read_context::{CheckContext, ReadContext};
-use crate::yaml::{MapReader, Node, NodeValue};
+use crate::read_context::ReadContext;
 
 /// A declared computation.
 #[derive(Debug, Clone)]
-pub struct ComputeStep {
+pub(crate) struct ComputeStep {
     /// Runs first; its variables are there for the values.
-    pub script: Option<Script>,
+    pub(crate) script: Option<Script>,
     /// Worked out in order; each may use the ones before it. Units are the ends of the names.
-    pub values: Vec<(String, Expression)>,
+    pub(crate) values: Vec<(String, Expression)>,
     /// What the values depend on and is not known exactly; script and values name them, and a budget is worked out for each value.
-    pub errors: Vec<ErrorTerm>,
+    pub(crate) errors: Vec<ErrorTerm>,
 }
 
 /// Where the result of a computation with `errors` keeps the budgets of its values.
 pub(crate) const BUDGET: &str = "budget";
 
-pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<ComputeStep> {
+fn read(node: &Node, context: &ReadContext<'_>) -> Option<ComputeStep> {
     let mut map = MapReader::new(node, "a computation", context.problems)?;
     let script = map
         .optional("script")
@@ -29,13 +43,13 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<ComputeStep
     map.finish();
     let mut values = Vec::new();
     for (name, node) in entries? {
-        check_name(&name.name, name.place, "the name of a value", context);
+        check_name(&name.name, name.span, "the name of a value", context);
         if name.name == BUDGET && !errors.is_empty() {
             let help = "the uncertainty budgets of the other values are called so; choose another name";
-            context.problems.add(name.place, "no value can be called `budget` here", help);
+            context.problems.add(name.span, "no value can be called `budget` here", help);
         }
         if matches!(node.value, NodeValue::Map(_) | NodeValue::List(_)) {
-            context.problems.add(node.place, format!("`{}` is a number or an expression", name.name), "");
+            context.problems.add(node.span, format!("`{}` is a number or an expression", name.name), "");
             continue;
         }
         values.push((name.name.clone(), context.expression(node, &format!("`{}`", name.name))?));
@@ -43,8 +57,8 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<ComputeStep
     Some(ComputeStep { script, values, errors })
 }
 
-impl ComputeStep {
-    pub(super) fn check(&self, context: &CheckContext<'_>) {
+impl Action for ComputeStep {
+    fn check(&self, context: &CheckContext<'_>) {
         error_terms::check(&self.errors, context);
         let mut names: Names = context.names.clone();
         for error in &self.errors {
@@ -62,9 +76,67 @@ impl ComputeStep {
         }
     }
 
-    pub(super) fn result_shape(&self) -> Shape {
+    fn result_shape(&self, _cell: &CellNames) -> Shape {
         let each = || self.values.iter().map(|(name, _)| (name.clone(), Shape::Anything));
         let budgets = (BUDGET.to_owned(), Shape::Map(each().collect()));
         Shape::Map(each().chain((!self.errors.is_empty()).then_some(budgets)).collect())
+    }
+
+    fn estimated_time_s(&self, _context: &TimeContext<'_>) -> Option<f64> {
+        Some(CALCULATION_S)
+    }
+}
+
+pub(super) const KIND: Kind = Kind::entry::<ComputeStep>();
+
+impl StepKind for ComputeStep {
+    const NAME: &'static str = "compute";
+    const SENTENCE: &'static str = "works out values from parameters and earlier results";
+    const SCHEMA: &'static str = r##"{
+  "type": "object",
+  "additionalProperties": false,
+  "required": ["values"],
+  "properties": {
+    "script": {"description": "Runs first; its variables are there for the values.", "type": "string"},
+    "values": {"type": "object", "propertyNames": {"$ref": "#/definitions/name"}, "additionalProperties": {"$ref": "#/definitions/expression"}},
+    "errors": {"$ref": "#/definitions/errors"}
+  }
+}"##;
+
+    fn read(node: &Node, context: &ReadContext<'_>) -> Option<Self> {
+        read(node, context)
+    }
+
+    fn execute(&self, engine: &mut Engine, at: &StepContext) -> Result<Done, StepError> {
+        engine.execute_compute(self, at)
+    }
+}
+
+impl Engine {
+    fn execute_compute(&mut self, step: &ComputeStep, at: &StepContext) -> Result<Done, StepError> {
+        let mut texts: Vec<&str> = step.values.iter().map(|(_, expression)| expression.text()).collect();
+        texts.extend(step.script.as_ref().map(Script::text));
+        let evaluated = self.evaluate_with_errors(&step.errors, &texts, at, |engine, values| {
+            let named = step.values.iter().map(|(name, expression)| (name.as_str(), expression));
+            Script::values(step.script.as_ref(), named, &engine.calculator, values)
+        })?;
+        let Evaluated { mut results, budgets } = evaluated;
+        let standard_of = |name: &str| {
+            budgets.iter().find(|(known, _)| known == name).and_then(|(_, budget)| budget.standard())
+        };
+        let shown: Vec<NamedValue> = results
+            .iter()
+            .filter_map(|(name, value)| {
+                Some(NamedValue { uncertainty: standard_of(name), ..named_value(name, value.as_f64()?) })
+            })
+            .collect();
+        if !step.errors.is_empty() {
+            let budgets = budgets.iter().map(|(name, budget)| (name.clone(), json!(budget)));
+            results.insert(BUDGET.to_owned(), Value::Object(budgets.collect()));
+        }
+        self.journal.noted(&at.path, "computed", &shown)?;
+        let message = shown.iter().map(|value| format!("{} = {:.6} {}", value.name, value.value, value.unit));
+        let message = message.map(|text| text.trim_end().to_owned()).collect::<Vec<_>>().join(", ");
+        Ok(Done { result: Value::Object(results), values: shown, message })
     }
 }

@@ -4,9 +4,10 @@
 //! be. From both follows the uncertainty of what the step computes (GUM, JCGM 100:2008, chapters 4 and 5).
 
 use super::check_name;
+use crate::check_context::CheckContext;
 use crate::expression::{Expression, Shape};
-use crate::read_context::{CheckContext, ReadContext};
-use crate::yaml::{Key, MapReader, Node, Place};
+use crate::read_context::ReadContext;
+use plumb_document::{Key, MapReader, Node, Span};
 
 /// What sizes of errors may refer to besides what any expression may: what the cell file says of its parts.
 pub(crate) const TOLERANCES: &str = "tolerances";
@@ -18,20 +19,20 @@ const UNITS: [&str; 4] = ["mm", "deg", "px", "percent"];
 
 /// A quantity that is 0 as far as anybody knows, and may be off by so much.
 #[derive(Debug, Clone)]
-pub struct ErrorTerm {
+pub(crate) struct ErrorTerm {
     /// As the step's equations call it; its unit is the end of the name.
-    pub name: String,
+    pub(crate) name: String,
     /// Where the name stands.
-    pub place: Place,
+    pub(crate) place: Span,
     /// For people: `line B off its distance`.
-    pub about: String,
+    pub(crate) about: String,
     /// How far off it may be.
-    pub size: ErrorSize,
+    pub(crate) size: ErrorSize,
 }
 
 /// How the size of an error is given.
 #[derive(Debug, Clone)]
-pub enum ErrorSize {
+pub(crate) enum ErrorSize {
     /// It lies within this of 0, anywhere with the same probability: the standard uncertainty is the half-width / sqrt(3) (GUM 4.3.7).
     HalfWidth(Expression),
     /// Its standard uncertainty.
@@ -40,14 +41,14 @@ pub enum ErrorSize {
 
 impl ErrorSize {
     /// The expression.
-    pub fn expression(&self) -> &Expression {
+    pub(crate) fn expression(&self) -> &Expression {
         match self {
             Self::HalfWidth(expression) | Self::Standard(expression) => expression,
         }
     }
 
     /// The standard uncertainty for a value of the expression.
-    pub fn standard(&self, value: f64) -> f64 {
+    pub(crate) fn standard(&self, value: f64) -> f64 {
         match self {
             Self::HalfWidth(_) => value.abs() / 3.0_f64.sqrt(),
             Self::Standard(_) => value.abs(),
@@ -57,7 +58,7 @@ impl ErrorSize {
 
 impl ErrorTerm {
     /// The unit its name ends in.
-    pub fn unit(&self) -> &str {
+    pub(crate) fn unit(&self) -> &str {
         self.name.rsplit_once('_').map_or("", |(_, unit)| unit)
     }
 }
@@ -70,11 +71,11 @@ pub(super) fn read(map: &mut MapReader<'_>, context: &ReadContext<'_>) -> Vec<Er
 }
 
 fn read_one(name: &Key, node: &Node, context: &ReadContext<'_>) -> Option<ErrorTerm> {
-    check_name(&name.name, name.place, "the name of an error", context);
+    check_name(&name.name, name.span, "the name of an error", context);
     if !UNITS.iter().any(|unit| name.name.strip_suffix(unit).is_some_and(|stem| stem.ends_with('_'))) {
         let message = format!("`{}` does not say its unit", name.name);
         context.problems.add(
-            name.place,
+            name.span,
             message,
             "end the name in `_mm`, `_deg`, `_px` or `_percent`, as in `target_mm`",
         );
@@ -84,7 +85,7 @@ fn read_one(name: &Key, node: &Node, context: &ReadContext<'_>) -> Option<ErrorT
     let about = about.map_or_else(|| name.name.replace('_', " "), str::to_owned);
     let half_width = map.optional("half_width");
     let standard = map.optional("standard");
-    let place = map.place();
+    let place = map.span();
     map.finish();
     let size = match (half_width, standard) {
         (Some(node), None) => ErrorSize::HalfWidth(context.expression(node, "`half_width`")?),
@@ -96,7 +97,7 @@ fn read_one(name: &Key, node: &Node, context: &ReadContext<'_>) -> Option<ErrorT
             return None;
         }
     };
-    Some(ErrorTerm { name: name.name.clone(), place: name.place, about, size })
+    Some(ErrorTerm { name: name.name.clone(), place: name.span, about, size })
 }
 
 /// Checks the sizes, and that no error is named like something else.

@@ -1,24 +1,26 @@
 //! Joints with a number each: where to go, or by how much.
 
+use crate::check_context::{CheckContext, RobotNames};
+use crate::deg_or_mm::DegOrMm;
 use crate::expression::Expression;
-use crate::read_context::{CheckContext, DegOrMm, ReadContext, RobotNames};
-use crate::yaml::{MapReader, Place};
+use crate::read_context::ReadContext;
+use plumb_document::{MapReader, Span};
 
 /// A joint and its number.
 #[derive(Debug, Clone)]
-pub struct JointTarget {
+pub(crate) struct JointTarget {
     /// The joint.
-    pub joint: String,
+    pub(crate) joint: String,
     /// Where it stands.
-    pub place: Place,
+    pub(crate) place: Span,
     /// In which unit the number is written.
-    pub unit: DegOrMm,
+    pub(crate) unit: DegOrMm,
     /// The number.
-    pub value: Expression,
+    pub(crate) value: Expression,
 }
 
 /// Several joints with a number each.
-pub type JointTargets = Vec<JointTarget>;
+pub(crate) type JointTargets = Vec<JointTarget>;
 
 /// Reads the joints under a key in degrees and a key in millimetres.
 pub(super) fn read_pair(
@@ -36,7 +38,7 @@ pub(super) fn read_pair(
         };
         for (joint, node) in entries {
             if let Some(value) = context.expression(node, &format!("`{}`", joint.name)) {
-                targets.push(JointTarget { joint: joint.name.clone(), place: joint.place, unit, value });
+                targets.push(JointTarget { joint: joint.name.clone(), place: joint.span, unit, value });
             }
         }
     }

@@ -1,59 +1,80 @@
 //! `move`: joints of a robot go somewhere, all starting and ending together.
 
-use super::joint_targets::{JointTargets, read_pair};
-use super::scan::read_place;
-use crate::expression::Expression;
-use crate::read_context::{CheckContext, ReadContext};
-use crate::yaml::{MapReader, Node, Place, did_you_mean};
+use nalgebra::Vector3;
+use plumb_document::{MapReader, Node, Span, did_you_mean};
+use plumb_plugin::JointVector;
+use serde_json::json;
+
+use super::declaration::{Action, MovedJoints};
+use super::joint_targets::{JointTarget, JointTargets, read_pair};
+use super::kind::{Kind, StepKind};
+use super::motions::{MotionContext, PlannedMotion};
+use super::point::read_place;
+use super::time::{EXCHANGE_S, TimeContext};
+use crate::cell_names::CellNames;
+use crate::check_context::CheckContext;
+use crate::engine::Engine;
+use crate::engine::arm::WantedPoint;
+use crate::engine::flange::flange_at;
+use crate::engine::motion::joint_vector;
+use crate::engine::scope::joints_value;
+use crate::engine::step_context::{Done, StepContext};
+use crate::engine::step_error::StepError;
+use crate::event::NamedValue;
+use crate::expression::{Expression, Shape};
+use crate::read_context::ReadContext;
+
+/// How far a joint goes that is sent to a place from one that is not known yet: a typical way, rad or mm.
+const TYPICAL_WAY: f64 = 0.3;
 
 /// A declared move.
 #[derive(Debug, Clone)]
-pub struct MoveStep {
+pub(crate) struct MoveStep {
     /// Which robot.
-    pub robot: String,
+    pub(crate) robot: String,
     /// Where its name stands.
-    pub robot_place: Place,
+    pub(crate) robot_place: Span,
     /// The joints that move; the others stay.
-    pub targets: JointTargets,
+    pub(crate) targets: JointTargets,
     /// The targets are added to where the joints stand.
-    pub relative: bool,
+    pub(crate) relative: bool,
     /// Where the model's point goes, by which joints; nothing for a move that names all its targets.
-    pub point: Option<PointTarget>,
+    pub(crate) point: Option<PointTarget>,
     /// Where the hand goes, by all joints.
-    pub hand: Option<Box<HandTarget>>,
+    pub(crate) hand: Option<Box<HandTarget>>,
     /// Part of the full speed of the slowest joint, above 0, at most 1.
-    pub speed: f64,
+    pub(crate) speed: f64,
 }
 
 /// A place for the model's point, and the joints that bring it there.
 #[derive(Debug, Clone)]
-pub struct PointTarget {
+pub(crate) struct PointTarget {
     /// Its coordinates in the model's frame of measurements, mm.
-    pub xyz: [Expression; 3],
+    pub(crate) xyz: [Expression; 3],
     /// Which of the model's targets, and where its name stands; the first where none is named.
-    pub target: Option<(String, Place)>,
+    pub(crate) target: Option<(String, Span)>,
     /// What the hand carries, kg; nothing where it is not said.
-    pub payload: Option<Expression>,
+    pub(crate) payload: Option<Expression>,
     /// The joints, and where their names stand.
-    pub by: Vec<(String, Place)>,
+    pub(crate) by: Vec<(String, Span)>,
 }
 
 /// A place and an attitude for the hand, as a scan has them.
 #[derive(Debug, Clone)]
-pub struct HandTarget {
+pub(crate) struct HandTarget {
     /// Where the aim goes, mm in the robot's base frame.
-    pub at: [Expression; 3],
+    pub(crate) at: [Expression; 3],
     /// The point of the flange's frame that is brought there, mm.
-    pub aim_mm: [f64; 3],
+    pub(crate) aim_mm: [f64; 3],
     /// How far the flange's axis is tilted from straight down, deg.
-    pub tilt: Option<Expression>,
+    pub(crate) tilt: Option<Expression>,
     /// The direction, about the vertical from the base's x, in which the flange then stands, deg.
-    pub azimuth: Option<Expression>,
+    pub(crate) azimuth: Option<Expression>,
     /// How far the flange is turned about its own axis, deg.
-    pub turn: Option<Expression>,
+    pub(crate) turn: Option<Expression>,
 }
 
-pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
+fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
     let mut map = MapReader::new(node, "a move", context.problems)?;
     let robot = context.required_text(&mut map, "robot");
     let to = read_pair(&mut map, "to_deg", "to_mm", context);
@@ -61,8 +82,11 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
     let point = map.optional("to_point").and_then(|node| read_point(node, context));
     let hand = map.optional("to_hand").and_then(|node| read_hand(node, context)).map(Box::new);
     let speed = context.number_or(&mut map, "speed", (0.001, 1.0), 0.5);
-    let place = map.place();
+    let place = map.span();
+    let before = context.problems.len();
     map.finish();
+    // Under a key that is reported joints may be meant.
+    let all_keys_known = context.problems.len() == before;
     let (robot, robot_place) = robot?;
     let relative = to.is_empty();
     if !to.is_empty() && !by.is_empty() {
@@ -86,7 +110,9 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
     if targets.is_empty() && point.is_none() && hand.is_none() {
         let help =
             "give `to_deg`, `by_deg`, `to_mm` or `by_mm` with joints under it, as in `by_deg: {waist: 5}`";
-        context.problems.add(place, "this move names no joint", help);
+        if all_keys_known {
+            context.problems.add(place, "this move names no joint", help);
+        }
         return None;
     }
     Some(MoveStep { robot, robot_place, targets, relative, point, hand, speed })
@@ -109,23 +135,23 @@ fn read_point(node: &Node, context: &ReadContext<'_>) -> Option<PointTarget> {
     let xyz = [coordinate("x_mm"), coordinate("y_mm"), coordinate("z_mm")];
     let target = map
         .optional("target")
-        .and_then(|node| Some((node.text("`target`", context.problems)?.to_owned(), node.place)));
+        .and_then(|node| Some((node.text("`target`", context.problems)?.to_owned(), node.span)));
     let payload = map.optional("payload_kg").and_then(|node| context.expression(node, "`payload_kg`"));
     let by = map.required("by").and_then(|node| node.list("`by`", context.problems));
     map.finish();
     let names =
-        by?.iter().filter_map(|node| Some((node.text("a joint", context.problems)?.to_owned(), node.place)));
-    let by: Vec<(String, Place)> = names.collect();
+        by?.iter().filter_map(|node| Some((node.text("a joint", context.problems)?.to_owned(), node.span)));
+    let by: Vec<(String, Span)> = names.collect();
     if by.len() != 3 {
         let help = "name the three joints that bring it there, as in `by: [waist, shoulder, elbow]`";
-        context.problems.add(node.place, "a point has three coordinates", help);
+        context.problems.add(node.span, "a point has three coordinates", help);
     }
     let [x, y, z] = xyz;
     Some(PointTarget { xyz: [x?, y?, z?], target, payload, by })
 }
 
-impl MoveStep {
-    pub(super) fn check(&self, context: &CheckContext<'_>) {
+impl Action for MoveStep {
+    fn check(&self, context: &CheckContext<'_>) {
         let robot = context.robot(&self.robot, self.robot_place);
         if let Some(point) = &self.point {
             point
@@ -160,5 +186,186 @@ impl MoveStep {
         for target in &self.targets {
             target.check(robot, context);
         }
+    }
+
+    fn result_shape(&self, cell: &CellNames) -> Shape {
+        Shape::Map(vec![("joints".to_owned(), cell.joints_shape(&self.robot))])
+    }
+
+    fn estimated_time_s(&self, context: &TimeContext<'_>) -> Option<f64> {
+        let times = self.targets.iter().map(|target| {
+            let way = match context.known(&target.value) {
+                Some(way) if self.relative => target.unit.to_internal(way).abs(),
+                _ => TYPICAL_WAY,
+            };
+            way / (context.full_speed(&self.robot, &target.joint) * self.speed)
+        });
+        Some(times.fold(EXCHANGE_S, f64::max))
+    }
+
+    fn moved_robots(&self) -> Vec<String> {
+        vec![self.robot.clone()]
+    }
+
+    fn planned_motions(&self, context: &MotionContext<'_>) -> Vec<PlannedMotion> {
+        let way = if self.relative { "by" } else { "to" };
+        let motion = |target: &JointTarget| PlannedMotion {
+            robot: self.robot.clone(),
+            joint: Some(target.joint.clone()),
+            how: format!("{way} {}", context.amount(&target.value, target.unit)),
+            speed: self.speed,
+            limits: (context.limits)(&self.robot, &target.joint),
+        };
+        self.targets.iter().map(motion).collect()
+    }
+
+    fn moved_joints(&self, robot: &str) -> MovedJoints {
+        if self.robot != robot {
+            return MovedJoints::None;
+        }
+        // A hand or a point is brought somewhere by all joints.
+        if self.hand.is_some() || self.point.is_some() {
+            return MovedJoints::All;
+        }
+        MovedJoints::Named(self.targets.iter().map(|target| target.joint.clone()).collect())
+    }
+}
+
+pub(super) const KIND: Kind = Kind::entry::<MoveStep>();
+
+impl StepKind for MoveStep {
+    const NAME: &'static str = "move";
+    const SENTENCE: &'static str = "moves joints of a robot, to angles or by angles";
+    const SCHEMA: &'static str = r##"{
+  "type": "object",
+  "additionalProperties": false,
+  "required": ["robot"],
+  "properties": {
+    "robot": {"$ref": "#/definitions/text"},
+    "to_deg": {"$ref": "#/definitions/joint_numbers"},
+    "to_mm": {"$ref": "#/definitions/joint_numbers"},
+    "by_deg": {"$ref": "#/definitions/joint_numbers"},
+    "by_mm": {"$ref": "#/definitions/joint_numbers"},
+    "to_point": {
+      "description": "Where the model's point goes, in the model's frame of measurements, and the three joints that bring it there.",
+      "type": "object",
+      "additionalProperties": false,
+      "required": ["x_mm", "y_mm", "z_mm", "by"],
+      "properties": {
+        "x_mm": {"$ref": "#/definitions/expression"},
+        "y_mm": {"$ref": "#/definitions/expression"},
+        "z_mm": {"$ref": "#/definitions/expression"},
+        "target": {"description": "Which of the model's targets; the first unless given.", "$ref": "#/definitions/text"},
+        "payload_kg": {"description": "What the hand carries, kg; nothing unless given.", "$ref": "#/definitions/expression"},
+        "by": {"type": "array", "items": {"$ref": "#/definitions/text"}, "minItems": 3, "maxItems": 3}
+      }
+    },
+    "to_hand": {
+      "description": "Where a point of the hand's frame goes, mm in the robot's base frame, the hand looking straight down unless tilted and turned.",
+      "type": "object",
+      "additionalProperties": false,
+      "required": ["at_mm", "aim_mm"],
+      "properties": {
+        "at_mm": {"type": "array", "items": {"$ref": "#/definitions/expression"}, "minItems": 3, "maxItems": 3},
+        "aim_mm": {"description": "The point in the hand's frame that is brought there.", "type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+        "tilt_deg": {"$ref": "#/definitions/expression"},
+        "azimuth_deg": {"$ref": "#/definitions/expression"},
+        "turn_deg": {"$ref": "#/definitions/expression"}
+      }
+    },
+    "speed": {"$ref": "#/definitions/speed"}
+  },
+  "anyOf": [{"required": ["to_hand"]}, {"required": ["to_point"]}, {"required": ["to_deg"]}, {"required": ["to_mm"]}, {"required": ["by_deg"]}, {"required": ["by_mm"]}]
+}"##;
+
+    fn read(node: &Node, context: &ReadContext<'_>) -> Option<Self> {
+        read(node, context)
+    }
+
+    fn execute(&self, engine: &mut Engine, at: &StepContext) -> Result<Done, StepError> {
+        engine.execute_move(self, at)
+    }
+}
+
+impl Engine {
+    fn execute_move(&mut self, step: &MoveStep, at: &StepContext) -> Result<Done, StepError> {
+        let start = self.read_pose(&step.robot)?.joints;
+        // Begun again after an interruption, a relative move still ends where it was to end at first.
+        let earlier = at.intent.as_ref().and_then(|intent| joint_vector(intent.get("target")?));
+        let target = match earlier {
+            Some(target) => target,
+            None => self.move_target(step, at, &start)?,
+        };
+        self.arm(&step.robot)?
+            .check_move(&start, &target)
+            .map_err(|reason| StepError::error(reason.to_string()))?;
+        self.journal
+            .record
+            .note_intent(at.attempt.row, &json!({"robot": step.robot, "target": target.as_slice()}))?;
+        let end = self.move_arm(&step.robot, &start, &target, step.speed, at)?;
+        let joints = self.arm(&step.robot)?.named(&end);
+        let by_point = |name: &String| {
+            step.point.as_ref().is_some_and(|point| point.by.iter().any(|(joint, _)| joint == name))
+        };
+        let moved = |joint: &NamedValue| {
+            step.hand.is_some()
+                || by_point(&joint.name)
+                || step.targets.iter().any(|target| target.joint == joint.name)
+        };
+        let values: Vec<NamedValue> = joints.iter().filter(|joint| moved(joint)).cloned().collect();
+        let places =
+            values.iter().map(|value| format!("{} at {:.3} {}", value.name, value.value, value.unit));
+        let message = places.collect::<Vec<_>>().join(", ");
+        Ok(Done { result: json!({"joints": joints_value(&joints)}), values, message })
+    }
+
+    fn move_target(
+        &mut self,
+        step: &MoveStep,
+        at: &StepContext,
+        start: &JointVector,
+    ) -> Result<JointVector, StepError> {
+        let mut target = *start;
+        for joint in &step.targets {
+            let value = joint.unit.to_internal(self.number(at.scope, &joint.value)?);
+            let arm = self.arm(&step.robot)?;
+            let index = arm.joint(&joint.joint)?;
+            let goal = if step.relative { index.value(start)? + value } else { value - arm.zero(index) };
+            index.set(&mut target, goal)?;
+        }
+        if let Some(hand) = &step.hand {
+            let attitude = self.attitude([&hand.tilt, &hand.azimuth, &hand.turn], at)?;
+            let wanted = flange_at(self.place(&hand.at, at)?, attitude, Vector3::from(hand.aim_mm));
+            target = self.arm(&step.robot)?.joints_for(&wanted, start).map_err(StepError::error)?;
+        }
+        if let Some(point) = &step.point {
+            target = self.point_target(step, point, at, start, &target)?;
+        }
+        Ok(target)
+    }
+
+    /// Where the drive has to go for the model's point to come where it is wanted, the other joints going where they are told. The way there
+    /// decides from which side each joint arrives.
+    fn point_target(
+        &mut self,
+        step: &MoveStep,
+        point: &PointTarget,
+        at: &StepContext,
+        start: &JointVector,
+        others: &JointVector,
+    ) -> Result<JointVector, StepError> {
+        let mut wanted = [0.0; 3];
+        for (value, expression) in wanted.iter_mut().zip(&point.xyz) {
+            *value = self.number(at.scope, expression)?;
+        }
+        let payload_kg = match &point.payload {
+            Some(payload) => self.number(at.scope, payload)?,
+            None => 0.0,
+        };
+        let arm = self.arm(&step.robot)?;
+        let by = point.by.iter().map(|(joint, _)| arm.joint(joint)).collect::<Result<Vec<_>, _>>()?;
+        let target = point.target.as_ref().map(|(name, _)| name.as_str());
+        let wanted = WantedPoint { xyz_mm: wanted, target, by: &by, payload_kg };
+        arm.joints_for_point(&wanted, start, others).map_err(StepError::error)
     }
 }

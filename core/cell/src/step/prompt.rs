@@ -1,150 +1,72 @@
 //! `prompt`: something a person does or knows.
 
+use plumb_document::{MapReader, Node, NodeValue, Span};
+use serde_json::json;
+
+use super::declaration::{Action, StepQuestion};
+use super::kind::{Kind, StepKind};
+use super::motions::{MotionContext, PlannedMotion};
+use super::question::PromptQuestion;
+use super::read_question::{read_choice, read_jog, read_level, read_number, read_photo, read_write};
+use super::time::TimeContext;
+use crate::cell_names::CellNames;
+use crate::check_context::CheckContext;
+use crate::device::Act;
+use crate::drawing::two_views;
+use crate::engine::Engine;
+use crate::engine::journal::Question as Asked;
+use crate::engine::step_context::{Done, StepContext};
+use crate::engine::step_error::StepError;
+use crate::event::NamedValue;
 use crate::expression::{Expression, Shape, Template};
-use crate::prompt::ChoiceOption;
-use crate::read_context::{CheckContext, DegOrMm, ReadContext};
-use crate::yaml::{MapReader, Node, NodeValue, Place, did_you_mean};
+use crate::photo;
+use crate::prompt::{Answer, JogGoal, PromptKind};
+use crate::read_context::ReadContext;
+
+mod jog;
+mod pendant;
+
+use pendant::Pendant;
+
+/// Fraction of full speed at which an operator jogs a robot.
+const JOG_SPEED: f64 = 0.5;
 
 /// A declared prompt.
 #[derive(Debug, Clone)]
-pub struct PromptStep {
+pub(crate) struct PromptStep {
     /// What is asked, or to be done.
-    pub text: Template,
+    pub(crate) text: Template,
     /// More, for who wants to know.
-    pub help: Option<Template>,
+    pub(crate) help: Option<Template>,
     /// The robot that is drawn under the text as it stands, and where its name stands.
-    pub draw: Option<(String, Place)>,
+    pub(crate) draw: Option<(String, Span)>,
     /// What counts as an answer.
-    pub question: Question,
+    pub(crate) question: PromptQuestion,
     /// In a simulated cell, what the operator's hands do when this is answered, or what the instrument reads that is asked for.
-    pub simulated: Option<SimulatedAct>,
+    pub(crate) simulated: Option<SimulatedAct>,
 }
 
 /// Something an operator does in a simulated world: the world knows it by name. Where the world is real, people do it.
 #[derive(Debug, Clone)]
-pub struct SimulatedAct {
+pub(crate) struct SimulatedAct {
     /// Its name.
-    pub act: String,
+    pub(crate) act: String,
     /// Its numbers.
-    pub numbers: Vec<(String, Expression)>,
+    pub(crate) numbers: Vec<(String, Expression)>,
     /// Its words.
-    pub words: Vec<(String, String)>,
+    pub(crate) words: Vec<(String, String)>,
 }
 
 /// What an act is told in words; all else are numbers.
 const WORDS: [&str; 7] = ["at", "joint", "axis", "turned", "from", "laser", "filter"];
 
-/// What counts as an answer.
-#[derive(Debug, Clone)]
-pub enum Question {
-    /// Done.
-    Acknowledge {
-        /// What is confirmed.
-        label: String,
-    },
-    /// One of several.
-    Choice {
-        /// In the order shown.
-        options: Vec<ChoiceOption>,
-        /// Offered first.
-        default: Option<String>,
-    },
-    /// A number.
-    Number {
-        /// Its unit; empty for a bare number.
-        unit: String,
-        /// Smallest allowed.
-        minimum: Option<Expression>,
-        /// Greatest allowed.
-        maximum: Option<Expression>,
-        /// Offered first.
-        default: Option<Expression>,
-    },
-    /// A line of text.
-    Text {
-        /// The most characters it may have.
-        longest: usize,
-    },
-    /// A spirit level, read along two axes.
-    Level {
-        /// Furthest it can show to either side, deg.
-        most: f64,
-    },
-    /// A picture that is taken, by its file.
-    Photo,
-    /// The arm brought somewhere by hand.
-    JogTo {
-        /// Which robot.
-        robot: String,
-        /// Where its name stands.
-        place: Place,
-        /// Bounds that have to be kept.
-        goals: Vec<Goal>,
-        /// From which side joints have to arrive.
-        arrivals: Vec<Arrival>,
-    },
-}
-
-/// From which side a joint that is driven by hand has to arrive.
-#[derive(Debug, Clone)]
-pub struct Arrival {
-    /// The joint.
-    pub joint: String,
-    /// Where its name stands.
-    pub place: Place,
-    /// The side.
-    pub from: ArrivalSide,
-}
-
-/// A side from which a joint arrives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ArrivalSide {
-    /// Its reading increases.
-    Below,
-    /// Its reading decreases.
-    Above,
-}
-
-impl ArrivalSide {
-    /// As the measurement table has it: 1 from below, -1 from above.
-    pub fn side(self) -> i8 {
-        match self {
-            Self::Below => 1,
-            Self::Above => -1,
-        }
-    }
-
-    /// `below` or `above`.
-    pub fn in_words(self) -> &'static str {
-        match self {
-            Self::Below => "below",
-            Self::Above => "above",
-        }
-    }
-}
-
-/// Bounds on one joint of a jog.
-#[derive(Debug, Clone)]
-pub struct Goal {
-    /// The joint.
-    pub joint: String,
-    /// Where it stands.
-    pub place: Place,
-    /// How its numbers are written.
-    pub unit: DegOrMm,
-    /// Smallest allowed.
-    pub minimum: Expression,
-    /// Greatest allowed.
-    pub maximum: Expression,
-}
-
-pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<PromptStep> {
+fn read(node: &Node, context: &ReadContext<'_>) -> Option<PromptStep> {
     let mut map = MapReader::new(node, "a prompt", context.problems)?;
     let text = map.required("text").and_then(|node| context.template(node, "`text`"));
     let help = map.optional("help").and_then(|node| context.template(node, "`help`"));
     let draw = map
         .optional("draw")
-        .and_then(|node| Some((node.text("`draw`", context.problems)?.to_owned(), node.place)));
+        .and_then(|node| Some((node.text("`draw`", context.problems)?.to_owned(), node.span)));
     let acknowledge = map.optional("acknowledge");
     let choice = map.optional("choice");
     let default = map.optional("default");
@@ -154,7 +76,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<PromptStep>
     let photo = map.optional("photo");
     let jog_to = map.optional("jog_to");
     let simulated = map.optional("simulated").and_then(|node| read_simulated(node, context));
-    let place = map.place();
+    let place = map.span();
     map.finish();
     let given = [acknowledge, choice, number, write, level, photo, jog_to].iter().flatten().count();
     if given > 1 {
@@ -174,7 +96,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<PromptStep>
         _ => {
             let label =
                 acknowledge.and_then(|node| node.text("`acknowledge`", context.problems)).unwrap_or("Done");
-            Some(Question::Acknowledge { label: label.to_owned() })
+            Some(PromptQuestion::Acknowledge { label: label.to_owned() })
         }
     };
     Some(PromptStep { text: text?, help, draw, question: question?, simulated })
@@ -184,7 +106,7 @@ fn read_simulated(node: &Node, context: &ReadContext<'_>) -> Option<SimulatedAct
     let entries = node.entries("`simulated`", context.problems)?;
     let [(act, values)] = entries else {
         let help = "write the act and its numbers, as in `simulated: {rest_on_gauge: {height_mm: h_mm}}`";
-        context.problems.add(node.place, "a simulated operator does one thing", help);
+        context.problems.add(node.span, "a simulated operator does one thing", help);
         return None;
     };
     let mut read = SimulatedAct { act: act.name.clone(), numbers: Vec::new(), words: Vec::new() };
@@ -203,131 +125,8 @@ fn read_simulated(node: &Node, context: &ReadContext<'_>) -> Option<SimulatedAct
     Some(read)
 }
 
-fn read_choice(node: &Node, default: Option<&Node>, context: &ReadContext<'_>) -> Option<Question> {
-    let entries = node.entries("`choice`", context.problems)?;
-    if entries.len() < 2 {
-        context.problems.add(
-            node.place,
-            "a choice has at least two options",
-            "write `choice: {light: Light paper, dark: Dark paper}`",
-        );
-    }
-    let options: Vec<ChoiceOption> = entries
-        .iter()
-        .filter_map(|(key, node)| {
-            let label = node.text("the label of an option", context.problems)?;
-            Some(ChoiceOption { key: key.name.clone(), label: label.to_owned() })
-        })
-        .collect();
-    let default = default.and_then(|node| {
-        let key = node.text("`default`", context.problems)?;
-        if !options.iter().any(|option| option.key == key) {
-            let help = did_you_mean(key, options.iter().map(|option| option.key.as_str()));
-            context.problems.add(node.place, format!("`{key}` is no option of this choice"), help);
-        }
-        Some(key.to_owned())
-    });
-    Some(Question::Choice { options, default })
-}
-
-fn read_number(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
-    let mut map = MapReader::new(node, "a number prompt", context.problems)?;
-    let unit = context.required_text(&mut map, "unit");
-    let minimum = map.optional("minimum").and_then(|node| context.expression(node, "`minimum`"));
-    let maximum = map.optional("maximum").and_then(|node| context.expression(node, "`maximum`"));
-    let default = map.optional("default").and_then(|node| context.expression(node, "`default`"));
-    map.finish();
-    let unit = match unit?.0.as_str() {
-        "none" => String::new(),
-        unit => unit.to_owned(),
-    };
-    Some(Question::Number { unit, minimum, maximum, default })
-}
-
-/// The most characters a written line may have, unless said otherwise, and whatever is said.
-const USUALLY_LONGEST: f64 = 80.0;
-const LONGEST: f64 = 400.0;
-
-fn read_write(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
-    let mut map = MapReader::new(node, "`write`", context.problems)?;
-    let longest = context.number_or(&mut map, "longest", (1.0, LONGEST), USUALLY_LONGEST);
-    map.finish();
-    Some(Question::Text { longest: longest as usize })
-}
-
-/// How far a level shows to either side unless said otherwise, and whatever is said, deg.
-const USUALLY_MOST: f64 = 10.0;
-const MOST: f64 = 90.0;
-
-fn read_level(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
-    let mut map = MapReader::new(node, "`level`", context.problems)?;
-    let most = context.number_or(&mut map, "most_deg", (0.01, MOST), USUALLY_MOST);
-    map.finish();
-    Some(Question::Level { most })
-}
-
-fn read_photo(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
-    MapReader::new(node, "`photo`", context.problems)?.finish();
-    Some(Question::Photo)
-}
-
-fn read_jog(node: &Node, context: &ReadContext<'_>) -> Option<Question> {
-    let mut map = MapReader::new(node, "`jog_to`", context.problems)?;
-    let robot = context.required_text(&mut map, "robot");
-    let mut goals = Vec::new();
-    for (key, unit) in [("within_deg", DegOrMm::Deg), ("within_mm", DegOrMm::Mm)] {
-        let Some(entries) =
-            map.optional(key).and_then(|node| node.entries(&format!("`{key}`"), context.problems))
-        else {
-            continue;
-        };
-        for (joint, node) in entries {
-            let bounds = match &node.value {
-                NodeValue::List(items) => items.as_slice(),
-                _ => &[],
-            };
-            let [minimum, maximum] = bounds else {
-                context.problems.add(
-                    node.place,
-                    format!("the bounds of `{}` are two numbers", joint.name),
-                    "write `[least, most]`",
-                );
-                continue;
-            };
-            let what = "a bound";
-            if let (Some(minimum), Some(maximum)) =
-                (context.expression(minimum, what), context.expression(maximum, what))
-            {
-                goals.push(Goal { joint: joint.name.clone(), place: joint.place, unit, minimum, maximum });
-            }
-        }
-    }
-    let arrivals = map.optional("from").map(|node| read_arrivals(node, context)).unwrap_or_default();
-    map.finish();
-    let (robot, place) = robot?;
-    Some(Question::JogTo { robot, place, goals, arrivals })
-}
-
-fn read_arrivals(node: &Node, context: &ReadContext<'_>) -> Vec<Arrival> {
-    let mut arrivals = Vec::new();
-    for (joint, node) in node.entries("`from`", context.problems).unwrap_or_default() {
-        let from = match node.text("a side", context.problems) {
-            Some("below") => ArrivalSide::Below,
-            Some("above") => ArrivalSide::Above,
-            Some(other) => {
-                let help = "write `below`, for a reading that increases until the joint is there, or `above`";
-                context.problems.add(node.place, format!("`{other}` is no side to arrive from"), help);
-                continue;
-            }
-            None => continue,
-        };
-        arrivals.push(Arrival { joint: joint.name.clone(), place: joint.place, from });
-    }
-    arrivals
-}
-
-impl PromptStep {
-    pub(super) fn check(&self, context: &CheckContext<'_>) {
+impl Action for PromptStep {
+    fn check(&self, context: &CheckContext<'_>) {
         context.check_template(&self.text);
         if let Some(help) = &self.help {
             context.check_template(help);
@@ -338,60 +137,292 @@ impl PromptStep {
         if let Some((robot, place)) = &self.draw {
             context.robot(robot, *place);
         }
+        self.question.check(context);
+    }
+
+    fn result_shape(&self, cell: &CellNames) -> Shape {
+        self.question.result_shape(cell)
+    }
+
+    fn estimated_time_s(&self, _context: &TimeContext<'_>) -> Option<f64> {
+        None
+    }
+
+    fn question(&self) -> Option<StepQuestion<'_>> {
+        Some(StepQuestion::Prompt(&self.question))
+    }
+
+    fn moved_robots(&self) -> Vec<String> {
         match &self.question {
-            Question::Number { minimum, maximum, default, .. } => {
-                for expression in [minimum, maximum, default].into_iter().flatten() {
-                    context.check_expression(expression);
-                }
-            }
-            Question::JogTo { robot, place, goals, arrivals } => {
-                let robot = context.robot(robot, *place);
-                for goal in goals {
-                    goal.check(robot, context);
-                }
-                for arrival in arrivals {
-                    if let Some(robot) = robot {
-                        context.joint(robot, &arrival.joint, arrival.place);
-                    }
-                }
-            }
-            Question::Acknowledge { .. }
-            | Question::Choice { .. }
-            | Question::Text { .. }
-            | Question::Level { .. }
-            | Question::Photo => {}
+            PromptQuestion::JogTo { robot, .. } => vec![robot.clone()],
+            _ => Vec::new(),
         }
     }
 
-    pub(super) fn result_shape(&self, joints_of: impl Fn(&str) -> Shape) -> Shape {
-        match &self.question {
-            Question::Acknowledge { .. } => Shape::Map(Vec::new()),
-            Question::Choice { .. } => Shape::Map(vec![("choice".to_owned(), Shape::Single)]),
-            Question::Number { .. } => Shape::Map(vec![("value".to_owned(), Shape::Single)]),
-            Question::Text { .. } => Shape::Map(vec![("text".to_owned(), Shape::Single)]),
-            Question::Level { .. } => {
-                let single = |name: &str| (name.to_owned(), Shape::Single);
-                Shape::Map(vec![single("x_deg"), single("y_deg"), single("tilt_deg")])
-            }
-            Question::Photo => {
-                let single = |name: &str| (name.to_owned(), Shape::Single);
-                Shape::Map(vec![single("file"), single("format"), single("bytes"), single("sha256")])
-            }
-            Question::JogTo { robot, .. } => Shape::Map(vec![("joints".to_owned(), joints_of(robot))]),
-        }
+    fn planned_motions(&self, _context: &MotionContext<'_>) -> Vec<PlannedMotion> {
+        let PromptQuestion::JogTo { robot, .. } = &self.question else { return Vec::new() };
+        vec![PlannedMotion {
+            robot: robot.clone(),
+            joint: None,
+            how: "where the operator jogs it".to_owned(),
+            speed: JOG_SPEED,
+            limits: "the limits of each joint".to_owned(),
+        }]
     }
 }
 
-impl Goal {
-    fn check(&self, robot: Option<&crate::read_context::RobotNames>, context: &CheckContext<'_>) {
-        context.check_expression(&self.minimum);
-        context.check_expression(&self.maximum);
-        if let Some(robot) = robot
-            && let Some(unit) = context.joint(robot, &self.joint, self.place)
-            && unit != self.unit
-        {
-            let message = format!("joint `{}` goes by {}", self.joint, unit.symbol());
-            context.problems.add(self.place, message, format!("write it under `within_{}`", unit.symbol()));
+pub(super) const KIND: Kind = Kind::entry::<PromptStep>();
+
+impl StepKind for PromptStep {
+    const NAME: &'static str = "prompt";
+    const SENTENCE: &'static str =
+        "asks a person: to do something and confirm, to choose, for a number, or to bring the arm somewhere";
+    const SCHEMA: &'static str = r##"{
+  "type": "object",
+  "additionalProperties": false,
+  "required": ["text"],
+  "properties": {
+    "text": {"$ref": "#/definitions/template"},
+    "help": {"$ref": "#/definitions/template"},
+    "acknowledge": {"description": "What the operator confirms; Done if left out.", "$ref": "#/definitions/text"},
+    "choice": {"description": "Keys and what people read.", "type": "object", "minProperties": 2, "additionalProperties": {"$ref": "#/definitions/text"}},
+    "default": {"description": "The key of a choice to offer first.", "$ref": "#/definitions/text"},
+    "write": {
+      "description": "A line of text is asked for.",
+      "type": "object",
+      "additionalProperties": false,
+      "properties": {"longest": {"description": "The most characters; 80 if left out.", "type": "number", "minimum": 1, "maximum": 400}}
+    },
+    "level": {
+      "description": "A spirit level is read along two axes, deg.",
+      "type": "object",
+      "additionalProperties": false,
+      "properties": {"most_deg": {"description": "The most it shows to either side; 10 if left out.", "type": "number", "minimum": 0.01, "maximum": 90}}
+    },
+    "photo": {
+      "description": "A picture is taken, and its file named: PNG or JPEG. The record keeps its SHA-256.",
+      "type": "object",
+      "additionalProperties": false
+    },
+    "number": {
+      "type": "object",
+      "additionalProperties": false,
+      "required": ["unit"],
+      "properties": {
+        "unit": {"description": "The unit, or `none`.", "$ref": "#/definitions/text"},
+        "minimum": {"$ref": "#/definitions/expression"},
+        "maximum": {"$ref": "#/definitions/expression"},
+        "default": {"$ref": "#/definitions/expression"}
+      }
+    },
+    "draw": {"description": "The robot that is drawn under the text as it stands.", "$ref": "#/definitions/text"},
+    "simulated": {
+      "description": "What the operator's hands do in a simulated world when this is answered, or what the instrument reads that is asked for: `read_ruler`, `read_level`, `read_tracker`, `drive_to_level`, `hang`, `rest_on_gauge`, `trim_to_fire`, `place_hand`, `shine`.",
+      "type": "object",
+      "minProperties": 1,
+      "maxProperties": 1,
+      "additionalProperties": {"type": "object", "additionalProperties": {"$ref": "#/definitions/expression"}}
+    },
+    "jog_to": {
+      "type": "object",
+      "additionalProperties": false,
+      "required": ["robot"],
+      "properties": {
+        "robot": {"$ref": "#/definitions/text"},
+        "within_deg": {"$ref": "#/definitions/bounds"},
+        "within_mm": {"$ref": "#/definitions/bounds"},
+        "from": {
+          "description": "From which side a joint has to arrive: `below` (its reading increases) or `above`. The row that is written afterwards says so.",
+          "type": "object",
+          "additionalProperties": {"enum": ["below", "above"]}
         }
+      }
+    }
+  }
+}"##;
+
+    fn read(node: &Node, context: &ReadContext<'_>) -> Option<Self> {
+        read(node, context)
+    }
+
+    fn execute(&self, engine: &mut Engine, at: &StepContext) -> Result<Done, StepError> {
+        engine.execute_prompt(self, at)
+    }
+}
+
+impl Engine {
+    fn execute_prompt(&mut self, step: &PromptStep, at: &StepContext) -> Result<Done, StepError> {
+        let expressions: Vec<&str> = [Some(&step.text), step.help.as_ref()]
+            .into_iter()
+            .flatten()
+            .flat_map(Template::expressions)
+            .collect();
+        let values = self.values(at.scope, &expressions)?;
+        let mut text = step.text.fill(&self.calculator, &values)?;
+        if let Some(drawing) = self.drawing(step)? {
+            text = format!("{}\n\n{drawing}", text.trim_end());
+        }
+        let help = step.help.as_ref().map(|help| help.fill(&self.calculator, &values)).transpose()?;
+        let mut kind = self.prompt_kind(&step.question, at)?;
+        if let PromptKind::Number { default, .. } = &mut kind
+            && let Some(read) = self.simulate(step, at)?
+        {
+            *default = Some(read);
+        }
+        let question = Asked { step: &at.path, title: &at.title, text, help, kind };
+        if let PromptQuestion::JogTo { robot, .. } = &step.question {
+            return self.jog_to(robot, step, question, at);
+        }
+        let answer = self.ask(question, at)?;
+        if !matches!(step.question, PromptQuestion::Number { .. }) {
+            self.simulate(step, at)?;
+        }
+        answered(answer, &step.question)
+    }
+
+    /// In a simulated cell, does what the operator does there, and tells what an instrument reads.
+    pub(crate) fn simulate(&mut self, step: &PromptStep, at: &StepContext) -> Result<Option<f64>, StepError> {
+        let Some(simulated) = &step.simulated else { return Ok(None) };
+        let mut numbers = Vec::new();
+        for (name, value) in &simulated.numbers {
+            numbers.push((name.clone(), self.number(at.scope, value)?));
+        }
+        let act = Act { name: simulated.act.clone(), numbers, words: simulated.words.clone() };
+        let read = self.links.simulate(&act);
+        // Who only reads an instrument has moved nothing.
+        if !matches!(read, Ok(Some(_))) {
+            self.pose_cache.forget();
+        }
+        read.map_err(StepError::Error)
+    }
+
+    /// The robot the prompt is about, as it stands now; none without a model of it.
+    fn drawing(&mut self, step: &PromptStep) -> Result<Option<String>, StepError> {
+        let Some((robot, _)) = &step.draw else { return Ok(None) };
+        let here = self.read_pose(robot)?.joints;
+        Ok(self.arm(robot)?.outline(&here).map(|points| two_views(&points)))
+    }
+
+    pub(crate) fn prompt_kind(
+        &mut self,
+        question: &PromptQuestion,
+        at: &StepContext,
+    ) -> Result<PromptKind, StepError> {
+        Ok(match question {
+            PromptQuestion::Acknowledge { label } => PromptKind::Acknowledge { label: label.clone() },
+            PromptQuestion::Choice { options, default } => {
+                PromptKind::Choice { options: options.clone(), default: default.clone() }
+            }
+            PromptQuestion::Number { unit, minimum, maximum, default } => PromptKind::Number {
+                unit: unit.clone(),
+                minimum: self.optional_number(at, minimum.as_ref())?,
+                maximum: self.optional_number(at, maximum.as_ref())?,
+                default: self.optional_number(at, default.as_ref())?,
+                decimals: None,
+            },
+            PromptQuestion::Text { longest } => PromptKind::Text { longest: *longest },
+            PromptQuestion::Level { most } => PromptKind::Level { most: *most },
+            PromptQuestion::Photo => PromptKind::Photo,
+            PromptQuestion::JogTo { robot, goals, .. } => {
+                let mut bounds = Vec::new();
+                for goal in goals {
+                    bounds.push(JogGoal {
+                        joint: goal.joint.clone(),
+                        minimum: self.number(at.scope, &goal.minimum)?,
+                        maximum: self.number(at.scope, &goal.maximum)?,
+                        unit: goal.unit.symbol().to_owned(),
+                    });
+                }
+                let state = self.read_pose_anywhere(robot)?;
+                let joints = self.arm(robot)?.named(&state.joints);
+                let arm = self.arm(robot)?;
+                let hand_over = Pendant::for_robot(&arm.description.capabilities).is_on_request();
+                PromptKind::JogTo { device: robot.clone(), goals: bounds, joints, hand_over }
+            }
+        })
+    }
+
+    fn optional_number(
+        &mut self,
+        at: &StepContext,
+        expression: Option<&Expression>,
+    ) -> Result<Option<f64>, StepError> {
+        expression.map(|expression| self.number(at.scope, expression)).transpose()
+    }
+}
+
+/// The result of a prompt that was answered.
+fn answered(answer: Answer, question: &PromptQuestion) -> Result<Done, StepError> {
+    Ok(match answer {
+        Answer::Choice { key } => {
+            Done { result: json!({"choice": key}), message: format!("chosen: {key}"), ..Done::default() }
+        }
+        Answer::Number { value } => answered_number(value, question),
+        Answer::Level { x, y } => answered_level(x, y),
+        Answer::Photo { file } => {
+            let photo = photo::examine(&file).map_err(StepError::Error)?;
+            Done {
+                message: format!("photo: {} ({} bytes)", photo.file, photo.bytes),
+                result: json!(photo),
+                ..Done::default()
+            }
+        }
+        Answer::Text { text } => {
+            let message = format!("written: {text}");
+            Done { result: json!({"text": text}), message, ..Done::default() }
+        }
+        _ => Done { result: json!({}), message: "done".to_owned(), ..Done::default() },
+    })
+}
+
+fn answered_number(value: f64, question: &PromptQuestion) -> Done {
+    let unit = match question {
+        PromptQuestion::Number { unit, .. } => unit.clone(),
+        _ => String::new(),
+    };
+    let message = format!("answered: {value} {unit}").trim_end().to_owned();
+    let shown = NamedValue { name: "value".to_owned(), value, unit, uncertainty: None };
+    Done { result: json!({"value": value}), values: vec![shown], message }
+}
+
+/// A level read along two axes, deg. The tilt is that of the plane which has these two slopes.
+fn answered_level(x: f64, y: f64) -> Done {
+    let tilt = x.to_radians().tan().hypot(y.to_radians().tan()).atan().to_degrees();
+    let named = [("x", x), ("y", y), ("tilt", tilt)].map(|(name, value)| NamedValue {
+        name: name.to_owned(),
+        value,
+        unit: "deg".to_owned(),
+        uncertainty: None,
+    });
+    Done {
+        result: json!({"x_deg": x, "y_deg": y, "tilt_deg": tilt}),
+        message: format!("read: x {x} deg, y {y} deg, tilted {tilt:.2} deg"),
+        values: named.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tilt_of_a_level_is_that_of_the_plane_with_both_slopes() {
+        let tilt = |x, y| answered_level(x, y).values[2].value;
+        assert!((tilt(3.0, 0.0) - 3.0).abs() < 1e-12);
+        assert!((tilt(0.0, -4.0) - 4.0).abs() < 1e-12);
+        // tan(45 deg) along both axes: the slope is sqrt(2).
+        assert!((tilt(45.0, 45.0) - 2.0_f64.sqrt().atan().to_degrees()).abs() < 1e-12);
+        assert_eq!(answered_level(3.0, 0.0).message, "read: x 3 deg, y 0 deg, tilted 3.00 deg");
+    }
+
+    #[test]
+    fn a_number_is_answered_in_the_unit_that_was_asked_for() {
+        let question =
+            PromptQuestion::Number { unit: "mm".into(), minimum: None, maximum: None, default: None };
+        let done = answered_number(2.5, &question);
+        assert_eq!((done.message.as_str(), done.values[0].unit.as_str()), ("answered: 2.5 mm", "mm"));
+        let bare =
+            PromptQuestion::Number { unit: String::new(), minimum: None, maximum: None, default: None };
+        assert_eq!(answered_number(2.0, &bare).message, "answered: 2");
     }
 }

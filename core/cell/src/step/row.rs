@@ -1,23 +1,35 @@
 //! `row`: a row of the run's measurement table, for the model lab.
 
+use plumb_document::{Key, Node, NodeValue, Span, did_you_mean};
+use serde_json::{Map, Value, json};
+
+use super::declaration::Action;
 use super::joint_targets::{JointTargets, read_pair};
-use crate::expression::Expression;
-use crate::read_context::{CheckContext, ReadContext};
-use crate::yaml::{Key, Node, NodeValue, Place, did_you_mean};
+use super::kind::{Kind, StepKind};
+use super::time::{EXCHANGE_S, TimeContext};
+use crate::cell_names::CellNames;
+use crate::check_context::CheckContext;
+use crate::engine::Engine;
+use crate::engine::scope::named_value;
+use crate::engine::step_context::{Done, StepContext};
+use crate::engine::step_error::StepError;
+use crate::event::NamedValue;
+use crate::expression::{Expression, Shape};
+use crate::read_context::ReadContext;
 
 /// A declared row: where the arm stood, and what was measured there.
 #[derive(Debug, Clone)]
-pub struct RowStep {
+pub(crate) struct RowStep {
     /// Which robot.
-    pub robot: String,
+    pub(crate) robot: String,
     /// Where its name stands.
-    pub robot_place: Place,
+    pub(crate) robot_place: Span,
     /// Joints that were read elsewhere than the arm stands when the row is written.
-    pub joints: JointTargets,
+    pub(crate) joints: JointTargets,
     /// What was measured, by the model lab's columns.
-    pub numbers: Vec<(String, Expression)>,
+    pub(crate) numbers: Vec<(String, Expression)>,
     /// Columns of words: on what, with which level.
-    pub words: Vec<(String, String, Place)>,
+    pub(crate) words: Vec<(String, String, Span)>,
 }
 
 /// The model lab's columns of numbers that a row may have, beside those of targets (`p1_x_mm`).
@@ -30,15 +42,15 @@ const WORDS: [&str; 5] = ["on", "level", "session", "touch", "distance_to"];
 /// Columns that say how it was measured, not what.
 pub(super) const CIRCUMSTANCES: [&str; 3] = ["payload_kg", "temperature_c", "repeat"];
 
-pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<RowStep> {
+fn read(node: &Node, context: &ReadContext<'_>) -> Option<RowStep> {
     let NodeValue::Map(entries) = &node.value else {
         let help = "write what was measured, as in `row: {robot: arm, height_mm: ruler.value, on: table}`";
-        context.problems.add(node.place, format!("a row is a map; this is {}", node.value.kind()), help);
+        context.problems.add(node.span, format!("a row is a map; this is {}", node.value.kind()), help);
         return None;
     };
     let mut row = RowStep {
         robot: String::new(),
-        robot_place: node.place,
+        robot_place: node.span,
         joints: read_joints(node, context),
         numbers: Vec::new(),
         words: Vec::new(),
@@ -49,11 +61,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<RowStep> {
             "robot" => row.robot = node.text(&what, context.problems)?.to_owned(),
             "joints_deg" | "joints_mm" => {}
             name if WORDS.contains(&name) => {
-                row.words.push((
-                    key.name.clone(),
-                    node.text(&what, context.problems)?.to_owned(),
-                    node.place,
-                ));
+                row.words.push((key.name.clone(), node.text(&what, context.problems)?.to_owned(), node.span));
             }
             name if NUMBERS.contains(&name) || is_of_target(name) => {
                 row.numbers.push((key.name.clone(), context.expression(node, &what)?));
@@ -61,11 +69,11 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<RowStep> {
             _ => unknown(key, context),
         }
         if key.name == "robot" {
-            row.robot_place = node.place;
+            row.robot_place = node.span;
         }
     }
     if row.robot.is_empty() {
-        context.problems.add(node.place, "a row needs the key `robot`", "");
+        context.problems.add(node.span, "a row needs the key `robot`", "");
         return None;
     }
     let measures = |name: &str| !CIRCUMSTANCES.contains(&name);
@@ -73,13 +81,13 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<RowStep> {
         && !row.words.iter().any(|(name, ..)| name == "touch")
     {
         let help = "give what was measured: `height_mm`, `tilt_x_deg`, `tilt_y_deg`, `distance_mm`, `touch`, or a point such as `p1_x_mm`";
-        context.problems.add(node.place, "this row measures nothing", help);
+        context.problems.add(node.span, "this row measures nothing", help);
     }
     Some(row)
 }
 
 fn read_joints(node: &Node, context: &ReadContext<'_>) -> JointTargets {
-    let Some(mut map) = crate::yaml::MapReader::new(node, "a row", context.problems) else {
+    let Some(mut map) = plumb_document::MapReader::new(node, "a row", context.problems) else {
         return Vec::new();
     };
     read_pair(&mut map, "joints_deg", "joints_mm", context)
@@ -95,11 +103,11 @@ fn is_of_target(name: &str) -> bool {
 fn unknown(key: &Key, context: &ReadContext<'_>) {
     let known = ["robot", "joints_deg", "joints_mm", "p1_x_mm", "p1_y_mm", "p1_z_mm"];
     let help = did_you_mean(&key.name, known.into_iter().chain(NUMBERS).chain(WORDS));
-    context.problems.add(key.place, format!("a row has no column `{}`", key.name), help);
+    context.problems.add(key.span, format!("a row has no column `{}`", key.name), help);
 }
 
-impl RowStep {
-    pub(super) fn check(&self, context: &CheckContext<'_>) {
+impl Action for RowStep {
+    fn check(&self, context: &CheckContext<'_>) {
         for (_, value) in &self.numbers {
             context.check_expression(value);
         }
@@ -123,5 +131,78 @@ impl RowStep {
                 );
             }
         }
+    }
+
+    fn result_shape(&self, _cell: &CellNames) -> Shape {
+        Shape::Map(Vec::new())
+    }
+
+    fn estimated_time_s(&self, _context: &TimeContext<'_>) -> Option<f64> {
+        Some(EXCHANGE_S)
+    }
+}
+
+pub(super) const KIND: Kind = Kind::entry::<RowStep>();
+
+impl StepKind for RowStep {
+    const NAME: &'static str = "row";
+    const SENTENCE: &'static str = "writes a row of the run's measurement table, which the model lab reads";
+    const SCHEMA: &'static str = r##"{
+  "description": "A row of the run's measurement table, which `plumb show --table` gives to the model lab.",
+  "type": "object",
+  "required": ["robot"],
+  "propertyNames": {"enum": ["robot", "joints_deg", "joints_mm", "on", "level", "session", "touch", "distance_to", "repeat", "height_mm", "tilt_x_deg", "tilt_y_deg", "distance_mm", "payload_kg", "temperature_c", "p1_x_mm", "p1_y_mm", "p1_z_mm", "p2_x_mm", "p2_y_mm", "p2_z_mm", "p3_x_mm", "p3_y_mm", "p3_z_mm", "p4_x_mm", "p4_y_mm", "p4_z_mm"]},
+  "properties": {
+    "robot": {"$ref": "#/definitions/text"},
+    "joints_deg": {"description": "Joints that were read elsewhere than the arm stands now.", "$ref": "#/definitions/joint_numbers"},
+    "joints_mm": {"description": "Joints that were read elsewhere than the arm stands now.", "$ref": "#/definitions/joint_numbers"},
+    "on": {"description": "The surface of the model file that `height_mm` is over.", "$ref": "#/definitions/text"},
+    "level": {"description": "The level of the model file that was read.", "$ref": "#/definitions/text"},
+    "session": {"$ref": "#/definitions/text"},
+    "touch": {"$ref": "#/definitions/text"},
+    "distance_to": {"$ref": "#/definitions/text"}
+  },
+  "additionalProperties": {"$ref": "#/definitions/expression"}
+}"##;
+
+    fn read(node: &Node, context: &ReadContext<'_>) -> Option<Self> {
+        read(node, context)
+    }
+
+    fn execute(&self, engine: &mut Engine, at: &StepContext) -> Result<Done, StepError> {
+        engine.execute_row(self, at)
+    }
+}
+
+impl Engine {
+    /// The row is the step's result: the record keeps it with the end of the step.
+    fn execute_row(&mut self, step: &RowStep, at: &StepContext) -> Result<Done, StepError> {
+        let state = self.read_pose(&step.robot)?;
+        let mut pose = state.joints;
+        for joint in &step.joints {
+            let value = joint.unit.to_internal(self.number(at.scope, &joint.value)?);
+            let arm = self.arm(&step.robot)?;
+            let index = arm.joint(&joint.joint)?;
+            index.set(&mut pose, value - arm.zero(index))?;
+        }
+        let arm = self.arm(&step.robot)?;
+        let (joints, sides) = (arm.recorded(&pose), arm.recorded_sides());
+        let mut columns = Map::new();
+        let mut shown: Vec<NamedValue> = Vec::new();
+        for (name, value) in &step.numbers {
+            let value = self.number(at.scope, value)?;
+            // No return to a pose is 0, as in a table of poses.
+            if name != "repeat" || value != 0.0 {
+                columns.insert(name.clone(), json!(value));
+            }
+            shown.push(named_value(name, value));
+        }
+        columns.extend(step.words.iter().map(|(name, word, _)| (name.clone(), Value::from(word.as_str()))));
+        let message = shown.iter().map(|value| format!("{} {:.3} {}", value.name, value.value, value.unit));
+        let message = message.map(|text| text.trim_end().to_owned()).collect::<Vec<_>>().join(", ");
+        let (robot, time_ns) = (&step.robot, state.time_ns);
+        let result =
+            json!({"robot": robot, "time_ns": time_ns, "joints": joints, "sides": sides, "columns": columns});
+        Ok(Done { result, values: shown, message })
     }
 }

@@ -1,51 +1,73 @@
 //! `scan`: a light stripe sensor is carried along a line, and at each place a stripe is taken.
 
+use nalgebra::Vector3;
+use plumb_document::{MapReader, Node, Span};
+
+use super::declaration::{Action, MovedJoints, numbers_shape};
+use super::kind::{Kind, StepKind};
+use super::point::read_place;
+use super::read::check_name;
+use super::time::{EXCHANGE_S, TYPICAL_SPEED, TimeContext};
+use crate::cell_names::CellNames;
+use crate::check_context::CheckContext;
+use crate::engine::Engine;
+use crate::engine::flange::{attitude_of, flange_at};
+use crate::engine::step_context::{Done, StepContext};
+use crate::engine::step_error::StepError;
 use crate::expression::{Expression, Shape};
-use crate::read_context::{CheckContext, ReadContext};
-use crate::yaml::{MapReader, Node, Place};
+use crate::read_context::ReadContext;
+
+mod carry_out;
+mod flight;
+
+/// Time a picture of a scan takes, seconds: one exchange with the camera, one with the sensor.
+const PICTURE_S: f64 = 2.0 * EXCHANGE_S;
+
+/// How far it is to where a scan begins, or from one of its stripes to the next, in joints, where that is not known, rad.
+const TYPICAL_HOP: f64 = 0.03;
 
 /// A declared scan.
 #[derive(Debug, Clone)]
-pub struct ScanStep {
+pub(crate) struct ScanStep {
     /// Which robot.
-    pub robot: String,
+    pub(crate) robot: String,
     /// Where its name stands.
-    pub robot_place: Place,
+    pub(crate) robot_place: Span,
     /// The light stripe sensor.
-    pub sensor: String,
+    pub(crate) sensor: String,
     /// Where its name stands.
-    pub sensor_place: Place,
+    pub(crate) sensor_place: Span,
     /// The camera that is asked for each picture; none for one that takes them by itself.
-    pub trigger: Option<(String, Place)>,
+    pub(crate) trigger: Option<(String, Span)>,
     /// Where the first stripe's middle goes, mm in the robot's base frame.
-    pub from: [Expression; 3],
+    pub(crate) from: [Expression; 3],
     /// Where the last goes at most.
-    pub to: [Expression; 3],
+    pub(crate) to: [Expression; 3],
     /// From stripe to stripe, mm.
-    pub step: Expression,
+    pub(crate) step: Expression,
     /// The point of the flange's frame that is brought to each of these places, mm.
-    pub aim_mm: [f64; 3],
+    pub(crate) aim_mm: [f64; 3],
     /// How far the flange's axis is tilted from straight down, deg.
-    pub tilt: Option<Expression>,
+    pub(crate) tilt: Option<Expression>,
     /// The direction, about the vertical from the base's x, in which the flange then stands, deg.
-    pub azimuth: Option<Expression>,
+    pub(crate) azimuth: Option<Expression>,
     /// How far the flange is turned about its own axis, deg.
-    pub turn: Option<Expression>,
+    pub(crate) turn: Option<Expression>,
     /// Part of the full speed.
-    pub speed: f64,
+    pub(crate) speed: f64,
     /// How fast the aim goes along the line while the camera takes pictures by itself, mm/s; none or 0: the arm rests for each.
-    pub fly: Option<Expression>,
+    pub(crate) fly: Option<Expression>,
     /// What is fitted to the points.
-    pub fit: Option<Fitted>,
+    pub(crate) fit: Option<Fitted>,
     /// The name of the cloud's files.
-    pub save: Option<String>,
+    pub(crate) save: Option<String>,
     /// The name under which the lab knows the surface.
-    pub on: Option<String>,
+    pub(crate) on: Option<String>,
 }
 
 /// What is fitted to the points of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fitted {
+pub(crate) enum Fitted {
     /// A plane.
     Plane,
     /// A pyramid of four faces on a table.
@@ -54,12 +76,12 @@ pub enum Fitted {
     Sphere,
 }
 
-pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<ScanStep> {
+fn read(node: &Node, context: &ReadContext<'_>) -> Option<ScanStep> {
     let mut map = MapReader::new(node, "a scan", context.problems)?;
     let robot = context.required_text(&mut map, "robot");
     let sensor = context.required_text(&mut map, "sensor");
     let text =
-        |node: &Node, what: &str| node.text(what, context.problems).map(|text| (text.to_owned(), node.place));
+        |node: &Node, what: &str| node.text(what, context.problems).map(|text| (text.to_owned(), node.span));
     let trigger = map.optional("trigger").and_then(|node| text(node, "`trigger`"));
     let from = map.required("from_mm").and_then(|node| read_place(node, "`from_mm`", context));
     let to = map.required("to_mm").and_then(|node| read_place(node, "`to_mm`", context));
@@ -78,7 +100,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<ScanStep> {
         });
     let save = map.optional("save").and_then(|node| {
         let (name, place) = text(node, "`save`")?;
-        crate::step::check_name(&name, place, "the name of a cloud", context);
+        check_name(&name, place, "the name of a cloud", context);
         Some(name)
     });
     let on = map.optional("on").and_then(|node| text(node, "`on`")).map(|(name, _)| name);
@@ -106,17 +128,8 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<ScanStep> {
     })
 }
 
-pub(super) fn read_place(node: &Node, what: &str, context: &ReadContext<'_>) -> Option<[Expression; 3]> {
-    let items = node.list(what, context.problems)?;
-    let [x, y, z] = items else {
-        context.problems.add(node.place, format!("{what} has {} numbers", items.len()), "write `[x, y, z]`");
-        return None;
-    };
-    Some([context.expression(x, what)?, context.expression(y, what)?, context.expression(z, what)?])
-}
-
-impl ScanStep {
-    pub(super) fn check(&self, context: &CheckContext<'_>) {
+impl Action for ScanStep {
+    fn check(&self, context: &CheckContext<'_>) {
         let _ = context.robot(&self.robot, self.robot_place);
         context.sensor(&self.sensor, self.sensor_place);
         if let Some((trigger, place)) = &self.trigger {
@@ -129,12 +142,7 @@ impl ScanStep {
         }
     }
 
-    /// The camera that takes pictures by itself while the arm flies.
-    pub(crate) fn camera(&self) -> Option<&str> {
-        self.trigger.as_ref().map(|(name, _)| name.as_str())
-    }
-
-    pub(super) fn result_shape(&self) -> Shape {
+    fn result_shape(&self, _cell: &CellNames) -> Shape {
         let mut names = vec!["points", "stripes", "empty", "seconds", "camera_percent", "processing_percent"];
         match self.fit {
             None => {}
@@ -146,6 +154,95 @@ impl ScanStep {
                 names.extend(["rms_mm", "centre_x_mm", "centre_y_mm", "centre_z_mm", "radius_mm"]);
             }
         }
-        Shape::Map(names.into_iter().map(|name| (name.to_owned(), Shape::Single)).collect())
+        numbers_shape(&names)
+    }
+
+    /// Every stripe takes a short move and a picture; in motion all of them take one way, and pictures that are fetched after it.
+    fn estimated_time_s(&self, context: &TimeContext<'_>) -> Option<f64> {
+        let place = |[x, y, z]: &[Expression; 3]| {
+            Some(Vector3::new(context.known(x)?, context.known(y)?, context.known(z)?))
+        };
+        let line = place(&self.from).zip(place(&self.to));
+        let length = line.map_or(100.0, |(from, to)| (to - from).norm());
+        let pitch = context.known(&self.step).unwrap_or(10.0).max(0.01);
+        let stripes = (length / pitch).floor() + 1.0;
+        let hop = line.and_then(|(from, to)| self.hop_time(from, to, pitch, context));
+        let hop = hop.unwrap_or(TYPICAL_HOP / TYPICAL_SPEED) / self.speed;
+        let fly = self.fly.as_ref().and_then(|fly| context.known(fly));
+        let ways = match fly.filter(|speed| *speed > 0.0) {
+            Some(speed_mm_s) => hop + length / speed_mm_s,
+            None => stripes * hop,
+        };
+        Some(ways + stripes * PICTURE_S)
+    }
+
+    fn moved_robots(&self) -> Vec<String> {
+        vec![self.robot.clone()]
+    }
+
+    fn moved_joints(&self, robot: &str) -> MovedJoints {
+        if self.robot == robot { MovedJoints::All } else { MovedJoints::None }
+    }
+}
+
+impl ScanStep {
+    /// From the first stripe to the second, seconds.
+    fn hop_time(
+        &self,
+        from: Vector3<f64>,
+        to: Vector3<f64>,
+        pitch: f64,
+        context: &TimeContext<'_>,
+    ) -> Option<f64> {
+        let angle = |angle: &Option<Expression>| match angle {
+            None => Some(0.0),
+            Some(angle) => context.known(angle).map(f64::to_radians),
+        };
+        let attitude = attitude_of(angle(&self.tilt)?, angle(&self.azimuth)?, angle(&self.turn)?);
+        let second = from + (to - from).try_normalize(1e-9)? * pitch;
+        let places = [from, second].map(|place| flange_at(place, attitude, Vector3::from(self.aim_mm)));
+        (context.flange_time)(&self.robot, places)
+    }
+
+    /// The camera that takes pictures by itself while the arm flies.
+    pub(crate) fn camera(&self) -> Option<&str> {
+        self.trigger.as_ref().map(|(name, _)| name.as_str())
+    }
+}
+
+pub(super) const KIND: Kind = Kind::entry::<ScanStep>();
+
+impl StepKind for ScanStep {
+    const NAME: &'static str = "scan";
+    const SENTENCE: &'static str = "carries a light stripe sensor along a line, a stripe at each place, and makes a cloud of points of them";
+    const SCHEMA: &'static str = r##"{
+  "type": "object",
+  "additionalProperties": false,
+  "required": ["robot", "sensor", "from_mm", "to_mm", "step_mm", "aim_mm"],
+  "properties": {
+    "robot": {"$ref": "#/definitions/text"},
+    "sensor": {"$ref": "#/definitions/text"},
+    "trigger": {"description": "The camera that takes a picture at each place.", "$ref": "#/definitions/text"},
+    "from_mm": {"description": "Where the line begins: [x, y, z].", "$ref": "#/definitions/place"},
+    "to_mm": {"description": "Where the line ends: [x, y, z].", "$ref": "#/definitions/place"},
+    "step_mm": {"description": "From one place to the next.", "$ref": "#/definitions/expression"},
+    "aim_mm": {"description": "The point in the hand's frame that goes along the line.", "type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+    "tilt_deg": {"$ref": "#/definitions/expression"},
+    "azimuth_deg": {"$ref": "#/definitions/expression"},
+    "turn_deg": {"$ref": "#/definitions/expression"},
+    "speed": {"$ref": "#/definitions/speed"},
+    "fly_mm_s": {"description": "How fast the aim goes along the line while the camera takes pictures by itself; 0 or left out: the arm rests for each.", "$ref": "#/definitions/expression"},
+    "fit": {"description": "The surface that is laid into the cloud.", "enum": ["plane", "pyramid", "sphere"]},
+    "save": {"description": "The name of the cloud's files; a second cloud of that name in the same run is NAME-2.", "$ref": "#/definitions/name"},
+    "on": {"description": "The surface of the model file that was scanned.", "$ref": "#/definitions/text"}
+  }
+}"##;
+
+    fn read(node: &Node, context: &ReadContext<'_>) -> Option<Self> {
+        read(node, context)
+    }
+
+    fn execute(&self, engine: &mut Engine, at: &StepContext) -> Result<Done, StepError> {
+        engine.execute_scan(self, at)
     }
 }

@@ -1,68 +1,86 @@
 //! `search`: a guarded move of one joint until a sensor changes.
 
-use super::row::CIRCUMSTANCES;
-use crate::expression::Expression;
-use crate::read_context::{CheckContext, DegOrMm, ReadContext};
-use crate::yaml::{MapReader, Node, Place, did_you_mean};
+use plumb_document::{MapReader, Node, Span, did_you_mean};
+
+use super::declaration::{Action, MovedJoints};
+use super::kind::{Kind, StepKind};
+use super::motions::{MotionContext, PlannedMotion};
+use super::row::CIRCUMSTANCES as COLUMNS;
+use super::time::{EXCHANGE_S, TimeContext};
+use crate::cell_names::CellNames;
+use crate::check_context::CheckContext;
+use crate::deg_or_mm::DegOrMm;
+use crate::engine::Engine;
+use crate::engine::step_context::{Done, StepContext};
+use crate::engine::step_error::StepError;
+use crate::expression::{Expression, Shape};
+use crate::read_context::ReadContext;
+
+mod carry_out;
+
+pub(crate) use carry_out::CIRCUMSTANCES;
+
+/// How far a search goes that does not know its travel before the run, rad or mm.
+const TYPICAL_TRAVEL: f64 = 0.2;
 
 /// A declared search.
 #[derive(Debug, Clone)]
-pub struct SearchStep {
+pub(crate) struct SearchStep {
     /// Which robot.
-    pub robot: String,
+    pub(crate) robot: String,
     /// Where its name stands.
-    pub robot_place: Place,
+    pub(crate) robot_place: Span,
     /// The joint that moves.
-    pub joint: String,
+    pub(crate) joint: String,
     /// Where its name stands.
-    pub joint_place: Place,
+    pub(crate) joint_place: Span,
     /// How the search's lengths are written.
-    pub unit: DegOrMm,
+    pub(crate) unit: DegOrMm,
     /// How far at most; its sign is the direction.
-    pub travel: Expression,
+    pub(crate) travel: Expression,
     /// The sensor that is watched.
-    pub sensor: String,
+    pub(crate) sensor: String,
     /// Where its name stands.
-    pub sensor_place: Place,
+    pub(crate) sensor_place: Span,
     /// The search ends where the sensor comes on, or where it goes off.
-    pub until_on: bool,
+    pub(crate) until_on: bool,
     /// The first approach.
-    pub fast: Approach,
+    pub(crate) fast: Approach,
     /// The second approach, from the same side.
-    pub slow: Approach,
+    pub(crate) slow: Approach,
     /// How far it goes back between the two.
-    pub back_off: f64,
+    pub(crate) back_off: f64,
     /// When the sensor is there already at the start: go back by `back_off` until it is not, rather than fail.
-    pub back_off_first: bool,
+    pub(crate) back_off_first: bool,
     /// When the sensor does not change on the whole way: go on, and say so in the result, rather than fail.
-    pub may_find_nothing: bool,
+    pub(crate) may_find_nothing: bool,
     /// What the sensor stands over when it changes, for who fits a model to the trigger poses.
-    pub finds: Option<Finds>,
+    pub(crate) finds: Option<Finds>,
 }
 
 /// What the sensor stands over when it changes.
 #[derive(Debug, Clone)]
-pub struct Finds {
+pub(crate) struct Finds {
     /// The surface or line, as the robot's model file calls it.
-    pub surface: String,
+    pub(crate) surface: String,
     /// Where its name stands.
-    pub place: Place,
+    pub(crate) place: Span,
     /// How high over it the hand is then, mm.
-    pub height_mm: Option<Expression>,
+    pub(crate) height_mm: Option<Expression>,
     /// Under which circumstances, by the model lab's columns: load, temperature, which return to a pose.
-    pub circumstances: Vec<(&'static str, Expression)>,
+    pub(crate) circumstances: Vec<(&'static str, Expression)>,
 }
 
 /// How a search approaches.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Approach {
+pub(crate) struct Approach {
     /// It moves in pieces this long, so that it overshoots by one at most.
-    pub chunk: f64,
+    pub(crate) chunk: f64,
     /// Part of the full speed.
-    pub speed: f64,
+    pub(crate) speed: f64,
 }
 
-pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<SearchStep> {
+fn read(node: &Node, context: &ReadContext<'_>) -> Option<SearchStep> {
     let mut map = MapReader::new(node, "a search", context.problems)?;
     let robot = context.required_text(&mut map, "robot");
     let joint = context.required_text(&mut map, "joint");
@@ -111,7 +129,7 @@ pub(super) fn read(node: &Node, context: &ReadContext<'_>) -> Option<SearchStep>
     })
 }
 
-fn read_until(node: &Node, context: &ReadContext<'_>) -> Option<(String, Place, bool)> {
+fn read_until(node: &Node, context: &ReadContext<'_>) -> Option<(String, Span, bool)> {
     let mut map = MapReader::new(node, "`until` of a search", context.problems)?;
     let sensor = context.required_text(&mut map, "sensor");
     let is =
@@ -125,7 +143,7 @@ fn read_finds(node: &Node, context: &ReadContext<'_>) -> Option<Finds> {
     let mut map = MapReader::new(node, "`finds`", context.problems)?;
     let surface = context.required_text(&mut map, "on");
     let height_mm = map.optional("height_mm").and_then(|node| context.expression(node, "`height_mm`"));
-    let circumstances = CIRCUMSTANCES.into_iter().filter_map(|column| {
+    let circumstances = COLUMNS.into_iter().filter_map(|column| {
         let value = context.expression(map.optional(column)?, &format!("`{column}`"))?;
         Some((column, value))
     });
@@ -155,8 +173,8 @@ fn read_approach(
     Approach { chunk, speed }
 }
 
-impl SearchStep {
-    pub(super) fn check(&self, context: &CheckContext<'_>) {
+impl Action for SearchStep {
+    fn check(&self, context: &CheckContext<'_>) {
         context.check_expression(&self.travel);
         if let Some(finds) = &self.finds {
             let circumstances = finds.circumstances.iter().map(|(_, value)| value);
@@ -175,5 +193,109 @@ impl SearchStep {
             let message = format!("joint `{}` goes by {}", self.joint, unit.symbol());
             context.problems.add(self.joint_place, message, format!("write `travel_{}`", unit.symbol()));
         }
+    }
+
+    fn result_shape(&self, cell: &CellNames) -> Shape {
+        let joints = || cell.joints_shape(&self.robot);
+        Shape::Map(vec![
+            ("found".to_owned(), Shape::Single),
+            ("joints".to_owned(), joints()),
+            ("half_width_deg".to_owned(), Shape::Single),
+            ("half_width_mm".to_owned(), Shape::Single),
+            ("fast_joints".to_owned(), joints()),
+        ])
+    }
+
+    fn estimated_time_s(&self, context: &TimeContext<'_>) -> Option<f64> {
+        let full = context.full_speed(&self.robot, &self.joint);
+        let fast = self.unit.to_internal(self.fast.chunk);
+        let slow = self.unit.to_internal(self.slow.chunk);
+        let back_off = self.unit.to_internal(self.back_off);
+        // What is sought lies somewhere on the way, mostly in its first part.
+        let way =
+            context.known(&self.travel).map_or(TYPICAL_TRAVEL, |travel| self.unit.to_internal(travel).abs())
+                / 3.0;
+        let exchanges = 2.0 * EXCHANGE_S * (way / fast + 2.0 * back_off / slow + 6.0);
+        Some(
+            way / (full * self.fast.speed)
+                + 3.0 * back_off / (full * self.fast.speed)
+                + 2.0 * back_off / (full * self.slow.speed)
+                + exchanges,
+        )
+    }
+
+    fn moved_robots(&self) -> Vec<String> {
+        vec![self.robot.clone()]
+    }
+
+    fn planned_motions(&self, context: &MotionContext<'_>) -> Vec<PlannedMotion> {
+        let state = if self.until_on { "on" } else { "off" };
+        let travel = context.amount(&self.travel, self.unit);
+        vec![PlannedMotion {
+            robot: self.robot.clone(),
+            joint: Some(self.joint.clone()),
+            how: format!("by at most {travel} until {} is {state}", self.sensor),
+            speed: self.fast.speed,
+            limits: (context.limits)(&self.robot, &self.joint),
+        }]
+    }
+
+    fn moved_joints(&self, robot: &str) -> MovedJoints {
+        match self.robot == robot {
+            true => MovedJoints::Named(vec![self.joint.clone()]),
+            false => MovedJoints::None,
+        }
+    }
+}
+
+pub(super) const KIND: Kind = Kind::entry::<SearchStep>();
+
+impl StepKind for SearchStep {
+    const NAME: &'static str = "search";
+    const SENTENCE: &'static str = "moves one joint until a sensor changes: fast, back off, slow from the same side, and back to where it changed";
+    const SCHEMA: &'static str = r##"{
+  "type": "object",
+  "additionalProperties": false,
+  "required": ["robot", "joint", "until"],
+  "properties": {
+    "robot": {"$ref": "#/definitions/text"},
+    "joint": {"$ref": "#/definitions/text"},
+    "travel_deg": {"description": "How far at most; the sign is the direction.", "$ref": "#/definitions/expression"},
+    "travel_mm": {"description": "How far at most; the sign is the direction.", "$ref": "#/definitions/expression"},
+    "until": {
+      "type": "object",
+      "additionalProperties": false,
+      "required": ["sensor", "is"],
+      "properties": {"sensor": {"$ref": "#/definitions/text"}, "is": {"enum": ["on", "off", true, false]}}
+    },
+    "fast": {"$ref": "#/definitions/approach"},
+    "slow": {"$ref": "#/definitions/approach"},
+    "back_off_deg": {"type": "number", "minimum": 0.001, "maximum": 90},
+    "back_off_mm": {"type": "number", "minimum": 0.001, "maximum": 90},
+    "already_there": {"enum": ["fail", "back_off"]},
+    "nothing_found": {"description": "What to do when the sensor does not change on the whole way.", "enum": ["fail", "go_on"]},
+    "finds": {
+      "description": "What the sensor stands over when it changes; `plumb show --table` gives the trigger poses to the model lab with it.",
+      "type": "object",
+      "additionalProperties": false,
+      "required": ["on"],
+      "properties": {
+        "on": {"description": "A surface of the robot's model file.", "$ref": "#/definitions/text"},
+        "height_mm": {"description": "How high over it the hand is then.", "$ref": "#/definitions/expression"},
+        "payload_kg": {"description": "What the arm carries then.", "$ref": "#/definitions/expression"},
+        "temperature_c": {"description": "How warm it is then.", "$ref": "#/definitions/expression"},
+        "repeat": {"description": "One number for all returns to a pose; 0 for none.", "$ref": "#/definitions/expression"}
+      }
+    }
+  },
+  "oneOf": [{"required": ["travel_deg"]}, {"required": ["travel_mm"]}]
+}"##;
+
+    fn read(node: &Node, context: &ReadContext<'_>) -> Option<Self> {
+        read(node, context)
+    }
+
+    fn execute(&self, engine: &mut Engine, at: &StepContext) -> Result<Done, StepError> {
+        engine.execute_search(self, at)
     }
 }

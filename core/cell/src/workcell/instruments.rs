@@ -3,7 +3,7 @@
 use plumb_record::{Instrument, is_day};
 
 use crate::read_context::ReadContext;
-use crate::yaml::{Key, MapReader, Node, NodeValue};
+use plumb_document::{Key, MapReader, Node, NodeValue};
 
 /// Reads one entry of `instruments:`.
 pub(super) fn read(name: &Key, node: &Node, context: &ReadContext<'_>) -> Option<Instrument> {
@@ -25,7 +25,7 @@ pub(super) fn read(name: &Key, node: &Node, context: &ReadContext<'_>) -> Option
         let day = node.text("`calibration_due`", problems)?;
         if !is_day(day) {
             problems.add(
-                node.place,
+                node.span,
                 format!("`{day}` is no day"),
                 "write year, month and day, as in 2027-03-31",
             );

@@ -75,7 +75,7 @@ pub(crate) struct KeepOut {
 
 impl KeepOut {
     /// The check of a robot; none without planes or model.
-    pub(crate) fn of(setting: &RobotSetting, planes: &[KeepOutPlane]) -> Option<Self> {
+    pub(crate) fn for_robot(setting: &RobotSetting, planes: &[KeepOutPlane]) -> Option<Self> {
         let planes: Vec<KeepOutPlane> =
             planes.iter().filter(|plane| plane.robot == setting.device).cloned().collect();
         let model = setting.model.as_ref().filter(|_| !planes.is_empty())?;
@@ -180,7 +180,9 @@ impl BoundKeepOut {
                 for plane in &self.check.planes {
                     let clearance = plane.clearance(point);
                     let is_deepest = deepest.as_ref().is_none_or(|known| -clearance > known.depth_mm);
-                    if clearance < -1e-6 && clearance < plane.clearance(*before) - 1e-6 && is_deepest {
+                    let is_free = clearance >= -1e-6 || clearance >= plane.clearance(*before) - 1e-6;
+                    // A link of which nobody knows where it is has a clearance that is no number: it is not free.
+                    if !is_free && is_deepest {
                         deepest = Some(Trespass {
                             link: row.name.clone(),
                             plane: plane.name.clone(),
@@ -195,7 +197,7 @@ impl BoundKeepOut {
 
     fn link_ends(&self, from: &JointVector, to: &JointVector, fraction: f64) -> Vec<[f64; 3]> {
         let at = |(column, zero): (&usize, &f64)| {
-            let (a, b) = (from.get(*column).unwrap_or(0.0), to.get(*column).unwrap_or(0.0));
+            let (a, b) = (from.get(*column).unwrap_or(f64::NAN), to.get(*column).unwrap_or(f64::NAN));
             a + fraction * (b - a) + zero
         };
         let attitudes: Vec<f64> = self.columns.iter().zip(&self.check.zeros).map(at).collect();
@@ -214,7 +216,7 @@ impl BoundKeepOut {
     /// with their zeros: rad, or mm.
     pub(crate) fn clearances(&self, corrected: &[f64]) -> Vec<(String, f64)> {
         let attitudes: Vec<f64> =
-            self.columns.iter().map(|column| corrected.get(*column).copied().unwrap_or(0.0)).collect();
+            self.columns.iter().map(|column| corrected.get(*column).copied().unwrap_or(f64::NAN)).collect();
         let ends = self.ends_of(&attitudes);
         let nearest =
             |plane: &KeepOutPlane| ends.iter().map(|end| plane.clearance(*end)).fold(f64::INFINITY, f64::min);

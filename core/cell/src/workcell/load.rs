@@ -8,13 +8,18 @@ use plumb_kinematics::Motion;
 use super::model_file::{ModelRows, read_from_drive, read_rows};
 use super::raw::{RawDevice, RawKeepOut, RawRobot, RawWorkcell};
 use super::{
-    DeviceSetting, KeepOutPlane, ModelFile, RobotSetting, Wire, Workcell, WorldSetting, raw, tolerances,
+    DeviceSetting, KeepOutPlane, ModelFile, RobotSetting, Wire, Workcell, WorldSetting, cell_names, raw,
+    tolerances,
 };
+use crate::cell_names::CellNames;
+use crate::deg_or_mm::DegOrMm;
 use crate::expression::Calculator;
-use crate::file::read_text;
-use crate::procedure::{CellNames, LoadedFiles, Procedure, check_procedure, load};
+use crate::procedure::{LoadedFiles, Procedure, check_procedure, load};
 use crate::read_context::ReadContext;
-use crate::yaml::{FileProblems, Place, Problems, did_you_mean, parse};
+use crate::step::read_action;
+use plumb_document::{
+    DocumentKind, FileKind, FileProblems, Problem, Problems, Span, did_you_mean, parse_as, read_document,
+};
 
 /// Reads a workcell with everything it names: models, procedures and those they call. What only the devices themselves can tell is checked
 /// when they are connected, before anything moves.
@@ -22,11 +27,11 @@ use crate::yaml::{FileProblems, Place, Problems, did_you_mean, parse};
 /// # Errors
 /// Every mistake of every file, a [`FileProblems`] a file.
 pub fn load_workcell(file: &Path, calculator: &Calculator) -> Result<Workcell, Vec<FileProblems>> {
-    let text = read_text(file).map_err(|problem| vec![problem])?;
+    let text = read_document(file, FileKind::CELL).map_err(|problem| vec![problem])?;
     let problems = Problems::default();
-    let root = parse(file, &text, &problems).map_err(|problem| vec![problem])?;
+    let root = parse_as(DocumentKind::Cell, file, &text, &problems).map_err(|problem| vec![problem])?;
     let folder = file.parent().unwrap_or(Path::new("."));
-    let context = ReadContext { calculator, file: &text, folder, problems: &problems };
+    let context = ReadContext { calculator, file: &text, folder, problems: &problems, read_action };
     let raw = raw::read(&root, &context);
     let mut loader = Loader { folder: file.parent().unwrap_or(Path::new(".")), context, wrong: Vec::new() };
     let workcell = raw.map(|raw| loader.workcell(file, &text, raw));
@@ -53,27 +58,34 @@ struct Loader<'a> {
 impl Loader<'_> {
     fn workcell(&mut self, file: &Path, text: &str, raw: RawWorkcell) -> Workcell {
         let problems = self.context.problems;
-        if let Some(device) = raw.devices.get(MOST_DEVICES) {
-            let message = format!("the cell has {} devices", raw.devices.len());
+        let devices_known = raw.devices.is_some();
+        let raw_devices = raw.devices.unwrap_or_default();
+        if let Some(device) = raw_devices.get(MOST_DEVICES) {
+            let message = format!("the cell has {} devices", raw_devices.len());
             let help = format!("at most {MOST_DEVICES} are run: each is a process of its own");
-            problems.add(device.name.place, message, help);
+            problems.add(device.name.span, message, help);
         }
-        if raw.devices.is_empty() {
-            problems.push(crate::yaml::Problem {
-                place: None,
-                message: "the cell has no devices".into(),
-                help: None,
-            });
+        if devices_known && raw_devices.is_empty() {
+            let message = "the cell has no devices".to_owned();
+            problems.push(Problem { span: None, message, help: None });
         }
         let world = raw
             .world
             .and_then(|world| Some(WorldSetting { file: self.existing(&world.file)?, pace: world.pace }));
         let devices: Vec<DeviceSetting> =
-            raw.devices.iter().map(|device| self.device(device, &raw.devices, world.is_some())).collect();
-        let robots: Vec<RobotSetting> =
-            raw.robots.into_iter().map(|robot| self.robot(robot, &devices)).collect();
-        let keep_out = raw.keep_out.into_iter().filter_map(|plane| self.keep_out(plane, &robots)).collect();
-        let names = CellNames::of(&devices, &robots);
+            raw_devices.iter().map(|device| self.device(device, &raw_devices, world.is_some())).collect();
+        let known_robots = raw.robots.as_ref().map(|robots| {
+            robots.iter().map(|robot| (robot.device.name.clone(), robot.model.is_some())).collect::<Vec<_>>()
+        });
+        let robots: Vec<RobotSetting> = raw
+            .robots
+            .unwrap_or_default()
+            .into_iter()
+            .map(|robot| self.robot(robot, devices_known.then_some(&devices)))
+            .collect();
+        let keep_out = raw.keep_out.into_iter();
+        let keep_out = keep_out.filter_map(|plane| self.keep_out(plane, known_robots.as_deref())).collect();
+        let names = cell_names(&devices, &robots);
         let procedures = self.procedures(&raw.procedures, &names);
         tolerances::check(&raw.tolerances, &procedures, problems);
         let answers = raw.answers.and_then(|answers| self.existing(&answers));
@@ -97,7 +109,7 @@ impl Loader<'_> {
     }
 
     /// The path of a file named here; its absence is reported.
-    fn existing(&self, (name, place): &(String, Place)) -> Option<PathBuf> {
+    fn existing(&self, (name, place): &(String, Span)) -> Option<PathBuf> {
         let path = self.folder.join(name);
         // What is there and no file is told by who reads it.
         if path.exists() {
@@ -109,7 +121,7 @@ impl Loader<'_> {
     }
 
     /// The path of a directory named here; its absence is reported.
-    fn existing_directory(&self, (name, place): &(String, Place)) -> Option<PathBuf> {
+    fn existing_directory(&self, (name, place): &(String, Span)) -> Option<PathBuf> {
         let path = self.folder.join(name);
         if path.is_dir() {
             return Some(path);
@@ -155,7 +167,7 @@ impl Loader<'_> {
         });
         DeviceSetting {
             name: raw.name.name.clone(),
-            place: raw.name.place,
+            place: raw.name.span,
             inputs: inputs.collect(),
             plugin: raw.plugin.0.clone(),
             config: raw.config.clone(),
@@ -164,19 +176,23 @@ impl Loader<'_> {
         }
     }
 
-    fn robot(&mut self, raw: RawRobot, devices: &[DeviceSetting]) -> RobotSetting {
+    /// `devices` are those of the cell, where they are known.
+    fn robot(&mut self, raw: RawRobot, devices: Option<&Vec<DeviceSetting>>) -> RobotSetting {
         let problems = self.context.problems;
-        if !devices.iter().any(|device| device.name == raw.device.name) {
+        if let Some(devices) = devices
+            && !devices.iter().any(|device| device.name == raw.device.name)
+        {
             let help = did_you_mean(&raw.device.name, devices.iter().map(|device| device.name.as_str()));
             problems.add(
-                raw.device.place,
+                raw.device.span,
                 format!("there is no device `{}` in the cell", raw.device.name),
                 help,
             );
         }
-        let joints: Vec<String> = raw.joints.iter().map(|(joint, _)| joint.name.clone()).collect();
-        let known = |joint: &str, place: Place| {
-            let found = joints.iter().any(|known| known == joint);
+        let typed_joints = raw.joints.as_deref().unwrap_or_default();
+        let joints: Vec<String> = typed_joints.iter().map(|(joint, _)| joint.name.clone()).collect();
+        let known = |joint: &str, place: Span| {
+            let found = raw.joints.is_none() || joints.iter().any(|known| known == joint);
             if !found {
                 let help = did_you_mean(joint, joints.iter().map(String::as_str));
                 problems.add(place, format!("`joints` names no `{joint}`"), help);
@@ -184,12 +200,12 @@ impl Loader<'_> {
             found
         };
         let limits = raw.limits.iter().filter(|(joint, unit, _)| {
-            let written = raw.joints.iter().find(|(name, _)| name.name == joint.name).map(|(_, unit)| *unit);
-            if let Some(written) = written.filter(|written| written != unit) {
+            let written = typed_joints.iter().find(|(name, _)| name.name == joint.name);
+            if let Some(written) = written.and_then(|(_, unit)| *unit).filter(|written| written != unit) {
                 let message = format!("joint `{}` goes by {}", joint.name, written.symbol());
-                problems.add(joint.place, message, format!("write it under `limits_{}`", written.symbol()));
+                problems.add(joint.span, message, format!("write it under `limits_{}`", written.symbol()));
             }
-            known(&joint.name, joint.place)
+            known(&joint.name, joint.span)
         });
         let limits = limits.map(|(joint, unit, [least, most])| {
             (joint.name.clone(), unit.to_internal(*least), unit.to_internal(*most))
@@ -205,16 +221,19 @@ impl Loader<'_> {
         }
         let model = raw.model.as_ref().and_then(|model| self.model(model, &raw, &joints));
         RobotSetting {
-            device: raw.device.name,
-            joints: raw.joints.into_iter().map(|(joint, unit)| (joint.name, unit)).collect(),
+            device: raw.device.name.clone(),
+            joints: typed_joints
+                .iter()
+                .map(|(joint, unit)| (joint.name.clone(), unit.unwrap_or(DegOrMm::Deg)))
+                .collect(),
             model,
             limits,
             initialize,
         }
     }
 
-    fn model(&mut self, model: &(String, Place), raw: &RawRobot, joints: &[String]) -> Option<ModelFile> {
-        let file = plumb_model::revision::Family::newest_file(&self.existing(model)?);
+    fn model(&mut self, model: &(String, Span), raw: &RawRobot, joints: &[String]) -> Option<ModelFile> {
+        let file = plumb_calibration::revision::Family::newest_file(&self.existing(model)?);
         match read_rows(&file) {
             Ok(ModelRows {
                 text,
@@ -227,7 +246,7 @@ impl Loader<'_> {
             }) => {
                 for joint in &model_joints {
                     let given = raw.model_from_drive.iter().any(|(name, _)| name.name == *joint);
-                    if !given && !joints.contains(joint) {
+                    if !given && raw.joints.is_some() && !joints.contains(joint) {
                         let message = format!("nothing drives the model's joint `{joint}`");
                         let help =
                             "name the drive's joint the same in `joints`, or give it in `model_from_drive`";
@@ -257,22 +276,24 @@ impl Loader<'_> {
         }
     }
 
-    fn keep_out(&self, raw: RawKeepOut, robots: &[RobotSetting]) -> Option<KeepOutPlane> {
+    /// `robots` are those of the cell with whether a model is named, where they are known.
+    fn keep_out(&self, raw: RawKeepOut, robots: Option<&[(String, bool)]>) -> Option<KeepOutPlane> {
         let problems = self.context.problems;
         let (robot, place) = &raw.robot;
-        match robots.iter().find(|known| known.device == *robot) {
-            None => {
-                let help = did_you_mean(robot, robots.iter().map(|robot| robot.device.as_str()));
+        match robots.map(|robots| (robots, robots.iter().find(|(known, _)| known == robot))) {
+            None => {}
+            Some((robots, None)) => {
+                let help = did_you_mean(robot, robots.iter().map(|(robot, _)| robot.as_str()));
                 problems.add(*place, format!("there is no robot `{robot}` in the cell"), help);
             }
-            Some(known) if known.model.is_none() => {
+            Some((_, Some((_, false)))) => {
                 problems.add(
                     *place,
                     format!("robot `{robot}` has no model"),
                     "give it one: where its parts are cannot be known without",
                 );
             }
-            Some(_) => {}
+            Some((_, Some(_))) => {}
         }
         let length = raw.normal.iter().map(|n| n * n).sum::<f64>().sqrt();
         if length < 1e-9 {
@@ -283,7 +304,7 @@ impl Loader<'_> {
         Some(KeepOutPlane { name: raw.name, robot: raw.robot.0, normal, offset_mm: raw.offset_mm })
     }
 
-    fn procedures(&mut self, named: &[(String, Place)], names: &CellNames) -> Vec<Arc<Procedure>> {
+    fn procedures(&mut self, named: &[(String, Span)], names: &CellNames) -> Vec<Arc<Procedure>> {
         // A mistake here may be why a name in a procedure leads nowhere: first things first.
         let names_are_right = self.context.problems.is_empty() && self.wrong.is_empty();
         let mut procedures: Vec<Arc<Procedure>> = Vec::new();

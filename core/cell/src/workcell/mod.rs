@@ -24,8 +24,9 @@ pub use model_file::ModelFile;
 pub(crate) use model_file::check_model;
 pub use robot::RobotSetting;
 
+use crate::cell_names::CellNames;
 use crate::procedure::Procedure;
-use crate::yaml::Place;
+use plumb_document::Span;
 
 /// A workcell that was read and is in order.
 #[derive(Debug, Clone)]
@@ -92,7 +93,7 @@ pub struct DeviceSetting {
     /// Its name in the cell.
     pub name: String,
     /// Where the name stands in the file.
-    pub place: Place,
+    pub place: Span,
     /// The plugin that serves it.
     pub plugin: String,
     /// What the plugin is told.
@@ -115,7 +116,7 @@ pub struct Wire {
     /// The stream.
     pub stream: String,
     /// Where it stands in the file.
-    pub place: Place,
+    pub place: Span,
 }
 
 impl Workcell {
@@ -127,5 +128,17 @@ impl Workcell {
     /// The procedure of this name, or in this file.
     pub fn procedure(&self, wanted: &str) -> Option<&Arc<Procedure>> {
         self.procedures.iter().find(|procedure| procedure.name == wanted || procedure.file.ends_with(wanted))
+    }
+}
+
+/// What these devices offer, as far as it is known before they are started.
+pub(crate) fn cell_names(devices: &[DeviceSetting], robots: &[RobotSetting]) -> CellNames {
+    let is_sensor = |name: &String| robots.iter().all(|robot| robot.device != *name);
+    let model = |robot: &RobotSetting| Some((robot.device.clone(), robot.model.as_ref()?.shape()));
+    CellNames {
+        robots: robots.iter().map(RobotSetting::names).collect(),
+        sensors: devices.iter().map(|device| device.name.clone()).filter(is_sensor).collect(),
+        quantities: Vec::new(),
+        models: robots.iter().filter_map(model).collect(),
     }
 }

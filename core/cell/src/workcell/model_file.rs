@@ -3,15 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use plumb_calibration::arm_model::Model;
+use plumb_calibration::file::ModelFileError;
+use plumb_calibration::forward::ForwardModel;
 use plumb_kinematics::{Chain, Motion};
-use plumb_model::file::{Model, ModelFileError};
-use plumb_model::forward::ForwardModel;
 use serde_json::{Map, Value};
 
 use crate::expression::{Calculator, Expression, Names, Shape};
-use crate::file::read_text;
 use crate::read_context::ReadContext;
-use crate::yaml::{FileProblems, Key, Node, NodeValue, Place, Problem, Problems, did_you_mean, parse};
+use plumb_document::{
+    FileKind, FileProblems, Key, Node, NodeValue, Problem, Problems, did_you_mean, parse, read_document,
+};
 
 /// The geometry of a robot.
 #[derive(Debug, Clone)]
@@ -109,33 +111,16 @@ pub(super) fn model_joint(row: &[f64], drive: &[f64]) -> f64 {
 /// # Errors
 /// The first mistake in it.
 pub(crate) fn check_model(file: &Path) -> Result<(), FileProblems> {
-    parse_model(file, &read_text(file)?).map(|_| ())
+    parse_model(file, &read_document(file, FileKind::CELL)?).map(|_| ())
 }
 
 fn parse_model(file: &Path, text: &str) -> Result<Model, FileProblems> {
-    let error = match Model::parse(&file.display().to_string(), text) {
-        Ok(model) => return Ok(model),
-        Err(error) => error,
-    };
-    let reason = match &error {
-        ModelFileError::Syntax { reason, .. } | ModelFileError::Meaning { reason, .. } => reason.clone(),
-        ModelFileError::Open { cause, .. } => cause.to_string(),
-    };
-    let at = error.place().filter(|place| place.line > 0).map(|place| Place {
-        line: usize::try_from(place.line).unwrap_or(usize::MAX),
-        column: usize::try_from(place.column).unwrap_or(usize::MAX),
-        length: 1,
-    });
-    Err(FileProblems {
-        file: file.to_owned(),
-        text: text.to_owned(),
-        problems: vec![Problem { place: at, message: reason, help: None }],
-    })
+    Model::parse(&file.display().to_string(), text).map_err(|ModelFileError(problems)| problems)
 }
 
 /// Reads the rows of a model file.
 pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
-    let text = read_text(file)?;
+    let text = read_document(file, FileKind::CELL)?;
     let problems = Problems::default();
     let root = parse(file, &text, &problems)?;
     let entries = root.entries("a model", &problems).unwrap_or_default();
@@ -143,7 +128,7 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
     let rows = match rows {
         Some(node) => node.list("`joints`", &problems).unwrap_or_default(),
         None => {
-            problems.add(root.place, "a model has the key `joints`", "");
+            problems.add(root.span, "a model has the key `joints`", "");
             &[]
         }
     };
@@ -152,7 +137,7 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
     for row in rows {
         let Some(columns) = row.entries("a joint", &problems) else { continue };
         let Some((_, name)) = columns.iter().find(|(key, _)| key.name == "name") else {
-            problems.add(row.place, "a joint has the key `name`", "");
+            problems.add(row.span, "a joint has the key `name`", "");
             continue;
         };
         let Some(name) = name.text("`name`", &problems) else { continue };
@@ -170,7 +155,7 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
     let forward = ForwardModel::new(model.clone()).map_err(|error| FileProblems {
         file: file.to_owned(),
         text: text.clone(),
-        problems: vec![Problem { place: None, message: error.to_string(), help: None }],
+        problems: vec![Problem { span: None, message: error.to_string(), help: None }],
     })?;
     Ok(ModelRows {
         text,
@@ -195,7 +180,7 @@ pub(super) fn read_from_drive(
     for (name, _) in entries {
         if !model_joints.contains(&name.name) {
             let help = did_you_mean(&name.name, model_joints.iter().map(String::as_str));
-            context.problems.add(name.place, format!("the model has no joint `{}`", name.name), help);
+            context.problems.add(name.span, format!("the model has no joint `{}`", name.name), help);
         }
     }
     model_joints
@@ -229,7 +214,7 @@ fn read_row(
         Ok(row) => Some(row),
         Err(reason) => {
             context.problems.add(
-                node.place,
+                node.span,
                 reason,
                 "write sums and multiples of the drive's joints, in degrees, as in `elbow - shoulder`",
             );

@@ -1,7 +1,8 @@
 //! What a cell says about one of its robots.
 
 use super::ModelFile;
-use crate::read_context::{DegOrMm, RobotNames};
+use crate::check_context::RobotNames;
+use crate::deg_or_mm::DegOrMm;
 
 /// What a cell says about one of its robots.
 #[derive(Debug, Clone)]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::procedure::Procedure;
 use crate::read_context::ReadContext;
 use crate::step::TOLERANCES;
-use crate::yaml::{Key, MapReader, Problems};
+use plumb_document::{Key, MapReader, Problems};
 
 /// As many letters may be wrong, missing, too many or exchanged in a name that was meant to be another.
 const SLIP: usize = 2;
@@ -15,9 +15,10 @@ const SLIP: usize = 2;
 pub(super) fn read(map: &mut MapReader<'_>, context: &ReadContext<'_>) -> Vec<(Key, f64)> {
     let entries = map.optional(TOLERANCES).and_then(|node| node.entries("`tolerances`", context.problems));
     let entries = entries.unwrap_or_default();
-    let read = entries.iter().filter_map(|(name, node)| {
-        let value = node.number_between(&format!("`{}`", name.name), 0.0, 1e4, context.problems)?;
-        Some((name.clone(), value))
+    let read = entries.iter().map(|(name, node)| {
+        let value = node.number_between(&format!("`{}`", name.name), 0.0, 1e4, context.problems);
+        // One that cannot be read is known by its name; the cell is refused.
+        (name.clone(), value.unwrap_or(f64::NAN))
     });
     read.collect()
 }
@@ -34,7 +35,7 @@ pub(super) fn check(tolerances: &[(Key, f64)], procedures: &[Arc<Procedure>], pr
         let near = |meant: &&String| strsim::damerau_levenshtein(&name.name, meant) <= SLIP && !given(meant);
         if let Some(meant) = used.iter().find(near) {
             let message = format!("no procedure of the cell uses a tolerance `{}`", name.name);
-            problems.add(name.place, message, format!("did you mean `{meant}`?"));
+            problems.add(name.span, message, format!("did you mean `{meant}`?"));
         }
     }
 }

@@ -24,7 +24,7 @@ fn a_move_that_ended_elsewhere_or_not_at_all_is_an_error_and_no_row() {
         (|state| state.moving = 1, &["still moves"]),
         (|state| state.joints.set(1, f64::NAN), &["shoulder", "NaN"]),
         (|state| state.joints.count = 3, &["3 joint values", "6 joints"]),
-        (|state| state.time_ns = 0, &["before one it told earlier"]),
+        (|state| state.time_ns = 0, &["before one it reported earlier"]),
     ];
     for (lie, words) in lies {
         let place = place();

@@ -39,7 +39,7 @@ impl SensorLink for Gauge {
         self.asked.lock().expect("no test panicked").push(format!("read after {after_ns}"));
         if self.gain == 9.0 {
             let error = PluginError::Disconnected("the camera does not answer; is its plug in?".to_owned());
-            return Err(DeviceError::Refused { device: "eye".to_owned(), error });
+            return Err(DeviceError::refused("eye", "read", error));
         }
         let width = Quantity { name: "width".to_owned(), value: 1.5, standard_uncertainty: 0.1 };
         Ok(Reading { time_ns: 77, quantities: vec![width], ..Reading::default() })
@@ -50,7 +50,7 @@ impl SensorLink for Gauge {
         let gain = settings["gain"].as_f64().unwrap_or(-1.0);
         if !(0.0..=9.0).contains(&gain) {
             let error = PluginError::Refused("`gain` is 0 to 9".to_owned());
-            return Err(DeviceError::Refused { device: "eye".to_owned(), error });
+            return Err(DeviceError::refused("eye", "configure", error));
         }
         self.gain = gain;
         Ok(())

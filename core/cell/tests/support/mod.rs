@@ -12,6 +12,7 @@ use std::time::Duration;
 use plumb_cell::StopAction;
 use plumb_cell::device::{Act, DeviceError, DeviceLinks, Link, RobotLink, SensorLink};
 use plumb_cell::workcell::DeviceSetting;
+use plumb_host::ExitReason;
 use plumb_plugin::{
     JogState, JointDescription, JointState, JointUnit, JointVector, Motion, PluginError, ProximityEdge,
     Reading, RobotCapabilities, RobotDescription, SensorDescription,
@@ -170,6 +171,7 @@ impl World {
                 time_ns,
                 fired: u32::from(now),
                 joints,
+                joints_half_width: JointVector::zeros(JOINTS.len()),
                 ..ProximityEdge::default()
             });
         }
@@ -249,13 +251,19 @@ impl RobotLink for Arm {
         joints.copy_from_slice(target.as_slice());
         if number == self.world.lose_arm_at_move.load(Ordering::SeqCst) {
             self.world.go(&joints, 0.4);
-            let cause = "its process was killed by signal 9".to_owned();
-            return Err(DeviceError::Lost { device: "arm".to_owned(), cause });
+            let reason = ExitReason {
+                code: None,
+                signal: Some("SIGKILL".to_owned()),
+                killed_because: None,
+                last_output: Vec::new(),
+            };
+            let (device, reason) = ("arm".to_owned(), Box::new(reason));
+            return Err(DeviceError::HostDied { device, operation: "move joints", reason });
         }
         if self.world.stopped.load(Ordering::SeqCst) {
             self.world.go(&joints, 0.4);
             let error = PluginError::stopped();
-            return Err(DeviceError::Refused { device: "arm".to_owned(), error });
+            return Err(DeviceError::refused("arm", "move joints", error));
         }
         self.world.go(&joints, 1.0);
         let mut state = self.world.state();
@@ -271,7 +279,7 @@ impl RobotLink for Arm {
             match (*pendant, on) {
                 (PendantHas::TheArm, false) => {
                     let error = PluginError::NotReady("press STOP on the pendant".to_owned());
-                    return Err(DeviceError::Refused { device: "arm".to_owned(), error });
+                    return Err(DeviceError::refused("arm", "jog", error));
                 }
                 (PendantHas::Nothing, true) => *pendant = PendantHas::TheArm,
                 (PendantHas::GivenItBack, false) => *pendant = PendantHas::Nothing,

@@ -1,4 +1,4 @@
-//! The connection to the orchestrator: how the host learns that it is to end, or that nobody is there any more.
+//! The connection to the orchestrator: how the host learns that it is to end, or that the orchestrator is gone.
 
 use std::io::{BufRead, BufReader};
 use std::os::fd::AsFd;
@@ -12,9 +12,9 @@ use nix::sys::signalfd::{SfdFlags, SignalFd};
 use plumb_bus::Signal;
 use plumb_plugin::LogLevel;
 
-use super::Context;
-use super::serve::end_at_once;
+use super::ending::end_at_once;
 use crate::channel::{ToHost, exit_code};
+use crate::context::Context;
 use crate::process_name::process_name;
 use crate::time_limits::{BEAT, LAST_STOP, ORCHESTRATOR_SILENT, beats};
 
@@ -52,7 +52,7 @@ pub(super) fn block_termination() -> nix::Result<()> {
     set.thread_block()
 }
 
-/// Starts the thread that holds the line. `wake` rings the bell the main thread waits on.
+/// Starts the thread that holds the line. `wake` is the signal the main thread waits for.
 pub(super) fn hold(
     context: &'static Context,
     ending: &'static EndingFlag,
@@ -83,7 +83,7 @@ impl Lifeline {
             self.context.stop.ask();
             ending.set(Ending::Orphaned);
         }
-        if self.wake.ring().is_err() || !finish {
+        if self.wake.notify().is_err() || !finish {
             thread::sleep(LAST_STOP);
             let text = "the orchestrator is gone and the plugin did not come to rest";
             self.context.announce(LogLevel::Error, text);
@@ -110,7 +110,7 @@ impl Lifeline {
                         continue;
                     }
                     Ok(_) if ready[1].any().unwrap_or(true) => {
-                        self.tell_signal(&signals);
+                        self.report_signal(&signals);
                         return Ending::Orphaned;
                     }
                     Ok(_) => {}
@@ -127,7 +127,7 @@ impl Lifeline {
         }
     }
 
-    /// Nothing was heard for another beat: a robot that moves with nobody in charge is stopped.
+    /// Nothing was heard for another beat: a robot that moves without an orchestrator is stopped.
     fn note_silence(&mut self) {
         self.silent_beats = self.silent_beats.saturating_add(1);
         let is_frozen = self.silent_beats >= beats(ORCHESTRATOR_SILENT);
@@ -140,12 +140,12 @@ impl Lifeline {
              computing time); to debug it, run it with --debugger"
         );
         self.context.announce(LogLevel::Error, &text);
-        // A host whose bell is broken ends in its next turn.
-        let _ = self.wake.ring();
+        // A host whose signal fails ends in its next iteration.
+        let _ = self.wake.notify();
     }
 
-    /// Says who sent the signal that ends the host.
-    fn tell_signal(&self, signals: &SignalFd) {
+    /// Reports who sent the signal that ends the host.
+    fn report_signal(&self, signals: &SignalFd) {
         if let Ok(Some(signal)) = signals.read_signal() {
             let text = format!("its host was told to end by SIGTERM from {}", process_name(signal.ssi_pid));
             self.context.announce(LogLevel::Error, &text);

@@ -8,9 +8,9 @@ use nix::sys::resource::{Resource, setrlimit};
 use plumb_bus::Signal;
 use plumb_plugin::LogLevel;
 
-use super::Context;
-use super::serve::end_at_once;
+use super::ending::end_at_once;
 use crate::channel::exit_code;
+use crate::context::Context;
 
 /// How often the process is weighed. Memory is taken at about a gigabyte a second at most.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -48,8 +48,8 @@ fn watch(context: &'static Context, limit_mb: u64, wake: &Signal) {
         context.end_because(&text);
         if context.is_in_motion() {
             context.stop.ask();
-            // A host whose bell is broken ends below all the same.
-            let _ = wake.ring();
+            // A host whose signal fails ends below all the same.
+            let _ = wake.notify();
             thread::sleep(LAST_STOP);
         }
         end_at_once(context, exit_code::MEMORY);

@@ -1,4 +1,4 @@
-//! What the host says for a robot that is read at rest.
+//! What the host emits for a robot that is read at rest.
 //!
 //! A sensor that takes in a robot's stream answers for a moment once it has seen a message not older than that moment. A driver emits while it
 //! moves and at the end of a move; the moment of a later reading comes after that, and the sensor would wait for ever. Unless the plugin says
@@ -8,7 +8,7 @@ use plumb_plugin::{
     DigitalInputs, JointState, JointVector, LogLevel, Manifest, Message, PluginError, StreamDescription,
 };
 
-use super::Context;
+use crate::context::Context;
 use crate::load::Device;
 
 /// The stream of a robot's joints.
@@ -21,8 +21,8 @@ const INPUTS: &str = "inputs";
 pub(super) struct RestReport {
     joints: bool,
     inputs: bool,
-    /// It was said that the lines cannot be read.
-    complained: bool,
+    /// It was reported that the lines cannot be read.
+    has_reported: bool,
 }
 
 impl RestReport {
@@ -34,12 +34,12 @@ impl RestReport {
         Self {
             joints: has(JOINTS, JointState::TYPE_NAME),
             inputs: has(INPUTS, DigitalInputs::TYPE_NAME),
-            complained: false,
+            has_reported: false,
         }
     }
 
     /// Emits where a robot is at rest, as it was just read, unless its plugin has.
-    pub(super) fn emit(&mut self, state: &JointState, device: &mut Device, context: &Context) {
+    pub(super) fn emit(&mut self, state: &JointState, device: &Device, context: &Context) {
         if state.is_moving() {
             return;
         }
@@ -52,7 +52,7 @@ impl RestReport {
         if !self.inputs || is_emitted(last_inputs().map(|last| last.time_ns)) {
             return;
         }
-        let read = device.read_inputs();
+        let read = device.robot().and_then(|robot| robot.read_inputs());
         let last = last_inputs();
         if is_emitted(last.map(|last| last.time_ns)) {
             return;
@@ -62,12 +62,12 @@ impl RestReport {
             Err(PluginError::Unsupported(_)) if last.is_some() => {
                 emit_levels(context, state, last.map_or(0, |last| last.levels), last);
             }
-            Err(error) => self.complain(context, &error),
+            Err(error) => self.report_once(context, &error),
         }
     }
 
-    fn complain(&mut self, context: &Context, error: &PluginError) {
-        if !std::mem::replace(&mut self.complained, true) {
+    fn report_once(&mut self, context: &Context, error: &PluginError) {
+        if !std::mem::replace(&mut self.has_reported, true) {
             let text = format!(
                 "its input lines cannot be read at rest: {error}. A sensor that is wired to its stream `inputs` waits in vain until it moves"
             );

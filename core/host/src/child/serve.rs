@@ -1,9 +1,4 @@
-//! The life of a host: told what to load, ready, serving, ended.
-
-#![allow(
-    unsafe_code,
-    reason = "ending a process whose plugin hangs in a destructor needs the bare system call"
-)]
+//! The life of a host: arguments read, device ready, serving, ended.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
@@ -16,33 +11,23 @@ use std::time::Duration;
 use nix::sys::prctl;
 use nix::sys::signal::Signal as SystemSignal;
 use nix::unistd::{dup, dup2_stdin};
-use plumb_bus::{Asked, Bus, Listener, Server, Signal, wait_any};
+use plumb_bus::{Bus, IncomingRequest, Listener, Server, Signal, wait_any};
 use plumb_plugin::{
     Description, DeviceKind, Health, PluginError, RobotDescription, StreamDescription, Value,
 };
 use sha2::{Digest as _, Sha256};
 
-use super::clock::Clock;
+use super::ending::end_at_once;
 use super::lifeline::{Ending, EndingFlag};
-use super::log_line::Lines;
 use super::rest_report::RestReport;
-use super::service::{HEALTH_PERIOD, Service};
+use super::service::{HEALTH_PERIOD, HEALTH_STREAM, Service};
 use super::watchdog::Watchdog;
-use super::{Context, lifeline, memory, output, stop};
+use super::{lifeline, memory, output, stop};
 use crate::channel::{FromHost, exit_code};
+use crate::context::{Clock, Context, Lines};
 use crate::guard::Limits;
 use crate::load::{Device, load};
 use crate::{HostArguments, MoveGuard, Plugin};
-
-/// The stream on which a host tells how it is.
-pub(super) const HEALTH_STREAM: &str = "health";
-
-/// Ends the process without running anything of the plugin's, when one of its calls may hang for ever.
-pub(super) fn end_at_once(context: &Context, code: u8) -> ! {
-    context.flush();
-    // SAFETY: ends the process; nothing runs afterwards.
-    unsafe { nix::libc::_exit(i32::from(code)) }
-}
 
 /// Serves one device: the whole life of a host process. `make_guard` makes the check of moves from [`HostArguments::guard`].
 ///
@@ -50,8 +35,8 @@ pub(super) fn end_at_once(context: &Context, code: u8) -> ! {
 pub fn serve(
     make_guard: impl FnOnce(&Value, &RobotDescription) -> Result<Box<dyn MoveGuard>, String>,
 ) -> ExitCode {
-    let (arguments, connection) = match introduced() {
-        Ok(introduced) => introduced,
+    let (arguments, connection) = match read_arguments() {
+        Ok(read) => read,
         Err(error) => {
             eprintln!("plumb host is started by plumb itself: {error}");
             return ExitCode::from(exit_code::FAILED);
@@ -86,7 +71,7 @@ pub fn serve(
 }
 
 /// Takes the connection from descriptor 0, leaves nothing there for a plugin to read, and reads the arguments.
-fn introduced() -> io::Result<(HostArguments, BufReader<UnixStream>)> {
+fn read_arguments() -> io::Result<(HostArguments, BufReader<UnixStream>)> {
     lifeline::block_termination()?;
     prctl::set_pdeathsig(SystemSignal::SIGTERM)?;
     let mut connection = BufReader::new(UnixStream::from(dup(io::stdin().as_fd())?));
@@ -122,9 +107,9 @@ impl Host {
         let domain = arguments.domain().map_err(|error| text(&error))?;
         let bus = Bus::open(&domain, &format!("host of {name}")).map_err(|error| text(&error))?;
 
-        // Stops are heard from here on, whatever the plugin does.
+        // Stops are received from here on, whatever the plugin does.
         let wake = || bus.request_signal(name).map_err(|error| text(&error));
-        let listener = bus.listener(&crate::parent::stop_signal(name)).map_err(|error| text(&error))?;
+        let listener = bus.listener(&crate::signal_names::stop_signal(name)).map_err(|error| text(&error))?;
         stop::listen(context, listener, wake()?);
         let ending: &'static EndingFlag = Box::leak(Box::default());
         lifeline::hold(context, ending, connection, wake()?, arguments.under_debugger);
@@ -146,7 +131,7 @@ impl Host {
             Description::Sensor(_) => (None, Box::new(crate::NoGuard) as Box<dyn MoveGuard>),
         };
         let server = bus.server(name).map_err(|error| text(&error))?;
-        let stopped = bus.signal(&crate::parent::stopped_signal(name)).map_err(|error| text(&error))?;
+        let stopped = bus.signal(&crate::signal_names::stopped_signal(name)).map_err(|error| text(&error))?;
         let rest_report = RestReport::of(&plugin.manifest);
         context.send(FromHost::Ready {
             manifest: Box::new(plugin.manifest),
@@ -161,7 +146,7 @@ impl Host {
     /// Serves until told to end; the exit code.
     fn run(mut self) -> u8 {
         loop {
-            if let Err(error) = self.turn() {
+            if let Err(error) = self.serve_once() {
                 self.context.announce(plumb_plugin::LogLevel::Error, &error);
                 self.service.stop();
                 return exit_code::BUS;
@@ -173,7 +158,7 @@ impl Host {
                     return 0;
                 }
                 Some(Ending::Orphaned) => {
-                    // A stop was asked for before this was set; nobody is left to hear whether it was confirmed.
+                    // A stop was asked for before this was set; there is no reader for its confirmation.
                     let _ = self.stop_if_asked();
                     self.service.finish();
                     return exit_code::ORPHANED;
@@ -183,30 +168,30 @@ impl Host {
     }
 
     /// Waits for something to do, and does it.
-    fn turn(&mut self) -> Result<(), String> {
+    fn serve_once(&mut self) -> Result<(), String> {
         let text = |error: &dyn std::fmt::Display| error.to_string();
-        let mut bells: Vec<&Listener> = self.inputs.iter().collect();
-        bells.push(self.server.listener());
-        wait_any(&bells, HEALTH_PERIOD).map_err(|error| text(&error))?;
+        let mut listeners: Vec<&Listener> = self.inputs.iter().collect();
+        listeners.push(self.server.listener());
+        wait_any(&listeners, HEALTH_PERIOD).map_err(|error| text(&error))?;
         self.server.listener().drain().map_err(|error| text(&error))?;
         self.stop_if_asked()?;
         if drain(&self.inputs).map_err(|error| text(&error))? > 0 {
             self.service.poll();
         }
         while self.ending.get().is_none() {
-            let Some(Asked { request, call, answer }) =
+            let Some(IncomingRequest { request, call, answer }) =
                 self.server.receive().map_err(|error| text(&error))?
             else {
                 break;
             };
             let inputs = &self.inputs;
             let mut wait_for_input = |limit: Duration| {
-                // Whatever goes wrong here goes wrong again in the next turn, which ends the host.
-                let bells: Vec<&Listener> = inputs.iter().collect();
-                if bells.is_empty() {
+                // An error here comes again in the next iteration, which ends the host.
+                let listeners: Vec<&Listener> = inputs.iter().collect();
+                if listeners.is_empty() {
                     std::thread::sleep(limit);
                 }
-                let _ = wait_any(&bells, if bells.is_empty() { Duration::ZERO } else { limit });
+                let _ = wait_any(&listeners, if listeners.is_empty() { Duration::ZERO } else { limit });
                 let _ = drain(inputs);
             };
             let result = self.service.serve(request, call, &mut wait_for_input);
@@ -222,10 +207,10 @@ impl Host {
 
     fn stop_if_asked(&mut self) -> Result<(), String> {
         while let Some(round) = self.context.stop.pending() {
-            let stands = self.service.stop();
+            let is_at_rest = self.service.stop();
             self.context.stop.done(round);
-            if stands {
-                self.stopped.ring().map_err(|error| error.to_string())?;
+            if is_at_rest {
+                self.stopped.notify().map_err(|error| error.to_string())?;
             }
         }
         Ok(())
@@ -234,8 +219,8 @@ impl Host {
 
 /// A library that was exchanged while the run goes on is not loaded: what the record says of the run would not be true of it.
 fn check_unchanged(library: &Path, expected: &str) -> Result<(), String> {
-    let place = library.display();
-    let bytes = std::fs::read(library).map_err(|error| format!("{place}: cannot be read: {error}"))?;
+    let path = library.display();
+    let bytes = std::fs::read(library).map_err(|error| format!("{path}: cannot be read: {error}"))?;
     let digest = Sha256::digest(&bytes);
     let found: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
     if found == expected {
@@ -243,13 +228,13 @@ fn check_unchanged(library: &Path, expected: &str) -> Result<(), String> {
     }
     let short = |hash: &str| hash.get(..12).unwrap_or(hash).to_owned();
     Err(format!(
-        "{place} was changed while the run goes on (SHA-256 {} when it began, {} now): put the old file back, or begin a new run",
+        "{path} was changed while the run goes on (SHA-256 {} when it began, {} now): put the old file back, or begin a new run",
         short(expected),
         short(&found)
     ))
 }
 
-/// Opens the plugin's streams, the host's own, and the wired inputs; the bells of the inputs.
+/// Opens the plugin's streams, the host's own, and the wired inputs; their listeners.
 fn open_streams(
     bus: &Bus,
     arguments: &HostArguments,
@@ -266,7 +251,7 @@ fn open_streams(
             return Err(format!("input '{}' of {} is not wired to any stream", input.name, arguments.device));
         }
     }
-    let mut bells = Vec::new();
+    let mut listeners = Vec::new();
     for wired in &arguments.inputs {
         let device = &arguments.device;
         let Some(input) = plugin.manifest.inputs.iter().find(|input| input.name == wired.input) else {
@@ -281,11 +266,11 @@ fn open_streams(
                 input.name, input.message, wired.device, wired.stream.name, wired.stream.message
             ));
         }
-        bells.push(bus.stream_listener(&wired.device, &wired.stream).map_err(|error| text(&error))?);
+        listeners.push(bus.stream_listener(&wired.device, &wired.stream).map_err(|error| text(&error))?);
         let subscriber = bus.subscriber(&wired.device, &wired.stream).map_err(|error| text(&error))?;
         context.add_input(&wired.input, subscriber);
     }
-    Ok(bells)
+    Ok(listeners)
 }
 
 /// What the device says about itself, which must fit what its manifest says.

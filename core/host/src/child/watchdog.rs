@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use plumb_plugin::LogLevel;
 
-use super::Context;
-use super::serve::end_at_once;
+use super::ending::end_at_once;
 use crate::channel::exit_code;
+use crate::context::Context;
 
 /// Looks at the call under way.
 pub(super) struct Watchdog {
@@ -32,12 +32,24 @@ struct Running {
 }
 
 impl Watchdog {
-    /// Starts the thread that looks. A call may run for `grace` past its time limit.
+    /// Starts the thread that looks, and ends the host when a call runs for more than `grace` past its time limit.
     pub(super) fn start(context: &'static Context, grace: Duration) -> &'static Self {
+        Self::start_with(grace, move |name, limit| {
+            let text = format!("the plugin is still in '{name}' after its {limit:?}: the host ends");
+            context.announce(LogLevel::Error, &text);
+            end_at_once(context, exit_code::WATCHDOG);
+        })
+    }
+
+    /// The same with something else to do about a call past its time: it is given the call's name and time limit.
+    fn start_with(
+        grace: Duration,
+        overrun: impl Fn(&'static str, Duration) + Send + 'static,
+    ) -> &'static Self {
         let seen = Seen { running: None, next_look: Instant::now() };
         let watchdog: &'static Self =
             Box::leak(Box::new(Self { seen: Mutex::new(seen), changed: Condvar::new(), grace }));
-        thread::spawn(move || watchdog.look(context));
+        thread::spawn(move || watchdog.look(overrun));
         watchdog
     }
 
@@ -56,16 +68,14 @@ impl Watchdog {
         result
     }
 
-    fn look(&self, context: &'static Context) {
+    fn look(&self, overrun: impl Fn(&'static str, Duration)) {
         let mut seen = self.seen();
         loop {
             let now = Instant::now();
-            if let Some(call) = seen.running.as_ref().filter(|call| call.end <= now) {
-                let (name, limit) = (call.name, call.limit);
-                let text = format!("the plugin is still in '{name}' after its {limit:?}: the host ends");
+            if let Some(call) = seen.running.take_if(|call| call.end <= now) {
                 drop(seen);
-                context.announce(LogLevel::Error, &text);
-                end_at_once(context, exit_code::WATCHDOG);
+                overrun(call.name, call.limit);
+                seen = self.seen();
             }
             let end = seen.running.as_ref().map_or(now + UNASKED, |call| call.end);
             seen.next_look = end.min(now + UNASKED);
@@ -93,6 +103,7 @@ const LONGEST: Duration = Duration::from_secs(365 * 24 * 3600);
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::mpsc::{Receiver, channel};
 
     #[test]
     fn a_call_may_run_for_its_limit_and_the_grace_and_not_longer() {
@@ -100,5 +111,38 @@ mod tests {
         assert_eq!(longest_run(Duration::from_millis(1500), grace), Duration::from_millis(2500));
         assert_eq!(longest_run(Duration::ZERO, grace), grace);
         assert_eq!(longest_run(Duration::MAX, grace), LONGEST + grace, "no overflow");
+        assert_eq!(LONGEST, Duration::from_secs(31_536_000), "a year");
+    }
+
+    /// A watchdog that reports what it would end, and has just looked: it looks again unasked in a second.
+    fn watchdog() -> (&'static Watchdog, Receiver<(&'static str, Duration)>) {
+        let (report, reported) = channel();
+        let report = Mutex::new(report);
+        let watchdog = Watchdog::start_with(Duration::from_millis(20), move |name, limit| {
+            let _ = report.lock().unwrap().send((name, limit));
+        });
+        thread::sleep(Duration::from_millis(50));
+        (watchdog, reported)
+    }
+
+    #[test]
+    fn a_call_past_its_time_is_noticed_without_waiting_for_the_next_look() {
+        let (watchdog, reported) = watchdog();
+        let limit = Duration::from_millis(10);
+        // The call lasts until it is noticed, and less long than the time to the next look.
+        let noticed = watchdog.watch("move", limit, || reported.recv_timeout(Duration::from_millis(700)));
+        assert_eq!(noticed, Ok(("move", limit)));
+    }
+
+    #[test]
+    fn a_call_within_its_time_is_let_be() {
+        let (watchdog, reported) = watchdog();
+        let result = watchdog.watch("read", Duration::from_millis(1500), || {
+            thread::sleep(Duration::from_millis(1200));
+            7
+        });
+        assert_eq!(result, 7);
+        assert_eq!(watchdog.watch("read", Duration::from_millis(10), || 8), 8);
+        assert!(reported.recv_timeout(Duration::from_millis(200)).is_err());
     }
 }

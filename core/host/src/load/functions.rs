@@ -20,31 +20,6 @@ const NO_NAME: &str = "plumb.nothing/0";
 /// The size and the reserved word that every table begins with, in bytes.
 const TABLE_HEAD: usize = 2 * size_of::<u32>();
 
-const NO_ROBOT: RobotFunctions = RobotFunctions {
-    size: 0,
-    reserved: 0,
-    describe: None,
-    activate: None,
-    deactivate: None,
-    read_joints: None,
-    move_joints: None,
-    stop: None,
-    read_inputs: None,
-    write_outputs: None,
-    jog: None,
-    set_zero: None,
-};
-
-const NO_SENSOR: SensorFunctions = SensorFunctions {
-    size: 0,
-    reserved: 0,
-    describe: None,
-    configure: None,
-    arm: None,
-    poll: None,
-    read: None,
-};
-
 impl Loaded {
     /// The functions of the plugin's kind.
     ///
@@ -54,21 +29,14 @@ impl Loaded {
         match self.kind {
             DeviceKind::Robot => {
                 // SAFETY: behind the name of a robot's functions lies a beginning of their table; where it ends it lacks functions, which may be null.
-                let (table, size) = unsafe { self.table(ROBOT_EXTENSION, NO_ROBOT) }?;
-                let required = [
-                    ("describe", table.describe.is_some()),
-                    ("read_joints", table.read_joints.is_some()),
-                    ("move_joints", table.move_joints.is_some()),
-                    ("stop", table.stop.is_some()),
-                ];
-                self.check_required(ROBOT_EXTENSION, size, &required)?;
+                let (table, size) = unsafe { self.table(ROBOT_EXTENSION, RobotFunctions::EMPTY) }?;
+                self.check_required(ROBOT_EXTENSION, size, table.missing())?;
                 Ok(Functions::Robot(table))
             }
             DeviceKind::Sensor => {
                 // SAFETY: as above, for a sensor's.
-                let (table, size) = unsafe { self.table(SENSOR_EXTENSION, NO_SENSOR) }?;
-                let required = [("describe", table.describe.is_some()), ("read", table.read.is_some())];
-                self.check_required(SENSOR_EXTENSION, size, &required)?;
+                let (table, size) = unsafe { self.table(SENSOR_EXTENSION, SensorFunctions::EMPTY) }?;
+                self.check_required(SENSOR_EXTENSION, size, table.missing())?;
                 Ok(Functions::Sensor(table))
             }
         }
@@ -111,8 +79,13 @@ impl Loaded {
         Ok(notes)
     }
 
-    fn check_required(self, name: &str, size: usize, required: &[(&str, bool)]) -> Result<(), String> {
-        let lacks: Vec<&str> = required.iter().filter(|(_, there)| !there).map(|(name, _)| *name).collect();
+    fn check_required(
+        self,
+        name: &str,
+        size: usize,
+        missing: impl Iterator<Item = &'static str>,
+    ) -> Result<(), String> {
+        let lacks: Vec<&str> = missing.collect();
         if lacks.is_empty() {
             return Ok(());
         }

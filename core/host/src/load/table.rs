@@ -7,7 +7,7 @@ use std::slice;
 use plumb_abi::{Bytes, CONTRACT_MINOR, HostFunctions, Status};
 use plumb_plugin::LogLevel;
 
-use crate::child::Context;
+use crate::context::Context;
 use crate::flood::{LONGEST_TEXT, cut};
 
 /// The table for a context. Both stay until the process ends.

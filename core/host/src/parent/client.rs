@@ -3,10 +3,10 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use plumb_bus::{Call, CallError, Client, OpenError};
+use plumb_bus::{AnswerError, Call, CallError, Client, OpenError};
 use plumb_plugin::{
-    Description, DeviceState, DigitalInputs, JogState, JointState, JointVector, Motion, Reading, Reply,
-    Request, RobotDescription, SensorDescription, Value,
+    Answer, Description, DeviceState, Reply, Request, RobotDescription, SensorDescription, argument_type,
+    owned_type,
 };
 
 use super::DeviceError;
@@ -14,18 +14,18 @@ use super::shared::Shared;
 use crate::time_limits::{CALIBRATION, PREPARATION, SHORT, UNDER_DEBUGGER};
 
 /// Asks a device, one thing at a time.
-struct Asking {
+struct Connection {
     shared: Arc<Shared>,
     client: Mutex<Client>,
 }
 
 /// Asks a robot. Every call waits for its answer.
-pub struct RobotClient(Asking);
+pub struct RobotClient(Connection);
 
 /// Asks a sensor. Every call waits for its answer.
-pub struct SensorClient(Asking);
+pub struct SensorClient(Connection);
 
-impl Asking {
+impl Connection {
     fn open(shared: Arc<Shared>) -> Result<Self, OpenError> {
         let client = Mutex::new(shared.bus.client(&shared.device)?);
         Ok(Self { shared, client })
@@ -33,7 +33,11 @@ impl Asking {
 
     fn ask(&self, request: &Request, time_limit: Duration) -> Result<Reply, DeviceError> {
         let device = self.shared.device.as_str();
-        let died = |reason| DeviceError::HostDied { device: device.to_owned(), reason };
+        let died = |reason| DeviceError::HostDied {
+            device: device.to_owned(),
+            operation: request.name(),
+            reason: Box::new(reason),
+        };
         if let Some(reason) = self.shared.end() {
             return Err(died(reason));
         }
@@ -46,223 +50,153 @@ impl Asking {
             Ok(reply) => Ok(reply),
             Err(CallError::NoHost { .. }) => match self.shared.wait_for_end(END_NOTICED) {
                 Some(reason) => Err(died(reason)),
-                None => Err(DeviceError::Bus(CallError::NoHost { device: device.to_owned() })),
+                None => {
+                    let error = CallError::NoHost { device: device.to_owned() };
+                    Err(DeviceError::from_call(device, request.name(), error))
+                }
             },
             Err(error) => Err(DeviceError::from_call(device, request.name(), error)),
         }
     }
 
-    fn expect<T>(
-        &self,
-        request: &Request,
-        time_limit: Duration,
-        wanted: impl FnOnce(Reply) -> Option<T>,
-    ) -> Result<T, DeviceError> {
+    /// Asks, and takes the content out of the reply.
+    fn ask_for<T: Answer>(&self, request: &Request, time_limit: Duration) -> Result<T, DeviceError> {
         let reply = self.ask(request, time_limit)?;
         let kind = reply.name();
-        wanted(reply).ok_or_else(|| {
-            let (device, request) = (self.shared.device.clone(), request.name());
-            DeviceError::Bus(CallError::Answer { device, request, cause: format!("the answer is {kind}") })
-        })
+        T::from_reply(reply).ok_or_else(|| self.other_reply(request, kind))
     }
 
-    fn done(&self, request: &Request) -> Result<(), DeviceError> {
-        self.expect(request, SHORT, |reply| (reply == Reply::Done).then_some(()))
+    fn description(&self) -> Result<Description, DeviceError> {
+        self.ask_for::<Box<Description>>(&Request::Describe, SHORT).map(|description| *description)
     }
 
-    fn state(&self, request: &Request) -> Result<DeviceState, DeviceError> {
-        self.expect(request, PREPARATION, |reply| match reply {
-            Reply::State(state) => Some(state),
-            _ => None,
-        })
+    /// The error of an answer that belongs to another request; `kind` says what it is.
+    fn other_reply(&self, request: &Request, kind: &'static str) -> DeviceError {
+        let (device, request) = (self.shared.device.as_str(), request.name());
+        let source = AnswerError::OtherReply(kind);
+        let error = CallError::Answer { device: device.to_owned(), request, source };
+        DeviceError::from_call(device, request, error)
     }
 }
 
-/// How long after a host's end everybody knows of it.
+/// How long after a host's end its client knows of it.
 const END_NOTICED: Duration = Duration::from_secs(1);
 
-impl RobotClient {
-    pub(super) fn open(shared: Arc<Shared>) -> Result<Self, OpenError> {
-        Asking::open(shared).map(Self)
-    }
+/// What either kind of device can be asked, without a function of its own.
+macro_rules! common_requests {
+    ($Client:ident, $Kind:ident, $Description:ident) => {
+        impl $Client {
+            pub(super) fn open(shared: Arc<Shared>) -> Result<Self, OpenError> {
+                Connection::open(shared).map(Self)
+            }
 
-    /// The device's name.
-    pub fn device(&self) -> &str {
-        &self.0.shared.device
-    }
+            /// The device's name.
+            pub fn device(&self) -> &str {
+                &self.0.shared.device
+            }
 
-    /// Joints, lines and capabilities.
-    ///
-    /// # Errors
-    /// [`DeviceError`], as every call below.
-    pub fn describe(&self) -> Result<RobotDescription, DeviceError> {
-        self.0.expect(&Request::Describe, SHORT, |reply| match reply {
-            Reply::Described(description) => match *description {
-                Description::Robot(robot) => Some(robot),
-                _ => None,
-            },
-            _ => None,
-        })
-    }
+            /// What it says about itself.
+            ///
+            /// # Errors
+            /// [`DeviceError`], as every call below.
+            pub fn describe(&self) -> Result<$Description, DeviceError> {
+                match self.0.description()? {
+                    Description::$Kind(description) => Ok(description),
+                    _ => Err(self
+                        .0
+                        .other_reply(&Request::Describe, "the description of another kind of device")),
+                }
+            }
 
-    /// The state the device is in.
-    ///
-    /// # Errors
-    /// [`DeviceError`].
-    pub fn state(&self) -> Result<DeviceState, DeviceError> {
-        self.0.state(&Request::State)
-    }
+            /// The state the device is in.
+            ///
+            /// # Errors
+            /// [`DeviceError`].
+            pub fn state(&self) -> Result<DeviceState, DeviceError> {
+                self.0.ask_for(&Request::State, PREPARATION)
+            }
 
-    /// Makes the robot ready to move, and takes back an earlier stop.
-    ///
-    /// # Errors
-    /// [`DeviceError`].
-    pub fn activate(&self) -> Result<DeviceState, DeviceError> {
-        self.0.state(&Request::Activate)
-    }
+            /// Makes it ready, and takes back an earlier stop.
+            ///
+            /// # Errors
+            /// [`DeviceError`].
+            pub fn activate(&self) -> Result<DeviceState, DeviceError> {
+                self.0.ask_for(&Request::Activate, PREPARATION)
+            }
 
-    /// Brings the robot to rest.
-    ///
-    /// # Errors
-    /// [`DeviceError`].
-    pub fn deactivate(&self) -> Result<DeviceState, DeviceError> {
-        self.0.state(&Request::Deactivate)
-    }
-
-    /// Where the joints are.
-    ///
-    /// # Errors
-    /// [`DeviceError`].
-    pub fn read_joints(&self) -> Result<JointState, DeviceError> {
-        self.0.expect(&Request::ReadJoints, SHORT, joints)
-    }
-
-    /// Moves, and waits until the robot is at rest; where it is then.
-    ///
-    /// # Errors
-    /// [`DeviceError`]; [`DeviceError::TimedOut`] leaves the robot moving: stop it.
-    pub fn move_joints(&self, motion: &Motion, time_limit: Duration) -> Result<JointState, DeviceError> {
-        self.0.expect(&Request::MoveJoints(*motion), time_limit, joints)
-    }
-
-    /// The levels of the input lines.
-    ///
-    /// # Errors
-    /// [`DeviceError`].
-    pub fn read_inputs(&self) -> Result<DigitalInputs, DeviceError> {
-        self.0.expect(&Request::ReadInputs, SHORT, |reply| match reply {
-            Reply::Inputs(inputs) => Some(inputs),
-            _ => None,
-        })
-    }
-
-    /// Sets the output lines.
-    ///
-    /// # Errors
-    /// [`DeviceError`].
-    pub fn write_outputs(&self, levels: u64) -> Result<(), DeviceError> {
-        self.0.done(&Request::WriteOutputs(levels))
-    }
-
-    /// Hands the robot to its pendant, or takes it back; where it is.
-    ///
-    /// # Errors
-    /// [`DeviceError`].
-    pub fn jog(&self, on: bool) -> Result<JogState, DeviceError> {
-        self.0.expect(&Request::Jog { on }, SHORT, |reply| match reply {
-            Reply::Jog(state) => Some(state),
-            _ => None,
-        })
-    }
-
-    /// Declares where the joints stand now.
-    ///
-    /// # Errors
-    /// [`DeviceError`].
-    pub fn set_zero(&self, joints: &JointVector) -> Result<(), DeviceError> {
-        self.0.expect(&Request::SetZero(*joints), CALIBRATION, |reply| (reply == Reply::Done).then_some(()))
-    }
+            /// Brings it to rest.
+            ///
+            /// # Errors
+            /// [`DeviceError`].
+            pub fn deactivate(&self) -> Result<DeviceState, DeviceError> {
+                self.0.ask_for(&Request::Deactivate, PREPARATION)
+            }
+        }
+    };
 }
 
-fn joints(reply: Reply) -> Option<JointState> {
-    match reply {
-        Reply::Joints(state) => Some(state),
-        _ => None,
-    }
+common_requests!(RobotClient, Robot, RobotDescription);
+common_requests!(SensorClient, Sensor, SensorDescription);
+
+/// An argument as it goes into a request.
+macro_rules! owned {
+    ($argument:ident: u64) => {
+        $argument
+    };
+    ($argument:ident: bool) => {
+        $argument
+    };
+    ($argument:ident: $Type:ident) => {
+        $argument.to_owned()
+    };
 }
 
-impl SensorClient {
-    pub(super) fn open(shared: Arc<Shared>) -> Result<Self, OpenError> {
-        Asking::open(shared).map(Self)
-    }
-
-    /// The device's name.
-    pub fn device(&self) -> &str {
-        &self.0.shared.device
-    }
-
-    /// What it measures.
-    ///
-    /// # Errors
-    /// [`DeviceError`], as every call below.
-    pub fn describe(&self) -> Result<SensorDescription, DeviceError> {
-        self.0.expect(&Request::Describe, SHORT, |reply| match reply {
-            Reply::Described(description) => match *description {
-                Description::Sensor(sensor) => Some(sensor),
-                _ => None,
-            },
-            _ => None,
-        })
-    }
-
-    /// The state the device is in.
-    ///
-    /// # Errors
-    /// [`DeviceError`].
-    pub fn state(&self) -> Result<DeviceState, DeviceError> {
-        self.0.state(&Request::State)
-    }
-
-    /// Makes the sensor ready, and takes back an earlier stop.
-    ///
-    /// # Errors
-    /// [`DeviceError`].
-    pub fn activate(&self) -> Result<DeviceState, DeviceError> {
-        self.0.state(&Request::Activate)
-    }
-
-    /// Brings the sensor to rest.
-    ///
-    /// # Errors
-    /// [`DeviceError`].
-    pub fn deactivate(&self) -> Result<DeviceState, DeviceError> {
-        self.0.state(&Request::Deactivate)
-    }
-
-    /// Changes settings while it runs.
-    ///
-    /// # Errors
-    /// [`DeviceError`].
-    pub fn configure(&self, settings: &Value) -> Result<(), DeviceError> {
-        self.0.done(&Request::Configure(settings.clone()))
-    }
-
-    /// Makes it forget what it saw and watch from now on.
-    ///
-    /// # Errors
-    /// [`DeviceError`].
-    pub fn arm(&self) -> Result<(), DeviceError> {
-        self.0.done(&Request::Arm)
-    }
-
-    /// What it has seen since the last reading, once its inputs have been seen up to `after_ns` (ns of the cell's clock; 0: whatever is there).
-    ///
-    /// # Errors
-    /// [`DeviceError`], also when the inputs are not seen that far within the time limit.
-    pub fn read(&self, after_ns: u64, time_limit: Duration) -> Result<Reading, DeviceError> {
-        self.0.expect(&Request::Read { after_ns }, time_limit, |reply| match reply {
-            Reply::Reading(reading) => Some(reading),
-            _ => None,
-        })
-    }
+/// One method, for one line of the table of operations.
+macro_rules! method {
+    (robot $($line:tt)*) => {
+        impl RobotClient {
+            method! { @of $($line)* }
+        }
+    };
+    (sensor $($line:tt)*) => {
+        impl SensorClient {
+            method! { @of $($line)* }
+        }
+    };
+    (@of $(#[doc = $doc:literal])* $Variant:ident $name:ident($($argument:ident: $Argument:ident)?) -> $Answer:tt within CALLER) => {
+        $(#[doc = $doc])*
+        ///
+        /// # Errors
+        /// [`DeviceError`]; after `time_limit` without an answer the device may still be at it.
+        pub fn $name(
+            &self,
+            $($argument: argument_type!($Argument),)?
+            time_limit: Duration,
+        ) -> Result<owned_type!($Answer), DeviceError> {
+            self.0.ask_for(&Request::$Variant$((owned!($argument: $Argument)))?, time_limit)
+        }
+    };
+    (@of $(#[doc = $doc:literal])* $Variant:ident $name:ident($($argument:ident: $Argument:ident)?) -> $Answer:tt within $limit:ident) => {
+        $(#[doc = $doc])*
+        ///
+        /// # Errors
+        /// [`DeviceError`].
+        pub fn $name(&self $(, $argument: argument_type!($Argument))?) -> Result<owned_type!($Answer), DeviceError> {
+            self.0.ask_for(&Request::$Variant$((owned!($argument: $Argument)))?, $limit)
+        }
+    };
 }
+
+macro_rules! methods {
+    (
+        common { $($common:tt)* }
+        operations { $(
+            $kind:ident $(#[doc = $doc:literal])* $code:literal $Variant:ident $title:literal
+            $name:ident($($argument:ident: $Argument:ident)?) -> $Answer:tt within $limit:ident $way:ident;
+        )* }
+    ) => {
+        $(method! { $kind $(#[doc = $doc])* $Variant $name($($argument: $Argument)?) -> $Answer within $limit })*
+    };
+}
+
+plumb_abi::device_requests!(methods);

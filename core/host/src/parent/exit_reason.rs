@@ -30,8 +30,8 @@ impl ExitReason {
         Self { code: status.code(), signal, killed_because, last_output }
     }
 
-    /// Whether it ended because its device could not be made ready, which its orchestrator was told in words.
-    pub fn is_told(&self) -> bool {
+    /// Whether it ended because its device could not be made ready, which it reported to its orchestrator in words.
+    pub fn is_reported(&self) -> bool {
         self.code == Some(i32::from(exit_code::FAILED))
     }
 

@@ -15,7 +15,8 @@ use std::time::Duration;
 use plumb_bus::{Bus, OpenError};
 use plumb_plugin::{Description, Manifest};
 
-use super::lines::{HostEvent, Listener, read_lines, read_output};
+use super::event::{HostEvent, Listener};
+use super::lines::{read_lines, read_output};
 use super::shared::{LAST_WORDS, Shared, wait_for_thread};
 use super::{ExitReason, RobotClient, SensorClient, SpawnError, StopHandle, spawner};
 use crate::HostArguments;
@@ -76,7 +77,7 @@ impl HostCommand {
         self
     }
 
-    /// Listens to what the host says besides its answers: the device's name and the event. Called from threads of the host's own; everything
+    /// Listens to what the host reports besides its answers: the device's name and the event. Called from threads of the host's own; everything
     /// is logged through `tracing` as well.
     #[must_use]
     pub fn on_event(mut self, listener: impl Fn(&str, &HostEvent) + Send + Sync + 'static) -> Self {
@@ -110,10 +111,10 @@ impl HostProcess {
     /// Starts a host and waits until its device is ready (inactive), or cannot be had.
     ///
     /// # Errors
-    /// [`SpawnError`], with what the host or the plugin said.
+    /// [`SpawnError`], with what the host or the plugin reported.
     pub fn spawn(bus: &Bus, arguments: &HostArguments, command: HostCommand) -> Result<Self, SpawnError> {
         let device = arguments.device.as_str();
-        let failed = |cause: io::Error| SpawnError::Start { device: device.to_owned(), cause };
+        let failed = |cause: io::Error| SpawnError::Start { device: device.to_owned(), source: cause };
         let limit = command.ready_within;
         let (mut connection, theirs) = UnixStream::pair().map_err(failed)?;
         // A host that is frozen before it has read its arguments must not hold this up.
@@ -230,7 +231,7 @@ impl HostProcess {
     fn finish_within(&self, limit: Duration) -> ExitReason {
         if self.shared.end().is_none() {
             let mut connection = self.connection.lock().unwrap_or_else(PoisonError::into_inner);
-            // A host that does not take the word is killed below.
+            // A host that does not take the line is killed below.
             let _ = send_line(&mut connection, &ToHost::Finish);
         }
         if self.shared.wait_for_end(limit).is_none() {
@@ -261,17 +262,17 @@ impl Drop for HostProcess {
     }
 }
 
-/// Tells a host again and again that this program runs, until the host has ended.
+/// Sends a host again and again that this program runs, until the host has ended.
 fn beat(shared: &Shared, connection: &Mutex<UnixStream>) {
     while shared.wait_for_end(BEAT).is_none() {
         let mut connection = connection.lock().unwrap_or_else(PoisonError::into_inner);
-        // A host that cannot be told is ending, or frozen: the reader of its lines notices.
+        // A host that cannot be reached is ending, or frozen: the reader of its lines notices.
         let _ = send_line(&mut connection, &ToHost::Alive);
     }
 }
 
-fn send_line(connection: &mut UnixStream, word: &impl serde::Serialize) -> io::Result<()> {
-    let mut line = serde_json::to_vec(word)?;
+fn send_line(connection: &mut UnixStream, message: &impl serde::Serialize) -> io::Result<()> {
+    let mut line = serde_json::to_vec(message)?;
     line.push(b'\n');
     connection.write_all(&line)
 }

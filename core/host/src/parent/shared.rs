@@ -12,8 +12,9 @@ use plumb_bus::Bus;
 use plumb_plugin::LogLevel;
 
 use super::ExitReason;
-use super::lines::{HostEvent, Listener, Tail};
+use super::event::{HostEvent, Listener};
 use super::spans::Spans;
+use super::tail::Tail;
 use crate::HostArguments;
 
 /// What the orchestrator's handles of one host share.
@@ -62,8 +63,8 @@ impl Shared {
         self.life.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Tells the listener and the log, within the span of the call it served.
-    pub(super) fn tell(&self, span: u64, event: &HostEvent) {
+    /// Reports to the listener and the log, within the span of the call it served.
+    pub(super) fn report(&self, span: u64, event: &HostEvent) {
         self.spans.get(span).in_scope(|| {
             let device = self.device.as_str();
             match event {
@@ -118,10 +119,10 @@ impl Shared {
         }
     }
 
-    /// Waits for the child's end, cleans up after it and tells everybody.
+    /// Waits for the child's end, cleans up after it and reports it.
     pub(super) fn attend(&self, mut child: Child, output: &JoinHandle<()>) {
         let flags = WaitPidFlag::WEXITED | WaitPidFlag::WNOWAIT;
-        // The child is left unreaped until nobody can kill its number any more.
+        // The child is left unreaped until its number can no longer be killed.
         while waitid(Id::Pid(self.process), flags) == Err(nix::errno::Errno::EINTR) {}
         let (status, killed_because) = {
             let mut life = self.life();
@@ -140,10 +141,10 @@ impl Shared {
         self.life().reason = Some(reason.clone());
         self.ended.notify_all();
         // Whoever waits for an answer learns now that none will come.
-        if let Ok(bell) = self.bus.reply_signal(&self.device) {
-            let _ = bell.ring();
+        if let Ok(signal) = self.bus.reply_signal(&self.device) {
+            let _ = signal.notify();
         }
-        self.tell(0, &HostEvent::Ended { reason });
+        self.report(0, &HostEvent::Ended { reason });
     }
 }
 

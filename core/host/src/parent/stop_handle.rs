@@ -1,4 +1,4 @@
-//! A stop that waits for nobody.
+//! A stop with a path of its own, which no request can delay.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -6,20 +6,20 @@ use std::time::{Duration, Instant};
 use plumb_bus::{Listener, OpenError, Signal};
 
 use super::shared::Shared;
-use super::{stop_signal, stopped_signal};
+use crate::signal_names::{stop_signal, stopped_signal};
 
-/// Stops a device, from any thread and whatever else is being asked of it. It rings a bell of its own that nothing queues on; a host that does
+/// Stops a device, from any thread and whatever else is being asked of it. It has a signal of its own that nothing queues on; a host that does
 /// not confirm in time is killed.
 pub struct StopHandle {
     shared: Arc<Shared>,
-    bell: Signal,
+    signal: Signal,
     confirmed: Mutex<Listener>,
 }
 
 /// What became of a stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopOutcome {
-    /// The device confirmed that it stands.
+    /// The device confirmed that it is at rest.
     Stopped {
         /// How long that took.
         after: Duration,
@@ -32,9 +32,9 @@ pub enum StopOutcome {
 
 impl StopHandle {
     pub(super) fn open(shared: Arc<Shared>) -> Result<Self, OpenError> {
-        let bell = shared.bus.signal(&stop_signal(&shared.device))?;
+        let signal = shared.bus.signal(&stop_signal(&shared.device))?;
         let confirmed = Mutex::new(shared.bus.listener(&stopped_signal(&shared.device))?);
-        Ok(Self { shared, bell, confirmed })
+        Ok(Self { shared, signal, confirmed })
     }
 
     /// The device's name.
@@ -42,20 +42,20 @@ impl StopHandle {
         &self.shared.device
     }
 
-    /// Asks for a stop without waiting. To stop several devices, ring for all of them first and then [`Self::stop`] each.
-    pub fn ring(&self) {
-        if let Err(error) = self.bell.ring() {
-            tracing::error!(device = self.device(), "the stop cannot be rung: {error}");
+    /// Requests a stop without waiting. To stop several devices, request it of all of them first and then [`Self::stop`] each.
+    pub fn request(&self) {
+        if let Err(error) = self.signal.notify() {
+            tracing::error!(device = self.device(), "the stop cannot be sent: {error}");
         }
     }
 
-    /// Stops, waits until the device confirms that it stands, and kills its host when it has not within `limit`.
+    /// Stops, waits until the device confirms that it is at rest, and kills its host when it has not within `limit`.
     pub fn stop(&self, limit: Duration) -> StopOutcome {
         let begin = Instant::now();
         let confirmed = self.confirmed.lock().unwrap_or_else(PoisonError::into_inner);
         // An old confirmation is not one of this stop.
         let _ = confirmed.drain();
-        self.ring();
+        self.request();
         loop {
             if self.shared.end().is_some() {
                 return StopOutcome::HostGone;
@@ -71,9 +71,9 @@ impl StopHandle {
                 Err(error) => {
                     tracing::error!(
                         device = self.device(),
-                        "the stop's confirmation cannot be heard: {error}"
+                        "the stop's confirmation cannot be received: {error}"
                     );
-                    self.shared.kill("the confirmation of a stop could not be heard");
+                    self.shared.kill("the confirmation of a stop could not be received");
                     return StopOutcome::Killed;
                 }
             }

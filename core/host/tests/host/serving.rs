@@ -17,8 +17,8 @@ fn a_robot_is_described_activated_moved_and_read() {
     assert_eq!(host.manifest().id, "misbehaving-robot");
 
     let robot = host.robot().unwrap();
-    assert_eq!(robot.state(), Ok(DeviceState::Inactive));
-    assert_eq!(robot.activate(), Ok(DeviceState::Active));
+    assert_eq!(robot.state().unwrap(), DeviceState::Inactive);
+    assert_eq!(robot.activate().unwrap(), DeviceState::Active);
     let state = robot.move_joints(&waist_to(0.02), LONG).unwrap();
     assert_eq!(state.joints.as_slice(), [0.02, 0.0]);
     assert_eq!(robot.read_joints().unwrap().joints, state.joints);

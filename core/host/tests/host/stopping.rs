@@ -31,9 +31,9 @@ fn a_stop_ends_a_move_and_holds_until_the_next_activation() {
         let outcome = stop.stop(LONG);
         assert!(matches!(outcome, StopOutcome::Stopped { .. }), "{outcome:?}");
         let error = moving.join().unwrap().unwrap_err();
-        assert!(error.is_stopped(), "{error:?}");
+        assert!(error.is_stop(), "{error:?}");
     });
-    assert_eq!(robot.state(), Ok(DeviceState::Inactive));
+    assert_eq!(robot.state().unwrap(), DeviceState::Inactive);
     let stood = robot.read_joints().unwrap().joints;
     let error = robot.move_joints(&waist_to(0.0), LONG).unwrap_err();
     assert_eq!(error.to_string(), "arm: arm was stopped; activate it before it may move again");
@@ -57,8 +57,8 @@ fn a_stop_does_not_queue_behind_requests() {
         let queued = scope.spawn(|| second.move_joints(&waist_to(-90.0), LONG));
         let outcome = stop.stop(LONG);
         assert!(matches!(outcome, StopOutcome::Stopped { .. }), "{outcome:?}");
-        assert!(moving.join().unwrap().unwrap_err().is_stopped());
-        assert!(queued.join().unwrap().unwrap_err().is_stopped(), "what was queued is not done late");
+        assert!(moving.join().unwrap().unwrap_err().is_stop());
+        assert!(queued.join().unwrap().unwrap_err().is_stop(), "what was queued is not done late");
     });
 }
 
@@ -109,7 +109,7 @@ fn a_sensor_waiting_for_its_inputs_is_stopped_too() {
         thread::sleep(Duration::from_millis(50));
         let outcome = stop.stop(LONG);
         assert!(matches!(outcome, StopOutcome::Stopped { .. }), "{outcome:?}");
-        assert!(reading.join().unwrap().unwrap_err().is_stopped());
+        assert!(reading.join().unwrap().unwrap_err().is_stop());
     });
 }
 
@@ -119,6 +119,6 @@ fn the_confirmation_of_an_earlier_stop_is_not_taken_for_this_one() {
     let host = place.robot_with("hang", "stop");
     let stop = host.stop_handle().unwrap();
     // As an earlier stop's, which came after its asker had given up.
-    place.bus().signal("stopped/arm").unwrap().ring().unwrap();
+    place.bus().signal("stopped/arm").unwrap().notify().unwrap();
     assert_eq!(stop.stop(Duration::from_millis(300)), StopOutcome::Killed);
 }

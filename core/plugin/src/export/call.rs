@@ -1,20 +1,23 @@
-//! One call across the contract: panics caught, errors told.
+//! One call across the contract: panics are caught, errors reported to the host.
 
 use std::any::Any;
 use std::cell::RefCell;
+use std::ffi::c_void;
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::{Arc, Once};
 
+use bytemuck::Pod;
 use plumb_abi::{Bytes, HostFunctions, Instance, Sink, Status};
+use serde::Serialize;
 
 use super::loaded_host::LoadedHost;
 use crate::{Host, PluginError, Value};
 
-/// What stands behind the pointer the host hands back.
+/// What is behind the pointer the host hands back.
 pub(super) struct Device<T> {
     device: T,
     host: LoadedHost,
-    /// What a panic said: from then on the device refuses every call, because it may be half changed.
+    /// The message of a panic: from then on the device refuses every call, because it may be half changed.
     panic: Option<String>,
 }
 
@@ -39,7 +42,7 @@ impl<T> Device<T> {
                 unsafe { instance.write(Box::into_raw(device).cast()) };
                 Status::OK
             }
-            Err(error) => told(&host, Err(error)),
+            Err(error) => reported(&host, Err(error)),
         }
     }
 
@@ -66,13 +69,13 @@ impl<T> Device<T> {
         }
     }
 
-    /// Calls the device behind a pointer, and tells the host why when it fails.
+    /// Calls the device behind a pointer; `work` says how a call that did not fail ended. The host learns why when it fails.
     ///
     /// # Safety
     /// The pointer came from [`Self::create`] of the same type and no other call on it is under way.
     pub(super) unsafe fn call(
         instance: *mut Instance,
-        work: impl FnOnce(&mut T) -> Result<(), PluginError>,
+        work: impl FnOnce(&mut T) -> Result<Status, PluginError>,
     ) -> Status {
         // SAFETY: promised by the caller.
         let Some(this) = (unsafe { instance.cast::<Self>().as_mut() }) else {
@@ -87,14 +90,14 @@ impl<T> Device<T> {
         {
             this.panic = Some(text.clone());
         }
-        told(&this.host, result)
+        reported(&this.host, result)
     }
 }
 
 /// The status of a result; an error's text goes to the host.
-fn told(host: &LoadedHost, result: Result<(), PluginError>) -> Status {
+fn reported(host: &LoadedHost, result: Result<Status, PluginError>) -> Status {
     match result {
-        Ok(()) => Status::OK,
+        Ok(status) => status,
         Err(error) => {
             host.fail(error.text());
             error.status()
@@ -113,7 +116,7 @@ pub(super) fn json(config: &[u8]) -> Result<Value, PluginError> {
 
 thread_local! {
     /// Where the panic that is unwinding this thread began.
-    static PLACE: RefCell<Option<String>> = const { RefCell::new(None) };
+    static LOCATION: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
 /// Does the work; a panic becomes an error that says where.
@@ -122,49 +125,63 @@ fn caught<R>(work: impl FnOnce() -> Result<R, PluginError>) -> Result<R, PluginE
     HOOK.call_once(|| {
         panic::set_hook(Box::new(|information| {
             let place = information.location().map(|place| format!(" at {}:{}", place.file(), place.line()));
-            PLACE.set(Some(place.unwrap_or_default()));
+            LOCATION.set(Some(place.unwrap_or_default()));
         }));
     });
     panic::catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| {
-        let place = PLACE.take().unwrap_or_default();
-        Err(PluginError::Panicked(format!("the plugin panicked{place}: {}", said(payload.as_ref()))))
+        let place = LOCATION.take().unwrap_or_default();
+        Err(PluginError::Panicked(format!("the plugin panicked{place}: {}", message_of(payload.as_ref()))))
     })
 }
 
-fn said(payload: &(dyn Any + Send)) -> &str {
+/// The text a panic was raised with.
+fn message_of(payload: &(dyn Any + Send)) -> &str {
     let text = payload.downcast_ref::<&str>().copied();
     text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
 }
 
-/// Writes an answer to the host's sink.
+/// A call without a result.
+pub(super) fn done(result: Result<(), PluginError>) -> Result<Status, PluginError> {
+    result.map(|()| Status::OK)
+}
+
+/// What the host gave as an argument.
+///
+/// # Safety
+/// The pointer is null or points to an `M` that stays for `'a`.
+pub(super) unsafe fn given<'a, M>(message: *const c_void) -> Result<&'a M, PluginError> {
+    // SAFETY: promised by the caller.
+    unsafe { message.cast::<M>().as_ref() }
+        .ok_or_else(|| PluginError::Refused("the host gave no argument".to_owned()))
+}
+
+/// Writes an answer to the host's sink, as JSON.
 ///
 /// # Safety
 /// The sink is the one of the call under way.
-pub(super) unsafe fn answer(sink: *const Sink, text: &[u8]) -> Result<(), PluginError> {
+pub(super) unsafe fn answer(sink: *const Sink, value: &impl Serialize) -> Result<Status, PluginError> {
+    let text = serde_json::to_vec(value).map_err(|error| PluginError::Failed(error.to_string()))?;
     // SAFETY: promised by the caller.
     let sink = unsafe { sink.as_ref() };
     let Some(Sink { context, write: Some(write) }) = sink else {
-        return Err(PluginError::Refused("the host gave no place for the answer".to_owned()));
+        return Err(PluginError::Refused("the host gave no sink for the answer".to_owned()));
     };
     // SAFETY: the sink's own function with its own context.
-    unsafe { write(*context, Bytes::of(text)) };
-    Ok(())
+    unsafe { write(*context, Bytes::of(&text)) };
+    Ok(Status::OK)
 }
 
 /// Copies a message to where the host wants it.
 ///
 /// # Safety
-/// The pointer is null or points to a place for a `T`, which is the host's own.
-pub(super) unsafe fn deliver<T: bytemuck::Pod>(
-    place: *mut std::ffi::c_void,
-    message: T,
-) -> Result<(), PluginError> {
+/// The pointer is null or points to a `T` of the host's.
+pub(super) unsafe fn deliver<T: Pod>(target: *mut c_void, message: T) -> Result<Status, PluginError> {
     // SAFETY: promised by the caller.
-    match unsafe { place.cast::<T>().as_mut() } {
-        Some(place) => {
-            *place = message;
-            Ok(())
+    match unsafe { target.cast::<T>().as_mut() } {
+        Some(target) => {
+            *target = message;
+            Ok(Status::OK)
         }
-        None => Err(PluginError::Refused("the host gave no place for the message".to_owned())),
+        None => Err(PluginError::Refused("the host gave no memory for the message".to_owned())),
     }
 }

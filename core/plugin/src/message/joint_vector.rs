@@ -138,6 +138,16 @@ mod tests {
     }
 
     #[test]
+    fn a_value_set_past_the_end_is_left_out() {
+        let mut vector = JointVector::from_slice(&[1.0, 2.0]).unwrap();
+        vector.set(2, 7.0);
+        vector.set(MAX_JOINTS, 7.0);
+        assert_eq!((vector.as_slice(), vector.values[2]), ([1.0, 2.0].as_slice(), 0.0));
+        vector.set(1, 7.0);
+        assert_eq!(vector.as_slice(), [1.0, 7.0]);
+    }
+
+    #[test]
     fn values_past_the_count_do_not_make_two_vectors_differ() {
         let mut one = JointVector::from_slice(&[1.0, 2.0]).unwrap();
         one.values[5] = 7.0;

@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::picture::{FrameError, Picture, ending, read_picture};
+use super::grey_picture::Picture;
+use super::picture::{FrameError, ending, read_picture};
 
 /// A folder of pictures.
 #[derive(Debug, Clone)]

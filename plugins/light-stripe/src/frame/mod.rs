@@ -1,8 +1,10 @@
 //! Pictures from files.
 
 mod folder;
+mod grey_picture;
 mod pgm;
 mod picture;
 
 pub use folder::FrameFolder;
-pub use picture::{FrameError, Picture, read_picture, write_pgm};
+pub use grey_picture::Picture;
+pub use picture::{FrameError, read_picture, write_pgm};

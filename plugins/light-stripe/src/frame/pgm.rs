@@ -1,6 +1,6 @@
 //! Portable grey maps: P5, binary, and P2, plain.
 
-use super::Picture;
+use super::grey_picture::Picture;
 use crate::extract::LARGEST_SIDE;
 
 /// The next number of a header, comments left out, and the bytes after the one white space behind it.

@@ -120,11 +120,15 @@ impl Camera {
         )
     }
 
+    /// Focal lengths, centre and distortion, in the order of their keys.
+    pub(super) fn numbers(&self) -> [f64; 9] {
+        let Distortion { k1, k2, p1, p2, k3 } = self.distortion;
+        [self.fx_px, self.fy_px, self.cx_px, self.cy_px, k1, k2, p1, p2, k3]
+    }
+
     /// What is wrong with it, if anything.
     pub fn problem(&self) -> Option<String> {
-        let numbers = [self.fx_px, self.fy_px, self.cx_px, self.cy_px];
-        let Distortion { k1, k2, p1, p2, k3 } = self.distortion;
-        if numbers.iter().chain(&[k1, k2, p1, p2, k3]).any(|number| !number.is_finite()) {
+        if self.numbers().iter().any(|number| !number.is_finite()) {
             return Some("a number is not finite".to_owned());
         }
         if self.fx_px == 0.0 {

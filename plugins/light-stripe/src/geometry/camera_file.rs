@@ -1,8 +1,11 @@
 //! Camera calibrations as OpenCV and ROS write them.
 
+use std::path::Path;
+
+use plumb_document::{FileProblems, Node, OtherKeys, Problems, parse, typed_with};
 use serde::Deserialize;
 
-use super::{Camera, Distortion, WrongFile};
+use super::{Camera, Distortion};
 
 /// Who writes camera files this way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,50 +40,77 @@ struct RawMatrix {
 /// Reads a camera file of OpenCV or ROS; what else it holds is left aside. `origin` is named in errors.
 ///
 /// # Errors
-/// [`WrongFile`]
-pub fn read_camera(text: &str, origin: &str) -> Result<Camera, WrongFile> {
-    // OpenCV heads its files with a directive and tags its matrices, both of its own.
-    let lines = text.lines().filter(|line| !line.starts_with("%YAML") && line.trim() != "---");
-    let plain: String = lines.map(|line| line.replace("!!opencv-matrix", "")).collect::<Vec<_>>().join("\n");
-    let raw: RawCamera = serde_yaml::from_str(&plain).map_err(|cause| WrongFile::new(origin, cause))?;
-    let wrong = |what: String| WrongFile::new(origin, what);
-    if let Some(model) = raw.distortion_model.as_deref().filter(|model| *model != "plumb_bob") {
-        return Err(wrong(format!(
-            "distortion_model is `{model}`; only plumb_bob (k1, k2, p1, p2, k3) is known: calibrate with it"
-        )));
-    }
-    let matrix = &raw.camera_matrix;
-    let [fx, skew, cx, b, fy, cy, c, d, one] = matrix.data.as_slice() else {
-        return Err(wrong(format!("camera_matrix has {} numbers; it has 9", matrix.data.len())));
+/// [`FileProblems`]: every mistake in it.
+pub fn read_camera(text: &str, origin: &str) -> Result<Camera, FileProblems> {
+    let (file, problems) = (Path::new(origin), Problems::default());
+    let root = parse(file, &plain_yaml(text), &problems)?;
+    let raw: Option<RawCamera> = typed_with(&root, "a camera", OtherKeys::LeftAside, &problems);
+    let camera = raw.and_then(|raw| raw.checked(&root, &problems));
+    problems.into_result(file, text)?;
+    camera.ok_or_else(|| FileProblems::whole_file(file, "this is no camera", ""))
+}
+
+/// The text with spaces where OpenCV writes a directive, a head or a tag of its own, so that places stay as they are.
+fn plain_yaml(text: &str) -> String {
+    const TAG: &str = "!!opencv-matrix";
+    let plain = |line: &str| match line.starts_with("%YAML") || line.trim() == "---" {
+        true => String::new(),
+        false => line.replace(TAG, &" ".repeat(TAG.len())),
     };
-    if (matrix.rows, matrix.cols) != (3, 3) || [*skew, *b, *c, *d] != [0.0; 4] || *one != 1.0 {
-        return Err(wrong("camera_matrix is not [fx 0 cx; 0 fy cy; 0 0 1]".to_owned()));
+    text.lines().map(plain).collect::<Vec<_>>().join("\n")
+}
+
+impl RawCamera {
+    /// Numbers that could not be read are NaN, and not looked at.
+    fn checked(&self, root: &Node, problems: &Problems) -> Option<Camera> {
+        let wrong = |keys: &[&str], message: String, help: &str| {
+            problems.add(root.span_at(keys), message, help);
+        };
+        if let Some(model) = self.distortion_model.as_deref().filter(|model| *model != "plumb_bob") {
+            let help = "only plumb_bob (k1, k2, p1, p2, k3) is known: calibrate with it";
+            wrong(&["distortion_model"], format!("`distortion_model` is `{model}`"), help);
+        }
+        let matrix = &self.camera_matrix;
+        let numbers: Option<[f64; 9]> = matrix.data.as_slice().try_into().ok();
+        if numbers.is_none() && !matrix.data.is_empty() {
+            let message = format!("`camera_matrix` has {} numbers", matrix.data.len());
+            wrong(&["camera_matrix", "data"], message, "it has 9");
+        }
+        let [fx, skew, cx, b, fy, cy, c, d, one] = numbers?;
+        if (matrix.rows, matrix.cols) != (3, 3) || [skew, b, c, d] != [0.0; 4] || one != 1.0 {
+            wrong(&["camera_matrix"], "`camera_matrix` is not [fx 0 cx; 0 fy cy; 0 0 1]".to_owned(), "");
+        }
+        let coefficients = &self.distortion_coefficients;
+        let count = coefficients.data.len();
+        if coefficients.rows * coefficients.cols != count || ![0, 4, 5].contains(&count) {
+            let message = format!(
+                "`distortion_coefficients` has {count} numbers in {} x {}",
+                coefficients.rows, coefficients.cols
+            );
+            wrong(&["distortion_coefficients"], message, "plumb_bob has 4 or 5: k1, k2, p1, p2, k3");
+        }
+        let coefficient = |index: usize| coefficients.data.get(index).copied().unwrap_or(0.0);
+        let camera = Camera {
+            width_px: self.image_width,
+            height_px: self.image_height,
+            fx_px: fx,
+            fy_px: fy,
+            cx_px: cx,
+            cy_px: cy,
+            distortion: Distortion {
+                k1: coefficient(0),
+                k2: coefficient(1),
+                p1: coefficient(2),
+                p2: coefficient(3),
+                k3: coefficient(4),
+            },
+        };
+        let is_read = !camera.numbers().iter().any(|number| number.is_nan()) && problems.is_empty();
+        if let Some(problem) = camera.problem().filter(|_| is_read) {
+            wrong(&["camera_matrix"], problem, "");
+        }
+        Some(camera)
     }
-    let coefficients = &raw.distortion_coefficients;
-    let count = coefficients.data.len();
-    if coefficients.rows * coefficients.cols != count || ![0, 4, 5].contains(&count) {
-        return Err(wrong(format!(
-            "distortion_coefficients has {count} numbers in {} x {}; plumb_bob has 4 or 5: k1, k2, p1, p2, k3",
-            coefficients.rows, coefficients.cols
-        )));
-    }
-    let coefficient = |place: usize| coefficients.data.get(place).copied().unwrap_or(0.0);
-    let camera = Camera {
-        width_px: raw.image_width,
-        height_px: raw.image_height,
-        fx_px: *fx,
-        fy_px: *fy,
-        cx_px: *cx,
-        cy_px: *cy,
-        distortion: Distortion {
-            k1: coefficient(0),
-            k2: coefficient(1),
-            p1: coefficient(2),
-            p2: coefficient(3),
-            k3: coefficient(4),
-        },
-    };
-    camera.problem().map_or(Ok(camera), |problem| Err(wrong(problem)))
 }
 
 /// The text of a camera file.

@@ -6,15 +6,16 @@
 mod camera;
 mod camera_file;
 mod collineation;
+mod corrected;
 mod correction;
 mod rig;
 mod rig_file;
-mod wrong_file;
+mod stripe_plane;
 
 pub use camera::{Camera, Distortion};
 pub use camera_file::{CameraFormat, read_camera, write_camera};
 pub use collineation::{Collineation, CollineationError, NoPoint};
 pub use correction::{CorrectionError, RigCorrections, SheetFrame};
-pub use rig::{Rig, StripePlane};
+pub use rig::Rig;
 pub use rig_file::{RigFileError, read_rig, write_rig};
-pub use wrong_file::WrongFile;
+pub use stripe_plane::StripePlane;

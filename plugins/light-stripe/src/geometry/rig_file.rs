@@ -15,14 +15,15 @@
 //! contains: {camera_aim_x_deg: 0.41}     # corrections of a record that these numbers contain already; left out in a maker's file
 //! ```
 
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
-use plumb_document::{FileKind, read_text};
+use plumb_document::{
+    DocumentKind, FileKind, FileProblems, Node, Problems, Span, parse_as, read_document, typed,
+};
 use serde::{Deserialize, Serialize};
 
-use super::{Camera, CollineationError, Rig, RigCorrections, StripePlane, WrongFile};
+use super::{Camera, Rig, RigCorrections, StripePlane};
 
 /// The convention of the plane that files name.
 const CONVENTION: &str = "n.x + d = 0";
@@ -36,48 +37,10 @@ const NEAREST_MM: f64 = 20.0;
 /// No hand carries a rig that looks farther than this, mm.
 const FARTHEST_MM: f64 = 20_000.0;
 
-/// Why a rig file cannot be used.
+/// Why a rig file cannot be used: every mistake in it.
 #[derive(Debug, thiserror::Error)]
-pub enum RigFileError {
-    /// Not readable.
-    #[error("{}: cannot be read: {cause}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        cause: io::Error,
-    },
-    /// Not of this form, or with a value that cannot be.
-    #[error(transparent)]
-    Wrong(#[from] WrongFile),
-    /// Camera and light cannot measure.
-    #[error("{origin}: {cause}")]
-    Degenerate {
-        /// The file.
-        origin: String,
-        /// Why.
-        cause: CollineationError,
-    },
-    /// The file contradicts itself.
-    #[error(
-        "{origin}: self_test: pixel [{}, {}] comes out at [{:.3}, {:.3}, {:.3}] mm, not at [{:.3}, {:.3}, {:.3}], {away_mm:.3} mm away{hint}",
-        pixel[0], pixel[1], found[0], found[1], found[2], wanted[0], wanted[1], wanted[2]
-    )]
-    SelfTest {
-        /// The file.
-        origin: String,
-        /// The pixel.
-        pixel: [f64; 2],
-        /// What the file says of it, mm.
-        wanted: [f64; 3],
-        /// What comes out, mm.
-        found: [f64; 3],
-        /// How far apart they are, mm.
-        away_mm: f64,
-        /// What may be the matter.
-        hint: &'static str,
-    },
-}
+#[error(transparent)]
+pub struct RigFileError(#[from] FileProblems);
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -127,93 +90,120 @@ struct RawSelfTest {
 /// # Errors
 /// [`RigFileError`]
 pub fn read_rig(path: &Path) -> Result<Rig, RigFileError> {
-    let text = read_text(path, FileKind::RIG)
-        .map_err(|cause| RigFileError::Read { path: path.to_owned(), cause: cause.into() })?;
-    parse(&text, &path.display().to_string())
+    let text = read_document(path, FileKind::RIG)?;
+    parse(&text, path)
 }
 
-fn parse(text: &str, origin: &str) -> Result<Rig, RigFileError> {
-    let raw: RawRig = serde_yaml::from_str(text).map_err(|cause| WrongFile::new(origin, cause))?;
-    let wrong = |what: String| RigFileError::from(WrongFile::new(origin, what));
-    if let Some(problem) = raw.camera.problem() {
-        return Err(wrong(format!("camera: {problem}")));
-    }
-    if raw.stripe_plane.convention.replace(' ', "") != CONVENTION.replace(' ', "") {
-        return Err(wrong(format!(
-            "stripe_plane: convention is `{}`; planes are `{CONVENTION}` in the flange's frame: for `n.x = d` change the sign of d_mm",
-            raw.stripe_plane.convention
-        )));
-    }
-    let numbers = raw.hand_eye.xyz_mm.iter().chain(&raw.hand_eye.rpy_deg).chain(&raw.stripe_plane.normal);
-    if numbers.chain([&raw.stripe_plane.d_mm]).any(|number| !number.is_finite()) {
-        return Err(wrong("hand_eye or stripe_plane: a number is not finite".to_owned()));
-    }
-    if !(-MOST_BOW..=MOST_BOW).contains(&raw.stripe_plane.bow_per_mm) {
-        return Err(wrong(format!(
-            "stripe_plane: bow_per_mm is {}; a sheet bends by {MOST_BOW} at most either way",
-            raw.stripe_plane.bow_per_mm
-        )));
-    }
-    let plane = StripePlane::new(Vector3::from(raw.stripe_plane.normal), raw.stripe_plane.d_mm)
-        .ok_or_else(|| wrong("stripe_plane: normal has no length".to_owned()))?;
-    let [roll, pitch, yaw] = raw.hand_eye.rpy_deg.map(f64::to_radians);
-    let rig = Rig {
-        name: raw.rig,
-        camera: raw.camera,
-        flange_from_camera: Isometry3::from_parts(
-            Translation3::from(Vector3::from(raw.hand_eye.xyz_mm)),
-            UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-        ),
-        plane,
-        bow_per_mm: raw.stripe_plane.bow_per_mm,
-        contains: raw.contains,
-    };
-    let away_mm = (Vector3::from(raw.self_test.point_mm) - rig.flange_from_camera.translation.vector).norm();
-    if !(NEAREST_MM..=FARTHEST_MM).contains(&away_mm) {
-        return Err(wrong(format!(
-            "self_test: point_mm lies {away_mm:.4} mm from the lens: lengths are mm; a file in metres is to be multiplied by 1000, one in inches by 25.4"
-        )));
-    }
-    test(&rig, &raw.self_test, origin)?;
-    Ok(rig)
+fn parse(text: &str, file: &Path) -> Result<Rig, RigFileError> {
+    let problems = Problems::default();
+    let root = parse_as(DocumentKind::Rig, file, text, &problems)?;
+    let raw: Option<RawRig> = typed(&root, "a rig", &problems);
+    let rig = raw.and_then(|raw| {
+        let rig = raw.checked(&root, &problems)?;
+        // Only a rig that is right in every value can be tested as a whole.
+        if problems.is_empty() {
+            test(&rig, &raw.self_test, root.span_at(&["self_test"]), &problems);
+        }
+        Some(rig)
+    });
+    problems.into_result(file, text)?;
+    rig.ok_or_else(|| FileProblems::whole_file(file, "this is no rig", "").into())
 }
 
-fn test(rig: &Rig, expected: &RawSelfTest, origin: &str) -> Result<(), RigFileError> {
-    rig.collineation().map_err(|cause| RigFileError::Degenerate { origin: origin.to_owned(), cause })?;
+impl RawRig {
+    /// Each part by itself. Numbers that could not be read are NaN, and not looked at.
+    fn checked(&self, root: &Node, problems: &Problems) -> Option<Rig> {
+        let camera_is_read = !self.camera.numbers().iter().any(|number| number.is_nan());
+        if let Some(problem) = self.camera.problem().filter(|_| camera_is_read) {
+            problems.add(root.span_at(&["camera"]), problem, "");
+        }
+        self.check_plane(root, problems);
+        let plane = StripePlane::new(Vector3::from(self.stripe_plane.normal), self.stripe_plane.d_mm);
+        if plane.is_none() && !self.stripe_plane.normal.iter().any(|number| number.is_nan()) {
+            problems.add(
+                root.span_at(&["stripe_plane", "normal"]),
+                "the normal of a plane has a length",
+                "write for example [0.8, 0, 0.6]",
+            );
+        }
+        let [roll, pitch, yaw] = self.hand_eye.rpy_deg.map(f64::to_radians);
+        let lens = Vector3::from(self.hand_eye.xyz_mm);
+        let away_mm = (Vector3::from(self.self_test.point_mm) - lens).norm();
+        if !away_mm.is_nan() && !(NEAREST_MM..=FARTHEST_MM).contains(&away_mm) {
+            problems.add(
+                root.span_at(&["self_test", "point_mm"]),
+                format!("`point_mm` lies {away_mm:.4} mm from the lens"),
+                "lengths are mm; a file in metres is to be multiplied by 1000, one in inches by 25.4",
+            );
+        }
+        Some(Rig {
+            name: self.rig.clone(),
+            camera: self.camera,
+            flange_from_camera: Isometry3::from_parts(
+                Translation3::from(lens),
+                UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+            ),
+            plane: plane?,
+            bow_per_mm: self.stripe_plane.bow_per_mm,
+            contains: self.contains,
+        })
+    }
+
+    fn check_plane(&self, root: &Node, problems: &Problems) {
+        let RawPlane { convention, bow_per_mm, .. } = &self.stripe_plane;
+        if !convention.is_empty() && convention.replace(' ', "") != CONVENTION.replace(' ', "") {
+            problems.add(
+                root.span_at(&["stripe_plane", "convention"]),
+                format!("`convention` is `{convention}`"),
+                format!(
+                    "planes are `{CONVENTION}` in the flange's frame: for `n.x = d` change the sign of d_mm"
+                ),
+            );
+        }
+        if bow_per_mm.abs() > MOST_BOW {
+            problems.add(
+                root.span_at(&["stripe_plane", "bow_per_mm"]),
+                format!("`bow_per_mm` is {bow_per_mm}"),
+                format!("a sheet bends by {MOST_BOW} at most either way"),
+            );
+        }
+    }
+}
+
+/// Whether the rig finds its own test point; what is wrong otherwise.
+fn test(rig: &Rig, expected: &RawSelfTest, span: Span, problems: &Problems) {
+    if let Err(cause) = rig.collineation() {
+        problems.add(span, cause.to_string(), "");
+        return;
+    }
     let pixel = Vector2::from(expected.pixel);
-    let wanted = Point3::from(Vector3::from(expected.point_mm));
+    let expected_point = Point3::from(Vector3::from(expected.point_mm));
     let found = rig.point_of(pixel);
-    if found.as_ref().is_ok_and(|found| (found - wanted).norm() <= SELF_TEST_MM) {
-        return Ok(());
+    if found.as_ref().is_ok_and(|found| (found - expected_point).norm() <= SELF_TEST_MM) {
+        return;
     }
     let mut other = rig.clone();
     other.plane.d_mm = -other.plane.d_mm;
-    let other_way = other.point_of(pixel).is_ok_and(|point| (point - wanted).norm() <= SELF_TEST_MM);
-    match found {
-        Err(why) if !other_way => {
-            let what = format!("self_test: pixel [{}, {}]: {why}", pixel.x, pixel.y);
-            Err(WrongFile::new(origin, what).into())
+    let other_way = other.point_of(pixel).is_ok_and(|point| (point - expected_point).norm() <= SELF_TEST_MM);
+    let help = match other_way {
+        true => "with the other sign of d_mm it would come out right: the plane is of the convention n.x = d",
+        false => {
+            "camera, hand_eye and stripe_plane do not belong together, or the test's point is of an older calibration"
         }
-        found => {
-            let found = found.map_or([f64::NAN; 3], |point| point.coords.into());
-            let hint = match other_way {
-                true => {
-                    ": with the other sign of d_mm it would come out right: the plane is of the convention n.x = d"
-                }
-                false => {
-                    ": camera, hand_eye and stripe_plane do not belong together, or the test's point is of an older calibration"
-                }
-            };
-            Err(RigFileError::SelfTest {
-                origin: origin.to_owned(),
-                pixel: expected.pixel,
-                wanted: expected.point_mm,
-                away_mm: (Vector3::from(found) - wanted.coords).norm(),
-                found,
-                hint,
-            })
-        }
-    }
+    };
+    let place = |point: Point3<f64>| format!("[{:.3}, {:.3}, {:.3}]", point.x, point.y, point.z);
+    let message = match found {
+        Ok(found) => format!(
+            "pixel [{}, {}] comes out at {} mm, not at {}, {:.3} mm away",
+            pixel.x,
+            pixel.y,
+            place(found),
+            place(expected_point),
+            (found - expected_point).norm()
+        ),
+        Err(why) => format!("pixel [{}, {}]: {why}", pixel.x, pixel.y),
+    };
+    problems.add(span, message, help);
 }
 
 /// The text of a rig file. Its self-test lies off the picture's middle, where a shift along the principal ray would not be seen.
@@ -257,36 +247,36 @@ self_test: {pixel: [27.5, 227.5], point_mm: [-64.285714, 64.285714, 445.714286]}
 
     fn message(from: &str, to: &str) -> String {
         assert!(GOOD.contains(from), "{from}");
-        parse(&GOOD.replace(from, to), "rig.yaml").unwrap_err().to_string()
+        parse(&GOOD.replace(from, to), Path::new("rig.yaml")).unwrap_err().to_string()
     }
 
     #[test]
     fn a_rig_comes_back_from_its_file() {
-        let rig = parse(GOOD, "rig.yaml").unwrap();
-        let again = parse(&write_rig(&rig).unwrap(), "again.yaml").unwrap();
+        let rig = parse(GOOD, Path::new("rig.yaml")).unwrap();
+        let again = parse(&write_rig(&rig).unwrap(), Path::new("again.yaml")).unwrap();
         assert!((again.plane.normal - rig.plane.normal).norm() < 1e-12);
         assert!((again.flange_from_camera.to_matrix() - rig.flange_from_camera.to_matrix()).norm() < 1e-12);
     }
 
     #[test]
     fn the_corrections_a_rig_contains_come_back_from_its_file() {
-        let drawn = parse(GOOD, "rig.yaml").unwrap();
+        let drawn = parse(GOOD, Path::new("rig.yaml")).unwrap();
         assert!(!write_rig(&drawn).unwrap().contains("contains"));
         let corrections =
             RigCorrections { camera_aim_x_deg: 0.4, camera_scale_u: 1.02, ..Default::default() };
         let corrected = drawn.corrected(&corrections).unwrap();
-        let again = parse(&write_rig(&corrected).unwrap(), "again.yaml").unwrap();
+        let again = parse(&write_rig(&corrected).unwrap(), Path::new("again.yaml")).unwrap();
         assert_eq!(again.contains, corrections);
         assert_eq!(again.corrected(&corrections).unwrap().camera.fx_px, corrected.camera.fx_px);
         let told = message("self_test:", "contains: {camera_aim: 1}\nself_test:");
-        assert!(told.contains("unknown field `camera_aim`"), "{told}");
+        assert!(told.contains("unknown key `camera_aim`"), "{told}");
     }
 
     #[test]
     fn a_bent_sheet_comes_back_from_its_file_and_bends_its_points() {
-        let flat = parse(GOOD, "rig.yaml").unwrap();
+        let flat = parse(GOOD, Path::new("rig.yaml")).unwrap();
         let bent = Rig { bow_per_mm: 4e-5, ..flat.clone() };
-        let again = parse(&write_rig(&bent).unwrap(), "again.yaml").unwrap();
+        let again = parse(&write_rig(&bent).unwrap(), Path::new("again.yaml")).unwrap();
         assert_eq!(again.bow_per_mm, 4e-5);
         let pixel = Vector2::new(60.0, 230.0);
         let point = again.point_of(pixel).unwrap();
@@ -296,7 +286,10 @@ self_test: {pixel: [27.5, 227.5], point_mm: [-64.285714, 64.285714, 445.714286]}
         assert!((out - 4e-5 * point.y * point.y).abs() < 1e-6, "{out}");
         assert!((flat.point_of(pixel).unwrap() - point).norm() > 0.05);
         let told = message("convention: n.x + d = 0", "convention: n.x + d = 0, bow_per_mm: 1");
-        assert!(told.contains("bow_per_mm is 1; a sheet bends by 0.001 at most"), "{told}");
+        assert!(
+            told.contains("`bow_per_mm` is 1\n") && told.contains("a sheet bends by 0.001 at most"),
+            "{told}"
+        );
     }
 
     #[test]
@@ -308,7 +301,7 @@ self_test: {pixel: [27.5, 227.5], point_mm: [-64.285714, 64.285714, 445.714286]}
     #[test]
     fn another_convention_named_is_refused_with_the_cure() {
         let message = message("n.x + d = 0", "n.x = d");
-        assert!(message.ends_with("for `n.x = d` change the sign of d_mm"), "{message}");
+        assert!(message.ends_with("for `n.x = d` change the sign of d_mm\n"), "{message}");
     }
 
     #[test]
@@ -332,15 +325,28 @@ self_test: {pixel: [27.5, 227.5], point_mm: [-64.285714, 64.285714, 445.714286]}
     fn a_file_in_other_units_is_refused_with_the_cure() {
         let metres = GOOD.replace("[0, 0, 60]", "[0, 0, 0.06]").replace("-216", "-0.216");
         let metres = metres.replace("[-64.285714, 64.285714, 445.714286]", "[-0.064286, 0.064286, 0.445714]");
-        let told = parse(&metres, "rig.yaml").unwrap_err().to_string();
-        assert!(told.contains("0.3963 mm from the lens: lengths are mm; a file in metres"), "{told}");
+        let told = parse(&metres, Path::new("rig.yaml")).unwrap_err().to_string();
+        assert!(told.contains("0.3963 mm from the lens\n") && told.contains("a file in metres"), "{told}");
         let told = message("fx_px: 600", "fx_px: 25");
         assert!(told.contains("fx_px and fy_px count in pixels"), "{told}");
     }
 
     #[test]
+    fn every_mistake_of_a_rig_is_told_and_none_follows_from_another() {
+        let text = GOOD.replace("fx_px: 600", "fx_px: wide").replace("[0.8, 0, 0.6]", "[0, 0, 0]");
+        let text = text.replace("n.x + d = 0", "n.x = d").replace("rpy_deg", "rpy_rad");
+        let told = parse(&text, Path::new("rig.yaml")).unwrap_err().to_string();
+        for place in
+            ["rig.yaml:2:48: `fx_px` is a number", "3:32: unknown key `rpy_rad`", "4:24: the normal", "4:65"]
+        {
+            assert!(told.contains(place), "{place}: {told}");
+        }
+        assert_eq!(told.matches("rig.yaml:").count(), 4, "{told}");
+    }
+
+    #[test]
     fn a_wrong_key_is_named_with_its_line() {
         let message = message("hand_eye:", "handeye:");
-        assert!(message.contains("handeye") && message.contains("line 3"), "{message}");
+        assert!(message.starts_with("rig.yaml:3:1: unknown key `handeye` in a rig\n"), "{message}");
     }
 }

@@ -43,13 +43,13 @@ impl World {
 
     /// Somebody turns a joint (from 0) by so many degrees with the teach pendant.
     pub(crate) fn pendant_turns(&mut self, joint: usize, degrees: f64) {
-        let joints = std::array::from_fn(|axis| (axis == joint).then_some(degrees.to_radians()));
-        self.client.read(Verb::Move { joints, relative: true, speed: 1.0 }).unwrap();
+        let joints: [_; 6] = std::array::from_fn(|axis| (axis == joint).then_some(degrees.to_radians()));
+        self.client.read(Verb::Move { joints: joints.into(), relative: true, speed: 1.0 }).unwrap();
     }
 
     /// Where the world's arm stands, as its drive counts, deg.
     pub(crate) fn joints(&mut self) -> [f64; 6] {
-        self.client.read(Verb::Read {}).unwrap().joints.map(f64::to_degrees)
+        self.client.read(Verb::Read {}).unwrap().joints.fixed::<6>().unwrap().map(f64::to_degrees)
     }
 }
 

@@ -109,86 +109,95 @@ impl Form {
     }
 
     /// Where a ray first falls on it from outside: the distance, the normal and the face.
-    fn meet(&self, from: Vector, toward: Vector) -> Option<(f64, Vector, usize)> {
+    fn meet(&self, from: Vector, toward: Vector) -> Option<Meeting> {
         match self {
             Form::Plane { point, normal } => {
                 let falling = toward.dot(*normal);
                 let distance = (*point - from).dot(*normal) / falling;
                 (falling < 0.0 && distance > SKIN).then_some((distance, *normal, 0))
             }
-            Form::Polyhedron { faces } => {
-                let (mut enters, mut leaves) = (f64::NEG_INFINITY, f64::INFINITY);
-                let mut through = None;
-                for (face, (point, normal)) in faces.iter().enumerate() {
-                    let falling = toward.dot(*normal);
-                    let outside = (from - *point).dot(*normal);
-                    if falling == 0.0 {
-                        if outside > 0.0 {
-                            return None;
-                        }
-                        continue;
-                    }
-                    let distance = -outside / falling;
-                    if falling > 0.0 {
-                        leaves = leaves.min(distance);
-                    } else if distance > enters {
-                        enters = distance;
-                        through = Some((*normal, face));
-                    }
-                }
-                let (normal, face) = through?;
-                (enters < leaves && enters > SKIN).then_some((enters, normal, face))
-            }
-            Form::Sphere { centre, radius } => {
-                let to_centre = *centre - from;
-                let nearest = to_centre.dot(toward);
-                let inside = radius * radius - (to_centre.dot(to_centre) - nearest * nearest);
-                let distance = nearest - inside.max(0.0).sqrt();
-                let normal = (from + toward * distance - *centre) * (1.0 / radius);
-                (inside > 0.0 && distance > SKIN).then_some((distance, normal, 0))
-            }
-            Form::Ellipsoid { centre, halves: [a, b, c], yaw } => {
-                let (sine, cosine) = yaw.sin_cos();
-                let own = |vector: Vector| {
-                    Vector::new(
-                        vector.x * cosine + vector.y * sine,
-                        vector.y * cosine - vector.x * sine,
-                        vector.z,
-                    )
-                };
-                // Where it is a ball of radius 1.
-                let round = |vector: Vector| Vector::new(vector.x / a, vector.y / b, vector.z / c);
-                let (start, way) = (round(own(from - *centre)), round(own(toward)));
-                let (square, along, outside) = (way.dot(way), start.dot(way), start.dot(start) - 1.0);
-                let inside = along * along - square * outside;
-                let distance = (-along - inside.max(0.0).sqrt()) / square;
-                let steep = round(start + way * distance);
-                let normal = Vector::new(
-                    steep.x * cosine - steep.y * sine,
-                    steep.x * sine + steep.y * cosine,
-                    steep.z,
-                );
-                (inside > 0.0 && distance > SKIN).then_some((distance, normal.unit()?, 0))
-            }
-            Form::Tube { foot, radius, height } => {
-                let flat = |vector: Vector| Vector::new(vector.x, vector.y, 0.0);
-                let (start, way) = (flat(from - *foot), flat(toward));
-                let (a, b, c) = (way.dot(way), start.dot(way), start.dot(start) - radius * radius);
-                let root = (b * b - a * c).max(0.0).sqrt();
-                if a <= 0.0 || b * b <= a * c {
-                    return None;
-                }
-                // The outside of the near wall, or over its rim the inside of the far one.
-                [(-b - root) / a, (-b + root) / a].into_iter().enumerate().find_map(|(face, distance)| {
-                    let point = from + toward * distance - *foot;
-                    let normal = flat(point) * (1.0 / radius);
-                    let facing = if normal.dot(toward) < 0.0 { normal } else { -normal };
-                    (distance > SKIN && (0.0..=*height).contains(&point.z))
-                        .then_some((distance, facing, face))
-                })
-            }
+            Form::Polyhedron { faces } => meet_polyhedron(faces, from, toward),
+            Form::Sphere { centre, radius } => meet_sphere(*centre, *radius, from, toward),
+            Form::Ellipsoid { centre, halves, yaw } => meet_ellipsoid((*centre, *halves, *yaw), from, toward),
+            Form::Tube { foot, radius, height } => meet_tube((*foot, *radius, *height), from, toward),
         }
     }
+}
+
+/// Where a ray meets a form: the distance, the normal and the face.
+type Meeting = (f64, Vector, usize);
+
+/// The ray enters a convex body where it has passed the last of the faces that it falls on, if it has not left through another by then.
+fn meet_polyhedron(faces: &[(Vector, Vector)], from: Vector, toward: Vector) -> Option<Meeting> {
+    let (mut enters, mut leaves) = (f64::NEG_INFINITY, f64::INFINITY);
+    let mut through = None;
+    for (face, (point, normal)) in faces.iter().enumerate() {
+        let falling = toward.dot(*normal);
+        let outside = (from - *point).dot(*normal);
+        if falling == 0.0 {
+            if outside > 0.0 {
+                return None;
+            }
+            continue;
+        }
+        let distance = -outside / falling;
+        if falling > 0.0 {
+            leaves = leaves.min(distance);
+        } else if distance > enters {
+            enters = distance;
+            through = Some((*normal, face));
+        }
+    }
+    let (normal, face) = through?;
+    (enters < leaves && enters > SKIN).then_some((enters, normal, face))
+}
+
+fn meet_sphere(centre: Vector, radius: f64, from: Vector, toward: Vector) -> Option<Meeting> {
+    let to_centre = centre - from;
+    let nearest = to_centre.dot(toward);
+    let inside = radius * radius - (to_centre.dot(to_centre) - nearest * nearest);
+    let distance = nearest - inside.max(0.0).sqrt();
+    let normal = (from + toward * distance - centre) * (1.0 / radius);
+    (inside > 0.0 && distance > SKIN).then_some((distance, normal, 0))
+}
+
+/// Of an ellipsoid by its centre, its half axes and its turn about the vertical: met where it is a ball of radius 1.
+fn meet_ellipsoid(
+    (centre, [a, b, c], yaw): (Vector, [f64; 3], f64),
+    from: Vector,
+    toward: Vector,
+) -> Option<Meeting> {
+    let (sine, cosine) = yaw.sin_cos();
+    let own = |vector: Vector| {
+        Vector::new(vector.x * cosine + vector.y * sine, vector.y * cosine - vector.x * sine, vector.z)
+    };
+    // Where it is a ball of radius 1.
+    let round = |vector: Vector| Vector::new(vector.x / a, vector.y / b, vector.z / c);
+    let (start, way) = (round(own(from - centre)), round(own(toward)));
+    let (square, along, outside) = (way.dot(way), start.dot(way), start.dot(start) - 1.0);
+    let inside = along * along - square * outside;
+    let distance = (-along - inside.max(0.0).sqrt()) / square;
+    let steep = round(start + way * distance);
+    let normal = Vector::new(steep.x * cosine - steep.y * sine, steep.x * sine + steep.y * cosine, steep.z);
+    (inside > 0.0 && distance > SKIN).then_some((distance, normal.unit()?, 0))
+}
+
+/// Of an upright tube by the middle of its foot, its radius and its height.
+fn meet_tube((foot, radius, height): (Vector, f64, f64), from: Vector, toward: Vector) -> Option<Meeting> {
+    let flat = |vector: Vector| Vector::new(vector.x, vector.y, 0.0);
+    let (start, way) = (flat(from - foot), flat(toward));
+    let (a, b, c) = (way.dot(way), start.dot(way), start.dot(start) - radius * radius);
+    let root = (b * b - a * c).max(0.0).sqrt();
+    if a <= 0.0 || b * b <= a * c {
+        return None;
+    }
+    // The outside of the near wall, or over its rim the inside of the far one.
+    [(-b - root) / a, (-b + root) / a].into_iter().enumerate().find_map(|(face, distance)| {
+        let point = from + toward * distance - foot;
+        let normal = flat(point) * (1.0 / radius);
+        let facing = if normal.dot(toward) < 0.0 { normal } else { -normal };
+        (distance > SKIN && (0.0..=height).contains(&point.z)).then_some((distance, facing, face))
+    })
 }
 
 /// Where a ray (of a direction of length one) falls first.

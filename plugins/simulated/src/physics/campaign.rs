@@ -1,8 +1,10 @@
 //! A measurement campaign on an imperfect arm: what a user would hold afterwards, and, apart from it, the truth.
 
+mod at_poses;
 pub mod audit;
 pub mod case;
 pub mod catalogue;
+mod drive_through;
 pub mod files;
 mod hide;
 pub mod instrument;
@@ -11,17 +13,20 @@ pub mod poses;
 pub mod seal;
 pub mod specification;
 mod touch;
+mod visit;
 
 use super::imperfection::{Imperfection, Kind};
-use super::machine::{Conditions, Machine, NoEquilibrium};
+use super::machine::NoEquilibrium;
 use super::random::Random;
 
+pub use at_poses::hide_at_poses;
 use audit::Audit;
 use case::Strength;
 pub use case::{Case, Hidden, Truth, Verdict};
 use catalogue::ChoiceError;
-use instrument::Instrument;
-use poses::{Chosen, Visit};
+use drive_through::rms_difference;
+pub use drive_through::run;
+use poses::Chosen;
 use specification::{Reading, Specification};
 
 /// Why a campaign could not be simulated.
@@ -148,36 +153,6 @@ pub fn generate_further(
         imperfections: hidden,
         truth,
     })
-}
-
-/// Drives an arm with these imperfections through the visits and reads the instrument, without noise: one row of readings a visit.
-pub fn run(
-    specification: &Specification,
-    visits: &[Visit],
-    imperfections: &[Imperfection],
-) -> Result<Vec<Vec<f64>>, NoEquilibrium> {
-    let mut machine = Machine::new(&specification.arm, imperfections);
-    let instrument = Instrument::new(specification.reading, imperfections);
-    machine.go(&vec![0.0; specification.arm.joints.len()], 0.0);
-    let read = |visit: &Visit| {
-        if specification.approach == specification::Approach::EitherSide {
-            machine.go(&visit.beyond(), visit.time_s);
-        }
-        machine.go(&visit.commanded, visit.time_s);
-        let conditions = Conditions {
-            time_s: visit.time_s,
-            temperature_c: visit.temperature_c,
-            payload_kg: visit.payload_kg,
-        };
-        Ok(instrument.read(&machine.stand(&conditions)?.posture))
-    };
-    visits.iter().map(read).collect()
-}
-
-/// Root mean square difference of two sets of readings, per reading.
-fn rms_difference(left: &[f64], right: &[f64]) -> f64 {
-    let sum: f64 = left.iter().zip(right).map(|(a, b)| (a - b).powi(2)).sum();
-    (sum / left.len().max(1) as f64).sqrt()
 }
 
 /// Adds noise, and gross errors where chance has it. Also tells which rows are grossly wrong.

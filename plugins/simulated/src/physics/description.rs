@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::rigid::Vector;
+use super::rigid::{Rigid, Vector};
 
 /// Standard gravity, m/s2.
 pub const GRAVITY: f64 = 9.80665;
@@ -17,22 +17,39 @@ pub enum Convention {
     Proximal,
 }
 
+/// How a joint moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Motion {
+    /// It turns about the z axis of its row; its reading is in rad.
+    #[default]
+    Turns,
+    /// It slides along the z axis of its row; its reading is in mm.
+    Slides,
+}
+
 /// One joint and the link that belongs to its row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
     /// Name, unique in the arm.
     pub name: String,
+    /// Whether it turns or slides.
+    #[serde(default)]
+    pub motion: Motion,
+    /// A fixed motion between the row before and this one, where the row's four numbers are not enough (the origins of a URDF).
+    #[serde(skip, default = "nowhere")]
+    pub mounted: Rigid,
     /// Length of the common normal, mm.
     pub length: f64,
     /// Twist about the common normal, rad.
     pub twist: f64,
     /// Offset along the joint's axis, mm.
     pub offset: f64,
-    /// Angle of the common normal where the joint reads zero, rad.
+    /// Angle of the common normal where the joint reads zero (of a slide: always), rad.
     pub rest_angle: f64,
     /// +1 or -1: whether the joint's reading turns with or against the right hand about its axis.
     pub sign: f64,
-    /// Travel, rad, lower and upper.
+    /// Travel, rad (mm of a slide), lower and upper.
     pub limits: [f64; 2],
     /// Turns of the motor for a turn of the joint, where known.
     pub gear_ratio: Option<f64>,
@@ -64,6 +81,9 @@ pub struct ArmDescription {
     pub base_position: Vector,
     /// Fixed-axis roll, pitch, yaw of the base, rad.
     pub base_orientation: [f64; 3],
+    /// The flange in the frame of the last row.
+    #[serde(skip, default = "nowhere")]
+    pub flange: Rigid,
     /// Measured target in the flange's frame, mm.
     pub target: Vector,
     /// Standard deviation that the file declares for each axis of a measured position, mm.
@@ -188,6 +208,10 @@ struct RawNoise {
     p1_mm: Option<f64>,
 }
 
+fn nowhere() -> Rigid {
+    Rigid::IDENTITY
+}
+
 fn one() -> f64 {
     1.0
 }
@@ -227,6 +251,8 @@ impl RawJoint {
             limits: [low.to_radians(), high.to_radians()],
             gear_ratio: self.gear_ratio,
             name: self.name,
+            motion: Motion::Turns,
+            mounted: Rigid::IDENTITY,
         })
     }
 }
@@ -255,6 +281,7 @@ impl ArmDescription {
             weights,
             base_position: raw.base.xyz_mm.into(),
             base_orientation: raw.base.rpy_deg.map(f64::to_radians),
+            flange: Rigid::IDENTITY,
             target: target.xyz_mm.into(),
             declared_noise: raw.noise.p1_mm,
         })

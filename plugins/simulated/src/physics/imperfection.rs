@@ -4,7 +4,7 @@
 //! drive ([`super::drive`]), in what yields ([`super::elastic`]), in the shape, by time and temperature ([`super::slow_change`]) or in the instrument
 //! ([`super::campaign::instrument`]).
 
-use super::description::ArmDescription;
+use super::description::{ArmDescription, Motion};
 
 /// The quantity of a row that warms up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -218,9 +218,29 @@ impl Mechanism {
         }
     }
 
+    /// Unit of the size on this arm: what is an angle of a joint that turns is a length of one that slides.
+    pub fn unit_on(&self, arm: &ArmDescription) -> &'static str {
+        let slides = self
+            .joint()
+            .and_then(|joint| arm.joints.get(joint))
+            .is_some_and(|joint| joint.motion == Motion::Slides);
+        let of_the_coordinate = matches!(
+            self,
+            Self::JointZero { .. }
+                | Self::JointBacklash { .. }
+                | Self::JointStep { .. }
+                | Self::WarmUp { of: Warming::Zero, .. }
+        );
+        match (slides && of_the_coordinate, slides, self) {
+            (true, ..) => "mm",
+            (_, true, Self::JointCompliance { .. }) => "mm/N",
+            _ => self.unit(),
+        }
+    }
+
     /// The greatest size anyone would believe of a working machine.
-    pub fn greatest_plausible(&self) -> f64 {
-        match self.unit() {
+    pub fn greatest_plausible(&self, arm: &ArmDescription) -> f64 {
+        match self.unit_on(arm) {
             "mm" => 10.0,
             "mm/h" => 20.0,
             "mm/mm" => 0.01,

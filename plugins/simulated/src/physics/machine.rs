@@ -37,9 +37,9 @@ pub struct NoEquilibrium {
 pub struct Stance {
     /// Where everything is.
     pub posture: Posture,
-    /// True joint angles, rad.
+    /// True joint values, rad, or mm of a slide.
     pub angles: Vec<f64>,
-    /// Gravity's moment on each joint, N m.
+    /// Gravity's moment on each joint, N m (its force on a slide, N).
     pub moments: Vec<f64>,
 }
 
@@ -70,7 +70,7 @@ impl Machine {
         }
     }
 
-    /// Goes straight to `commanded` (rad, one a joint), arriving at world time `time_s`.
+    /// Goes straight to `commanded` (rad, or mm of a slide, one a joint), arriving at world time `time_s`.
     pub fn go(&mut self, commanded: &[f64], time_s: f64) {
         self.driven.clear();
         self.driven.extend_from_slice(commanded);
@@ -157,7 +157,7 @@ fn misshape(shape: &mut Shape, imperfection: &Imperfection) {
                 return;
             };
             match imperfection.mechanism {
-                Mechanism::JointZero { .. } => row.rest_angle += row.sign * size,
+                Mechanism::JointZero { .. } => row.shift_zero(size),
                 Mechanism::LinkLength { .. } => row.length += size,
                 Mechanism::LinkOffset { .. } => row.offset += size,
                 Mechanism::LinkTwist { .. } => row.twist += size,

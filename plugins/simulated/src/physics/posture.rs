@@ -1,6 +1,6 @@
 //! An arm standing in some pose: where everything is, and how gravity pulls on it.
 
-use super::description::GRAVITY;
+use super::description::{GRAVITY, Motion};
 use super::rigid::{Rigid, Screw, Vector};
 use super::shape::Arm;
 
@@ -46,7 +46,7 @@ impl Load {
 }
 
 impl Arm {
-    /// The arm with its joints turned by `angles` rad (as read) and each link displaced by `bends` at its far end (motions in the base frame at
+    /// The arm with its joints moved by `angles` (as read, rad, or mm of a slide) and each link displaced by `bends` at its far end (motions in the base frame at
     /// home; missing ones are none), on a base moved by `rocking` in the world.
     pub fn posture(&self, angles: &[f64], bends: &[Rigid], rocking: Rigid) -> Posture {
         let mut motion = rocking * self.world_from_base;
@@ -59,7 +59,11 @@ impl Arm {
             });
             let angle =
                 self.signs.get(joint).copied().unwrap_or(1.0) * angles.get(joint).copied().unwrap_or(0.0);
-            motion = motion * screw.exponential(angle);
+            motion = motion
+                * match self.motions.get(joint) {
+                    Some(Motion::Slides) => screw.slide(angle),
+                    _ => screw.exponential(angle),
+                };
             world_from_home.push(motion);
             if let Some(bend) = bends.get(joint) {
                 motion = motion * *bend;
@@ -95,9 +99,13 @@ impl Arm {
         loads
     }
 
-    /// The moment with which gravity turns each joint, N m, positive towards greater readings.
+    /// The moment with which gravity turns each joint, N m, or the force with which it pulls a slide along, N; positive towards greater readings.
     pub fn gravity_moments(&self, posture: &Posture, loads: &[Load]) -> Vec<f64> {
         let joints = posture.axes.iter().zip(loads).zip(&self.signs);
-        joints.map(|((axis, load), sign)| sign * axis.direction.dot(load.moment_about(axis.point))).collect()
+        let along = |(((axis, load), sign), motion): (((&Screw, &Load), &f64), &Motion)| match motion {
+            Motion::Turns => sign * axis.direction.dot(load.moment_about(axis.point)),
+            Motion::Slides => sign * axis.direction.dot(load.weight()),
+        };
+        joints.zip(&self.motions).map(along).collect()
     }
 }

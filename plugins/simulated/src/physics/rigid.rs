@@ -210,7 +210,7 @@ impl Mul for Rigid {
     }
 }
 
-/// The axis of a revolute joint as a line in space.
+/// The axis of a joint as a line in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Screw {
     /// Any point of the line, mm.
@@ -223,6 +223,11 @@ impl Screw {
     /// The exponential: the rigid motion of a turn by `angle` rad about the line.
     pub fn exponential(&self, angle: f64) -> Rigid {
         Rigid::turned_about(self.point, Rotation::about(self.direction, angle), Vector::ZERO)
+    }
+
+    /// The rigid motion of a slide by `length` mm along the line.
+    pub fn slide(&self, length: f64) -> Rigid {
+        Rigid::moved(self.direction * length)
     }
 }
 

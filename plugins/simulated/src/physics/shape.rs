@@ -1,11 +1,15 @@
 //! The true shape of an arm: the rows of its description with whatever deviates from paper, and the screws that follow from them.
 
-use super::description::{ArmDescription, Convention, Weight};
+use super::description::{ArmDescription, Convention, Motion, Weight};
 use super::rigid::{Rigid, Rotation, Screw, Vector};
 
 /// One joint and link as they really are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
+    /// Whether the joint turns or slides.
+    pub motion: Motion,
+    /// What lies between the row before and this one, beside its own numbers.
+    mounted: Rigid,
     /// Length of the common normal, mm.
     pub length: f64,
     /// Twist about the common normal, rad.
@@ -29,6 +33,8 @@ pub struct Shape {
     weights: Vec<Weight>,
     /// Where the base stands.
     pub world_from_base: Rigid,
+    /// The flange in the frame of the last row.
+    flange: Rigid,
     /// Target in the flange's frame, mm.
     pub target: Vector,
 }
@@ -51,6 +57,8 @@ pub struct Arm {
     pub screws: Vec<Screw>,
     /// Sense of each joint's reading.
     pub signs: Vec<f64>,
+    /// How each joint moves.
+    pub motions: Vec<Motion>,
     /// Far end of each link at home: a point of the next axis, or the flange.
     pub link_ends: Vec<Vector>,
     /// What weighs.
@@ -63,10 +71,22 @@ pub struct Arm {
     pub world_from_base: Rigid,
 }
 
+impl Row {
+    /// Moves the place where the joint reads zero by so much (rad, or mm of a slide), in the sense of its reading.
+    pub fn shift_zero(&mut self, by: f64) {
+        match self.motion {
+            Motion::Turns => self.rest_angle += self.sign * by,
+            Motion::Slides => self.offset += self.sign * by,
+        }
+    }
+}
+
 impl Shape {
     /// The shape on paper.
     pub fn nominal(description: &ArmDescription) -> Self {
         let rows = description.joints.iter().map(|joint| Row {
+            motion: joint.motion,
+            mounted: joint.mounted,
             length: joint.length,
             twist: joint.twist,
             offset: joint.offset,
@@ -82,6 +102,7 @@ impl Shape {
                 rotation: Rotation::from_roll_pitch_yaw(description.base_orientation),
                 translation: description.base_position,
             },
+            flange: description.flange,
             target: description.target,
         }
     }
@@ -100,7 +121,7 @@ impl Shape {
                 translation: Vector::Z * row.offset,
             };
             let before = if self.convention == Convention::Proximal { twist * normal * skew } else { skew };
-            frame = frame * before;
+            frame = frame * row.mounted * before;
             screws.push(Screw { point: frame.translation, direction: frame.rotation.z });
             frame = frame * rest;
             if self.convention == Convention::Distal {
@@ -108,17 +129,19 @@ impl Shape {
             }
             base_from_row.push(frame);
         }
+        let base_from_flange = frame * self.flange;
         let mut link_ends: Vec<Vector> = screws.iter().skip(1).map(|screw| screw.point).collect();
-        link_ends.push(frame.translation);
+        link_ends.push(base_from_flange.translation);
         let weights = self.weights.iter().filter_map(|weight| {
             let row = base_from_row.get(weight.after)?;
             Some(CarriedWeight { after: weight.after, mass: weight.mass, centre: row.apply(weight.centre) })
         });
         Arm {
             signs: self.rows.iter().map(|row| row.sign).collect(),
+            motions: self.rows.iter().map(|row| row.motion).collect(),
             weights: weights.collect(),
-            target: frame.apply(self.target),
-            base_from_flange: frame,
+            target: base_from_flange.apply(self.target),
+            base_from_flange,
             world_from_base: self.world_from_base,
             screws,
             link_ends,

@@ -44,7 +44,7 @@ impl SlowChange {
                 let reached = self.size * (1.0 - (-time_s / time_constant_s).exp());
                 if let Some(row) = shape.rows.get_mut(joint) {
                     match of {
-                        Warming::Zero => row.rest_angle += row.sign * reached,
+                        Warming::Zero => row.shift_zero(reached),
                         Warming::Length => row.length += reached,
                         Warming::Offset => row.offset += reached,
                     }

@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 use nix::errno::Errno;
 use nix::fcntl::{Flock, FlockArg};
 
-use super::{ServeError, clock_file};
+use super::clock::clock_file;
+use super::error::ServeError;
 
 /// A held address. Gives it up, and removes its files, when dropped.
 pub(super) struct Address {

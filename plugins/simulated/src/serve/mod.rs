@@ -3,20 +3,21 @@
 
 mod address;
 mod clock;
+mod error;
 mod session;
 mod shared;
 
-use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use address::Address;
 pub use clock::clock_file;
+pub use error::ServeError;
 use shared::Shared;
 
 use crate::protocol::Pace;
-use crate::world_file::{self, WorldFileError};
+use crate::world_file;
 
 /// How often the world looks for new clients, and lets time pass when nobody asks for it.
 const TICK: Duration = Duration::from_millis(10);
@@ -36,42 +37,6 @@ pub struct ServeOptions {
     pub idle: Duration,
 }
 
-/// Why a world does not serve, or no longer.
-#[derive(Debug, thiserror::Error)]
-pub enum ServeError {
-    /// The world file is wrong.
-    #[error(transparent)]
-    File(#[from] WorldFileError),
-    /// Another world holds the address.
-    #[error(
-        "a world is already being served at {}: end it first, or choose another --socket",
-        socket.display()
-    )]
-    Taken {
-        /// The address.
-        socket: PathBuf,
-    },
-    /// The address cannot be used.
-    #[error(
-        "cannot listen at {}: {source} (a socket's path has at most 103 bytes, and its directory must exist and be writable)",
-        socket.display()
-    )]
-    Address {
-        /// The address.
-        socket: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// The file for the cell's time cannot be written.
-    #[error("{}: the cell's time cannot be told there: {source}", file.display())]
-    Clock {
-        /// The file.
-        file: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-}
-
 /// Serves a world until a client ends it or nobody has been there for the idle time.
 pub fn serve(options: &ServeOptions) -> Result<(), ServeError> {
     let mut described = world_file::read(&options.file)?;
@@ -80,7 +45,7 @@ pub fn serve(options: &ServeOptions) -> Result<(), ServeError> {
     }
     let (_address, listener, shared) = Address::take(&options.socket, || {
         let clock = clock_file(&options.socket);
-        Shared::new(described, options.pace, &clock)
+        Shared::new(described.into_world(), options.pace, &clock)
             .map_err(|source| ServeError::Clock { file: clock, source })
     })?;
     let shared = Arc::new(shared);

@@ -12,8 +12,8 @@ use crate::lines::{Lines, Received};
 use crate::protocol::{
     Answer, Call, Hello, Instrument, PIXELS_A_LINE, PROTOCOL, Pace, Reading, Say, SomeJoints, Verb,
 };
-use crate::served_world::{Exposure, Use};
-use crate::world::{MotionOrder, Point};
+use crate::served_world::{Exposure, MotionRequest, Use};
+use crate::world::Point;
 
 /// How often a client that says nothing is asked whether the world ends.
 const LISTEN: Duration = Duration::from_millis(100);
@@ -59,7 +59,7 @@ enum Ended {
 pub(super) fn serve(shared: Arc<Shared>, stream: UnixStream) {
     shared.now().client_came();
     if let Ok(lines) = Lines::over(stream) {
-        let told = shared.now().world.latest_change();
+        let told = shared.now().latest_change();
         let mut session = Session { shared: Arc::clone(&shared), lines, told };
         // A client that has gone is no error of the world's.
         let _ = session.run();
@@ -117,30 +117,33 @@ impl Session {
     fn answer(&mut self, Call { id, verb }: Call) -> Result<(), Gone> {
         match verb {
             Verb::Move { joints, relative, speed } => {
-                self.answer_motion(id, &Order::Joints(MotionOrder { joints, relative, speed }))
+                self.answer_motion(id, &Order::Joints(MotionRequest { joints, relative, speed }))
             }
             Verb::Step { half_steps, rate } => self.answer_motion(id, &Order::HalfSteps(half_steps, rate)),
             Verb::Place { joints } => self.answer_place(id, &joints),
             Verb::RestOnGauge { height_mm } => {
-                let resting = self.shared.now().world.attitudes_at_height(height_mm);
+                let resting = self.shared.now().switch().map(|switch| switch.attitudes_at_height(height_mm));
                 self.answer_operator(id, resting, "the shoulder cannot bring the hand to that height")
             }
             Verb::PlaceHand { x_mm, y_mm, z_mm } => {
-                let there = self.shared.now().world.attitudes_over(&Point { x: x_mm, y: y_mm, z: z_mm });
+                let point = Point { x: x_mm, y: y_mm, z: z_mm };
+                let there = self.shared.now().switch().map(|switch| switch.attitudes_over(&point));
                 self.answer_operator(id, there, "the arm does not reach that point")
             }
             Verb::Wait { ms } => self.answer_wait(id, ms),
             Verb::Read {} => self.finish(id, false),
             Verb::Stop {} => self.act(id, |state| state.halt()),
             Verb::Outputs { bits } => self.act(id, |state| state.world.set_outputs(bits)),
-            Verb::SetZero { joints } => self.change(id, |state| state.world.set_registers(joints)),
+            Verb::SetZero { joints } => self.change(id, |state| state.world.set_registers(&joints)),
             Verb::Pendant { on } => self.act(id, |state| state.hand_over(on)),
             Verb::Key { key } => self.act(id, |state| state.press(key)),
             Verb::Pace { pace } => self.act(id, |state| state.set_pace(pace)),
-            Verb::TrimToFire {} => self.change(id, |state| state.world.trim_to_fire()),
+            Verb::TrimToFire {} => self.change(id, |state| state.switch()?.trim_to_fire()),
             Verb::Again { seed } => self.change(id, |state| state.begin_again(seed)),
-            Verb::Trim { by } => self.change(id, |state| state.world.turn_trim(by)),
-            Verb::Hold { width_mm } => self.change(id, |state| state.world.put_between_fingers(width_mm)),
+            Verb::Trim { by } => self.change(id, |state| state.switch()?.turn_trim(by)),
+            Verb::Hold { width_mm } => {
+                self.change(id, |state| state.fingers()?.put_between_fingers(width_mm))
+            }
             Verb::Measure { with, at, turned, axis } => {
                 let used = Use { with, at: at.as_deref(), turned, axis, rising: None };
                 self.tell(id, |state| measure(state, &used))
@@ -152,7 +155,7 @@ impl Session {
                 self.answer_level(id, &joint, &used)
             }
             Verb::Look {} => self.tell(id, |state| look(state)),
-            Verb::Shine { laser, filter } => self.change(id, |state| state.world.shine(laser, filter)),
+            Verb::Shine { laser, filter } => self.change(id, |state| state.shine(laser, filter)),
             Verb::Shutter { every_ms } => self.change(id, |state| state.set_shutter(every_ms)),
             Verb::Expose {} => self.answer_expose(id),
             Verb::Reveal {} => self.tell(id, |state| Say::Revealed { text: state.reveal() }),
@@ -192,17 +195,23 @@ impl Session {
     }
 
     /// The operator drives where he wants to be, if there is a way.
-    fn answer_operator(&mut self, id: u64, attitudes: Option<SomeJoints>, why_not: &str) -> Result<(), Gone> {
+    fn answer_operator(
+        &mut self,
+        id: u64,
+        attitudes: Result<Option<SomeJoints>, String>,
+        why_not: &str,
+    ) -> Result<(), Gone> {
         match attitudes {
-            Some(attitudes) => self.answer_place(id, &attitudes),
-            None => self.say(id, Say::Refused { why: why_not.to_owned() }),
+            Ok(Some(attitudes)) => self.answer_place(id, &attitudes),
+            Ok(None) => self.say(id, Say::Refused { why: why_not.to_owned() }),
+            Err(why) => self.say(id, Say::Refused { why }),
         }
     }
 
     /// The operator looks, drives, and looks again.
-    fn answer_place(&mut self, id: u64, attitudes: &[Option<f64>; 6]) -> Result<(), Gone> {
+    fn answer_place(&mut self, id: u64, attitudes: &[Option<f64>]) -> Result<(), Gone> {
         for _ in 0..MOST_CORRECTIONS {
-            let order = self.shared.now().world.order_toward(attitudes);
+            let order = self.shared.now().world.request_toward(attitudes);
             match self.make_motion(id, &Order::Joints(order))? {
                 Ok(Ended::Arrived) => {}
                 Ok(Ended::CutShort) => return self.finish(id, true),
@@ -221,7 +230,8 @@ impl Session {
     /// The operator looks at the bubble, turns the joint, and looks again.
     fn answer_level(&mut self, id: u64, joint: &str, used: &Use<'_>) -> Result<(), Gone> {
         for _ in 0..MOST_CORRECTIONS {
-            let order = self.shared.now().world.level_order(joint, used);
+            let order =
+                self.shared.now().levelled_joints().and_then(|joints| joints.level_request(joint, used));
             match order {
                 Ok(None) => return self.finish(id, false),
                 Ok(Some(order)) => match self.make_motion(id, &Order::Joints(order))? {
@@ -399,7 +409,11 @@ fn measure(state: &mut State, used: &Use<'_>) -> Say {
 }
 
 fn read_point(state: &State, axis: u8, ahead_mm: f64) -> Say {
-    match state.world.read_point(usize::from(axis), ahead_mm) {
+    let Some(switch) = state.world.switch() else {
+        let why = "no measuring arm stands by this arm's target".to_owned();
+        return Say::Refused { why };
+    };
+    match switch.read_point(usize::from(axis), ahead_mm) {
         Ok(value) => Say::Measured { value, unit: "mm".to_owned() },
         Err(why) => Say::Refused { why },
     }

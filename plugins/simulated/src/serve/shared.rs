@@ -7,10 +7,12 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::clock::WorldClock;
+use crate::joint_values::JointValues;
 use crate::protocol::{PROTOCOL, Pace, PendantKey, Reading, TruthReport, Welcome};
-use crate::served_world::{Exposure, ServedWorld};
-use crate::world::{AXES, LineChange, MotionOrder};
-use crate::world_file::Described;
+use crate::served_world::{
+    Camera, Exposure, Fingers, LevelledJoints, MotionRequest, ServedWorld, StepperMotors, Switch,
+};
+use crate::world::LineChange;
 
 /// The world, its clock and its pendant.
 pub(super) struct Shared {
@@ -21,8 +23,6 @@ pub(super) struct Shared {
 /// What is behind the lock.
 pub(super) struct State {
     pub(super) world: Box<dyn ServedWorld>,
-    /// As the file describes it, before anybody turned or held anything.
-    original: Described,
     pace: Pace,
     clock: WorldClock,
     /// How many motions were cut short so far.
@@ -37,9 +37,9 @@ pub(super) struct State {
 /// A motion that somebody wants.
 pub(super) enum Order {
     /// Of joints.
-    Joints(MotionOrder),
+    Joints(MotionRequest),
     /// Of motors, by so many half-steps, the one with the most at this rate.
-    HalfSteps([f64; AXES], f64),
+    HalfSteps(JointValues, f64),
 }
 
 impl Shared {
@@ -47,13 +47,11 @@ impl Shared {
     ///
     /// # Errors
     /// What the system says of the file.
-    pub(super) fn new(original: Described, pace: Pace, clock: &Path) -> io::Result<Shared> {
-        let world = original.clone().into_world();
+    pub(super) fn new(world: Box<dyn ServedWorld>, pace: Pace, clock: &Path) -> io::Result<Shared> {
         let world_ns = world.reading().time_ns;
         let mut clock = WorldClock::start(clock, world_ns)?;
         clock.set(pace, world_ns);
         let state = State {
-            original,
             revealed: world.sealed_text().is_none(),
             world,
             pace,
@@ -121,7 +119,7 @@ impl State {
     pub(super) fn begin(&mut self, order: &Order) -> Result<(), String> {
         match order {
             Order::Joints(order) => self.world.begin(order)?,
-            Order::HalfSteps(travel, rate) => self.world.begin_half_steps(*travel, *rate)?,
+            Order::HalfSteps(travel, rate) => self.stepper_motors()?.begin_half_steps(travel, *rate)?,
         }
         self.catch_up();
         Ok(())
@@ -132,9 +130,7 @@ impl State {
         if self.world.reading().moving {
             return Err("the arm is moving; wait for it or stop it first".to_owned());
         }
-        let mut described = self.original.clone();
-        described.set_seed(seed);
-        self.world = self.world.again(described);
+        self.world = self.world.again(seed);
         self.pendant = false;
         self.key = None;
         self.set_clock();
@@ -150,7 +146,46 @@ impl State {
             }
             None => None,
         };
-        self.world.set_shutter(every_ns)
+        self.camera()?.set_shutter(every_ns)
+    }
+
+    /// The camera on the hand, or that there is none.
+    pub(super) fn camera(&mut self) -> Result<&mut dyn Camera, String> {
+        self.world.camera().ok_or_else(|| "this arm has no camera".to_owned())
+    }
+
+    /// Switches the light stripe's laser and its filter.
+    pub(super) fn shine(&mut self, laser: Option<bool>, filter: Option<bool>) -> Result<(), String> {
+        let camera = self.world.camera().ok_or("this arm has no light stripe")?;
+        camera.shine(laser, filter);
+        Ok(())
+    }
+
+    /// The proximity switch on the hand, or that there is none.
+    pub(super) fn switch(&mut self) -> Result<&mut dyn Switch, String> {
+        self.world.switch_mut().ok_or_else(|| "this arm has no proximity sensor".to_owned())
+    }
+
+    /// The fingers, or that there are none.
+    pub(super) fn fingers(&mut self) -> Result<&mut dyn Fingers, String> {
+        self.world.fingers().ok_or_else(|| "this arm has no fingers".to_owned())
+    }
+
+    /// The joints that can be levelled, or that there are none.
+    pub(super) fn levelled_joints(&mut self) -> Result<&mut dyn LevelledJoints, String> {
+        let joints = self.world.levelled_joints();
+        joints.ok_or_else(|| "in this world no joint is levelled; bring the arm to a pose instead".to_owned())
+    }
+
+    /// The stepper motors, or that there are none.
+    fn stepper_motors(&mut self) -> Result<&mut dyn StepperMotors, String> {
+        let motors = self.world.stepper_motors();
+        motors.ok_or_else(|| "this arm has no stepper motors; move its joints instead".to_owned())
+    }
+
+    /// The number of the latest change of the input lines, 0 before the first and where nothing is wired to them.
+    pub(super) fn latest_change(&self) -> u64 {
+        self.world.switch().map_or(0, Switch::latest_change)
     }
 
     /// Whether what is true may be told.
@@ -214,14 +249,14 @@ impl State {
     /// # Errors
     /// Why there is none.
     pub(super) fn expose(&mut self) -> Result<Exposure, String> {
-        let exposure = self.world.expose()?;
+        let exposure = self.camera()?.expose()?;
         Ok(Exposure { time_ns: self.clock.dated(exposure.time_ns), ..exposure })
     }
 
     /// The changes after this one, or how many of them are forgotten.
     pub(super) fn changes_after(&self, number: u64) -> Result<Vec<LineChange>, u64> {
-        let changes = self.world.changes_after(number);
-        let missing = self.world.latest_change().saturating_sub(number) - changes.len() as u64;
+        let changes = self.world.switch().map(|switch| switch.changes_after(number)).unwrap_or_default();
+        let missing = self.latest_change().saturating_sub(number).saturating_sub(changes.len() as u64);
         let dated = |change: LineChange| LineChange { time_ns: self.clock.dated(change.time_ns), ..change };
         if missing == 0 { Ok(changes.into_iter().map(dated).collect()) } else { Err(missing) }
     }
@@ -242,16 +277,17 @@ impl State {
     }
 
     pub(super) fn welcome(&self) -> Welcome {
-        let arm = self.world.arm();
+        let arm = self.world.facts();
         Welcome {
             protocol: PROTOCOL,
             world: self.world.title().to_owned(),
             pid: std::process::id(),
             pace: self.pace,
-            arm: arm.name.to_owned(),
-            model: arm.model.to_owned(),
+            arm: arm.name,
+            model: arm.model,
             input_lines: arm.input_lines,
             output_lines: arm.output_lines,
+            braking_ms: arm.braking_ms,
             joints: arm.joints,
         }
     }

@@ -16,6 +16,7 @@ mod motion;
 mod play;
 mod reach;
 mod sensor;
+mod served;
 mod stance;
 mod target;
 
@@ -149,6 +150,8 @@ pub enum MotionRefused {
 #[derive(Debug, Clone)]
 pub struct World {
     description: WorldDescription,
+    /// Before anybody turned or held anything.
+    as_described: WorldDescription,
     time_ns: u64,
     /// When it began.
     began_ns: u64,
@@ -194,6 +197,7 @@ impl World {
             changes: VecDeque::new(),
             changes_seen: 0,
             readings_taken: 0,
+            as_described: description.clone(),
             description,
         }
     }
@@ -208,6 +212,11 @@ impl World {
         // Whoever watches the line hears of it if it is another now.
         world.watch_at_rest();
         world
+    }
+
+    /// How its file describes the world, before anybody turned or held anything.
+    pub(crate) fn as_described(&self) -> &WorldDescription {
+        &self.as_described
     }
 
     /// How the world was described.

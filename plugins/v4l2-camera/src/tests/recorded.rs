@@ -12,10 +12,10 @@ use plumb_plugin::{FrameHeader, PluginError, Sensor, Value};
 use serde_json::json;
 
 use crate::V4l2Camera;
-use crate::capture::{Capture, CaptureError, Layout, Shot, Stamp};
+use crate::capture::{Capture, CaptureError, Shot, Stamp};
 use crate::config::Config;
 use crate::film::Film;
-use crate::grey::GreyFormat;
+use crate::grey::{GreyFormat, Layout};
 
 const MS: u64 = 1_000_000;
 

@@ -3,11 +3,12 @@
 use std::fmt;
 use std::sync::Arc;
 
+use plumb_calibration::arm_model::Model;
+use plumb_calibration::arm_model::SurfaceShape;
 use plumb_cell::DegOrMm;
 use plumb_cell::event::NamedValue;
 use plumb_cell::workcell::{RobotSetting, Workcell};
 use plumb_kinematics::Posture;
-use plumb_model::file::{Model, SurfaceShape};
 
 /// Gives the points along an arm, base first, in the frame of the cell in mm, for the joints a robot reports.
 type Skeleton = dyn Fn(&[NamedValue]) -> Option<Vec<[f64; 3]>> + Send + Sync;
@@ -77,7 +78,7 @@ fn of_robot(robot: &RobotSetting) -> Option<ArmShape> {
 
 /// The edges that lie on the table.
 fn marks(model: &Model) -> Vec<(String, f64)> {
-    let mark = |surface: &plumb_model::file::Surface| match &surface.shape {
+    let mark = |surface: &plumb_calibration::arm_model::Surface| match &surface.shape {
         SurfaceShape::Line { point, direction }
             if point.z.abs() < ON_THE_TABLE && direction.z.abs() < 0.1 =>
         {

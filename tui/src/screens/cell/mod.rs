@@ -5,8 +5,10 @@ mod arm_shape;
 mod state;
 mod trace;
 mod view;
+mod words;
 
 pub(crate) use arm_drawing::side_view;
 pub(crate) use arm_shape::ArmShape;
 pub(crate) use state::CellState;
-pub(crate) use view::{joint_line, state_word, view};
+pub(crate) use view::{joint_line, view};
+pub(crate) use words::state_word;

@@ -9,6 +9,7 @@ use ratatui::widgets::Paragraph;
 
 use super::state::Device;
 use super::trace::Trace;
+use super::words::state_word;
 use super::{CellState, side_view};
 use crate::screens::pane;
 use crate::screens::state::State;
@@ -151,17 +152,6 @@ fn seconds(nanoseconds: u64) -> f64 {
 
 fn level_look(on: bool, theme: &Theme) -> (&'static str, &'static str, Style) {
     if on { ("\u{25a0}", "on", theme.good) } else { ("\u{25a1}", "off", theme.text) }
-}
-
-/// The state of a device in a word.
-pub(crate) fn state_word(state: DeviceState) -> &'static str {
-    match state {
-        DeviceState::Unconfigured => "unconfigured",
-        DeviceState::Inactive => "inactive",
-        DeviceState::Active => "active",
-        DeviceState::Finalized => "finalized",
-        DeviceState::Lost => "LOST",
-    }
 }
 
 fn state_look(state: DeviceState, theme: &Theme) -> (&'static str, Style) {

@@ -10,8 +10,8 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use super::state::BringBack;
 use super::trend::{self, Trend};
-use crate::record_command::roll_back;
-use crate::show_command;
+use crate::commands::record::roll_back;
+use crate::commands::show;
 
 /// Runs read at most; who looks for older ones has `plumb history`.
 const MOST_RUNS: u32 = 1000;
@@ -104,7 +104,7 @@ fn answers_to(record: &mut Record, request: &ArchiveRequest) -> Result<Vec<Archi
     Ok(match request {
         ArchiveRequest::List => vec![listed(record)?],
         ArchiveRequest::Open(run) => {
-            let lines = show_command::report(record, &record.run(RunId(*run))?)?;
+            let lines = show::report(record, &record.run(RunId(*run))?)?;
             vec![ArchiveAnswer::Opened { run: *run, lines }]
         }
         ArchiveRequest::BringBack(back) => match roll_back(record, &back.cell, &back.device, back.revision) {

@@ -3,7 +3,7 @@
 use plumb_record::RunSummary;
 
 use super::trend::Trend;
-use crate::history_command::ended_in_words;
+use plumb_report::run_words::ended_in_words;
 
 /// The runs of the record and what is chosen among them.
 #[derive(Clone, Debug, Default)]

@@ -12,11 +12,11 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::state::{HistoryState, OpenedRun};
 use super::trend::{Trend, TrendPoint};
-use crate::history_command::ended_in_words;
 use crate::screens::hits::Hit;
 use crate::screens::pane::{self, fitted, folded};
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
+use plumb_report::run_words::ended_in_words;
 
 /// Draws the page.
 pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {

@@ -6,12 +6,12 @@ mod table;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::scan::ScanCommand;
-use super::state::Screen;
+use super::screen::Screen;
 pub(crate) use table::BINDINGS;
 
 /// Where a key works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Place {
+pub(crate) enum Context {
     /// Everywhere: in prompts, in overlays, while typing.
     Everywhere,
     /// Everywhere but where a name or a filter is being written.
@@ -52,7 +52,7 @@ pub(crate) enum Place {
     Scan,
 }
 
-impl Place {
+impl Context {
     /// How the manual and the help name the place.
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -186,7 +186,7 @@ pub(crate) struct Binding {
     /// How the keys are written.
     pub shown: &'static str,
     /// Where they work.
-    pub place: Place,
+    pub context: Context,
     /// What they ask for.
     pub command: Command,
     /// Two words for the footer; empty keeps the key out of it.
@@ -196,21 +196,21 @@ pub(crate) struct Binding {
 }
 
 /// What `event` asks for in the given places, the narrowest place first.
-pub(crate) fn command_for(places: &[Place], event: &KeyEvent) -> Option<Command> {
+pub(crate) fn command_for(places: &[Context], event: &KeyEvent) -> Option<Command> {
     places.iter().find_map(|place| {
         BINDINGS
             .iter()
-            .filter(|binding| binding.place == *place)
+            .filter(|binding| binding.context == *place)
             .find(|binding| binding.keys.iter().any(|key| is_key(*key, event)))
             .map(|binding| binding.command)
     })
 }
 
 /// The rows that hold in the given places, the narrowest place first, without those whose keys a narrower place took.
-pub(crate) fn bindings_for(places: &[Place]) -> Vec<&'static Binding> {
+pub(crate) fn bindings_for(places: &[Context]) -> Vec<&'static Binding> {
     let mut rows: Vec<&'static Binding> = Vec::new();
     for place in places {
-        for binding in BINDINGS.iter().filter(|binding| binding.place == *place) {
+        for binding in BINDINGS.iter().filter(|binding| binding.context == *place) {
             let taken = |key: &(KeyModifiers, KeyCode)| rows.iter().any(|row| row.keys.contains(key));
             if !binding.keys.iter().all(taken) {
                 rows.push(binding);
@@ -225,7 +225,7 @@ pub(crate) fn bindings_for(places: &[Place]) -> Vec<&'static Binding> {
 pub(crate) fn manual_table() -> String {
     let mut table = String::from("| Key | Where | What it does |\n|---|---|---|\n");
     for binding in BINDINGS {
-        table.push_str(&format!("| `{}` | {} | {} |\n", binding.shown, binding.place.name(), binding.help));
+        table.push_str(&format!("| `{}` | {} | {} |\n", binding.shown, binding.context.name(), binding.help));
     }
     table
 }

@@ -8,7 +8,7 @@ use ratatui::symbols::Marker;
 use ratatui::text::Span;
 use ratatui::widgets::canvas::{Canvas, Circle, Line};
 
-use super::plots::{plane_name, span};
+use super::plane::{plane_name, span};
 use super::residuals::Residuals;
 use crate::screens::pane::fitted;
 use crate::screens::theme::Theme;
@@ -33,18 +33,9 @@ pub(crate) fn view(
         return;
     }
     let [first, second] = plane;
-    let in_plane = |point: &[f64; 3]| {
-        let (across, up) = (*point.get(first)?, *point.get(second)?);
-        (across.is_finite() && up.is_finite()).then_some((across, up))
-    };
-    let arm: Vec<(f64, f64)> = arm_mm.iter().filter_map(in_plane).collect();
-    let every = residuals.rows.len().div_ceil(MOST_WHISKERS).max(1);
-    let whiskers: Vec<((f64, f64), (f64, f64))> = residuals
-        .rows
-        .iter()
-        .step_by(every)
-        .filter_map(|row| Some((in_plane(&row.point_mm)?, in_plane(&row.vector_mm)?)))
-        .collect();
+    let in_plane = |point: &[f64; 3]| finite(*point.get(first)?, *point.get(second)?);
+    let arm: Vec<(f64, f64)> = arm_mm.iter().filter_map(&in_plane).collect();
+    let whiskers = whiskers(residuals, &in_plane);
     let points = || arm.iter().chain(whiskers.iter().map(|(point, _)| point));
     let (Some((left, right)), Some((below, above))) =
         (span(points().map(|point| point.0)), span(points().map(|point| point.1)))
@@ -88,6 +79,21 @@ pub(crate) fn view(
     frame.render_widget(canvas, body);
     let title = format!("the arm, errors \u{d7}{times:.0}, {}", plane_name(plane));
     frame.render_widget(Span::styled(fitted(&title, usize::from(area.width)), theme.heading), head);
+}
+
+/// Two coordinates that can be drawn.
+fn finite(across: f64, up: f64) -> Option<(f64, f64)> {
+    (across.is_finite() && up.is_finite()).then_some((across, up))
+}
+
+/// Where errors sit and which way they point, in a plane; of many every n-th.
+fn whiskers(
+    residuals: &Residuals,
+    in_plane: &impl Fn(&[f64; 3]) -> Option<(f64, f64)>,
+) -> Vec<((f64, f64), (f64, f64))> {
+    let every = residuals.rows.len().div_ceil(MOST_WHISKERS).max(1);
+    let rows = residuals.rows.iter().step_by(every);
+    rows.filter_map(|row| Some((in_plane(&row.point_mm)?, in_plane(&row.vector_mm)?))).collect()
 }
 
 /// The round magnification below `wanted`: 1, 2 or 5 times a power of ten.

@@ -88,7 +88,7 @@ fn card_lines(
         if let Some(sketch) = sketch::of(&card.effect) {
             lines.extend(sketch.map(|line| Line::styled(format!("     {line}"), theme.machine)));
         }
-        if let Some(kind) = plumb_model::effect::kind(&card.effect) {
+        if let Some(kind) = plumb_calibration::effect::kind(&card.effect) {
             lines.extend(indented(kind.sentence.to_owned(), theme.faint));
         }
     }

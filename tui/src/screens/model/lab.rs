@@ -5,16 +5,16 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
-use plumb_model::laboratory::{Comparison, Laboratory, LaboratoryError};
-use plumb_model::progress::Progress;
-use plumb_model::revision::{Entry, Family, RevisionError};
+use plumb_calibration::revision::{Entry, Family, RevisionError};
+use plumb_diagnosis::laboratory::{Comparison, Laboratory, LaboratoryError};
+use plumb_estimation::Progress;
 use thiserror::Error;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use super::residuals::Residuals;
 use super::standing;
 use super::state::{FallStep, ModelState, Preview, Standing};
-use crate::model_command::arguments::{OpenError, Opened};
+use crate::commands::model::arguments::{OpenError, Opened};
 
 /// A piece of work.
 #[derive(Clone, Debug, PartialEq, Eq)]

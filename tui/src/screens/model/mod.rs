@@ -4,6 +4,7 @@
 mod arm_view;
 mod cards;
 mod lab;
+mod plane;
 mod plots;
 mod residuals;
 mod sketch;

@@ -3,7 +3,7 @@
 //! scale tied to the noise floor; what lies outside is drawn on the rim and counted, so that one gross error squashes
 //! nothing.
 
-use plumb_model::laboratory::Series;
+use plumb_diagnosis::laboratory::Series;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style};
@@ -12,7 +12,8 @@ use ratatui::text::{Line as TextLine, Span};
 use ratatui::widgets::canvas::{Canvas, Circle, Context, Line, Points};
 
 use super::arm_view;
-use super::residuals::{AXES, PLANES, Residuals, Subject, is_of_size, varies};
+use super::plane::{plane_name, span};
+use super::residuals::{PLANES, Residuals, Subject, is_of_size, varies};
 use super::state::ModelState;
 use crate::screens::pane::{self, fitted};
 use crate::screens::theme::Theme;
@@ -236,12 +237,6 @@ fn bulls_eye(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
     Drawn { title: format!("error {}", plane_name(sheet.plane)), outside: rim.len() }
 }
 
-/// The plane as `x across, z up`.
-pub(super) fn plane_name(plane: [usize; 2]) -> String {
-    let axis = |place: usize| AXES.get(place).copied().unwrap_or("");
-    format!("{} across, {} up", axis(plane[0]), axis(plane[1]))
-}
-
 fn histogram(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
     let most_mm = sheet.half;
     let bins = usize::from(area.width) * 2;
@@ -277,14 +272,6 @@ fn histogram(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
         );
     frame.render_widget(canvas, area);
     Drawn { title: format!("how often, 0\u{2026}{most_mm:.2} mm"), outside }
-}
-
-/// Least and greatest of what is finite.
-pub(super) fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
-    values.filter(|value| value.is_finite()).fold(None, |span, value| match span {
-        None => Some((value, value)),
-        Some((low, high)) => Some((f64::min(low, value), f64::max(high, value))),
-    })
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Residuals as the plots need them: the error of every measurement, and errors against all they could depend on.
 
-use plumb_model::laboratory::{RowResidual, Series};
+use plumb_diagnosis::laboratory::{RowResidual, Series};
 
 /// The residuals of a model against its table.
 #[derive(Clone, Debug, Default, PartialEq)]

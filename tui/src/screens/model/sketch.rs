@@ -41,7 +41,7 @@ const SKETCHES: &[(&str, [&str; 3])] = &[
 
 #[cfg(test)]
 mod tests {
-    use plumb_model::effect::kinds;
+    use plumb_calibration::effect::kinds;
 
     use super::*;
     use crate::screens::pane::columns;

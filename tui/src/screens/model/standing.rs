@@ -1,8 +1,8 @@
 //! From what the lab says to what the screen shows.
 
-use plumb_model::diagnosis::{Candidate, Diagnosis, EffectPlace, NextPose, Verdict};
-use plumb_model::floor::{Floor, FloorSource};
-use plumb_model::laboratory::Comparison;
+use plumb_diagnosis::laboratory::Comparison;
+use plumb_diagnosis::noise_floor::{Floor, FloorSource};
+use plumb_diagnosis::{Candidate, Diagnosis, EffectPlace, NextPose, Verdict};
 
 use super::residuals::Residuals;
 use super::state::{Card, CardStanding, FallStep, Standing};

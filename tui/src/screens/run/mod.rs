@@ -9,7 +9,9 @@ mod prompt_view;
 mod state;
 mod steps;
 mod view;
+mod words;
 
 pub(crate) use prompt::OpenPrompt;
 pub(crate) use state::{Phase, RunState};
-pub(crate) use view::{outcome_look, outcome_word, sentence_case, view};
+pub(crate) use view::{outcome_look, sentence_case, view};
+pub(crate) use words::outcome_word;

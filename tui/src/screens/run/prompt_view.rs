@@ -9,7 +9,7 @@ use ratatui::widgets::Paragraph;
 
 use super::level_view::level;
 use super::prompt::{OpenPrompt, bounds};
-use super::view::padded;
+use super::words::padded;
 use crate::screens::hits::{Hit, Hits};
 use crate::screens::pane::{columns, fitted, reflowed, wrapped};
 use crate::screens::theme::Theme;

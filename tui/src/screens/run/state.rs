@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use plumb_cell::event::{Correction, Event, NamedValue, PlannedStep, RunOutcome, StepOutcome, StepPath};
-use plumb_cell::prompt::PromptKind;
+use plumb_cell::prompt::{Prompt, PromptKind};
 
 use super::OpenPrompt;
-use crate::screens::keys::Place;
+use crate::screens::keys::Context;
 
 /// The run as the screen shows it.
 #[derive(Clone, Debug, Default)]
@@ -139,12 +139,7 @@ impl RunState {
                 self.take_found(event);
             }
             Event::PromptAsked { prompt } => {
-                let mut open = OpenPrompt::new(prompt.clone());
-                if let Some((_, joint, size)) = self.jogged.as_ref().filter(|(step, ..)| *step == prompt.step)
-                {
-                    open.take_up_jogging(*joint, *size);
-                }
-                self.prompt = Some(open);
+                self.open_prompt(prompt);
                 return true;
             }
             Event::PromptAnswered { prompt, .. } | Event::PromptWithdrawn { prompt } => {
@@ -160,20 +155,14 @@ impl RunState {
                 }
             }
             Event::Joints { device, joints, .. } => {
-                if let Some(open) = &mut self.prompt {
-                    open.take_joints(device, joints);
-                }
+                self.prompt.iter_mut().for_each(|open| open.take_joints(device, joints));
             }
             Event::Clearance { device, planes } => {
-                if let Some(open) = &mut self.prompt {
-                    open.take_clearance(device, planes);
-                }
+                self.prompt.iter_mut().for_each(|open| open.take_clearance(device, planes));
             }
             Event::TriggerFound { .. }
             | Event::CorrectionProposed { .. }
-            | Event::CorrectionApplied { .. } => {
-                self.take_found(event);
-            }
+            | Event::CorrectionApplied { .. } => self.take_found(event),
             Event::Paused { reason, .. } => {
                 self.phase = Phase::Paused { reason: reason.clone() };
                 // Nothing is answered or jogged before a resume, and then the prompt is asked anew.
@@ -190,6 +179,15 @@ impl RunState {
             _ => {}
         }
         false
+    }
+
+    /// Opens a prompt; jogging goes on with the joint and the step it had in the same step of the procedure.
+    fn open_prompt(&mut self, prompt: &Prompt) {
+        let mut open = OpenPrompt::new(prompt.clone());
+        if let Some((_, joint, size)) = self.jogged.as_ref().filter(|(step, ..)| *step == prompt.step) {
+            open.take_up_jogging(*joint, *size);
+        }
+        self.prompt = Some(open);
     }
 
     fn take_step(&mut self, event: &Event) {
@@ -306,16 +304,16 @@ impl RunState {
     }
 
     /// Where keys are looked up on the Run screen, the narrowest place first.
-    pub(crate) fn places(&self) -> Vec<Place> {
+    pub(crate) fn places(&self) -> Vec<Context> {
         let mut places = Vec::new();
         match self.prompt.as_ref().map(|open| &open.prompt.kind) {
-            Some(PromptKind::JogTo { .. }) => places.extend([Place::Jog, Place::Prompt]),
-            Some(PromptKind::Decision { .. }) => places.extend([Place::Decision, Place::Prompt]),
-            Some(_) => places.push(Place::Prompt),
+            Some(PromptKind::JogTo { .. }) => places.extend([Context::Jog, Context::Prompt]),
+            Some(PromptKind::Decision { .. }) => places.extend([Context::Decision, Context::Prompt]),
+            Some(_) => places.push(Context::Prompt),
             None => {}
         }
         if self.is_open() {
-            places.push(Place::Run);
+            places.push(Context::Run);
         }
         places
     }

@@ -8,7 +8,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::state::{RunState, Status, Step};
-use super::view::spoken;
+use super::words::spoken;
 use crate::screens::pane;
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
@@ -73,7 +73,7 @@ fn short_word(outcome: StepOutcome) -> &'static str {
     match outcome {
         StepOutcome::Error => "error",
         StepOutcome::Interrupted => "stopped",
-        other => super::outcome_word(other),
+        other => super::words::outcome_word(other),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Draws the Run screen.
 
-use plumb_cell::event::{DeviceState, RunOutcome, StepOutcome};
+use plumb_cell::event::{DeviceState, RunOutcome};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
@@ -8,6 +8,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{LineGauge, Paragraph, Wrap};
 
 use super::state::{Phase, RunState};
+use super::words::{padded, spoken};
 use super::{found, large, prompt_view, steps};
 use crate::screens::cell::{joint_line, side_view};
 use crate::screens::pane;
@@ -71,11 +72,6 @@ fn title_line(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
         Line::from(Span::styled(format!("{right} "), state.theme.faint)).right_aligned(),
         area,
     );
-}
-
-/// Seconds as people say them.
-pub(crate) fn spoken(seconds: f64) -> String {
-    if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
 }
 
 /// The pane that matters most: the prompt, or what is being done, or how it ended.
@@ -154,12 +150,6 @@ fn doing(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
     frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), text);
 }
 
-/// One column of air at the sides.
-pub(crate) fn padded(area: Rect) -> Rect {
-    let pad = u16::from(area.width > 20);
-    Rect { x: area.x.saturating_add(pad), width: area.width.saturating_sub(2 * pad), ..area }
-}
-
 fn joint_rows(state: &State) -> u16 {
     state.cell.robot().map_or(0, |robot| u16::try_from(robot.joints.len().saturating_add(2)).unwrap_or(0))
 }
@@ -175,18 +165,6 @@ fn live_values(state: &State, frame: &mut Frame, area: Rect) {
     let lines: Vec<Line> =
         robot.joints.iter().map(|joint| joint_line(&joint.name, joint, &state.theme)).collect();
     frame.render_widget(Paragraph::new(lines), inner);
-}
-
-/// How a step ended, in a word.
-pub(crate) fn outcome_word(outcome: StepOutcome) -> &'static str {
-    match outcome {
-        StepOutcome::Passed => "passed",
-        StepOutcome::Failed => "failed",
-        StepOutcome::Error => "ended with an error",
-        StepOutcome::Skipped => "skipped",
-        StepOutcome::NotNeeded => "not needed",
-        StepOutcome::Interrupted => "interrupted",
-    }
 }
 
 /// How a run ended: a sign, a word, a style.

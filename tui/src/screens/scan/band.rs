@@ -1,7 +1,7 @@
 //! The plane most of a cloud lies in, and how thick the cloud looks along it: Agin's random error.
 
 use nalgebra::{Point3, Vector3};
-use plumb_cell::cloud::{Cloud, CloudPoint};
+use plumb_cloud::{Cloud, CloudPoint};
 
 /// A plane and what lies about it.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,7 +38,8 @@ impl Band {
             (plane.normal, plane.offset_mm) = (normal, offset_mm);
         }
         for _ in 0..ROUNDS {
-            let away = |point: &CloudPoint| (plane.normal.dot(&point.place.coords) - plane.offset_mm).abs();
+            let away =
+                |point: &CloudPoint| (plane.normal.dot(&point.position.coords) - plane.offset_mm).abs();
             let mut distances: Vec<f64> = points.iter().map(away).collect();
             distances.sort_by(f64::total_cmp);
             let median = distances.get(distances.len() / 2).copied().unwrap_or(0.0);
@@ -51,14 +52,14 @@ impl Band {
             cloud.points = inside;
             plane = cloud.fit_plane().ok()?;
         }
-        let residual = |point: &CloudPoint| plane.normal.dot(&point.place.coords) - plane.offset_mm;
+        let residual = |point: &CloudPoint| plane.normal.dot(&point.position.coords) - plane.offset_mm;
         let mut residuals: Vec<f64> = cloud.points.iter().map(residual).collect();
         residuals.sort_by(f64::total_cmp);
         let at =
             |share: f64| residuals.get((share * residuals.len() as f64) as usize).copied().unwrap_or(0.0);
         let count = cloud.points.len() as f64;
         let middle =
-            cloud.points.iter().fold(Vector3::zeros(), |sum, point| sum + point.place.coords) / count;
+            cloud.points.iter().fold(Vector3::zeros(), |sum, point| sum + point.position.coords) / count;
         // Along the first stripe-like direction: what of x lies in the plane, or of y where x stands upright on it.
         let in_plane = |axis: Vector3<f64>| axis - plane.normal * plane.normal.dot(&axis);
         let along =
@@ -91,7 +92,7 @@ fn through_most(points: &[CloudPoint]) -> Option<(Vector3<f64>, f64)> {
     let places: Vec<Vector3<f64>> = points
         .iter()
         .step_by(points.len().div_ceil(LOOKED_AT).max(1))
-        .map(|point| point.place.coords)
+        .map(|point| point.position.coords)
         .collect();
     let mut chance = 1_u32;
     let mut any = || {
@@ -121,7 +122,7 @@ mod tests {
     #[test]
     fn the_band_is_that_of_the_plane_whatever_stands_on_it() {
         let point = |x: f64, y: f64, z: f64| CloudPoint {
-            place: Point3::new(x, y, z),
+            position: Point3::new(x, y, z),
             stripe: 0,
             seen: StripePoint::default(),
         };

@@ -57,7 +57,7 @@ fn draw(scan: &ScanState, raster: &mut Raster, size: PictureSize, left: usize) {
     let places: Vec<Option<(Seen, Ink)>> = scan
         .points
         .iter()
-        .map(|point| Some((scan.eye.see(&point.place)?, shade((scan.value(point) - low) / (high - low)))))
+        .map(|point| Some((scan.eye.see(&point.position)?, shade((scan.value(point) - low) / (high - low)))))
         .collect();
     // What is far is drawn first, what is near over it.
     let mut order: Vec<usize> = (0..places.len()).collect();
@@ -98,7 +98,7 @@ pub(super) fn joined(scan: &ScanState, place: usize, gap: f64) -> bool {
     let (Some(one), Some(other)) = (scan.points.get(place), scan.points.get(place + 1)) else { return false };
     one.stripe == other.stripe
         && (other.seen.v_px - one.seen.v_px) <= 2.0
-        && (one.place - other.place).norm() <= gap
+        && (one.position - other.position).norm() <= gap
 }
 
 fn foot(scan: &ScanState, raster: &mut Raster, size: PictureSize) {

@@ -1,8 +1,8 @@
 //! What the Scan screen shows.
 
 use nalgebra::Point3;
-use plumb_cell::cloud::{Cloud, CloudPoint};
 use plumb_cell::event::StepPath;
+use plumb_cloud::{Cloud, CloudPoint};
 use plumb_plugin::StripePoint;
 
 use super::band::Band;
@@ -89,7 +89,7 @@ impl ScanState {
         Self {
             name,
             stripes: stripes.len(),
-            eye: Eye::around(points.iter().map(|point| point.place)),
+            eye: Eye::around(points.iter().map(|point| point.position)),
             points,
             before_edge: None,
             strokes: if stripes.len() > 1 { Strokes::Stripes } else { Strokes::Points },
@@ -114,13 +114,13 @@ impl ScanState {
     pub(crate) fn add_stripe(&mut self, stripe: u32, places: &[[f32; 3]]) {
         self.stripes += 1;
         self.points.extend((0_u16..).zip(places).map(|(row, place)| CloudPoint {
-            place: Point3::from(place.map(f64::from)),
+            position: Point3::from(place.map(f64::from)),
             stripe,
             seen: StripePoint { v_px: f32::from(row), ..StripePoint::default() },
         }));
         self.band = None;
         if !self.eye_is_set {
-            self.eye.see_all(self.points.iter().map(|point| point.place));
+            self.eye.see_all(self.points.iter().map(|point| point.position));
         }
     }
 
@@ -139,7 +139,7 @@ impl ScanState {
         }
         self.know_band();
         let Some(band) = &self.band else { return false };
-        let reach = self.points.iter().map(|point| (point.place - band.middle).dot(&band.along).abs());
+        let reach = self.points.iter().map(|point| (point.position - band.middle).dot(&band.along).abs());
         let span = 1.8 * reach.fold(1.0, f64::max);
         // The band takes a quarter of the view's height.
         let stretch = (span / 4.0 / band.thickness().max(1e-4)).max(1.0);
@@ -152,9 +152,9 @@ impl ScanState {
     /// What a point is coloured by.
     pub(crate) fn value(&self, point: &CloudPoint) -> f64 {
         match (self.colouring, &self.band) {
-            (Colouring::Residual, Some(band)) => band.away(&point.place),
+            (Colouring::Residual, Some(band)) => band.away(&point.position),
             (Colouring::Intensity, _) => f64::from(point.seen.intensity),
-            _ => point.place.z,
+            _ => point.position.z,
         }
     }
 
@@ -179,7 +179,7 @@ impl ScanState {
     /// How far apart neighbours of a stripe may lie to be joined, mm.
     pub(crate) fn widest_gap(&self) -> f64 {
         let pairs = self.points.windows(2).filter_map(|pair| match pair {
-            [one, other] if one.stripe == other.stripe => Some((one.place - other.place).norm()),
+            [one, other] if one.stripe == other.stripe => Some((one.position - other.position).norm()),
             _ => None,
         });
         let mut steps: Vec<f64> = pairs.collect();
@@ -193,7 +193,7 @@ impl ScanState {
     /// The point nearest to a place of the view; of several in one place the nearest to the eye.
     pub(crate) fn nearest(&self, x: f64, y: f64) -> Option<usize> {
         let seen = self.points.iter().enumerate().filter_map(|(place, point)| {
-            let seen = self.eye.see(&point.place)?;
+            let seen = self.eye.see(&point.position)?;
             Some((place, (seen.x - x).hypot(seen.y - y), seen.depth))
         });
         let cost = |away: f64, depth: f64| away + 1e-3 * depth / self.eye.span;

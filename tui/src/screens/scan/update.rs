@@ -72,23 +72,14 @@ pub(crate) fn obey(state: &mut State, command: ScanCommand) -> Vec<Action> {
         Do::Wider => scan.eye.open(TURN),
         Do::Narrower => scan.eye.open(-TURN),
         Do::NextSide => said = Some(next_side(scan)),
-        Do::Whole => scan.eye.see_all(scan.points.iter().map(|point| point.place)),
+        Do::Whole => scan.eye.see_all(scan.points.iter().map(|point| point.position)),
         Do::Strokes => {
             scan.strokes = match scan.strokes {
                 Strokes::Points => Strokes::Stripes,
                 Strokes::Stripes => Strokes::Points,
             };
         }
-        Do::Colour => {
-            scan.colouring = match scan.colouring {
-                Colouring::Height => Colouring::Residual,
-                Colouring::Residual => Colouring::Intensity,
-                Colouring::Intensity => Colouring::Height,
-            };
-            if scan.colouring == Colouring::Residual {
-                scan.know_band();
-            }
-        }
+        Do::Colour => next_colouring(scan),
         Do::EdgeOn => {
             if !scan.toggle_edge_on() {
                 said = Some("There is no plane in these points to look along.".to_owned());
@@ -108,23 +99,31 @@ pub(crate) fn obey(state: &mut State, command: ScanCommand) -> Vec<Action> {
             return vec![Action::SavePicture { name: picture_name(scan), bytes }];
         }
     }
-    let looked = !matches!(
-        command,
-        Do::Strokes
-            | Do::Colour
-            | Do::EdgeOn
-            | Do::AimLeft
-            | Do::AimRight
-            | Do::AimUp
-            | Do::AimDown
-            | Do::Mark
-            | Do::Whole
-    );
-    scan.eye_is_set |= looked;
+    scan.eye_is_set |= moves_the_eye(command);
     if let Some(said) = said {
         state.say(Gravity::Calm, said);
     }
     Vec::new()
+}
+
+/// Colours by the next quantity.
+fn next_colouring(scan: &mut ScanState) {
+    scan.colouring = match scan.colouring {
+        Colouring::Height => Colouring::Residual,
+        Colouring::Residual => Colouring::Intensity,
+        Colouring::Intensity => Colouring::Height,
+    };
+    if scan.colouring == Colouring::Residual {
+        scan.know_band();
+    }
+}
+
+/// Whether a command chooses from where the cloud is seen; that view is kept when further stripes come in.
+fn moves_the_eye(command: ScanCommand) -> bool {
+    use ScanCommand as Do;
+    let stays = [Do::Strokes, Do::Colour, Do::EdgeOn, Do::Mark, Do::Whole];
+    let aims = [Do::AimLeft, Do::AimRight, Do::AimUp, Do::AimDown];
+    !stays.contains(&command) && !aims.contains(&command)
 }
 
 /// The name of a picture's file, without its ending.
@@ -152,7 +151,7 @@ fn next_side(scan: &mut ScanState) -> String {
     if scan.eye.opening == 0.0 && next == 0 {
         scan.eye.opening = 30.0_f64.to_radians();
     }
-    scan.eye.see_all(scan.points.iter().map(|point| point.place));
+    scan.eye.see_all(scan.points.iter().map(|point| point.position));
     format!("Seen {name}.")
 }
 

@@ -1,6 +1,6 @@
 //! Draws the Scan screen.
 
-use plumb_cell::cloud::CloudPoint;
+use plumb_cloud::CloudPoint;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Position, Rect};
 use ratatui::style::{Color, Style};
@@ -96,14 +96,14 @@ fn paint(context: &mut Context, scan: &ScanState, theme: &Theme, unit: f64) {
         .iter()
         .enumerate()
         .step_by(every)
-        .filter_map(|(place, point)| Some((place, scan.eye.see(&point.place)?.depth)))
+        .filter_map(|(place, point)| Some((place, scan.eye.see(&point.position)?.depth)))
         .collect();
     // The nearest is drawn last and gives its cell the colour.
     seen.sort_by(|one, other| other.1.total_cmp(&one.1));
     for (place, _) in seen {
         let Some(point) = scan.points.get(place) else { continue };
-        let Some(here) = scan.eye.see(&point.place) else { continue };
-        let next = scan.points.get(place + 1).and_then(|next| scan.eye.see(&next.place));
+        let Some(here) = scan.eye.see(&point.position) else { continue };
+        let next = scan.points.get(place + 1).and_then(|next| scan.eye.see(&next.position));
         match next.filter(|_| scan.strokes == Strokes::Stripes && joined(scan, place, gap)) {
             Some(next) => {
                 context.draw(&Line { x1: here.x, y1: here.y, x2: next.x, y2: next.y, color: of(point) })
@@ -118,7 +118,7 @@ fn paint(context: &mut Context, scan: &ScanState, theme: &Theme, unit: f64) {
 /// The point under the cursor, the marked one and the way between them; edge-on the band's edges.
 fn marks(context: &mut Context, scan: &ScanState, theme: &Theme, unit: f64) {
     let (cursor, mark) = scan.chosen();
-    let place = |point: Option<&CloudPoint>| point.and_then(|point| scan.eye.see(&point.place));
+    let place = |point: Option<&CloudPoint>| point.and_then(|point| scan.eye.see(&point.position));
     let (cursor, mark) = (place(cursor), place(mark));
     if let (Some(one), Some(other)) = (cursor, mark) {
         let color = colour(theme.focus);
@@ -148,7 +148,7 @@ fn lines(scan: &ScanState, theme: &Theme, width: usize) -> Vec<TextLine<'static>
     };
     let (cursor, mark) = scan.chosen();
     if let Some(point) = cursor {
-        let [x, y, z] = point.place.coords.into();
+        let [x, y, z] = point.position.coords.into();
         say(format!("cursor [{x:.3}, {y:.3}, {z:.3}] mm"), theme.focus);
         let seen = &point.seen;
         let mut more = format!("stripe {}, row {:.0}", point.stripe + 1, seen.v_px);
@@ -159,12 +159,12 @@ fn lines(scan: &ScanState, theme: &Theme, width: usize) -> Vec<TextLine<'static>
             more.push_str(&format!(", sigma {:.3} mm", seen.sigma_mm));
         }
         if let Some(band) = &scan.band {
-            more.push_str(&format!(", {:+.3} mm from the plane", band.away(&point.place)));
+            more.push_str(&format!(", {:+.3} mm from the plane", band.away(&point.position)));
         }
         say(more, theme.text);
     }
     if let (Some(point), Some(mark)) = (cursor, mark) {
-        let way = point.place - mark.place;
+        let way = point.position - mark.position;
         say(
             format!("{:.3} mm from the mark: [{:.3}, {:.3}, {:.3}]", way.norm(), way.x, way.y, way.z),
             theme.heading,

@@ -7,7 +7,8 @@ use ratatui::crossterm::event::KeyCode;
 use super::fixtures::{asked_to_confirm, begun, choice_asked, examined, page, press, recorded, tell};
 use crate::screens::history::{ArchiveAnswer, ArchiveRequest};
 use crate::screens::message::{Action, Message};
-use crate::screens::state::{Overlay, Screen, State};
+use crate::screens::screen::Screen;
+use crate::screens::state::{Overlay, State};
 use crate::screens::update::update;
 
 /// Clicks on the first place of the page where `text` stands, drawn in a terminal of this size.

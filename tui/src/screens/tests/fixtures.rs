@@ -6,7 +6,7 @@ use plumb_cell::event::{
     Correction, DeviceState, Event, NamedValue, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath,
 };
 use plumb_cell::prompt::{ChoiceOption, Decision, JogGoal, Prompt, PromptId, PromptKind};
-use plumb_model::laboratory::{RowResidual, Series};
+use plumb_diagnosis::laboratory::{RowResidual, Series};
 use plumb_record::{RunEnd, RunId, RunState, RunSummary};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;

@@ -11,10 +11,11 @@ use super::fixtures::{
     begun, choice_asked, decision_asked, examined, jog_asked, number_asked, page, passed, posed, press,
     searching, tell,
 };
-use crate::screens::keys::{BINDINGS, Place, command_for};
+use crate::screens::keys::{BINDINGS, Context, command_for};
 use crate::screens::message::{Action, Message};
 use crate::screens::model::{LabAnswer, LabRequest};
-use crate::screens::state::{Overlay, Screen, State};
+use crate::screens::screen::Screen;
+use crate::screens::state::{Overlay, State};
 use crate::screens::update::update;
 
 fn type_in(state: &mut State, text: &str) {
@@ -223,7 +224,7 @@ fn the_stop_key_works_in_prompts_overlays_and_on_every_page() {
 #[test]
 fn no_other_row_of_the_table_takes_a_stop_key_away() {
     let stop = &BINDINGS[0];
-    assert_eq!((stop.shown, stop.place), ("Esc", Place::Everywhere));
+    assert_eq!((stop.shown, stop.context), ("Esc", Context::Everywhere));
     for binding in &BINDINGS[2..] {
         for key in [BINDINGS[0].keys, BINDINGS[1].keys].concat() {
             assert!(!binding.keys.contains(&key), "{} takes a stop key", binding.shown);
@@ -445,7 +446,7 @@ fn every_key_of_the_table_is_found_in_its_place() {
     for binding in BINDINGS {
         for (modifiers, code) in binding.keys {
             let event = ratatui::crossterm::event::KeyEvent::new(*code, *modifiers);
-            assert_eq!(command_for(&[binding.place], &event), Some(binding.command), "{}", binding.shown);
+            assert_eq!(command_for(&[binding.context], &event), Some(binding.command), "{}", binding.shown);
         }
     }
 }

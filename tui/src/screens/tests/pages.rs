@@ -12,7 +12,8 @@ use super::fixtures::{
     begun, choice_asked, decision_asked, drawn, examined, finished, jog_asked, number_asked, page, passed,
     press, recorded, searching, started, tell,
 };
-use crate::screens::state::{Overlay, Screen, State};
+use crate::screens::screen::Screen;
+use crate::screens::state::{Overlay, State};
 use crate::screens::theme::Theme;
 
 /// The sizes every page is held to.

@@ -1,14 +1,15 @@
 //! The Scan screen: stripes come in, keys and mouse turn the cloud, and it is drawn at several sizes.
 
-use plumb_cell::cloud::Cloud;
 use plumb_cell::event::Event;
+use plumb_cloud::Cloud;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::style::Color;
 
 use super::fixtures::{begun, drawn, page, path, press, started, tell};
 use crate::screens::message::{Action, Message};
 use crate::screens::scan::{ScanState, Stand, picture};
-use crate::screens::state::{Screen, State};
+use crate::screens::screen::Screen;
+use crate::screens::state::State;
 use crate::screens::theme::Theme;
 use crate::screens::update::update;
 
@@ -128,8 +129,8 @@ fn a_cloud_without_points_or_with_one_is_drawn_all_the_same() {
         for size in [(80, 24), (1, 1), (200, 3)] {
             page(&State::of_cloud(scan.clone(), Theme::plain()), size.0, size.1);
         }
-        let point = plumb_cell::cloud::CloudPoint {
-            place: [1.0, 2.0, 3.0].into(),
+        let point = plumb_cloud::CloudPoint {
+            position: [1.0, 2.0, 3.0].into(),
             stripe: 0,
             seen: plumb_plugin::StripePoint::default(),
         };

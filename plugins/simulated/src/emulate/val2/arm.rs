@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
+use crate::arm::puma560;
 use crate::client::{ClientError, WorldClient};
 use crate::physics::arms;
 use crate::physics::rigid::Rigid;
@@ -34,7 +35,7 @@ pub(super) struct DrivenArm {
 impl DrivenArm {
     pub(super) fn connect(socket: &Path) -> Result<Self, ArmError> {
         let client = WorldClient::connect(socket, "VAL-II").map_err(gone)?;
-        if client.welcome().arm != "puma560" {
+        if client.welcome().arm != puma560::NAME {
             return Err(ArmError(format!("a {} stands in that world, no PUMA 560", client.welcome().model)));
         }
         let mut mover = WorldClient::connect(socket, "VAL-II servos").map_err(gone)?;
@@ -47,7 +48,7 @@ impl DrivenArm {
                 }
             }
         });
-        let nominal = match arms::by_name("puma560") {
+        let nominal = match arms::by_name(puma560::NAME) {
             Some(Ok(described)) => Shape::nominal(&described).arm(),
             _ => return Err(ArmError("the PUMA's description cannot be read".to_owned())),
         };
@@ -57,7 +58,11 @@ impl DrivenArm {
     /// Where the joints stand, deg, and whether they move.
     pub(super) fn read(&mut self) -> Result<([f64; 6], bool), ArmError> {
         let reading = self.client.read(Verb::Read {}).map_err(gone)?;
-        Ok((reading.joints.map(f64::to_degrees), reading.moving))
+        let joints: [f64; 6] = reading
+            .joints
+            .fixed()
+            .ok_or_else(|| ArmError(format!("it has {} joints, no PUMA's six", reading.joints.len())))?;
+        Ok((joints.map(f64::to_degrees), reading.moving))
     }
 
     /// Where the flange would be, were the arm as on paper.
@@ -72,7 +77,7 @@ impl DrivenArm {
         relative: bool,
         speed: f64,
     ) -> Result<(), ArmError> {
-        let joints = joints.map(|joint| joint.map(f64::to_radians));
+        let joints = joints.iter().map(|joint| joint.map(f64::to_radians)).collect();
         let verb = Verb::Move { joints, relative, speed: speed.clamp(0.001, 1.0) };
         self.motions.send(verb).map_err(|_| ArmError("its servos have ended".to_owned()))
     }
@@ -95,7 +100,10 @@ impl DrivenArm {
 
     /// Takes where the arm stands for this pose, deg.
     pub(super) fn define(&mut self, degrees: [f64; 6]) -> Result<(), ArmError> {
-        self.client.read(Verb::SetZero { joints: degrees.map(f64::to_radians) }).map(drop).map_err(gone)
+        self.client
+            .read(Verb::SetZero { joints: degrees.map(f64::to_radians).into() })
+            .map(drop)
+            .map_err(gone)
     }
 }
 

@@ -1,8 +1,8 @@
 //! Numbers in columns.
 
 use super::dialect::Dialect;
+use crate::arm::puma560::JOINTS;
 use crate::physics::rigid::Rigid;
-use crate::puma::JOINTS;
 
 /// Headings over joint values.
 pub(super) fn joint_heading(dialect: Dialect) -> &'static str {

@@ -7,7 +7,7 @@ use super::dialect::{Complaint, Dialect};
 use super::event::Event;
 use super::format::{columns, joint_heading, joints, transformation, unfolded, where_heading};
 use super::words::{Command, changes, parse};
-use crate::puma::JOINTS;
+use crate::arm::puma560::JOINTS;
 
 /// The longest line that is taken.
 const LONGEST_LINE: usize = 80;

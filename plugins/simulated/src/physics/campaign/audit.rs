@@ -8,10 +8,10 @@ use crate::physics::imperfection::{Imperfection, Mechanism, Warming};
 use crate::physics::machine::NoEquilibrium;
 
 use super::catalogue::{LIBRARY, places};
+use super::drive_through::{rms_difference, run};
 use super::nuisance::{frees_base, frees_target};
-use super::poses::Visit;
 use super::specification::{Free, Specification};
-use super::{rms_difference, run};
+use super::visit::Visit;
 
 /// Directions of reading space, of length one and at right angles to each other.
 #[derive(Debug, Clone, PartialEq, Default)]

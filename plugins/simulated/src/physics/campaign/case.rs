@@ -165,7 +165,7 @@ pub(super) fn describe(
         effect: imperfection.mechanism.name().to_owned(),
         place: imperfection.mechanism.place(arm),
         size: imperfection.size,
-        unit: imperfection.mechanism.unit().to_owned(),
+        unit: imperfection.mechanism.unit_on(arm).to_owned(),
         over_noise: strength.over_noise,
         visible_over_noise: strength.visible_over_noise,
         standard_errors: strength.standard_errors,

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
 
-use crate::physics::description::ArmDescription;
+use crate::physics::description::{ArmDescription, Motion};
 use crate::physics::imperfection::{Mechanism, Warming};
 use crate::physics::posture::Load;
 use crate::physics::random::Random;
@@ -114,9 +114,28 @@ impl Choice {
             "not_repeatable" => NOT_REPEATABLE,
             other => other,
         };
-        let joint = |random: &mut Random| self.joint(name, arm, random);
         let plane_angle = random.between(0.0, TAU);
         let direction: [f64; 3] = random.direction().into();
+        match name {
+            "base_tilt" | "base_position" | "tool_offset" | "drift" | "scale" | "instrument_tilt" => {
+                self.special(name, plane_angle, direction, random)
+            }
+            "stick_slip" | "worn_gear" | "cable_wind_up" | "rocking_base" | "loose_coupling" => {
+                self.outside(name, arm, plane_angle, random)
+            }
+            _ => self.of_a_joint(name, arm, duration_s, random),
+        }
+    }
+
+    /// An effect of the library that sits at a joint.
+    fn of_a_joint(
+        &self,
+        name: &str,
+        arm: &ArmDescription,
+        duration_s: f64,
+        random: &mut Random,
+    ) -> Result<Mechanism, ChoiceError> {
+        let joint = |random: &mut Random| self.joint(name, arm, random);
         Ok(match name {
             "joint_zero" => Mechanism::JointZero { joint: joint(random)? },
             "joint_gain" => Mechanism::JointGain { joint: joint(random)? },
@@ -154,12 +173,40 @@ impl Choice {
                 let time_constant_s = duration_s * random.between(0.15, 0.45);
                 Mechanism::WarmUp { joint: joint(random)?, of: self.warming(random)?, time_constant_s }
             }
+            unknown => {
+                return Err(ChoiceError::UnknownName { name: unknown.to_owned(), known: known_names() });
+            }
+        })
+    }
+
+    /// An effect of the base, the target or the instrument.
+    fn special(
+        &self,
+        name: &str,
+        plane_angle: f64,
+        direction: [f64; 3],
+        random: &mut Random,
+    ) -> Result<Mechanism, ChoiceError> {
+        Ok(match name {
             "base_tilt" => Mechanism::BaseTilt { axis: [plane_angle.cos(), plane_angle.sin(), 0.0] },
             "base_position" => Mechanism::BasePosition { direction },
             "tool_offset" => Mechanism::ToolOffset { direction },
             "drift" => Mechanism::Drift { direction },
             "scale" => Mechanism::InstrumentScale { axis: self.axis(random)? },
-            "instrument_tilt" => Mechanism::InstrumentTilt { direction: plane_angle },
+            _ => Mechanism::InstrumentTilt { direction: plane_angle },
+        })
+    }
+
+    /// What no effect of the library describes, and what does not repeat.
+    fn outside(
+        &self,
+        name: &str,
+        arm: &ArmDescription,
+        plane_angle: f64,
+        random: &mut Random,
+    ) -> Result<Mechanism, ChoiceError> {
+        let joint = |random: &mut Random| self.joint(name, arm, random);
+        Ok(match name {
             "stick_slip" => {
                 let spacing = random.between(5.0, 12.0_f64).to_radians();
                 Mechanism::StickSlip { joint: joint(random)?, spacing, pattern: random.bits() }
@@ -180,10 +227,7 @@ impl Choice {
                 let weight: f64 = arm.weights.iter().map(|weight| weight.mass).sum();
                 Mechanism::RockingBase { direction: plane_angle, softness: weight * 9.8 * 0.02 }
             }
-            "loose_coupling" => Mechanism::LooseCoupling { joint: joint(random)?, pattern: random.bits() },
-            unknown => {
-                return Err(ChoiceError::UnknownName { name: unknown.to_owned(), known: known_names() });
-            }
+            _ => Mechanism::LooseCoupling { joint: joint(random)?, pattern: random.bits() },
         })
     }
 
@@ -226,14 +270,19 @@ impl Choice {
     }
 
     fn driver(&self, arm: &ArmDescription, joint: usize, random: &mut Random) -> Result<usize, ChoiceError> {
+        let turns = |other: usize| arm.joints.get(other).is_some_and(|row| row.motion == Motion::Turns);
         match &self.detail {
             Some(name) => match arm.joint_index(name) {
-                Some(driver) if driver != joint => Ok(driver),
+                Some(driver) if driver != joint && turns(driver) => Ok(driver),
+                Some(driver) if driver != joint => self.refuse("a joint that turns"),
                 _ => self.refuse("another joint of this arm"),
             },
-            None if joint == 0 => Ok(1),
-            None if joint + 1 == arm.joints.len() || random.chance(0.5) => Ok(joint - 1),
-            None => Ok(joint + 1),
+            None if joint == 0 && turns(1) => Ok(1),
+            None if joint > 0 && turns(joint - 1) && (!turns(joint + 1) || random.chance(0.5)) => {
+                Ok(joint - 1)
+            }
+            None if turns(joint + 1) => Ok(joint + 1),
+            None => self.refuse("a joint beside another that turns"),
         }
     }
 
@@ -268,7 +317,15 @@ pub fn known_names() -> String {
 /// The joints at which a mechanism can show.
 pub fn places(name: &str, arm: &ArmDescription) -> Vec<usize> {
     let last = arm.joints.len().saturating_sub(1);
+    let slides = |joint: usize| arm.joints.get(joint).is_some_and(|row| row.motion == Motion::Slides);
     let can = |joint: &usize| match name {
+        // Errors of angles and of moments.
+        "joint_compliance" | "joint_stiffening" | "joint_harmonic" | "joint_coupling" | "link_sag"
+        | "stick_slip" | "worn_gear" | "cable_wind_up" | "loose_coupling"
+            if slides(*joint) =>
+        {
+            false
+        }
         "joint_compliance" | "joint_stiffening" => greatest_moment(arm, *joint) > 0.2,
         "link_sag" => link_span(arm, *joint) > 100.0,
         "thermal_growth" => arm.joints.get(*joint).is_some_and(|row| row.length.hypot(row.offset) > 50.0),
@@ -294,11 +351,12 @@ pub fn greatest_moment(arm: &ArmDescription, joint: usize) -> f64 {
     moments.fold(0.0, f64::max)
 }
 
-/// The travel from which poses are drawn: the limits, at most half a turn either way.
+/// The travel from which poses are drawn, rad or mm: the limits, at most half a turn either way.
 pub fn drawn_travel(arm: &ArmDescription, joint: usize) -> [f64; 2] {
-    arm.joints
-        .get(joint)
-        .map_or([0.0, 0.0], |row| [row.limits[0].max(-PI), row.limits[1].min(row.limits[0].max(-PI) + TAU)])
+    arm.joints.get(joint).map_or([0.0, 0.0], |row| match row.motion {
+        Motion::Turns => [row.limits[0].max(-PI), row.limits[1].min(row.limits[0].max(-PI) + TAU)],
+        Motion::Slides => row.limits,
+    })
 }
 
 fn link_span(arm: &ArmDescription, joint: usize) -> f64 {

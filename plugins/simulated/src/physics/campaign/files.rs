@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::physics::description::{ArmDescription, Convention};
+use crate::physics::description::{ArmDescription, Convention, Joint};
 
 use super::case::Case;
 use super::instrument::{DISTANCE_POINT, TABLE_HEIGHT};
@@ -75,35 +75,16 @@ fn model_yaml(
     target_free: bool,
     reading: Reading,
 ) -> String {
-    let mut text = String::new();
     let convention = if arm.convention == Convention::Distal { "distal" } else { "proximal" };
-    // Writing to a string cannot fail.
-    let _ = writeln!(text, "arm: {}\nconvention: {convention}\njoints:", arm.name);
-    for joint in &arm.joints {
-        let [low, high] = joint.limits.map(|limit| plain(limit.to_degrees()));
-        let _ = write!(
-            text,
-            "  - {{name: {}, a_mm: {}, alpha_deg: {}, d_mm: {}, theta_deg: {}, limits_deg: [{low}, {high}]",
-            joint.name,
-            plain(joint.length),
-            plain(joint.twist.to_degrees()),
-            plain(joint.offset),
-            plain(joint.rest_angle.to_degrees()),
-        );
-        if joint.sign < 0.0 {
-            text.push_str(", sign: -1");
-        }
-        if let Some(ratio) = joint.gear_ratio {
-            let _ = write!(text, ", gear_ratio: {ratio}");
-        }
-        text.push_str("}\n");
-    }
+    let mut text = format!("arm: {}\nconvention: {convention}\njoints:\n", arm.name);
+    text.extend(arm.joints.iter().map(row_yaml));
     if !arm.weights.is_empty() {
         text.push_str("links:\n");
     }
     for weight in &arm.weights {
         let centre = <[f64; 3]>::from(weight.centre).map(plain).join(", ");
         let after = arm.joint_name(weight.after);
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "  - {{after: {after}, mass_kg: {}, centre_mm: [{centre}]}}", weight.mass);
     }
     let xyz = <[f64; 3]>::from(arm.base_position).map(plain).join(", ");
@@ -117,26 +98,48 @@ fn model_yaml(
         Free::Geometry => "joint_zero(*), geometry(*)",
     };
     let _ = writeln!(text, "free: [{free}]\neffects: []");
-    match reading {
-        Reading::Position | Reading::Touch => {}
-        Reading::Height => {
-            let _ = writeln!(
-                text,
-                "surfaces:\n  table: {{plane: {{normal: [0, 0, 1], offset_mm: {}}}, free: false}}",
-                plain(TABLE_HEIGHT)
-            );
-        }
-        Reading::Distance => {
-            let point = <[f64; 3]>::from(DISTANCE_POINT).map(plain).join(", ");
-            let _ = writeln!(text, "surfaces:\n  post: {{point_mm: [{point}], free: false}}");
-        }
-        Reading::Tilt => {
-            let last = arm.joint_name(arm.joints.len().saturating_sub(1));
-            let _ = writeln!(text, "level: {{after: {last}}}");
-        }
-    }
+    text.push_str(&reading_yaml(arm, reading));
     text.push_str("measured_from: world\n");
     text
+}
+
+/// One joint's line of a model file.
+fn row_yaml(joint: &Joint) -> String {
+    let [low, high] = joint.limits.map(|limit| plain(limit.to_degrees()));
+    let mut text = format!(
+        "  - {{name: {}, a_mm: {}, alpha_deg: {}, d_mm: {}, theta_deg: {}, limits_deg: [{low}, {high}]",
+        joint.name,
+        plain(joint.length),
+        plain(joint.twist.to_degrees()),
+        plain(joint.offset),
+        plain(joint.rest_angle.to_degrees()),
+    );
+    if joint.sign < 0.0 {
+        text.push_str(", sign: -1");
+    }
+    if let Some(ratio) = joint.gear_ratio {
+        let _ = write!(text, ", gear_ratio: {ratio}");
+    }
+    text.push_str("}\n");
+    text
+}
+
+/// What a model file says of what is read, where that is not the target's place.
+fn reading_yaml(arm: &ArmDescription, reading: Reading) -> String {
+    match reading {
+        Reading::Position | Reading::Touch => String::new(),
+        Reading::Height => format!(
+            "surfaces:\n  table: {{plane: {{normal: [0, 0, 1], offset_mm: {}}}, free: false}}\n",
+            plain(TABLE_HEIGHT)
+        ),
+        Reading::Distance => {
+            let point = <[f64; 3]>::from(DISTANCE_POINT).map(plain).join(", ");
+            format!("surfaces:\n  post: {{point_mm: [{point}], free: false}}\n")
+        }
+        Reading::Tilt => {
+            format!("level: {{after: {}}}\n", arm.joint_name(arm.joints.len().saturating_sub(1)))
+        }
+    }
 }
 
 /// A number without the tail that turning degrees into radians and back leaves.

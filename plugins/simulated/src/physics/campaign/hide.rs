@@ -37,12 +37,14 @@ pub(super) fn hide(
             refused = GenerateError::Twice { name, place };
             continue;
         }
-        let Some(imperfection) = sized(audit, &mechanism, sign, rms)? else {
+        let greatest = mechanism.greatest_plausible(&specification.arm);
+        let Some(imperfection) = sized(audit, &mechanism, (sign, greatest), rms)? else {
             refused = GenerateError::DoesNotShow { name, place };
             continue;
         };
-        if imperfection.size.abs() > mechanism.greatest_plausible() {
-            let (size, unit) = (format!("{:.1e}", imperfection.size.abs()), mechanism.unit());
+        if imperfection.size.abs() > greatest {
+            let (size, unit) =
+                (format!("{:.1e}", imperfection.size.abs()), mechanism.unit_on(&specification.arm));
             refused = GenerateError::Unbelievable { name, place, size, unit };
             continue;
         }
@@ -58,7 +60,7 @@ pub(super) fn hide(
 fn sized(
     audit: &Audit<'_>,
     mechanism: &Mechanism,
-    sign: f64,
+    (sign, greatest): (f64, f64),
     rms: f64,
 ) -> Result<Option<Imperfection>, GenerateError> {
     let mut imperfection = Imperfection { mechanism: mechanism.clone(), size: sign * mechanism.small_size() };
@@ -68,7 +70,7 @@ fn sized(
             return Ok(None);
         }
         imperfection.size *= rms / moved;
-        if imperfection.size.abs() > mechanism.greatest_plausible() {
+        if imperfection.size.abs() > greatest {
             break;
         }
     }

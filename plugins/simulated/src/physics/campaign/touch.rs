@@ -7,8 +7,8 @@ use crate::physics::random::Random;
 use crate::physics::rigid::{Rigid, Vector};
 use crate::physics::shape::{Arm, Shape};
 
-use super::poses::{Visit, anywhere, windows};
 use super::specification::Specification;
+use super::visit::{Visit, anywhere, windows};
 
 /// Sockets on the table.
 const SOCKETS: usize = 6;

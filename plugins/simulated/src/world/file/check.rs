@@ -27,7 +27,7 @@ pub(super) struct Checker<'a> {
 impl Checker<'_> {
     pub(super) fn world(&self, raw: raw::World) -> Result<WorldDescription, WorldFileError> {
         let raw::Arm::TeachMover(arm) = raw.arm else {
-            let problem = "a PUMA 560 stands in this world, but a TeachMover is wanted here".to_owned();
+            let problem = "another arm stands in this world, but a TeachMover is wanted here".to_owned();
             return Err(self.typed.wrong(raw.world.referenced, problem));
         };
         let raw::Target::T(target) = raw.target;

@@ -26,8 +26,9 @@ pub(super) struct World {
 #[serde(rename_all = "lowercase")]
 pub(super) enum Arm {
     TeachMover(Box<TeachMover>),
-    /// Its worlds have other keys and are read elsewhere; it stands here for the message about an arm there is not.
+    /// Worlds with these have other keys and are read elsewhere; they stand here for the message about an arm there is not.
     Puma560(serde::de::IgnoredAny),
+    Described(serde::de::IgnoredAny),
 }
 
 /// A TeachMover and what is not ideal about it.

@@ -37,6 +37,10 @@ impl MotorsInWorld {
     /// [`MotorsError`] when no world listens there.
     pub fn connect(socket: &Path) -> Result<Self, MotorsError> {
         let mut client = WorldClient::connect(socket, "teachmover controller").map_err(gone)?;
+        let welcome = client.welcome();
+        if welcome.arm != "teachmover" {
+            return Err(MotorsError(format!("a {} stands in that world, no TeachMover", welcome.model)));
+        }
         let mover = WorldClient::connect(socket, "teachmover motors").map_err(gone)?;
         let last = client.read(Verb::Read {}).map_err(gone)?;
         let (motions, orders) = channel();
@@ -83,7 +87,7 @@ fn gone(error: ClientError) -> MotorsError {
 
 impl Motors for MotorsInWorld {
     fn start(&mut self, half_steps: [i32; 6], rate: f64, _now: u64) -> Result<(), MotorsError> {
-        let verb = Verb::Step { half_steps: half_steps.map(f64::from), rate };
+        let verb = Verb::Step { half_steps: half_steps.map(f64::from).into(), rate };
         self.motions.send(verb).map_err(|_| MotorsError("its motions have ended".to_owned()))?;
         self.moves = true;
         Ok(())
@@ -117,11 +121,13 @@ impl Motors for MotorsInWorld {
     }
 
     fn position(&self, _now: u64) -> [i32; 6] {
-        self.last.half_steps.map(|count| count.round() as i32)
+        // A TeachMover has six motors; a world with another arm was refused when it was connected.
+        let counts: [f64; 6] = self.last.half_steps.fixed().unwrap_or_default();
+        counts.map(|count| count.round() as i32)
     }
 
     fn reset(&mut self) -> Result<(), MotorsError> {
-        self.ask(Verb::SetZero { joints: [0.0; 6] }).map(drop)
+        self.ask(Verb::SetZero { joints: [0.0; 6].into() }).map(drop)
     }
 
     fn inputs(&mut self) -> Result<u8, MotorsError> {

@@ -1,0 +1,23 @@
+//! The names of streams and signals in a domain: both ends of each make them here.
+
+use plumb_plugin::StreamDescription;
+
+/// The name of a device's stream, `device/stream`.
+pub(crate) fn stream_name(device: &str, stream: &StreamDescription) -> String {
+    format!("{device}/{}", stream.name)
+}
+
+/// The signal sent with every message of a stream of that name.
+pub(crate) fn stream_signal(stream: &str) -> String {
+    format!("stream/{stream}")
+}
+
+/// The signal sent with every request to a device.
+pub(crate) fn request_signal(device: &str) -> String {
+    format!("request/{device}")
+}
+
+/// The signal sent with every answer of a device.
+pub(crate) fn reply_signal(device: &str) -> String {
+    format!("reply/{device}")
+}

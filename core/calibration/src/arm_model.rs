@@ -1,0 +1,12 @@
+//! What the arm and its surroundings are believed to be.
+
+mod model;
+mod sensor;
+mod surface;
+
+pub use model::{
+    AddedEffect, Base, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, Target, Touch,
+    TouchDistance,
+};
+pub use sensor::Sensor;
+pub use surface::{SurfaceShape, square_to};

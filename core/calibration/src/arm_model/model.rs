@@ -1,0 +1,251 @@
+//! A model as it is believed: checked, in mm and rad.
+
+use std::sync::Arc;
+
+use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
+use plumb_kinematics::{Chain, Mass, Motion};
+
+use super::sensor::Sensor;
+use super::surface::SurfaceShape;
+use crate::effect::{Definition, EffectId, Spot};
+
+/// A named point fixed in the flange's frame, mm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// `p1`, `p2`, ...
+    pub name: String,
+    /// Where it is, flange frame, mm.
+    pub xyz: Vector3<f64>,
+    /// Whether fits may move it.
+    pub free: bool,
+}
+
+/// Where the arm's base stands in the frame of the measurements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Base {
+    /// Pose of the base in the measurements' frame, mm.
+    pub pose: IsometryMatrix3<f64>,
+    /// Whether fits may move it.
+    pub free: bool,
+}
+
+impl Base {
+    /// From a position (mm) and roll, pitch, yaw (rad): Rz(yaw) Ry(pitch) Rx(roll).
+    pub fn new(xyz: [f64; 3], rpy: [f64; 3], free: bool) -> Self {
+        let rotation = Rotation3::from_euler_angles(rpy[0], rpy[1], rpy[2]);
+        Self { pose: IsometryMatrix3::from_parts(Translation3::from(Vector3::from(xyz)), rotation), free }
+    }
+}
+
+/// In whose frame positions were measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeasuredFrom {
+    /// An instrument standing anywhere; the base pose absorbs it.
+    Instrument,
+    /// A level frame with gravity along -z.
+    World,
+}
+
+/// A named surface, edge or point in the frame of the measurements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// Name, as used in `on` and `distance_to`.
+    pub name: String,
+    /// Its shape and place.
+    pub shape: SurfaceShape,
+    /// Whether fits may move it.
+    pub free: bool,
+    /// Of an edge: on which side what the sensor sees is light, +1 left and -1 right of its direction, seen from above; nothing where not said.
+    pub light: Option<f64>,
+}
+
+/// What a frame is fixed to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Frame {
+    /// The base.
+    Base,
+    /// The end of a joint's row; the last one is the flange.
+    After(usize),
+}
+
+/// A frame whose tilts are measured: where a spirit level lies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    /// As the table's column `level` names it; none for the one of a model that has one only.
+    pub name: Option<String>,
+    /// What the level stands on.
+    pub frame: Frame,
+    /// How it is turned there.
+    pub rotation: Rotation3<f64>,
+}
+
+/// Declared noise, 1 sigma per axis; mm and rad; nothing where not declared.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Noise {
+    /// Of a target's position, by target name.
+    pub positions: Vec<(String, f64)>,
+    /// Of heights and of lying on a surface, mm.
+    pub height: Option<f64>,
+    /// Of tilts, rad.
+    pub tilt: Option<f64>,
+    /// Of distances, mm.
+    pub distance: Option<f64>,
+    /// Of touching, mm.
+    pub touch: Option<f64>,
+}
+
+impl Noise {
+    /// Of a target's position, mm, if declared.
+    pub(crate) fn of_position(&self, target: &str) -> Option<f64> {
+        self.positions.iter().find(|(name, _)| name == target).map(|(_, sigma)| *sigma)
+    }
+}
+
+/// A known distance between two touched points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TouchDistance {
+    /// The two places' names, as in the table's `touch`.
+    pub between: [String; 2],
+    /// mm.
+    pub length: f64,
+}
+
+/// Which target touches, and what is known of the places.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Touch {
+    /// The target's name.
+    pub target: String,
+    /// Known distances.
+    pub distances: Vec<TouchDistance>,
+}
+
+/// An effect with the values it has now, in internal units (mm, rad, and what the effect says).
+#[derive(Debug, Clone, PartialEq)]
+pub struct AddedEffect {
+    /// Which, and where.
+    pub id: EffectId,
+    /// One value a parameter, in the effect's order.
+    pub values: Vec<f64>,
+}
+
+/// How a revision of a model file came to be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Revision {
+    /// From 1 for the first file written beside the original.
+    pub number: u32,
+    /// The original file's name.
+    pub of: String,
+    /// What was done, in words.
+    pub did: String,
+    /// The table it was fitted to.
+    pub data: Option<String>,
+    /// The revision it was made from; 0 for the original.
+    pub parent: Option<u32>,
+    /// RMS of the fit, mm.
+    pub rms: Option<f64>,
+}
+
+/// What the machine is believed to be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// The arm's name.
+    pub arm: String,
+    /// Its nominal joints.
+    pub chain: Chain,
+    /// Masses of its links.
+    pub masses: Vec<Mass>,
+    /// Where its base stands.
+    pub base: Base,
+    /// Points measured on it.
+    pub targets: Vec<Target>,
+    /// Effects that are always fitted, as written: `joint_zero(*)`.
+    pub free: Vec<String>,
+    /// What the user has added, in order.
+    pub effects: Vec<AddedEffect>,
+    /// Values of the free effects from an earlier fit: where the next starts.
+    pub fitted: Vec<AddedEffect>,
+    /// What triggers and heights refer to.
+    pub surfaces: Vec<Surface>,
+    /// In whose frame positions are.
+    pub measured_from: MeasuredFrom,
+    /// Direction of gravity in the base's nominal frame, if given.
+    pub gravity: Option<Vector3<f64>>,
+    /// Where the first target is to be right, frame of the measurements, mm: least and greatest x, y and z; nothing if not declared.
+    pub working_volume: Option<[(f64, f64); 3]>,
+    /// The frames whose tilts are measured.
+    pub levels: Vec<Level>,
+    /// The arm's own proximity sensor.
+    pub sensor: Option<Sensor>,
+    /// Declared noise.
+    pub noise: Noise,
+    /// The touching target.
+    pub touch: Option<Touch>,
+    /// Effects of the user's own.
+    pub definitions: Vec<Arc<Definition>>,
+    /// How this revision came to be; nothing for an original.
+    pub revision: Option<Revision>,
+}
+
+impl Model {
+    /// Direction of gravity in the base's frame, unit length, for a base with this orientation in the measurements'
+    /// frame. An instrument's frame says nothing of gravity: the arm is then taken to stand upright on its base.
+    pub fn down(&self, base: &Rotation3<f64>) -> Vector3<f64> {
+        match (self.gravity, self.measured_from) {
+            (Some(given), _) => given,
+            (None, MeasuredFrom::World) => base.inverse() * -Vector3::z(),
+            (None, MeasuredFrom::Instrument) => -Vector3::z(),
+        }
+    }
+
+    /// A target's place in the list, by name.
+    pub fn target_position(&self, name: &str) -> Option<usize> {
+        self.targets.iter().position(|target| target.name == name)
+    }
+
+    /// An effect of the user's own, by name.
+    pub fn definition(&self, name: &str) -> Option<&Arc<Definition>> {
+        self.definitions.iter().find(|definition| definition.name == name)
+    }
+
+    /// A level's place in the list: the one of this name, or, where none is named, the only one there is.
+    pub fn level_position(&self, name: Option<&str>) -> Option<usize> {
+        match name {
+            Some(name) => self.levels.iter().position(|level| level.name.as_deref() == Some(name)),
+            None => (self.levels.len() == 1).then_some(0),
+        }
+    }
+
+    /// A surface's place in the list, by name.
+    pub fn surface_position(&self, name: &str) -> Option<usize> {
+        self.surfaces.iter().position(|surface| surface.name == name)
+    }
+
+    /// Whether a joint slides.
+    pub fn slides(&self, joint: usize) -> bool {
+        self.chain.joints.get(joint).is_some_and(|joint| joint.motion == Motion::Slides)
+    }
+
+    /// The name of where an effect acts, as people write it; `?` for something the model does not have.
+    pub fn site_name(&self, site: Spot) -> String {
+        let name = match site {
+            Spot::Joint(index) => self.chain.joints.get(index).map(|joint| joint.name.as_str()),
+            Spot::Target(index) => self.targets.get(index).map(|target| target.name.as_str()),
+            Spot::Axis(axis) => ["x", "y", "z"].get(axis).copied(),
+            Spot::Base => Some("base"),
+            Spot::Sensor => Some("sensor"),
+            Spot::Surface(index) => self.surfaces.get(index).map(|surface| surface.name.as_str()),
+            Spot::Instrument => Some("instrument"),
+        };
+        name.unwrap_or("?").to_owned()
+    }
+
+    /// An effect as people write it: `joint_harmonic(lift, 20)`.
+    pub fn label(&self, id: &EffectId) -> String {
+        let other = id.with.and_then(|with| self.chain.joints.get(with)).map(|joint| joint.name.clone());
+        let order = id.order.map(|order| format!("{order}"));
+        let of = id.of.map(|of| of.name().to_owned());
+        let arguments: Vec<String> =
+            [Some(self.site_name(id.spot)), other, order, of].into_iter().flatten().collect();
+        format!("{}({})", id.name, arguments.join(", "))
+    }
+}

@@ -1,0 +1,53 @@
+//! The base stands elsewhere in the frame of the measurements.
+
+use nalgebra::DMatrix;
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::tool_offset::length_of;
+use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
+
+#[derive(Debug)]
+struct BasePosition {
+    parameters: [Parameter; 3],
+}
+
+impl Effect for BasePosition {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
+        drives.extend((0..3).map(|axis| Drive {
+            parameter: axis,
+            handle: Handle::BaseShift(axis),
+            rate: 1.0,
+        }));
+    }
+
+    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
+        length_of(values, covariance)
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "base_position",
+    family: Family::Geometry,
+    places: Places::Base,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The base stands elsewhere than the model says.",
+    how_to_see: "Any poses; turns of the first joint tell it from a displaced target.",
+    build: |_: &Setting<'_>| {
+        let parameters =
+            ["x_mm", "y_mm", "z_mm"].map(|name| Parameter::new(name, Unit::MM, (-1000.0, 1000.0)));
+        Ok(Box::new(BasePosition { parameters }))
+    },
+    candidates: |survey| match survey.model.base.free {
+        true => Vec::new(),
+        false => vec![EffectId::at("base_position", Spot::Base)],
+    },
+};

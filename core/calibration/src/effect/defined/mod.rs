@@ -1,0 +1,38 @@
+//! Effects a user writes down as formulas, without compiling: they take part like any other.
+
+mod definition;
+mod formula;
+mod variables;
+
+pub use definition::{Addend, Definition, DefinitionError, Place};
+pub use formula::FormulaError;
+
+use std::sync::Arc;
+
+use super::{Drive, Effect, LooksAt, Parameter, Situation};
+
+/// A defined effect at its place.
+#[derive(Debug)]
+pub(super) struct Defined {
+    definition: Arc<Definition>,
+}
+
+impl Defined {
+    pub(super) fn new(definition: &Arc<Definition>) -> Self {
+        Self { definition: Arc::clone(definition) }
+    }
+}
+
+impl Effect for Defined {
+    fn parameters(&self) -> &[Parameter] {
+        &self.definition.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        self.definition.drive(situation, drives);
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        self.definition.looks_at
+    }
+}

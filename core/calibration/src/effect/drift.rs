@@ -1,0 +1,54 @@
+//! The base, or the instrument, creeps in time.
+
+use nalgebra::DMatrix;
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::tool_offset::length_of;
+use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
+
+#[derive(Debug)]
+struct Drift {
+    parameters: [Parameter; 3],
+}
+
+impl Effect for Drift {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let hours = if situation.time.is_finite() { situation.time / 3600.0 } else { 0.0 };
+        drives.extend((0..3).map(|axis| Drive {
+            parameter: axis,
+            handle: Handle::BaseShift(axis),
+            rate: hours,
+        }));
+    }
+
+    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
+        Size { unit: Unit::MM_PER_HOUR.name, ..length_of(values, covariance) }
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "drift",
+    family: Family::LinkAndTime,
+    places: Places::Base,
+    geometry_group: false,
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: true,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The base (or the instrument) creeps steadily in time.",
+    how_to_see: "One pose again and again through the day, with the time logged.",
+    build: |_: &Setting<'_>| {
+        let parameters = ["x_mm_per_h", "y_mm_per_h", "z_mm_per_h"]
+            .map(|name| Parameter::new(name, Unit::MM_PER_HOUR, (-50.0, 50.0)));
+        Ok(Box::new(Drift { parameters }))
+    },
+    candidates: |survey| match survey.passport.time_span {
+        Some(span) if span > 0.0 => vec![EffectId::at("drift", Spot::Base)],
+        _ => Vec::new(),
+    },
+};

@@ -1,0 +1,67 @@
+//! The instrument that should stand level does not.
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::tool_offset::length_of;
+use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Size, Spot, Unit};
+use crate::arm_model::MeasuredFrom;
+
+#[derive(Debug)]
+struct InstrumentTilt {
+    parameters: [Parameter; 2],
+}
+
+impl Effect for InstrumentTilt {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        for (parameter, axis) in [Vector3::x(), Vector3::y()].into_iter().enumerate() {
+            let moved = axis.cross(&situation.point);
+            drives.extend((0..3).map(|part| Drive {
+                parameter,
+                handle: Handle::Reading(part),
+                rate: moved[part],
+            }));
+        }
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Point
+    }
+
+    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
+        let size = length_of(values, covariance);
+        Size {
+            value: size.value * Unit::DEG.factor,
+            unit: Unit::DEG.name,
+            error: size.error * Unit::DEG.factor,
+        }
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "instrument_tilt",
+    family: Family::Instrument,
+    places: Places::Instrument,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The instrument stands out of level.",
+    how_to_see: "A spirit level on the instrument; with the base fixed, poses all around the arm.",
+    build: |_: &Setting<'_>| {
+        let parameters = ["x_deg", "y_deg"].map(|name| Parameter::new(name, Unit::DEG, (-0.1, 0.1)));
+        Ok(Box::new(InstrumentTilt { parameters }))
+    },
+    candidates: |survey| match survey.model.measured_from {
+        MeasuredFrom::World if survey.passport.measures_points => {
+            vec![EffectId::at("instrument_tilt", Spot::Instrument)]
+        }
+        _ => Vec::new(),
+    },
+};

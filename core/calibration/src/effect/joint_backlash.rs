@@ -1,0 +1,52 @@
+//! A joint lags behind its motor by half its play, on the side it came from.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, Parameter, Situation, Unit};
+
+#[derive(Debug)]
+struct JointBacklash {
+    joint: usize,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for JointBacklash {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        drives.push(situation.drive_joint(self.joint, 0, -0.5 * situation.side(self.joint)));
+    }
+
+    fn changes_coordinate(&self) -> Option<usize> {
+        Some(self.joint)
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "joint_backlash",
+    family: Family::Joint,
+    places: Places::Joints,
+    geometry_group: false,
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The joint has play: it stops short on the side it came from.",
+    how_to_see: "The same poses reached from both sides, with the side logged in `approach_q<n>`.",
+    build: |setting: &Setting<'_>| {
+        let joint = setting.joint()?;
+        // The sense is open: what `approach` calls +1 is the table's own business.
+        let parameter = match setting.slides(joint) {
+            false => Parameter::new("play_deg", Unit::DEG, (-0.1, 0.1)),
+            true => Parameter::new("play_mm", Unit::MM, (-10.0, 10.0)),
+        };
+        Ok(Box::new(JointBacklash { joint, parameters: [parameter] }))
+    },
+    candidates: |survey| {
+        let mut ids = survey.every_joint("joint_backlash");
+        ids.retain(|id| id.joint().is_some_and(|joint| survey.passport.has_both_sides(joint)));
+        ids
+    },
+};

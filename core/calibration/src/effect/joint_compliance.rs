@@ -1,0 +1,47 @@
+//! A joint gives under the moment of gravity: a soft gear, shaft or belt.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, LooksAt, Parameter, Situation, Unit};
+
+#[derive(Debug)]
+struct JointCompliance {
+    joint: usize,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for JointCompliance {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // The moment is about the axis, and so is the deflection: the sense of the coordinate does not enter.
+        drives.push(situation.turn_joint(self.joint, 0, situation.moment(self.joint)));
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Gravity
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "joint_compliance",
+    family: Family::Joint,
+    places: Places::Joints,
+    geometry_group: false,
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The joint gives under the weight it carries, in proportion to the moment about its axis.",
+    how_to_see: "Poses with the arm stretched out and folded, with and without a load.",
+    build: |setting: &Setting<'_>| {
+        let parameters = [Parameter::new("compliance", Unit::COMPLIANCE, (0.0, 0.05))];
+        Ok(Box::new(JointCompliance { joint: setting.joint()?, parameters }))
+    },
+    candidates: |survey| match survey.has_weight() {
+        true => survey.every_turning_joint("joint_compliance"),
+        false => Vec::new(),
+    },
+};

@@ -1,0 +1,62 @@
+//! Turning one joint drags another: a drive that runs through it, a belt around it.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Unit};
+
+#[derive(Debug)]
+struct JointCoupling {
+    joint: usize,
+    driver: usize,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for JointCoupling {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        drives.push(situation.drive_joint(self.joint, 0, situation.coordinate(self.driver)));
+    }
+
+    fn changes_coordinate(&self) -> Option<usize> {
+        Some(self.joint)
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "joint_coupling",
+    family: Family::Joint,
+    places: Places::JointPairs,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: true,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "Turning another joint drags this one along by a small share.",
+    how_to_see: "Poses that turn the other joint far while this one stays.",
+    build: |setting: &Setting<'_>| {
+        let joint = setting.joint()?;
+        let driver = setting.id.with.filter(|driver| *driver != joint && *driver < setting.model.chain.len());
+        let driver = driver.ok_or_else(|| EffectNameError::Malformed {
+            text: setting.model.label(setting.id),
+            example:
+                "joint_coupling(wrist_bend, wrist_roll): the joint that is dragged, and the one that drags"
+                    .to_owned(),
+        })?;
+        let parameters = [Parameter::new("ratio", Unit::RATIO, (-0.2, 0.2))];
+        Ok(Box::new(JointCoupling { joint, driver, parameters }))
+    },
+    candidates: |survey| {
+        let joints = survey.model.chain.len();
+        let pairs = (0..joints).flat_map(|joint| (0..joints).map(move |driver| (joint, driver)));
+        pairs
+            .filter(|(joint, driver)| joint != driver && survey.turns(*joint) && survey.turns(*driver))
+            .map(|(joint, driver)| EffectId {
+                with: Some(driver),
+                ..EffectId::at("joint_coupling", super::Spot::Joint(joint))
+            })
+            .collect()
+    },
+};

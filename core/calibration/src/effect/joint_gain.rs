@@ -1,0 +1,43 @@
+//! A joint turns a little more or less than it is told: a wrong gear ratio, a slipping drive, a stretched scale.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, Parameter, Situation, Unit};
+
+#[derive(Debug)]
+struct JointGain {
+    joint: usize,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for JointGain {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        drives.push(situation.drive_joint(self.joint, 0, situation.coordinate(self.joint)));
+    }
+
+    fn changes_coordinate(&self) -> Option<usize> {
+        Some(self.joint)
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "joint_gain",
+    family: Family::Joint,
+    places: Places::Joints,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: true,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The joint turns in proportion more or less than it is told.",
+    how_to_see: "Poses from one end of the joint's travel to the other.",
+    build: |setting: &Setting<'_>| {
+        let parameters = [Parameter::new("gain", Unit::RATIO, (-0.05, 0.05))];
+        Ok(Box::new(JointGain { joint: setting.joint()?, parameters }))
+    },
+    candidates: |survey| survey.every_joint("joint_gain"),
+};

@@ -1,0 +1,45 @@
+//! A joint creeps into place: it stops short by a share of its last move.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, Parameter, Situation, Unit};
+
+#[derive(Debug)]
+struct JointSettling {
+    joint: usize,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for JointSettling {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let before = situation.previous.and_then(|previous| previous.get(self.joint)).copied();
+        let moved = before.map_or(0.0, |before| situation.coordinate(self.joint) - before);
+        drives.push(situation.drive_joint(self.joint, 0, -moved));
+    }
+
+    fn changes_coordinate(&self) -> Option<usize> {
+        Some(self.joint)
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "joint_settling",
+    family: Family::Joint,
+    places: Places::Joints,
+    geometry_group: false,
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The joint stops short by a share of its last move, as if it had not yet come to rest.",
+    how_to_see: "The same poses after short and after long moves; a wait before reading.",
+    build: |setting: &Setting<'_>| {
+        let parameters = [Parameter::new("share", Unit::RATIO, (-0.05, 0.05))];
+        Ok(Box::new(JointSettling { joint: setting.joint()?, parameters }))
+    },
+    candidates: |survey| survey.every_joint("joint_settling"),
+};

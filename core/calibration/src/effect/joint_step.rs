@@ -1,0 +1,71 @@
+//! A joint jumps at some moment and stays off: lost steps, a slipped coupling, a knock.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Unit};
+
+/// Moments that are tried at most.
+pub const MOMENTS: usize = 60;
+/// Rows there must be on either side of the jump.
+const EITHER_SIDE: usize = 4;
+
+#[derive(Debug)]
+struct JointStep {
+    joint: usize,
+    at: f64,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for JointStep {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let after = if situation.clock >= self.at { 1.0 } else { 0.0 };
+        drives.push(situation.drive_joint(self.joint, 0, after));
+    }
+
+    fn changes_coordinate(&self) -> Option<usize> {
+        Some(self.joint)
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "joint_step",
+    family: Family::Joint,
+    places: Places::Joints,
+    geometry_group: false,
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: true,
+    is_event: true,
+    search: Search::Jumps,
+    sentence: "The joint jumps at one moment and stays off: lost steps, or a coupling that slipped.",
+    how_to_see: "The same few poses again and again through the day, with the time logged.",
+    build: |setting: &Setting<'_>| {
+        let joint = setting.joint()?;
+        let at = setting.id.inner.ok_or_else(|| EffectNameError::Unusable {
+            effect: setting.model.label(setting.id),
+            reason: "needs the moment of the jump: write `searched:` or let `add` find it".to_owned(),
+        })?;
+        let parameter = match setting.slides(joint) {
+            false => Parameter::new("step_deg", Unit::DEG, (-0.5, 0.5)),
+            true => Parameter::new("step_mm", Unit::MM, (-50.0, 50.0)),
+        };
+        Ok(Box::new(JointStep { joint, at, parameters: [parameter] }))
+    },
+    candidates: |survey| {
+        let clocks = &survey.passport.clocks;
+        let last = clocks.len().saturating_sub(EITHER_SIDE);
+        let usable: Vec<f64> = clocks.get(EITHER_SIDE..last.max(EITHER_SIDE)).unwrap_or(&[]).to_vec();
+        let stride = usable.len().div_ceil(MOMENTS).max(1);
+        let moments: Vec<f64> = usable.iter().step_by(stride).copied().collect();
+        survey
+            .every_joint("joint_step")
+            .into_iter()
+            .flat_map(|id| {
+                moments.iter().map(move |at| EffectId { inner: Some(*at), ..id.clone() }).collect::<Vec<_>>()
+            })
+            .collect()
+    },
+};

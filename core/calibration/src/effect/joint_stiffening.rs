@@ -1,0 +1,92 @@
+//! A joint that gives easily at first and stiffens under load: the soft wind-up of harmonic drives, belts and cables.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, EffectNameError, LooksAt, Parameter, Situation, Unit};
+
+/// Knees that are tried, as shares of the greatest moment in the table. A higher knee would be no other than a plain
+/// compliance.
+const KNEES: [f64; 4] = [0.03, 0.07, 0.15, 0.3];
+
+#[derive(Debug)]
+struct JointStiffening {
+    joint: usize,
+    knee: f64,
+    parameters: [Parameter; 1],
+}
+
+/// How far a cubic spring winds (`share = wound + wound^3`, the usual law of harmonic drives: Spong 1987), by Newton's
+/// method from outside, where it never overshoots.
+fn wound(share: f64) -> f64 {
+    let mut turn = share.abs().cbrt().min(share.abs());
+    for _ in 0..8 {
+        turn -= (turn + turn.powi(3) - share.abs()) / (1.0 + 3.0 * turn * turn);
+    }
+    turn.copysign(share)
+}
+
+impl Effect for JointStiffening {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let share = situation.moment(self.joint) / self.knee;
+        drives.push(situation.turn_joint(self.joint, 0, self.knee * wound(share)));
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Gravity
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "joint_stiffening",
+    family: Family::Joint,
+    places: Places::Joints,
+    geometry_group: false,
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Smooth,
+    sentence: "The joint gives easily under a small moment and less and less under a larger one.",
+    how_to_see: "Many different moments about the joint, small ones above all; a load that is changed.",
+    build: |setting: &Setting<'_>| {
+        let knee = setting.id.inner.filter(|knee| *knee > 0.0).ok_or_else(|| EffectNameError::Unusable {
+            effect: setting.model.label(setting.id),
+            reason: "needs the moment at which it stiffens, in N m: write `searched:` or let `add` find it"
+                .to_owned(),
+        })?;
+        let parameters = [Parameter::new("compliance_at_rest", Unit::COMPLIANCE, (0.0, 0.5))];
+        Ok(Box::new(JointStiffening { joint: setting.joint()?, knee, parameters }))
+    },
+    candidates: |survey| {
+        if !survey.has_weight() {
+            return Vec::new();
+        }
+        let at = survey.every_turning_joint("joint_stiffening").into_iter();
+        at.flat_map(|id| {
+            let greatest = id
+                .joint()
+                .and_then(|joint| survey.passport.greatest_moments.get(joint))
+                .copied()
+                .unwrap_or(0.0);
+            let knees = KNEES.into_iter().filter(move |_| greatest > 1e-6);
+            knees.map(move |share| EffectId { inner: Some(share * greatest), ..id.clone() })
+        })
+        .collect()
+    },
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cubic_spring_balances_its_moment() {
+        for share in [-300.0, -1.0, 0.0, 1e-6, 0.4, 7.0, 1e4] {
+            let turn = wound(share);
+            assert!((turn + turn.powi(3) - share).abs() < 1e-9 * (1.0 + share.abs()), "{share}: {turn}");
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! A joint's zero is not where its encoder says.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, Parameter, Situation, Unit};
+
+#[derive(Debug)]
+struct JointZero {
+    joint: usize,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for JointZero {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        drives.push(situation.drive_joint(self.joint, 0, 1.0));
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "joint_zero",
+    family: Family::Geometry,
+    places: Places::Joints,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The joint stands off by a constant angle: its zero is not where the controller believes.",
+    how_to_see: "Any poses that turn the joints before and after it.",
+    build: |setting: &Setting<'_>| {
+        let joint = setting.joint()?;
+        let parameter = match setting.slides(joint) {
+            false => Parameter::new("zero_deg", Unit::DEG, (-0.35, 0.35)),
+            true => Parameter::new("zero_mm", Unit::MM, (-20.0, 20.0)),
+        };
+        Ok(Box::new(JointZero { joint, parameters: [parameter] }))
+    },
+    candidates: |survey| survey.every_joint("joint_zero"),
+};

@@ -1,0 +1,181 @@
+//! What a kind of effect says of itself: where it may act, how it is seen, what it is like.
+
+use plumb_kinematics::Motion;
+
+use super::Effect;
+use super::identity::{EffectId, EffectNameError, Spot};
+use super::passport::Passport;
+use crate::arm_model::{Model, Sensor};
+
+/// What kind of thing an effect is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Family {
+    /// Constant errors of shape.
+    Geometry,
+    /// What a joint's drive does.
+    Joint,
+    /// What changes in time or with temperature, and what bends.
+    LinkAndTime,
+    /// What the arm's own sensor does.
+    Sensor,
+    /// What the instrument does.
+    Instrument,
+}
+
+/// Where effects of a kind may act, which is also how they are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Places {
+    /// One joint: `name(joint)`.
+    Joints,
+    /// One joint and a number of periods a turn: `name(joint, n)`.
+    JointsAndOrder,
+    /// Two joints: `name(joint, other)`.
+    JointPairs,
+    /// One joint and what of it changes: `name(joint, zero|length|offset)`.
+    JointsAndQuantity,
+    /// A target: `name(p1)`.
+    Targets,
+    /// An axis of the instrument: `name(x)`.
+    Axes,
+    /// The base: `name`.
+    Base,
+    /// The instrument: `name`.
+    Instrument,
+    /// The arm's own sensor: `name`.
+    Sensor,
+    /// A surface the sensor triggers over: `name(table)`.
+    Surfaces,
+}
+
+/// What inside an effect is searched for rather than fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Search {
+    /// Nothing.
+    Nothing,
+    /// A number on which the effect depends smoothly: it costs as much as a fitted parameter.
+    Smooth,
+    /// One of many unlike places: each counts as a trial of its own.
+    Jumps,
+}
+
+impl Search {
+    /// What the search costs in Schwarz's criterion, for so many equations.
+    pub fn cost(self, equations: f64) -> f64 {
+        match self {
+            Self::Nothing => 0.0,
+            Self::Smooth => equations.ln(),
+            Self::Jumps => 2.0 * equations.ln(),
+        }
+    }
+}
+
+/// A kind of effect.
+pub struct Kind {
+    /// Its name.
+    pub name: &'static str,
+    /// What kind of thing it is.
+    pub family: Family,
+    /// Where it may act.
+    pub places: Places,
+    /// Whether `geometry(*)` includes it.
+    pub geometry_group: bool,
+    /// Whether it can differ between two visits to one pose.
+    pub depends_on_conditions: bool,
+    /// Whether it has no mechanism of its own: sums of such effects imitate anything at their joint, so several of them at
+    /// one joint are a sign of something else.
+    pub imitates_anything: bool,
+    /// Whether it depends on time or temperature, which poses to come do not repeat.
+    pub depends_on_time: bool,
+    /// Whether it is something that happened once rather than a property of the arm: finding the zeros anew puts it right, so
+    /// no prediction uses it.
+    pub is_event: bool,
+    /// What inside it is searched for rather than fitted.
+    pub search: Search,
+    /// What it is, in one plain sentence.
+    pub sentence: &'static str,
+    /// What to measure to see it.
+    pub how_to_see: &'static str,
+    /// Makes it at a place.
+    pub build: fn(&Setting<'_>) -> Result<Box<dyn Effect>, EffectNameError>,
+    /// Everywhere a table could show it.
+    pub candidates: fn(&Survey<'_>) -> Vec<EffectId>,
+}
+
+impl Kind {
+    /// Whether it grows or fades as time goes by, rather than jumping at one moment.
+    pub fn changes_gradually(&self) -> bool {
+        self.depends_on_time && !self.is_event
+    }
+}
+
+/// An effect about to be made: which, where, in which model.
+pub struct Setting<'a> {
+    /// Which and where.
+    pub id: &'a EffectId,
+    /// In which model.
+    pub model: &'a Model,
+}
+
+impl Setting<'_> {
+    pub(super) fn unusable(&self, reason: &str) -> EffectNameError {
+        EffectNameError::Unusable { effect: self.model.label(self.id), reason: reason.to_owned() }
+    }
+
+    /// The joint it acts on.
+    pub(super) fn joint(&self) -> Result<usize, EffectNameError> {
+        let joint = self.id.joint().filter(|joint| *joint < self.model.chain.len());
+        joint.ok_or_else(|| self.unusable("needs a joint to act on"))
+    }
+
+    /// The target it acts on.
+    pub(super) fn target(&self) -> Result<usize, EffectNameError> {
+        match self.id.spot {
+            Spot::Target(target) if target < self.model.targets.len() => Ok(target),
+            _ => Err(self.unusable("needs a target to act on, such as p1")),
+        }
+    }
+
+    /// The arm's own sensor, which the model has to describe.
+    pub(super) fn sensor(&self) -> Result<Sensor, EffectNameError> {
+        let missing =
+            "needs the arm's sensor described in the model file, as in `sensor: {working_mm: 8, peak_mm: 5}`";
+        self.model.sensor.ok_or_else(|| self.unusable(missing))
+    }
+
+    /// Whether a joint slides.
+    pub(super) fn slides(&self, joint: usize) -> bool {
+        self.model.slides(joint)
+    }
+}
+
+/// A model and what its table offers: where candidates come from.
+pub struct Survey<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// What the table logs.
+    pub passport: &'a Passport,
+}
+
+impl Survey<'_> {
+    /// One candidate a joint.
+    pub(super) fn every_joint(&self, name: &str) -> Vec<EffectId> {
+        (0..self.model.chain.len()).map(|joint| EffectId::at(name, Spot::Joint(joint))).collect()
+    }
+
+    /// One candidate a joint that turns.
+    pub(super) fn every_turning_joint(&self, name: &str) -> Vec<EffectId> {
+        let mut ids = self.every_joint(name);
+        ids.retain(|id| id.joint().is_some_and(|joint| self.turns(joint)));
+        ids
+    }
+
+    /// Whether a joint turns.
+    pub fn turns(&self, joint: usize) -> bool {
+        self.model.chain.joints.get(joint).is_some_and(|joint| joint.motion == Motion::Turns)
+    }
+
+    /// Whether anything with weight hangs on the arm.
+    pub fn has_weight(&self) -> bool {
+        !self.model.masses.is_empty() || self.passport.payload_range.is_some_and(|range| range > 0.0)
+    }
+}

@@ -1,0 +1,50 @@
+//! A link bends under its load, as a beam clamped at its joint.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, Handle, LooksAt, Parameter, Situation, Unit};
+
+#[derive(Debug)]
+struct LinkSag {
+    joint: usize,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for LinkSag {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        if let Some(sag) = situation.weights.sag(situation.posture, self.joint) {
+            let handle =
+                Handle::Twist { after: self.joint, shift: sag.shift, turn: sag.turn, about: sag.end };
+            drives.push(Drive { parameter: 0, handle, rate: 1.0 });
+        }
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Gravity
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "link_sag",
+    family: Family::LinkAndTime,
+    places: Places::Joints,
+    geometry_group: false,
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The link after the joint bends under its load like a beam.",
+    how_to_see: "The arm stretched out in several directions, with and without a load.",
+    build: |setting: &Setting<'_>| {
+        let parameters = [Parameter::new("flexibility", Unit::FLEXIBILITY, (0.0, 0.1))];
+        Ok(Box::new(LinkSag { joint: setting.joint()?, parameters }))
+    },
+    candidates: |survey| match survey.has_weight() {
+        true => survey.every_joint("link_sag"),
+        false => Vec::new(),
+    },
+};

@@ -1,0 +1,235 @@
+//! Physical effects: what can be wrong with an arm, how it moves the tip, and how to see it.
+//!
+//! An effect turns its parameters into small changes ([`Drive`]) of the numbers that make up a machine: a joint's
+//! row, the base, a target. How those move what is measured is known once and for all, so an effect needs no
+//! derivative of its own.
+
+mod axis_skew;
+mod base_position;
+mod base_tilt;
+mod defined;
+mod drift;
+mod identity;
+mod instrument_tilt;
+mod joint_backlash;
+mod joint_compliance;
+mod joint_coupling;
+mod joint_gain;
+mod joint_harmonic;
+mod joint_settling;
+pub mod joint_step;
+mod joint_stiffening;
+mod joint_zero;
+mod kind;
+mod library;
+mod link_length;
+mod link_offset;
+mod link_sag;
+mod link_twist;
+mod passport;
+mod reflectance;
+mod scale;
+mod sensor_tilt;
+mod sites;
+mod situation;
+mod thermal_growth;
+mod tool_offset;
+mod trigger_height;
+mod trigger_hysteresis;
+mod trigger_spot;
+mod warm_up;
+
+pub use defined::{Addend, Definition, DefinitionError, FormulaError, Place as DefinedPlace};
+pub use identity::{EffectId, EffectNameError, Quantity, Spot};
+pub use kind::{Family, Kind, Places, Search, Setting, Survey};
+pub use library::{build, expand, kind, kinds, parse};
+pub use passport::Passport;
+pub use situation::{Situation, Trigger};
+
+use nalgebra::{DMatrix, Vector3};
+use plumb_kinematics::Knob;
+
+/// One number of the machine that an effect may move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Handle {
+    /// One number of a joint's row, mm or rad.
+    Joint(usize, Knob),
+    /// A coordinate of a target in the flange's frame, mm.
+    Target(usize, usize),
+    /// Shift of the base along an axis of the measurements' frame, mm.
+    BaseShift(usize),
+    /// Turn of the base about an axis of the measurements' frame through its own origin, rad.
+    BaseTurn(usize),
+    /// What the instrument reads along one axis of its frame, mm.
+    Reading(usize),
+    /// The distance over a surface at which the arm's own sensor triggers, mm.
+    Trigger,
+    /// How far left of an edge (seen along its direction, from above) the arm's own sensor stands when it triggers, mm.
+    Edge,
+    /// A small motion of everything beyond a joint, base frame.
+    Twist {
+        /// The joint.
+        after: usize,
+        /// Shift of the point `about`, mm.
+        shift: Vector3<f64>,
+        /// Turn, rad.
+        turn: Vector3<f64>,
+        /// The point it turns about, mm.
+        about: Vector3<f64>,
+    },
+}
+
+/// How fast a handle moves with a parameter, in one row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drive {
+    /// Which of the effect's parameters.
+    pub parameter: usize,
+    /// What it moves.
+    pub handle: Handle,
+    /// Handle's unit per parameter's unit.
+    pub rate: f64,
+}
+
+/// A unit as people read it: `shown = internal * factor`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// `deg`, `mm`, `rad/(N m)`, ...
+    pub name: &'static str,
+    /// Shown value per internal value.
+    pub factor: f64,
+}
+
+impl Unit {
+    /// Millimetres.
+    pub const MM: Self = Self { name: "mm", factor: 1.0 };
+    /// Degrees; radians inside.
+    pub const DEG: Self = Self { name: "deg", factor: 180.0 / std::f64::consts::PI };
+    /// Radians of deflection a newton metre.
+    pub const COMPLIANCE: Self = Self { name: "rad/(N m)", factor: 1.0 };
+    /// Reciprocal of a bending stiffness.
+    pub const FLEXIBILITY: Self = Self { name: "1/(N m2)", factor: 1.0 };
+    /// Relative growth a kelvin.
+    pub const GROWTH: Self = Self { name: "1/K", factor: 1.0 };
+    /// Millimetres an hour.
+    pub const MM_PER_HOUR: Self = Self { name: "mm/h", factor: 1.0 };
+    /// Units a defined parameter may have; formulas see them as they are shown.
+    const PLAIN: [&'static str; 16] = [
+        "deg",
+        "rad",
+        "mm",
+        "1",
+        "1/K",
+        "mm/K",
+        "deg/K",
+        "mm/h",
+        "mm/s",
+        "deg/s",
+        "rad/(N m)",
+        "deg/(N m)",
+        "mm/(N m)",
+        "mm/kg",
+        "deg/kg",
+        "1/(N m2)",
+    ];
+
+    /// A unit for a parameter of a formula, which sees it as it is shown.
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::PLAIN.into_iter().find(|known| *known == name).map(|name| Self { name, factor: 1.0 })
+    }
+
+    /// Names of those units.
+    pub fn names() -> &'static [&'static str] {
+        &Self::PLAIN
+    }
+
+    /// A plain ratio.
+    pub const RATIO: Self = Self { name: "1", factor: 1.0 };
+}
+
+/// A parameter of an effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// Its name, as in a model file's `values`.
+    pub name: String,
+    /// The unit it is shown in.
+    pub unit: Unit,
+    /// Least and greatest plausible value, internal unit.
+    pub range: (f64, f64),
+}
+
+impl Parameter {
+    /// A parameter with its plausible range, internal unit.
+    pub fn new(name: &str, unit: Unit, range: (f64, f64)) -> Self {
+        Self { name: name.to_owned(), unit, range }
+    }
+}
+
+/// The size of an effect in one number, shown unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Size {
+    /// The number.
+    pub value: f64,
+    /// Its unit.
+    pub unit: &'static str,
+    /// One standard error.
+    pub error: f64,
+}
+
+/// What of a row an effect looks at: what must be known before it can be computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LooksAt {
+    /// Commanded coordinates and conditions only.
+    Conditions,
+    /// The moments of gravity, which depend on where the arm is.
+    Gravity,
+    /// The point that is measured: effects of the instrument, and of the arm's own sensor.
+    Point,
+}
+
+/// An effect at its place.
+pub trait Effect: std::fmt::Debug + Send + Sync {
+    /// Its parameters, in order.
+    fn parameters(&self) -> &[Parameter];
+
+    /// Appends what moves in this row per unit of each parameter.
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>);
+
+    /// The joint whose coordinate it changes, where that is all it does: such effects of one joint differ by their rates alone.
+    fn changes_coordinate(&self) -> Option<usize> {
+        None
+    }
+
+    /// What of a row it looks at.
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Conditions
+    }
+
+    /// Its size in one number, from its values (internal units) and their covariance.
+    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
+        let unit = self.parameters().first().map_or(Unit::RATIO, |parameter| parameter.unit);
+        let value = values.first().copied().unwrap_or(0.0);
+        let variance = covariance.get((0, 0)).copied().unwrap_or(0.0);
+        Size { value: value * unit.factor, unit: unit.name, error: variance.max(0.0).sqrt() * unit.factor }
+    }
+
+    /// Whether the values could be those of a real machine.
+    fn plausible(&self, values: &[f64]) -> bool {
+        let inside =
+            |(value, parameter): (&f64, &Parameter)| (parameter.range.0..=parameter.range.1).contains(value);
+        values.iter().zip(self.parameters()).all(inside)
+    }
+}
+
+/// The amplitude of a sine and a cosine as one size.
+pub(crate) fn amplitude(values: &[f64], covariance: &DMatrix<f64>, unit: Unit) -> Size {
+    let (sine, cosine) = (values.first().copied().unwrap_or(0.0), values.get(1).copied().unwrap_or(0.0));
+    let value = sine.hypot(cosine);
+    let entry = |row: usize, column: usize| covariance.get((row, column)).copied().unwrap_or(0.0);
+    let variance = if value > 0.0 {
+        let (s, c) = (sine / value, cosine / value);
+        s * s * entry(0, 0) + c * c * entry(1, 1) + 2.0 * s * c * entry(0, 1)
+    } else {
+        entry(0, 0).max(entry(1, 1))
+    };
+    Size { value: value * unit.factor, unit: unit.name, error: variance.max(0.0).sqrt() * unit.factor }
+}

@@ -1,0 +1,135 @@
+//! What a table has to offer at all, for effects to be seen in it.
+
+use plumb_kinematics::{Posture, Weights};
+
+use crate::arm_model::{Model, SurfaceShape};
+use crate::table::Table;
+
+/// What a table logs, and what of it varies: the passport of the data.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Passport {
+    /// Rows.
+    pub rows: usize,
+    /// Rows in groups of returns.
+    pub returns: usize,
+    /// Joints that arrived from both sides.
+    pub both_sides: Vec<bool>,
+    /// Span of time, s; nothing if not logged.
+    pub time_span: Option<f64>,
+    /// Range of temperature, K; nothing if not logged.
+    pub temperature_range: Option<f64>,
+    /// Range of load, kg; nothing if not logged.
+    pub payload_range: Option<f64>,
+    /// Number of sessions named.
+    pub sessions: usize,
+    /// Whether points were measured (or touched), not heights and tilts alone.
+    pub measures_points: bool,
+    /// Whether the arm's own sensor triggered over a surface in some row.
+    pub triggers: bool,
+    /// The surfaces over which it did, by their places in the model.
+    pub triggered_on: Vec<usize>,
+    /// Whether in some rows it came on, and in some it went off.
+    pub switches_both_ways: bool,
+    /// What steps in time are dated by, in order: time in s as in the table, or rows' numbers.
+    pub clocks: Vec<f64>,
+    /// Greatest moment of gravity about each joint in the table's poses, N m, by the nominal model.
+    pub greatest_moments: Vec<f64>,
+    /// Least and greatest coordinate of each joint.
+    pub ranges: Vec<(f64, f64)>,
+}
+
+fn range(values: &[f64]) -> Option<f64> {
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    (high >= low).then_some(high - low)
+}
+
+impl Passport {
+    /// Reads it off a table.
+    pub fn of(model: &Model, table: &Table) -> Self {
+        let sides = |joint: usize| {
+            let has = |side: i8| (0..table.len()).any(|row| table.approach_of(row, joint) == side);
+            has(1) && has(-1)
+        };
+        let span = |joint: usize| {
+            (0..table.len())
+                .filter_map(|row| table.q_of(row).get(joint).copied())
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)))
+        };
+        let triggered = |row: &usize| {
+            !table.height.as_ref().and_then(|height| height.get(*row)).is_some_and(|h| h.is_finite())
+        };
+        let mut triggered_on: Vec<usize> = (0..table.len())
+            .filter(triggered)
+            .filter_map(|row| model.surface_position(table.on.name(row)?))
+            .collect();
+        triggered_on.sort_unstable();
+        triggered_on.dedup();
+        let signals = || (0..table.len()).filter(triggered).filter_map(|row| table.came_on(row));
+        Self {
+            triggered_on,
+            switches_both_ways: signals().any(|on| on) && signals().any(|on| !on),
+            rows: table.len(),
+            returns: table.returns().iter().map(Vec::len).sum(),
+            both_sides: (0..table.joints).map(sides).collect(),
+            time_span: table.time.as_deref().and_then(range),
+            temperature_range: table.temperature.as_deref().and_then(range),
+            payload_range: table.payload.as_deref().and_then(range),
+            sessions: table.session.names.len(),
+            measures_points: !table.positions.is_empty() || !table.touch.names.is_empty(),
+            triggers: (0..table.len()).any(|row| {
+                let height = table.height.as_ref().and_then(|height| height.get(row));
+                table.on.name(row).is_some() && height.is_none_or(|height| !height.is_finite())
+            }),
+            clocks: clocks(table),
+            greatest_moments: greatest_moments(model, table),
+            ranges: (0..table.joints).map(span).collect(),
+        }
+    }
+
+    /// Whether the arm's own sensor triggered over an edge of which the model says where it is light.
+    pub(crate) fn triggers_at_edges(&self, model: &Model) -> bool {
+        let lit = |surface: &usize| {
+            model.surfaces.get(*surface).is_some_and(|surface| {
+                surface.light.is_some() && matches!(surface.shape, SurfaceShape::Line { .. })
+            })
+        };
+        self.triggered_on.iter().any(lit)
+    }
+
+    /// Whether a joint arrived from both sides.
+    pub fn has_both_sides(&self, joint: usize) -> bool {
+        self.both_sides.get(joint).copied().unwrap_or(false)
+    }
+}
+
+fn clocks(table: &Table) -> Vec<f64> {
+    match &table.time {
+        Some(time) => table
+            .order()
+            .into_iter()
+            .filter_map(|row| time.get(row).copied())
+            .filter(|time| time.is_finite())
+            .collect(),
+        None => (0..table.len()).map(|row| row as f64).collect(),
+    }
+}
+
+/// Poses looked at to find the greatest moments.
+const MANY: usize = 2000;
+
+fn greatest_moments(model: &Model, table: &Table) -> Vec<f64> {
+    let mut greatest = vec![0.0_f64; model.chain.len()];
+    let down = model.down(&model.base.pose.rotation);
+    let (mut posture, mut moments) = (Posture::default(), Vec::new());
+    for row in (0..table.len()).step_by(table.len().div_ceil(MANY).max(1)) {
+        let load =
+            table.payload.as_ref().and_then(|loads| loads.get(row)).copied().filter(|load| load.is_finite());
+        posture.update(&model.chain, table.q_of(row), &[]);
+        Weights { masses: &model.masses, payload: load.unwrap_or(0.0), down }.moments(&posture, &mut moments);
+        for (greatest, moment) in greatest.iter_mut().zip(&moments) {
+            *greatest = greatest.max(moment.abs());
+        }
+    }
+    greatest
+}

@@ -1,0 +1,77 @@
+//! A surface is lighter or darker than the one the sensor was trimmed on: it switches higher or lower over it.
+
+use super::EffectNameError;
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
+use crate::arm_model::Sensor;
+use crate::arm_model::SurfaceShape;
+
+#[derive(Debug)]
+struct Reflectance {
+    surface: usize,
+    sensor: Sensor,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for Reflectance {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Point
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        if situation.trigger.is_some_and(|trigger| trigger.surface == self.surface) {
+            drives.push(Drive { parameter: 0, handle: Handle::Trigger, rate: 1.0 / self.sensor.falls_off() });
+        }
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "reflectance",
+    family: Family::Sensor,
+    places: Places::Surfaces,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The surface is lighter or darker than the white the sensor was trimmed on: it triggers higher or lower over it.",
+    how_to_see: "Trigger over this surface and over another of known height from the same poses of the hand; over one surface alone it is the sensor's trigger height.",
+    build: |setting: &Setting<'_>| {
+        let sensor = setting.sensor()?;
+        let flat = |surface: usize| {
+            setting.model.surfaces.get(surface).is_some_and(|surface| {
+                matches!(surface.shape, SurfaceShape::Plane { .. } | SurfaceShape::Sphere { .. })
+            })
+        };
+        match setting.id.spot {
+            Spot::Surface(surface) if flat(surface) => Ok(Box::new(Reflectance {
+                surface,
+                sensor,
+                parameters: [Parameter::new("lighter_by", Unit::RATIO, (-0.6, 0.6))],
+            })),
+            _ => Err(EffectNameError::Unusable {
+                effect: setting.model.label(setting.id),
+                reason: "needs a plane or a ball of the model's `surfaces:` to act on".to_owned(),
+            }),
+        }
+    },
+    candidates: |survey| {
+        let flat = |surface: &&usize| {
+            survey.model.surfaces.get(**surface).is_some_and(|surface| {
+                matches!(surface.shape, SurfaceShape::Plane { .. } | SurfaceShape::Sphere { .. })
+            })
+        };
+        let flat: Vec<usize> = survey.passport.triggered_on.iter().filter(flat).copied().collect();
+        match survey.model.sensor.is_some() && flat.len() > 1 {
+            true => {
+                flat.into_iter().map(|surface| EffectId::at("reflectance", Spot::Surface(surface))).collect()
+            }
+            false => Vec::new(),
+        }
+    },
+};

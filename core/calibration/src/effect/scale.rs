@@ -1,0 +1,49 @@
+//! The instrument's unit of length is off along one of its axes.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, EffectNameError, Handle, LooksAt, Parameter, Situation, Spot, Unit};
+
+#[derive(Debug)]
+struct Scale {
+    axis: usize,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for Scale {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let coordinate = situation.point.get(self.axis).copied().unwrap_or(0.0);
+        drives.push(Drive { parameter: 0, handle: Handle::Reading(self.axis), rate: coordinate });
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Point
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "scale",
+    family: Family::Instrument,
+    places: Places::Axes,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The instrument reads lengths along one of its axes too long or too short.",
+    how_to_see: "Points far apart along that axis, or a bar of known length.",
+    build: |setting: &Setting<'_>| match setting.id.spot {
+        Spot::Axis(axis) if axis < 3 => {
+            Ok(Box::new(Scale { axis, parameters: [Parameter::new("excess", Unit::RATIO, (-0.02, 0.02))] }))
+        }
+        _ => Err(EffectNameError::Malformed { text: "scale".to_owned(), example: "scale(x)".to_owned() }),
+    },
+    candidates: |survey| match survey.passport.measures_points {
+        true => (0..3).map(|axis| EffectId::at("scale", Spot::Axis(axis))).collect(),
+        false => Vec::new(),
+    },
+};

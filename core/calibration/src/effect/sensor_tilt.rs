@@ -1,0 +1,53 @@
+//! The arm's own sensor sits askew in the hand: it looks aside, the further the higher it is.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
+
+#[derive(Debug)]
+struct SensorTilt {
+    parameters: [Parameter; 2],
+}
+
+impl Effect for SensorTilt {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Point
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let Some(trigger) = situation.trigger else { return };
+        for (parameter, direction) in situation.hand.column_iter().take(2).enumerate() {
+            drives.extend(direction.iter().enumerate().map(|(axis, part)| Drive {
+                parameter,
+                handle: Handle::Reading(axis),
+                rate: part * trigger.distance,
+            }));
+        }
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "sensor_tilt",
+    family: Family::Sensor,
+    places: Places::Sensor,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The sensor sits askew in the hand: it looks aside by so much of its distance.",
+    how_to_see: "Meet edges at several heights of the hand, and trigger over the table with the hand tilted: at one height it is the same as a sensor that sits elsewhere.",
+    build: |setting: &Setting<'_>| {
+        setting.sensor()?;
+        let parameters = ["x_deg", "y_deg"].map(|name| Parameter::new(name, Unit::DEG, (-0.35, 0.35)));
+        Ok(Box::new(SensorTilt { parameters }))
+    },
+    candidates: |survey| match survey.model.sensor.is_some() && survey.passport.triggers {
+        true => vec![EffectId::at("sensor_tilt", Spot::Sensor)],
+        false => Vec::new(),
+    },
+};

@@ -1,0 +1,133 @@
+//! Where a written effect acts: its arguments read as joints, targets, axes or surfaces of a model.
+
+use super::identity::{EffectId, EffectNameError, Quantity, Spot, joint_names};
+use super::kind::{Kind, Places};
+use crate::arm_model::Model;
+use crate::suggestion::suggestion;
+
+/// A kind of effect as it was written, about to be given its sites.
+pub(super) struct Sites<'a> {
+    kind: &'a Kind,
+    text: &'a str,
+    model: &'a Model,
+}
+
+type Found = Result<Vec<EffectId>, EffectNameError>;
+
+impl<'a> Sites<'a> {
+    pub(super) fn new(kind: &'a Kind, text: &'a str, model: &'a Model) -> Self {
+        Self { kind, text, model }
+    }
+
+    /// The effects that these arguments stand for; `*` and none stand for all.
+    pub(super) fn at(&self, arguments: &[&str]) -> Found {
+        let model = self.model;
+        match (self.kind.places, arguments) {
+            (Places::Base, [] | ["base"]) => self.ids([Spot::Base]),
+            (Places::Instrument, [] | ["instrument"]) => self.ids([Spot::Instrument]),
+            (Places::Sensor, [] | ["sensor"]) => self.ids([Spot::Sensor]),
+            (Places::Joints, []) => self.ids(self.joints("*")?),
+            (Places::Joints, [name]) => self.ids(self.joints(name)?),
+            (Places::JointsAndOrder, [name, order]) => self.with_order(name, order),
+            (Places::JointPairs, [first, other]) => self.pairs(first, other),
+            (Places::JointsAndQuantity, [name, of]) => self.with_quantity(name, of),
+            (Places::Targets, [] | ["*"]) => self.ids((0..model.targets.len()).map(Spot::Target)),
+            (Places::Targets, [name]) => {
+                let known = model.targets.iter().map(|target| target.name.as_str());
+                self.named("a target", name, known, model.target_position(name))
+                    .map(|one| vec![self.id(Spot::Target(one))])
+            }
+            (Places::Surfaces, [] | ["*"]) => self.ids((0..model.surfaces.len()).map(Spot::Surface)),
+            (Places::Surfaces, [name]) => {
+                let known = model.surfaces.iter().map(|surface| surface.name.as_str());
+                self.named("a surface", name, known, model.surface_position(name))
+                    .map(|one| vec![self.id(Spot::Surface(one))])
+            }
+            (Places::Axes, [] | ["*"]) => self.ids((0..3).map(Spot::Axis)),
+            (Places::Axes, [name]) => {
+                let axis = ["x", "y", "z"].iter().position(|axis| axis == name);
+                self.ids([Spot::Axis(axis.ok_or_else(|| self.malformed())?)])
+            }
+            _ => Err(self.malformed()),
+        }
+    }
+
+    fn id(&self, spot: Spot) -> EffectId {
+        EffectId::at(self.kind.name, spot)
+    }
+
+    fn ids(&self, spots: impl IntoIterator<Item = Spot>) -> Found {
+        Ok(spots.into_iter().map(|spot| self.id(spot)).collect())
+    }
+
+    fn with_order(&self, name: &str, order: &str) -> Found {
+        let order: f64 = order.trim_start_matches("n=").trim().parse().map_err(|_| self.malformed())?;
+        if !(order.is_finite() && order > 0.0) {
+            return Err(self.malformed());
+        }
+        let joints = self.joints(name)?;
+        Ok(joints.into_iter().map(|spot| EffectId { order: Some(order), ..self.id(spot) }).collect())
+    }
+
+    fn with_quantity(&self, name: &str, of: &str) -> Found {
+        let of = Quantity::by_name(of).ok_or_else(|| self.malformed())?;
+        let joints = self.joints(name)?;
+        Ok(joints.into_iter().map(|spot| EffectId { of: Some(of), ..self.id(spot) }).collect())
+    }
+
+    /// Pairs of joints; with a wildcard, no joint is paired with itself.
+    fn pairs(&self, first: &str, other: &str) -> Found {
+        let (firsts, others) = (self.joints(first)?, self.joints(other)?);
+        let wild = first == "*" || other == "*";
+        let mut found = Vec::new();
+        for spot in firsts {
+            for with in others.iter().filter(|with| !(wild && **with == spot)) {
+                found.push(EffectId { with: with.joint(), ..self.id(spot) });
+            }
+        }
+        Ok(found)
+    }
+
+    /// One joint by its name, or all of them.
+    fn joints(&self, name: &str) -> Result<Vec<Spot>, EffectNameError> {
+        let chain = &self.model.chain;
+        if name == "*" {
+            return Ok((0..chain.len()).map(Spot::Joint).collect());
+        }
+        let joint = self.named("a joint", name, joint_names(chain), chain.position_of(name))?;
+        Ok(vec![Spot::Joint(joint)])
+    }
+
+    /// What a name was found to be, or an error that offers what may have been meant.
+    fn named<'n>(
+        &self,
+        expected: &'static str,
+        name: &str,
+        known: impl Iterator<Item = &'n str>,
+        found: Option<usize>,
+    ) -> Result<usize, EffectNameError> {
+        found.ok_or_else(|| EffectNameError::UnknownPlace {
+            effect: self.kind.name.to_owned(),
+            expected,
+            place: name.to_owned(),
+            suggestion: suggestion(name, known),
+        })
+    }
+
+    fn malformed(&self) -> EffectNameError {
+        let arguments = match self.kind.places {
+            Places::Joints => "(joint)",
+            Places::JointsAndOrder => "(joint, periods a turn)",
+            Places::JointPairs => "(joint, other joint)",
+            Places::JointsAndQuantity => "(joint, zero|length|offset)",
+            Places::Targets => "(p1)",
+            Places::Axes => "(x|y|z)",
+            Places::Surfaces => "(surface)",
+            Places::Base | Places::Instrument | Places::Sensor => "",
+        };
+        EffectNameError::Malformed {
+            text: self.text.to_owned(),
+            example: format!("{}{arguments}", self.kind.name),
+        }
+    }
+}

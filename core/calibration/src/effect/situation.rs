@@ -1,0 +1,87 @@
+//! What an effect may know of a row.
+
+use nalgebra::{Matrix3, Vector3};
+use plumb_kinematics::{Chain, Knob, Motion, Posture, Weights};
+
+use super::{Drive, Handle};
+use crate::arm_model::Sensor;
+
+/// The circumstances of one row.
+#[derive(Debug, Clone, Copy)]
+pub struct Situation<'a> {
+    /// The arm.
+    pub chain: &'a Chain,
+    /// Commanded coordinates, rad or mm.
+    pub q: &'a [f64],
+    /// Commanded coordinates of the row before, in the order of time; nothing in the first.
+    pub previous: Option<&'a [f64]>,
+    /// Side each joint arrived from; empty where not logged.
+    pub approach: &'a [i8],
+    /// Seconds since the first row; not a number where not logged.
+    pub time: f64,
+    /// What steps in time are dated by: seconds as in the table, or the row's number where no time is logged.
+    pub clock: f64,
+    /// deg C; not a number where not logged.
+    pub temperature: f64,
+    /// Moments of gravity about the joints' axes, N m.
+    pub moments: &'a [f64],
+    /// Everything with weight.
+    pub weights: Weights<'a>,
+    /// The frames of the arm in this row.
+    pub posture: &'a Posture,
+    /// The predicted point, in the measurements' frame, mm.
+    pub point: Vector3<f64>,
+    /// Axes of the flange in the measurements' frame.
+    pub hand: Matrix3<f64>,
+    /// What the arm's own sensor did, in rows where it triggered.
+    pub trigger: Option<Trigger>,
+}
+
+/// A switching of the arm's own sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trigger {
+    /// The surface it was over, by its place in the model.
+    pub surface: usize,
+    /// It was over an edge, rather than over something flat or round.
+    pub edge: bool,
+    /// On which side of the edge it is light: +1 left of its direction, -1 right, 0 where the model does not say.
+    pub light: f64,
+    /// It came on, rather than went off.
+    pub came_on: bool,
+    /// How far it was from the table along its line of sight, mm; not a number where that is not known yet.
+    pub distance: f64,
+    /// The sensor by its data sheet, where the model has it.
+    pub sensor: Option<Sensor>,
+}
+
+impl Situation<'_> {
+    /// The commanded coordinate of a joint.
+    pub fn coordinate(&self, joint: usize) -> f64 {
+        self.q.get(joint).copied().unwrap_or(0.0)
+    }
+
+    /// The side a joint arrived from, as a number.
+    pub fn side(&self, joint: usize) -> f64 {
+        self.approach.get(joint).copied().map_or(0.0, f64::from)
+    }
+
+    /// The moment of gravity about a joint's axis, N m.
+    pub fn moment(&self, joint: usize) -> f64 {
+        self.moments.get(joint).copied().unwrap_or(0.0)
+    }
+
+    /// A change of a joint's coordinate (rad or mm a unit of the parameter): turns it about its axis, or slides it
+    /// along, in the coordinate's sense.
+    pub fn drive_joint(&self, joint: usize, parameter: usize, rate: f64) -> Drive {
+        let row = self.chain.joints.get(joint);
+        let sign = row.map_or(1.0, |row| row.sign);
+        let slides = row.is_some_and(|row| row.motion == Motion::Slides);
+        let knob = if slides { Knob::D } else { Knob::Theta };
+        Drive { parameter, handle: Handle::Joint(joint, knob), rate: rate * sign }
+    }
+
+    /// A turn about a joint's axis in the axis's own sense.
+    pub fn turn_joint(&self, joint: usize, parameter: usize, rate: f64) -> Drive {
+        Drive { parameter, handle: Handle::Joint(joint, Knob::Theta), rate }
+    }
+}

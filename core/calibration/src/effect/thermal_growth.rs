@@ -1,0 +1,59 @@
+//! A link grows with temperature.
+
+use plumb_kinematics::Knob;
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, Handle, Parameter, Situation, Unit};
+
+/// Temperature at which lengths are what the drawing says, deg C (ISO 1).
+const REFERENCE: f64 = 20.0;
+
+#[derive(Debug)]
+struct ThermalGrowth {
+    joint: usize,
+    length: f64,
+    offset: f64,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for ThermalGrowth {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let warmer = if situation.temperature.is_finite() { situation.temperature - REFERENCE } else { 0.0 };
+        let grow = |knob, size: f64| Drive {
+            parameter: 0,
+            handle: Handle::Joint(self.joint, knob),
+            rate: size * warmer,
+        };
+        drives.push(grow(Knob::A, self.length));
+        drives.push(grow(Knob::D, self.offset));
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "thermal_growth",
+    family: Family::LinkAndTime,
+    places: Places::Joints,
+    geometry_group: false,
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: true,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The link grows as it gets warmer.",
+    how_to_see: "The same poses cold and warm, with the temperature logged.",
+    build: |setting: &Setting<'_>| {
+        let joint = setting.joint()?;
+        let row = setting.model.chain.joints.get(joint);
+        let (length, offset) = row.map_or((0.0, 0.0), |row| (row.a, row.d));
+        let parameters = [Parameter::new("growth_per_k", Unit::GROWTH, (0.0, 5e-4))];
+        Ok(Box::new(ThermalGrowth { joint, length, offset, parameters }))
+    },
+    candidates: |survey| match survey.passport.temperature_range {
+        Some(range) if range > 0.0 => survey.every_joint("thermal_growth"),
+        _ => Vec::new(),
+    },
+};

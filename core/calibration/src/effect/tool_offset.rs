@@ -1,0 +1,79 @@
+//! The measured point sits elsewhere on the flange than the model says.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
+use nalgebra::DMatrix;
+
+#[derive(Debug)]
+struct ToolOffset {
+    target: usize,
+    parameters: [Parameter; 3],
+}
+
+impl Effect for ToolOffset {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let along = |axis| Drive { parameter: axis, handle: Handle::Target(self.target, axis), rate: 1.0 };
+        drives.extend((0..3).map(along));
+    }
+
+    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
+        length_of(values, covariance)
+    }
+}
+
+/// The length of a vector of shifts, mm. A component that the table cannot see (its variance is exactly zero beside others
+/// that are not) may be as large as those it does see, and the error says so.
+pub(super) fn length_of(values: &[f64], covariance: &DMatrix<f64>) -> Size {
+    let value = values.iter().map(|value| value * value).sum::<f64>().sqrt();
+    let mut variance = 0.0;
+    for (row, left) in values.iter().enumerate() {
+        for (column, right) in values.iter().enumerate() {
+            let entry = covariance.get((row, column)).copied().unwrap_or(0.0);
+            variance += if value > 0.0 { left * right * entry / (value * value) } else { 0.0 };
+        }
+    }
+    let known = |row: usize| covariance.get((row, row)).is_some_and(|variance| *variance > 0.0);
+    let seen = (0..values.len()).filter(|row| known(*row)).count();
+    let unseen = if seen > 0 && seen < values.len() { value } else { 0.0 };
+    Size { value, unit: "mm", error: variance.max(0.0).sqrt().hypot(unseen) }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "tool_offset",
+    family: Family::Geometry,
+    places: Places::Targets,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The measured point sits elsewhere on the flange than the model says.",
+    how_to_see: "Poses that turn the wrist into many directions.",
+    build: |setting: &Setting<'_>| {
+        let parameters = ["x_mm", "y_mm", "z_mm"].map(|name| Parameter::new(name, Unit::MM, (-200.0, 200.0)));
+        Ok(Box::new(ToolOffset { target: setting.target()?, parameters }))
+    },
+    candidates: |survey| {
+        let fixed = survey.model.targets.iter().enumerate().filter(|(_, target)| !target.free);
+        fixed.map(|(index, _)| EffectId::at("tool_offset", Spot::Target(index))).collect()
+    },
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_component_that_cannot_be_seen_widens_the_error_of_the_length() {
+        let seen = |variances: [f64; 3]| {
+            length_of(&[3.0, 4.0, 0.0], &DMatrix::from_diagonal(&variances.to_vec().into())).error
+        };
+        assert!((seen([0.01, 0.01, 0.01]) - 0.1).abs() < 1e-12);
+        assert!(seen([0.01, 0.01, 0.0]) > 5.0);
+    }
+}

@@ -1,0 +1,40 @@
+//! The arm's own sensor triggers higher or lower over a surface than the model says.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Spot, Unit};
+
+#[derive(Debug)]
+struct TriggerHeight {
+    parameters: [Parameter; 1],
+}
+
+impl Effect for TriggerHeight {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
+        drives.push(Drive { parameter: 0, handle: Handle::Trigger, rate: 1.0 });
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "trigger_height",
+    family: Family::Sensor,
+    places: Places::Sensor,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The sensor on the arm triggers higher or lower over a surface than the model says.",
+    how_to_see: "Trigger over the surface in many poses, and lower the arm onto it in some with a gauge under the tip.",
+    build: |_: &Setting<'_>| {
+        Ok(Box::new(TriggerHeight { parameters: [Parameter::new("above_mm", Unit::MM, (-20.0, 20.0))] }))
+    },
+    candidates: |survey| match survey.passport.triggers {
+        true => vec![EffectId::at("trigger_height", Spot::Sensor)],
+        false => Vec::new(),
+    },
+};

@@ -1,0 +1,59 @@
+//! The arm's own sensor lets go at another light than the model says.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
+use crate::arm_model::Sensor;
+
+#[derive(Debug)]
+struct TriggerHysteresis {
+    sensor: Sensor,
+    parameters: [Parameter; 1],
+}
+
+/// Half the width of the difference quotients.
+const SMALL: f64 = 1e-4;
+
+impl Effect for TriggerHysteresis {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Point
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let Some(trigger) = situation.trigger.filter(|trigger| !trigger.came_on) else { return };
+        let known = self.sensor.hysteresis;
+        let slope = |of: &dyn Fn(f64) -> f64| (of(known + SMALL) - of(known - SMALL)) / (2.0 * SMALL);
+        let (handle, rate) = if trigger.edge {
+            let radius = trigger.light * 0.5 * self.sensor.spot;
+            (Handle::Edge, radius * slope(&|share| self.sensor.early(false, trigger.distance, share)))
+        } else {
+            (Handle::Trigger, slope(&|share| self.sensor.above(false, share)))
+        };
+        drives.push(Drive { parameter: 0, handle, rate });
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "trigger_hysteresis",
+    family: Family::Sensor,
+    places: Places::Sensor,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The sensor holds on longer, or lets go earlier, than the model says.",
+    how_to_see: "Let it come on and go off over one place, with `signal` logged, each time with every joint arriving from the same side as before: play looks the same.",
+    build: |setting: &Setting<'_>| {
+        let parameters = [Parameter::new("more_by", Unit::RATIO, (-0.5, 0.5))];
+        Ok(Box::new(TriggerHysteresis { sensor: setting.sensor()?, parameters }))
+    },
+    candidates: |survey| match survey.model.sensor.is_some() && survey.passport.switches_both_ways {
+        true => vec![EffectId::at("trigger_hysteresis", Spot::Sensor)],
+        false => Vec::new(),
+    },
+};

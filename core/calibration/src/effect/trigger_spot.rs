@@ -1,0 +1,51 @@
+//! The arm's own sensor sees a spot, not a point: at an edge it switches before its middle is there.
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
+use crate::arm_model::Sensor;
+
+#[derive(Debug)]
+struct TriggerSpot {
+    sensor: Sensor,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for TriggerSpot {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Point
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let Some(trigger) = situation.trigger.filter(|trigger| trigger.edge) else { return };
+        let early = self.sensor.early(trigger.came_on, trigger.distance, self.sensor.hysteresis);
+        drives.push(Drive { parameter: 0, handle: Handle::Edge, rate: trigger.light * 0.5 * early });
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "trigger_spot",
+    family: Family::Sensor,
+    places: Places::Sensor,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The sensor sees a wider spot than the model says: it meets an edge when part of the spot has gone dark, before its middle is there.",
+    how_to_see: "Meet the same edge at several heights of the hand, and from the dark side as well: at one height it is the same as an edge that lies elsewhere.",
+    build: |setting: &Setting<'_>| {
+        let parameters = [Parameter::new("wider_by_mm", Unit::MM, (-12.0, 12.0))];
+        Ok(Box::new(TriggerSpot { sensor: setting.sensor()?, parameters }))
+    },
+    candidates: |survey| match survey.model.sensor.is_some()
+        && survey.passport.triggers_at_edges(survey.model)
+    {
+        true => vec![EffectId::at("trigger_spot", Spot::Sensor)],
+        false => Vec::new(),
+    },
+};

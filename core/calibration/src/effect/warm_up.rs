@@ -1,0 +1,73 @@
+//! Something moves while the machine warms up, fast at first and then ever slower.
+
+use plumb_kinematics::Knob;
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, EffectNameError, Handle, Parameter, Quantity, Situation, Unit};
+
+/// Time constants that are tried, as shares of the time the table spans.
+const CONSTANTS: [f64; 8] = [0.04, 0.08, 0.15, 0.25, 0.4, 0.7, 1.2, 2.5];
+
+#[derive(Debug)]
+struct WarmUp {
+    joint: usize,
+    of: Quantity,
+    time_constant: f64,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for WarmUp {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let time = if situation.time.is_finite() { situation.time } else { 0.0 };
+        let rate = 1.0 - (-time / self.time_constant).exp();
+        let of_row = |knob| Drive { parameter: 0, handle: Handle::Joint(self.joint, knob), rate };
+        drives.push(match self.of {
+            Quantity::Zero => situation.drive_joint(self.joint, 0, rate),
+            Quantity::Length => of_row(Knob::A),
+            Quantity::Offset => of_row(Knob::D),
+        });
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "warm_up",
+    family: Family::LinkAndTime,
+    places: Places::JointsAndQuantity,
+    geometry_group: false,
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: true,
+    is_event: false,
+    search: Search::Smooth,
+    sentence: "Something of the joint moves while the machine warms up: fast at first, then ever slower.",
+    how_to_see: "The same poses from a cold start on, with the time logged.",
+    build: |setting: &Setting<'_>| {
+        let joint = setting.joint()?;
+        let of = setting.id.of.ok_or_else(|| EffectNameError::Malformed {
+            text: setting.model.label(setting.id),
+            example: "warm_up(elbow, zero): the joint, and its zero, length or offset".to_owned(),
+        })?;
+        let time_constant =
+            setting.id.inner.filter(|constant| *constant > 0.0).ok_or_else(|| EffectNameError::Unusable {
+                effect: setting.model.label(setting.id),
+                reason: "needs a time constant, in s: write `searched:` or let `add` find it".to_owned(),
+            })?;
+        let parameter = match (of, setting.slides(joint)) {
+            (Quantity::Zero, false) => Parameter::new("amount_deg", Unit::DEG, (-0.1, 0.1)),
+            _ => Parameter::new("amount_mm", Unit::MM, (-10.0, 10.0)),
+        };
+        Ok(Box::new(WarmUp { joint, of, time_constant, parameters: [parameter] }))
+    },
+    candidates: |survey| {
+        let Some(span) = survey.passport.time_span.filter(|span| *span > 0.0) else { return Vec::new() };
+        let places = survey.every_joint("warm_up").into_iter();
+        places
+            .flat_map(|id| Quantity::ALL.map(|of| EffectId { of: Some(of), ..id.clone() }))
+            .flat_map(|id| CONSTANTS.map(|share| EffectId { inner: Some(share * span), ..id.clone() }))
+            .collect()
+    },
+};

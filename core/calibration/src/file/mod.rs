@@ -1,0 +1,12 @@
+//! Model files: what the machine is believed to be, in YAML people and scripts write by hand.
+
+mod contradiction;
+mod define;
+mod error;
+mod raw;
+mod urdf;
+mod validate;
+mod write;
+
+pub use error::{ModelFileError, Place};
+pub use write::model_text;

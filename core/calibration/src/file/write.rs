@@ -1,0 +1,309 @@
+//! Writing a model file, in the shape people write it by hand.
+
+use std::fmt::Write;
+
+use nalgebra::Vector3;
+use plumb_kinematics::{Convention, Knob, Motion};
+
+use crate::arm_model::SurfaceShape;
+use crate::arm_model::{AddedEffect, Frame, MeasuredFrom, Model, Surface};
+use crate::effect::{self, DefinedPlace, EffectId, Parameter};
+
+/// A number with as many digits as it takes to read it back well, and no more.
+fn number(value: f64) -> String {
+    let rounded = format!("{value:.9e}").parse::<f64>().unwrap_or(value);
+    if rounded == 0.0 { "0".to_owned() } else { format!("{rounded}") }
+}
+
+fn triple(vector: &Vector3<f64>) -> String {
+    format!("[{}, {}, {}]", number(vector.x), number(vector.y), number(vector.z))
+}
+
+/// A text as a YAML value: bare where that is safe, else quoted.
+fn text(value: &str) -> String {
+    let safe = |c: char| c.is_alphanumeric() || "_- ./()*".contains(c);
+    let bare = value.chars().all(safe)
+        && value.starts_with(|c: char| c.is_alphabetic())
+        && !["true", "false", "yes", "no", "null", "on", "off", "y", "n"]
+            .contains(&value.to_lowercase().as_str());
+    if bare { value.to_owned() } else { format!("{value:?}") }
+}
+
+/// The whole file.
+pub fn model_text(model: &Model) -> String {
+    let mut out = String::new();
+    write_into(&mut out, model).unwrap_or_default();
+    out
+}
+
+fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
+    writeln!(out, "arm: {}", text(&model.arm))?;
+    let convention = match model.chain.convention {
+        Convention::Distal => "distal",
+        Convention::Proximal => "proximal",
+    };
+    writeln!(out, "convention: {convention}")?;
+    joints(out, model)?;
+    let (roll, pitch, yaw) = model.base.pose.rotation.euler_angles();
+    let rpy = Vector3::new(roll, pitch, yaw).map(f64::to_degrees);
+    let xyz = model.base.pose.translation.vector;
+    writeln!(
+        out,
+        "base: {{xyz_mm: {}, rpy_deg: {}, free: {}}}",
+        triple(&xyz),
+        triple(&rpy),
+        model.base.free
+    )?;
+    if !model.targets.is_empty() {
+        writeln!(out, "targets:")?;
+    }
+    for target in &model.targets {
+        writeln!(out, "  {}: {{xyz_mm: {}, free: {}}}", target.name, triple(&target.xyz), target.free)?;
+    }
+    let free: Vec<String> = model.free.iter().map(|pattern| text(pattern)).collect();
+    writeln!(out, "free: [{}]", quoted_list(&free))?;
+    definitions(out, model)?;
+    effects(out, "effects", &model.effects, model)?;
+    effects(out, "fitted", &model.fitted, model)?;
+    surfaces(out, &model.surfaces)?;
+    let from = match model.measured_from {
+        MeasuredFrom::Instrument => "instrument",
+        MeasuredFrom::World => "world",
+    };
+    writeln!(out, "measured_from: {from}")?;
+    if let Some(gravity) = &model.gravity {
+        writeln!(out, "gravity: {}", triple(gravity))?;
+    }
+    if let Some([x, y, z]) = &model.working_volume {
+        let span = |(low, high): &(f64, f64)| format!("[{}, {}]", number(*low), number(*high));
+        writeln!(out, "working_volume: {{x_mm: {}, y_mm: {}, z_mm: {}}}", span(x), span(y), span(z))?;
+    }
+    ends(out, model)
+}
+
+/// Patterns hold commas inside brackets: in a flow list they must be quoted.
+fn quoted_list(patterns: &[String]) -> String {
+    let quoted: Vec<String> = patterns
+        .iter()
+        .map(|pattern| if pattern.contains(',') { format!("\"{pattern}\"") } else { pattern.clone() })
+        .collect();
+    quoted.join(", ")
+}
+
+fn joints(out: &mut String, model: &Model) -> std::fmt::Result {
+    writeln!(out, "joints:")?;
+    for joint in &model.chain.joints {
+        write!(out, "  - {{name: {}, a_mm: {}", text(&joint.name), number(joint.a))?;
+        write!(out, ", alpha_deg: {}, d_mm: {}", number(joint.alpha.to_degrees()), number(joint.d))?;
+        write!(out, ", theta_deg: {}", number(joint.theta.to_degrees()))?;
+        let (low, high) = joint.limits;
+        match joint.motion {
+            Motion::Turns => {
+                write!(out, ", limits_deg: [{}, {}]", number(low.to_degrees()), number(high.to_degrees()))?;
+            }
+            Motion::Slides => write!(out, ", slides: true, limits_mm: [{}, {}]", number(low), number(high))?,
+        }
+        if joint.sign < 0.0 {
+            write!(out, ", sign: -1")?;
+        }
+        if let Some(less) = joint.less.and_then(|less| model.chain.joints.get(less)) {
+            write!(out, ", less: {}", text(&less.name))?;
+        }
+        if let Some(ratio) = joint.gear_ratio {
+            write!(out, ", gear_ratio: {}", number(ratio))?;
+        }
+        writeln!(out, "}}")?;
+    }
+    if !model.masses.is_empty() {
+        writeln!(out, "links:")?;
+    }
+    for mass in &model.masses {
+        let after = model.chain.joints.get(mass.after).map_or("?", |joint| joint.name.as_str());
+        let (kg, centre) = (number(mass.mass), triple(&mass.centre));
+        writeln!(out, "  - {{after: {}, mass_kg: {kg}, centre_mm: {centre}}}", text(after))?;
+    }
+    Ok(())
+}
+
+fn definitions(out: &mut String, model: &Model) -> std::fmt::Result {
+    if !model.definitions.is_empty() {
+        writeln!(out, "define:")?;
+    }
+    for definition in &model.definitions {
+        writeln!(out, "  - name: {}", definition.name)?;
+        writeln!(out, "    where: {}", text(&model.site_name(definition.spot)))?;
+        let joint =
+            |index: usize| text(model.chain.joints.get(index).map_or("?", |joint| joint.name.as_str()));
+        let mut adds: Vec<String> = Vec::new();
+        for addend in &definition.addends {
+            let on = match addend.place {
+                DefinedPlace::Coordinate(index) => Some(format!("joint: {}", joint(index))),
+                DefinedPlace::Row(index, Knob::A) => Some(format!("length: {}", joint(index))),
+                DefinedPlace::Row(index, Knob::D) => Some(format!("offset: {}", joint(index))),
+                DefinedPlace::Row(index, Knob::Alpha) => Some(format!("twist: {}", joint(index))),
+                DefinedPlace::Row(index, _) => Some(format!("skew: {}", joint(index))),
+                DefinedPlace::Target(index, _) => {
+                    model.targets.get(index).map(|target| format!("target: {}", target.name))
+                }
+                _ => None,
+            };
+            adds.extend(on.filter(|on| !adds.contains(on)));
+            adds.push(format!("{}: {:?}", addend.key, addend.text()));
+        }
+        writeln!(out, "    adds: {{{}}}", adds.join(", "))?;
+        let parameter = |parameter: &Parameter| {
+            let (low, high) = parameter.range;
+            let unit = parameter.unit.name;
+            format!("{}: {{unit: {unit:?}, range: [{}, {}]}}", parameter.name, number(low), number(high))
+        };
+        let parameters: Vec<String> = definition.parameters.iter().map(parameter).collect();
+        writeln!(out, "    parameters: {{{}}}", parameters.join(", "))?;
+        if let Some(sentence) = &definition.sentence {
+            writeln!(out, "    sentence: {sentence:?}")?;
+        }
+    }
+    Ok(())
+}
+
+fn identity(id: &EffectId, model: &Model) -> String {
+    let mut keys = format!("effect: {}", id.name);
+    let mut key = |name: &str, value: String| keys.push_str(&format!(", {name}: {value}"));
+    key("where", text(&model.site_name(id.spot)));
+    if let Some(joint) = id.with.and_then(|with| model.chain.joints.get(with)) {
+        key("with", text(&joint.name));
+    }
+    if let Some(order) = id.order {
+        key("n", number(order));
+    }
+    if let Some(of) = id.of {
+        key("of", of.name().to_owned());
+    }
+    if let Some(searched) = id.inner {
+        key("searched", number(searched));
+    }
+    keys
+}
+
+fn effects(out: &mut String, heading: &str, effects: &[AddedEffect], model: &Model) -> std::fmt::Result {
+    if effects.is_empty() {
+        return if heading == "effects" { writeln!(out, "effects: []") } else { Ok(()) };
+    }
+    writeln!(out, "{heading}:")?;
+    for added in effects {
+        let values = match effect::build(&added.id, model) {
+            Ok(built) => {
+                let shown = added.values.iter().zip(built.parameters());
+                let parts: Vec<String> = shown
+                    .map(|(value, parameter)| {
+                        format!("{}: {}", parameter.name, number(value * parameter.unit.factor))
+                    })
+                    .collect();
+                parts.join(", ")
+            }
+            Err(_) => String::new(),
+        };
+        writeln!(out, "  - {{{}, values: {{{values}}}}}", identity(&added.id, model))?;
+    }
+    Ok(())
+}
+
+fn surfaces(out: &mut String, surfaces: &[Surface]) -> std::fmt::Result {
+    if !surfaces.is_empty() {
+        writeln!(out, "surfaces:")?;
+    }
+    for surface in surfaces {
+        let shape = match &surface.shape {
+            SurfaceShape::Plane { normal, offset } => {
+                format!("plane: {{normal: {}, offset_mm: {}}}", triple(normal), number(*offset))
+            }
+            SurfaceShape::Line { point, direction } => {
+                let light = match surface.light {
+                    Some(side) if side > 0.0 => ", light: left",
+                    Some(_) => ", light: right",
+                    None => "",
+                };
+                format!("line: {{point_mm: {}, direction: {}{light}}}", triple(point), triple(direction))
+            }
+            SurfaceShape::Sphere { centre, radius } => {
+                format!("sphere: {{centre_mm: {}, radius_mm: {}}}", triple(centre), number(*radius))
+            }
+            SurfaceShape::Point { point } => format!("point_mm: {}", triple(point)),
+        };
+        writeln!(out, "  {}: {{{shape}, free: {}}}", text(&surface.name), surface.free)?;
+    }
+    Ok(())
+}
+
+fn ends(out: &mut String, model: &Model) -> std::fmt::Result {
+    if let Some(sensor) = &model.sensor {
+        writeln!(
+            out,
+            "sensor: {{working_mm: {}, peak_mm: {}, spot_mm: {}, hysteresis_percent: {}, dark_percent: {}}}",
+            number(sensor.working),
+            number(sensor.peak),
+            number(sensor.spot),
+            number(sensor.hysteresis * 100.0),
+            number(sensor.dark * 100.0)
+        )?;
+    }
+    if model.levels.iter().any(|level| level.name.is_some()) {
+        writeln!(out, "levels:")?;
+    }
+    for level in &model.levels {
+        let after = match level.frame {
+            Frame::Base => "base",
+            Frame::After(joint) => {
+                model.chain.joints.get(joint).map_or("flange", |joint| joint.name.as_str())
+            }
+        };
+        let (roll, pitch, yaw) = level.rotation.euler_angles();
+        let rpy = Vector3::new(roll, pitch, yaw).map(f64::to_degrees);
+        let key = level.name.as_ref().map_or_else(|| "level".to_owned(), |name| format!("  {}", text(name)));
+        writeln!(out, "{key}: {{after: {}, rpy_deg: {}}}", text(after), triple(&rpy))?;
+    }
+    let noise = &model.noise;
+    let mut entries: Vec<String> =
+        noise.positions.iter().map(|(name, sigma)| format!("{name}_mm: {}", number(*sigma))).collect();
+    let others = [("height_mm", noise.height), ("distance_mm", noise.distance), ("touch_mm", noise.touch)];
+    entries.extend(
+        others.into_iter().filter_map(|(key, sigma)| sigma.map(|sigma| format!("{key}: {}", number(sigma)))),
+    );
+    entries.extend(noise.tilt.map(|sigma| format!("tilt_deg: {}", number(sigma.to_degrees()))));
+    if !entries.is_empty() {
+        writeln!(out, "noise: {{{}}}", entries.join(", "))?;
+    }
+    if let Some(touch) = &model.touch {
+        writeln!(out, "touch:\n  p: {}", text(&touch.target))?;
+        if !touch.distances.is_empty() {
+            writeln!(out, "  distances:")?;
+        }
+        for distance in &touch.distances {
+            let [first, second] = &distance.between;
+            writeln!(
+                out,
+                "    - {{between: [{}, {}], mm: {}}}",
+                text(first),
+                text(second),
+                number(distance.length)
+            )?;
+        }
+    }
+    if let Some(revision) = &model.revision {
+        write!(
+            out,
+            "revision: {{number: {}, of: {:?}, did: {:?}",
+            revision.number, revision.of, revision.did
+        )?;
+        if let Some(data) = &revision.data {
+            write!(out, ", data: {data:?}")?;
+        }
+        if let Some(parent) = revision.parent {
+            write!(out, ", parent: {parent}")?;
+        }
+        if let Some(rms) = revision.rms {
+            write!(out, ", rms_mm: {}", number(rms))?;
+        }
+        writeln!(out, "}}")?;
+    }
+    Ok(())
+}

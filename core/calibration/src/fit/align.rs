@@ -1,0 +1,212 @@
+//! A first guess of where the base stands and where the targets sit: closed forms that need no good start.
+
+use nalgebra::{DMatrix, DVector, IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
+
+use super::residual_model::ResidualModel;
+
+use super::state::{Slot, State};
+use crate::measurement::Equation;
+use plumb_estimation::RankRevealingCholesky;
+use plumb_estimation::{CAREFUL, Settings, descend};
+use plumb_estimation::{Cancelled, Progress};
+
+/// Rows looked at, spread over the table.
+const LOOKED_AT: usize = 500;
+
+/// Share of the measured points' spread by which the arm must be off for the targets to be looked for.
+const FAR: f64 = 0.02;
+
+/// How many times smaller the left-over must be before the targets are moved for the first guess.
+const CLEARLY: f64 = 2.0;
+
+/// Steps of the descent in which base and targets alone are free.
+const STEPS: usize = 30;
+
+/// A whole measured point of a target (frame of the measurements), and where the flange stood (base frame), mm.
+pub struct Sight {
+    /// The target, by its index in the model.
+    pub target: usize,
+    /// Where it was measured, mm, frame of the measurements.
+    pub measured: Vector3<f64>,
+    /// The flange, base frame, mm.
+    pub flange: IsometryMatrix3<f64>,
+}
+
+/// The rigid motion `to = motion * from` that fits best (Kabsch).
+fn rigid(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> Option<IsometryMatrix3<f64>> {
+    if from.len() < 3 {
+        return None;
+    }
+    let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len() as f64;
+    let (from_mean, to_mean) = (mean(from), mean(to));
+    let covariance: Matrix3<f64> =
+        from.iter().zip(to).map(|(from, to)| (to - to_mean) * (from - from_mean).transpose()).sum();
+    let svd = covariance.svd(true, true);
+    let (u, v_t) = (svd.u?, svd.v_t?);
+    let mut mirror = Matrix3::identity();
+    mirror[(2, 2)] = (u * v_t).determinant().signum();
+    let rotation = Rotation3::from_matrix_unchecked(u * mirror * v_t);
+    Some(IsometryMatrix3::from_parts(Translation3::from(to_mean - rotation * from_mean), rotation))
+}
+
+/// Places the base so that points of the flange's frame that are already known fit best.
+fn base_of(sights: &[Sight], targets: &[Vector3<f64>]) -> Option<IsometryMatrix3<f64>> {
+    let inside = |sight: &Sight| {
+        let tool = targets.get(sight.target).copied().unwrap_or_else(Vector3::zeros);
+        (sight.flange * nalgebra::Point3::from(tool)).coords
+    };
+    let from: Vec<Vector3<f64>> = sights.iter().map(inside).collect();
+    let to: Vec<Vector3<f64>> = sights.iter().map(|sight| sight.measured).collect();
+    rigid(&from, &to)
+}
+
+/// Base and targets at once, from no start at all. Seen from the arm, `turn' * measured - origin' = flange * target` is
+/// linear in the nine numbers of the base's inverse turn, in its origin and in the targets; what the sights cannot settle
+/// stays as it is. `free` tells which targets may move.
+pub fn base_and_targets(
+    sights: &[Sight],
+    base: &IsometryMatrix3<f64>,
+    targets: &[Vector3<f64>],
+    free: &[bool],
+) -> Option<(IsometryMatrix3<f64>, Vec<Vector3<f64>>)> {
+    let size = 12 + 3 * targets.len();
+    let mut matrix = DMatrix::zeros(size, size);
+    let mut gradient = DVector::zeros(size);
+    let inverse = base.inverse();
+    for sight in sights {
+        let tool = targets.get(sight.target).copied().unwrap_or_else(Vector3::zeros);
+        let left = (sight.flange * nalgebra::Point3::from(tool)).coords
+            - (inverse * nalgebra::Point3::from(sight.measured)).coords;
+        for axis in 0..3 {
+            let mut row = DVector::zeros(size);
+            for part in 0..3 {
+                row[3 * axis + part] = sight.measured[part];
+                if free.get(sight.target) == Some(&true) {
+                    row[12 + 3 * sight.target + part] = -sight.flange.rotation.matrix()[(axis, part)];
+                }
+            }
+            row[9 + axis] = 1.0;
+            matrix.ger(1.0, &row, &row, 1.0);
+            gradient.axpy(left[axis], &row, 1.0);
+        }
+    }
+    let step = RankRevealingCholesky::new(&matrix).solve(&gradient);
+    let moved = |index: usize| Vector3::from_fn(|axis, _| step[12 + 3 * index + axis]);
+    let targets: Vec<Vector3<f64>> =
+        targets.iter().enumerate().map(|(index, target)| target + moved(index)).collect();
+    let base = base_of(sights, &targets)?;
+    targets.iter().flatten().all(|part| part.is_finite()).then_some((base, targets))
+}
+
+/// The whole points among some rows, with the flange as the machine at `start` has it.
+fn sights(machine: &ResidualModel<'_>, start: &State, rows: &[usize]) -> Vec<Sight> {
+    let mut scratch = super::scratch::Scratch::default();
+    let mut found = Vec::new();
+    for row in rows {
+        let flange = machine.flange(start, *row, &mut scratch);
+        let equations = machine.observations.of_row(*row);
+        found.extend(equations.windows(3).filter_map(|three| sight(three, flange)));
+    }
+    found
+}
+
+/// Three equations as a whole point of one target, if they are that.
+fn sight(three: &[Equation], flange: IsometryMatrix3<f64>) -> Option<Sight> {
+    let [x, y, z] = three else { return None };
+    let target = x.measurand.kind.seen_target(x.measurand)?;
+    let is_part = |equation: &Equation, axis: usize| {
+        let what = equation.measurand;
+        what.kind.seen_target(what) == Some(target) && what.coordinate() == Some(axis)
+    };
+    let measured = Vector3::new(x.measured, y.measured, z.measured);
+    (is_part(x, 0) && is_part(y, 1) && is_part(z, 2)).then_some(Sight { target, measured, flange })
+}
+
+/// Whether the arm is off by more than a good guess of the targets would leave.
+fn far_off(sights: &[Sight], state: &State) -> bool {
+    let count = sights.len().max(1) as f64;
+    let middle = sights.iter().map(|sight| sight.measured).sum::<Vector3<f64>>() / count;
+    let (mut off, mut spread) = (0.0, 0.0);
+    for sight in sights {
+        let tool = state.targets.get(sight.target).copied().unwrap_or_else(Vector3::zeros);
+        let believed = state.base * sight.flange * nalgebra::Point3::from(tool);
+        off += (believed.coords - sight.measured).norm_squared();
+        spread += (sight.measured - middle).norm_squared();
+    }
+    off > FAR * FAR * spread
+}
+
+/// Places the base, if it is free and whole points were measured, so that the nominal arm fits best; and the targets, if
+/// they are free and sit so far from where the model has them that the arm would not fit without.
+pub(crate) fn align(
+    machine: &ResidualModel<'_>,
+    start: &State,
+    rows: &[usize],
+    progress: &Progress,
+) -> Result<State, Cancelled> {
+    let mut state = start.clone();
+    if machine.model.base.free {
+        let some: Vec<usize> = rows.iter().copied().step_by(rows.len().div_ceil(LOOKED_AT).max(1)).collect();
+        let sights = sights(machine, start, &some);
+        let ones = vec![1.0; machine.observations.rows()];
+        let squares = |state: &State| machine.squares(state, &some, &ones);
+        let mut least = squares(&state);
+        if let Some(base) = base_of(&sights, &state.targets) {
+            let better = State { base, ..start.clone() };
+            let left = squares(&better);
+            if left < least {
+                (state, least) = (better, left);
+            }
+        }
+        let free: Vec<bool> = machine.model.targets.iter().map(|target| target.free).collect();
+        if far_off(&sights, &state)
+            && let Some((base, targets)) = base_and_targets(&sights, &state.base, &state.targets, &free)
+        {
+            let guess = State { base, targets, ..start.clone() };
+            let own =
+                |slot: &Slot| !matches!(slot, Slot::BaseShift(_) | Slot::BaseTurn(_) | Slot::Target(..));
+            let held: Vec<usize> = (0..machine.slots().len())
+                .filter(|index| machine.slots().get(*index).is_some_and(own))
+                .collect();
+            let settings = Settings { steps: STEPS, damping: CAREFUL };
+            let settled = descend(&machine.over(&some, &ones), &guess, &held, settings, progress)?;
+            if CLEARLY * CLEARLY * settled.normal.squares < least {
+                state = settled.state;
+            }
+        }
+    }
+    place_touched(machine, &mut state, rows);
+    Ok(state)
+}
+
+/// Starts every touched place at the mean of where the arm believes it to be.
+pub(crate) fn place_touched(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize]) {
+    if state.places.is_empty() {
+        return;
+    }
+    let mut sums = vec![(Vector3::zeros(), 0.0); state.places.len()];
+    let mut scratch = super::scratch::Scratch::default();
+    let mut residuals = Vec::new();
+    for place in &mut state.places {
+        *place = Vector3::zeros();
+    }
+    for row in rows {
+        residuals.clear();
+        machine.row_residuals(state, *row, &mut scratch, &mut residuals);
+        for (equation, residual) in machine.observations.of_row(*row).iter().zip(&residuals) {
+            let what = equation.measurand;
+            if let Some(place) = what.kind.touched_place(what)
+                && let Some((sum, count)) = sums.get_mut(place)
+                && let Some(part) = sum.get_mut(what.axis())
+            {
+                *part -= residual;
+                *count += 1.0 / 3.0;
+            }
+        }
+    }
+    for (place, (sum, count)) in state.places.iter_mut().zip(sums) {
+        if count > 0.5 {
+            *place = sum / count;
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! The arm in one row: its frames with all that the effects change, gravity in balance with what it bends.
+
+use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Vector3};
+use plumb_kinematics::{Deviation, Posture};
+
+use super::state::State;
+use crate::arm_model::Frame;
+use crate::effect::{Drive, Handle};
+
+/// What the effects change of the arm in one row, before the instrument looks.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Changes {
+    /// Of the joints' rows.
+    pub(super) deviations: Vec<Deviation>,
+    /// Of the base, frame of the measurements: mm, and rad about its own origin.
+    base_shift: Vector3<f64>,
+    base_turn: Vector3<f64>,
+    /// Shift of the base's origin and turn about it that bent links give everything beyond them, base frame.
+    bend_shift: Vector3<f64>,
+    bend_turn: Vector3<f64>,
+    /// Of the targets, flange frame, mm.
+    target_shifts: Vec<Vector3<f64>>,
+    /// Distance over a surface at which the arm's own sensor triggers, mm.
+    trigger_height: f64,
+}
+
+impl Changes {
+    /// Nothing changed, for so many joints and targets.
+    pub(super) fn clear(&mut self, joints: usize, targets: usize) {
+        self.deviations.clear();
+        self.deviations.resize(joints, Deviation::default());
+        self.target_shifts.clear();
+        self.target_shifts.resize(targets, Vector3::zeros());
+        self.base_shift = Vector3::zeros();
+        self.base_turn = Vector3::zeros();
+        self.clear_bending();
+        self.trigger_height = 0.0;
+    }
+
+    pub(super) fn clear_bending(&mut self) {
+        self.bend_shift = Vector3::zeros();
+        self.bend_turn = Vector3::zeros();
+    }
+
+    /// Adds what an effect does at these values of its parameters.
+    pub(super) fn add(&mut self, drives: &[Drive], values: &[f64]) {
+        for drive in drives {
+            let amount = drive.rate * values.get(drive.parameter).copied().unwrap_or(0.0);
+            self.add_one(drive.handle, amount);
+        }
+    }
+
+    fn add_one(&mut self, handle: Handle, amount: f64) {
+        let part = match handle {
+            Handle::Joint(joint, knob) => {
+                if let Some(deviation) = self.deviations.get_mut(joint) {
+                    deviation.add(knob, amount);
+                }
+                return;
+            }
+            Handle::Twist { shift, turn, about, .. } => {
+                // A turn about a point is a turn about the base's origin and a shift.
+                self.bend_shift += (shift - turn.cross(&about)) * amount;
+                self.bend_turn += turn * amount;
+                return;
+            }
+            Handle::Target(target, axis) => {
+                self.target_shifts.get_mut(target).and_then(|shift| shift.get_mut(axis))
+            }
+            Handle::BaseShift(axis) => self.base_shift.get_mut(axis),
+            Handle::BaseTurn(axis) => self.base_turn.get_mut(axis),
+            Handle::Trigger => Some(&mut self.trigger_height),
+            // What the instrument reads and where a sensor meets an edge depend on the point: see `sensor.rs`.
+            Handle::Reading(_) | Handle::Edge => None,
+        };
+        if let Some(part) = part {
+            *part += amount;
+        }
+    }
+}
+
+/// The arm in one row.
+#[derive(Debug, Clone, Default)]
+pub struct ArmPose {
+    /// Its frames, base frame.
+    pub(crate) posture: Posture,
+    /// Moments of gravity about the joints' axes, N m.
+    pub(crate) moments: Vec<f64>,
+    pub(super) changes: Changes,
+    /// Orientation and origin of the base in the frame of the measurements.
+    pub(super) base: Matrix3<f64>,
+    pub(super) origin: Vector3<f64>,
+}
+
+impl ArmPose {
+    /// Places the base, which effects may have moved.
+    pub(super) fn place_base(&mut self, believed: &IsometryMatrix3<f64>) {
+        let turned = Rotation3::new(self.changes.base_turn) * believed.rotation;
+        self.base = turned.into_inner();
+        self.origin = believed.translation.vector + self.changes.base_shift;
+    }
+
+    /// A target's point in the frame of the measurements and in the base's frame, mm.
+    pub(crate) fn point(&self, state: &State, target: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let tool = state.targets.get(target).copied().unwrap_or_else(Vector3::zeros);
+        let shift = self.changes.target_shifts.get(target).copied().unwrap_or_else(Vector3::zeros);
+        let stiff = (self.posture.flange * Point3::from(tool + shift)).coords;
+        let in_base = stiff + self.changes.bend_shift + self.changes.bend_turn.cross(&stiff);
+        (self.base * in_base + self.origin, in_base)
+    }
+
+    /// Distance over a surface at which the arm's own sensor triggers by the effects of the row, mm.
+    pub fn trigger_height(&self) -> f64 {
+        self.changes.trigger_height
+    }
+
+    /// The flange, base frame, mm; without what bent links add.
+    pub fn flange(&self) -> &IsometryMatrix3<f64> {
+        &self.posture.flange
+    }
+
+    /// The direction in which the hand looks, along the flange's z, in the frame of the measurements.
+    pub fn look(&self) -> Vector3<f64> {
+        self.base * self.posture.flange.rotation.matrix().column(2)
+    }
+
+    /// Axes of a frame of the arm in the frame of the measurements.
+    pub fn attitude(&self, frame: Frame) -> Matrix3<f64> {
+        let in_base = match frame {
+            Frame::After(joint) => self
+                .posture
+                .joints
+                .get(joint)
+                .map_or_else(Matrix3::identity, |frame| frame.end.rotation.into_inner()),
+            Frame::Base => Matrix3::identity(),
+        };
+        self.base * Rotation3::new(self.changes.bend_turn).into_inner() * in_base
+    }
+}

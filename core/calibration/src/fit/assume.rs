@@ -1,0 +1,60 @@
+//! Bringing the arm into a row's pose: what the effects do there, and gravity in balance with what it bends.
+
+use plumb_kinematics::Posture;
+
+use super::arm_pose::ArmPose;
+use super::residual_model::ResidualModel;
+use super::scratch::Scratch;
+use super::state::State;
+use crate::effect::{Drive, LooksAt};
+
+/// Rounds in which a bending arm comes to balance: what bends under its own weight changes the moments that bend it, by a
+/// share that is of the order of the deflection itself (1e-3), so that three rounds leave 1e-9 of it.
+const ROUNDS: usize = 3;
+
+impl ResidualModel<'_> {
+    /// Brings the arm into a row's pose: deviations of all effects in, gravity in balance with what it bends.
+    pub(super) fn assume(&self, state: &State, row: usize, scratch: &mut Scratch) {
+        let Scratch { pose, drives, .. } = scratch;
+        pose.changes.clear(self.model.chain.len(), state.targets.len());
+        let idle = Posture::default();
+        let situation = self.situation(state, row, &idle, &[], None);
+        for (part, values) in self.parts.iter().zip(&state.effects) {
+            if part.effect.looks_at() == LooksAt::Conditions {
+                drives.clear();
+                part.effect.drive(&situation, drives);
+                pose.changes.add(drives, values);
+            }
+        }
+        if self.parts.iter().any(|part| part.effect.looks_at() == LooksAt::Gravity) {
+            self.balance(state, row, drives, pose);
+        }
+        self.place(row, state, pose);
+        pose.place_base(&state.base);
+    }
+
+    /// Frames and moments for the changes that are known so far.
+    fn place(&self, row: usize, state: &State, pose: &mut ArmPose) {
+        pose.posture.update(&self.model.chain, self.table.q_of(row), &pose.changes.deviations);
+        self.weights(state, row).moments(&pose.posture, &mut pose.moments);
+    }
+
+    /// What bends under its own weight changes the moments that bend it: a few rounds settle it.
+    fn balance(&self, state: &State, row: usize, drives: &mut Vec<Drive>, pose: &mut ArmPose) {
+        let stiff = pose.changes.deviations.clone();
+        for _ in 0..ROUNDS {
+            self.place(row, state, pose);
+            let ArmPose { posture, moments, changes, .. } = pose;
+            changes.deviations.clone_from(&stiff);
+            changes.clear_bending();
+            let situation = self.situation(state, row, posture, moments, None);
+            for (part, values) in self.parts.iter().zip(&state.effects) {
+                if part.effect.looks_at() == LooksAt::Gravity {
+                    drives.clear();
+                    part.effect.drive(&situation, drives);
+                    changes.add(drives, values);
+                }
+            }
+        }
+    }
+}

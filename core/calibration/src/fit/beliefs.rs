@@ -1,0 +1,86 @@
+//! What a state of the arm says beside residuals: where its points are, what pulls on its joints, whether it stays clear.
+
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
+use plumb_kinematics::{HalfSpace, Knob};
+
+use super::residual_model::ResidualModel;
+use super::scratch::Scratch;
+use super::state::State;
+use crate::effect::DefinitionError;
+
+/// What plots are drawn against.
+pub struct RowDetails {
+    /// N m.
+    pub moments: Vec<f64>,
+    /// Motion of the first target per turn of each joint, mm/rad, frame of the measurements.
+    pub by_joint: Vec<Vector3<f64>>,
+}
+
+impl ResidualModel<'_> {
+    /// Works every formula of the model out in every row, so that none fails later.
+    ///
+    /// # Errors
+    /// A formula gives no finite number somewhere.
+    pub fn check_formulas(&self) -> Result<(), Box<DefinitionError>> {
+        let state = self.start();
+        for definition in &self.model.definitions {
+            definition.check(self.table, &|row, look| {
+                let pose = self.in_row(&state, row).pose;
+                let (point, _) = pose.point(&state, 0);
+                look(&self.situation(&state, row, &pose.posture, &pose.moments, Some(point)));
+            })?;
+        }
+        Ok(())
+    }
+
+    fn in_row(&self, state: &State, row: usize) -> Scratch {
+        let mut scratch = Scratch::default();
+        self.assume(state, row, &mut scratch);
+        scratch
+    }
+
+    /// The flange in a row's pose, base frame.
+    pub(super) fn flange(&self, state: &State, row: usize, scratch: &mut Scratch) -> IsometryMatrix3<f64> {
+        self.assume(state, row, scratch);
+        *scratch.pose.flange()
+    }
+
+    /// Where a row's first target is believed to be, mm, frame of the measurements.
+    pub fn believed_point(&self, state: &State, row: usize) -> Vector3<f64> {
+        self.believed_target(state, 0, row)
+    }
+
+    /// Where a target of the model (by its place in the file, from 0) is believed to be in a row, mm, frame of the measurements.
+    pub(crate) fn believed_target(&self, state: &State, target: usize, row: usize) -> Vector3<f64> {
+        self.in_row(state, row).pose.point(state, target).0
+    }
+
+    /// Whether every joint, the flange and every target stay clear of some half-spaces (base frame) in a row's pose.
+    pub fn stays_clear(&self, state: &State, row: usize, keep_out: &[HalfSpace]) -> bool {
+        let pose = self.in_row(state, row).pose;
+        let flange = pose.flange();
+        let targets = state.targets.iter().map(|target| (flange * Point3::from(*target)).coords);
+        let joints = pose.posture.joints.iter().skip(1).map(|joint| joint.axis_point);
+        let clear = |point: Vector3<f64>| keep_out.iter().all(|plane| plane.allows(point.into()));
+        joints.chain([flange.translation.vector]).chain(targets).all(clear)
+    }
+
+    /// The points along the arm in a row, from the base's origin to the first target, mm, frame of the measurements.
+    pub fn points_along(&self, state: &State, row: usize) -> Vec<Vector3<f64>> {
+        let pose = self.in_row(state, row).pose;
+        let ends =
+            pose.posture.joints.iter().map(|joint| pose.origin + pose.base * joint.end.translation.vector);
+        let tip = pose.point(state, 0).0;
+        std::iter::once(pose.origin).chain(ends).chain([tip]).collect()
+    }
+
+    /// Moments of gravity of a row, and how its first target moves with each joint.
+    pub fn row_details(&self, state: &State, row: usize) -> RowDetails {
+        let pose = self.in_row(state, row).pose;
+        let (_, in_base) = pose.point(state, 0);
+        let by_joint = (0..self.model.chain.len())
+            .map(|joint| pose.base * pose.posture.twist(joint, Knob::Theta, &in_base).linear)
+            .collect();
+        RowDetails { moments: pose.moments, by_joint }
+    }
+}

@@ -1,0 +1,74 @@
+//! Fitting: what the parameters must be, how well they are known, and which of them cannot be known at all.
+
+mod align;
+mod arm_pose;
+mod assume;
+mod beliefs;
+mod gauge;
+mod normal;
+mod outcome;
+mod problem;
+mod residual_model;
+mod robust;
+mod scratch;
+mod sensor;
+mod state;
+mod subject_motion;
+mod tangent;
+mod view_of_table;
+
+pub use gauge::Gauge;
+pub use outcome::{Convergence, Fit, FitError};
+pub use state::{Slot, State};
+
+pub use align::{Sight, base_and_targets};
+pub use arm_pose::ArmPose;
+pub use beliefs::RowDetails;
+pub use residual_model::{Part, ResidualModel, RowBlock};
+pub use robust::Distances;
+pub(crate) use view_of_table::ViewOfTable;
+
+use plumb_estimation::Progress;
+
+/// How to fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FitOptions {
+    /// Weigh poses down that lie far outside the others' scatter (Huber).
+    pub robust: bool,
+    /// Steps at most in one descent.
+    pub steps: usize,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { robust: true, steps: 100 }
+    }
+}
+
+impl ResidualModel<'_> {
+    /// Fits all free parameters to the rows whose `mask` is true, starting from `start`.
+    ///
+    /// # Errors
+    /// Too few rows, poses that are all alike, numbers that leave the finite, or cancellation.
+    pub fn fit(
+        &self,
+        start: &State,
+        mask: &[bool],
+        options: FitOptions,
+        progress: &Progress,
+    ) -> Result<Fit, FitError> {
+        outcome::fit(self, start, mask, options, progress)
+    }
+
+    /// Fits again from a place that is already near: the same rows, weights to start with.
+    pub fn refit(
+        &self,
+        start: &State,
+        rows: &[usize],
+        weights: &[f64],
+        options: FitOptions,
+        progress: &Progress,
+    ) -> Result<Fit, FitError> {
+        outcome::refit(self, start, rows, weights.to_vec(), options, progress)
+    }
+}

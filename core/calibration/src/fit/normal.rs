@@ -1,0 +1,132 @@
+//! NormalEquations equations of a machine over rows of its table.
+
+use nalgebra::DVector;
+use plumb_estimation::{NormalEquations, over_chunks};
+
+use super::residual_model::ResidualModel;
+use super::scratch::Scratch;
+use super::state::State;
+use crate::effect::Effect;
+
+impl ResidualModel<'_> {
+    /// NormalEquations equations of the free slots and the probes over `rows`.
+    pub fn normal(
+        &self,
+        state: &State,
+        rows: &[usize],
+        weights: &[f64],
+        probes: &[&dyn Effect],
+    ) -> NormalEquations {
+        let size = self.slots.len() + probes.iter().map(|probe| probe.parameters().len()).sum::<usize>();
+        let mut total = NormalEquations::zeros(size);
+        over_chunks(
+            rows,
+            || NormalEquations::zeros(size),
+            |sum, chunk| {
+                let block = self.block(state, chunk, weights, probes);
+                sum.take(&block.residuals, &block.jacobian);
+            },
+            |sum| total.add(&sum),
+        );
+        self.place_distances(state, &mut total);
+        total
+    }
+
+    /// NormalEquations equations of some rows alone, without what is known between places.
+    pub fn normal_of_rows(&self, state: &State, rows: &[usize], weights: &[f64]) -> NormalEquations {
+        let mut total = NormalEquations::zeros(self.slots.len());
+        let block = self.block(state, rows, weights, &[]);
+        total.take(&block.residuals, &block.jacobian);
+        total
+    }
+
+    /// Weighted sum of squares over `rows`, without derivatives.
+    pub(crate) fn squares(&self, state: &State, rows: &[usize], weights: &[f64]) -> f64 {
+        let mut total = 0.0;
+        over_chunks(
+            rows,
+            || (0.0, Scratch::default(), Vec::new()),
+            |(sum, scratch, residuals), chunk| {
+                for row in chunk {
+                    residuals.clear();
+                    self.row_residuals(state, *row, scratch, residuals);
+                    let weight = weights.get(*row).copied().unwrap_or(1.0);
+                    let scaled = residuals.iter().zip(self.observations.of_row(*row));
+                    *sum += weight
+                        * scaled.map(|(residual, equation)| (residual / equation.sigma).powi(2)).sum::<f64>();
+                }
+            },
+            |(sum, _, _)| total += sum,
+        );
+        let mut constraints = NormalEquations::zeros(self.slots.len());
+        self.place_distances(state, &mut constraints);
+        total + constraints.squares
+    }
+
+    /// Residuals of all equations of the table, mm and rad, in order.
+    pub fn residuals(&self, state: &State) -> Vec<f64> {
+        let mut scratch = Scratch::default();
+        let mut out = Vec::with_capacity(self.observations.equations.len());
+        for row in 0..self.observations.rows() {
+            self.row_residuals(state, row, &mut scratch, &mut out);
+        }
+        out
+    }
+
+    /// Residuals of all equations when `held` rows were not fitted: places that none of the `fitted` rows touched are
+    /// put where the held rows themselves say, so that what is left is how far these disagree.
+    pub fn residuals_apart(&self, state: &State, held: &[usize], fitted: &[usize]) -> Vec<f64> {
+        let mut state = state.clone();
+        let touched = |rows: &[usize]| -> Vec<Option<u32>> {
+            rows.iter().map(|row| self.table.touch.of_row.get(*row).copied().flatten()).collect()
+        };
+        let known = touched(fitted);
+        let mut alone = state.clone();
+        super::align::place_touched(self, &mut alone, held);
+        for place in touched(held).into_iter().flatten() {
+            let index = place as usize;
+            if !known.contains(&Some(place))
+                && let (Some(slot), Some(own)) = (state.places.get_mut(index), alone.places.get(index))
+            {
+                *slot = *own;
+            }
+        }
+        let mut scratch = Scratch::default();
+        let mut out = vec![f64::NAN; self.observations.equations.len()];
+        let mut residuals = Vec::new();
+        for row in held {
+            residuals.clear();
+            self.row_residuals(&state, *row, &mut scratch, &mut residuals);
+            if let Some(slots) = out.get_mut(self.observations.range(*row)) {
+                slots.copy_from_slice(&residuals);
+            }
+        }
+        out
+    }
+
+    /// Known distances between touched places.
+    pub fn place_distances(&self, state: &State, total: &mut NormalEquations) {
+        for known in &self.observations.place_distances {
+            let (Some(first), Some(second)) = (state.places.get(known.first), state.places.get(known.second))
+            else {
+                continue;
+            };
+            let offset = first - second;
+            let length = offset.norm();
+            let residual = (known.length - length) / known.sigma;
+            let mut row = DVector::zeros(total.gradient.len());
+            let away = if length > 1e-6 { offset / length } else { nalgebra::Vector3::x() };
+            for (index, slot) in self.slots.iter().enumerate() {
+                if let super::state::Slot::Place(place, axis) = *slot {
+                    let sign = f64::from(u8::from(place == known.first))
+                        - f64::from(u8::from(place == known.second));
+                    row[index] = sign * away.get(axis).copied().unwrap_or(0.0) / known.sigma;
+                }
+            }
+            total.matrix.ger(1.0, &row, &row, 1.0);
+            total.gradient.axpy(residual, &row, 1.0);
+            total.squares += residual * residual;
+            total.equations += 1;
+        }
+    }
+}

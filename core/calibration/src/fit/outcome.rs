@@ -1,0 +1,252 @@
+//! A fit from start to finish: first guess, descent, weights, rank, covariance, and whether it really arrived.
+
+use nalgebra::DMatrix;
+use thiserror::Error;
+
+use super::FitOptions;
+use super::align::align;
+use super::gauge::Gauge;
+use super::residual_model::ResidualModel;
+use super::robust::Distances;
+use super::state::State;
+use super::tangent::Tangent;
+use plumb_estimation::NormalEquations;
+use plumb_estimation::RankRevealingCholesky;
+use plumb_estimation::{CAREFUL, Descent, NEAR, Settings, descend, descend_from, huber_variance};
+use plumb_estimation::{Cancelled, Progress};
+
+/// Whether a fit arrived at its optimum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Convergence {
+    /// Steps taken in all.
+    pub steps: usize,
+    /// RMS reached, in sigmas.
+    pub reached: f64,
+    /// RMS of the linear problem at that place: what one more full step promises.
+    pub promised: f64,
+    /// Whether the two agree.
+    pub arrived: bool,
+}
+
+/// What a fit found.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// Values of everything.
+    pub state: State,
+    /// Residuals of all equations of the table (also of rows that were held out), mm and rad.
+    pub residuals: Vec<f64>,
+    /// Weight of each row, 1 for those inside the others' scatter.
+    pub weights: Vec<f64>,
+    /// Rows that were fitted.
+    pub rows: Vec<usize>,
+    /// Scatter of the residuals in declared sigmas (in mm or rad where none was declared).
+    pub scale: f64,
+    /// Freedoms that were held.
+    pub gauges: Vec<Gauge>,
+    /// Covariance of the slots, internal units; zero for held ones.
+    pub covariance: DMatrix<f64>,
+    /// Whether it arrived.
+    pub convergence: Convergence,
+    /// Variance of one equation in the weighted metric, declared sigmas squared.
+    pub variance: f64,
+    /// The normal equations of the fit.
+    pub normal: NormalEquations,
+    /// Their factor.
+    pub factor: RankRevealingCholesky,
+}
+
+/// Why nothing could be fitted.
+#[derive(Debug, Error, PartialEq)]
+pub enum FitError {
+    /// No rows to fit.
+    #[error("{table}: no rows are left to fit; lock fewer away (`--holdout none`) or measure more")]
+    NoRows {
+        /// The table.
+        table: String,
+    },
+    /// Fewer numbers than unknowns.
+    #[error(
+        "{table}: {equations} measured numbers cannot settle {parameters} free ones; measure more poses, or free fewer (`--free none`)"
+    )]
+    TooFewRows {
+        /// The table.
+        table: String,
+        /// Numbers measured.
+        equations: usize,
+        /// Independent unknowns.
+        parameters: usize,
+    },
+    /// A single row.
+    #[error("{table}: line {line}: only one row is left to fit; measure more poses")]
+    OneRow {
+        /// The table.
+        table: String,
+        /// Line of the file.
+        line: u32,
+    },
+    /// Every row has the same pose.
+    #[error("{table}: all {rows} rows have the same pose; a fit needs different ones")]
+    OnePose {
+        /// The table.
+        table: String,
+        /// Rows.
+        rows: usize,
+    },
+    /// Numbers left the finite.
+    #[error("the fit left the finite numbers; check units and the starting values of base and targets")]
+    Diverged,
+    /// It was told to end.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl Fit {
+    /// Independent parameters.
+    pub fn rank(&self) -> usize {
+        self.factor.rank()
+    }
+}
+
+pub(super) fn fit(
+    machine: &ResidualModel<'_>,
+    start: &State,
+    mask: &[bool],
+    options: FitOptions,
+    progress: &Progress,
+) -> Result<Fit, FitError> {
+    let measured = |row: &usize| !machine.observations.range(*row).is_empty();
+    let rows: Vec<usize> =
+        mask.iter().enumerate().filter(|(_, used)| **used).map(|(row, _)| row).filter(measured).collect();
+    check(machine, &rows)?;
+    let start = align(machine, start, &rows, progress)?;
+    let ones = vec![1.0; machine.observations.rows()];
+    refit(machine, &start, &rows, ones, options, progress)
+}
+
+/// Rounds in which numbers that were held may be let go because the place reached shows them.
+const ROUNDS: usize = 4;
+
+/// Gain, in one measurement's variances, that numbers must promise to be let go.
+const RELEASED: f64 = 0.5;
+
+pub(super) fn refit(
+    machine: &ResidualModel<'_>,
+    start: &State,
+    rows: &[usize],
+    mut weights: Vec<f64>,
+    options: FitOptions,
+    progress: &Progress,
+) -> Result<Fit, FitError> {
+    // What cannot be told from the rest stays where it is from the first step on. Let go, it would drift, and where it drifts
+    // to other numbers look alike.
+    let first = machine.normal(start, rows, &weights, &[]);
+    let factor = RankRevealingCholesky::new(&first.matrix);
+    let parameters = factor.rank();
+    if parameters >= first.equations {
+        let table = machine.table.source.clone();
+        return Err(FitError::TooFewRows { table, equations: first.equations, parameters });
+    }
+    let mut held = factor.dependent;
+    let first = (start.clone(), first);
+    let careful = Settings { steps: options.steps, damping: CAREFUL };
+    let mut descent = descend_from(&machine.over(rows, &weights), first, &held, careful, progress)?;
+    let mut steps = descent.steps;
+    for _ in 1..ROUNDS {
+        // Numbers that look alike at the start (offsets along axes that should be parallel) may matter at the end.
+        let factor = RankRevealingCholesky::new(&descent.normal.matrix);
+        let squares = descent.normal.squares;
+        let gain = descent.normal.gradient.dot(&factor.solve(&descent.normal.gradient));
+        if factor.dependent == held || gain <= RELEASED * squares / descent.normal.equations.max(1) as f64 {
+            break;
+        }
+        held = factor.dependent;
+        let reached = (descent.state, descent.normal);
+        descent = descend_from(&machine.over(rows, &weights), reached, &held, careful, progress)?;
+        steps += descent.steps;
+    }
+    if options.robust {
+        for _ in 0..20 {
+            let residuals = machine.residuals(&descent.state);
+            let distances = Distances::of(machine, &residuals);
+            let fresh = distances.weights(distances.scale(rows, parameters));
+            let moved = rows.iter().map(|row| difference(&weights, &fresh, *row)).fold(0.0, f64::max);
+            weights = fresh;
+            if moved < 1e-2 {
+                break;
+            }
+            let mut start = descent.state;
+            if let Some(tangent) = Tangent::at(machine, &start, rows) {
+                let (step, settled) = tangent.settle(weights, &held, parameters);
+                let moved = start.stepped(machine.slots(), step.as_slice());
+                (start, weights) = if moved.is_finite() { (moved, settled) } else { (start, settled) };
+            }
+            let near = Settings { steps: options.steps, damping: NEAR };
+            descent = descend(&machine.over(rows, &weights), &start, &held, near, progress)?;
+            steps += descent.steps;
+        }
+    }
+    finish(machine, descent, rows.to_vec(), weights, steps)
+}
+
+fn difference(left: &[f64], right: &[f64], row: usize) -> f64 {
+    let at = |values: &[f64]| values.get(row).copied().unwrap_or(1.0);
+    (at(left) - at(right)).abs()
+}
+
+fn check(machine: &ResidualModel<'_>, rows: &[usize]) -> Result<(), FitError> {
+    let table = machine.table.source.clone();
+    let Some(first) = rows.first() else { return Err(FitError::NoRows { table }) };
+    if rows.len() == 1 {
+        let line = machine.table.lines.get(*first).copied().unwrap_or(0);
+        return Err(FitError::OneRow { table, line });
+    }
+    let same = |row: &usize| machine.table.q_of(*row) == machine.table.q_of(*first);
+    if rows.iter().all(same) {
+        return Err(FitError::OnePose { table, rows: rows.len() });
+    }
+    Ok(())
+}
+
+fn finish(
+    machine: &ResidualModel<'_>,
+    descent: Descent<State>,
+    rows: Vec<usize>,
+    weights: Vec<f64>,
+    steps: usize,
+) -> Result<Fit, FitError> {
+    let Descent { state, normal, converged, .. } = descent;
+    if !state.is_finite() || !normal.squares.is_finite() {
+        return Err(FitError::Diverged);
+    }
+    let residuals = machine.residuals(&state);
+    let factor = RankRevealingCholesky::new(&normal.matrix);
+    let equations_of = |row: &usize| {
+        let weight = weights.get(*row).copied().unwrap_or(1.0);
+        let own = residuals.get(machine.observations.range(*row)).unwrap_or(&[]);
+        let equations = own.iter().zip(machine.observations.of_row(*row));
+        equations.map(move |(residual, equation)| (weight, residual / equation.sigma))
+    };
+    let variance = huber_variance(rows.iter().flat_map(equations_of), factor.rank());
+    let covariance = factor.inverse() * variance;
+    let gauges = machine.gauges(&normal.matrix, &factor);
+    let gain = normal.gradient.dot(&factor.solve(&normal.gradient)).max(0.0);
+    let equations = normal.equations.max(1) as f64;
+    let reached = (normal.squares / equations).sqrt();
+    let promised = ((normal.squares - gain).max(0.0) / equations).sqrt();
+    let arrived = converged || gain <= 1e-3 * normal.squares;
+    let distances = Distances::of(machine, &residuals);
+    let scale = distances.scale(&rows, factor.rank());
+    Ok(Fit {
+        state,
+        residuals,
+        weights,
+        rows,
+        scale,
+        gauges,
+        covariance,
+        convergence: Convergence { steps, reached, promised, arrived },
+        variance,
+        normal,
+        factor,
+    })
+}

@@ -1,0 +1,310 @@
+//! The residual model: from a state to what would be read in every row, less what was read, and how that changes with
+//! every free number.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::scratch::Scratch;
+use super::state::{Slot, State};
+use crate::arm_model::{AddedEffect, Model};
+use crate::effect::{self, Effect, EffectId, EffectNameError};
+use crate::measurement::{Equation, Observations, RowContext, SensorShift, Subject};
+use crate::table::Table;
+
+/// An effect that takes part in a fit.
+#[derive(Debug)]
+pub struct Part {
+    /// Which effect, and where.
+    pub id: EffectId,
+    /// Its formula.
+    pub effect: Arc<dyn Effect>,
+}
+
+/// A model and a table, ready to be compared.
+#[derive(Debug)]
+pub struct ResidualModel<'a> {
+    /// The arm model.
+    pub model: &'a Model,
+    /// The measurements.
+    pub table: &'a Table,
+    /// The equations that the measurements make.
+    pub observations: &'a Observations,
+    /// The effects whose values may be fitted.
+    pub parts: Vec<Part>,
+    pub(super) slots: Vec<Slot>,
+    start_values: Vec<Vec<f64>>,
+    /// The row before each in the order of time.
+    pub(super) previous: Vec<Option<usize>>,
+    /// The first time that was logged, s.
+    pub(super) first_time: f64,
+}
+
+/// Residuals and derivatives of a few rows. `jacobian` is slots by equations; both are divided by each equation's
+/// sigma and multiplied by the root of the row's weight.
+pub struct RowBlock {
+    /// Measured less predicted, divided by the sigmas and weighted.
+    pub residuals: Vec<f64>,
+    /// Derivatives of the predictions, likewise; one row a parameter, one column an equation.
+    pub jacobian: DMatrix<f64>,
+}
+
+impl<'a> ResidualModel<'a> {
+    /// Sets up the comparison with these effects taking part, at these starting values; each is free.
+    ///
+    /// # Errors
+    /// An effect cannot act in this model.
+    pub fn new(
+        model: &'a Model,
+        table: &'a Table,
+        observations: &'a Observations,
+        effects: &[AddedEffect],
+    ) -> Result<Self, EffectNameError> {
+        let mut model = Self {
+            model,
+            table,
+            observations,
+            parts: Vec::new(),
+            slots: Vec::new(),
+            start_values: Vec::new(),
+            previous: rows_before(table),
+            first_time: first_time(table),
+        };
+        for added in effects {
+            let effect = effect::build(&added.id, model.model)?;
+            let mut values = added.values.clone();
+            values.resize(effect.parameters().len(), 0.0);
+            model.parts.push(Part { id: added.id.clone(), effect: Arc::from(effect) });
+            model.start_values.push(values);
+        }
+        model.slots = model.free_slots();
+        Ok(model)
+    }
+
+    /// Lets one more effect take part, from these values on.
+    pub fn admit(&mut self, id: EffectId, effect: Arc<dyn Effect>, values: Vec<f64>) {
+        self.parts.push(Part { id, effect });
+        self.start_values.push(values);
+        self.slots = self.free_slots();
+    }
+
+    fn free_slots(&self) -> Vec<Slot> {
+        let mut slots = Vec::new();
+        if self.model.base.free {
+            slots.extend((0..3).map(Slot::BaseShift));
+            slots.extend((0..3).map(Slot::BaseTurn));
+        }
+        for (index, _) in self.model.targets.iter().enumerate().filter(|(_, target)| target.free) {
+            slots.extend((0..3).map(|axis| Slot::Target(index, axis)));
+        }
+        for place in 0..self.observations.places.len() {
+            slots.extend((0..3).map(|axis| Slot::Place(place, axis)));
+        }
+        for (index, surface) in self.model.surfaces.iter().enumerate().filter(|(_, surface)| surface.free) {
+            slots.extend((0..surface.shape.freedoms()).map(|which| Slot::Surface(index, which)));
+        }
+        for (index, part) in self.parts.iter().enumerate() {
+            slots.extend((0..part.effect.parameters().len()).map(|parameter| Slot::Effect(index, parameter)));
+        }
+        slots
+    }
+
+    /// The free numbers, in the order of steps and covariances.
+    pub fn slots(&self) -> &[Slot] {
+        &self.slots
+    }
+
+    /// The effects that take part.
+    pub fn effects(&self) -> impl Iterator<Item = &EffectId> {
+        self.parts.iter().map(|part| &part.id)
+    }
+
+    /// The state a fit starts from.
+    pub fn start(&self) -> State {
+        State::nominal(self.model, self.observations.places.len(), self.start_values.clone())
+    }
+
+    /// Direction of gravity in the base's frame.
+    pub(super) fn down(&self, state: &State) -> Vector3<f64> {
+        self.model.down(&state.base.rotation)
+    }
+
+    /// Upwards in the measurements' frame.
+    fn up(&self, state: &State) -> Vector3<f64> {
+        -(state.base.rotation * self.down(state))
+    }
+
+    /// What predictions of a row are made from.
+    fn context<'s>(
+        &'s self,
+        state: &'s State,
+        row: usize,
+        scratch: &'s Scratch,
+        (point, sensor): (Vector3<f64>, SensorShift),
+    ) -> RowContext<'s> {
+        let (model, table, pose) = (self.model, self.table, &scratch.pose);
+        RowContext { model, table, row, state, pose, point, up: self.up(state), sensor }
+    }
+
+    /// What an equation is of.
+    fn subject(&self, equation: &Equation) -> Subject {
+        equation.measurand.kind.subject(self.model, equation.measurand)
+    }
+
+    /// A subject's point as the instrument reads it, and what the sensor adds to where it triggers there.
+    fn read_point(
+        &self,
+        state: &State,
+        row: usize,
+        subject: Subject,
+        scratch: &mut Scratch,
+    ) -> (Vector3<f64>, SensorShift) {
+        let Subject::Target(target) = subject else { return (Vector3::zeros(), SensorShift::default()) };
+        let Scratch { pose, drives, .. } = scratch;
+        let (point, _) = pose.point(state, target);
+        let point = point + self.reading_shift(state, row, point, pose, drives);
+        (point, self.sensor_shift(state, row, point, pose, drives))
+    }
+
+    /// Residuals (measured less predicted, mm and rad) of one row's equations, appended to `out`.
+    pub(crate) fn row_residuals(&self, state: &State, row: usize, scratch: &mut Scratch, out: &mut Vec<f64>) {
+        self.assume(state, row, scratch);
+        let mut known = None;
+        for equation in self.observations.of_row(row) {
+            let subject = self.subject(equation);
+            let read = match known {
+                Some((same, read)) if same == subject => read,
+                _ => self.read_point(state, row, subject, scratch),
+            };
+            known = Some((subject, read));
+            let context = self.context(state, row, scratch, read);
+            out.push(equation.measured - equation.measurand.kind.predict(equation.measurand, &context).value);
+        }
+    }
+
+    /// Residuals and derivatives of the given rows, for the free slots, followed by the parameters of `probes`
+    /// (effects that do not take part, at zero). Rows are scaled by sigma and the root of their weight.
+    pub fn block(&self, state: &State, rows: &[usize], weights: &[f64], probes: &[&dyn Effect]) -> RowBlock {
+        self.block_and_rates(state, rows, weights, probes, &[]).0
+    }
+
+    /// The same, and how fast the parameters of further effects drive what they drive: parameters by rows. For effects that
+    /// change one joint's coordinate and nothing else.
+    pub fn block_and_rates(
+        &self,
+        state: &State,
+        rows: &[usize],
+        weights: &[f64],
+        probes: &[&dyn Effect],
+        driving: &[&dyn Effect],
+    ) -> (RowBlock, DMatrix<f64>) {
+        let equations: usize = rows.iter().map(|row| self.observations.range(*row).len()).sum();
+        let probe_parameters: usize = probes.iter().map(|probe| probe.parameters().len()).sum();
+        let width = self.slots.len() + probe_parameters;
+        let mut block =
+            RowBlock { residuals: Vec::with_capacity(equations), jacobian: DMatrix::zeros(width, equations) };
+        let driven: usize = driving.iter().map(|effect| effect.parameters().len()).sum();
+        let mut rates = DMatrix::zeros(driven, rows.len());
+        let mut scratch = Scratch::default();
+        let mut column = 0;
+        for (row, mut rates) in rows.iter().zip(rates.column_iter_mut()) {
+            let weight = weights.get(*row).copied().unwrap_or(1.0).sqrt();
+            column = self.row_block(state, *row, weight, probes, &mut scratch, &mut block, column);
+            self.rates(state, *row, driving, &mut scratch, rates.as_mut_slice());
+        }
+        (block, rates)
+    }
+
+    /// How fast every parameter of some effects drives what it drives, in a row whose posture is known.
+    fn rates(
+        &self,
+        state: &State,
+        row: usize,
+        driving: &[&dyn Effect],
+        scratch: &mut Scratch,
+        rates: &mut [f64],
+    ) {
+        let Scratch { pose, drives, .. } = scratch;
+        let situation = self.situation(state, row, &pose.posture, &pose.moments, None);
+        let mut first = 0;
+        for effect in driving {
+            drives.clear();
+            effect.drive(&situation, drives);
+            for drive in drives.iter() {
+                if let Some(rate) = rates.get_mut(first + drive.parameter) {
+                    *rate += drive.rate;
+                }
+            }
+            first += effect.parameters().len();
+        }
+    }
+
+    /// One row's part of a block, from `column` on; returns the column after it.
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "one inner loop of the fit; a struct for its six parts would only be unpacked here"
+    )]
+    fn row_block(
+        &self,
+        state: &State,
+        row: usize,
+        weight: f64,
+        probes: &[&dyn Effect],
+        scratch: &mut Scratch,
+        block: &mut RowBlock,
+        mut column: usize,
+    ) -> usize {
+        self.assume(state, row, scratch);
+        let mut known = None;
+        for equation in self.observations.of_row(row) {
+            let subject = self.subject(equation);
+            let read = match known {
+                Some((same, read)) if same == subject => read,
+                _ => self.motions(state, row, subject, probes, scratch),
+            };
+            known = Some((subject, read));
+            let context = self.context(state, row, scratch, read);
+            let prediction = equation.measurand.kind.predict(equation.measurand, &context);
+            let scale = weight / equation.sigma;
+            block.residuals.push((equation.measured - prediction.value) * scale);
+            if column < block.jacobian.ncols() {
+                let mut entries = block.jacobian.column_mut(column);
+                let (by_point, by_turn) = (prediction.by_point * scale, prediction.by_turn * scale);
+                let what = equation.measurand;
+                let by_sensor = what.kind.sensor_handle(self.model, what).map_or(0.0, |_| scale);
+                let motion = &scratch.motion;
+                let motions = motion.linear.iter().zip(&motion.angular).zip(&motion.sensor);
+                for (entry, ((linear, angular), sensor)) in entries.iter_mut().zip(motions) {
+                    *entry = by_point.dot(linear) + by_turn.dot(angular) - by_sensor * sensor;
+                }
+                what.kind.own_derivatives(what, &context, &mut |wanted, value| {
+                    let index = self.slots.iter().position(|slot| *slot == wanted);
+                    if let Some(entry) = index.and_then(|index| entries.get_mut(index)) {
+                        *entry = value * scale;
+                    }
+                });
+            }
+            column += 1;
+        }
+        column
+    }
+}
+
+/// The row before each row in the order of time; nothing for the first.
+fn rows_before(table: &Table) -> Vec<Option<usize>> {
+    let mut before = vec![None; table.len()];
+    let order = table.order();
+    for (earlier, later) in order.iter().zip(order.iter().skip(1)) {
+        if let Some(entry) = before.get_mut(*later) {
+            *entry = Some(*earlier);
+        }
+    }
+    before
+}
+
+/// The first finite time in a table, s; 0 where none is logged.
+fn first_time(table: &Table) -> f64 {
+    let times = table.time.iter().flatten().copied().filter(|time| time.is_finite());
+    let first = times.fold(f64::INFINITY, f64::min);
+    if first.is_finite() { first } else { 0.0 }
+}

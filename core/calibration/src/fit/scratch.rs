@@ -1,0 +1,52 @@
+//! Room for the computation of one row, kept from row to row so that nothing is allocated anew.
+
+use nalgebra::Vector3;
+
+use super::arm_pose::ArmPose;
+use crate::effect::Drive;
+
+/// A small motion of the subject: of its point (mm) and attitude (rad), frame of the measurements.
+pub(super) type Motion = (Vector3<f64>, Vector3<f64>);
+
+/// The subject's motion per free number and probe.
+#[derive(Default)]
+pub(crate) struct SubjectMotion {
+    pub(super) linear: Vec<Vector3<f64>>,
+    pub(super) angular: Vec<Vector3<f64>>,
+    /// How the sensor's own number (its height, at an edge the place left of it) grows, mm.
+    pub(super) sensor: Vec<f64>,
+}
+
+impl SubjectMotion {
+    pub(super) fn clear(&mut self) {
+        self.linear.clear();
+        self.angular.clear();
+        self.sensor.clear();
+    }
+
+    /// Makes room for so many more numbers, none of which moves anything yet; returns the first of them.
+    pub(super) fn extend(&mut self, by: usize) -> usize {
+        let first = self.linear.len();
+        self.linear.resize(first + by, Vector3::zeros());
+        self.angular.resize(first + by, Vector3::zeros());
+        self.sensor.resize(first + by, 0.0);
+        first
+    }
+
+    pub(super) fn add(&mut self, index: usize, (moved, turned): Motion, rate: f64) {
+        if let (Some(linear), Some(angular)) = (self.linear.get_mut(index), self.angular.get_mut(index)) {
+            *linear += moved * rate;
+            *angular += turned * rate;
+        }
+    }
+}
+
+/// Room for one row's computation.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    pub(super) pose: ArmPose,
+    pub(super) drives: Vec<Drive>,
+    pub(super) motion: SubjectMotion,
+    /// How the subject moves when a joint turns, one a joint.
+    pub(super) by_joint: Vec<Motion>,
+}

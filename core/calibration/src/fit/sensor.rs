@@ -1,0 +1,187 @@
+//! What a row's instruments add: circumstances of a row as effects are told them, the arm's own sensor, the instrument.
+
+use nalgebra::{Matrix3, Vector3};
+use plumb_kinematics::{Posture, Weights};
+
+use super::arm_pose::ArmPose;
+use super::residual_model::ResidualModel;
+use super::state::State;
+use super::view_of_table::ViewOfTable;
+use crate::effect::{Drive, Handle, LooksAt, Situation, Trigger};
+use crate::measurement::SensorShift;
+
+/// By how much the sensor is lifted to see how an edge's place depends on its height, mm: small beside a spot of some mm,
+/// large beside rounding.
+const PROBE_HEIGHT: f64 = 0.002;
+
+impl ResidualModel<'_> {
+    /// What effects are told of a row, with its point where that is known.
+    pub(super) fn situation<'s>(
+        &'s self,
+        state: &State,
+        row: usize,
+        posture: &'s Posture,
+        moments: &'s [f64],
+        point: Option<Vector3<f64>>,
+    ) -> Situation<'s> {
+        let joints = self.table.joints;
+        let cell = |column: &Option<Vec<f64>>| column.as_ref().and_then(|column| column.get(row)).copied();
+        let approach =
+            self.table.approach.as_deref().and_then(|sides| sides.get(row * joints..(row + 1) * joints));
+        let hand = point.map_or_else(Matrix3::identity, |_| {
+            state.base.rotation.matrix() * posture.flange.rotation.matrix()
+        });
+        Situation {
+            chain: &self.model.chain,
+            q: self.table.q_of(row),
+            previous: self.previous.get(row).copied().flatten().map(|before| self.table.q_of(before)),
+            approach: approach.unwrap_or(&[]),
+            time: cell(&self.table.time).map_or(f64::NAN, |time| time - self.first_time),
+            clock: cell(&self.table.time).unwrap_or(row as f64),
+            temperature: cell(&self.table.temperature).unwrap_or(f64::NAN),
+            weights: self.weights(state, row),
+            moments,
+            posture,
+            point: point.unwrap_or_else(Vector3::zeros),
+            hand,
+            trigger: self.trigger(state, row, point, hand.column(2).into_owned()),
+        }
+    }
+
+    /// Everything with weight in a row.
+    pub(super) fn weights(&self, state: &State, row: usize) -> Weights<'_> {
+        let load = self.table.payload.as_ref().and_then(|loads| loads.get(row)).copied();
+        let payload = load.filter(|load| load.is_finite()).unwrap_or(0.0);
+        Weights { masses: &self.model.masses, payload, down: self.down(state) }
+    }
+
+    /// What steps in time are dated by in a row; nothing where a logged time is not finite.
+    pub fn clock(&self, row: usize) -> Option<f64> {
+        let clock = self.table.time.as_ref().map_or(Some(row as f64), |time| time.get(row).copied());
+        clock.filter(|clock| clock.is_finite())
+    }
+
+    /// What the arm's own sensor did in a row, if it triggered there looking in the direction `look`.
+    fn trigger(
+        &self,
+        state: &State,
+        row: usize,
+        point: Option<Vector3<f64>>,
+        look: Vector3<f64>,
+    ) -> Option<Trigger> {
+        let measurands = self.observations.of_row(row).iter().map(|equation| equation.measurand);
+        let surface = measurands.filter(|what| what.kind.is_trigger()).map(|what| what.index()).next()?;
+        let known = self.model.surfaces.get(surface)?;
+        let edge = known.shape.is_edge();
+        let sensor = self.model.sensor;
+        let distance = match (sensor, point) {
+            // At an edge it works over the table; over anything else, over that.
+            (Some(sensor), Some(point)) if edge => {
+                sensor.working + ViewOfTable::new(state).ahead(&point, &look)
+            }
+            (Some(sensor), Some(point)) => {
+                let shape = state.surfaces.get(surface);
+                sensor.working + shape.map_or(0.0, |shape| shape.distance(&point, &Vector3::z()).0)
+            }
+            _ => f64::NAN,
+        };
+        Some(Trigger {
+            surface,
+            edge,
+            light: known.light.unwrap_or(0.0),
+            // Where it is not logged, a sensor comes on over something and goes off at an edge.
+            came_on: self.table.came_on(row).unwrap_or(!edge),
+            distance,
+            sensor,
+        })
+    }
+
+    /// What the sensor adds to where it triggers, by its data sheet and by the effects that take part.
+    pub(super) fn sensor_shift(
+        &self,
+        state: &State,
+        row: usize,
+        point: Vector3<f64>,
+        pose: &ArmPose,
+        drives: &mut Vec<Drive>,
+    ) -> SensorShift {
+        if self.model.sensor.is_none() {
+            return SensorShift::default();
+        }
+        let (above, left) = self.seen(state, row, point, pose, drives);
+        let higher = point + ViewOfTable::new(state).normal * PROBE_HEIGHT;
+        let (_, left_of_higher) = self.seen(state, row, higher, pose, drives);
+        SensorShift { above, left, left_by_height: (left_of_higher - left) / PROBE_HEIGHT }
+    }
+
+    /// How far above a surface, and how far left of an edge, the sensor triggers at a point, mm.
+    fn seen(
+        &self,
+        state: &State,
+        row: usize,
+        point: Vector3<f64>,
+        pose: &ArmPose,
+        drives: &mut Vec<Drive>,
+    ) -> (f64, f64) {
+        let situation = self.situation(state, row, &pose.posture, &pose.moments, Some(point));
+        let (mut above, mut left) = match situation.trigger {
+            Some(Trigger { edge: true, light, came_on, distance, sensor: Some(sensor), .. }) => {
+                (0.0, light * 0.5 * sensor.spot * sensor.early(came_on, distance, sensor.hysteresis))
+            }
+            Some(Trigger { edge: false, came_on, sensor: Some(sensor), .. }) => {
+                (sensor.above(came_on, sensor.hysteresis), 0.0)
+            }
+            _ => (0.0, 0.0),
+        };
+        self.each_change_at_the_point(state, &situation, drives, |handle, amount| match handle {
+            Handle::Trigger => above += amount,
+            Handle::Edge => left += amount,
+            _ => {}
+        });
+        (above, left)
+    }
+
+    /// What the instrument adds to a point's coordinates, mm, frame of the measurements.
+    pub(super) fn reading_shift(
+        &self,
+        state: &State,
+        row: usize,
+        point: Vector3<f64>,
+        pose: &ArmPose,
+        drives: &mut Vec<Drive>,
+    ) -> Vector3<f64> {
+        let mut shift = Vector3::zeros();
+        if self.parts.iter().all(|part| part.effect.looks_at() != LooksAt::Point) {
+            return shift;
+        }
+        let situation = self.situation(state, row, &pose.posture, &pose.moments, Some(point));
+        self.each_change_at_the_point(state, &situation, drives, |handle, amount| {
+            if let Handle::Reading(axis) = handle
+                && let Some(component) = shift.get_mut(axis)
+            {
+                *component += amount;
+            }
+        });
+        shift
+    }
+
+    /// Hands over, one by one, what the effects of instrument and sensor change at their present values.
+    fn each_change_at_the_point(
+        &self,
+        state: &State,
+        situation: &Situation<'_>,
+        drives: &mut Vec<Drive>,
+        mut take: impl FnMut(Handle, f64),
+    ) {
+        for (part, values) in self.parts.iter().zip(&state.effects) {
+            if part.effect.looks_at() != LooksAt::Point {
+                continue;
+            }
+            drives.clear();
+            part.effect.drive(situation, drives);
+            for drive in drives.iter() {
+                take(drive.handle, drive.rate * values.get(drive.parameter).copied().unwrap_or(0.0));
+            }
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! How the subject of a measurement (a target's point, a frame's attitude) moves with every free number: the Jacobian that
+//! all kinds of measurement share.
+//!
+//! A number of a joint's row moves all that lies beyond by a twist (Whitney, The mathematics of coordinated control of
+//! prosthetic arms and manipulators, 1972): a point p by `v + w x p`, an attitude by `w`.
+
+use nalgebra::Vector3;
+use plumb_kinematics::Knob;
+
+use super::arm_pose::ArmPose;
+use super::residual_model::ResidualModel;
+use super::scratch::{Motion, Scratch, SubjectMotion};
+use super::state::{Slot, State};
+use crate::arm_model::Frame;
+use crate::effect::{Drive, Effect, Handle, Situation};
+use crate::measurement::{SensorShift, Subject};
+
+const STILL: Motion = (Vector3::new(0.0, 0.0, 0.0), Vector3::new(0.0, 0.0, 0.0));
+
+/// The frames one row's derivatives are taken in.
+struct SubjectFrames<'a> {
+    pose: &'a ArmPose,
+    subject: Subject,
+    /// The subject's point in the frame of the measurements and in the base's frame, mm.
+    point: Vector3<f64>,
+    in_base: Vector3<f64>,
+    /// How the subject moves when a joint turns, where that has been worked out.
+    by_joint: &'a [Motion],
+}
+
+impl SubjectFrames<'_> {
+    /// How the subject moves with one number of one joint's row.
+    fn with_joint(&self, joint: usize, knob: Knob) -> Motion {
+        let twist = self.pose.posture.twist(joint, knob, &self.in_base);
+        (self.pose.base * twist.linear, self.pose.base * twist.angular)
+    }
+
+    /// Whether a joint's row lies beyond the frame whose attitude is measured, so that it does not turn it.
+    fn is_beyond(&self, joint: usize) -> bool {
+        match self.subject {
+            Subject::Target(_) => false,
+            Subject::Frame(Frame::Base) => joint > 0,
+            Subject::Frame(Frame::After(carrier)) => joint > carrier,
+        }
+    }
+
+    /// How the subject's point and attitude move with one handle.
+    fn with(&self, handle: Handle) -> Motion {
+        let pose = self.pose;
+        match handle {
+            Handle::Joint(..) if self.subject == Subject::Frame(Frame::Base) => STILL,
+            Handle::Joint(joint, _) | Handle::Twist { after: joint, .. } if self.is_beyond(joint) => STILL,
+            Handle::Joint(joint, knob) => match (knob, self.by_joint.get(joint)) {
+                // Most effects turn joints: that is worked out once a row.
+                (Knob::Theta, Some(turned)) => *turned,
+                _ => self.with_joint(joint, knob),
+            },
+            Handle::Twist { shift, turn, about, .. } => {
+                (pose.base * (shift + turn.cross(&(self.in_base - about))), pose.base * turn)
+            }
+            Handle::Target(target, axis) if self.subject == Subject::Target(target) => {
+                (pose.base * pose.posture.flange.rotation.matrix().column(axis.min(2)), Vector3::zeros())
+            }
+            Handle::BaseShift(axis) | Handle::Reading(axis) => {
+                (Vector3::ith(axis.min(2), 1.0), Vector3::zeros())
+            }
+            Handle::BaseTurn(axis) => {
+                let axis = Vector3::ith(axis.min(2), 1.0);
+                (axis.cross(&(self.point - pose.origin)), axis)
+            }
+            Handle::Target(..) | Handle::Trigger | Handle::Edge => STILL,
+        }
+    }
+
+    /// Adds how the subject moves with an effect's parameters.
+    fn add_effect(
+        &self,
+        effect: &dyn Effect,
+        situation: &Situation<'_>,
+        sensor: Option<Handle>,
+        drives: &mut Vec<Drive>,
+        motion: &mut SubjectMotion,
+    ) {
+        drives.clear();
+        effect.drive(situation, drives);
+        let first = motion.extend(effect.parameters().len());
+        for drive in drives.iter() {
+            let index = first + drive.parameter;
+            if sensor == Some(drive.handle)
+                && let Some(own) = motion.sensor.get_mut(index)
+            {
+                *own += drive.rate;
+            }
+            motion.add(index, self.with(drive.handle), drive.rate);
+        }
+    }
+}
+
+impl ResidualModel<'_> {
+    /// Works out the subject's motion per free number and probe; returns its point as the instrument reads it, and what the
+    /// sensor adds to where it triggers there.
+    pub(super) fn motions(
+        &self,
+        state: &State,
+        row: usize,
+        subject: Subject,
+        probes: &[&dyn Effect],
+        scratch: &mut Scratch,
+    ) -> (Vector3<f64>, SensorShift) {
+        let Scratch { pose, drives, motion, by_joint } = scratch;
+        let pose = &*pose;
+        let target = if let Subject::Target(target) = subject { target } else { 0 };
+        let (point, in_base) = pose.point(state, target);
+        let read = point + self.reading_shift(state, row, point, pose, drives);
+        let shift = self.sensor_shift(state, row, read, pose, drives);
+
+        let mut frames = SubjectFrames { pose, subject, point, in_base, by_joint: &[] };
+        by_joint.clear();
+        by_joint.extend((0..self.model.chain.len()).map(|joint| frames.with_joint(joint, Knob::Theta)));
+        frames.by_joint = by_joint;
+
+        motion.clear();
+        for slot in &self.slots {
+            let handle = match *slot {
+                Slot::BaseShift(axis) => Handle::BaseShift(axis),
+                Slot::BaseTurn(axis) => Handle::BaseTurn(axis),
+                Slot::Target(target, axis) => Handle::Target(target, axis),
+                // Places and surfaces do not move the subject; see `own_derivatives`.
+                Slot::Place(..) | Slot::Surface(..) => {
+                    motion.extend(1);
+                    continue;
+                }
+                Slot::Effect(..) => continue,
+            };
+            let index = motion.extend(1);
+            motion.add(index, frames.with(handle), 1.0);
+        }
+        let situation = self.situation(state, row, &pose.posture, &pose.moments, Some(point));
+        let sensor = self.sensor_handle(row);
+        let taking_part = self.parts.iter().map(|part| part.effect.as_ref());
+        for effect in taking_part.chain(probes.iter().copied()) {
+            frames.add_effect(effect, &situation, sensor, drives, motion);
+        }
+        (read, shift)
+    }
+
+    /// The sensor's own number that a row's trigger depends on, if it triggered there.
+    fn sensor_handle(&self, row: usize) -> Option<Handle> {
+        let measurands = self.observations.of_row(row).iter().map(|equation| equation.measurand);
+        measurands.filter_map(|what| what.kind.sensor_handle(self.model, what)).next()
+    }
+}

@@ -1,0 +1,114 @@
+//! The surroundings of a state taken as flat: residuals and derivatives of some rows, on which robust weights settle without the
+//! arm being posed anew.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::residual_model::ResidualModel;
+use super::robust::Distances;
+use super::state::State;
+use plumb_estimation::NormalEquations;
+use plumb_estimation::full_step;
+
+/// Derivatives held at most; larger tables settle their weights row by row.
+const MOST: usize = 4_000_000;
+
+/// Rounds of weighing at most, and the change of a weight that ends them.
+const ROUNDS: usize = 20;
+const SETTLED: f64 = 1e-3;
+
+pub(super) struct Tangent<'t> {
+    machine: &'t ResidualModel<'t>,
+    rows: &'t [usize],
+    /// Measured less predicted, in declared sigmas.
+    residuals: DVector<f64>,
+    /// Slots by equations, in declared sigmas.
+    jacobian: DMatrix<f64>,
+    /// First equation of each row, and one past the last.
+    first: Vec<usize>,
+    /// NormalEquations equations of what is known besides the rows: distances between places.
+    known: NormalEquations,
+}
+
+impl<'t> Tangent<'t> {
+    /// At a state; nothing if the table is too large for it.
+    pub(super) fn at(machine: &'t ResidualModel<'t>, state: &State, rows: &'t [usize]) -> Option<Self> {
+        let mut first = vec![0];
+        for row in rows {
+            first.push(first.last().copied().unwrap_or(0) + machine.observations.range(*row).len());
+        }
+        let slots = machine.slots().len();
+        if first.last().copied().unwrap_or(0) * slots > MOST {
+            return None;
+        }
+        let block = machine.block(state, rows, &[], &[]);
+        let mut known = NormalEquations::zeros(slots);
+        machine.place_distances(state, &mut known);
+        let residuals = DVector::from_vec(block.residuals);
+        Some(Self { machine, rows, residuals, jacobian: block.jacobian, first, known })
+    }
+
+    /// Weights every row by how far it lies from the fit with these weights, again and again until nothing changes. Returns the
+    /// step to that fit, and the weights, one per row of the table.
+    pub(super) fn settle(
+        &self,
+        mut weights: Vec<f64>,
+        held: &[usize],
+        parameters: usize,
+    ) -> (DVector<f64>, Vec<f64>) {
+        let mut normal = self.known.clone();
+        self.weigh(&mut normal, |row| weights.get(row).copied().unwrap_or(1.0));
+        for _ in 0..ROUNDS {
+            let distances = self.distances(&full_step(&normal, held));
+            let fresh = distances.weights(distances.scale(self.rows, parameters));
+            let change = |row: usize| match (fresh.get(row), weights.get(row)) {
+                (Some(fresh), Some(old)) => fresh - old,
+                _ => 0.0,
+            };
+            let moved = self.rows.iter().map(|row| change(*row).abs()).fold(0.0, f64::max);
+            self.weigh(&mut normal, change);
+            weights = fresh;
+            if moved < SETTLED {
+                break;
+            }
+        }
+        (full_step(&normal, held), weights)
+    }
+
+    /// Adds every row, times its share, to normal equations.
+    fn weigh(&self, normal: &mut NormalEquations, share: impl Fn(usize) -> f64) {
+        let mut places = Vec::new();
+        let mut shares = Vec::new();
+        for (index, row) in self.rows.iter().enumerate() {
+            let share = share(*row);
+            if share != 0.0 {
+                places.extend(self.range(index));
+                shares.resize(places.len(), share);
+            }
+        }
+        let columns = self.jacobian.select_columns(&places);
+        let mut shared = columns.clone();
+        for (mut column, share) in shared.column_iter_mut().zip(&shares) {
+            column *= *share;
+        }
+        normal.matrix.gemm(1.0, &shared, &columns.transpose(), 1.0);
+        normal.gradient.gemv(1.0, &shared, &self.residuals.select_rows(&places), 1.0);
+    }
+
+    fn range(&self, index: usize) -> std::ops::Range<usize> {
+        let at = |index: usize| self.first.get(index).copied().unwrap_or(0);
+        at(index)..at(index + 1)
+    }
+
+    /// How far every row would be from its prediction after a step.
+    fn distances(&self, step: &DVector<f64>) -> Distances {
+        let off = &self.residuals - self.jacobian.tr_mul(step);
+        let mut rows = vec![(0.0, 0); self.machine.table.len()];
+        for (index, row) in self.rows.iter().enumerate() {
+            let own = self.range(index);
+            if let Some(distance) = rows.get_mut(*row) {
+                *distance = (off.rows(own.start, own.len()).norm(), own.len());
+            }
+        }
+        Distances { rows }
+    }
+}

@@ -1,0 +1,179 @@
+//! The arm a model file describes, its effects and all: where its flange stands.
+
+use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
+use plumb_kinematics::{Deviation, Posture, Weights};
+
+use crate::arm_model::Model;
+use crate::effect::{self, Effect, EffectNameError, Handle, LooksAt, Situation};
+
+/// A model with everything that has been added to it, ready to be asked.
+#[derive(Debug)]
+pub struct ForwardModel {
+    model: Model,
+    effects: Vec<(Box<dyn Effect>, Vec<f64>)>,
+}
+
+impl ForwardModel {
+    /// Builds the effects in `effects:` and `fitted:` of a model file. What acts elsewhere than in a joint's row (base, targets, instrument) leaves the
+    /// flange where it is in the base's frame.
+    ///
+    /// # Errors
+    /// [`EffectNameError`] for an effect that cannot be where the file has it.
+    pub fn new(model: Model) -> Result<Self, EffectNameError> {
+        let added = model.effects.iter().chain(&model.fitted);
+        let effects = added
+            .map(|added| Ok((effect::build(&added.id, &model)?, added.values.clone())))
+            .collect::<Result<_, EffectNameError>>()?;
+        Ok(Self { model, effects })
+    }
+
+    /// Where the flange is in the base's frame, mm. `q` are the joints as commanded, rad or mm; `approach` is the side each arrived from (-1, 0, 1), empty
+    /// where not known.
+    pub fn flange(&self, q: &[f64], approach: &[i8]) -> IsometryMatrix3<f64> {
+        let effects = self.effects.iter().map(|(effect, values)| (effect.as_ref(), values.as_slice()));
+        flange(&self.model, effects, q, approach)
+    }
+}
+
+/// Rounds in which what bends under its own weight comes to balance.
+const ROUNDS: usize = 3;
+
+/// What effects do to an arm in one pose.
+struct Done {
+    deviations: Vec<Deviation>,
+    /// Shift of the base's origin and turn about it that bent links give everything beyond them, base frame.
+    shift: Vector3<f64>,
+    turn: Vector3<f64>,
+}
+
+/// Where the flange is under these effects at these values.
+pub fn flange<'a>(
+    model: &Model,
+    effects: impl Iterator<Item = (&'a dyn Effect, &'a [f64])>,
+    q: &[f64],
+    approach: &[i8],
+) -> IsometryMatrix3<f64> {
+    let effects: Vec<(&dyn Effect, &[f64])> = effects.collect();
+    let mut posture = Posture::of(&model.chain, q, &[]);
+    if effects.is_empty() {
+        return posture.flange;
+    }
+    let yields = effects.iter().any(|(effect, _)| effect.looks_at() == LooksAt::Gravity);
+    let mut done = done(model, &effects, q, approach, &posture);
+    for _ in 1..if yields { ROUNDS } else { 1 } {
+        posture = Posture::of(&model.chain, q, &done.deviations);
+        done = self::done(model, &effects, q, approach, &posture);
+    }
+    let stiff = Posture::of(&model.chain, q, &done.deviations).flange;
+    let at = stiff.translation.vector;
+    let turned = Rotation3::new(done.turn) * stiff.rotation;
+    IsometryMatrix3::from_parts(Translation3::from(at + done.shift + done.turn.cross(&at)), turned)
+}
+
+/// What the effects do when the arm stands so.
+fn done(
+    model: &Model,
+    effects: &[(&dyn Effect, &[f64])],
+    q: &[f64],
+    approach: &[i8],
+    posture: &Posture,
+) -> Done {
+    let mut done = Done {
+        deviations: vec![Deviation::default(); model.chain.len()],
+        shift: Vector3::zeros(),
+        turn: Vector3::zeros(),
+    };
+    in_pose(model, q, approach, posture, |situation| {
+        let mut drives = Vec::new();
+        for (effect, values) in effects {
+            drives.clear();
+            effect.drive(situation, &mut drives);
+            for drive in &drives {
+                let amount = drive.rate * values.get(drive.parameter).copied().unwrap_or(0.0);
+                match drive.handle {
+                    Handle::Joint(joint, knob) => {
+                        if let Some(deviation) = done.deviations.get_mut(joint) {
+                            deviation.add(knob, amount);
+                        }
+                    }
+                    Handle::Twist { shift, turn, about, .. } => {
+                        done.shift += (shift - turn.cross(&about)) * amount;
+                        done.turn += turn * amount;
+                    }
+                    _ => {}
+                }
+            }
+        }
+    });
+    done
+}
+
+/// How fast each of an effect's parameters changes a joint's coordinate in a pose; for an effect that does nothing else.
+pub fn rates(model: &Model, effect: &dyn Effect, q: &[f64], approach: &[i8]) -> Vec<f64> {
+    let mut rates = vec![0.0; effect.parameters().len()];
+    let posture = Posture::of(&model.chain, q, &[]);
+    in_pose(model, q, approach, &posture, |situation| {
+        let mut drives = Vec::new();
+        effect.drive(situation, &mut drives);
+        for drive in &drives {
+            if let Some(rate) = rates.get_mut(drive.parameter) {
+                *rate += drive.rate;
+            }
+        }
+    });
+    rates
+}
+
+/// Hands over what an effect may know of a pose of which nothing but joints and sides of approach is known.
+fn in_pose(
+    model: &Model,
+    q: &[f64],
+    approach: &[i8],
+    posture: &Posture,
+    mut ask: impl FnMut(&Situation<'_>),
+) {
+    let weights =
+        Weights { masses: &model.masses, payload: 0.0, down: model.down(&model.base.pose.rotation) };
+    let mut moments = Vec::new();
+    weights.moments(posture, &mut moments);
+    ask(&Situation {
+        chain: &model.chain,
+        q,
+        previous: None,
+        approach,
+        time: f64::NAN,
+        clock: f64::NAN,
+        temperature: f64::NAN,
+        moments: &moments,
+        weights,
+        posture,
+        point: posture.flange.translation.vector,
+        hand: posture.flange.rotation.into_inner(),
+        trigger: None,
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PUMA: &str = include_str!("../../../workcells/arms/puma560.yaml");
+
+    fn arm(effects: &str) -> ForwardModel {
+        let text = PUMA.replace("effects: []", effects);
+        ForwardModel::new(Model::parse("puma560.yaml", &text).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_shoulder_that_gives_way_lets_the_flange_down_and_play_tells_the_sides_apart() {
+        let q = [0.3, -0.2, 1.4, 0.0, 0.3, 0.0];
+        let stiff = arm("effects: []").flange(&q, &[]);
+        let soft =
+            arm("effects: [{effect: joint_compliance, where: shoulder, values: {compliance: 1.0e-4}}]");
+        let sunk = soft.flange(&q, &[]).translation.z - stiff.translation.z;
+        assert!((-5.0..-0.5).contains(&sunk), "{sunk} mm");
+        let worn = arm("effects: [{effect: joint_backlash, where: shoulder, values: {play_deg: 0.2}}]");
+        let side = |side: i8| worn.flange(&q, &[0, side, 0, 0, 0, 0]).translation.z;
+        assert!((side(1) - side(-1)).abs() > 1.0 && (side(0) - stiff.translation.z).abs() < 1e-9);
+    }
+}

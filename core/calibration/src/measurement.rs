@@ -1,0 +1,26 @@
+//! Measurements: what a table's numbers are of, and how each kind of them follows from the arm.
+//!
+//! One file a kind. A kind reads its columns, predicts its value and says how that changes with the point (or attitude)
+//! that is measured; how these move with the arm's parameters is worked out once for all of them. The kinds are listed in
+//! `library.rs`.
+
+mod distance;
+mod edge;
+mod error;
+mod height;
+mod kind;
+mod library;
+mod observations;
+mod position;
+mod row;
+#[cfg(test)]
+mod tests;
+mod tilt;
+mod touch;
+mod trigger;
+
+pub use error::ObservationsError;
+pub use kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext, SensorShift, Subject};
+pub use library::kinds;
+pub use observations::Observations;
+pub use row::RowReader;

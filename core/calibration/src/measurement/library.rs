@@ -1,0 +1,18 @@
+//! The list of measurement kinds. A row's equations stand in this order.
+
+use super::kind::MeasurementKind;
+
+static KINDS: &[&dyn MeasurementKind] = &[
+    &super::position::Position,
+    &super::touch::Touch,
+    &super::height::Height,
+    &super::trigger::Trigger,
+    &super::edge::Edge,
+    &super::tilt::Tilt,
+    &super::distance::Distance,
+];
+
+/// All kinds of measurement, in the order in which a row's equations stand.
+pub fn kinds() -> &'static [&'static dyn MeasurementKind] {
+    KINDS
+}

@@ -1,0 +1,157 @@
+//! What a table says, as equations: one for every number that was measured.
+
+use plumb_kinematics::Motion;
+
+use super::error::ObservationsError;
+use super::kind::Equation;
+use super::library::kinds;
+use super::row::RowReader;
+use crate::arm_model::{Model, TouchDistance};
+use crate::table::Table;
+
+/// A known distance between two touched places.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PlaceDistance {
+    pub(crate) first: usize,
+    pub(crate) second: usize,
+    pub(crate) length: f64,
+    pub(crate) sigma: f64,
+}
+
+/// Sigma of a known distance between places, as a share of the sigma of touching: it was measured with better means.
+const KNOWN_DISTANCE: f64 = 0.1;
+
+/// All equations of a table, row by row.
+#[derive(Debug, Clone, Default)]
+pub struct Observations {
+    /// First equation of each row, and one past the last at the end.
+    pub(crate) starts: Vec<u32>,
+    /// All equations, by rows of the table.
+    pub equations: Vec<Equation>,
+    pub(crate) place_distances: Vec<PlaceDistance>,
+    /// Names of touched places, as in the table.
+    pub(crate) places: Vec<String>,
+    /// Whether every equation's sigma was declared.
+    pub declared: bool,
+}
+
+impl Observations {
+    /// Reads the equations off a table.
+    ///
+    /// # Errors
+    /// See [`ObservationsError`].
+    pub fn new(model: &Model, table: &Table) -> Result<Self, ObservationsError> {
+        check_joint_count(model, table)?;
+        check_joint_units(model, table)?;
+        for kind in kinds() {
+            kind.check(model, table)?;
+        }
+        let (mut equations, mut starts) = (Vec::new(), vec![0]);
+        for row in 0..table.len() {
+            let reader = RowReader { model, table, row };
+            for kind in kinds() {
+                kind.read(&reader, &mut equations)?;
+            }
+            starts.push(equations.len() as u32);
+        }
+        if equations.is_empty() {
+            return Err(ObservationsError::Nothing { table: table.source.clone(), columns: known_columns() });
+        }
+        Ok(Self {
+            starts,
+            declared: equations.iter().all(|equation| equation.is_declared),
+            equations,
+            place_distances: place_distances(model, table)?,
+            places: table.touch.names.clone(),
+        })
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// Where a row's equations stand in the list.
+    pub fn range(&self, row: usize) -> std::ops::Range<usize> {
+        let start = self.starts.get(row).map_or(0, |start| *start as usize);
+        let end = self.starts.get(row + 1).map_or(0, |end| *end as usize);
+        start..end
+    }
+
+    /// A row's equations.
+    pub fn of_row(&self, row: usize) -> &[Equation] {
+        self.equations.get(self.range(row)).unwrap_or(&[])
+    }
+
+    /// All equations.
+    pub fn equations(&self) -> &[Equation] {
+        &self.equations
+    }
+}
+
+/// The columns that hold measurements: `p1_x_mm ..., touch or distance_mm`.
+fn known_columns() -> String {
+    let mut columns: Vec<&str> = kinds().iter().map(|kind| kind.columns()).collect();
+    columns.dedup();
+    match columns.split_last() {
+        Some((last, others)) => format!("{} or {last}", others.join(", ")),
+        None => String::new(),
+    }
+}
+
+fn check_joint_count(model: &Model, table: &Table) -> Result<(), ObservationsError> {
+    if table.joints == model.chain.len() {
+        return Ok(());
+    }
+    Err(ObservationsError::JointCount {
+        table: table.source.clone(),
+        found: table.joints,
+        arm: model.arm.clone(),
+        expected: model.chain.len(),
+    })
+}
+
+/// A slide's column in degrees, or a turning joint's in millimetres, would be taken for another place without a word.
+fn check_joint_units(model: &Model, table: &Table) -> Result<(), ObservationsError> {
+    for (number, (joint, (column, is_length))) in
+        model.chain.joints.iter().zip(&table.coordinate_columns).enumerate()
+    {
+        let slides = joint.motion == Motion::Slides;
+        if slides == *is_length {
+            continue;
+        }
+        return Err(ObservationsError::JointUnit {
+            table: table.source.clone(),
+            column: column.clone(),
+            arm: model.arm.clone(),
+            joint: joint.name.clone(),
+            number: number + 1,
+            slides,
+        });
+    }
+    Ok(())
+}
+
+/// The known distances between places that the table touches.
+fn place_distances(model: &Model, table: &Table) -> Result<Vec<PlaceDistance>, ObservationsError> {
+    let Some(touch) = &model.touch else { return Ok(Vec::new()) };
+    let known = touch.distances.iter().filter_map(|distance| place_distance(model, table, distance));
+    known.collect()
+}
+
+/// One known distance; nothing where the table does not touch both its ends.
+fn place_distance(
+    model: &Model,
+    table: &Table,
+    distance: &TouchDistance,
+) -> Option<Result<PlaceDistance, ObservationsError>> {
+    let place = |name: &String| table.touch.names.iter().position(|known| known == name);
+    let [one, other] = &distance.between;
+    let (first, second) = (place(one)?, place(other)?);
+    if first == second {
+        let reason = format!("touch distance between `{one}` and itself");
+        return Some(Err(ObservationsError::Incomplete { table: table.source.clone(), reason }));
+    }
+    let sigma = model.noise.touch.unwrap_or(1.0) * KNOWN_DISTANCE;
+    Some(Ok(PlaceDistance { first, second, length: distance.length, sigma }))
+}

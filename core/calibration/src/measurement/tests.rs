@@ -1,0 +1,260 @@
+//! Every kind's prediction against an independent computation, and its derivatives against differences.
+
+use nalgebra::{Rotation3, Vector3};
+
+use super::*;
+use crate::arm_model::{AddedEffect, Model};
+use crate::effect::{EffectId, Spot, build};
+use crate::fit::{ResidualModel, State};
+use crate::table::Table;
+
+const ARM: &str = "
+arm: folded
+convention: distal
+joints:
+  - {name: waist, a_mm: 0, alpha_deg: 90, d_mm: 195, theta_deg: 0}
+  - {name: shoulder, a_mm: 177.8, alpha_deg: 0, d_mm: 0, theta_deg: 0}
+  - {name: elbow, a_mm: 177.8, alpha_deg: 0, d_mm: 0, theta_deg: 0, less: shoulder}
+  - {name: pitch, a_mm: 0, alpha_deg: 90, d_mm: 0, theta_deg: 90, less: elbow}
+  - {name: roll, a_mm: 0, alpha_deg: 0, d_mm: 109, theta_deg: 0}
+base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0], free: false}
+targets: {p1: {xyz_mm: [0, 0, 8], free: false}}
+surfaces:
+  table: {plane: {normal: [0, 0, 1], offset_mm: 0}, free: false}
+  line_b: {line: {point_mm: [140, 0, 0], direction: [0, 1, 0], light: right}, free: false}
+measured_from: world
+sensor: {working_mm: 8, peak_mm: 5, spot_mm: 3, hysteresis_percent: 10, dark_percent: 7}
+noise: {on_mm: 1}
+";
+
+/// The hand tilted outward and 2 mm lower than where it fires.
+const EDGE: &str = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,on,signal\n12,24.9,-112,-65,0,line_b,off\n";
+
+#[test]
+fn a_tilted_hand_meets_an_edge_where_it_looks_and_its_derivatives_say_so() {
+    let model = Model::parse("arm.yaml", ARM).unwrap();
+    let table = Table::parse("edge.csv", EDGE).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let zeros: Vec<AddedEffect> = (0..4)
+        .map(|joint| AddedEffect { id: EffectId::at("joint_zero", Spot::Joint(joint)), values: vec![0.0] })
+        .collect();
+    assert!(zeros.iter().all(|zero| build(&zero.id, &model).is_ok()));
+    let machine = ResidualModel::new(&model, &table, &observations, &zeros).unwrap();
+    let residual = |state: &State| machine.block(state, &[0], &[1.0], &[]).residuals[0];
+    let start = machine.start();
+
+    let point = machine.believed_point(&start, 0);
+    let look_outward = 65_f64.to_radians().tan().recip();
+    let seen = point.x + point.z * look_outward * 12_f64.to_radians().cos();
+    assert!(point.z.abs() > 1.0, "the point is not on the table: {point}");
+    let early = {
+        let sensor = machine.model.sensor.unwrap();
+        let distance = sensor.working + point.z / 65_f64.to_radians().sin();
+        -0.5 * sensor.spot * sensor.early(false, distance, sensor.hysteresis)
+    };
+    // Left of a line along y, seen from above, is towards -x.
+    let expected = -(-(seen - 140.0) - early);
+    assert!((residual(&start) - expected).abs() < 1e-6, "{} {expected}", residual(&start));
+
+    let jacobian = machine.block(&start, &[0], &[1.0], &[]).jacobian;
+    for joint in 0..4 {
+        let at = |by: f64| {
+            let mut state = start.clone();
+            state.effects[joint][0] += by;
+            residual(&state)
+        };
+        let slope = (at(-1e-5) - at(1e-5)) / 2e-5;
+        assert!(
+            (jacobian[(joint, 0)] - slope).abs() < 0.05 + 2e-3 * slope.abs(),
+            "{joint}: {slope} {jacobian}"
+        );
+    }
+}
+
+/// An arm with everything that can be measured on it; all that may be free is.
+const ALL: &str = "
+arm: everything
+convention: distal
+joints:
+  - {name: waist, a_mm: 0, alpha_deg: 90, d_mm: 195, theta_deg: 0}
+  - {name: shoulder, a_mm: 177.8, alpha_deg: 0, d_mm: 10, theta_deg: 0}
+  - {name: elbow, a_mm: 177.8, alpha_deg: 0, d_mm: -5, theta_deg: 0}
+  - {name: pitch, a_mm: 0, alpha_deg: 90, d_mm: 0, theta_deg: 90}
+  - {name: roll, a_mm: 0, alpha_deg: 0, d_mm: 109, theta_deg: 0}
+base: {xyz_mm: [3, -4, 5], rpy_deg: [1, -2, 10], free: true}
+targets: {p1: {xyz_mm: [4, 2, 8], free: true}, p2: {xyz_mm: [-30, 12, 20], free: true}}
+surfaces:
+  table: {plane: {normal: [0.05, -0.03, 1], offset_mm: 6}, free: true}
+  ball: {sphere: {centre_mm: [200, 40, -30], radius_mm: 12}, free: true}
+  line: {line: {point_mm: [140, 10, 0], direction: [0.2, 1, 0], light: right}, free: true}
+  post: {point_mm: [-60, 90, 15], free: true}
+level: {after: pitch}
+measured_from: world
+noise: {on_mm: 1}
+";
+
+/// One row of each kind; and of triggers, over each shape.
+const ROWS: &str = "\
+q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,p1_x_mm,p1_y_mm,p1_z_mm,p2_x_mm,p2_y_mm,p2_z_mm,height_mm,on,tilt_x_deg,tilt_y_deg,distance_mm,distance_to,touch
+10,20,-60,-40,15,150,20,60,,,,,,,,,,
+12,25,-70,-30,25,,,,160,30,70,,,,,,,
+-8,22,-65,-35,5,,,,,,,4.5,table,,,,,
+-8,22,-65,-35,5,,,,,,,,table,,,,,
+9,22,-65,-35,5,,,,,,,,ball,,,,,
+7,24,-66,-33,15,,,,,,,,line,,,,,
+7,26,-64,-31,25,,,,,,,,post,,,,,
+11,18,-50,-45,35,,,,,,,,,4,,,,
+11,18,-50,-45,35,,,,,,,,,,-3,,,
+14,21,-62,-41,45,,,,,,,,,,,210,post,
+16,23,-61,-43,55,,,,,,,,,,,190,ball,
+18,27,-58,-47,65,,,,,,,,,,,,,cone
+";
+
+const EFFECTS: [(&str, Spot); 7] = [
+    ("joint_zero", Spot::Joint(0)),
+    ("joint_gain", Spot::Joint(2)),
+    ("link_length", Spot::Joint(1)),
+    ("link_twist", Spot::Joint(3)),
+    ("base_tilt", Spot::Base),
+    ("scale", Spot::Axis(1)),
+    ("trigger_height", Spot::Sensor),
+];
+
+fn with_everything(look: impl Fn(&ResidualModel<'_>)) {
+    let model = Model::parse("all.yaml", ALL).unwrap();
+    let table = Table::parse("rows.csv", ROWS).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let usable = EFFECTS.iter().map(|(name, site)| EffectId::at(name, *site));
+    let effects: Vec<AddedEffect> = usable
+        .filter(|id| build(id, &model).is_ok())
+        .map(|id| AddedEffect { id, values: Vec::new() })
+        .collect();
+    assert!(effects.len() >= 6, "{effects:?}");
+    look(&ResidualModel::new(&model, &table, &observations, &effects).unwrap());
+}
+
+#[test]
+fn every_kind_is_read_from_its_columns() {
+    with_everything(|model| {
+        let names: Vec<Vec<&str>> = (0..model.table.len())
+            .map(|row| model.observations.of_row(row).iter().map(|one| one.measurand.kind.name()).collect())
+            .collect();
+        assert_eq!(names[0], ["position"; 3]);
+        assert_eq!(names[1], ["position"; 3]);
+        let single = [
+            (2, "height"),
+            (3, "trigger"),
+            (4, "trigger"),
+            (5, "edge"),
+            (6, "trigger"),
+            (7, "tilt"),
+            (8, "tilt"),
+            (9, "distance"),
+            (10, "distance"),
+        ];
+        for (row, name) in single {
+            assert_eq!(names[row], [name], "row {row}");
+        }
+        assert_eq!(names[11], ["touch"; 3]);
+        let mut met: Vec<&str> = names.concat();
+        met.sort_unstable();
+        met.dedup();
+        assert_eq!(met.len(), kinds().len(), "a kind has no row here: {met:?}");
+    });
+}
+
+#[test]
+fn derivatives_of_every_kind_by_every_free_number_agree_with_differences() {
+    with_everything(|model| {
+        let start = model.start();
+        let rows: Vec<usize> = (0..model.table.len()).collect();
+        let jacobian = model.block(&start, &rows, &[], &[]).jacobian;
+        let count = model.slots().len();
+        for slot in 0..count {
+            let at = |amount: f64| {
+                let mut step = vec![0.0; count];
+                step[slot] = amount;
+                model.block(&start.stepped(model.slots(), &step), &rows, &[], &[]).residuals
+            };
+            let (ahead, behind) = (at(1e-6), at(-1e-6));
+            for (equation, (ahead, behind)) in ahead.iter().zip(&behind).enumerate() {
+                let slope = (behind - ahead) / 2e-6;
+                let derivative = jacobian[(slot, equation)];
+                let kind = model.observations.equations[equation].measurand.kind.name();
+                assert!(
+                    (derivative - slope).abs() < 1e-4 * (1.0 + slope.abs()),
+                    "{kind}, {}: {derivative} beside {slope}",
+                    model.slot_name(model.slots()[slot])
+                );
+            }
+        }
+    });
+}
+
+/// The flange and the frame of the fourth joint by plain products of rotations and shifts, base frame.
+fn independent_arm(q: [f64; 5]) -> [(Rotation3<f64>, Vector3<f64>); 2] {
+    let table = [
+        (0.0, 90.0, 195.0, 0.0),
+        (177.8, 0.0, 10.0, 0.0),
+        (177.8, 0.0, -5.0, 0.0),
+        (0.0, 90.0, 0.0, 90.0),
+        (0.0, 0.0, 109.0, 0.0),
+    ];
+    let (mut turn, mut at) = (Rotation3::identity(), Vector3::zeros());
+    let mut frames = Vec::new();
+    for ((a, alpha, d, theta), q) in table.iter().zip(q) {
+        let about_z = Rotation3::from_axis_angle(&Vector3::z_axis(), f64::to_radians(theta + q));
+        at += turn * (about_z * Vector3::new(*a, 0.0, *d));
+        turn = turn * about_z * Rotation3::from_axis_angle(&Vector3::x_axis(), f64::to_radians(*alpha));
+        frames.push((turn, at));
+    }
+    [frames[3], frames[4]]
+}
+
+#[test]
+fn predictions_agree_with_an_arm_worked_out_by_hand() {
+    with_everything(|model| {
+        let residuals = model.residuals(&model.start());
+        let predicted = |row: usize| {
+            let range = model.observations.range(row);
+            let equations = model.observations.of_row(row).iter();
+            equations.zip(&residuals[range]).map(|(one, left)| one.measured - left).collect::<Vec<f64>>()
+        };
+        let base =
+            Rotation3::from_euler_angles(1_f64.to_radians(), (-2_f64).to_radians(), 10_f64.to_radians());
+        let origin = Vector3::new(3.0, -4.0, 5.0);
+        let point = |q: [f64; 5], tool: [f64; 3]| {
+            let [_, (turn, at)] = independent_arm(q);
+            base * (at + turn * Vector3::from(tool)) + origin
+        };
+        let same = |row: usize, expected: &[f64]| {
+            let found = predicted(row);
+            assert_eq!(found.len(), expected.len(), "row {row}");
+            assert!(
+                found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-8),
+                "row {row}: {found:?} {expected:?}"
+            );
+        };
+        let first = [4.0, 2.0, 8.0];
+        same(0, point([10.0, 20.0, -60.0, -40.0, 15.0], first).as_slice());
+        same(1, point([12.0, 25.0, -70.0, -30.0, 25.0], [-30.0, 12.0, 20.0]).as_slice());
+        let over_table = |point: Vector3<f64>| {
+            let normal = Vector3::new(0.05, -0.03, 1.0).normalize();
+            normal.dot(&point) - 6.0
+        };
+        let low = point([-8.0, 22.0, -65.0, -35.0, 5.0], first);
+        same(2, &[over_table(low)]);
+        same(3, &[over_table(low)]);
+        let ball = Vector3::new(200.0, 40.0, -30.0);
+        same(4, &[(point([9.0, 22.0, -65.0, -35.0, 5.0], first) - ball).norm() - 12.0]);
+        let post = Vector3::new(-60.0, 90.0, 15.0);
+        same(6, &[(point([7.0, 26.0, -64.0, -31.0, 25.0], first) - post).norm()]);
+        same(9, &[(point([14.0, 21.0, -62.0, -41.0, 45.0], first) - post).norm()]);
+        same(10, &[(point([16.0, 23.0, -61.0, -43.0, 55.0], first) - ball).norm()]);
+        let [(level, _), _] = independent_arm([11.0, 18.0, -50.0, -45.0, 35.0]);
+        // Upwards as the level's frame sees it.
+        let up = (base * level).inverse() * Vector3::z();
+        same(7, &[up.y.atan2(up.z)]);
+        same(8, &[(-up.x).atan2(up.z)]);
+    });
+}

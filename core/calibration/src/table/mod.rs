@@ -1,0 +1,9 @@
+//! Measurement tables: what was commanded, what was measured, under which conditions.
+
+mod columns;
+mod header;
+mod number;
+mod read;
+
+pub use columns::{Covariate, CovariateValues, MOST_LEVELS, Names, PositionColumns, Table};
+pub use read::TableError;

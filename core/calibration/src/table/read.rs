@@ -1,0 +1,495 @@
+//! Reading a table from CSV: any of the usual separators, marks and line ends; errors name line, column and reason.
+
+use std::path::Path;
+
+use csv::StringRecord;
+use plumb_document::{FileKind, read_bytes};
+use thiserror::Error;
+
+use super::columns::{Covariate, MOST_LEVELS, Names, PositionColumns, Table};
+use super::header::{self, Meaning};
+use super::number::{self, DecimalMark};
+use crate::opened::why;
+
+/// Why a table cannot be read. The message names the place and what would be right.
+#[derive(Debug, Error)]
+pub enum TableError {
+    /// The file cannot be opened or read.
+    #[error("{path}: {}", why(cause))]
+    Open {
+        /// The file.
+        path: String,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// Nothing in it, or no rows.
+    #[error("{path}: {reason}")]
+    Empty {
+        /// The file.
+        path: String,
+        /// What is missing.
+        reason: String,
+    },
+    /// The header cannot be understood.
+    #[error("{path}: line 1, column {column} (`{name}`): {reason}")]
+    Header {
+        /// The file.
+        path: String,
+        /// Counted from 1.
+        column: usize,
+        /// The header's text.
+        name: String,
+        /// What is wrong and what would be right.
+        reason: String,
+    },
+    /// A cell cannot be understood.
+    #[error("{path}: line {line}, column {column} (`{name}`): {reason}")]
+    Cell {
+        /// The file.
+        path: String,
+        /// Line of the file.
+        line: u64,
+        /// Counted from 1.
+        column: usize,
+        /// The column's header.
+        name: String,
+        /// What is wrong and what would be right.
+        reason: String,
+    },
+    /// A row has more or fewer cells than the header.
+    #[error("{path}: line {line}: {found} cells where the header has {expected}{hint}")]
+    RowLength {
+        /// The file.
+        path: String,
+        /// Line of the file.
+        line: u64,
+        /// Cells in the row.
+        found: usize,
+        /// Cells in the header.
+        expected: usize,
+        /// What may be the reason.
+        hint: &'static str,
+    },
+    /// Not text that can be split into cells.
+    #[error("{path}: {reason}")]
+    Malformed {
+        /// The file.
+        path: String,
+        /// What the reader said.
+        reason: String,
+    },
+}
+
+/// A line that begins with this is no row: it says something about the file.
+const COMMENT: char = '#';
+
+struct Column {
+    name: String,
+    meaning: Meaning,
+}
+
+/// The most columns of a table: an arm has some ten joints, and what is measured beside them some dozens.
+const MOST_COLUMNS: usize = 1000;
+
+/// The longest line of a table, bytes: a thousand cells of a hundred characters.
+const LONGEST_LINE: usize = 100_000;
+
+/// The text of a file: UTF-8, or UTF-16 with its mark in front, as some spreadsheets write it.
+fn decoded(bytes: Vec<u8>) -> String {
+    let units = |read: fn([u8; 2]) -> u16| -> String {
+        let units = bytes.chunks_exact(2).skip(1).filter_map(|pair| Some(read(pair.try_into().ok()?)));
+        char::decode_utf16(units).map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
+    };
+    match bytes.as_slice() {
+        [0xff, 0xfe, ..] => units(u16::from_le_bytes),
+        [0xfe, 0xff, ..] => units(u16::from_be_bytes),
+        // Without a copy where it is UTF-8 throughout: a table may be large.
+        _ => String::from_utf8(bytes)
+            .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()),
+    }
+}
+
+impl Table {
+    /// Reads a table from a file.
+    ///
+    /// # Errors
+    /// See [`TableError`].
+    pub fn read(path: &Path) -> Result<Self, TableError> {
+        let shown = path.display().to_string();
+        let bytes = read_bytes(path, FileKind::TABLE)
+            .map_err(|cause| TableError::Open { path: shown.clone(), cause: cause.into() })?;
+        Self::parse(&shown, &decoded(bytes))
+    }
+
+    /// Reads a table from text; `source` is the name used in messages.
+    ///
+    /// # Errors
+    /// See [`TableError`].
+    pub fn parse(source: &str, text: &str) -> Result<Self, TableError> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        within_limits(source, text)?;
+        let is_comment = |line: &&str| line.starts_with(COMMENT);
+        let comments: Vec<&str> = text.lines().take_while(is_comment).collect();
+        let header = text.lines().nth(comments.len()).unwrap_or("");
+        let count = |mark: char| header.matches(mark).count();
+        let separator =
+            [',', ';', '\t'].into_iter().max_by_key(|mark| (count(*mark), *mark == ',')).unwrap_or(',');
+        let mark = if separator == ',' { DecimalMark::Point } else { DecimalMark::Comma };
+        let mut reader = csv::ReaderBuilder::new()
+            .delimiter(separator as u8)
+            .flexible(true)
+            .comment(Some(COMMENT as u8))
+            .trim(csv::Trim::All)
+            .from_reader(text.as_bytes());
+        let malformed =
+            |error: csv::Error| TableError::Malformed { path: source.to_owned(), reason: error.to_string() };
+        let columns = columns(source, &reader.headers().map_err(malformed)?.clone())?;
+        let mut table = empty_table(source, &columns)?;
+        let mut record = StringRecord::new();
+        while reader.read_record(&mut record).map_err(malformed)? {
+            if record.iter().all(str::is_empty) {
+                continue;
+            }
+            push_row(&mut table, &columns, &record, mark)?;
+        }
+        warn_of_many_levels(&mut table);
+        table.comments =
+            comments.iter().map(|line| line.trim().trim_start_matches(COMMENT).trim().to_owned()).collect();
+        if table.is_empty() {
+            return Err(TableError::Empty {
+                path: source.to_owned(),
+                reason: "no rows below the header".to_owned(),
+            });
+        }
+        Ok(table)
+    }
+}
+
+/// Lines longer than any of a table are no lines of one; they are refused before anything is made of them.
+fn within_limits(path: &str, text: &str) -> Result<(), TableError> {
+    match text.split('\n').position(|line| line.len() > LONGEST_LINE) {
+        None => Ok(()),
+        Some(place) => {
+            let reason = format!(
+                "line {} is longer than {LONGEST_LINE} bytes: see whether this is the right file",
+                place + 1
+            );
+            Err(TableError::Malformed { path: path.to_owned(), reason })
+        }
+    }
+}
+
+fn columns(path: &str, headers: &StringRecord) -> Result<Vec<Column>, TableError> {
+    if headers.len() > MOST_COLUMNS {
+        let reason = format!("it has {} columns; a table has at most {MOST_COLUMNS}", headers.len());
+        return Err(TableError::Malformed { path: path.to_owned(), reason });
+    }
+    if headers.iter().all(str::is_empty) {
+        let reason = "the file is empty; the first line must name the columns".to_owned();
+        return Err(TableError::Empty { path: path.to_owned(), reason });
+    }
+    let mut columns: Vec<Column> = Vec::with_capacity(headers.len());
+    for (index, name) in headers.iter().enumerate() {
+        let fail = |reason: String| TableError::Header {
+            path: path.to_owned(),
+            column: index + 1,
+            name: name.to_owned(),
+            reason,
+        };
+        let meaning = header::parse(name).map_err(fail)?;
+        if let Some(other) = columns.iter().find(|other| other.name == name && !name.is_empty()) {
+            return Err(fail(format!("the column `{}` stands twice", other.name)));
+        }
+        let slot = meaning.slot();
+        if let Some(other) = columns.iter().find(|other| slot.is_some() && other.meaning.slot() == slot) {
+            return Err(fail(format!("it says the same as `{}`, in another unit; keep one", other.name)));
+        }
+        columns.push(Column { name: name.to_owned(), meaning });
+    }
+    Ok(columns)
+}
+
+/// What to say of a header that names no joints.
+fn without_joints(columns: &[Column]) -> String {
+    let mut names = columns.iter().map(|column| column.name.as_str()).filter(|name| !name.is_empty());
+    let what = match columns {
+        [only] if only.name.contains(':') => "this is no table",
+        _ if names.all(|name| name.parse::<f64>().is_ok()) => "line 1 holds numbers where names belong",
+        _ => "no joint columns",
+    };
+    format!("{what}; the header needs q1_deg ... qn_deg, and what was measured, such as p1_x_mm")
+}
+
+fn joint_count(path: &str, columns: &[Column]) -> Result<usize, TableError> {
+    let joints: Vec<usize> = columns
+        .iter()
+        .filter_map(
+            |column| if let Meaning::Coordinate { joint, .. } = column.meaning { Some(joint) } else { None },
+        )
+        .collect();
+    let count = joints.iter().max().map_or(0, |highest| highest + 1);
+    if count == 0 {
+        let reason = without_joints(columns);
+        return Err(TableError::Empty { path: path.to_owned(), reason });
+    }
+    if let Some(missing) = (0..count).find(|joint| !joints.contains(joint)) {
+        let reason = format!("joint columns go up to q{count} but q{} is missing", missing + 1);
+        return Err(TableError::Empty { path: path.to_owned(), reason });
+    }
+    Ok(count)
+}
+
+fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
+    let joints = joint_count(path, columns)?;
+    let mut table = Table { source: path.to_owned(), joints, ..Table::default() };
+    table.coordinate_columns = vec![(String::new(), false); joints];
+    for (index, column) in columns.iter().enumerate() {
+        match &column.meaning {
+            Meaning::Coordinate { joint, .. } => {
+                if let Some(known) = table.coordinate_columns.get_mut(*joint) {
+                    *known = (column.name.clone(), header::is_in_length(&column.name));
+                }
+            }
+            Meaning::Position { target, .. }
+                if table.positions.iter().any(|known| known.number == *target) => {}
+            Meaning::Position { target, .. } => {
+                let name = format!("p{}", target + 1);
+                table.positions.push(PositionColumns { number: *target, target: name, xyz: Vec::new() });
+            }
+            Meaning::Std { .. } => table.std = Some(Vec::new()),
+            Meaning::Height { .. } => table.height = Some(Vec::new()),
+            Meaning::Tilt { .. } => table.tilt = Some(Vec::new()),
+            Meaning::Distance { .. } => table.distance = Some(Vec::new()),
+            Meaning::Signal => table.signal = Some(Vec::new()),
+            Meaning::Time => table.time = Some(Vec::new()),
+            Meaning::Temperature => table.temperature = Some(Vec::new()),
+            Meaning::Payload => table.payload = Some(Vec::new()),
+            Meaning::Approach { joint } if *joint >= joints => {
+                let reason = format!("there is no q{}; the table has {joints} joints", joint + 1);
+                return Err(TableError::Header {
+                    path: path.to_owned(),
+                    column: index + 1,
+                    name: column.name.clone(),
+                    reason,
+                });
+            }
+            Meaning::Approach { .. } => table.approach = Some(Vec::new()),
+            Meaning::Covariate if !column.name.is_empty() => {
+                table.covariates.push(Covariate::empty(&column.name));
+                if let Some(known) = header::near_miss(&column.name, joints) {
+                    table.warnings.push(format!(
+                        "column `{}` is kept as a covariate; was `{known}` meant?",
+                        column.name
+                    ));
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(table)
+}
+
+fn push_row(
+    table: &mut Table,
+    columns: &[Column],
+    record: &StringRecord,
+    mark: DecimalMark,
+) -> Result<(), TableError> {
+    let line = record.position().map_or(0, csv::Position::line);
+    if record.len() != columns.len() {
+        return Err(TableError::RowLength {
+            path: table.source.clone(),
+            line,
+            found: record.len(),
+            expected: columns.len(),
+            hint: length_hint(columns.len(), record, mark),
+        });
+    }
+    let row = table.len();
+    start_row(table);
+    let mut covariate = 0;
+    for (index, (column, cell)) in columns.iter().zip(record.iter()).enumerate() {
+        let stored = push_cell(table, row, column, cell, mark, &mut covariate);
+        stored.map_err(|reason| TableError::Cell {
+            path: table.source.clone(),
+            line,
+            column: index + 1,
+            name: column.name.clone(),
+            reason,
+        })?;
+    }
+    table.lines.push(u32::try_from(line).unwrap_or(u32::MAX));
+    for names in names_of(table) {
+        // A table without the column has an empty cell there.
+        if names.of_row.len() <= row {
+            names.push("");
+        }
+    }
+    Ok(())
+}
+
+/// The columns of names, in no order that matters.
+fn names_of(table: &mut Table) -> [&mut Names; 6] {
+    let Table { on, distance_to, touch, level, session, repeat, .. } = table;
+    [on, distance_to, touch, level, session, repeat]
+}
+
+/// Puts one cell where it belongs; says what is wrong with it. `covariate` counts the covariates met so far in the row.
+fn push_cell(
+    table: &mut Table,
+    row: usize,
+    column: &Column,
+    cell: &str,
+    mark: DecimalMark,
+    covariate: &mut usize,
+) -> Result<(), String> {
+    match &column.meaning {
+        Meaning::On => table.on.push(cell),
+        Meaning::DistanceTo => table.distance_to.push(cell),
+        Meaning::Touch => table.touch.push(cell),
+        Meaning::Level => table.level.push(cell),
+        Meaning::Session => table.session.push(cell),
+        Meaning::Repeat => table.repeat.push(cell),
+        Meaning::Signal => {
+            let came_on = signal(cell)?;
+            if let Some(known) = table.signal.as_mut().and_then(|signals| signals.get_mut(row)) {
+                *known = came_on;
+            }
+        }
+        Meaning::Covariate if column.name.is_empty() => {}
+        Meaning::Covariate => {
+            if let Some(known) = table.covariates.get_mut(*covariate) {
+                known.push(cell, number::parse(cell, mark).ok());
+            }
+            *covariate += 1;
+        }
+        Meaning::Coordinate { .. } if cell.is_empty() => {
+            return Err("empty; every joint needs its commanded value".to_owned());
+        }
+        _ if cell.is_empty() => {}
+        meaning => {
+            let value = number::parse(cell, mark)?;
+            check(meaning, value)?;
+            store(table, row, meaning, value);
+        }
+    }
+    Ok(())
+}
+
+/// What a sensor did, as a word.
+fn signal(cell: &str) -> Result<Option<bool>, String> {
+    match cell {
+        "" => Ok(None),
+        "on" => Ok(Some(true)),
+        "off" => Ok(Some(false)),
+        other => Err(format!("`{other}` is nothing a sensor does: it comes `on` or goes `off`")),
+    }
+}
+
+/// What may have gone wrong with a row that is too long or too short.
+fn length_hint(expected: usize, record: &StringRecord, mark: DecimalMark) -> &'static str {
+    let whole = |cell: &str| cell.trim_start_matches('-').bytes().all(|byte| byte.is_ascii_digit());
+    if mark == DecimalMark::Point && record.iter().any(|cell| cell.contains(';')) {
+        "; the rows are separated by semicolons and the header by commas: use one of them throughout"
+    } else if mark == DecimalMark::Point && record.len() > expected && record.iter().all(whole) {
+        "; if the commas are decimal commas, separate the columns by semicolons"
+    } else {
+        "; give every row one cell a column, empty where nothing was measured"
+    }
+}
+
+/// Says which columns of words hold too many different ones to be tested against.
+fn warn_of_many_levels(table: &mut Table) {
+    for covariate in table.covariates.iter().filter(|covariate| covariate.has_too_many_levels()) {
+        table.warnings.push(format!(
+            "column `{}` holds more than {MOST_LEVELS} different words: what is left is not tested against it",
+            covariate.name
+        ));
+    }
+}
+
+fn start_row(table: &mut Table) {
+    let joints = table.joints;
+    table.q.extend(std::iter::repeat_n(f64::NAN, joints));
+    for columns in &mut table.positions {
+        columns.xyz.push([f64::NAN; 3]);
+    }
+    if let Some(std) = &mut table.std {
+        std.push([f64::NAN; 3]);
+    }
+    if let Some(signal) = &mut table.signal {
+        signal.push(None);
+    }
+    if let Some(tilt) = &mut table.tilt {
+        tilt.push([f64::NAN; 2]);
+    }
+    let plain =
+        [&mut table.height, &mut table.distance, &mut table.time, &mut table.temperature, &mut table.payload];
+    for column in plain.into_iter().flatten() {
+        column.push(f64::NAN);
+    }
+    if let Some(approach) = &mut table.approach {
+        approach.extend(std::iter::repeat_n(0, joints));
+    }
+}
+
+fn check(meaning: &Meaning, value: f64) -> Result<(), String> {
+    match meaning {
+        Meaning::Approach { .. } if ![-1.0, 0.0, 1.0].contains(&value) => {
+            Err(format!("{value} is no side of approach; -1, 0 or 1 are"))
+        }
+        Meaning::Std { .. } if value <= 0.0 => {
+            Err(format!("a sigma of {value} cannot be; it must be above zero"))
+        }
+        Meaning::Payload if value < 0.0 => Err(format!("a load of {value} kg cannot be")),
+        Meaning::Distance { .. } if value < 0.0 => Err(format!("a distance of {value} cannot be")),
+        Meaning::Coordinate { .. } | Meaning::Position { .. } if value.abs() > 1e9 => {
+            Err(format!("{value} is too large to be meant"))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn set(column: Option<&mut Vec<f64>>, row: usize, value: f64) {
+    if let Some(cell) = column.and_then(|column| column.get_mut(row)) {
+        *cell = value;
+    }
+}
+
+fn set_part<const N: usize>(column: Option<&mut Vec<[f64; N]>>, row: usize, part: usize, value: f64) {
+    if let Some(cell) = column.and_then(|column| column.get_mut(row)).and_then(|cells| cells.get_mut(part)) {
+        *cell = value;
+    }
+}
+
+fn store(table: &mut Table, row: usize, meaning: &Meaning, value: f64) {
+    let joints = table.joints;
+    match meaning {
+        Meaning::Coordinate { joint, scale } => set(Some(&mut table.q), row * joints + joint, value * scale),
+        Meaning::Position { target, axis, scale } => {
+            let columns = table.positions.iter_mut().find(|known| known.number == *target);
+            set_part(columns.map(|known| &mut known.xyz), row, *axis, value * scale);
+        }
+        Meaning::Std { axis, scale } => set_part(table.std.as_mut(), row, *axis, value * scale),
+        Meaning::Height { scale } => set(table.height.as_mut(), row, value * scale),
+        Meaning::Tilt { axis, scale } => set_part(table.tilt.as_mut(), row, *axis, value * scale),
+        Meaning::Distance { scale } => set(table.distance.as_mut(), row, value * scale),
+        Meaning::Time => set(table.time.as_mut(), row, value),
+        Meaning::Temperature => set(table.temperature.as_mut(), row, value),
+        Meaning::Payload => set(table.payload.as_mut(), row, value),
+        Meaning::Approach { joint } => {
+            if let Some(side) = table.approach.as_mut().and_then(|sides| sides.get_mut(row * joints + joint))
+            {
+                *side = value as i8;
+            }
+        }
+        Meaning::On
+        | Meaning::Signal
+        | Meaning::DistanceTo
+        | Meaning::Touch
+        | Meaning::Level
+        | Meaning::Session
+        | Meaning::Repeat
+        | Meaning::Covariate => {}
+    }
+}

@@ -1,0 +1,70 @@
+//! What every step needs while a procedure is checked against a cell.
+
+use plumb_document::{Problems, Span};
+
+use crate::deg_or_mm::DegOrMm;
+use crate::expression::{Expression, Names, Template};
+
+/// The cell a procedure is checked against, and the names its expressions may use at this point.
+pub(crate) struct CheckContext<'a> {
+    pub(crate) file: &'a str,
+    pub(crate) problems: &'a Problems,
+    pub(crate) names: &'a Names,
+    pub(crate) robots: &'a [RobotNames],
+    pub(crate) sensors: &'a [String],
+}
+
+/// What a procedure may name of a robot.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct RobotNames {
+    pub(crate) name: String,
+    pub(crate) joints: Vec<(String, DegOrMm)>,
+    /// Surfaces of its model file.
+    pub(crate) surfaces: Vec<String>,
+    /// Levels of its model file.
+    pub(crate) levels: Vec<String>,
+    /// Targets of its model file.
+    pub(crate) targets: Vec<String>,
+}
+
+impl CheckContext<'_> {
+    pub(crate) fn check_expression(&self, expression: &Expression) {
+        expression.check_names(self.names, self.file, self.problems);
+    }
+
+    pub(crate) fn check_template(&self, template: &Template) {
+        template.check_names(self.names, self.file, self.problems);
+    }
+
+    /// The robot of this name; its absence is reported.
+    pub(crate) fn robot(&self, name: &str, place: Span) -> Option<&RobotNames> {
+        let found = self.robots.iter().find(|robot| robot.name == name);
+        if found.is_none() {
+            let help =
+                plumb_document::did_you_mean(name, self.robots.iter().map(|robot| robot.name.as_str()));
+            self.problems.add(place, format!("there is no robot `{name}` in the cell"), help);
+        }
+        found
+    }
+
+    /// Whether there is a sensor of this name; its absence is reported.
+    pub(crate) fn sensor(&self, name: &str, place: Span) -> bool {
+        let found = self.sensors.iter().any(|sensor| sensor == name);
+        if !found {
+            let help = plumb_document::did_you_mean(name, self.sensors.iter().map(String::as_str));
+            self.problems.add(place, format!("there is no sensor `{name}` in the cell"), help);
+        }
+        found
+    }
+
+    /// The unit of a robot's joint; its absence is reported.
+    pub(crate) fn joint(&self, robot: &RobotNames, joint: &str, place: Span) -> Option<DegOrMm> {
+        let found = robot.joints.iter().find(|(name, _)| name == joint);
+        if found.is_none() {
+            let help =
+                plumb_document::did_you_mean(joint, robot.joints.iter().map(|(name, _)| name.as_str()));
+            self.problems.add(place, format!("robot `{}` has no joint `{joint}`", robot.name), help);
+        }
+        found.map(|(_, unit)| *unit)
+    }
+}

@@ -1,0 +1,175 @@
+//! What an arm refuses, and what it makes of its zeros.
+
+use plumb_plugin::JointVector;
+use plumb_record::{AppliedCorrection, CorrectionKey, JOINT_ZERO};
+
+use super::arm::{Arm, NotAllowed};
+use super::test_arm::{CELL, arm, arm_in, drive};
+use crate::event::NamedValue;
+use crate::prompt::Answer;
+
+/// Keeps the flange 200 mm above the table, and the shoulder between -90 and 90 deg.
+fn guarded() -> Arm {
+    let cell = CELL.replace("model: model.yaml}", "model: model.yaml, limits_deg: {shoulder: [-90, 90]}}");
+    let plane = "keep_out:\n  - {name: the table, robot: arm, plane: {normal: [0, 0, 1], offset_mm: 200}}\n";
+    arm_in(&format!("{cell}{plane}"))
+}
+
+fn zero(joint: &str, value: f64) -> AppliedCorrection {
+    AppliedCorrection {
+        key: CorrectionKey { device: "arm".into(), quantity: JOINT_ZERO.into(), place: joint.into() },
+        value,
+        uncertainty: None,
+        unit: "deg".into(),
+        revision: 1,
+        run: None,
+    }
+}
+
+fn named(name: &str, value: f64, unit: &str) -> NamedValue {
+    NamedValue { name: name.into(), value, unit: unit.into(), uncertainty: None }
+}
+
+fn assert_near(found: f64, expected: f64) {
+    assert!((found - expected).abs() < 1e-9, "{found} is not {expected}");
+}
+
+#[test]
+fn a_jog_from_an_unknown_position_is_refused() {
+    let arm = arm();
+    let short = JointVector::from_slice(&[0.1, 0.2]).unwrap();
+    let message = arm.jog_target(&short, "quill", 1.0).unwrap_err();
+    assert_eq!(message, "arm does not say where its quill is");
+    let lost = drive([10.0, f64::NAN, 20.0, 0.0]);
+    assert!(arm.jog_target(&lost, "elbow", 1.0).is_err());
+    assert!(arm.jog_target(&lost, "elbwo", 1.0).unwrap_err().contains("has no joint elbwo"));
+}
+
+#[test]
+fn a_jog_moves_one_joint_by_what_people_write() {
+    let arm = arm();
+    let here = drive([10.0, 20.0, 30.0, 40.0]);
+    let target = arm.jog_target(&here, "quill", -5.0).unwrap();
+    assert_eq!(target, drive([10.0, 20.0, 25.0, 40.0]));
+    let target = arm.jog_target(&here, "elbow", 1.0).unwrap();
+    assert_near(target.as_slice()[1].to_degrees(), 21.0);
+}
+
+#[test]
+fn a_pose_out_of_an_answer_is_where_the_corrected_joints_shall_be() {
+    let mut arm = arm();
+    arm.set_zeros(&[zero("shoulder", 10.0)], true);
+    let here = drive([0.0, 0.0, 30.0, 0.0]);
+    let pose = Answer::Pose { joints: vec![named("shoulder", 25.0, "deg"), named("quill", 40.0, "mm")] };
+    let target = arm.pose_of_answer(&here, &pose).unwrap().expect("a pose");
+    assert_near(target.as_slice()[0].to_degrees(), 15.0);
+    assert_near(target.as_slice()[2], 40.0);
+    assert_eq!(arm.pose_of_answer(&here, &Answer::Done), Ok(None));
+    let unknown = Answer::Pose { joints: vec![named("wrist", 1.0, "deg")] };
+    assert!(arm.pose_of_answer(&here, &unknown).unwrap_err().contains("has no joint wrist"));
+}
+
+#[test]
+fn the_cells_limits_hold_for_the_corrected_joint() {
+    let mut arm = guarded();
+    let shoulder = arm.joint("shoulder").unwrap();
+    for (value, lower, upper) in [(0.0, -90.0, 90.0), (10.0, -100.0, 80.0), (-10.0, -80.0, 100.0)] {
+        arm.set_zeros(&[zero("shoulder", value)], true);
+        assert_near(arm.limits(shoulder).0.to_degrees(), lower);
+        assert_near(arm.limits(shoulder).1.to_degrees(), upper);
+    }
+    // The drive's own limits, 130 deg, are never passed.
+    arm.set_zeros(&[zero("shoulder", 60.0)], true);
+    assert_near(arm.limits(shoulder).0.to_degrees(), -130.0);
+}
+
+#[test]
+fn a_target_beyond_a_limit_is_refused_with_the_joint_and_its_range() {
+    let arm = guarded();
+    let from = drive([0.0, 0.0, 30.0, 0.0]);
+    assert_eq!(arm.check_move(&from, &drive([90.0, 0.0, 30.0, 0.0])), Ok(()));
+    assert_eq!(arm.check_move(&from, &drive([-90.0, 0.0, 30.0, 0.0])), Ok(()));
+    for beyond in [90.01, -90.01] {
+        let message = arm.check_move(&from, &drive([beyond, 0.0, 30.0, 0.0])).unwrap_err().to_string();
+        let expected = format!("shoulder would go to {beyond:.3} deg; it goes from -90.000 to 90.000 deg");
+        assert_eq!(message, expected);
+    }
+}
+
+#[test]
+fn an_arm_beyond_its_limit_may_come_back_and_go_no_further() {
+    let arm = guarded();
+    let beyond = drive([95.0, 0.0, 30.0, 0.0]);
+    assert_eq!(arm.check_move(&beyond, &drive([92.0, 0.0, 30.0, 0.0])), Ok(()));
+    assert_eq!(arm.check_move(&beyond, &drive([95.0, 5.0, 30.0, 0.0])), Ok(()), "it stays there");
+    assert!(arm.check_move(&beyond, &drive([96.0, 0.0, 30.0, 0.0])).is_err());
+}
+
+#[test]
+fn a_target_that_is_no_number_or_has_no_value_is_refused() {
+    let arm = arm();
+    let from = drive([0.0, 0.0, 30.0, 0.0]);
+    let nowhere = arm.check_move(&from, &drive([0.0, f64::NAN, 30.0, 0.0]));
+    assert!(
+        matches!(nowhere, Err(NotAllowed::NoNumber { ref joint, .. }) if joint == "elbow"),
+        "{nowhere:?}"
+    );
+    let short = JointVector::from_slice(&[0.0, 0.0, 30.0]).unwrap();
+    let spin = Err(NotAllowed::NoValue { joint: "spin".to_owned() });
+    assert_eq!(arm.check_move(&from, &short), spin);
+    assert_eq!(arm.check_move(&short, &from), spin);
+}
+
+#[test]
+fn planes_are_watched_only_while_the_zeros_are_trusted() {
+    let mut arm = guarded();
+    let (above, below) = (drive([0.0, 0.0, 30.0, 0.0]), drive([0.0, 0.0, 150.0, 0.0]));
+    arm.set_zeros(&[], true);
+    assert!(matches!(arm.check_move(&above, &below), Err(NotAllowed::KeepOut(_))));
+    assert_eq!(arm.check_move(&below, &above), Ok(()), "it may leave");
+    assert_eq!(arm.believed_trespass(&above, &below), None, "it is refused instead");
+    arm.set_zeros(&[], false);
+    assert_eq!(arm.check_move(&above, &below), Ok(()));
+    let trespass = arm.believed_trespass(&above, &below).expect("a warning");
+    assert_eq!(trespass.plane, "the table");
+    assert!((trespass.depth_mm - 30.0).abs() < 1e-6, "{trespass:?}");
+}
+
+#[test]
+fn the_side_from_which_a_joint_arrives_is_that_of_its_last_move() {
+    let arm = arm();
+    let sides = arm.sides_at(&drive([0.0, 10.0, 30.0, 0.0]), &drive([5.0, 5.0, 30.0, 0.0]));
+    assert_eq!(sides, [1, -1, 0, 0]);
+    let short = JointVector::from_slice(&[0.0]).unwrap();
+    assert_eq!(arm.sides_at(&short, &short), [0, 0, 0, 0], "nobody knows");
+}
+
+#[test]
+fn a_joint_driven_by_hand_has_to_come_from_the_side_it_is_asked_for() {
+    let mut arm = arm();
+    let elbow = arm.joint("elbow").unwrap();
+    arm.begin_manual(&drive([0.0, 10.0, 30.0, 0.0]));
+    arm.saw_manual(&drive([0.0, 14.0, 30.0, 0.0]));
+    let end = drive([0.0, 12.0, 30.0, 0.0]);
+    assert_eq!(arm.end_manual(&end, &[(elbow, 1)]), Ok(()));
+    assert_eq!(arm.sides(), [0, 1, 0, 0]);
+    arm.begin_manual(&end);
+    arm.saw_manual(&drive([0.0, 13.0, 30.0, 0.0]));
+    let past = drive([0.0, 13.0, 30.0, 0.0]);
+    assert_eq!(arm.end_manual(&past, &[(elbow, -1)]), Err(elbow), "it was never above");
+}
+
+#[test]
+fn the_slowest_joint_decides_how_long_a_move_takes() {
+    let arm = arm();
+    let time = arm.expected_time(&drive([0.0, 0.0, 0.0, 0.0]), &drive([57.295_779_513, 0.0, 4.0, 0.0]), 0.5);
+    assert!((time.as_secs_f64() - 8.0).abs() < 1e-6, "4 mm at 0.5 mm/s: {time:?}");
+}
+
+#[test]
+fn a_joint_of_which_nothing_is_reported_is_shown_as_no_number() {
+    let arm = arm();
+    let shown = arm.named(&JointVector::from_slice(&[0.0, 0.0]).unwrap());
+    assert_eq!(shown.len(), 4);
+    assert!(shown[1].value == 0.0 && shown[2].value.is_nan() && shown[2].unit == "mm");
+}

@@ -1,0 +1,44 @@
+//! Motions that a step would command, for a dry run.
+
+use serde::Serialize;
+
+use super::time::TimeContext;
+use crate::deg_or_mm::DegOrMm;
+use crate::expression::Expression;
+
+/// One joint that would move.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PlannedMotion {
+    /// The robot.
+    pub robot: String,
+    /// The joint; none where the operator chooses.
+    pub joint: Option<String>,
+    /// How, in words: `by 5 deg`, `by at most -40 deg until eye is on`.
+    pub how: String,
+    /// Fraction of full speed.
+    pub speed: f64,
+    /// Within what, in words.
+    pub limits: String,
+}
+
+/// What the motions of a step are worked out from.
+pub(crate) struct MotionContext<'a> {
+    pub(crate) time: &'a TimeContext<'a>,
+    /// The limits of a robot's joint, in words.
+    pub(crate) limits: &'a dyn Fn(&str, &str) -> String,
+}
+
+impl MotionContext<'_> {
+    /// An amount in words, as far as it is known before the run.
+    pub(super) fn amount(&self, expression: &Expression, unit: DegOrMm) -> String {
+        match self.time.known(expression) {
+            Some(number) => format!("{} {}", rounded(number), unit.symbol()),
+            None => format!("`{}` {}, known in the run", expression.text(), unit.symbol()),
+        }
+    }
+}
+
+/// A number for people, without the tail that binary arithmetic leaves.
+pub(crate) fn rounded(number: f64) -> f64 {
+    (number * 1e6).round() / 1e6
+}

@@ -1,0 +1,156 @@
+//! How rows that are left out are predicted with an effect and without it, from one look at the rows: around the state that is
+//! expected, everything is taken as flat. A refit for each effect would find the same, a hundred times as slowly.
+
+use std::collections::BTreeSet;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::cross_validation::{
+    Derivatives, Without, joint_blocks, pose_groups, region_blocks, session_blocks,
+};
+use crate::predictive_gain::Gain;
+use crate::score_test::Noise;
+use plumb_calibration::fit::{ResidualModel, Slot, State};
+use plumb_estimation::{Cancelled, Progress};
+use plumb_estimation::{NormalEquations, RankRevealingCholesky, for_each, huber_variance};
+
+/// Rows at a state, and what is foretold of them when their region, their part of a joint's range or their session is left out.
+pub(super) struct Outlook<'m> {
+    machine: &'m ResidualModel<'m>,
+    state: &'m State,
+    weights: &'m [f64],
+    derivatives: Derivatives<'m>,
+    total: NormalEquations,
+    rows: &'m [usize],
+    poses: Vec<Vec<usize>>,
+    ways: Vec<Way>,
+}
+
+/// A way of leaving rows out that every effect is asked in, or only those of one joint.
+struct Way {
+    joint: Option<usize>,
+    /// Nothing where too little would be left to fit.
+    blocks: Option<Vec<Block>>,
+}
+
+/// Rows left out together.
+struct Block {
+    rows: Vec<usize>,
+    without: Without,
+}
+
+impl<'m> Outlook<'m> {
+    /// Looks at these rows, in which the machine's last effects were put at the values they are expected at; gains are to be asked
+    /// of effects at these joints.
+    pub(super) fn of(
+        machine: &'m ResidualModel<'m>,
+        state: &'m State,
+        (rows, weights): (&'m [usize], &'m [f64]),
+        joints: &BTreeSet<usize>,
+        progress: &Progress,
+    ) -> Result<Self, Cancelled> {
+        let table = machine.table;
+        let derivatives = Derivatives::at(machine, state, rows, weights);
+        let mut total = derivatives.normal(rows);
+        machine.place_distances(state, &mut total);
+        progress.check()?;
+        let rank = RankRevealingCholesky::new(&total.matrix).rank();
+        let mut ways = vec![(None, region_blocks(table, rows))];
+        ways.extend(joints.iter().map(|joint| (Some(*joint), joint_blocks(table, rows, *joint))));
+        ways.extend(session_blocks(table, rows).map(|blocks| (None, blocks)));
+        let told = |(joint, blocks): &(Option<usize>, Vec<Vec<usize>>)| {
+            let one = |rows: &Vec<usize>| {
+                let without = Without::of(&total, rank, &derivatives.normal(rows))?;
+                let columns: Vec<usize> =
+                    rows.iter().flat_map(|row| derivatives.equations_of(*row)).collect();
+                let untold = without.untold(machine, rows, || derivatives.jacobian.select_columns(&columns));
+                let rows = rows.iter().filter(|row| !untold.contains(row)).copied().collect();
+                Some(Block { rows, without })
+            };
+            let blocks = if blocks.len() < 2 { None } else { blocks.iter().map(one).collect() };
+            Way { joint: *joint, blocks }
+        };
+        let ways = for_each(&ways, told);
+        progress.check()?;
+        let poses = pose_groups(table, rows);
+        Ok(Self { machine, state, weights, derivatives, total, rows, poses, ways })
+    }
+
+    /// What is left with everything in.
+    pub(super) fn noise(&self) -> Noise {
+        let factor = RankRevealingCholesky::new(&self.total.matrix);
+        let step = factor.solve(&self.total.gradient);
+        let left = |row: &usize| {
+            let weight = self.weight(*row);
+            self.left(*row, &step).map(move |left| (weight, left / weight.sqrt()))
+        };
+        let variance = huber_variance(self.rows.iter().flat_map(left), factor.rank());
+        Noise { variance, freedom: (self.total.equations as f64 - factor.rank() as f64).max(1.0) }
+    }
+
+    /// How much better rows that are left out are predicted with an effect (counted among the machine's) in, beside all the
+    /// others: by region, by range of its joint, by session.
+    pub(super) fn gains(&self, effect: usize) -> Vec<Gain> {
+        let own = |slot: &Slot| matches!(slot, Slot::Effect(index, _) if *index == effect);
+        let slots = self.machine.slots().iter().enumerate();
+        let columns: Vec<usize> = slots.filter(|(_, slot)| own(slot)).map(|(column, _)| column).collect();
+        let joint = self.machine.parts.get(effect).and_then(|part| part.id.joint());
+        let asked = |way: &&Way| way.joint.is_none() || way.joint == joint;
+        let ways = self.ways.iter().filter(asked).filter_map(|way| way.blocks.as_ref());
+        ways.filter_map(|blocks| self.gain(blocks, effect, &columns)).collect()
+    }
+
+    fn gain(&self, blocks: &[Block], effect: usize, columns: &[usize]) -> Option<Gain> {
+        let mut falls = vec![0.0; self.machine.table.len()];
+        for block in blocks {
+            let with = DVector::from_column_slice(&block.without.step);
+            let without = &with - self.taken_out(&block.without, effect, columns);
+            for row in &block.rows {
+                let squares =
+                    |step: &DVector<f64>| self.left(*row, step).map(|left| left * left).sum::<f64>();
+                if let Some(fall) = falls.get_mut(*row) {
+                    *fall = (squares(&without) - squares(&with)) / self.weight(*row);
+                }
+            }
+        }
+        // Replicates to one pose share what the model does wrong there: they count as one.
+        let of_pose = |rows: &Vec<usize>| rows.iter().filter_map(|row| falls.get(*row)).sum::<f64>();
+        Gain::over(&self.poses.iter().map(of_pose).collect::<Vec<f64>>())
+    }
+
+    /// How a fit steps back when an effect's parameters are held at zero: Lagrange's way of holding them, with the factor of the
+    /// fit in which they are free. Zero if that fit cannot tell them.
+    fn taken_out(&self, fit: &Without, effect: usize, columns: &[usize]) -> DVector<f64> {
+        let size = fit.step.len();
+        let pulled: Vec<DVector<f64>> = columns
+            .iter()
+            .map(|column| {
+                let mut unit = DVector::zeros(size);
+                unit[*column] = 1.0;
+                fit.factor.solve(&unit)
+            })
+            .collect();
+        let count = columns.len();
+        let stiffness = DMatrix::from_fn(count, count, |row, column| pulled[column][columns[row]]);
+        let values = self.state.effects.get(effect);
+        let value = |index: usize| values.and_then(|values| values.get(index)).copied().unwrap_or(0.0);
+        let reached = DVector::from_fn(count, |index, _| value(index) + fit.step[columns[index]]);
+        let Some(holding) = stiffness.cholesky().map(|factor| factor.solve(&reached)) else {
+            return DVector::zeros(size);
+        };
+        let sides = pulled.iter().zip(holding.iter());
+        sides.fold(DVector::zeros(size), |sum, (pulled, force)| sum + pulled * *force)
+    }
+
+    /// What is left of a row's equations after a step, in declared sigmas times the root of the row's weight.
+    fn left(&self, row: usize, step: &DVector<f64>) -> impl Iterator<Item = f64> {
+        self.derivatives.equations_of(row).map(|equation| {
+            let residual = self.derivatives.residuals.get(equation).copied().unwrap_or(0.0);
+            residual - self.derivatives.jacobian.column(equation).dot(step)
+        })
+    }
+
+    fn weight(&self, row: usize) -> f64 {
+        self.weights.get(row).copied().unwrap_or(1.0)
+    }
+}

@@ -1,0 +1,359 @@
+//! NormalEquations equations of everything fitted and of every candidate, by region of pose space and by random fold, from one pass
+//! over the rows. Selection, significance and cross-validation cost no further pass.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::candidates;
+use crate::cross_validation::{pose_groups, region_blocks};
+use crate::fitted::Fitted;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::score_test::Probe;
+use crate::thresholds::{BATCH_EFFECTS, BATCH_LEFT, BATCH_PARSIMONY, HIGH_ORDER, NAMING_LEVEL, TIE_BIC};
+use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::effect::{Effect, Search};
+use plumb_estimation::Progress;
+use plumb_estimation::{NormalEquations, RankRevealingCholesky};
+use plumb_estimation::{Random, f_tail};
+
+/// Random folds.
+const FOLDS: usize = 4;
+
+/// Rows handled at once.
+const CHUNK: usize = 128;
+
+/// NormalEquations equations of the fitted numbers and of all candidates, by cell of pose space and fold.
+pub(super) struct Pool {
+    pub(super) probes: Vec<Probe>,
+    ranges: Vec<std::ops::Range<usize>>,
+    slots: usize,
+    regions: Vec<NormalEquations>,
+    folds: Vec<NormalEquations>,
+    total: NormalEquations,
+    rank: usize,
+}
+
+/// What all candidates would do beyond what is taken in.
+struct Beyond {
+    left: DMatrix<f64>,
+    gradient: DVector<f64>,
+    squares: f64,
+}
+
+/// A candidate taken in.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) struct Pick {
+    /// Which of the pool's candidates.
+    pub(super) probe: usize,
+}
+
+fn sum<'n>(size: usize, parts: impl Iterator<Item = &'n NormalEquations>) -> NormalEquations {
+    let mut total = NormalEquations::zeros(size);
+    parts.for_each(|part| total.add(part));
+    total
+}
+
+impl Pool {
+    pub(super) fn gather(
+        lab: &Laboratory,
+        fitted: &Fitted<'_>,
+        progress: &Progress,
+    ) -> Result<Self, LaboratoryError> {
+        let mut probes = candidates::probes(lab);
+        probes.retain(|probe| probe.search == Search::Nothing);
+        let slots = fitted.machine.slots().len();
+        let mut first = slots;
+        let ranges: Vec<std::ops::Range<usize>> = probes
+            .iter()
+            .map(|probe| {
+                let range = first..first + probe.effect.parameters().len();
+                first = range.end;
+                range
+            })
+            .collect();
+        let cells = cells(fitted);
+        progress.report(0.2, "weighing all candidates")?;
+        let normals = gather_cells(fitted, &cells, &probes, first);
+        progress.check()?;
+        let regions = cells.len() / FOLDS;
+        let of = |keep: &dyn Fn(usize) -> bool| {
+            sum(first, normals.iter().enumerate().filter(|(index, _)| keep(*index)).map(|(_, part)| part))
+        };
+        Ok(Self {
+            ranges,
+            slots,
+            regions: (0..regions).map(|region| of(&|index| index / FOLDS == region)).collect(),
+            folds: (0..FOLDS).map(|fold| of(&|index| index % FOLDS == fold)).collect(),
+            total: sum(first, normals.iter()),
+            rank: fitted.fit.rank(),
+            probes,
+        })
+    }
+
+    /// Whether a pick is one of the large family of harmonics of high order.
+    pub(super) fn is_high_order(&self, pick: &Pick) -> bool {
+        self.probes
+            .get(pick.probe)
+            .is_some_and(|probe| probe.id.order.is_some_and(|order| order > HIGH_ORDER))
+    }
+
+    /// All candidates' normal equations with some columns projected out.
+    fn beyond(&self, columns: &[usize]) -> Beyond {
+        let (slots, count) = (self.slots, self.total.matrix.nrows() - self.slots);
+        let taken = self.total.matrix.select_columns(columns);
+        let factor = RankRevealingCholesky::new(&taken.select_rows(columns));
+        let shadow = factor.whiten(&taken.rows(slots, count).transpose());
+        let own = self.total.gradient.select_rows(columns);
+        let known = factor.whiten(&DMatrix::from_column_slice(columns.len(), 1, own.as_slice()));
+        Beyond {
+            left: self.total.matrix.view((slots, slots), (count, count)) - shadow.tr_mul(&shadow),
+            gradient: self.total.gradient.rows(slots, count) - shadow.tr_mul(&known).column(0),
+            squares: self.total.squares - known.norm_squared(),
+        }
+    }
+
+    /// Whether, with all the other picks in, some candidate of another name or place would do as well as this one.
+    pub(super) fn rivalled(&self, picks: &[Pick], place: usize) -> bool {
+        let Some(own) = picks.get(place) else { return false };
+        let others: Vec<Pick> = picks.iter().filter(|pick| pick.probe != own.probe).copied().collect();
+        let beyond = self.beyond(&self.columns(&others));
+        let equations = self.total.equations as f64;
+        let worth = |index: usize| {
+            let (gain, values) = self.gain(index, &beyond.left, &beyond.gradient)?;
+            let probe = self.probes.get(index).filter(|probe| plausible(probe.effect.as_ref(), &values))?;
+            let after = (beyond.squares - gain).max(beyond.squares * 1e-6);
+            let price = values.len() as f64 * equations.ln() + probe.search_cost;
+            Some(equations * (beyond.squares / after).ln() - price)
+        };
+        let Some(mine) = worth(own.probe) else { return true };
+        let free = |index: &usize| picks.iter().all(|pick| pick.probe != *index);
+        (0..self.probes.len()).filter(free).filter_map(worth).any(|other| other > mine - TIE_BIC)
+    }
+
+    /// Takes in the best candidate again and again, as long as it is worth its price and beyond chance.
+    pub(super) fn select(&self, closed: &[usize]) -> Vec<Pick> {
+        let Beyond { mut left, mut gradient, mut squares } =
+            self.beyond(&(0..self.slots).collect::<Vec<_>>());
+        let equations = self.total.equations as f64;
+        let mut rank = self.rank as f64;
+        let mut picks: Vec<Pick> = Vec::new();
+        let mut open: Vec<bool> = (0..self.probes.len()).map(|index| !closed.contains(&index)).collect();
+        while picks.len() < BATCH_EFFECTS {
+            let mut best: Option<(f64, usize, f64)> = None;
+            for (index, probe) in self.probes.iter().enumerate().filter(|(index, _)| open[*index]) {
+                let Some((gain, values)) = self.gain(index, &left, &gradient) else { continue };
+                if !plausible(probe.effect.as_ref(), &values) {
+                    continue;
+                }
+                let freedom = values.len() as f64;
+                let after = (squares - gain).max(squares * 1e-6);
+                let worth = equations * (squares / after).ln() - freedom * equations.ln() - probe.search_cost;
+                let chance = f_tail(
+                    gain / freedom / (after / (equations - rank - freedom).max(1.0)),
+                    freedom,
+                    (equations - rank - freedom).max(1.0),
+                );
+                let passes = worth > TIE_BIC && chance * (self.probes.len() as f64) < NAMING_LEVEL;
+                if passes && best.is_none_or(|(most, _, _)| worth > most) {
+                    best = Some((worth, index, gain));
+                }
+            }
+            let Some((_, index, gain)) = best else { break };
+            open[index] = false;
+            let range = self.local(index);
+            let own = left.view((range.start, range.start), (range.len(), range.len())).into_owned();
+            let Some(inverse) = own.try_inverse() else { continue };
+            let columns = left.columns(range.start, range.len()).into_owned();
+            let carried = &columns * inverse;
+            let own_gradient = gradient.rows(range.start, range.len()).into_owned();
+            gradient -= &carried * own_gradient;
+            left.gemm(-1.0, &carried, &columns.transpose(), 1.0);
+            squares -= gain;
+            rank += range.len() as f64;
+            picks.push(Pick { probe: index });
+        }
+        picks
+    }
+
+    /// The picks as effects, at the values all of them have together, and how the fitted numbers move beside them.
+    pub(super) fn effects(&self, picks: &[Pick]) -> (Vec<AddedEffect>, Vec<f64>) {
+        let values = self.values(&self.columns(picks));
+        let mut first = self.slots;
+        let effect = |pick: &Pick| {
+            let width = self.ranges[pick.probe].len();
+            let own = values.rows(first, width).as_slice().to_vec();
+            first += width;
+            AddedEffect { id: self.probes[pick.probe].id.clone(), values: own }
+        };
+        (picks.iter().map(effect).collect(), values.rows(0, self.slots).as_slice().to_vec())
+    }
+
+    /// A candidate's columns, counted from the first candidate's.
+    fn local(&self, index: usize) -> std::ops::Range<usize> {
+        let range = &self.ranges[index];
+        range.start - self.slots..range.end - self.slots
+    }
+
+    fn gain(&self, index: usize, left: &DMatrix<f64>, gradient: &DVector<f64>) -> Option<(f64, Vec<f64>)> {
+        let range = self.local(index);
+        let full = self.ranges[index].clone();
+        let seen = range
+            .clone()
+            .zip(full)
+            .all(|(own, all)| left[(own, own)] > BATCH_LEFT * self.total.matrix[(all, all)]);
+        if !seen {
+            return None;
+        }
+        let own = left.view((range.start, range.start), (range.len(), range.len())).into_owned();
+        let score = gradient.rows(range.start, range.len()).into_owned();
+        let values = own.cholesky()?.solve(&score);
+        Some((score.dot(&values).max(0.0), values.as_slice().to_vec()))
+    }
+
+    /// The columns of what is fitted and of these picks.
+    pub(super) fn columns(&self, picks: &[Pick]) -> Vec<usize> {
+        let picked = picks.iter().flat_map(|pick| self.ranges[pick.probe].clone());
+        (0..self.slots).chain(picked).collect()
+    }
+
+    /// The values of everything, with these columns free.
+    pub(super) fn values(&self, columns: &[usize]) -> DVector<f64> {
+        let matrix = self.total.matrix.select_rows(columns).select_columns(columns);
+        RankRevealingCholesky::new(&matrix).solve(&self.total.gradient.select_rows(columns))
+    }
+
+    /// The same without each region in turn.
+    pub(super) fn values_without_regions(&self, columns: &[usize]) -> Vec<DVector<f64>> {
+        self.values_without(columns, &self.regions)
+    }
+
+    fn values_without(&self, columns: &[usize], blocks: &[NormalEquations]) -> Vec<DVector<f64>> {
+        let (matrix, gradient) = picked(&self.total, columns);
+        let without = |block: &NormalEquations| {
+            let (own, own_gradient) = picked(block, columns);
+            let mut rest = &matrix - &own;
+            for index in 0..rest.nrows() {
+                rest[(index, index)] *= 1.0 + 1e-6;
+            }
+            RankRevealingCholesky::new(&rest).solve(&(&gradient - &own_gradient))
+        };
+        blocks.iter().map(without).collect()
+    }
+
+    /// Weighted squares of rows predicted without their own block.
+    fn left_out(&self, columns: &[usize], blocks: &[NormalEquations]) -> f64 {
+        let steps = self.values_without(columns, blocks);
+        let errors = blocks.iter().zip(steps).map(|(block, step)| {
+            let (own, own_gradient) = picked(block, columns);
+            block.squares - 2.0 * step.dot(&own_gradient) + step.dot(&(own * &step))
+        });
+        errors.sum()
+    }
+
+    /// The fewest picks that predict rows left out at random all but as well as the best number of them would.
+    pub(super) fn enough(&self, picks: &[Pick]) -> usize {
+        let tried: Vec<usize> =
+            (0..=picks.len()).filter(|count| count % 4 == 0 || *count == picks.len()).collect();
+        let errors: Vec<(usize, f64)> = tried
+            .into_iter()
+            .map(|count| (count, self.left_out(&self.columns(&picks[..count]), &self.folds)))
+            .collect();
+        let least = errors.iter().map(|(_, error)| *error).fold(f64::INFINITY, f64::min);
+        errors.iter().find(|(_, error)| *error <= BATCH_PARSIMONY * least).map_or(0, |(count, _)| *count)
+    }
+
+    /// Picks that still matter when all the others are in.
+    pub(super) fn needed(&self, mut picks: Vec<Pick>) -> Vec<Pick> {
+        let equations = self.total.equations as f64;
+        loop {
+            let columns = self.columns(&picks);
+            let matrix = self.total.matrix.select_rows(&columns).select_columns(&columns);
+            let gradient = self.total.gradient.select_rows(&columns);
+            let factor = RankRevealingCholesky::new(&matrix);
+            let values = factor.solve(&gradient);
+            let inverse = factor.inverse();
+            let squares = (self.total.squares - gradient.dot(&values)).max(1e-300);
+            let freedom = (equations - factor.rank() as f64).max(1.0);
+            let mut first = self.slots;
+            let mut weakest: Option<(f64, usize)> = None;
+            for (place, pick) in picks.iter().enumerate() {
+                let width = self.ranges[pick.probe].len();
+                let own = values.rows(first, width).into_owned();
+                let covariance = inverse.view((first, first), (width, width)).into_owned();
+                first += width;
+                let gain = covariance.cholesky().map_or(0.0, |factor| own.dot(&factor.solve(&own)));
+                let chance = f_tail(gain / width as f64 / (squares / freedom), width as f64, freedom);
+                let sound = plausible(self.probes[pick.probe].effect.as_ref(), own.as_slice());
+                let chance = if sound { chance } else { 1.0 };
+                if chance * self.probes.len() as f64 > NAMING_LEVEL
+                    && weakest.is_none_or(|(most, _)| chance > most)
+                {
+                    weakest = Some((chance, place));
+                }
+            }
+            match weakest {
+                Some((_, place)) => picks.remove(place),
+                None => return picks,
+            };
+        }
+    }
+}
+
+fn picked(normal: &NormalEquations, columns: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
+    (normal.matrix.select_rows(columns).select_columns(columns), normal.gradient.select_rows(columns))
+}
+
+/// Whether the values could be those of a real machine.
+fn plausible(effect: &dyn Effect, values: &[f64]) -> bool {
+    effect.plausible(values)
+}
+
+/// Fitted rows by region and random fold: cell `region * FOLDS + fold`.
+fn cells(fitted: &Fitted<'_>) -> Vec<Vec<usize>> {
+    let poses = pose_groups(fitted.machine.table, &fitted.fit.rows);
+    let mut order: Vec<usize> = (0..poses.len()).collect();
+    Random::seeded(1).shuffle(&mut order);
+    let mut fold_of = vec![0; fitted.machine.table.len()];
+    for (place, pose) in order.into_iter().enumerate() {
+        for row in poses.get(pose).into_iter().flatten() {
+            fold_of[*row] = place % FOLDS;
+        }
+    }
+    let regions = region_blocks(fitted.machine.table, &fitted.fit.rows);
+    let mut cells = vec![Vec::new(); regions.len() * FOLDS];
+    for (region, rows) in regions.iter().enumerate() {
+        for row in rows {
+            cells[region * FOLDS + fold_of[*row]].push(*row);
+        }
+    }
+    cells
+}
+
+/// NormalEquations equations of every cell, on all cores.
+fn gather_cells(
+    fitted: &Fitted<'_>,
+    cells: &[Vec<usize>],
+    probes: &[Probe],
+    size: usize,
+) -> Vec<NormalEquations> {
+    let effects: Vec<&dyn Effect> = probes.iter().map(|probe| probe.effect.as_ref()).collect();
+    let one = |rows: &Vec<usize>| {
+        let mut normal = NormalEquations::zeros(size);
+        for chunk in rows.chunks(CHUNK) {
+            let block = fitted.machine.block(&fitted.fit.state, chunk, &fitted.fit.weights, &effects);
+            normal.take(&block.residuals, &block.jacobian);
+        }
+        normal
+    };
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let share = cells.len().div_ceil(cores).max(1);
+    std::thread::scope(|scope| {
+        let handles: Vec<_> = cells
+            .chunks(share)
+            .map(|part| {
+                let one = &one;
+                scope.spawn(move || part.iter().map(one).collect::<Vec<NormalEquations>>())
+            })
+            .collect();
+        handles.into_iter().filter_map(|handle| handle.join().ok()).flatten().collect()
+    })
+}

@@ -1,0 +1,109 @@
+//! Candidates: every effect of the library, and of the model file's own definitions, that this table could show; and the best
+//! variant of each where something inside it is searched for.
+
+use std::sync::Arc;
+
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::score_test::{Probe, Score, score};
+use crate::thresholds::{HIGH_ORDER, HIGH_ORDER_WEIGHT, ORDERS_SEARCHED};
+use plumb_calibration::effect::{self, EffectId, Search, Survey};
+use plumb_estimation::Progress;
+
+/// Everything that could be at work.
+pub(crate) struct Candidates {
+    /// Effects of the library.
+    pub(crate) listed: Vec<Probe>,
+    /// Mechanisms without a name.
+    pub(crate) unlisted: Vec<Probe>,
+}
+
+/// All candidates a table could show, ready to be scored.
+pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
+    let survey: Survey<'_> = lab.survey();
+    let fitted = lab.fitted_effects().unwrap_or_default();
+    let mut probes: Vec<Probe> = Vec::new();
+    let mut family = 0;
+    for kind in effect::kinds() {
+        for id in (kind.candidates)(&survey) {
+            if fitted.iter().any(|known| known.id.same_as(&id)) {
+                continue;
+            }
+            if let Ok(built) = effect::build(&id, lab.model()) {
+                // Variants that differ only in what is searched for stand one after the other.
+                let same = probes.last().is_some_and(|last| last.id.same_as(&id));
+                family += usize::from(!same);
+                let rare = id.order.is_some_and(|order| order > HIGH_ORDER);
+                probes.push(Probe {
+                    id,
+                    effect: Arc::from(built),
+                    search: kind.search,
+                    family,
+                    weight: if rare { HIGH_ORDER_WEIGHT } else { 1.0 },
+                    search_cost: if rare { 2.0 * ORDERS_SEARCHED.ln() } else { 0.0 },
+                });
+            }
+        }
+    }
+    for definition in &lab.model().definitions {
+        let id = EffectId::at(&definition.name, definition.spot);
+        if let (false, Ok(built)) =
+            (fitted.iter().any(|known| known.id.same_as(&id)), effect::build(&id, lab.model()))
+        {
+            family += 1;
+            let effect = Arc::from(built);
+            probes.push(Probe { id, effect, search: Search::Nothing, family, weight: 1.0, search_cost: 0.0 });
+        }
+    }
+    probes
+}
+
+/// The best variant of every family, its score charged for the search: list of (probe, score).
+pub(crate) fn best_variants(probes: &[Probe], scores: Vec<Score>) -> Vec<(usize, Score)> {
+    let mut best: Vec<(usize, Score)> = Vec::new();
+    let mut members: Vec<usize> = Vec::new();
+    for (index, score) in scores.into_iter().enumerate() {
+        let family = probes.get(index).map(|probe| probe.family);
+        match (best.last_mut(), members.last_mut()) {
+            (Some(last), Some(count)) if probes.get(last.0).map(|probe| probe.family) == family => {
+                *count += 1;
+                if score.gain > last.1.gain {
+                    *last = (index, score);
+                }
+            }
+            _ => {
+                best.push((index, score));
+                members.push(1);
+            }
+        }
+    }
+    for ((index, score), count) in best.iter_mut().zip(members) {
+        match probes.get(*index).map(|probe| probe.search) {
+            Some(Search::Smooth) if score.freedom > 0 => score.charge_parameter(),
+            Some(Search::Jumps) => score.p = (score.p * f64::from(count as u32)).min(1.0),
+            _ => {}
+        }
+    }
+    best
+}
+
+impl Laboratory {
+    /// An effect with what is searched for inside it set to what the data like best.
+    pub(crate) fn searched(&self, id: EffectId, progress: &Progress) -> Result<EffectId, LaboratoryError> {
+        let kind = effect::kind(&id.name);
+        if id.inner.is_some() || kind.is_none_or(|kind| kind.search == Search::Nothing) {
+            return Ok(id);
+        }
+        let mut variants = probes(self);
+        variants.retain(|probe| probe.id.same_as(&id));
+        let fitted = self.fit_with(&[], None, progress)?;
+        let scores = score(&fitted.machine, &fitted.fit, &variants);
+        let best = best_variants(&variants, scores).into_iter().next();
+        let found = best.and_then(|(index, _)| variants.get(index)).map(|probe| probe.id.clone());
+        found.ok_or_else(|| {
+            let label = self.model().label(&id);
+            LaboratoryError::Refused(format!(
+                "{label}: this table cannot show it; it lacks what the effect depends on"
+            ))
+        })
+    }
+}

@@ -1,0 +1,241 @@
+//! Blocked cross-validation: whole regions are left out in turn, and predicted by what is fitted to the rest.
+
+use nalgebra::DMatrix;
+
+use crate::laboratory::row_square;
+use crate::split::Poses;
+use crate::thresholds::{SURFACE_UNKNOWN, VALIDATION_BLOCKS};
+use plumb_calibration::fit::{Distances, Fit, ResidualModel, Slot, State};
+use plumb_calibration::table::Table;
+use plumb_estimation::{NormalEquations, RankRevealingCholesky};
+
+/// Damping of the step to a fit without some rows, relative to the diagonal.
+const DAMPING: f64 = 1e-6;
+
+/// RMS over all fitted rows, each predicted without its own region, mm; nothing if there are too few poses.
+pub(crate) fn blocked_rms(machine: &ResidualModel<'_>, fit: &Fit) -> Option<f64> {
+    let blocks = region_blocks(machine.table, &fit.rows);
+    let rows: Vec<LeftOut> = left_out(machine, fit, &blocks)?.into_iter().flatten().collect();
+    (!rows.is_empty()).then(|| (rows.iter().map(|row| row.square).sum::<f64>() / rows.len() as f64).sqrt())
+}
+
+/// Poses that were fitted, and the fitted rows of each.
+fn fitted_poses(table: &Table, rows: &[usize]) -> (Poses, Vec<usize>, Vec<bool>) {
+    let mut fitted = vec![false; table.len()];
+    for row in rows {
+        if let Some(flag) = fitted.get_mut(*row) {
+            *flag = true;
+        }
+    }
+    let poses = Poses::of(table);
+    let used = |row: &usize| fitted.get(*row).copied().unwrap_or(false);
+    let chosen =
+        (0..poses.rows.len()).filter(|pose| poses.rows.get(*pose).is_some_and(|rows| rows.iter().any(used)));
+    let chosen: Vec<usize> = chosen.collect();
+    (poses, chosen, fitted)
+}
+
+fn rows_of(poses: &Poses, list: &[usize], fitted: &[bool]) -> Vec<usize> {
+    poses.rows_of(list).into_iter().filter(|row| fitted.get(*row).copied().unwrap_or(false)).collect()
+}
+
+/// The fitted rows, cut into regions of pose space. A few poses far from all others are in none: without them nothing could foretell
+/// them, and it is they that tell candidates apart which are alike where the others lie.
+pub(crate) fn region_blocks(table: &Table, rows: &[usize]) -> Vec<Vec<usize>> {
+    let (poses, mut chosen, fitted) = fitted_poses(table, rows);
+    poses.drop_lonely(&mut chosen);
+    poses.regions(&chosen, VALIDATION_BLOCKS).iter().map(|region| rows_of(&poses, region, &fitted)).collect()
+}
+
+/// The same, cut into ranges of one joint.
+pub(crate) fn joint_blocks(table: &Table, rows: &[usize], joint: usize) -> Vec<Vec<usize>> {
+    let (poses, mut chosen, fitted) = fitted_poses(table, rows);
+    let place =
+        |pose: &usize| poses.places.get(*pose).and_then(|place| place.get(joint)).copied().unwrap_or(0.0);
+    poses.drop_lonely(&mut chosen);
+    chosen.sort_by(|left, right| place(left).total_cmp(&place(right)));
+    let share = chosen.len().div_ceil(VALIDATION_BLOCKS).max(1);
+    chosen.chunks(share).map(|part| rows_of(&poses, part, &fitted)).collect()
+}
+
+/// The fitted rows by session; nothing if there is but one.
+pub(crate) fn session_blocks(table: &Table, rows: &[usize]) -> Option<Vec<Vec<usize>>> {
+    let sessions = table.session.names.len();
+    if sessions < 2 {
+        return None;
+    }
+    let mut blocks = vec![Vec::new(); sessions];
+    for row in rows {
+        let session = table.session.of_row.get(*row).copied().flatten();
+        if let Some(block) = session.and_then(|session| blocks.get_mut(session as usize)) {
+            block.push(*row);
+        }
+    }
+    blocks.retain(|block| !block.is_empty());
+    (blocks.len() > 1).then_some(blocks)
+}
+
+/// Fitted rows in groups that share a pose.
+pub(crate) fn pose_groups(table: &Table, rows: &[usize]) -> Vec<Vec<usize>> {
+    let (poses, chosen, fitted) = fitted_poses(table, rows);
+    chosen.iter().map(|pose| rows_of(&poses, &[*pose], &fitted)).collect()
+}
+
+/// How a row is predicted by a fit without its own block.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LeftOut {
+    /// Squared residual, mm2 (deg2 for tilts alone).
+    pub(crate) square: f64,
+    /// Norm of the residuals in declared sigmas, and the number of equations.
+    pub(crate) distance: (f64, usize),
+}
+
+/// Per row of the table: how it is predicted by a fit without its own block; nothing for rows in no block. Nothing at
+/// all if a block's absence leaves too little to fit.
+pub(crate) fn left_out(
+    machine: &ResidualModel<'_>,
+    fit: &Fit,
+    blocks: &[Vec<usize>],
+) -> Option<Vec<Option<LeftOut>>> {
+    left_out_by(machine, fit, blocks, |rows| machine.normal_of_rows(&fit.state, rows, &fit.weights))
+}
+
+/// Residuals and derivatives of some rows at a state: what is asked of several ways of leaving rows out is worked out once.
+pub(crate) struct Derivatives<'a> {
+    machine: &'a ResidualModel<'a>,
+    /// In declared sigmas, times the root of the row's weight.
+    pub(crate) residuals: Vec<f64>,
+    /// Slots by equations, in the same units.
+    pub(crate) jacobian: DMatrix<f64>,
+    /// Per row of the table: its first equation among those gathered.
+    first: Vec<Option<usize>>,
+}
+
+impl<'a> Derivatives<'a> {
+    /// Of all fitted rows at a fit.
+    pub(crate) fn of(machine: &'a ResidualModel<'a>, fit: &Fit) -> Self {
+        Self::at(machine, &fit.state, &fit.rows, &fit.weights)
+    }
+
+    /// Of these rows at this state.
+    pub(crate) fn at(machine: &'a ResidualModel<'a>, state: &State, rows: &[usize], weights: &[f64]) -> Self {
+        let block = machine.block(state, rows, weights, &[]);
+        let mut first = vec![None; machine.table.len()];
+        let mut next = 0;
+        for row in rows {
+            if let Some(slot) = first.get_mut(*row) {
+                *slot = Some(next);
+            }
+            next += machine.observations.range(*row).len();
+        }
+        Self { machine, residuals: block.residuals, jacobian: block.jacobian, first }
+    }
+
+    /// Where a row's equations are among those gathered.
+    pub(crate) fn equations_of(&self, row: usize) -> std::ops::Range<usize> {
+        let first = self.first.get(row).copied().flatten();
+        first.map_or(0..0, |first| first..first + self.machine.observations.range(row).len())
+    }
+
+    /// What these rows say of the slots.
+    pub(crate) fn normal(&self, rows: &[usize]) -> NormalEquations {
+        let columns: Vec<usize> = rows.iter().flat_map(|row| self.equations_of(*row)).collect();
+        let residuals: Vec<f64> =
+            columns.iter().filter_map(|column| self.residuals.get(*column)).copied().collect();
+        let mut total = NormalEquations::zeros(self.jacobian.nrows());
+        total.take(&residuals, &self.jacobian.select_columns(&columns));
+        total
+    }
+
+    /// [`left_out`].
+    pub(crate) fn left_out(&self, fit: &Fit, blocks: &[Vec<usize>]) -> Option<Vec<Option<LeftOut>>> {
+        left_out_by(self.machine, fit, blocks, |rows| self.normal(rows))
+    }
+}
+
+fn left_out_by(
+    machine: &ResidualModel<'_>,
+    fit: &Fit,
+    blocks: &[Vec<usize>],
+    normal_of: impl Fn(&[usize]) -> NormalEquations,
+) -> Option<Vec<Option<LeftOut>>> {
+    if blocks.len() < 2 {
+        return None;
+    }
+    let mut all = vec![None; machine.table.len()];
+    for block in blocks {
+        let without = Without::of(&fit.normal, fit.rank(), &normal_of(block))?;
+        let state = fit.state.stepped(machine.slots(), &without.step);
+        let residuals = machine.residuals_apart(&state, block, &[]);
+        let distances = Distances::of(machine, &residuals);
+        let untold =
+            without.untold(machine, block, || machine.block(&fit.state, block, &fit.weights, &[]).jacobian);
+        for row in block.iter().filter(|row| !untold.contains(row)) {
+            if let (Some(slot), Some(square), Some(distance)) =
+                (all.get_mut(*row), row_square(machine, &residuals, *row), distances.rows.get(*row))
+            {
+                *slot = Some(LeftOut { square, distance: *distance });
+            }
+        }
+    }
+    Some(all)
+}
+
+/// The fit without some rows.
+pub(crate) struct Without {
+    /// The step to it from where the normal equations are of, by one step of Newton's method.
+    pub(crate) step: Vec<f64>,
+    pub(crate) factor: RankRevealingCholesky,
+}
+
+impl Without {
+    /// `own` is what the rows left out add to the normal equations of `all`, which are of this rank; nothing if too little is
+    /// left to fit.
+    pub(crate) fn of(all: &NormalEquations, rank: usize, own: &NormalEquations) -> Option<Self> {
+        let mut rest: NormalEquations = all.clone();
+        rest.subtract(own);
+        if rest.equations <= rank {
+            return None;
+        }
+        // A little damping holds back what the rest of the rows hardly sees: along a valley the linear step runs too far.
+        for index in 0..rest.matrix.nrows() {
+            rest.matrix[(index, index)] *= 1.0 + DAMPING;
+        }
+        let factor = RankRevealingCholesky::new(&rest.matrix);
+        Some(Self { step: factor.solve(&rest.gradient).as_slice().to_vec(), factor })
+    }
+
+    /// Of the rows left out, those measured against a surface that nothing else tells: what is foretold of them says where the
+    /// surface was thought to lie, and nothing of the arm. `jacobian` is asked for only where there are surfaces.
+    pub(crate) fn untold(
+        &self,
+        machine: &ResidualModel<'_>,
+        block: &[usize],
+        jacobian: impl FnOnce() -> DMatrix<f64>,
+    ) -> Vec<usize> {
+        let of_surface = |slot: &Slot| matches!(slot, Slot::Surface(..));
+        if !machine.slots().iter().any(of_surface) {
+            return Vec::new();
+        }
+        let mut jacobian = jacobian();
+        for (mut row, slot) in jacobian.row_iter_mut().zip(machine.slots()) {
+            if !of_surface(slot) {
+                row.fill(0.0);
+            }
+        }
+        let spread = self.factor.whiten(&jacobian);
+        let lost =
+            |equation: usize| self.factor.dependent.iter().any(|slot| jacobian[(*slot, equation)] != 0.0);
+        let mut first = 0;
+        let untold = block.iter().filter(|row| {
+            let own = first..first + machine.observations.range(**row).len();
+            first = own.end;
+            own.into_iter()
+                .any(|equation| spread.column(equation).norm_squared() > SURFACE_UNKNOWN || lost(equation))
+        });
+        untold.copied().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,83 @@
+//! Left-out rows are predicted by a fit that has not seen them: held against fits made without them.
+
+use super::*;
+use crate::testing::two_links;
+use plumb_calibration::fit::FitOptions;
+use plumb_estimation::Progress;
+
+/// Squared residuals of some rows when everything is fitted anew to the others, mm2.
+fn refitted_without(machine: &ResidualModel<'_>, fit: &Fit, block: &[usize]) -> Vec<f64> {
+    let rest: Vec<usize> = fit.rows.iter().filter(|row| !block.contains(row)).copied().collect();
+    let options = FitOptions { robust: false, ..FitOptions::default() };
+    let other = machine.refit(&fit.state, &rest, &fit.weights, options, &Progress::unwatched()).unwrap();
+    let residuals = machine.residuals_apart(&other.state, block, &[]);
+    block.iter().map(|row| row_square(machine, &residuals, *row).unwrap()).collect()
+}
+
+#[test]
+fn a_left_out_row_is_predicted_by_a_fit_that_has_not_seen_it() {
+    let lab = two_links(20, "joint_zero(*), joint_gain(*)", 0.5, 3, |_| [0.0; 2]);
+    let machine = lab.machine(&[]).unwrap();
+    let seen = lab.fit(&machine, &Progress::unwatched()).unwrap();
+    let options = FitOptions { robust: false, ..FitOptions::default() };
+    let ones = vec![1.0; 20];
+    let fit = machine.refit(&seen.state, &seen.rows, &ones, options, &Progress::unwatched()).unwrap();
+    let blocks = region_blocks(machine.table, &fit.rows);
+    assert_eq!(blocks.len(), VALIDATION_BLOCKS);
+    let predicted = left_out(&machine, &fit, &blocks).unwrap();
+    let (mut in_sample, mut out_of_sample) = (0.0, 0.0);
+    for block in &blocks {
+        for (row, expected) in block.iter().zip(refitted_without(&machine, &fit, block)) {
+            let square = predicted[*row].unwrap().square;
+            assert!((square - expected).abs() < 0.02 * expected.max(0.05), "{square} against {expected}");
+            in_sample += row_square(&machine, &fit.residuals, *row).unwrap();
+            out_of_sample += square;
+        }
+    }
+    // Four parameters of 60 equations: left-out rows are predicted worse than seen ones, by some 2 x 4 / 60.
+    assert!(out_of_sample > 1.05 * in_sample, "{out_of_sample} {in_sample}");
+}
+
+#[test]
+fn both_ways_to_gather_the_equations_agree() {
+    let lab = two_links(20, "joint_zero(*)", 0.5, 4, |_| [0.0; 2]);
+    let machine = lab.machine(&[]).unwrap();
+    let fit = lab.fit(&machine, &Progress::unwatched()).unwrap();
+    let blocks = region_blocks(machine.table, &fit.rows);
+    let one = left_out(&machine, &fit, &blocks).unwrap();
+    let other = Derivatives::of(&machine, &fit).left_out(&fit, &blocks).unwrap();
+    for (one, other) in one.iter().flatten().zip(other.iter().flatten()) {
+        assert!((one.square - other.square).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn every_row_is_in_one_block_and_nothing_is_said_where_too_little_is_left() {
+    let lab = two_links(20, "joint_zero(*)", 0.5, 5, |_| [0.0; 2]);
+    let machine = lab.machine(&[]).unwrap();
+    let fit = lab.fit(&machine, &Progress::unwatched()).unwrap();
+    for blocks in [region_blocks(machine.table, &fit.rows), joint_blocks(machine.table, &fit.rows, 1)] {
+        let mut rows: Vec<usize> = blocks.iter().flatten().copied().collect();
+        rows.sort_unstable();
+        assert_eq!(rows, fit.rows);
+    }
+    let all = vec![fit.rows.clone(), Vec::new()];
+    assert!(left_out(&machine, &fit, &all).is_none(), "nothing is left to fit");
+    assert!(left_out(&machine, &fit, &all[..1]).is_none(), "one block is no cross-validation");
+    assert_eq!(session_blocks(machine.table, &fit.rows), None);
+}
+
+#[test]
+fn ranges_of_a_joint_do_not_overlap() {
+    let lab = two_links(40, "joint_zero(*)", 0.5, 6, |_| [0.0; 2]);
+    let table = lab.table();
+    let rows: Vec<usize> = (0..40).collect();
+    let ends: Vec<(f64, f64)> = joint_blocks(table, &rows, 0)
+        .iter()
+        .map(|block| {
+            let q = block.iter().map(|row| table.q_of(*row)[0]);
+            q.fold((f64::MAX, f64::MIN), |(low, high), q| (low.min(q), high.max(q)))
+        })
+        .collect();
+    assert!(ends.windows(2).all(|pair| pair[0].1 <= pair[1].0), "{ends:?}");
+}

@@ -1,0 +1,214 @@
+//! One diagnosis from beginning to end: fit, noise floor, search, verdict, and what is said beside the verdict.
+
+use crate::candidates::{self, Candidates};
+use crate::fitted::Fitted;
+use crate::growth::Found;
+use crate::laboratory::{Comparison, Laboratory, LaboratoryError};
+use crate::lack_of_fit::LackOfFit;
+use crate::noise_floor::{Floor, Replicates};
+use crate::outcome::{Diagnosis, Remaining, Verdict};
+use crate::repeatability::{self, Split};
+use crate::residual_structure::residual_structure;
+use crate::thresholds::SEARCH_ROWS;
+use crate::verdict::Finding;
+use crate::{unlisted, wording};
+use plumb_calibration::effect::Spot;
+use plumb_estimation::Progress;
+
+/// Candidates a diagnosis lists.
+const LISTED: usize = 12;
+
+/// A diagnosis that says nothing yet but its verdict, its floor and how far the model misses.
+fn without_findings(verdict: Verdict, floor: Floor, comparison: Comparison) -> Diagnosis {
+    Diagnosis {
+        verdict,
+        floor,
+        not_shown: Vec::new(),
+        not_logged: Vec::new(),
+        rms_mm: comparison.rms_mm,
+        check_opened: u32::from(comparison.rms_mm.check.is_some()),
+        named: None,
+        located: None,
+        tied: Vec::new(),
+        same: Vec::new(),
+        alike: Vec::new(),
+        candidates: Vec::new(),
+        remaining: Remaining::default(),
+        besides: Vec::new(),
+        floor_ratio: None,
+        left_ratio: None,
+        next: Vec::new(),
+        outliers: comparison.outliers,
+        warnings: comparison.warnings,
+        sentence: String::new(),
+    }
+}
+
+/// The verdict on a model to which no candidate can be added any more: only the lack of fit is left to ask.
+fn settled_verdict(lack_of_fit: Option<LackOfFit>) -> Verdict {
+    match lack_of_fit {
+        Some(lack_of_fit) if lack_of_fit.is_significant() => Verdict::Unknown,
+        Some(_) => Verdict::AtFloor,
+        None => Verdict::FloorUnknown,
+    }
+}
+
+impl Laboratory {
+    /// Says what the model lacks, if anything.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn diagnose(&self, progress: &Progress) -> Result<Diagnosis, LaboratoryError> {
+        self.diagnose_for(progress).map(|(diagnosis, _)| diagnosis)
+    }
+
+    /// The diagnosis, and the named effect with its values.
+    pub(crate) fn diagnose_for(&self, progress: &Progress) -> Result<(Diagnosis, Found), LaboratoryError> {
+        progress.report(0.0, "fitting")?;
+        let machine = self.machine(&[])?;
+        let fit = self.fit(&machine, progress)?;
+        progress.report(0.1, "noise floor")?;
+        let replicates = Replicates::gather(&machine, &fit, &self.survey());
+        let floor = Floor::among(&machine, replicates.as_ref());
+        let splits = replicates.as_ref().map(|replicates| repeatability::find_splits(&machine, replicates));
+        let splits = splits.unwrap_or_default();
+        let comparison = self.comparison(&machine, &fit, progress)?;
+        let candidates = Candidates { listed: candidates::probes(self), unlisted: unlisted::probes(self) };
+        let thin = self.thinned(SEARCH_ROWS);
+        let searched = thin.as_ref().unwrap_or(self);
+        let finding = searched.find(&floor, &candidates, progress)?;
+        let mut diagnosis = Diagnosis {
+            candidates: finding.candidates(LISTED),
+            besides: finding.besides.iter().map(|id| self.model().label(id)).collect(),
+            floor_ratio: finding.left_over.map(|lack_of_fit| lack_of_fit.ratio),
+            left_ratio: finding.left_now.map(|lack_of_fit| lack_of_fit.ratio),
+            ..without_findings(finding.verdict, floor, comparison)
+        };
+        // Hardware with two positions overrules every effect: no model can be right then.
+        if splits.is_empty() {
+            searched.describe(&finding, &mut diagnosis, progress)?;
+        } else {
+            diagnosis.verdict = Verdict::NotRepeatable;
+            diagnosis.remaining = self.remaining_of_splits(&splits);
+        }
+        diagnosis.warnings.extend(finding.gravity_warning());
+        if let Some(thin) = &thin {
+            diagnosis.warnings.push(format!(
+                "the search looked at {} of {} fitted rows, spread at random",
+                thin.measured_rows().len(),
+                self.measured_rows().len()
+            ));
+        }
+        diagnosis.sentence = wording::sentence(&diagnosis);
+        let named = finding.best().filter(|_| diagnosis.verdict == Verdict::Named);
+        let found = named.map(|best| (best.id.clone(), best.values.clone()));
+        Ok((diagnosis, found))
+    }
+
+    /// Fills in what goes with a finding's verdict: the name or the site, the ties, the rest, and poses to measure.
+    fn describe(
+        &self,
+        finding: &Finding<'_>,
+        diagnosis: &mut Diagnosis,
+        progress: &Progress,
+    ) -> Result<(), LaboratoryError> {
+        if matches!(finding.verdict, Verdict::Located | Verdict::Unknown) {
+            let rest = residual_structure(&finding.stage.fitted);
+            diagnosis.remaining = Remaining {
+                places: finding.places.iter().map(|spot| self.place_name(*spot)).collect(),
+                shape: rest.shape.to_string(),
+                covariates: rest.covariates,
+            };
+        }
+        diagnosis.next = self.poses_for(finding, &diagnosis.floor, progress)?;
+        diagnosis.named = finding.named();
+        diagnosis.located = finding.located();
+        diagnosis.tied = finding.tied();
+        diagnosis.alike = finding.alike();
+        if finding.verdict == Verdict::AtFloor {
+            diagnosis.not_shown = self.not_shown(&finding.stage.fitted, &diagnosis.floor)?;
+            diagnosis.not_logged = self.not_logged();
+        } else {
+            diagnosis.same = finding.same();
+        }
+        Ok(())
+    }
+
+    /// What is said of hardware that stands in two positions.
+    fn remaining_of_splits(&self, splits: &[Split]) -> Remaining {
+        let places: Vec<String> = splits.iter().map(|split| self.place_name(split.spot)).collect();
+        let shape = repeatability::describe(splits.iter().zip(places.iter().cloned()));
+        Remaining { places, covariates: Vec::new(), shape }
+    }
+
+    /// The name of a site: a joint, a target, `base`.
+    fn place_name(&self, spot: Spot) -> String {
+        self.model().site_name(spot)
+    }
+
+    /// The diagnosis of a model to which no candidate can be added any more: at the floor, or something unknown is left.
+    pub(crate) fn settled(
+        &self,
+        fitted: &Fitted<'_>,
+        progress: &Progress,
+    ) -> Result<Diagnosis, LaboratoryError> {
+        let replicates = Replicates::gather(&fitted.machine, &fitted.fit, &self.survey());
+        let floor = Floor::among(&fitted.machine, replicates.as_ref());
+        let comparison = self.comparison(&fitted.machine, &fitted.fit, progress)?;
+        let lack_of_fit = LackOfFit::of(fitted, &floor);
+        let ratio = lack_of_fit.map(|lack_of_fit| lack_of_fit.ratio);
+        let mut diagnosis = Diagnosis {
+            floor_ratio: ratio,
+            left_ratio: ratio,
+            ..without_findings(settled_verdict(lack_of_fit), floor, comparison)
+        };
+        if diagnosis.verdict == Verdict::Unknown {
+            let rest = residual_structure(fitted);
+            diagnosis.remaining.covariates = rest.covariates;
+            diagnosis.remaining.shape =
+                format!("no further effect predicts rows that were left out; {}", rest.shape);
+        }
+        if diagnosis.verdict == Verdict::AtFloor {
+            diagnosis.not_shown = self.not_shown(fitted, &diagnosis.floor)?;
+            diagnosis.not_logged = self.not_logged();
+        }
+        diagnosis.sentence = wording::sentence(&diagnosis);
+        Ok(diagnosis)
+    }
+
+    /// Conditions the table does not log and that effects of the library go by.
+    fn not_logged(&self) -> Vec<String> {
+        let table = self.table();
+        let logged = [
+            ("side of approach", table.approach.is_some()),
+            ("time", table.time.is_some()),
+            ("temperature", table.temperature.is_some()),
+        ];
+        logged.iter().filter(|(_, logged)| !logged).map(|(name, _)| (*name).to_owned()).collect()
+    }
+
+    /// The same laboratory with fewer rows to fit, chosen at random by pose; nothing if there are no more than `most`.
+    pub(crate) fn thinned(&self, most: usize) -> Option<Self> {
+        let rows = self.measured_rows();
+        if rows.len() <= most {
+            return None;
+        }
+        let mut thin = self.clone();
+        thin.keep_rows(most);
+        Some(thin)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::thresholds::LACK_OF_FIT_LEVEL;
+
+    #[test]
+    fn a_model_without_candidates_is_at_the_floor_unless_more_than_noise_is_left() {
+        let at = |p: f64| settled_verdict(Some(LackOfFit { ratio: 1.0, p }));
+        assert_eq!(at(0.9 * LACK_OF_FIT_LEVEL), Verdict::Unknown);
+        assert_eq!(at(1.1 * LACK_OF_FIT_LEVEL), Verdict::AtFloor);
+        assert_eq!(settled_verdict(None), Verdict::FloorUnknown);
+    }
+}

@@ -1,0 +1,576 @@
+//! Where an error sits, told by its direction alone. Whatever turns about one joint moves the point along that joint's
+//! motion, however its amount varies from pose to pose: what lies across that motion must be noise. So a place is tried
+//! by taking the component along its motion out of every row, refitting what is free to the rest, and holding what is
+//! left against the floor. Nothing about the mechanism is assumed.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use crate::fitted::Fitted;
+use crate::laboratory::Laboratory;
+use crate::lack_of_fit::probability_of_noise;
+use crate::noise_floor::Floor;
+use crate::thresholds::{
+    DIRECTION_FREEDOM, DIRECTION_LEVEL, DIRECTION_ROWS, INLIER_QUANTILE, LACK_OF_FIT_LEVEL, OUTLIER_COST,
+    SITE_LIKELIHOOD,
+};
+use plumb_calibration::effect::{Drive, Effect, Handle, LooksAt, Parameter, Situation, Spot, Unit};
+use plumb_estimation::{NormalEquations, RankRevealingCholesky, for_each};
+use plumb_estimation::{chi_squared_quantile, f_tail, median};
+
+/// What is left when everything along one place's motion is taken out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct DirectionTest {
+    /// The place.
+    pub(crate) spot: Spot,
+    /// Sum of squares across the motion (declared sigmas squared) and its degrees of freedom.
+    pub(crate) across: (f64, f64),
+    /// The same, and over all directions, on rows that are not wild in any direction, every instrument's scatter brought to
+    /// one: a wild row that happens to lie along the motion says nothing of it, and a level quieter than was declared would make
+    /// a tracker's rows look as if something were left in them.
+    inliers: ((f64, f64), (f64, f64)),
+    /// Probability of so much across if the rest is noise.
+    pub(crate) p: f64,
+}
+
+impl DirectionTest {
+    /// Whether everything that is not noise may sit here.
+    pub(crate) fn passes(&self) -> bool {
+        self.p >= LACK_OF_FIT_LEVEL
+    }
+
+    /// Probability of what is left along the motion if it is no more than what is left across: the lack of fit where a
+    /// mechanism at this place must show it.
+    pub(crate) fn along(&self) -> f64 {
+        let (across, whole) = self.inliers;
+        let (squares, freedom) = (whole.0 - across.0, whole.1 - across.1);
+        if freedom < 1.0 || across.1 < DIRECTION_FREEDOM || across.0 <= 0.0 {
+            return 1.0;
+        }
+        f_tail(squares.max(0.0) / freedom / (across.0 / across.1), freedom, across.1)
+    }
+}
+
+/// Rows handled at once by one thread.
+const CHUNK: usize = 128;
+
+/// A place that may move by any amount in any row.
+#[derive(Debug)]
+struct Loose {
+    spot: Spot,
+    parameters: Vec<Parameter>,
+}
+
+impl Loose {
+    fn at(spot: Spot) -> Self {
+        let count = if spot == Spot::Base { 2 } else { 1 };
+        let parameter = |number: usize| Parameter::new(&number.to_string(), Unit::RATIO, (-1.0, 1.0));
+        Self { spot, parameters: (0..count).map(parameter).collect() }
+    }
+}
+
+impl Effect for Loose {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        match self.spot {
+            Spot::Joint(joint) => drives.push(situation.drive_joint(joint, 0, 1.0)),
+            _ => {
+                let (first, second) = plumb_calibration::arm_model::square_to(&situation.weights.down);
+                drives.extend([first, second].into_iter().enumerate().map(|(parameter, turn)| {
+                    let (shift, about) = (Vector3::zeros(), Vector3::zeros());
+                    Drive { parameter, handle: Handle::Twist { after: 0, shift, turn, about }, rate: 1.0 }
+                }));
+            }
+        }
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Gravity
+    }
+}
+
+/// Some rows, whitened: residuals, and the free parameters' columns (parameters by equations).
+struct Rows {
+    residuals: DVector<f64>,
+    columns: DMatrix<f64>,
+    /// First equation of each row, and one past the last.
+    first: Vec<usize>,
+}
+
+/// Rows with some directions taken out, and how many equations are left of each.
+struct Projected {
+    rows: Rows,
+    equations: Vec<f64>,
+}
+
+impl Rows {
+    fn range(&self, row: usize) -> Range<usize> {
+        let at = |index: usize| self.first.get(index).copied().unwrap_or(0);
+        at(row)..at(row + 1)
+    }
+
+    fn len(&self) -> usize {
+        self.first.len().saturating_sub(1)
+    }
+
+    /// Every equation divided by its own scatter.
+    fn over(&self, scatter: &DVector<f64>) -> Self {
+        Self {
+            residuals: self.residuals.component_div(scatter),
+            columns: over(&self.columns, scatter),
+            first: self.first.clone(),
+        }
+    }
+
+    /// Takes the motions in `range` of the `directions` (motions by equations) out of every row.
+    fn without(&self, directions: &DMatrix<f64>, range: Range<usize>) -> Projected {
+        let mut rows = Self {
+            residuals: self.residuals.clone(),
+            columns: self.columns.clone(),
+            first: self.first.clone(),
+        };
+        let mut equations = Vec::with_capacity(self.len());
+        for row in 0..self.len() {
+            let own = self.range(row);
+            let mut left = own.len() as f64;
+            let mut taken: Vec<DVector<f64>> = Vec::new();
+            for index in range.clone() {
+                let full = directions.view((index, own.start), (1, own.len())).transpose();
+                let mut direction = full.column(0).into_owned();
+                for earlier in &taken {
+                    direction -= earlier * earlier.dot(&full);
+                }
+                let Some(direction) = direction.try_normalize(1e-6 * full.norm().max(1e-9)) else { continue };
+                let mut residuals = rows.residuals.rows_mut(own.start, own.len());
+                let amount = direction.dot(&residuals);
+                residuals.axpy(-amount, &direction, 1.0);
+                let mut columns = rows.columns.columns_mut(own.start, own.len());
+                let amounts = &columns * &direction;
+                columns.ger(-1.0, &amounts, &direction, 1.0);
+                left -= 1.0;
+                taken.push(direction);
+            }
+            equations.push(left);
+        }
+        Projected { rows, equations }
+    }
+}
+
+/// Normal equations of those rows of a projection that are kept.
+struct Kept {
+    normal: NormalEquations,
+    equations: f64,
+    kept: Vec<bool>,
+}
+
+impl Kept {
+    fn none(projected: &Projected) -> Self {
+        let normal = NormalEquations::zeros(projected.rows.columns.nrows());
+        Self { normal, equations: 0.0, kept: vec![false; projected.rows.len()] }
+    }
+
+    /// Keeps these rows; only those that come or go are counted anew.
+    fn keep(&mut self, projected: &Projected, kept: &[bool]) {
+        for (wanted, sign) in [(true, 1.0), (false, -1.0)] {
+            let changed: Vec<usize> = (0..projected.rows.len())
+                .filter(|row| kept.get(*row) == Some(&wanted) && self.kept.get(*row) == Some(&!wanted))
+                .collect();
+            if changed.is_empty() {
+                continue;
+            }
+            let places: Vec<usize> = changed.iter().flat_map(|row| projected.rows.range(*row)).collect();
+            let residuals: Vec<f64> =
+                places.iter().filter_map(|place| projected.rows.residuals.get(*place)).copied().collect();
+            let mut own = NormalEquations::zeros(self.normal.gradient.len());
+            own.take(&residuals, &projected.rows.columns.select_columns(&places));
+            match wanted {
+                true => self.normal.add(&own),
+                false => self.normal.subtract(&own),
+            }
+            let equations = changed.iter().filter_map(|row| projected.equations.get(*row));
+            self.equations += sign * equations.sum::<f64>();
+        }
+        self.kept = kept.to_vec();
+    }
+
+    /// Sum of squares left by the best linear fit of the free parameters, its degrees of freedom, and that fit.
+    fn left(&self, full: &DVector<f64>) -> (f64, f64, DVector<f64>) {
+        let (mut matrix, mut gradient) = (self.normal.matrix.clone(), self.normal.gradient.clone());
+        // A column that the projection took away whole leaves rounding behind.
+        for index in 0..full.len() {
+            if matrix[(index, index)] < 1e-10 * full[index] {
+                matrix.row_mut(index).fill(0.0);
+                matrix.column_mut(index).fill(0.0);
+                gradient[index] = 0.0;
+            }
+        }
+        let factor = RankRevealingCholesky::new(&matrix);
+        let step = factor.solve(&gradient);
+        let squares = (self.normal.squares - gradient.dot(&step)).max(0.0);
+        (squares, self.equations - factor.rank() as f64, step)
+    }
+}
+
+/// [`Kept::left`] of some rows of a projection.
+fn left_of(projected: &Projected, kept: &[bool], full: &DVector<f64>) -> (f64, f64) {
+    let mut some = Kept::none(projected);
+    some.keep(projected, kept);
+    let (squares, freedom, _) = some.left(full);
+    (squares, freedom)
+}
+
+/// A matrix (anything by equations) with every equation's column divided by its scatter.
+fn over(columns: &DMatrix<f64>, scatter: &DVector<f64>) -> DMatrix<f64> {
+    let mut divided = columns.clone();
+    for (mut column, scatter) in divided.column_iter_mut().zip(scatter) {
+        column /= *scatter;
+    }
+    divided
+}
+
+/// Per equation: the scatter of its instrument about the best fit, in declared sigmas; nothing if there is but one instrument.
+fn scatter(
+    all: &Projected,
+    kept: &[bool],
+    full: &DVector<f64>,
+    instruments: &[&str],
+) -> Option<DVector<f64>> {
+    let first = instruments.first()?;
+    if instruments.iter().all(|instrument| instrument == first) {
+        return None;
+    }
+    let mut some = Kept::none(all);
+    some.keep(all, kept);
+    let (squares, freedom, step) = some.left(full);
+    let off = &all.rows.residuals - all.rows.columns.tr_mul(&step);
+    let of = |wanted: &&str| {
+        let rows = (0..all.rows.len()).filter(|row| kept.get(*row) == Some(&true));
+        let places = rows.flat_map(|row| all.rows.range(row));
+        let own = places.filter(|place| instruments.get(*place) == Some(wanted));
+        let (own, count) =
+            own.fold((0.0, 0.0), |(sum, count), place| (sum + off[place] * off[place], count + 1.0));
+        // Too few say nothing of their instrument: they are taken to be as good as the rest.
+        if count < DIRECTION_FREEDOM { squares / some.equations } else { own / count }
+    };
+    let freed = (some.equations / freedom.max(1.0)).sqrt();
+    let least = 1e-3 * (squares / some.equations).sqrt().max(1e-9);
+    let mut known: Vec<(&str, f64)> = Vec::new();
+    for instrument in instruments {
+        if !known.iter().any(|(known, _)| known == instrument) {
+            known.push((*instrument, of(instrument).sqrt().max(least) * freed));
+        }
+    }
+    let scatter = instruments.iter().map(|instrument| {
+        known.iter().find(|(known, _)| known == instrument).map_or(1.0, |(_, scatter)| *scatter)
+    });
+    Some(DVector::from_iterator(instruments.len(), scatter))
+}
+
+/// A place's own view of which rows are wild: those kept, how far each row is off by its fit, and its scatter.
+struct View {
+    kept: Vec<bool>,
+    distances: Vec<f64>,
+    scale: f64,
+}
+
+/// A quantile's root by the number of equations.
+fn corners(share: f64, rows: &Rows) -> Vec<f64> {
+    let most = (0..rows.len()).map(|row| rows.range(row).len()).max().unwrap_or(0);
+    (0..=most).map(|equations| chi_squared_quantile(share, equations as f64).sqrt()).collect()
+}
+
+/// Leaves rows out that lie far outside the others' scatter; nine turns settle it.
+fn view(projected: &Projected, full: &DVector<f64>) -> View {
+    let rows = &projected.rows;
+    let mut view = View { kept: vec![true; rows.len()], distances: Vec::new(), scale: 1.0 };
+    let (typical, wild) = (corners(0.5, rows), corners(INLIER_QUANTILE, rows));
+    let of = |corners: &[f64], equations: f64| corners.get(equations as usize).copied().unwrap_or(1.0);
+    let mut some = Kept::none(projected);
+    for _ in 0..9 {
+        some.keep(projected, &view.kept);
+        let (_, freedom, step) = some.left(full);
+        let off = &rows.residuals - rows.columns.tr_mul(&step);
+        let norm = |row: usize| off.rows(rows.range(row).start, rows.range(row).len()).norm();
+        view.distances = (0..rows.len()).map(norm).collect();
+        let measured =
+            projected.equations.iter().zip(&view.distances).filter(|(equations, _)| **equations > 0.0);
+        let relative: Vec<f64> = measured.map(|(equations, off)| off / of(&typical, *equations)).collect();
+        view.scale = median(&relative) * (some.equations / freedom.max(1.0)).sqrt();
+        let near =
+            |(equations, off): (&f64, &f64)| *equations <= 0.0 || *off <= view.scale * of(&wild, *equations);
+        let fresh: Vec<bool> = projected.equations.iter().zip(&view.distances).map(near).collect();
+        if fresh == view.kept {
+            break;
+        }
+        view.kept = fresh;
+    }
+    view
+}
+
+/// What all rows are off for a common scatter, less what noise alone would make it. A wild row costs the same however wild
+/// it is and whatever is left of it: a place that calls rows wild which another explains pays for them.
+fn surplus(projected: &Projected, view: &View, scale: f64) -> f64 {
+    let wild = corners(INLIER_QUANTILE, &projected.rows);
+    let cost = |(equations, off): (&f64, &f64)| {
+        let squares = (off / scale).powi(2);
+        let edge = wild.get(*equations as usize).copied().unwrap_or(0.0).powi(2);
+        if squares > edge { OUTLIER_COST } else { squares - equations }
+    };
+    let rows = projected.equations.iter().zip(&view.distances);
+    rows.filter(|(equations, _)| **equations > 0.0).map(cost).sum()
+}
+
+/// Everything the test of one table needs: the free parameters' columns, and each site's motion.
+struct Setup {
+    rows: Rows,
+    /// Motions of all sites, by equations.
+    directions: DMatrix<f64>,
+    /// Each site's motions among them.
+    ranges: Vec<(Spot, Range<usize>)>,
+    /// Squared length of each free parameter's column.
+    full: DVector<f64>,
+    /// The instrument of each equation.
+    instruments: Vec<&'static str>,
+}
+
+/// The sites that are asked: every joint, and the base.
+fn sites(joints: usize) -> Vec<Loose> {
+    (0..joints).map(Spot::Joint).chain([Spot::Base]).map(Loose::at).collect()
+}
+
+/// Where each site's motions are among those of all.
+fn motion_ranges(sites: &[Loose]) -> Vec<(Spot, Range<usize>)> {
+    let mut ranges: Vec<(Spot, Range<usize>)> = Vec::new();
+    for site in sites {
+        let start = ranges.last().map_or(0, |(_, last)| last.end);
+        ranges.push((site.spot, start..start + site.parameters.len()));
+    }
+    ranges
+}
+
+impl Setup {
+    /// Derivatives of some of the fitted rows, spread evenly, by what is fitted and by each site's motion.
+    fn of(lab: &Laboratory, fitted: &Fitted<'_>) -> Self {
+        let (machine, state) = (&fitted.machine, &fitted.fit.state);
+        let measured = lab.measured_rows();
+        let stride = measured.len().div_ceil(DIRECTION_ROWS).max(1);
+        let chosen: Vec<usize> = measured.into_iter().step_by(stride).collect();
+        let sites = sites(lab.model().chain.len());
+        let probes: Vec<&dyn Effect> = sites.iter().map(|site| site as &dyn Effect).collect();
+        let ones = vec![1.0; lab.table().len()];
+        let chunks: Vec<&[usize]> = chosen.chunks(CHUNK).collect();
+        let blocks = for_each(&chunks, |chunk| machine.block(state, chunk, &ones, &probes));
+        let ranges = motion_ranges(&sites);
+        let own = machine.slots().len();
+        let width = own + ranges.last().map_or(0, |(_, last)| last.end);
+        let mut all = DMatrix::zeros(width, blocks.iter().map(|block| block.residuals.len()).sum());
+        let mut residuals = Vec::with_capacity(all.ncols());
+        for block in blocks {
+            all.columns_mut(residuals.len(), block.residuals.len()).copy_from(&block.jacobian);
+            residuals.extend(block.residuals);
+        }
+        let mut first = vec![0];
+        for row in &chosen {
+            first.push(first.last().copied().unwrap_or(0) + machine.observations.range(*row).len());
+        }
+        let columns = all.rows(0, own).into_owned();
+        let equations = chosen.iter().flat_map(|row| machine.observations.of_row(*row));
+        Self {
+            full: DVector::from_iterator(own, columns.row_iter().map(|column| column.norm_squared())),
+            rows: Rows { residuals: DVector::from_vec(residuals), columns, first },
+            directions: all.rows(own, width - own).into_owned(),
+            ranges,
+            instruments: equations.map(|equation| equation.measurand.kind.instrument()).collect(),
+        }
+    }
+
+    /// Each site's own view of the rows; sites about which the table says too little are left out.
+    fn views(&self) -> Vec<SiteView> {
+        let views = for_each(&self.ranges, |(spot, range)| {
+            let projected = self.rows.without(&self.directions, range.clone());
+            let view = view(&projected, &self.full);
+            let enough = left_of(&projected, &view.kept, &self.full).1 >= DIRECTION_FREEDOM;
+            enough.then(|| SiteView { spot: *spot, range: range.clone(), projected, view })
+        });
+        views.into_iter().flatten().collect()
+    }
+
+    /// Rows and directions with every instrument's scatter brought to one; nothing if there is but one instrument.
+    fn levelled(&self, all: &Projected, inliers: &[bool]) -> Option<(Rows, DMatrix<f64>)> {
+        let scatter = scatter(all, inliers, &self.full, &self.instruments)?;
+        Some((self.rows.over(&scatter), over(&self.directions, &scatter)))
+    }
+}
+
+/// A site, the rows without its motion, and its view of which of them are outliers.
+struct SiteView {
+    spot: Spot,
+    range: Range<usize>,
+    projected: Projected,
+    view: View,
+}
+
+/// The rows that the likeliest site keeps: all sites are tested on the same rows.
+fn rows_of_likeliest(views: &[SiteView]) -> Option<&[bool]> {
+    let scale = views.iter().map(|site| site.view.scale).fold(f64::INFINITY, f64::min).max(1e-300);
+    let costs = views.iter().map(|site| (surplus(&site.projected, &site.view, scale), site));
+    let likeliest = costs.min_by(|left, right| left.0.total_cmp(&right.0));
+    likeliest.map(|(_, site)| site.view.kept.as_slice())
+}
+
+impl Laboratory {
+    /// Tries every joint, and the base, as the one site where everything sits that is not noise. The likeliest first;
+    /// sites about which the table cannot tell are left out.
+    pub(crate) fn direction_tests(&self, fitted: &Fitted<'_>, floor: &Floor) -> Vec<DirectionTest> {
+        let setup = Setup::of(self, fitted);
+        let full = &setup.full;
+        let views = setup.views();
+        let Some(kept) = rows_of_likeliest(&views) else { return Vec::new() };
+        let undirected = setup.rows.without(&setup.directions, 0..0);
+        let near = view(&undirected, full).kept;
+        let inliers: Vec<bool> = kept.iter().zip(near).map(|(kept, near)| *kept && near).collect();
+        let levelled = setup.levelled(&undirected, &inliers);
+        let left_without = |range: Range<usize>, plain: &Projected| match &levelled {
+            Some((rows, directions)) => left_of(&rows.without(directions, range), &inliers, full),
+            None => left_of(plain, &inliers, full),
+        };
+        let whole = left_without(0..0, &undirected);
+        let mut found: Vec<DirectionTest> = for_each(&views, |site| {
+            let (squares, freedom) = left_of(&site.projected, kept, full);
+            let across = left_without(site.range.clone(), &site.projected);
+            DirectionTest {
+                spot: site.spot,
+                across: (squares, freedom.max(1.0)),
+                inliers: (across, whole),
+                p: probability_of_noise(squares, freedom, floor).unwrap_or(1.0),
+            }
+        });
+        found.sort_by(|left, right| {
+            (left.across.0 / left.across.1).total_cmp(&(right.across.0 / right.across.1))
+        });
+        found
+    }
+}
+
+/// How unlikely a site is beside noise of this variance: twice the logarithm of a likelihood, up to a constant.
+fn unlikeliness(test: &DirectionTest, variance: f64) -> f64 {
+    test.across.0 / variance - test.across.1
+}
+
+/// Of some sites those that pass and are not much less likely than the likeliest, in the order given.
+fn likely_sites(tests: &[&DirectionTest], variance: f64) -> Vec<Spot> {
+    let passing: Vec<&&DirectionTest> = tests.iter().filter(|test| test.passes()).collect();
+    let least = passing.iter().map(|test| unlikeliness(test, variance)).fold(f64::INFINITY, f64::min);
+    let near = passing.iter().filter(|test| unlikeliness(test, variance) - least < SITE_LIKELIHOOD);
+    near.map(|test| test.spot).collect()
+}
+
+/// The sites where everything may sit that is not noise, the likeliest first. A joint goes before the base, whose two
+/// rotations take more away. Without a floor the likeliest site is the measure of the others.
+pub(crate) fn possible_sites(tests: &[DirectionTest], floor: &Floor) -> Vec<Spot> {
+    let variance = match (floor.scale, tests.first()) {
+        (Some(scale), _) => scale * scale,
+        (None, Some(best)) => best.across.0 / best.across.1,
+        (None, None) => return Vec::new(),
+    };
+    let (base, joints): (Vec<_>, Vec<_>) = tests.iter().partition(|test| test.spot == Spot::Base);
+    let joints = likely_sites(&joints, variance);
+    if joints.is_empty() { likely_sites(&base, variance) } else { joints }
+}
+
+/// Sites along whose motion more is left than across it.
+pub(crate) fn uneven_sites(tests: &[DirectionTest]) -> Vec<Spot> {
+    tests.iter().filter(|test| test.along() < DIRECTION_LEVEL).map(|test| test.spot).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise_floor::FloorSource;
+
+    const FLOOR: Floor = Floor {
+        sigma_mm: Some(1.0),
+        source: FloorSource::Declared,
+        dof: 0,
+        scale: Some(1.0),
+        allowed_for: Vec::new(),
+    };
+
+    /// A site across whose motion so much is left, on 100 degrees of freedom.
+    fn site(spot: Spot, squares: f64) -> DirectionTest {
+        let p = probability_of_noise(squares, 100.0, &FLOOR).unwrap();
+        DirectionTest { spot, across: (squares, 100.0), inliers: ((squares, 100.0), (squares, 101.0)), p }
+    }
+
+    #[test]
+    fn a_site_is_possible_where_only_noise_is_left_across_its_motion() {
+        // Upper 0.2 % point of chi squared with 100 degrees of freedom: 145.6 (R: qchisq(0.998, 100)).
+        let tests = [site(Spot::Joint(1), 100.0), site(Spot::Joint(2), 150.0), site(Spot::Base, 90.0)];
+        assert!(tests[0].passes() && !tests[1].passes());
+        assert!(site(Spot::Base, 145.0).passes() && !site(Spot::Base, 146.5).passes());
+        assert_eq!(possible_sites(&tests, &FLOOR), [Spot::Joint(1)], "a joint goes before the base");
+        assert_eq!(possible_sites(&tests[1..], &FLOOR), [Spot::Base], "the base where no joint passes");
+        assert_eq!(possible_sites(&tests[1..2], &FLOOR), []);
+    }
+
+    #[test]
+    fn a_much_less_likely_site_is_ruled_out_by_a_likelier_one() {
+        let near = [site(Spot::Joint(0), 100.0), site(Spot::Joint(3), 100.0 + 0.9 * SITE_LIKELIHOOD)];
+        assert_eq!(possible_sites(&near, &FLOOR), [Spot::Joint(0), Spot::Joint(3)]);
+        let far = [site(Spot::Joint(0), 100.0), site(Spot::Joint(3), 100.0 + 1.1 * SITE_LIKELIHOOD)];
+        assert_eq!(possible_sites(&far, &FLOOR), [Spot::Joint(0)]);
+    }
+
+    #[test]
+    fn what_is_left_along_a_motion_is_held_against_what_is_left_across_it() {
+        let test = |along: f64| DirectionTest {
+            spot: Spot::Joint(0),
+            across: (20.0, 20.0),
+            inliers: ((20.0, 20.0), (20.0 + 3.0 * along, 23.0)),
+            p: 1.0,
+        };
+        // Upper 5 % point of F with 3 and 20 degrees of freedom: 3.0984.
+        assert!((test(3.098_391).along() - 0.05).abs() < 1e-6, "{}", test(3.098_391).along());
+        // Upper 0.3 % point of F with 3 and 20 degrees of freedom: 6.499 (bracketed).
+        assert_eq!(uneven_sites(&[test(6.8), test(6.2)]), [Spot::Joint(0)]);
+        let few = DirectionTest { inliers: ((7.0, 7.0), (70.0, 10.0)), ..test(1.0) };
+        assert_eq!(few.along(), 1.0, "too few degrees of freedom say nothing");
+    }
+
+    /// One row of three equations a site, whose motion is x; the residual is given.
+    fn rows(residuals: &[[f64; 3]]) -> Rows {
+        let flat: Vec<f64> = residuals.iter().flatten().copied().collect();
+        let first = (0..=residuals.len()).map(|row| 3 * row).collect();
+        Rows { columns: DMatrix::zeros(0, flat.len()), residuals: DVector::from_vec(flat), first }
+    }
+
+    #[test]
+    fn projection_takes_out_what_lies_along_the_motion_and_one_equation_a_row() {
+        let rows = rows(&[[5.0, 1.0, 2.0], [-7.0, 2.0, 0.5]]);
+        let x = DMatrix::from_row_slice(1, 6, &[2.0, 0.0, 0.0, 2.0, 0.0, 0.0]);
+        let projected = rows.without(&x, 0..1);
+        assert_eq!(projected.equations, [2.0, 2.0]);
+        assert_eq!(projected.rows.residuals.as_slice(), [0.0, 1.0, 2.0, 0.0, 2.0, 0.5]);
+        let (squares, freedom) = left_of(&projected, &[true, true], &DVector::zeros(0));
+        assert!((squares - 9.25).abs() < 1e-12 && freedom == 4.0);
+        let (squares, freedom) = left_of(&projected, &[true, false], &DVector::zeros(0));
+        assert!(
+            (squares - 5.0).abs() < 1e-12 && freedom == 2.0,
+            "a row that is left out takes its equations along"
+        );
+    }
+
+    #[test]
+    fn a_row_far_outside_the_others_scatter_is_left_out() {
+        let mut residuals: Vec<[f64; 3]> =
+            (0..40).map(|row| [0.0, 1.0, -1.0].map(|part| part * (1.0 + 0.01 * f64::from(row)))).collect();
+        residuals[7] = [0.0, 30.0, 0.0];
+        let projected = rows(&residuals).without(&DMatrix::zeros(0, 120), 0..0);
+        let view = view(&projected, &DVector::zeros(0));
+        assert!(view.kept.iter().enumerate().all(|(row, kept)| *kept == (row != 7)));
+    }
+}

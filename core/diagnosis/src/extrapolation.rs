@@ -1,0 +1,76 @@
+//! How far a model may be trusted where nothing was measured: whole regions, or the last part of the time, left out.
+
+use serde::Serialize;
+
+use super::fitted::Fitted;
+use crate::cross_validation::{LeftOut, left_out};
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::split::{Holdout, Split};
+use plumb_estimation::Progress;
+
+/// RMS where nothing was fitted, mm, with what was added and without it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Extrapolation {
+    /// What was left out: `regions`, `time:0.3`, or the upper third of a joint's range.
+    pub left_out: String,
+    /// With everything that was added.
+    pub rms_mm: f64,
+    /// Without it.
+    pub without_mm: f64,
+}
+
+impl Extrapolation {
+    /// Whether what was added does harm there.
+    pub fn harmful(&self) -> bool {
+        self.rms_mm > self.without_mm
+    }
+}
+
+/// RMS over some fitted rows, each predicted by a fit without all of them, mm.
+fn rms_without(fitted: &Fitted<'_>, block: &[usize]) -> Option<f64> {
+    if block.is_empty() || block.len() >= fitted.fit.rows.len() {
+        return None;
+    }
+    let all = left_out(&fitted.machine, &fitted.fit, &[block.to_vec(), Vec::new()])?;
+    let squares: Vec<f64> = block
+        .iter()
+        .filter_map(|row| all.get(*row).copied().flatten())
+        .map(|row: LeftOut| row.square)
+        .collect();
+    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+}
+
+impl Laboratory {
+    /// How the model does where nothing was fitted, against `before`.
+    pub(super) fn extrapolation(
+        &self,
+        new: &Fitted<'_>,
+        before: &Self,
+        progress: &Progress,
+    ) -> Result<Vec<Extrapolation>, LaboratoryError> {
+        progress.report(0.95, "trying what was not measured")?;
+        let old = before.fit_with(&[], None, progress)?;
+        let fitted = |row: &usize| self.split().fit.get(*row).copied().unwrap_or(false);
+        let mut ways: Vec<(String, Vec<usize>)> = Vec::new();
+        for holdout in [Holdout::Regions, Holdout::Time { share: 0.3 }] {
+            if let Ok(split) = Split::new(self.table(), holdout) {
+                ways.push((holdout.to_string(), split.check_rows().into_iter().filter(fitted).collect()));
+            }
+        }
+        for (index, joint) in self.model().chain.joints.iter().enumerate().take(3) {
+            let at = |row: usize| self.table().q_of(row).get(index).copied().unwrap_or(0.0);
+            let mut rows: Vec<usize> = self.measured_rows();
+            rows.sort_by(|left, right| at(*left).total_cmp(&at(*right)));
+            let upper = rows.split_off(rows.len() * 2 / 3);
+            ways.push((format!("upper third of {}", joint.name), upper));
+        }
+        let told = |(how, rows): (String, Vec<usize>)| {
+            Some(Extrapolation {
+                left_out: how,
+                rms_mm: rms_without(new, &rows)?,
+                without_mm: rms_without(&old, &rows)?,
+            })
+        };
+        Ok(ways.into_iter().filter_map(told).collect())
+    }
+}

@@ -1,0 +1,251 @@
+//! Forward selection: which effects, jointly, the data ask for. Each stage fits the model with what was taken in, scores every
+//! other candidate, refits the best for real, and takes in the first that passes.
+
+use nalgebra::DMatrix;
+
+use crate::candidates::{Candidates, best_variants};
+use crate::fitted::Fitted;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::predictive_gain::{Gain, Judge};
+use crate::score_test::{Noise, Probe, Score, score};
+use crate::thresholds::{
+    MOST_EFFECTS, NAMING_LEVEL, OUTLIER_JUDGE_LEVEL, OUTLIER_JUDGES, REFIT_BELOW, REFITTED_CANDIDATES,
+};
+use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::effect::EffectId;
+use plumb_calibration::fit::FitOptions;
+use plumb_estimation::{Progress, bic, f_tail, for_each, holm};
+
+/// A candidate with everything known of it at one stage.
+pub(crate) struct Contender {
+    pub(crate) id: EffectId,
+    pub(crate) score: Score,
+    pub(crate) holm_p: f64,
+    /// Information criterion: of the refit if there is one, else as the score promises.
+    pub(crate) bic: f64,
+    pub(crate) search_cost: f64,
+    /// Values after the refit, or as the score expects them.
+    pub(crate) values: Vec<f64>,
+    /// Covariance of the values.
+    pub(crate) covariance: DMatrix<f64>,
+    /// Cross-validated gains; empty if it was not refitted.
+    pub(crate) gains: Vec<Gain>,
+    pub(crate) refitted: bool,
+    /// Stands only on the rows that were chosen, not with all of them in.
+    pub(crate) outvoted: bool,
+    /// Sum of squares it leaves, declared sigmas squared, and their degrees of freedom.
+    pub(crate) left: (f64, f64),
+}
+
+impl Contender {
+    /// Whether chance would hardly do as much, and a real machine could have such values.
+    pub(crate) fn is_plausible(&self) -> bool {
+        self.score.plausible && self.holm_p < NAMING_LEVEL
+    }
+
+    /// Whether it passes everything a name needs but being alone.
+    pub(crate) fn passes(&self) -> bool {
+        self.is_plausible()
+            && self.refitted
+            && !self.outvoted
+            && !self.gains.is_empty()
+            && self.gains.iter().all(Gain::counts)
+    }
+}
+
+impl Stage<'_> {
+    /// Equations that were fitted.
+    pub(crate) fn equations(&self) -> f64 {
+        self.fitted.fit.normal.equations as f64
+    }
+}
+
+/// One stage: a model with some effects taken in, and what every other candidate would add.
+pub(crate) struct Stage<'a> {
+    pub(crate) taken: Vec<AddedEffect>,
+    pub(crate) fitted: Fitted<'a>,
+    /// Information criterion of the stage itself.
+    pub(crate) bic: f64,
+    /// The likeliest first.
+    pub(crate) contenders: Vec<Contender>,
+}
+
+impl Laboratory {
+    /// Fits the model with `taken` in and weighs every other candidate against the rest.
+    pub(crate) fn stage<'a>(
+        &'a self,
+        taken: Vec<AddedEffect>,
+        near: Option<&Fitted<'_>>,
+        candidates: &Candidates,
+        progress: &Progress,
+    ) -> Result<Stage<'a>, LaboratoryError> {
+        let probes = &candidates.listed;
+        let robust = self.fit_with(&taken, near, progress)?;
+        let kept = self.tame_rows(&robust, &taken, candidates, progress)?;
+        let ones = vec![1.0; self.table().len()];
+        let plain = FitOptions { robust: false, ..self.options().fit };
+        let fitted = self.fit_near(&taken, &robust, (&kept, &ones), plain, progress)?;
+        let scores = score(&fitted.machine, &fitted.fit, probes);
+        let mut open = best_variants(probes, scores);
+        open.retain(|(index, _)| {
+            probes.get(*index).is_some_and(|probe| !taken.iter().any(|known| known.id.same_as(&probe.id)))
+        });
+        let p_values: Vec<f64> = open.iter().map(|(_, score)| score.p).collect();
+        let weights: Vec<f64> = open.iter().map(|(index, _)| probes[*index].weight).collect();
+        let adjusted = holm(&p_values, &weights);
+        let equations = fitted.fit.normal.equations as f64;
+        let rank = fitted.fit.rank() as f64;
+        let squares = fitted.fit.normal.squares;
+        let own = bic(squares, equations, rank, 0.0);
+        let mut contenders: Vec<Contender> = open
+            .into_iter()
+            .zip(adjusted)
+            .filter(|((_, score), _)| score.freedom > 0)
+            .map(|((index, score), holm_p)| {
+                let probe = &probes[index];
+                let promised = (squares - score.gain).max(squares * 1e-9);
+                let search_cost = probe.search_cost + probe.search.cost(equations);
+                Contender {
+                    id: probe.id.clone(),
+                    holm_p,
+                    bic: bic(promised, equations, rank + score.freedom as f64, search_cost),
+                    search_cost,
+                    values: score.values.clone(),
+                    covariance: score.covariance.clone(),
+                    gains: Vec::new(),
+                    refitted: false,
+                    outvoted: false,
+                    left: score.left,
+                    score,
+                }
+            })
+            .collect();
+        contenders.sort_by(|left, right| left.bic.total_cmp(&right.bic));
+        let mut stage = Stage { taken, fitted, bic: own, contenders };
+        self.refit_handful(&mut stage, progress)?;
+        self.ask_all_rows(&mut stage, &robust, progress)?;
+        self.refine(&mut stage, progress)?;
+        Ok(stage)
+    }
+
+    /// Rows that are not wild even when the effect that explains most is in, whether it has a name or not: outliers are
+    /// judged jointly with what may explain them, never before.
+    fn tame_rows(
+        &self,
+        robust: &Fitted<'_>,
+        taken: &[AddedEffect],
+        candidates: &Candidates,
+        progress: &Progress,
+    ) -> Result<Vec<usize>, LaboratoryError> {
+        let mut asked: Vec<(&Probe, Score)> = Vec::new();
+        for probes in [&candidates.listed, &candidates.unlisted] {
+            let scores = best_variants(probes, score(&robust.machine, &robust.fit, probes));
+            let open = |probe: &&Probe| !taken.iter().any(|known| known.id.same_as(&probe.id));
+            let mut best: Vec<(&Probe, Score)> = scores
+                .into_iter()
+                .filter_map(|(index, score)| Some((probes.get(index).filter(open)?, score)))
+                .filter(|(_, score)| score.p < OUTLIER_JUDGE_LEVEL)
+                .collect();
+            best.sort_by(|left, right| left.1.p.total_cmp(&right.1.p));
+            asked.extend(best.into_iter().take(OUTLIER_JUDGES));
+        }
+        let fits: Vec<Fitted<'_>> =
+            for_each(&asked, |(probe, score)| self.fit_probe(taken, (probe, score), robust, progress))
+                .into_iter()
+                .collect::<Result<_, _>>()?;
+        let scale = fits.iter().map(|fit| fit.fit.scale).fold(robust.fit.scale, f64::min).max(1e-300);
+        let equations = robust.fit.normal.equations as f64;
+        let own = |fit: &Fitted<'_>| bic(fit.loss(scale), equations, fit.fit.rank() as f64, 0.0);
+        let best = fits.iter().map(|fit| (own(fit), fit)).min_by(|left, right| left.0.total_cmp(&right.0));
+        Ok(best.filter(|(best, _)| *best < own(robust)).map_or_else(|| robust.tame(), |(_, fit)| fit.tame()))
+    }
+
+    /// Sends contenders away whose evidence lies in the choice of wild rows: with every row in and none judged, each pulling
+    /// no harder than one at the edge of the scatter, they must stand as well.
+    fn ask_all_rows(
+        &self,
+        stage: &mut Stage<'_>,
+        robust: &Fitted<'_>,
+        progress: &Progress,
+    ) -> Result<(), LaboratoryError> {
+        if stage.fitted.fit.rows.len() == robust.fit.rows.len() {
+            return Ok(());
+        }
+        let asked: Vec<usize> = (0..stage.contenders.len())
+            .filter(|index| stage.contenders.get(*index).is_some_and(Contender::passes))
+            .take(OUTLIER_JUDGES)
+            .collect();
+        let fits = for_each(&asked, |index| {
+            let contender = stage.contenders.get(*index);
+            let added = contender.map(|one| AddedEffect { id: one.id.clone(), values: one.values.clone() });
+            let more: Vec<AddedEffect> = stage.taken.iter().cloned().chain(added).collect();
+            self.fit_with(&more, Some(robust), progress)
+        });
+        for (index, with) in asked.into_iter().zip(fits) {
+            let (with, Some(contender)) = (with?, stage.contenders.get_mut(index)) else { continue };
+            let noise = Noise::of(&with.machine, &with.fit);
+            let gain = (robust.loss(with.fit.scale) - with.loss(with.fit.scale)).max(0.0);
+            let freedom = contender.score.freedom.max(1) as f64;
+            let p = f_tail(gain / freedom / noise.variance.max(1e-300), freedom, noise.freedom);
+            // What the search and the number of candidates cost is the same as on the chosen rows.
+            let charge = if contender.score.p > 0.0 { contender.holm_p / contender.score.p } else { 1.0 };
+            contender.outvoted = p * charge.max(1.0) >= NAMING_LEVEL;
+        }
+        Ok(())
+    }
+
+    /// Refits the best contenders for real, on the stage's rows.
+    fn refit_handful(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
+        let promising = |contender: &&Contender| contender.holm_p < REFIT_BELOW;
+        let count = stage.contenders.iter().take(REFITTED_CANDIDATES).filter(promising).count();
+        let equations = stage.fitted.fit.normal.equations as f64;
+        let options = FitOptions { robust: false, ..self.options().fit };
+        let Some(asked) = stage.contenders.get(..count).filter(|asked| !asked.is_empty()) else {
+            return Ok(());
+        };
+        let judge = Judge::of(&stage.fitted, asked.iter().map(|contender| &contender.id));
+        let refits = for_each(asked, |contender| {
+            let mut more = stage.taken.clone();
+            more.push(AddedEffect { id: contender.id.clone(), values: contender.values.clone() });
+            let refit = self.fit_beside(&more, &stage.fitted, &contender.score.beside, options, progress)?;
+            let gains = judge.gains(&refit, &contender.id);
+            Ok::<_, LaboratoryError>((refit, gains))
+        });
+        for (contender, refit) in stage.contenders.iter_mut().zip(refits) {
+            let (refit, gains) = refit?;
+            contender.bic =
+                bic(refit.fit.normal.squares, equations, refit.fit.rank() as f64, contender.search_cost);
+            contender.gains = gains;
+            contender.refitted = true;
+            let squares = refit.fit.normal.squares;
+            contender.left = (squares, f64::max(equations - refit.fit.rank() as f64, 1.0));
+            if let Some(values) = refit.fit.state.effects.last() {
+                contender.values.clone_from(values);
+                let slots = refit.machine.slots().len();
+                let own: Vec<usize> = (slots - values.len()..slots).collect();
+                contender.covariance = refit.fit.covariance.select_rows(&own).select_columns(&own);
+            }
+        }
+        stage.contenders.sort_by(|left, right| left.bic.total_cmp(&right.bic));
+        Ok(())
+    }
+
+    /// Takes in one effect after another, as long as one passes; the stages, the first with none taken in.
+    pub(crate) fn forward(
+        &self,
+        candidates: &Candidates,
+        progress: &Progress,
+    ) -> Result<Vec<Stage<'_>>, LaboratoryError> {
+        let mut stages = vec![self.stage(Vec::new(), None, candidates, progress)?];
+        while stages.len() <= MOST_EFFECTS {
+            progress.report(0.2 + 0.1 * stages.len() as f64, "searching")?;
+            let Some(last) = stages.last() else { break };
+            let Some(best) = last.contenders.iter().find(|contender| contender.passes()) else { break };
+            let mut taken = last.taken.clone();
+            taken.push(AddedEffect { id: best.id.clone(), values: best.values.clone() });
+            let next = self.stage(taken, Some(&last.fitted), candidates, progress)?;
+            stages.push(next);
+        }
+        Ok(stages)
+    }
+}

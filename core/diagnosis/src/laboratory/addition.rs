@@ -1,0 +1,175 @@
+//! Adding an effect, and taking one out.
+
+use serde::Serialize;
+
+use super::comparison::{Comparison, EffectValue, Rms};
+use super::{Laboratory, LaboratoryError};
+use crate::fitted::Fitted;
+use plumb_calibration::arm_model::{AddedEffect, Model, Target};
+use plumb_calibration::effect;
+use plumb_estimation::Progress;
+
+/// What adding or removing an effect did.
+#[derive(Debug, Clone, Serialize)]
+pub struct Addition {
+    /// The model as it is now: all fitted values in.
+    #[serde(skip)]
+    pub model: Model,
+    /// What was added, with sizes; nothing when something was removed.
+    pub added: Vec<EffectValue>,
+    /// RMS before.
+    pub before: Rms,
+    /// RMS now.
+    pub rms_mm: Rms,
+    /// Parameters fitted before that moved by more than two standard errors, in words.
+    pub moved: Vec<String>,
+    /// Everything else about the model as it is now.
+    #[serde(skip)]
+    pub comparison: Comparison,
+}
+
+/// Standard errors by which a parameter must move to be worth a word.
+const MOVED: f64 = 2.0;
+
+impl Laboratory {
+    /// Adds an effect, a wildcard or a group, refitting everything jointly.
+    ///
+    /// # Errors
+    /// The effect is not known or in the model already, nothing can be fitted, or cancellation.
+    pub fn add(&self, text: &str, progress: &Progress) -> Result<Addition, LaboratoryError> {
+        let more = self.wanted(text, progress)?;
+        self.take_in(more, progress)
+    }
+
+    /// The model with everything that is free as the table says, and nothing added.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn accept(&self, progress: &Progress) -> Result<Addition, LaboratoryError> {
+        let before = self.compare(progress)?;
+        let fitted = self.fit_with(&[], None, progress)?;
+        let values = self.effect_values(&fitted.machine, &fitted.fit);
+        let comparison = self.comparison(&fitted.machine, &fitted.fit, progress)?;
+        Ok(Addition {
+            model: self.adopted(&fitted),
+            added: values,
+            before: before.rms_mm,
+            rms_mm: comparison.rms_mm,
+            moved: Vec::new(),
+            comparison,
+        })
+    }
+
+    pub(crate) fn take_in(
+        &self,
+        more: Vec<AddedEffect>,
+        progress: &Progress,
+    ) -> Result<Addition, LaboratoryError> {
+        progress.report(0.0, "fitting without it")?;
+        let before = self.fit_with(&[], None, progress)?;
+        progress.report(0.3, "fitting with it")?;
+        let after = self.fit_with(&more, Some(&before), progress)?;
+        let known = self.effect_values(&before.machine, &before.fit);
+        let mut values = self.effect_values(&after.machine, &after.fit);
+        let added = values.split_off(known.len());
+        let model = self.adopted(&after);
+        let comparison = self.comparison(&after.machine, &after.fit, progress)?;
+        Ok(Addition {
+            model,
+            added,
+            before: self.rms(&before.machine, &before.fit),
+            rms_mm: comparison.rms_mm,
+            moved: moved(&known, &values),
+            comparison,
+        })
+    }
+
+    /// Takes an effect (a wildcard, a group) out of `effects:` and `free:`, and refits the rest.
+    ///
+    /// # Errors
+    /// It is not in the model, nothing can be fitted, or cancellation.
+    pub fn remove(&self, text: &str, progress: &Progress) -> Result<Addition, LaboratoryError> {
+        let before = self.compare(progress)?;
+        let smaller =
+            Laboratory::new(without(self.model(), text)?, self.table().clone(), self.options().clone())?;
+        let fitted = smaller.fit_with(&[], None, progress)?;
+        let comparison = smaller.comparison(&fitted.machine, &fitted.fit, progress)?;
+        let now: Vec<EffectValue> = comparison.effects.clone();
+        let stayed: Vec<EffectValue> = before
+            .effects
+            .iter()
+            .filter(|old| now.iter().any(|new| new.label == old.label))
+            .cloned()
+            .collect();
+        Ok(Addition {
+            model: smaller.adopted(&fitted),
+            added: Vec::new(),
+            before: before.rms_mm,
+            rms_mm: comparison.rms_mm,
+            moved: moved(&stayed, &now),
+            comparison,
+        })
+    }
+
+    /// The model with everything a fit found written into it.
+    pub(crate) fn adopted(&self, fitted: &Fitted<'_>) -> Model {
+        let state = &fitted.fit.state;
+        let mut model = self.model().clone();
+        model.base.pose = state.base;
+        for (target, xyz) in model.targets.iter_mut().zip(&state.targets) {
+            *target = Target { xyz: *xyz, ..target.clone() };
+        }
+        for (surface, shape) in model.surfaces.iter_mut().zip(&state.surfaces) {
+            surface.shape.clone_from(shape);
+        }
+        let parts = fitted.machine.effects().cloned().zip(&state.effects);
+        let mut all: Vec<AddedEffect> =
+            parts.map(|(id, values)| AddedEffect { id, values: values.clone() }).collect();
+        let free = self.free_effects().map_or(0, |free| free.len()).min(all.len());
+        model.effects = all.split_off(free);
+        model.fitted = all;
+        model
+    }
+}
+
+/// Parameters that moved by more than two standard errors, in words.
+pub(crate) fn moved(old: &[EffectValue], new: &[EffectValue]) -> Vec<String> {
+    let pairs =
+        old.iter().filter_map(|old| new.iter().find(|new| new.label == old.label).map(|new| (old, new)));
+    let far = |(old, new): &(&EffectValue, &EffectValue)| {
+        !old.held && !new.held && (old.size - new.size).abs() > MOVED * old.se.max(new.se)
+    };
+    pairs
+        .filter(far)
+        .map(|(old, new)| format!("{}: {:.5} -> {:.5} {}", old.label, old.size, new.size, new.unit))
+        .collect()
+}
+
+/// A model without an effect.
+///
+/// # Errors
+/// It is not in there.
+pub fn without(model: &Model, text: &str) -> Result<Model, LaboratoryError> {
+    let unwanted = effect::expand(text, model)?;
+    let mut smaller = model.clone();
+    smaller.effects.retain(|added| !unwanted.iter().any(|id| id.same_as(&added.id)));
+    let mut free = Vec::new();
+    for pattern in &model.free {
+        let ids = effect::expand(pattern, model)?;
+        if ids.iter().all(|id| !unwanted.iter().any(|other| other.same_as(id))) {
+            free.push(pattern.clone());
+        } else {
+            let kept = ids.iter().filter(|id| !unwanted.iter().any(|other| other.same_as(id)));
+            free.extend(kept.map(|id| model.label(id)));
+        }
+    }
+    smaller.fitted.retain(|added| !unwanted.iter().any(|id| id.same_as(&added.id)));
+    if smaller.effects.len() == model.effects.len() && free == model.free {
+        let mut there: Vec<String> = model.effects.iter().map(|added| model.label(&added.id)).collect();
+        there.extend(model.free.iter().cloned());
+        let there = if there.is_empty() { "nothing has been added".to_owned() } else { there.join(", ") };
+        return Err(LaboratoryError::Refused(format!("{text} is not in the model; there is: {there}")));
+    }
+    smaller.free = free;
+    Ok(smaller)
+}

@@ -1,0 +1,211 @@
+//! Model against measurement: how large the error is, where it sits, how far the floor lies below.
+
+use serde::Serialize;
+
+use super::rows::{RowResidual, Series, arm_in_the_middle, row_residuals, row_square, series};
+use super::{Laboratory, LaboratoryError};
+use crate::cross_validation::blocked_rms;
+use crate::noise_floor::Floor;
+use crate::thresholds::OUTLIER_WEIGHT;
+use plumb_calibration::fit::{Convergence, Fit, Gauge, ResidualModel, Slot};
+use plumb_estimation::Progress;
+
+/// Root mean squares, mm: of the 3-D residual, or of the scalar one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Rms {
+    /// Over the rows that were fitted.
+    pub fit: f64,
+    /// Blocked cross-validation: regions of pose space left out in turn.
+    pub cv: Option<f64>,
+    /// Over the locked rows; nothing if none were locked away.
+    pub check: Option<f64>,
+}
+
+/// A fitted effect in shown units.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EffectValue {
+    /// Its name.
+    pub effect: String,
+    /// Where it acts.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// As a person writes it.
+    pub label: String,
+    /// Its size.
+    pub size: f64,
+    /// Unit of the size.
+    pub unit: String,
+    /// One standard error of the size.
+    pub se: f64,
+    /// Whether a real machine could have it.
+    pub plausible: bool,
+    /// Whether the data cannot tell it (part of a gauge freedom).
+    pub held: bool,
+    /// Whether the user added it (else it is one of `free`).
+    pub added: bool,
+}
+
+/// A model against a table.
+#[derive(Debug, Clone, Serialize)]
+pub struct Comparison {
+    /// The arm.
+    pub arm: String,
+    /// The table.
+    pub data: String,
+    /// Rows fitted.
+    pub fit_rows: usize,
+    /// Rows locked away.
+    pub check_rows: usize,
+    /// The noise floor.
+    pub floor: Floor,
+    /// RMS of the residual.
+    pub rms_mm: Rms,
+    /// Largest residual of a fitted row, mm.
+    pub largest_mm: f64,
+    /// Independent parameters that were fitted.
+    pub parameters: usize,
+    /// All fitted effects.
+    pub effects: Vec<EffectValue>,
+    /// Freedoms the data cannot see.
+    #[serde(serialize_with = "gauges")]
+    pub gauges: Vec<Gauge>,
+    /// Lines of the file whose rows lie far outside the others' scatter.
+    pub outliers: Vec<u32>,
+    /// Whether the fit arrived.
+    #[serde(skip)]
+    pub convergence: Convergence,
+    /// What is left in every row.
+    #[serde(skip)]
+    pub rows: Vec<RowResidual>,
+    /// What is left, against everything it may be drawn against.
+    #[serde(skip)]
+    pub series: Vec<Series>,
+    /// Points along the arm in the pose nearest the middle of all, mm, frame of the measurements: what a drawing shows.
+    #[serde(skip)]
+    pub arm_points_mm: Vec<[f64; 3]>,
+    /// What the reader and the fit noticed.
+    pub warnings: Vec<String>,
+    /// One plain sentence.
+    pub sentence: String,
+}
+
+fn gauges<S: serde::Serializer>(gauges: &[Gauge], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(gauges.iter().map(|gauge| match gauge.same_as.is_empty() {
+        true => format!("{} changes nothing that was measured", gauge.held),
+        false => format!("{} cannot be told from {}", gauge.held, gauge.same_as.join(", ")),
+    }))
+}
+
+/// RMS over some rows, mm; nothing if none of them was measured.
+pub(crate) fn rms(machine: &ResidualModel<'_>, residuals: &[f64], rows: &[usize]) -> Option<f64> {
+    let squares: Vec<f64> = rows.iter().filter_map(|row| row_square(machine, residuals, *row)).collect();
+    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+}
+
+impl Laboratory {
+    /// Fits the model and compares it with the table.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn compare(&self, progress: &Progress) -> Result<Comparison, LaboratoryError> {
+        progress.report(0.0, "fitting")?;
+        let machine = self.machine(&[])?;
+        let fit = self.fit(&machine, progress)?;
+        self.comparison(&machine, &fit, progress)
+    }
+
+    pub(crate) fn comparison(
+        &self,
+        machine: &ResidualModel<'_>,
+        fit: &Fit,
+        progress: &Progress,
+    ) -> Result<Comparison, LaboratoryError> {
+        progress.report(0.5, "noise floor")?;
+        let floor = Floor::of(machine, fit, &self.survey());
+        progress.report(0.7, "cross-validation")?;
+        let rms_mm = self.rms(machine, fit);
+        let rows = row_residuals(machine, fit, &self.split.check);
+        let mut warnings = self.table.warnings.clone();
+        if !fit.convergence.arrived {
+            warnings.push(format!(
+                "the fit has not arrived: {:.4} reached where a last step promises {:.4}",
+                fit.convergence.reached, fit.convergence.promised
+            ));
+        }
+        let fitted = |row: &&RowResidual| !row.held_out;
+        Ok(Comparison {
+            arm: self.model.arm.clone(),
+            data: self.table.source.clone(),
+            fit_rows: fit.rows.len(),
+            check_rows: self.split.check_rows().len(),
+            largest_mm: rows.iter().filter(fitted).map(|row| row.size_mm).fold(0.0, f64::max),
+            parameters: fit.rank(),
+            effects: self.effect_values(machine, fit),
+            gauges: fit.gauges.clone(),
+            outliers: rows
+                .iter()
+                .filter(fitted)
+                .filter(|row| row.weight < OUTLIER_WEIGHT)
+                .map(|row| row.line)
+                .collect(),
+            convergence: fit.convergence,
+            series: series(machine, fit, &rows),
+            arm_points_mm: arm_in_the_middle(machine, fit, &rows),
+            rows,
+            warnings,
+            sentence: sentence(&floor, &rms_mm),
+            floor,
+            rms_mm,
+        })
+    }
+
+    pub(crate) fn rms(&self, machine: &ResidualModel<'_>, fit: &Fit) -> Rms {
+        let held = self.split.check_rows();
+        let residuals = machine.residuals_apart(&fit.state, &held, &fit.rows);
+        Rms {
+            fit: rms(machine, &fit.residuals, &fit.rows).unwrap_or(0.0),
+            cv: blocked_rms(machine, fit),
+            check: rms(machine, &residuals, &held),
+        }
+    }
+
+    pub(crate) fn effect_values(&self, machine: &ResidualModel<'_>, fit: &Fit) -> Vec<EffectValue> {
+        let free = machine.parts.len().saturating_sub(self.model.effects.len());
+        let value = |(index, part): (usize, &plumb_calibration::fit::Part)| {
+            let slots: Vec<usize> = (0..machine.slots().len())
+                .filter(|slot| matches!(machine.slots().get(*slot), Some(Slot::Effect(effect, _)) if *effect == index))
+                .collect();
+            let covariance = fit.covariance.select_rows(&slots).select_columns(&slots);
+            let values = fit.state.effects.get(index).map_or(&[][..], Vec::as_slice);
+            let size = part.effect.size(values, &covariance);
+            EffectValue {
+                effect: part.id.name.clone(),
+                place: self.model.site_name(part.id.spot),
+                label: self.model.label(&part.id),
+                size: size.value,
+                unit: size.unit.to_owned(),
+                se: size.error,
+                plausible: part.effect.plausible(values),
+                held: slots.iter().all(|slot| fit.factor.dependent.contains(slot)),
+                added: index >= free,
+            }
+        };
+        machine.parts.iter().enumerate().map(value).collect()
+    }
+}
+
+fn sentence(floor: &Floor, rms: &Rms) -> String {
+    let shown = rms.check.map_or_else(
+        || format!("The model misses by {:.3} mm RMS", rms.fit),
+        |check| {
+            format!(
+                "The model misses by {:.3} mm RMS where it was fitted and by {check:.3} mm where it was not",
+                rms.fit
+            )
+        },
+    );
+    match floor.sigma_mm {
+        Some(sigma) => format!("{shown}; the noise is {sigma:.3} mm an axis."),
+        None => format!("{shown}; nobody knows the noise: return to some poses, or declare it."),
+    }
+}

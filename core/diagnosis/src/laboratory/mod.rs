@@ -1,0 +1,215 @@
+//! The laboratory: one model, one table, and everything that can be asked of the pair.
+
+mod addition;
+mod comparison;
+mod plausible;
+mod preview;
+mod rows;
+
+pub(crate) use addition::moved;
+pub use addition::{Addition, without};
+pub use comparison::{Comparison, EffectValue, Rms};
+pub use plausible::ImplausibleError;
+pub use preview::Preview;
+pub(crate) use rows::row_square;
+pub use rows::{RowResidual, Series};
+
+use std::path::Path;
+
+use thiserror::Error;
+
+use crate::split::{Holdout, HoldoutError, Split};
+use plumb_calibration::arm_model::{AddedEffect, Model};
+use plumb_calibration::effect::{self, DefinitionError, EffectNameError, Passport, Survey};
+use plumb_calibration::file::ModelFileError;
+use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel};
+use plumb_calibration::measurement::Observations;
+use plumb_calibration::measurement::ObservationsError;
+use plumb_calibration::table::{Table, TableError};
+use plumb_estimation::{Cancelled, Progress};
+
+/// How a laboratory works.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Options {
+    /// Overrides the model file's `free:` where given; an empty list frees nothing but base and targets.
+    pub free: Option<Vec<String>>,
+    /// How the locked set is chosen.
+    pub holdout: Holdout,
+    /// How to fit.
+    pub fit: FitOptions,
+}
+
+/// Why a question cannot be answered.
+#[derive(Debug, Error)]
+pub enum LaboratoryError {
+    /// The model file.
+    #[error(transparent)]
+    Model(#[from] ModelFileError),
+    /// The table.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// They do not go together.
+    #[error(transparent)]
+    Observations(#[from] ObservationsError),
+    /// Numbers that cannot be meant.
+    #[error(transparent)]
+    Implausible(#[from] ImplausibleError),
+    /// An effect's name or place.
+    #[error(transparent)]
+    Effect(#[from] EffectNameError),
+    /// A formula of the user's own.
+    #[error(transparent)]
+    Formula(#[from] Box<DefinitionError>),
+    /// The held-out set.
+    #[error(transparent)]
+    Holdout(#[from] HoldoutError),
+    /// The fit.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// It was told to end.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// A file cannot be written.
+    #[error("{path}: {source}")]
+    Write {
+        /// The file.
+        path: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A request that makes no sense for this model.
+    #[error("{0}")]
+    Refused(String),
+}
+
+/// A model and a table.
+#[derive(Debug, Clone)]
+pub struct Laboratory {
+    model: Model,
+    table: Table,
+    observations: Observations,
+    passport: Passport,
+    split: Split,
+    options: Options,
+}
+
+impl Laboratory {
+    /// Reads both files.
+    ///
+    /// # Errors
+    /// A file that cannot be read or understood, or two that do not go together.
+    pub fn open(model: &Path, data: &Path, options: Options) -> Result<Self, LaboratoryError> {
+        Self::new(Model::read(model)?, Table::read(data)?, options)
+    }
+
+    /// Brings a model and a table together.
+    ///
+    /// # Errors
+    /// They do not go together, or the held-out set cannot be chosen.
+    pub fn new(mut model: Model, mut table: Table, options: Options) -> Result<Self, LaboratoryError> {
+        if let Some(free) = &options.free {
+            for pattern in free {
+                effect::expand(pattern, &model)?;
+            }
+            model.free.clone_from(free);
+        }
+        let observations = Observations::new(&model, &table)?;
+        for odd in plausible::check(&model, &table)? {
+            if !table.warnings.contains(&odd) {
+                table.warnings.push(odd);
+            }
+        }
+        ResidualModel::new(&model, &table, &observations, &[])?.check_formulas()?;
+        let split = Split::new(&table, options.holdout)?;
+        let passport = Passport::of(&model, &table);
+        Ok(Self { model, table, observations, passport, split, options })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The same table under another model of the same joints, targets and surfaces.
+    pub(crate) fn with_model(&self, model: Model) -> Self {
+        Self { model, ..self.clone() }
+    }
+
+    /// What the table's readings are.
+    pub(crate) fn observations(&self) -> &Observations {
+        &self.observations
+    }
+
+    /// The table.
+    pub fn table(&self) -> &Table {
+        &self.table
+    }
+
+    /// What the table logs.
+    pub fn passport(&self) -> &Passport {
+        &self.passport
+    }
+
+    /// Which rows are fitted and which are locked away.
+    pub fn split(&self) -> &Split {
+        &self.split
+    }
+
+    /// How the laboratory works.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    pub(crate) fn survey(&self) -> Survey<'_> {
+        Survey { model: &self.model, passport: &self.passport }
+    }
+
+    /// The effects that are always fitted, at their last values; those the user has added are not among them.
+    pub(crate) fn free_effects(&self) -> Result<Vec<AddedEffect>, EffectNameError> {
+        let mut effects: Vec<AddedEffect> = Vec::new();
+        for pattern in &self.model.free {
+            for id in effect::expand(pattern, &self.model)? {
+                let taken = |other: &AddedEffect| other.id.same_as(&id);
+                if effects.iter().any(taken) || self.model.effects.iter().any(taken) {
+                    continue;
+                }
+                let known = self.model.fitted.iter().find(|other| other.id.same_as(&id));
+                let parameters = effect::build(&id, &self.model)?.parameters().len();
+                let values = known.map_or_else(|| vec![0.0; parameters], |known| known.values.clone());
+                effects.push(AddedEffect { id, values });
+            }
+        }
+        Ok(effects)
+    }
+
+    /// Everything the model says is to be fitted: the free effects, then the added ones.
+    pub(crate) fn fitted_effects(&self) -> Result<Vec<AddedEffect>, EffectNameError> {
+        let mut effects = self.free_effects()?;
+        effects.extend(self.model.effects.iter().cloned());
+        Ok(effects)
+    }
+
+    /// The machine with all fitted effects and `more` of them.
+    pub(crate) fn machine(&self, more: &[AddedEffect]) -> Result<ResidualModel<'_>, EffectNameError> {
+        let mut effects = self.fitted_effects()?;
+        effects.extend(more.iter().cloned());
+        ResidualModel::new(&self.model, &self.table, &self.observations, &effects)
+    }
+
+    /// Rows that are not locked away and in which anything was measured.
+    pub(crate) fn measured_rows(&self) -> Vec<usize> {
+        let mut rows = self.split.fit_rows();
+        rows.retain(|row| !self.observations.range(*row).is_empty());
+        rows
+    }
+
+    /// Fits a machine to the rows that are not locked away.
+    pub(crate) fn fit(&self, machine: &ResidualModel<'_>, progress: &Progress) -> Result<Fit, FitError> {
+        machine.fit(&machine.start(), &self.split.fit, self.options.fit, progress)
+    }
+
+    /// Keeps about `most` of the fitted rows, chosen at random; returns to one pose stay together. The locked ones stay.
+    pub(crate) fn keep_rows(&mut self, most: usize) {
+        self.split.keep(&self.table, most);
+    }
+}

@@ -1,0 +1,190 @@
+//! What is left unexplained in every row, and against what it may be drawn.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use plumb_calibration::fit::{Fit, ResidualModel};
+use plumb_calibration::table::Covariate;
+
+/// What is left in one row.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RowResidual {
+    /// Row of the table, from 0.
+    pub row: usize,
+    /// Line of the file.
+    pub line: u32,
+    /// Whether the row was locked away.
+    pub held_out: bool,
+    /// Weight in the fit, 1 for a row inside the others' scatter.
+    pub weight: f64,
+    /// Measured less predicted, mm, frame of the measurements; one a target or touched place, the mean of them where a
+    /// row has several. Zero along axes that were not measured.
+    pub vector_mm: [f64; 3],
+    /// Root of the sum of squares of the row's lengths, mm (degrees for a row of tilts alone).
+    pub size_mm: f64,
+    /// Where the point is believed to be, mm, frame of the measurements.
+    pub point_mm: [f64; 3],
+}
+
+/// Residuals against one quantity: what the small plots show.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Series {
+    /// What it is against: a joint's name, `moment of shoulder`, `order`, `temperature`, ...
+    pub against: String,
+    /// Unit of the horizontal axis.
+    pub unit: String,
+    /// What is drawn upwards.
+    pub shows: String,
+    /// Horizontal value, residual in mm, and the row.
+    pub points: Vec<(f64, f64, usize)>,
+}
+
+/// Sum of squares of a row's lengths (mm2), or of its angles (deg2) if it has no lengths, and whether it has any.
+pub(crate) fn row_square(machine: &ResidualModel<'_>, residuals: &[f64], row: usize) -> Option<f64> {
+    let own = residuals.get(machine.observations.range(row))?;
+    let equations = machine.observations.of_row(row);
+    let sum = |lengths: bool| {
+        let chosen =
+            own.iter().zip(equations).filter(|(_, equation)| equation.measurand.is_length() == lengths);
+        let (sum, count) =
+            chosen.fold((0.0, 0), |(sum, count), (residual, _)| (sum + residual * residual, count + 1));
+        (count > 0).then_some(sum)
+    };
+    let degrees = 1.0_f64.to_degrees();
+    sum(true).or_else(|| sum(false).map(|square| square * degrees * degrees))
+}
+
+pub(super) fn row_residuals(machine: &ResidualModel<'_>, fit: &Fit, held_out: &[bool]) -> Vec<RowResidual> {
+    (0..machine.table.len())
+        .map(|row| {
+            let own = fit.residuals.get(machine.observations.range(row)).unwrap_or(&[]);
+            let equations = machine.observations.of_row(row);
+            let (mut vector, mut counts) = (Vector3::zeros(), Vector3::repeat(0.0_f64));
+            for (equation, residual) in equations.iter().zip(own) {
+                if let Some(axis) = equation.measurand.coordinate() {
+                    vector[axis] += residual;
+                    counts[axis] += 1.0;
+                }
+            }
+            let mean = vector.component_div(&counts.map(|count: f64| count.max(1.0)));
+            RowResidual {
+                row,
+                line: machine.table.lines.get(row).copied().unwrap_or(0),
+                held_out: held_out.get(row).copied().unwrap_or(false),
+                weight: fit.weights.get(row).copied().unwrap_or(1.0),
+                vector_mm: mean.into(),
+                size_mm: row_square(machine, &fit.residuals, row).unwrap_or(0.0).sqrt(),
+                point_mm: machine.believed_point(&fit.state, row).into(),
+            }
+        })
+        .collect()
+}
+
+/// The points along the arm in the row whose target stands nearest the middle of all targets.
+pub(super) fn arm_in_the_middle(
+    machine: &ResidualModel<'_>,
+    fit: &Fit,
+    rows: &[RowResidual],
+) -> Vec<[f64; 3]> {
+    let points = || rows.iter().map(|row| Vector3::from(row.point_mm));
+    let middle = points().sum::<Vector3<f64>>() / (rows.len().max(1) as f64);
+    let nearest = points()
+        .map(|point| (point - middle).norm())
+        .enumerate()
+        .min_by(|one, other| one.1.total_cmp(&other.1));
+    let Some((row, _)) = nearest else { return Vec::new() };
+    machine.points_along(&fit.state, row).into_iter().map(Into::into).collect()
+}
+
+/// Whether points differ in what they are drawn against.
+fn varies(points: &[(f64, f64, usize)]) -> bool {
+    points.iter().any(|(x, _, _)| points.first().is_some_and(|(first, _, _)| (x - first).abs() > 1e-9))
+}
+
+/// A series, where what it is drawn against varies.
+fn series_if_varied(
+    against: String,
+    unit: &str,
+    shows: &str,
+    points: Vec<(f64, f64, usize)>,
+) -> Option<Series> {
+    varies(&points).then(|| Series { against, unit: unit.to_owned(), shows: shows.to_owned(), points })
+}
+
+/// Residuals drawn against every joint, every moment of gravity that varies, approach, order and temperature.
+pub(super) fn series(machine: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) -> Vec<Series> {
+    let mut all = along_joints(machine, fit, rows);
+    all.extend(against_conditions(machine, rows));
+    all
+}
+
+/// The residual along each joint's motion, against its coordinate, its moment and its side of approach.
+fn along_joints(machine: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) -> Vec<Series> {
+    let table = machine.table;
+    let details: Vec<_> = (0..table.len()).map(|row| machine.row_details(&fit.state, row)).collect();
+    let mut all = Vec::new();
+    for (joint, described) in machine.model.chain.joints.iter().enumerate() {
+        let name = &described.name;
+        let along = (0..table.len()).map(|row| {
+            let vector = rows.get(row).map_or_else(Vector3::zeros, |row| Vector3::from(row.vector_mm));
+            let motion = details.get(row).and_then(|detail| detail.by_joint.get(joint)).copied();
+            let direction = motion.and_then(|motion| motion.try_normalize(1e-9));
+            direction.map_or(0.0, |direction| vector.dot(&direction))
+        });
+        let along: Vec<f64> = along.collect();
+        let shows = format!("residual along the motion of {name}, mm");
+        let mut add = |against: String, unit: &str, value: &dyn Fn(usize) -> f64| {
+            let points = along.iter().enumerate().map(|(row, along)| (value(row), *along, row)).collect();
+            all.extend(series_if_varied(against, unit, &shows, points));
+        };
+        add(name.clone(), "deg", &|row| table.q_of(row).get(joint).copied().unwrap_or(0.0).to_degrees());
+        if !machine.model.masses.is_empty() {
+            add(format!("moment of {name}"), "N m", &|row| {
+                details.get(row).and_then(|detail| detail.moments.get(joint)).copied().unwrap_or(0.0)
+            });
+        }
+        add(format!("approach of {name}"), "side", &|row| f64::from(table.approach_of(row, joint)));
+    }
+    all
+}
+
+/// The size of the residual against the order of the rows and every condition on record.
+fn against_conditions(machine: &ResidualModel<'_>, rows: &[RowResidual]) -> Vec<Series> {
+    let table = machine.table;
+    let mut order = vec![0.0; table.len()];
+    for (place, row) in table.order().into_iter().enumerate() {
+        if let Some(slot) = order.get_mut(row) {
+            *slot = place as f64;
+        }
+    }
+    let mut columns: Vec<(&str, &str, &[f64])> = vec![("order", "row", &order)];
+    for (name, unit, column) in [
+        ("time", "s", &table.time),
+        ("temperature", "deg C", &table.temperature),
+        ("payload", "kg", &table.payload),
+    ] {
+        columns.extend(column.as_ref().map(|values| (name, unit, values.as_slice())));
+    }
+    let covariates: Vec<(String, Vec<f64>)> = table
+        .covariates
+        .iter()
+        .map(|one| (covariate_axis(one), (0..table.len()).map(|row| one.number(row)).collect()))
+        .collect();
+    columns.extend(covariates.iter().map(|(axis, numbers)| (axis.as_str(), "", numbers.as_slice())));
+    let drawn = columns.into_iter().filter_map(|(name, unit, values)| {
+        let sizes =
+            values.iter().enumerate().map(|(row, x)| (*x, rows.get(row).map_or(0.0, |row| row.size_mm), row));
+        series_if_varied(name.to_owned(), unit, "size of the residual, mm", sizes.collect())
+    });
+    drawn.collect()
+}
+
+/// What a plot's axis says of a column: of words, which word stands at which number.
+fn covariate_axis(covariate: &Covariate) -> String {
+    let words = covariate.levels().iter().enumerate().map(|(index, word)| format!("{index} {word}"));
+    let words: Vec<String> = words.collect();
+    match words.is_empty() {
+        true => covariate.name.clone(),
+        false => format!("{} ({})", covariate.name, words.join(", ")),
+    }
+}

@@ -1,0 +1,44 @@
+//! Diagnosis: which physical effect a model lacks, if any. The README tells the procedure in the order of its decisions;
+//! [`thresholds`] holds every constant that decides. Knows no device.
+
+mod batch;
+mod candidates;
+mod cross_validation;
+mod diagnose;
+mod direction_test;
+mod extrapolation;
+mod fitted;
+mod forward_selection;
+mod growth;
+pub mod laboratory;
+mod lack_of_fit;
+mod mixture_test;
+mod next_poses;
+pub mod noise_floor;
+mod not_shown;
+mod outcome;
+pub mod plot;
+mod predictive_gain;
+mod products;
+mod project;
+mod refine;
+mod repeatability;
+pub mod report;
+mod residual_structure;
+mod score_test;
+pub mod split;
+pub mod stripe;
+#[cfg(test)]
+mod testing;
+mod thresholds;
+mod unlisted;
+mod verdict;
+mod wording;
+mod working_volume;
+
+pub use extrapolation::Extrapolation;
+pub use growth::{Growth, Step, StepRms};
+pub use next_poses::{NextPoses, Wanted};
+pub use outcome::{
+    Candidate, Diagnosis, EffectPlace, Located, Named, NextPose, NotShown, Remaining, Verdict,
+};

@@ -1,0 +1,112 @@
+//! The likelihoods in closed form, and both sides of what is asked of two positions.
+
+use super::*;
+use plumb_estimation::Random;
+
+fn line(places: &[f64]) -> Line {
+    Line { places: places.to_vec(), spread: 1.0 }
+}
+
+fn lines(groups: Vec<Vec<f64>>) -> Lines {
+    let sizes: Vec<f64> = groups.iter().flatten().map(|place| place.abs()).collect();
+    let typical = median(&sizes).max(1e-12);
+    Lines { lines: groups.iter().map(|places| line(places)).collect(), across: 0.0, freedom: 0.0, typical }
+}
+
+/// Groups of five replicates of which each chose one of two positions `half` to either side, with noise of one.
+fn groups(count: usize, half: f64, seed: u64) -> Vec<Vec<f64>> {
+    let mut random = Random::seeded(seed);
+    let place = |random: &mut Random| {
+        let side = if random.below(2) == 0 { -half } else { half };
+        side + random.normal()
+    };
+    let groups = (0..count).map(|_| {
+        let mut places: Vec<f64> = (0..5).map(|_| place(&mut random)).collect();
+        let mean = places.iter().sum::<f64>() / 5.0;
+        places.iter_mut().for_each(|place| *place -= mean);
+        places
+    });
+    groups.collect()
+}
+
+#[test]
+fn one_position_has_the_likelihood_of_a_normal_sample_with_unknown_mean() {
+    // Restricted likelihood: -((n - 1) ln s^2 + S / s^2) / 2.
+    let group = line(&[1.0, -1.0, 3.0]);
+    let (squares, sigma) = (8.0, 2.0);
+    let expected = -0.5 * (2.0 * f64::ln(sigma * sigma) + squares / (sigma * sigma));
+    assert!((one_camp(&group, sigma, 0.0) - expected).abs() < 1e-12);
+    let wider = -0.5 * (2.0 * f64::ln(sigma * sigma + 9.0) + squares / (sigma * sigma + 9.0));
+    assert!((one_camp(&group, sigma, 3.0) - wider).abs() < 1e-12, "further scatter adds to the variance");
+}
+
+#[test]
+fn two_positions_sum_over_all_ways_to_choose() {
+    // Two replicates at -d and d: four patterns, of which two leave S = 2 d^2, one 2 (d - h)^2 and one 2 (d + h)^2.
+    let (d, h, sigma) = (1.5, 1.0, 0.5);
+    let group = line(&[-d, d]);
+    let term = |off: f64| (-0.5 * 2.0 * off * off / (sigma * sigma)).exp();
+    let sum: f64 = 2.0 * term(d) + term(d - h) + term(d + h);
+    let expected = sum.ln() - 2.0 * 2.0_f64.ln() - 0.5 * f64::ln(sigma * sigma);
+    assert!((two_camps(&group, sigma, h) - expected).abs() < 1e-12);
+    assert!(
+        (two_camps(&group, sigma, 0.0) - one_camp(&group, sigma, 0.0)).abs() < 1e-12,
+        "at no distance they are one"
+    );
+}
+
+#[test]
+fn two_positions_far_apart_are_found_with_their_distance_and_one_position_is_not_split() {
+    let split = lines(groups(8, 4.0, 3));
+    let (apart, likelier) = split.judge(split.one_camp()).unwrap();
+    assert!((apart - 8.0).abs() < 1.0 && likelier > TWO_OVER_ONE, "{apart} {likelier}");
+    for seed in 0..20 {
+        let whole = lines(groups(8, 0.0, 50 + seed));
+        assert_eq!(whole.judge(whole.one_camp()), None, "seed {seed}");
+    }
+}
+
+#[test]
+fn two_positions_must_be_likelier_than_one_by_the_threshold() {
+    let split = lines(groups(8, 4.0, 3));
+    let one = split.one_camp();
+    let (_, likelier) = split.judge(one).unwrap();
+    // One position explained better by something else: what it gains is lost to the split.
+    assert!(split.judge(one + likelier - 1.01 * TWO_OVER_ONE).is_some());
+    assert!(split.judge(one + likelier - 0.99 * TWO_OVER_ONE).is_none());
+}
+
+#[test]
+fn a_wider_scatter_is_no_second_position() {
+    // Scatter of five, without a gap between two positions.
+    let mut random = Random::seeded(7);
+    let groups = (0..8).map(|_| (0..5).map(|_| 5.0 * random.normal()).collect()).collect();
+    let wide = lines(groups);
+    assert_eq!(wide.judge(wide.one_camp()), None);
+}
+
+#[test]
+fn a_few_slips_make_no_second_position() {
+    // One replicate in forty lies far out.
+    let mut slipped = groups(8, 0.0, 11);
+    slipped[2][1] += 30.0;
+    assert!(!in_earnest(&lines(slipped).lines, 15.0, 1.0));
+    assert!(in_earnest(&lines(groups(8, 15.0, 12)).lines, 15.0, 1.0));
+}
+
+#[test]
+fn positions_nearer_than_the_noise_show_are_not_counted() {
+    let near = lines(groups(8, 4.0, 3));
+    assert!(in_earnest(&near.lines, 4.0, 8.0 / (1.01 * SPLIT_VISIBLE)));
+    assert!(!in_earnest(&near.lines, 4.0, 8.0 / (0.99 * SPLIT_VISIBLE)));
+}
+
+#[test]
+fn what_lies_across_is_told_from_what_lies_along() {
+    let (deviation, way) = (DVector::from_vec(vec![3.0, 4.0, 0.0]), DVector::from_vec(vec![2.0, 0.0, 0.0]));
+    let member = Member::of(&deviation, &way, None);
+    assert_eq!((member.along, member.across, member.freedom, member.length), (1.5, 16.0, 2.0, 2.0));
+    let other = DVector::from_vec(vec![0.0, 5.0, 0.0]);
+    let beside = Member::of(&deviation, &way, Some(&other));
+    assert_eq!((beside.across, beside.freedom), (0.0, 1.0), "what another motion may have done says nothing");
+}

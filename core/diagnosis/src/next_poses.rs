@@ -1,0 +1,130 @@
+//! Which poses to measure next: where the effects in question differ most, for what is known of each. A sequential design for
+//! telling models apart (T-optimality: Atkinson and Fedorov 1975; Atkinson and Donev 1992, Optimum Experimental Designs,
+//! chapter 20), each effect's own uncertainty taken into account (Box and Hill 1967).
+
+mod choose;
+mod design;
+mod not_shown;
+mod report;
+mod rivals;
+
+use plumb_kinematics::HalfSpace;
+use serde::Serialize;
+
+use crate::candidates::{self, Candidates};
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::noise_floor::{Floor, Replicates};
+use crate::outcome::{NextPose, Verdict};
+use crate::thresholds::{SEARCH_ROWS, SETTLES};
+use crate::unlisted;
+use crate::verdict::Finding;
+use choose::Chooser;
+use design::Wish;
+use plumb_estimation::Progress;
+use report::{approached_from_the_other_side, sentence, what_would};
+
+/// What poses are wanted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wanted {
+    /// New poses, not counting the repeats.
+    pub count: usize,
+    /// Where the arm must not go.
+    pub keep_out: Vec<HalfSpace>,
+    /// Loads that can be carried, kg; none given means those of the table.
+    pub payloads: Vec<f64>,
+}
+
+/// Poses to measure, and what they would settle.
+#[derive(Debug, Clone, Serialize)]
+pub struct NextPoses {
+    /// The poses: new ones, then returns to the first two.
+    pub next: Vec<NextPose>,
+    /// The effects they tell apart, as written.
+    pub between: Vec<String>,
+    /// How far apart the predictions of two effects lie over all poses, in standard errors: the least of the pairs that are told
+    /// apart, the greatest of all pairs where none is.
+    pub separation: f64,
+    /// What would separate them if these poses do not.
+    pub instead: Option<String>,
+    /// One plain sentence.
+    pub sentence: String,
+}
+
+impl Laboratory {
+    /// Chooses poses that tell apart what the data cannot.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, no pose is allowed, or cancellation.
+    pub fn next_poses(&self, wanted: &Wanted, progress: &Progress) -> Result<NextPoses, LaboratoryError> {
+        let thin = self.thinned(SEARCH_ROWS);
+        let lab = thin.as_ref().unwrap_or(self);
+        let machine = lab.machine(&[])?;
+        let fit = lab.fit(&machine, progress)?;
+        let returns = Replicates::gather(&machine, &fit, &lab.survey());
+        let floor = Floor::among(&machine, returns.as_ref());
+        let candidates = Candidates { listed: candidates::probes(lab), unlisted: unlisted::probes(lab) };
+        let finding = lab.find(&floor, &candidates, progress)?;
+        if finding.verdict == Verdict::AtFloor
+            && let Some(poses) = lab.poses_for_not_shown(&finding.stage, &floor, wanted, progress)?
+        {
+            return Ok(poses);
+        }
+        let (rivals, noise) = lab.rivals_of(&finding, &floor, progress)?;
+        progress.report(0.7, "choosing poses")?;
+        let mut chooser = Chooser::new(lab, rivals, noise)?;
+        let wish = Wish { count: wanted.count, keep_out: &wanted.keep_out, payloads: &wanted.payloads };
+        let choice = chooser.choose(wish, progress)?;
+        if choice.designs.is_empty() {
+            return Err(no_pose());
+        }
+        let labels = chooser.labels();
+        let (separation, alike) = (choice.separation(), choice.alike(&labels));
+        let instead = match labels.len() > 1 && separation < SETTLES {
+            true => Some(what_would(&mut chooser, wish, separation, progress)?),
+            false => None,
+        };
+        let next = with_returns(chooser.to_poses(&choice.designs));
+        let sentence =
+            sentence(finding.verdict, &labels, choice.designs.len(), separation, instead.as_deref(), &alike);
+        Ok(NextPoses { next, between: labels, separation, instead, sentence })
+    }
+
+    /// A few poses that tell apart what a finding could not; none if it left no question.
+    pub(super) fn poses_for(
+        &self,
+        finding: &Finding<'_>,
+        floor: &Floor,
+        progress: &Progress,
+    ) -> Result<Vec<NextPose>, LaboratoryError> {
+        let wanted = Wanted { count: FEW, keep_out: Vec::new(), payloads: Vec::new() };
+        if finding.verdict == Verdict::AtFloor {
+            let poses = self.poses_for_not_shown(&finding.stage, floor, &wanted, progress)?;
+            return Ok(poses.map_or_else(Vec::new, |poses| poses.next.into_iter().take(FEW).collect()));
+        }
+        if finding.close.len() < 2 || !matches!(finding.verdict, Verdict::Tied | Verdict::Located) {
+            return Ok(Vec::new());
+        }
+        let (rivals, noise) = self.rivals_of(finding, floor, progress)?;
+        let mut chooser = Chooser::new(self, rivals, noise)?;
+        let wish = Wish { count: FEW, keep_out: &[], payloads: &[] };
+        let designs = chooser.choose(wish, progress)?.designs;
+        Ok(chooser.to_poses(&designs))
+    }
+}
+
+/// Poses that a diagnosis lists.
+const FEW: usize = 4;
+
+/// The poses, then returns to the first two from the other side: they tell play from everything else, and carry the noise floor.
+fn with_returns(mut poses: Vec<NextPose>) -> Vec<NextPose> {
+    let returns: Vec<NextPose> = poses.iter().take(2).map(approached_from_the_other_side).collect();
+    poses.extend(returns);
+    poses
+}
+
+/// Why no pose was chosen.
+fn no_pose() -> LaboratoryError {
+    LaboratoryError::Refused(
+        "no pose within the limits stays clear of what must be kept out; check `limits` and the keep-out planes".to_owned(),
+    )
+}

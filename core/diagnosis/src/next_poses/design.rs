@@ -1,0 +1,204 @@
+//! Poses that could be measured, drawn at random from where the arm works, and the table of readings they would give.
+
+use plumb_kinematics::HalfSpace;
+
+use crate::laboratory::Laboratory;
+use crate::thresholds::{CLEAR_OF_LIMITS, RANGE_MARGIN};
+use plumb_calibration::table::{Names, PositionColumns, Table};
+use plumb_estimation::Random;
+
+/// What poses are asked for.
+#[derive(Clone, Copy)]
+pub(super) struct Wish<'w> {
+    /// How many.
+    pub(super) count: usize,
+    /// Where the arm must not go.
+    pub(super) keep_out: &'w [HalfSpace],
+    /// Loads that can be carried, kg; none given means those of the table.
+    pub(super) payloads: &'w [f64],
+}
+
+/// A pose with its circumstances.
+#[derive(Clone)]
+pub(super) struct Design {
+    pub(super) q: Vec<f64>,
+    pub(super) approach: Vec<i8>,
+    pub(super) payload: f64,
+    pub(super) wait: f64,
+}
+
+/// What is read at a pose besides what the table reads.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Sensing {
+    /// Nothing.
+    AsBefore,
+    /// Whole positions.
+    WholePoints,
+    /// Whole positions of a second point off the flange's axis.
+    SecondPoint,
+}
+
+/// Waits before a pose that effects of time are asked with, s: none, ten minutes, an hour.
+const WAITS: [f64; 3] = [0.0, 600.0, 3600.0];
+
+/// Range of a joint beyond which its limits say nothing of where it works, rad (mm of a slide, for which it is always beyond).
+const UNLIMITED: f64 = 1.9 * std::f64::consts::TAU;
+
+/// Where poses are drawn from.
+pub(super) struct Designer<'a> {
+    pub(super) lab: &'a Laboratory,
+    /// The surface the arm's own sensor is to trigger over, if that is what is measured.
+    pub(super) surface: Option<String>,
+    /// Whether an effect in question depends on time.
+    pub(super) waits: bool,
+    /// Whether both approach directions are asked of every joint, and not only of those the table knows both of.
+    pub(super) both_directions: bool,
+}
+
+/// Least and greatest coordinate of chosen poses, from a joint's limits and what was measured. An arm that is told to stand on
+/// its limit may refuse: its zeros are what is being looked for.
+fn allowed_range((low, high): (f64, f64), measured: (f64, f64)) -> (f64, f64) {
+    let range = high - low;
+    if range.is_finite() && range < UNLIMITED {
+        return (low + CLEAR_OF_LIMITS * range, high - CLEAR_OF_LIMITS * range);
+    }
+    let margin = RANGE_MARGIN * (measured.1 - measured.0);
+    ((measured.0 - margin).max(low), (measured.1 + margin).min(high))
+}
+
+impl Designer<'_> {
+    /// Least and greatest coordinates poses are chosen from: the limits, and where none are known, what was measured and
+    /// a little around.
+    pub(super) fn range(&self, joint: usize) -> (f64, f64) {
+        let row = self.lab.model().chain.joints.get(joint);
+        let measured = self.lab.passport().ranges.get(joint).copied().unwrap_or((-1.0, 1.0));
+        allowed_range(row.map_or(measured, |row| row.limits), measured)
+    }
+
+    /// A pose anywhere in the joints' ranges.
+    pub(super) fn anywhere(&self, wish: Wish<'_>, rng: &mut Random) -> Design {
+        let joints = 0..self.lab.model().chain.len();
+        let q = joints.clone().map(|joint| {
+            let (low, high) = self.range(joint);
+            low + (high - low) * rng.uniform()
+        });
+        let q = q.collect();
+        let approach = joints.map(|joint| match self.has_two_directions(joint) {
+            true => [-1, 1][rng.below(2)],
+            false => 0,
+        });
+        let approach = approach.collect();
+        let payload = match wish.payloads {
+            [] => self.logged_payload(rng),
+            given => given[rng.below(given.len())],
+        };
+        let wait = if self.waits { WAITS[rng.below(WAITS.len())] } else { 0.0 };
+        Design { q, approach, payload, wait }
+    }
+
+    /// The same pose with its coordinates changed a little, `width` of each range.
+    pub(super) fn near(&self, centre: &Design, width: f64, rng: &mut Random) -> Design {
+        let mut design = centre.clone();
+        for (joint, q) in design.q.iter_mut().enumerate() {
+            let (low, high) = self.range(joint);
+            *q = (*q + (high - low) * width * rng.normal()).clamp(low, high);
+        }
+        design
+    }
+
+    /// Whether a joint may be asked to arrive from either side.
+    fn has_two_directions(&self, joint: usize) -> bool {
+        let asked = self.both_directions && self.lab.table().approach.is_some();
+        asked || self.lab.passport().has_both_sides(joint)
+    }
+
+    fn logged_payload(&self, rng: &mut Random) -> f64 {
+        let loads: Vec<f64> =
+            self.lab.table().payload.iter().flatten().copied().filter(|load| load.is_finite()).collect();
+        if loads.is_empty() { 0.0 } else { loads[rng.below(loads.len())] }
+    }
+
+    /// A table of poses to come, with the same kinds of readings.
+    pub(super) fn table(&self, designs: &[Design], sensing: Sensing) -> Table {
+        let known = self.lab.table();
+        let trigger = self.surface.clone().filter(|_| sensing == Sensing::AsBefore);
+        let surface = trigger.or_else(|| known.on.names.first().cloned());
+        let point = known.distance_to.names.first().cloned();
+        let mut table = self.columns(sensing, surface.is_some(), point.is_some());
+        let last = known.time.iter().flatten().copied().filter(|time| time.is_finite()).fold(0.0, f64::max);
+        let temperature = known.temperature.iter().flatten().copied().rfind(|value| value.is_finite());
+        for (index, design) in designs.iter().enumerate() {
+            table.q.extend(&design.q);
+            table.lines.push(index as u32 + 1);
+            table.positions.iter_mut().for_each(|columns| columns.xyz.push([0.0; 3]));
+            table.height.iter_mut().for_each(|column| column.push(0.0));
+            table.distance.iter_mut().for_each(|column| column.push(0.0));
+            table.tilt.iter_mut().for_each(|column| column.push([0.0; 2]));
+            table.time.iter_mut().for_each(|column| column.push(last + design.wait));
+            table.temperature.iter_mut().for_each(|column| column.push(temperature.unwrap_or(f64::NAN)));
+            table.payload.iter_mut().for_each(|column| column.push(design.payload));
+            table.approach.iter_mut().for_each(|column| column.extend(&design.approach));
+            table.note(surface.as_deref(), point.as_deref());
+        }
+        if let (Some(level), true) = (known.level.names.first(), table.tilt.is_some()) {
+            table.level = Names { names: vec![level.clone()], of_row: vec![Some(0); designs.len()] };
+        }
+        table
+    }
+
+    /// The empty columns of that table.
+    fn columns(&self, sensing: Sensing, on_a_surface: bool, to_a_point: bool) -> Table {
+        let known = self.lab.table();
+        let mut table = Table { source: known.source.clone(), joints: known.joints, ..Table::default() };
+        table.touch.names.clone_from(&known.touch.names);
+        table.positions = known.positions.iter().map(|columns| columns.empty()).collect();
+        let first = self.lab.model().targets.first().map(|target| target.name.clone());
+        let other_sensing = sensing != Sensing::AsBefore || !known.touch.names.is_empty();
+        if table.positions.is_empty()
+            && other_sensing
+            && let Some(target) = first
+        {
+            table.positions.push(PositionColumns { number: 0, target, xyz: Vec::new() });
+        }
+        let triggers = self.surface.is_some() && sensing == Sensing::AsBefore;
+        table.height = (on_a_surface && !triggers).then(Vec::new);
+        table.distance = to_a_point.then(Vec::new);
+        // A level with a name is a spirit level: its bubble is at its end in most poses, so tilts are counted on only where
+        // nothing else is read.
+        let reads_else = !table.positions.is_empty() || table.height.is_some() || table.distance.is_some();
+        let bubble = !known.level.names.is_empty() && reads_else;
+        table.tilt = known.tilt.as_ref().filter(|_| !bubble).map(|_| Vec::new());
+        table.time = known.time.as_ref().map(|_| Vec::new());
+        table.temperature = known.temperature.as_ref().map(|_| Vec::new());
+        table.payload = Some(Vec::new());
+        table.approach = known.approach.as_ref().map(|_| Vec::new());
+        table
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chosen_poses_keep_clear_of_the_limits() {
+        let (low, high) = allowed_range((-1.0, 1.0), (-0.2, 0.3));
+        assert_eq!((low, high), (-1.0 + 2.0 * CLEAR_OF_LIMITS, 1.0 - 2.0 * CLEAR_OF_LIMITS));
+    }
+
+    #[test]
+    fn without_limits_poses_stay_near_what_was_measured() {
+        let free = (f64::NEG_INFINITY, f64::INFINITY);
+        let (low, high) = allowed_range(free, (-1.0, 1.0));
+        assert!(
+            (low + 1.0 + 2.0 * RANGE_MARGIN).abs() < 1e-12 && (high - 1.0 - 2.0 * RANGE_MARGIN).abs() < 1e-12
+        );
+        let two_turns = (-2.0 * std::f64::consts::PI, 2.0 * std::f64::consts::PI);
+        assert_eq!(allowed_range(two_turns, (0.0, 1.0)), (-RANGE_MARGIN, 1.0 + RANGE_MARGIN));
+        assert_eq!(
+            allowed_range((0.0, 50.0), (0.0, 20.0)),
+            (0.0, 23.0),
+            "a slide's limits hold where they come first"
+        );
+    }
+}

@@ -1,0 +1,100 @@
+//! Poses for a model at the floor: those at which what the rows cannot show would show, if it is there.
+
+use nalgebra::DMatrix;
+
+use super::choose::Chooser;
+use super::design::Wish;
+use super::rivals::Rival;
+use super::{NextPoses, Wanted, no_pose, with_returns};
+use crate::forward_selection::Stage;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::noise_floor::Floor;
+use crate::not_shown::{Faint, with_weight};
+use crate::thresholds::{ASKED_KINDS, ASKED_SIZE, SETTLES};
+use crate::wording::{figure, listed};
+use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::effect;
+use plumb_estimation::Progress;
+
+impl Laboratory {
+    /// Poses that would show what these rows cannot; nothing if there is no such thing.
+    pub(crate) fn poses_for_not_shown(
+        &self,
+        stage: &Stage<'_>,
+        floor: &Floor,
+        wanted: &Wanted,
+        progress: &Progress,
+    ) -> Result<Option<NextPoses>, LaboratoryError> {
+        let mut faint = self.faint(&stage.fitted, floor)?;
+        let mut kinds: Vec<String> = Vec::new();
+        faint.retain(|one| {
+            let known = kinds.contains(&one.id.name);
+            kinds.push(one.id.name.clone());
+            !known
+        });
+        faint.truncate(ASKED_KINDS);
+        let (Some(noise), Some(sigma)) = (floor.scale, floor.sigma_mm) else { return Ok(None) };
+        if faint.is_empty() {
+            return Ok(None);
+        }
+        progress.report(0.7, "choosing poses")?;
+        let weighty = self.with_model(with_weight(self.model()));
+        let mut rivals = vec![Rival::of("the model as it is".to_owned(), stage.taken.clone(), &stage.fitted)];
+        rivals.extend(faint.iter().map(|one| rival(one, stage, ASKED_SIZE * sigma * 3.0_f64.sqrt(), self)));
+        let mut chooser = Chooser::new(&weighty, rivals, noise)?;
+        chooser.tell_from_first();
+        let wish = Wish { count: wanted.count, keep_out: &wanted.keep_out, payloads: &wanted.payloads };
+        let choice = chooser.choose(wish, progress)?;
+        if choice.designs.is_empty() {
+            return Err(no_pose());
+        }
+        let next = with_returns(chooser.to_poses(&choice.designs));
+        // Of the pairs, the ones with the model as it is.
+        let apart = |index: usize| choice.apart.get(index * (index + 1) / 2).copied().unwrap_or(0.0);
+        let (shown, hidden): (Vec<_>, Vec<_>) =
+            faint.iter().enumerate().partition(|(index, _)| apart(*index) >= SETTLES);
+        let separation = shown.iter().map(|(index, _)| apart(*index)).fold(f64::INFINITY, f64::min);
+        let label = |(_, one): &(usize, &Faint)| self.model().label(&one.id);
+        let (shown, still): (Vec<String>, Vec<String>) =
+            (shown.iter().map(label).collect(), hidden.iter().map(label).collect());
+        let instead = hidden.first().map(|(_, one)| {
+            let how = effect::kind(&one.id.name).map_or("", |kind| kind.how_to_see);
+            format!("they would not show {}; what would: {}", listed(&still, "or"), uncapitalized(how))
+        });
+        let mut sentence = match shown.as_slice() {
+            [] => "No pose within reach would show what these rows do not".to_owned(),
+            shown => format!(
+                "Measure these {} poses, and return to the first two: they would show {}, if there (at {} times the noise by at least {} standard errors)",
+                choice.designs.len(),
+                listed(shown, "and"),
+                ASKED_SIZE,
+                figure(separation)
+            ),
+        };
+        sentence.push_str(&instead.as_ref().map_or_else(|| ".".to_owned(), |instead| format!("; {instead}")));
+        let between = faint.iter().map(|one| self.model().label(&one.id)).collect();
+        let separation = if separation.is_finite() { separation } else { 0.0 };
+        Ok(Some(NextPoses { next, between, separation, instead, sentence }))
+    }
+}
+
+/// The model with an effect in that the rows do not show, everything fitted where it would stand then.
+fn rival(faint: &Faint, stage: &Stage<'_>, most_mm: f64, lab: &Laboratory) -> Rival {
+    let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
+    let share = (most_mm / faint.error_mm).min(1.0);
+    let values: Vec<f64> = faint.values.iter().map(|value| value * share).collect();
+    let beside = &faint.beside * share;
+    let mut state = fit.state.stepped(machine.slots(), beside.as_slice());
+    state.effects.push(values.clone());
+    let known = fit.covariance.nrows();
+    let mut covariance = DMatrix::zeros(known + values.len(), known + values.len());
+    covariance.view_mut((0, 0), (known, known)).copy_from(&fit.covariance);
+    let mut effects = stage.taken.clone();
+    effects.push(AddedEffect { id: faint.id.clone(), values });
+    Rival { label: lab.model().label(&faint.id), effects, state, covariance }
+}
+
+fn uncapitalized(sentence: &str) -> String {
+    let mut letters = sentence.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+}

@@ -1,0 +1,183 @@
+//! Chosen poses as they are told to people.
+
+use serde_json::{Map, Value, json};
+
+use super::choose::Chooser;
+use super::design::{Design, Sensing, Wish};
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::noise_floor::typical_sigma;
+use crate::outcome::{NextPose, Verdict};
+use crate::thresholds::{INSEPARABLE, SETTLES};
+use crate::wording::listed;
+use plumb_estimation::Progress;
+
+/// Load that is proposed beyond the heaviest of the table, kg.
+const MORE_LOAD: f64 = 2.0;
+
+/// Poses with which another way of measuring is tried.
+const FEW: usize = 4;
+
+/// Other ways of measuring that might separate the rivals: in words, what is read, and the loads.
+fn other_ways(lab: &Laboratory) -> Vec<(String, Sensing, Vec<f64>)> {
+    let loads = lab.table().payload.iter().flatten().copied().filter(|load| load.is_finite());
+    let load = loads.fold(0.0, f64::max) + MORE_LOAD;
+    let mut ways = vec![(format!("a load of {load:.0} kg"), Sensing::AsBefore, vec![0.0, load])];
+    if lab.table().positions.is_empty() {
+        let whole = "an instrument that measures whole positions of p1".to_owned();
+        ways.push((whole, Sensing::WholePoints, Vec::new()));
+    }
+    let second = "a second point on the hand, well off its axis,".to_owned();
+    ways.push((second, Sensing::SecondPoint, Vec::new()));
+    ways
+}
+
+/// What would separate the rivals if poses alone do not; `now` is how far the poses separate them.
+pub(super) fn what_would(
+    chooser: &mut Chooser<'_>,
+    wish: Wish<'_>,
+    now: f64,
+    progress: &Progress,
+) -> Result<String, LaboratoryError> {
+    let mut best: Option<(f64, String)> = None;
+    for (name, sensing, payloads) in other_ways(chooser.designer.lab) {
+        chooser.sensing = sensing;
+        let few = Wish { count: wish.count.min(FEW), payloads: &payloads, ..wish };
+        let separation = chooser.choose(few, progress)?.least();
+        if best.as_ref().is_none_or(|(most, _)| separation > *most) {
+            best = Some((separation, name));
+        }
+    }
+    chooser.sensing = Sensing::AsBefore;
+    Ok(advice(best, now, wish.count.min(FEW)))
+}
+
+/// In words: the best other way, where it separates the rivals and clearly better than the poses do.
+fn advice(best: Option<(f64, String)>, now: f64, poses: usize) -> String {
+    match best {
+        Some((separation, name)) if separation > SETTLES.max(2.0 * now) => {
+            format!("{name} would tell them apart ({separation:.0} standard errors in {poses} poses)")
+        }
+        _ if now < INSEPARABLE => "neither a load nor a second point nor whole positions would: for this arm they are the same thing, so either will do"
+            .to_owned(),
+        _ => "neither a load nor a second point nor whole positions would: they differ by less than these readings show, so either will do"
+            .to_owned(),
+    }
+}
+
+/// A number to three decimals.
+fn to_thousandths(value: f64) -> f64 {
+    (value * 1000.0).round() / 1000.0
+}
+
+impl Chooser<'_> {
+    /// The poses with what every rival predicts there.
+    pub(super) fn to_poses(&self, designs: &[Design]) -> Vec<NextPose> {
+        let lab = self.designer.lab;
+        let unit = lab.machine(&[]).map_or(1.0, |machine| typical_sigma(&machine));
+        let forecast = self.forecast(designs, Wish { count: 0, keep_out: &[], payloads: &[] }).ok();
+        let poses = designs.iter().enumerate().map(|(index, design)| {
+            let mut predicted = Map::new();
+            let readings = forecast.iter().flat_map(|forecast| self.rivals.iter().zip(&forecast.rivals));
+            for (rival, all) in readings {
+                let values = all[index].0.iter().map(|value| json!((value * unit * 1e4).round() / 1e4));
+                predicted.insert(rival.label.clone(), Value::Array(values.collect()));
+            }
+            if design.wait > 0.0 {
+                predicted.insert("after_waiting_s".to_owned(), json!(design.wait));
+            }
+            let shown = design.q.iter().enumerate().map(|(joint, q)| {
+                let slides = lab.model().slides(joint);
+                to_thousandths(if slides { *q } else { q.to_degrees() })
+            });
+            NextPose {
+                q_deg: shown.collect(),
+                approach: design.approach.clone(),
+                payload_kg: design.payload,
+                on: self.designer.surface.clone(),
+                predicted,
+            }
+        });
+        poses.collect()
+    }
+}
+
+/// The same pose, arrived at from the other side.
+pub(super) fn approached_from_the_other_side(pose: &NextPose) -> NextPose {
+    NextPose { approach: pose.approach.iter().map(|side| -side).collect(), ..pose.clone() }
+}
+
+/// One sentence: what the poses do, what would do instead, and which pairs stay alike.
+pub(super) fn sentence(
+    verdict: Verdict,
+    labels: &[String],
+    count: usize,
+    separation: f64,
+    instead: Option<&str>,
+    alike: &[(&str, &str)],
+) -> String {
+    let all = listed(labels, "and");
+    match (labels.len(), instead) {
+        (1, _) => {
+            format!("Measure these {count} poses, and return to the first two: there the model knows least.")
+        }
+        (_, Some(instead)) => {
+            format!(
+                "No pose within reach tells {all} apart ({separation:.1} standard errors in {count} poses); {instead}."
+            )
+        }
+        (rivals, None) => {
+            let least = if rivals > 2 { "at least " } else { "" };
+            let proof = if verdict == Verdict::Named { ", which proves the name or corrects it" } else { "" };
+            let pairs: Vec<String> = alike.iter().map(|(one, other)| format!("{one} from {other}")).collect();
+            let rest = match pairs.as_slice() {
+                [] => String::new(),
+                pairs => format!(" They do not tell {}.", listed(pairs, "nor")),
+            };
+            format!(
+                "Measure these {count} poses, and return to the first two: they put {all} {least}{separation:.0} standard errors apart{proof}.{rest}"
+            )
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_way_is_advised_only_where_it_settles_the_question_and_is_clearly_better() {
+        let load = |separation: f64| Some((separation, "a load of 3 kg".to_owned()));
+        assert!(advice(load(1.1 * SETTLES), 0.4, 4).starts_with("a load of 3 kg would tell them apart"));
+        assert!(advice(load(0.9 * SETTLES), 0.4, 4).contains("they are the same thing"));
+        assert!(advice(load(0.9 * SETTLES), 1.1 * INSEPARABLE, 4).contains("less than these readings show"));
+        assert!(advice(load(1.1 * SETTLES), 0.6 * SETTLES, 4).contains("less than these readings show"));
+    }
+
+    #[test]
+    fn the_sentence_says_which_pairs_the_poses_do_not_tell_apart() {
+        let labels = ["a", "b", "c"].map(str::to_owned);
+        let said = sentence(Verdict::Tied, &labels, 5, 4.4, None, &[("a", "c")]);
+        assert_eq!(
+            said,
+            "Measure these 5 poses, and return to the first two: they put a, b and c at least 4 standard errors apart. They do not tell a from c."
+        );
+        let named = sentence(Verdict::Named, &labels[..2], 5, 4.4, None, &[]);
+        assert!(named.ends_with("4 standard errors apart, which proves the name or corrects it."), "{named}");
+        assert!(
+            sentence(Verdict::Tied, &labels[..1], 5, 0.0, None, &[]).contains("there the model knows least")
+        );
+    }
+
+    #[test]
+    fn a_return_comes_from_the_other_side_of_every_joint() {
+        let pose = NextPose {
+            q_deg: vec![10.0, 20.0, 30.0],
+            approach: vec![1, 0, -1],
+            payload_kg: 0.0,
+            on: None,
+            predicted: Map::new(),
+        };
+        let back = approached_from_the_other_side(&pose);
+        assert_eq!((back.approach, back.q_deg), (vec![-1, 0, 1], pose.q_deg));
+    }
+}

@@ -1,0 +1,80 @@
+//! The effects in question, each fitted with all else that was found.
+
+use nalgebra::DMatrix;
+
+use crate::fitted::Fitted;
+use crate::forward_selection::Contender;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::noise_floor::Floor;
+use crate::thresholds::RIVALS;
+use crate::verdict::Finding;
+use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::fit::State;
+use plumb_estimation::Progress;
+
+/// One effect in question, fitted.
+pub(super) struct Rival {
+    pub(super) label: String,
+    pub(super) effects: Vec<AddedEffect>,
+    pub(super) state: State,
+    pub(super) covariance: DMatrix<f64>,
+}
+
+impl Rival {
+    pub(super) fn of(label: String, effects: Vec<AddedEffect>, fitted: &Fitted<'_>) -> Self {
+        Self { label, effects, state: fitted.fit.state.clone(), covariance: fitted.fit.covariance.clone() }
+    }
+}
+
+impl Laboratory {
+    /// The effects in question, each fitted with all else that was found, and the noise of an equation in sigmas.
+    pub(super) fn rivals_of(
+        &self,
+        finding: &Finding<'_>,
+        floor: &Floor,
+        progress: &Progress,
+    ) -> Result<(Vec<Rival>, f64), LaboratoryError> {
+        let noise = floor.scale.unwrap_or(finding.stage.fitted.fit.scale).max(1e-9);
+        let mut chosen: Vec<usize> = finding.close.clone();
+        // A name is best tested against what came next.
+        for (index, contender) in finding.stage.contenders.iter().enumerate() {
+            if chosen.len() < 2 && !chosen.contains(&index) && contender.refitted && contender.score.plausible
+            {
+                chosen.push(index);
+            }
+        }
+        chosen.extend(adjacent_orders(&finding.stage.contenders, &chosen));
+        let mut rivals = Vec::new();
+        for index in chosen.into_iter().take(RIVALS) {
+            let Some(contender) = finding.stage.contenders.get(index) else { continue };
+            let mut effects = finding.stage.taken.clone();
+            effects.push(AddedEffect { id: contender.id.clone(), values: contender.values.clone() });
+            let fitted = self.fit_with(&effects, Some(&finding.stage.fitted), progress)?;
+            rivals.push(Rival::of(self.model().label(&contender.id), effects, &fitted));
+        }
+        if rivals.is_empty() {
+            rivals.push(Rival::of(
+                "the model as it is".to_owned(),
+                finding.stage.taken.clone(),
+                &finding.stage.fitted,
+            ));
+        }
+        Ok((rivals, noise))
+    }
+}
+
+/// Waves of the orders next to those in question, at the same joints: where the range of a joint was seen in part only, they
+/// come forward once more of it is seen.
+fn adjacent_orders(contenders: &[Contender], chosen: &[usize]) -> Vec<usize> {
+    let is_asked = |contender: &Contender| {
+        chosen.iter().filter_map(|index| contenders.get(*index)).any(|other| is_adjacent(contender, other))
+    };
+    let others = contenders.iter().enumerate().filter(|(index, _)| !chosen.contains(index));
+    others.filter(|(_, contender)| is_asked(contender)).map(|(index, _)| index).collect()
+}
+
+/// Whether two candidates are waves of neighbouring orders at one joint.
+fn is_adjacent(one: &Contender, other: &Contender) -> bool {
+    let orders = one.id.order.zip(other.id.order);
+    one.id.joint() == other.id.joint() && orders.is_some_and(|(one, other)| (one - other).abs() == 1.0)
+}

@@ -1,0 +1,145 @@
+//! The noise floor: how far returns to one pose scatter once side of approach, time, temperature and load are allowed
+//! for; else what was declared; else unknown.
+
+mod replicates;
+mod sample;
+mod scatter;
+
+pub(crate) use replicates::{Replicates, SIDE_OF_APPROACH};
+pub(crate) use scatter::Scatter;
+
+use serde::Serialize;
+
+use crate::thresholds::{CONDITION_LEVEL, FLOOR_FREEDOM, MOST_CONDITIONS};
+use plumb_calibration::effect::Survey;
+use plumb_calibration::fit::{Fit, ResidualModel};
+use plumb_estimation::{f_tail, holm};
+
+/// Where a floor comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FloorSource {
+    /// Replicates to the same poses.
+    Repeats,
+    /// The model file's `noise:` or the table's `std_*`.
+    Declared,
+    /// Nobody knows.
+    Unknown,
+}
+
+/// The noise floor.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Floor {
+    /// One sigma per axis, mm; nothing if unknown. For a table of tilts alone, in degrees.
+    pub sigma_mm: Option<f64>,
+    /// Where it comes from.
+    pub source: FloorSource,
+    /// Degrees of freedom it rests on; 0 if declared or unknown.
+    pub dof: usize,
+    /// Scatter relative to the declared sigmas (to 1 mm where none is declared): what residuals are divided by.
+    #[serde(skip)]
+    pub scale: Option<f64>,
+    /// Effects of conditions that had to be allowed for among the returns, as written.
+    #[serde(skip)]
+    pub allowed_for: Vec<String>,
+}
+
+impl Floor {
+    /// The floor of the data a machine was fitted to.
+    pub(crate) fn of(machine: &ResidualModel<'_>, fit: &Fit, survey: &Survey<'_>) -> Self {
+        Self::among(machine, Replicates::gather(machine, fit, survey).as_ref())
+    }
+
+    /// The floor these returns show, else what was declared.
+    pub(crate) fn among(machine: &ResidualModel<'_>, returns: Option<&Replicates>) -> Self {
+        returns
+            .and_then(|returns| Self::from_returns(machine, returns))
+            .unwrap_or_else(|| Self::declared(machine))
+    }
+
+    /// From returns; nothing if they are too few.
+    fn from_returns(machine: &ResidualModel<'_>, returns: &Replicates) -> Option<Self> {
+        let (chosen, scatter) = allow(returns);
+        if scatter.freedom < FLOOR_FREEDOM || scatter.sigma <= 0.0 {
+            return None;
+        }
+        let label = |index: &usize| returns.candidates.get(*index).map(|(id, _)| machine.model.label(id));
+        Some(Self {
+            sigma_mm: Some(scatter.sigma * typical_sigma(machine)),
+            source: FloorSource::Repeats,
+            dof: scatter.freedom,
+            scale: Some(scatter.sigma),
+            allowed_for: chosen.iter().filter_map(label).collect(),
+        })
+    }
+
+    fn declared(machine: &ResidualModel<'_>) -> Self {
+        let known = machine.observations.declared;
+        Self {
+            sigma_mm: known.then(|| typical_sigma(machine)),
+            source: if known { FloorSource::Declared } else { FloorSource::Unknown },
+            dof: 0,
+            scale: known.then_some(1.0),
+            allowed_for: Vec::new(),
+        }
+    }
+}
+
+/// The root mean square of the declared sigmas, mm (degrees for a table of tilts alone).
+pub(crate) fn typical_sigma(machine: &ResidualModel<'_>) -> f64 {
+    let of = |lengths: bool| {
+        let chosen = machine
+            .observations
+            .equations
+            .iter()
+            .filter(|equation| equation.measurand.is_length() == lengths);
+        let (sum, count) = chosen
+            .fold((0.0, 0), |(sum, count), equation| (sum + equation.sigma * equation.sigma, count + 1));
+        (count > 0).then(|| (sum / f64::from(count)).sqrt())
+    };
+    of(true).or_else(|| of(false).map(f64::to_degrees)).unwrap_or(1.0)
+}
+
+/// Chooses, one by one, the effects of conditions without which the returns cannot be understood. Replicates their places
+/// in the list of candidates and what scatter is left.
+pub(crate) fn allow(returns: &Replicates) -> (Vec<usize>, Scatter) {
+    let mut chosen: Vec<usize> = Vec::new();
+    let mut wanted: Vec<usize> = Vec::new();
+    let mut scatter = returns.scatter(&wanted);
+    while chosen.len() < MOST_CONDITIONS && scatter.freedom > FLOOR_FREEDOM {
+        let gains = returns.gains(&scatter, &wanted);
+        let squares = scatter.squares;
+        let p_values: Vec<f64> = gains
+            .iter()
+            .map(|(gain, used)| {
+                let below = scatter.freedom.saturating_sub(*used) as f64;
+                if *used == 0 || below < 1.0 {
+                    return 1.0;
+                }
+                let left = (squares - gain).max(squares * 1e-6) / below;
+                f_tail(gain / *used as f64 / left, *used as f64, below)
+            })
+            .collect();
+        let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
+        // A gap that differs from pose to pose has so many numbers that a few joints' gaps would explain anything.
+        let gap = |index: usize| {
+            returns.candidates.get(index).is_some_and(|(id, _)| id.name == replicates::SIDE_OF_APPROACH)
+        };
+        let gaps = chosen.iter().filter(|index| gap(**index)).count();
+        let best = (0..p_values.len())
+            .filter(|index| gaps == 0 || !gap(*index))
+            .min_by(|left, right| p_values[*left].total_cmp(&p_values[*right]));
+        match best.filter(|best| adjusted[*best] < CONDITION_LEVEL && !chosen.contains(best)) {
+            Some(index) => {
+                chosen.push(index);
+                wanted.extend(returns.candidates.get(index).map_or(0..0, |(_, range)| range.clone()));
+                scatter = returns.scatter(&wanted);
+            }
+            None => break,
+        }
+    }
+    (chosen, scatter)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,99 @@
+//! The noise floor of made-up replicates whose sigma and degrees of freedom are known.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::*;
+use crate::thresholds::INLIER_QUANTILE;
+use plumb_calibration::effect::{EffectId, Spot};
+use plumb_estimation::{Random, chi_squared_quantile};
+
+/// Groups of so many replicates, three equations each, with scatter `sigma` and no candidate for it.
+fn replicates(sizes: &[usize], sigma: f64, seed: u64) -> Replicates {
+    let mut random = Random::seeded(seed);
+    let groups = sizes.iter().enumerate().flat_map(|(group, size)| std::iter::repeat_n(group, *size));
+    let members: Vec<(usize, usize)> = groups.enumerate().collect();
+    let residuals = members.iter().map(|(_, group)| {
+        // Each pose has an error of the model of its own, which must not count.
+        DVector::from_fn(3, |axis, _| 10.0 * (group + axis) as f64 + sigma * random.normal())
+    });
+    let residuals: Vec<DVector<f64>> = residuals.collect();
+    Replicates {
+        columns: vec![DMatrix::zeros(3, 0); members.len()],
+        motions: Vec::new(),
+        loose: Vec::new(),
+        candidates: Vec::new(),
+        groups: sizes.len(),
+        members,
+        residuals,
+    }
+}
+
+#[test]
+fn a_group_pays_for_its_mean_and_a_single_reading_gives_nothing() {
+    let sizes = [3, 2, 5, 1];
+    let all = replicates(&sizes, 1.0, 1);
+    let ones = vec![1.0; 11];
+    // (3 - 1) + (2 - 1) + (5 - 1) + (1 - 1) replicates of three equations each.
+    assert_eq!(all.freedom(&ones), 3 * 7);
+    let without_one: Vec<f64> = (0..11).map(|member| if member == 1 { 0.0 } else { 1.0 }).collect();
+    assert_eq!(all.freedom(&without_one), 3 * 6);
+}
+
+#[test]
+fn the_floor_is_the_known_sigma_on_the_known_degrees_of_freedom() {
+    // 400 pairs: 1,200 degrees of freedom, so sigma is known to 1 / sqrt(2 * 1200) = 2 %.
+    for (seed, sigma) in [(2, 0.5), (3, 1.0), (4, 7.0)] {
+        let scatter = allow(&replicates(&[2; 400], sigma, seed)).1;
+        // Rows beyond the inlier quantile are left out: of 800 sound ones hardly any.
+        assert!(scatter.freedom <= 1200 && scatter.freedom > 1200 - 12, "{}", scatter.freedom);
+        assert!((scatter.sigma / sigma - 1.0).abs() < 0.06, "{} for {sigma}", scatter.sigma);
+    }
+}
+
+#[test]
+fn the_mean_square_over_its_freedom_is_unbiased_in_small_groups() {
+    // Divided by the number of equations in place of the freedom, sigma of pairs would come out as 0.71.
+    let sigmas: f64 = (0..60).map(|seed| allow(&replicates(&[2; 20], 1.0, 100 + seed)).1.sigma.powi(2)).sum();
+    assert!((sigmas / 60.0 - 1.0).abs() < 0.06, "{}", sigmas / 60.0);
+}
+
+#[test]
+fn an_outlier_is_left_out_and_costs_its_degrees_of_freedom() {
+    // Of large groups: in a small one the outlier draws the mean along, and the whole group is left out.
+    let mut all = replicates(&[20; 12], 1.0, 9);
+    let sound = allow(&all).1;
+    all.residuals[17][0] += 20.0;
+    let spoilt = allow(&all).1;
+    assert!((spoilt.sigma - sound.sigma).abs() < 0.02, "{} {}", spoilt.sigma, sound.sigma);
+    assert_eq!(spoilt.freedom, sound.freedom - 3);
+    let edge = chi_squared_quantile(INLIER_QUANTILE, 3.0).sqrt();
+    assert!((4.0..4.5).contains(&edge), "{edge} sigmas");
+}
+
+/// Replicates that also depend on one condition: +-1 with a coefficient, and a candidate that says so.
+fn with_condition(coefficient: f64) -> Replicates {
+    let mut all = replicates(&[4; 30], 1.0, 21);
+    all.candidates = vec![(EffectId::at("joint_backlash", Spot::Joint(0)), 0..1)];
+    for (member, (columns, residuals)) in all.columns.iter_mut().zip(&mut all.residuals).enumerate() {
+        let side = if member % 2 == 0 { 1.0 } else { -1.0 };
+        *columns = DMatrix::from_column_slice(3, 1, &[side, 0.0, 0.0]);
+        residuals[0] += coefficient * side;
+    }
+    all
+}
+
+#[test]
+fn a_condition_that_matters_is_taken_out_and_costs_a_degree_of_freedom() {
+    let (chosen, scatter) = allow(&with_condition(3.0));
+    assert_eq!(chosen, [0]);
+    assert!((scatter.sigma - 1.0).abs() < 0.12, "{}", scatter.sigma);
+    assert!((3 * 90 - 10..3 * 90).contains(&scatter.freedom), "{}", scatter.freedom);
+    let (chosen, _) = allow(&with_condition(0.0));
+    assert!(chosen.is_empty(), "a condition without influence is left in");
+}
+
+#[test]
+fn replicates_on_fewer_degrees_of_freedom_than_the_least_make_no_floor() {
+    let freedom = |sizes: &[usize]| replicates(sizes, 1.0, 5).freedom(&vec![1.0; sizes.iter().sum()]);
+    assert!(freedom(&[2]) < FLOOR_FREEDOM && freedom(&[2, 2]) >= FLOOR_FREEDOM);
+}

@@ -1,0 +1,188 @@
+//! What these rows cannot show: effects that could still move the tip by more than the noise, somewhere in the working volume, while staying too small
+//! to be found in the rows. A verdict that nothing is left holds only as far as this list is empty.
+//!
+//! With `A` the derivatives of the rows by the fitted parameters and `B` those by an effect's, the fit answers an effect of size `s` with `-C s`, where
+//! `C = (A'A)^-1 A'B`, and the rows show what is left of it by the information `F = B'B - C'A'B`. At places of the working volume the tip is then off by
+//! `(Bw - Aw C) s`. The greatest mean square of that is sought among the sizes that would be found less than four times in five and that a real machine
+//! could have: an eigenvalue problem.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::fitted::Fitted;
+use super::outcome::NotShown;
+use super::products::{Plan, Products};
+use super::score_test::information;
+use super::thresholds::{BOUNDED_BY_ROWS, DETECTABLE_ERRORS};
+use super::verdict::effect_place;
+use super::working_volume::Volume;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::noise_floor::Floor;
+use plumb_calibration::arm_model::{AddedEffect, Model};
+use plumb_calibration::effect::{self, Effect, EffectId, Family, Kind, Survey};
+use plumb_calibration::fit::ResidualModel;
+
+/// An effect that the rows cannot show, at the greatest size it could have.
+pub(super) struct Faint {
+    pub(super) id: EffectId,
+    /// Values of its parameters, internal units.
+    pub(super) values: Vec<f64>,
+    /// How the fitted parameters would answer, one a slot.
+    pub(super) beside: DVector<f64>,
+    /// RMS over the working volume by which the tip would be off, mm.
+    pub(super) error_mm: f64,
+    /// Hardly anything of it is seen in the rows, whatever its size.
+    pub(super) any_size: bool,
+    effect: Arc<dyn Effect>,
+}
+
+/// Mass that stands in for the weight of an arm whose masses nobody gave, kg: its place in the poses counts, not its size.
+const STAND_IN_KG: f64 = 1.0;
+
+/// The model with a mass at its flange where it has none at all: a real arm has weight.
+pub(super) fn with_weight(model: &Model) -> Model {
+    let mut weighty = model.clone();
+    if weighty.masses.is_empty() && !weighty.chain.is_empty() {
+        let after = weighty.chain.len() - 1;
+        weighty.masses.push(plumb_kinematics::Mass {
+            after,
+            mass: STAND_IN_KG,
+            centre: nalgebra::Vector3::zeros(),
+        });
+    }
+    weighty
+}
+
+/// What a machine has fitted, with the values it found.
+pub(super) fn fitted_effects(fitted: &Fitted<'_>) -> Vec<AddedEffect> {
+    let parts = fitted.machine.parts.iter().zip(&fitted.fit.state.effects);
+    parts.map(|(part, values)| AddedEffect { id: part.id.clone(), values: values.clone() }).collect()
+}
+
+impl Laboratory {
+    /// Effects that could move the tip by more than the noise and that the rows could not show, those that could move it most first. Empty where the
+    /// noise is not known.
+    pub(super) fn faint(&self, fitted: &Fitted<'_>, floor: &Floor) -> Result<Vec<Faint>, LaboratoryError> {
+        let (Some(scale), Some(sigma)) = (floor.scale, floor.sigma_mm) else { return Ok(Vec::new()) };
+        let lengths = self.observations().equations().iter().any(|equation| equation.measurand.is_length());
+        if !lengths || self.model().targets.is_empty() {
+            return Ok(Vec::new());
+        }
+        let model = with_weight(self.model());
+        let taken = fitted_effects(fitted);
+        let machine = ResidualModel::new(&model, self.table(), self.observations(), &taken)?;
+        let asked = self.asked(&model, &taken);
+        let effects: Vec<&dyn Effect> = asked.iter().map(|(_, effect)| effect.as_ref()).collect();
+        let plan = Plan::of(&effects, model.chain.len());
+        let products = Products::of(&machine, &fitted.fit, &plan);
+        let shadows = fitted.fit.factor.whiten(&products.with_parameters.transpose());
+        let volume = Volume::of(self, &model, &fitted.fit.state)?;
+        let there = volume.derivatives(&model, &taken, &fitted.fit.state, &effects)?;
+        let noise = DETECTABLE_ERRORS * DETECTABLE_ERRORS * scale * scale;
+        let mut found: Vec<Faint> = Vec::new();
+        let mut first = machine.slots().len();
+        for (index, (id, effect)) in asked.iter().enumerate() {
+            let count = effect.parameters().len();
+            let columns = first..first + count;
+            first = columns.end;
+            let (Some(range), Some(own)) = (plan.ranges.get(index), products.own.get(index)) else {
+                continue;
+            };
+            let shadow = shadows.columns(range.start, count);
+            let shown = information(own, &(own - shadow.tr_mul(&shadow))) / noise;
+            let answers: Vec<DVector<f64>> =
+                shadow.column_iter().map(|column| fitted.fit.factor.back(column.into_owned())).collect();
+            let answer = DMatrix::from_columns(&answers);
+            let off = there.off(columns, &answer, moves_the_tip(id));
+            let Some((error_mm, values, share)) = greatest(&shown, &off, effect.as_ref()) else { continue };
+            if error_mm <= sigma * 3.0_f64.sqrt() {
+                continue;
+            }
+            let beside = -&answer * DVector::from_column_slice(&values);
+            let any_size = share < BOUNDED_BY_ROWS;
+            let one =
+                Faint { id: id.clone(), values, beside, error_mm, any_size, effect: Arc::clone(effect) };
+            // Of waves and couplings of one joint the one that could do most stands for all.
+            match found.iter_mut().find(|other| other.id.name == id.name && other.id.spot == id.spot) {
+                Some(known) if known.error_mm < error_mm => *known = one,
+                Some(_) => {}
+                None => found.push(one),
+            }
+        }
+        found.sort_by(|left, right| right.error_mm.total_cmp(&left.error_mm));
+        Ok(found)
+    }
+
+    /// Every effect of the library that this arm can have and that is not fitted, whether or not the table could show it.
+    fn asked(&self, model: &Model, taken: &[AddedEffect]) -> Vec<(EffectId, Arc<dyn Effect>)> {
+        let mut passport = self.passport().clone();
+        if self.table().approach.is_some() {
+            passport.both_sides = vec![true; model.chain.len()];
+        }
+        let survey = Survey { model, passport: &passport };
+        // What time and temperature will do is no property of the rows.
+        let belongs = |kind: &&Kind| kind.family != Family::Instrument && !kind.depends_on_time;
+        let mut all: Vec<(EffectId, Arc<dyn Effect>)> = Vec::new();
+        for id in effect::kinds().iter().filter(belongs).flat_map(|kind| (kind.candidates)(&survey)) {
+            let known = taken.iter().any(|taken| taken.id.same_as(&id))
+                || all.last().is_some_and(|(last, _)| last.same_as(&id));
+            if let (false, Ok(built)) = (known, effect::build(&id, model)) {
+                all.push((id, Arc::from(built)));
+            }
+        }
+        all
+    }
+
+    /// The same in the contract's words.
+    pub(super) fn not_shown(
+        &self,
+        fitted: &Fitted<'_>,
+        floor: &Floor,
+    ) -> Result<Vec<NotShown>, LaboratoryError> {
+        let weightless = self.model().masses.is_empty();
+        let told = |one: &Faint| {
+            let nothing = DMatrix::zeros(one.values.len(), one.values.len());
+            let size = one.effect.size(&one.values, &nothing);
+            // Without the masses a compliance has no unit.
+            let no_unit = weightless && one.effect.looks_at() == effect::LooksAt::Gravity;
+            let sized = !(one.any_size || no_unit);
+            NotShown {
+                effect: effect_place(&fitted.machine, &one.id),
+                label: self.model().label(&one.id),
+                up_to_mm: (!one.any_size).then_some(one.error_mm),
+                size: sized.then_some(size.value.abs()),
+                unit: size.unit.to_owned(),
+                to_see: effect::kind(&one.id.name).map_or("", |kind| kind.how_to_see).to_owned(),
+            }
+        };
+        Ok(self.faint(fitted, floor)?.iter().map(told).collect())
+    }
+}
+
+/// Effects of the arm's own sensor change what is read, not where the tip is.
+fn moves_the_tip(id: &EffectId) -> bool {
+    effect::kind(&id.name).is_none_or(|kind| kind.family != Family::Sensor)
+}
+
+/// The greatest RMS by which the tip is off (mm) among sizes the rows would miss and a real machine could have; the values that do it; and which share of
+/// what the rows would miss they have: small where the plausible range is what bounds them.
+fn greatest(shown: &DMatrix<f64>, off: &DMatrix<f64>, effect: &dyn Effect) -> Option<(f64, Vec<f64>, f64)> {
+    let mut bound = shown.clone();
+    for (index, parameter) in effect.parameters().iter().enumerate() {
+        let widest = parameter.range.0.abs().max(parameter.range.1.abs());
+        if !(widest.is_finite() && widest > 0.0) {
+            return None;
+        }
+        bound[(index, index)] += widest.powi(-2);
+    }
+    let lower = bound.cholesky()?.l();
+    let half = lower.solve_lower_triangular(off)?;
+    let whitened = lower.solve_lower_triangular(&half.transpose())?;
+    let eigen = (0.5 * (&whitened + whitened.transpose())).symmetric_eigen();
+    let at = eigen.eigenvalues.imax();
+    let square = eigen.eigenvalues.get(at).copied().filter(|square| *square > 0.0)?;
+    let values = lower.transpose().solve_upper_triangular(&eigen.eigenvectors.column(at).into_owned())?;
+    let share = (values.transpose() * shown * &values)[(0, 0)];
+    Some((square.sqrt(), values.as_slice().to_vec(), share))
+}

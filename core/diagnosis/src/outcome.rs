@@ -1,0 +1,204 @@
+//! What a diagnosis says. Serialized, it is the contract's JSON.
+
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::laboratory::Rms;
+use crate::noise_floor::Floor;
+
+/// Exactly one of eight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Nothing is left but noise.
+    AtFloor,
+    /// One effect at one place.
+    Named,
+    /// The joint is known, the mechanism is not.
+    Located,
+    /// Several effects at several places explain it equally well.
+    Tied,
+    /// Something is left that nothing in the library explains.
+    Unknown,
+    /// The poses could not show it.
+    Blind,
+    /// The hardware does not return to where it was.
+    NotRepeatable,
+    /// Nothing can be named and nobody knows the noise.
+    FloorUnknown,
+}
+
+/// Which effect, and where; what else it takes to tell it from its like.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EffectPlace {
+    /// The effect's name.
+    pub effect: String,
+    /// The joint, target, axis; `base`, `sensor` or nothing for effects without a place.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// The other joint of a coupling.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub with: Option<String>,
+    /// Periods a turn of a harmonic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub n: Option<f64>,
+    /// What warms up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of: Option<String>,
+    /// When a joint jumped, s as in the table (the row's number where no time is logged).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at: Option<f64>,
+}
+
+/// The one effect that is named.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Named {
+    /// Which and where.
+    #[serde(flatten)]
+    pub effect: EffectPlace,
+    /// Its size.
+    pub size: f64,
+    /// Unit of the size.
+    pub unit: String,
+    /// One standard error.
+    pub se: f64,
+}
+
+/// A known place with several mechanisms.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Located {
+    /// The joint (or base, sensor, axis).
+    #[serde(rename = "where")]
+    pub place: String,
+    /// Names of effects that would do it, the likeliest first.
+    pub family: Vec<String>,
+}
+
+/// What one effect would explain.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Candidate {
+    /// Which and where.
+    #[serde(flatten)]
+    pub effect: EffectPlace,
+    /// As a person writes it, and as `add` takes it.
+    pub label: String,
+    /// Probability of so much by chance, after Holm's correction for all that were tried.
+    pub holm_p: f64,
+    /// Bayesian information criterion above that of the best.
+    pub delta_bic: f64,
+    /// Fall of the cross-validated RMS, mm; negative if it gets worse.
+    pub cv_gain: Option<f64>,
+    /// Expected size.
+    pub size: f64,
+    /// Unit of the size.
+    pub unit: String,
+    /// One standard error.
+    pub se: f64,
+    /// Whether a real machine could have it.
+    pub plausible: bool,
+    /// Share of the effect that the parameters already fitted would swallow, 0 to 1.
+    pub absorbed: f64,
+    /// RMS of what it would take away, mm.
+    pub explains_mm: f64,
+    /// Smallest size these poses would show four times in five.
+    pub smallest: f64,
+    /// Why it is not the name; nothing for the one that is named.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rejected: Option<String>,
+}
+
+/// An effect these rows cannot show, though it could move the tip by more than the noise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NotShown {
+    /// Which and where.
+    #[serde(flatten)]
+    pub effect: EffectPlace,
+    /// As a person writes it.
+    pub label: String,
+    /// RMS over the working volume by which it could still put the tip off and be found less than four times in five, mm; nothing where the rows hardly
+    /// see it at any plausible size.
+    pub up_to_mm: Option<f64>,
+    /// The size it would have then; nothing where the rows do not bound it, or where a size needs masses the model does not have.
+    pub size: Option<f64>,
+    /// Unit of the size.
+    pub unit: String,
+    /// What to measure to see it.
+    pub to_see: String,
+}
+
+/// What is left when nothing more can be named.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Remaining {
+    /// Joints (or conditions) the rest goes with.
+    #[serde(rename = "where")]
+    pub places: Vec<String>,
+    /// Covariates that still matter.
+    pub covariates: Vec<String>,
+    /// Its shape, in words.
+    pub shape: String,
+}
+
+/// A pose worth measuring.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NextPose {
+    /// Commanded coordinates, degrees (mm for joints that slide).
+    pub q_deg: Vec<f64>,
+    /// Side to arrive from, per joint.
+    pub approach: Vec<i8>,
+    /// Load to carry, kg.
+    pub payload_kg: f64,
+    /// The surface over which the arm's own sensor is to trigger there, where that is what is measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub on: Option<String>,
+    /// Reading each contender predicts, mm, as `effect(where)`: [x, y, z].
+    pub predicted: serde_json::Map<String, Value>,
+}
+
+/// What the laboratory has to say of a model and a table.
+#[derive(Debug, Clone, Serialize)]
+pub struct Diagnosis {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The noise floor.
+    pub floor: Floor,
+    /// RMS of the residual of the model as it stands, mm.
+    pub rms_mm: Rms,
+    /// Times the locked set was looked at.
+    pub check_opened: u32,
+    /// The effect that is named.
+    pub named: Option<Named>,
+    /// The place that is known.
+    pub located: Option<Located>,
+    /// Effects that cannot be told apart.
+    pub tied: Vec<EffectPlace>,
+    /// Effects that are the same thing as the first of those in these data: whichever is added, every reading is predicted alike.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub same: Vec<String>,
+    /// Which effects move the readings alike in these poses, in words: why they are tied, or nearly so.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub alike: Vec<String>,
+    /// What was considered, the likeliest first.
+    pub candidates: Vec<Candidate>,
+    /// What is left.
+    pub remaining: Remaining,
+    /// Of a model at the floor: what could still be wrong and these rows cannot show, that which could move the tip most first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_shown: Vec<NotShown>,
+    /// Of a model at the floor: conditions the table does not log, so that nothing is said of their effects.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_logged: Vec<String>,
+    /// What is left now, over the floor; nothing if the floor is unknown.
+    pub left_ratio: Option<f64>,
+    /// Effects that were found besides the one in question, as written.
+    pub besides: Vec<String>,
+    /// What is left when everything found is in, over the floor; nothing if the floor is unknown.
+    pub floor_ratio: Option<f64>,
+    /// Poses to measure next.
+    pub next: Vec<NextPose>,
+    /// Lines of the table whose rows lie far outside the others' scatter.
+    pub outliers: Vec<u32>,
+    /// What the user should know besides.
+    pub warnings: Vec<String>,
+    /// One plain sentence.
+    pub sentence: String,
+}

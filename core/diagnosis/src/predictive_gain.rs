@@ -1,0 +1,100 @@
+//! Whether an effect predicts rows it has not seen: the gain of blocked cross-validation, with its standard error.
+
+use crate::cross_validation::{
+    Derivatives, LeftOut, joint_blocks, pose_groups, region_blocks, session_blocks,
+};
+use crate::fitted::Fitted;
+use crate::thresholds::GAIN_ERRORS;
+use plumb_calibration::effect::EffectId;
+use plumb_calibration::fit::Fit;
+use plumb_estimation::for_each;
+
+/// Gain of cross-validation over one way of leaving blocks out.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Gain {
+    /// Fall of the loss, in squared sigmas.
+    pub(crate) total: f64,
+    /// One standard error of it.
+    pub(crate) error: f64,
+}
+
+impl Gain {
+    /// From the fall of the loss at every pose; nothing of fewer than three.
+    pub(crate) fn over(falls: &[f64]) -> Option<Self> {
+        let count = falls.len() as f64;
+        if count < 3.0 {
+            return None;
+        }
+        let total: f64 = falls.iter().sum();
+        let mean = total / count;
+        let variance = falls.iter().map(|fall| (fall - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        Some(Self { total, error: (variance * count).sqrt() })
+    }
+
+    /// Above one standard error.
+    pub(crate) fn counts(&self) -> bool {
+        self.total > GAIN_ERRORS * self.error
+    }
+}
+
+/// How one fit predicts rows that are left out, for every way of leaving blocks out that applies to effects: regions, ranges of
+/// joints, sessions. Each way is worked out once.
+pub(crate) struct Judge {
+    regions: Way,
+    joints: Vec<Way>,
+    sessions: Option<Way>,
+    poses: Vec<Vec<usize>>,
+}
+
+/// A way of leaving blocks out, and how rows are predicted so; nothing if too little is left to fit.
+struct Way {
+    blocks: Vec<Vec<usize>>,
+    rows: Option<Vec<Option<LeftOut>>>,
+}
+
+impl Judge {
+    /// Looks at what is fitted before any of the effects in `ids` is in.
+    pub(crate) fn of<'i>(before: &Fitted<'_>, ids: impl Iterator<Item = &'i EffectId>) -> Self {
+        let (machine, fit) = (&before.machine, &before.fit);
+        let (table, rows) = (machine.table, &fit.rows);
+        let derivatives = Derivatives::of(machine, fit);
+        let mut asked: Vec<usize> = ids.filter_map(EffectId::joint).collect();
+        asked.sort_unstable();
+        asked.dedup();
+        let mut ways = vec![region_blocks(table, rows)];
+        ways.extend((0..machine.model.chain.len()).map(|joint| match asked.contains(&joint) {
+            true => joint_blocks(table, rows, joint),
+            false => Vec::new(),
+        }));
+        ways.extend(session_blocks(table, rows));
+        let told = for_each(&ways, |blocks| derivatives.left_out(fit, blocks));
+        let mut ways = ways.into_iter().zip(told).map(|(blocks, rows)| Way { blocks, rows });
+        let regions = ways.next().unwrap_or_else(|| Way { blocks: Vec::new(), rows: None });
+        let joints = ways.by_ref().take(machine.model.chain.len()).collect();
+        let (sessions, poses) = (ways.next(), pose_groups(table, rows));
+        Self { regions, joints, sessions, poses }
+    }
+
+    /// How much better `after` predicts left-out blocks, for every way that applies to the effect.
+    pub(crate) fn gains(&self, after: &Fitted<'_>, id: &EffectId) -> Vec<Gain> {
+        let derivatives = Derivatives::of(&after.machine, &after.fit);
+        let joint = id.joint().and_then(|joint| self.joints.get(joint));
+        let ways = [Some(&self.regions), joint, self.sessions.as_ref()];
+        ways.into_iter().flatten().filter_map(|way| self.gain(way, &derivatives, &after.fit)).collect()
+    }
+
+    fn gain(&self, way: &Way, after: &Derivatives<'_>, fit: &Fit) -> Option<Gain> {
+        let (old, new) = (way.rows.as_ref()?, after.left_out(fit, &way.blocks)?);
+        let of = |rows: &[Option<LeftOut>], row: usize| {
+            rows.get(row).copied().flatten().map(|row| row.distance.0.powi(2))
+        };
+        // Replicates to one pose share what the model does wrong there: they count as one.
+        let fall = |rows: &Vec<usize>| {
+            rows.iter().filter_map(|row| Some(of(old, *row)? - of(&new, *row)?)).sum::<f64>()
+        };
+        Gain::over(&self.poses.iter().map(fall).collect::<Vec<f64>>())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,58 @@
+//! The gain of an effect on rows it has not seen: of one that is there, and of one that only fits.
+
+use super::*;
+use crate::testing::two_links;
+use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::effect::Spot;
+use plumb_estimation::Progress;
+
+#[test]
+fn a_gain_has_the_standard_error_of_a_sum() {
+    // Deviations -2, 0, 2, 0 from the mean of 3: variance 8 / 3, and of the sum of four 4 times that.
+    let falls = [1.0, 3.0, 5.0, 3.0];
+    let gain = Gain::over(&falls).unwrap();
+    let error = (4.0 * (4.0 + 0.0 + 4.0 + 0.0) / 3.0_f64).sqrt();
+    assert!((gain.total - 12.0).abs() < 1e-12 && (gain.error - error).abs() < 1e-12);
+    assert!(Gain::over(&falls[..2]).is_none(), "two poses have no scatter to speak of");
+}
+
+#[test]
+fn a_gain_counts_above_its_standard_error_only() {
+    let counts = |total: f64| Gain { total, error: 2.0 }.counts();
+    assert!(counts(2.0 * 1.01 * GAIN_ERRORS) && !counts(2.0 * 0.99 * GAIN_ERRORS));
+    assert!(!counts(0.0) && !counts(-1.0) && !counts(-5.0), "a loss is no gain, however small");
+}
+
+/// The fall in sample (squared sigmas) and the gains out of sample of an effect's two waves at the elbow.
+fn waves(amplitude: f64, seed: u64) -> (f64, Vec<Gain>) {
+    let lab = two_links(24, "joint_zero(*)", 0.5, seed, |q| [0.0, amplitude * (2.0 * q[1]).sin()]);
+    let id = EffectId { order: Some(2.0), ..EffectId::at("joint_harmonic", Spot::Joint(1)) };
+    let count = plumb_calibration::effect::build(&id, lab.model()).unwrap().parameters().len();
+    let before = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+    let more = [AddedEffect { id: id.clone(), values: vec![0.0; count] }];
+    let after = lab.fit_with(&more, Some(&before), &Progress::unwatched()).unwrap();
+    let fall = before.fit.normal.squares - after.fit.normal.squares;
+    (fall, Judge::of(&before, std::iter::once(&id)).gains(&after, &id))
+}
+
+#[test]
+fn an_effect_that_is_there_predicts_rows_it_has_not_seen() {
+    for seed in 0..5 {
+        let (fall, gains) = waves(0.02, seed);
+        assert!(fall > 0.0 && gains.len() == 2, "by regions and by ranges of its joint");
+        assert!(gains.iter().all(Gain::counts), "seed {seed}: {gains:?}");
+    }
+}
+
+#[test]
+fn an_effect_that_is_not_there_fits_but_does_not_predict() {
+    let (mut falls, mut gains) = (0.0, 0.0);
+    for seed in 0..12 {
+        let (fall, ways) = waves(0.0, 100 + seed);
+        falls += fall;
+        gains += ways.iter().map(|gain| gain.total).sum::<f64>() / ways.len() as f64;
+        assert!(!ways.iter().all(Gain::counts), "seed {seed}: {ways:?}");
+    }
+    assert!(falls > 0.0, "in sample two more parameters always explain something");
+    assert!(gains < 0.0, "out of sample they do harm: {gains}");
+}

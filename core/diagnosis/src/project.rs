@@ -1,0 +1,228 @@
+//! Projects poses onto a surface. The arm's own sensor tells nothing in mid-air: every pose is brought onto the surface it is to
+//! trigger over, and only to places like those where it did.
+
+use nalgebra::Vector3;
+
+use crate::laboratory::{Laboratory, LaboratoryError};
+use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::arm_model::SurfaceShape;
+use plumb_calibration::fit::{ResidualModel, State};
+use plumb_calibration::measurement::Observations;
+use plumb_calibration::table::Table;
+
+/// Where the sensor triggered so far: a plane, and places on it.
+#[derive(Debug, Clone)]
+pub(super) struct Surface {
+    /// The plane's name.
+    pub(super) name: String,
+    normal: Vector3<f64>,
+    offset: f64,
+    /// Where the model's first target was at the trigger poses, mm.
+    places: Vec<Vector3<f64>>,
+    /// How far from the nearest of them a new place may be, mm.
+    apart: f64,
+    /// Of joints whose drive keeps attitudes: the joint, the one before it, and the least and greatest angle between the two so far, rad. Their stops lie there,
+    /// and no file tells them.
+    bends: Vec<(usize, usize, f64, f64)>,
+}
+
+/// Rounds of moving a joint until the point is on the plane, and how near to it is near enough, mm.
+const ROUNDS: usize = 12;
+const ON_IT: f64 = 0.01;
+
+/// A joint that moves the point by less than this is not the one to bring it onto the plane, mm/rad.
+const LEAST_LEVER: f64 = 20.0;
+
+/// The farthest a joint is rotated in one round, rad.
+const FARTHEST: f64 = 0.3;
+
+/// How far a joint is rotated to see what it does to the point's height, rad.
+const PROBE: f64 = 1e-5;
+
+impl Surface {
+    /// Of a table in which the sensor triggered over a plane and nothing else was read; nothing of any other.
+    pub(super) fn of(lab: &Laboratory, state: &State, effects: &[AddedEffect]) -> Option<Self> {
+        let table = lab.table();
+        let finite = |column: &Option<Vec<f64>>| column.iter().flatten().any(|value| value.is_finite());
+        let reads_else = !table.positions.is_empty()
+            || finite(&table.height)
+            || finite(&table.distance)
+            || table.tilt.is_some()
+            || !table.touch.names.is_empty();
+        if lab.model().sensor.is_none() || reads_else {
+            return None;
+        }
+        let plane = |name: &String| {
+            let surface = lab.model().surfaces.iter().find(|surface| surface.name == *name)?;
+            match surface.shape {
+                SurfaceShape::Plane { normal, offset } => Some((name.clone(), normal, offset)),
+                _ => None,
+            }
+        };
+        let (index, (name, normal, offset)) =
+            table.on.names.iter().enumerate().find_map(|(index, name)| Some((index, plane(name)?)))?;
+        let machine = ResidualModel::new(lab.model(), table, lab.observations(), effects).ok()?;
+        let over = |row: &usize| table.on.of_row.get(*row).copied().flatten() == Some(index as u32);
+        let places: Vec<Vector3<f64>> =
+            (0..table.len()).filter(over).map(|row| machine.believed_point(state, row)).collect();
+        let extent = |axis: usize| {
+            let along = || places.iter().map(|place| place[axis]);
+            along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
+        };
+        let count = places.len().max(1) as f64;
+        let apart = (extent(0).max(1.0) * extent(1).max(1.0) / count).sqrt();
+        let bend = |(joint, row): (usize, &plumb_kinematics::Joint)| {
+            let less = row.less?;
+            let angles = (0..table.len()).filter_map(|row| bend_of(table.q_of(row), joint, less));
+            let (low, high) =
+                angles.fold((f64::MAX, f64::MIN), |(low, high), angle| (low.min(angle), high.max(angle)));
+            Some((joint, less, low, high))
+        };
+        let bends = lab.model().chain.joints.iter().enumerate().filter_map(bend).collect();
+        (places.len() > 1).then_some(Self { name, normal, offset, places, apart, bends })
+    }
+
+    /// Whether no joint bends further against the one before it than it did already.
+    fn is_bent_so(&self, q: &[f64]) -> bool {
+        self.bends.iter().all(|(joint, less, low, high)| {
+            bend_of(q, *joint, *less).is_none_or(|angle| (*low..=*high).contains(&angle))
+        })
+    }
+
+    /// How high a point is over the plane, mm.
+    fn height(&self, point: &Vector3<f64>) -> f64 {
+        self.normal.dot(point) - self.offset
+    }
+
+    fn is_known(&self, point: &Vector3<f64>) -> bool {
+        self.places.iter().any(|place| (place - point).norm() <= self.apart)
+    }
+}
+
+/// The angle of a joint against another.
+fn bend_of(q: &[f64], joint: usize, less: usize) -> Option<f64> {
+    Some(q.get(joint)? - q.get(less)?)
+}
+
+/// The readings' points of a table of poses to come, as a fitted model believes them.
+struct Points<'a> {
+    lab: &'a Laboratory,
+    surface: &'a Surface,
+    state: &'a State,
+    effects: &'a [AddedEffect],
+}
+
+impl Points<'_> {
+    /// Where the first target is in every row, mm.
+    fn of(&self, table: &Table) -> Result<Vec<Vector3<f64>>, LaboratoryError> {
+        let observations = Observations::new(self.lab.model(), table)?;
+        let machine = ResidualModel::new(self.lab.model(), table, &observations, self.effects)?;
+        Ok((0..table.len()).map(|row| machine.believed_point(self.state, row)).collect())
+    }
+
+    /// How high over the plane, mm.
+    fn heights(&self, table: &Table) -> Result<Vec<f64>, LaboratoryError> {
+        Ok(self.of(table)?.iter().map(|point| self.surface.height(point)).collect())
+    }
+
+    /// How a joint moves each row's point up, mm/rad.
+    fn levers(&self, table: &Table, heights: &[f64], joint: usize) -> Result<Vec<f64>, LaboratoryError> {
+        let moved = self.heights(&rotated(table, joint))?;
+        Ok(moved.iter().zip(heights).map(|(moved, height)| (moved - height) / PROBE).collect())
+    }
+
+    /// The joint that moves each row's point up and down most.
+    fn strongest_joints(&self, table: &Table) -> Result<Vec<usize>, LaboratoryError> {
+        let mut best: Vec<(f64, usize)> = vec![(0.0, 0); table.len()];
+        let heights = self.heights(table)?;
+        for joint in 0..table.joints {
+            for (best, lever) in best.iter_mut().zip(self.levers(table, &heights, joint)?) {
+                if lever.abs() > best.0 {
+                    *best = (lever.abs(), joint);
+                }
+            }
+        }
+        Ok(best.into_iter().map(|(_, joint)| joint).collect())
+    }
+}
+
+/// A table with one joint rotated a little in every row.
+fn rotated(table: &Table, joint: usize) -> Table {
+    let mut other = table.clone();
+    other.q.iter_mut().skip(joint).step_by(table.joints.max(1)).for_each(|q| *q += PROBE);
+    other
+}
+
+/// A step of Newton's method to height zero, rad; none where the joint hardly moves the point.
+fn step_to_surface(height: f64, lever: f64) -> f64 {
+    if lever.abs() > LEAST_LEVER { -(height / lever).clamp(-FARTHEST, FARTHEST) } else { 0.0 }
+}
+
+/// Rotates one joint of each row of `table` until the point is on the plane; whether that was possible within `ranges`, at a place
+/// like those known.
+///
+/// # Errors
+/// The table does not fit the model.
+pub(super) fn onto_surface(
+    lab: &Laboratory,
+    surface: &Surface,
+    (state, effects): (&State, &[AddedEffect]),
+    table: &mut Table,
+    ranges: &[(f64, f64)],
+) -> Result<Vec<bool>, LaboratoryError> {
+    let points = Points { lab, surface, state, effects };
+    let strongest = points.strongest_joints(table)?;
+    for _ in 0..ROUNDS {
+        let heights = points.heights(table)?;
+        let joints = 0..table.joints;
+        let all = joints.map(|joint| points.levers(table, &heights, joint)).collect::<Result<Vec<_>, _>>()?;
+        for (row, (height, joint)) in heights.iter().zip(&strongest).enumerate() {
+            let lever = all.get(*joint).and_then(|levers| levers.get(row)).copied().unwrap_or(0.0);
+            if let Some(q) = table.q.get_mut(row * table.joints + joint) {
+                *q += step_to_surface(*height, lever);
+            }
+        }
+    }
+    let ends = points.of(table)?;
+    let reached = ends.iter().enumerate().map(|(row, end)| {
+        let q = table.q_of(row);
+        let inside = q.iter().zip(ranges).all(|(q, (low, high))| (*low..=*high).contains(q));
+        inside && surface.is_bent_so(q) && surface.height(end).abs() < ON_IT && surface.is_known(end)
+    });
+    Ok(reached.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_goes_to_the_plane_and_no_farther_than_it_may() {
+        assert_eq!(step_to_surface(10.0, 200.0), -0.05);
+        assert_eq!(step_to_surface(-10.0, 200.0), 0.05);
+        assert_eq!(step_to_surface(500.0, 200.0), -FARTHEST);
+        assert_eq!(
+            step_to_surface(10.0, 0.9 * LEAST_LEVER),
+            0.0,
+            "a joint that hardly moves the point is left alone"
+        );
+    }
+
+    #[test]
+    fn a_place_is_known_near_those_that_were_measured_and_no_bend_goes_further() {
+        let surface = Surface {
+            name: "table".to_owned(),
+            normal: Vector3::z(),
+            offset: 5.0,
+            places: vec![Vector3::zeros(), Vector3::x() * 100.0],
+            apart: 30.0,
+            bends: vec![(1, 0, -0.5, 0.5)],
+        };
+        assert_eq!(surface.height(&Vector3::new(3.0, 4.0, 12.0)), 7.0);
+        assert!(
+            surface.is_known(&Vector3::new(0.0, 29.0, 0.0))
+                && !surface.is_known(&Vector3::new(0.0, 31.0, 0.0))
+        );
+        assert!(surface.is_bent_so(&[0.1, 0.5]) && !surface.is_bent_so(&[0.1, 0.7]));
+    }
+}

@@ -1,0 +1,144 @@
+//! What was searched for on a coarse grid (a time constant, the moment at which a joint stiffens) is settled, and what is not
+//! known of it widens the error of the size.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
+use nalgebra::DVector;
+
+use super::forward_selection::Stage;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::effect::{self, EffectId, Search, joint_step};
+use plumb_calibration::fit::FitOptions;
+use plumb_estimation::{Progress, bic};
+
+/// Steps of the logarithm of what is searched for, from coarse to fine.
+const STEPS: [f64; 3] = [0.35, 0.2, 0.1];
+
+/// How far the logarithm may move in one of them.
+const FARTHEST: f64 = 0.7;
+
+/// Rows that may not see the joint before and after its jump.
+const BLIND_ROWS: usize = 2;
+
+/// A refit with what is searched for at one place.
+struct Tried {
+    squares: f64,
+    rank: f64,
+    values: DVector<f64>,
+    covariance: nalgebra::DMatrix<f64>,
+}
+
+impl Laboratory {
+    /// Settles what the likeliest contender searched for.
+    pub(super) fn refine(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
+        let Some(first) = stage.contenders.first().filter(|first| first.passes()) else { return Ok(()) };
+        match effect::kind(&first.id.name).map(|kind| kind.search) {
+            Some(Search::Smooth) => self.settle(stage, progress),
+            Some(Search::Jumps) => self.date(stage, progress),
+            _ => Ok(()),
+        }
+    }
+
+    /// The moment of a jump, to the row: all moments between the neighbours of the one that was tried. Rows that do not see the
+    /// joint date nothing: of moments that explain as much the last is taken, that of the first row that shows the jump.
+    fn date(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
+        let Some(first) = stage.contenders.first() else { return Ok(()) };
+        let Some(tried) = first.id.inner else { return Ok(()) };
+        let (id, start) = (first.id.clone(), first.values.clone());
+        let clocks = &self.passport().clocks;
+        let mut place = clocks.partition_point(|clock| *clock < tried);
+        let near = clocks.len().div_ceil(2 * joint_step::MOMENTS) + BLIND_ROWS;
+        let mut known: BTreeMap<usize, Tried> = BTreeMap::new();
+        // A moment at the edge of those that were tried may have better ones beyond.
+        for _ in 0..clocks.len() {
+            let (first, last) = (place.saturating_sub(near), (place + near + 1).min(clocks.len()));
+            for (row, at) in clocks.iter().enumerate().take(last).skip(first) {
+                if let Entry::Vacant(unknown) = known.entry(row) {
+                    let there = EffectId { inner: Some(*at), ..id.clone() };
+                    unknown.insert(self.tried(stage, &there, start.clone(), progress)?);
+                }
+            }
+            let least = known.values().map(|there| there.squares).fold(f64::INFINITY, f64::min);
+            let rank = known.values().next().map_or(0.0, |there| there.rank);
+            let variance = least / (stage.fitted.fit.normal.equations as f64 - rank).max(1.0);
+            let alike = |(_, there): &(&usize, &Tried)| there.squares <= least + variance;
+            let Some(latest) = known.iter().rfind(alike).map(|(row, _)| *row) else { return Ok(()) };
+            let inside = (latest > first || first == 0) && (latest + 1 < last || last == clocks.len());
+            place = latest;
+            if inside {
+                break;
+            }
+        }
+        let best = known.remove(&place).zip(clocks.get(place).copied());
+        let equations = stage.fitted.fit.normal.equations as f64;
+        if let (Some((best, at)), Some(first)) = (best, stage.contenders.first_mut()) {
+            first.bic = bic(best.squares, equations, best.rank, first.search_cost);
+            first.values = best.values.iter().copied().collect();
+            first.covariance = best.covariance;
+            first.id.inner = Some(at);
+        }
+        Ok(())
+    }
+
+    /// A number on which the effect depends smoothly: its logarithm goes to the bottom of the parabola.
+    fn settle(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
+        let Some(first) = stage.contenders.first() else { return Ok(()) };
+        let Some(mut middle) = first.id.inner.filter(|inner| *inner > 0.0) else { return Ok(()) };
+        let (id, start) = (first.id.clone(), first.values.clone());
+        let at = |inner: f64| {
+            self.tried(stage, &EffectId { inner: Some(inner), ..id.clone() }, start.clone(), progress)
+        };
+        let mut best = at(middle)?;
+        for step in STEPS {
+            let (low, high) = (at(middle * (-step).exp())?, at(middle * step.exp())?);
+            let bend = low.squares + high.squares - 2.0 * best.squares;
+            let slope = 0.5 * (high.squares - low.squares);
+            let farthest = if bend > 0.0 { -slope / bend * step } else { -slope.signum() * FARTHEST };
+            let moved = middle * farthest.clamp(-FARTHEST, FARTHEST).exp();
+            let there = at(moved)?;
+            if there.squares < best.squares {
+                (middle, best) = (moved, there);
+            }
+        }
+        let step: f64 = 0.1;
+        let (low, high) = (at(middle * (-step).exp())?, at(middle * step.exp())?);
+        let bend = (low.squares + high.squares - 2.0 * best.squares) / (step * step);
+        let freedom = (stage.fitted.fit.normal.equations as f64 - best.rank - 1.0).max(1.0);
+        // Of what is searched for nothing is known beyond a factor of e when the squares do not bend.
+        let variance = (2.0 * best.squares / freedom / bend.max(1e-300)).clamp(0.0, 1.0);
+        let slope = (high.values - low.values) / (2.0 * step);
+        let equations = stage.fitted.fit.normal.equations as f64;
+        if let Some(first) = stage.contenders.first_mut() {
+            first.bic = bic(best.squares, equations, best.rank, first.search_cost);
+            first.values = best.values.iter().copied().collect();
+            first.covariance = best.covariance + &slope * slope.transpose() * variance;
+            first.id.inner = Some(middle);
+        }
+        Ok(())
+    }
+
+    fn tried(
+        &self,
+        stage: &Stage<'_>,
+        id: &EffectId,
+        values: Vec<f64>,
+        progress: &Progress,
+    ) -> Result<Tried, LaboratoryError> {
+        progress.check()?;
+        let mut more = stage.taken.clone();
+        more.push(AddedEffect { id: id.clone(), values });
+        let (fit, options) = (&stage.fitted.fit, FitOptions { robust: false, ..self.options().fit });
+        let refit = self.fit_near(&more, &stage.fitted, (&fit.rows, &fit.weights), options, progress)?;
+        let values = refit.fit.state.effects.last().cloned().unwrap_or_default();
+        let slots = refit.machine.slots().len();
+        let own: Vec<usize> = (slots.saturating_sub(values.len())..slots).collect();
+        Ok(Tried {
+            squares: refit.fit.normal.squares,
+            rank: refit.fit.rank() as f64,
+            covariance: refit.fit.covariance.select_rows(&own).select_columns(&own),
+            values: DVector::from_vec(values),
+        })
+    }
+}

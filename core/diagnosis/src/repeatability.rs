@@ -1,0 +1,265 @@
+//! Do returns to one pose split in two for no recorded reason? Then no model can be right: the hardware has two places.
+
+use std::cell::OnceCell;
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+use plumb_kinematics::Motion;
+
+use super::mixture_test::{Lines, Member};
+use crate::noise_floor::{Replicates, SIDE_OF_APPROACH, Scatter, allow};
+use crate::thresholds::{BASE_OVER_JOINT, REPLICATE_OUTLIER};
+use plumb_calibration::effect::{EffectId, Spot};
+use plumb_calibration::fit::ResidualModel;
+
+/// Replicates that fall into two camps.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Split {
+    /// What lies between the two camps.
+    pub(crate) spot: Spot,
+    /// Distance of the camps, rad or mm.
+    pub(crate) apart: f64,
+    /// Whether that is an angle.
+    pub(crate) turns: bool,
+}
+
+/// What splits are, in words.
+pub(crate) fn describe<'s>(splits: impl Iterator<Item = (&'s Split, String)>) -> String {
+    let one = |(split, place): (&Split, String)| {
+        let (apart, unit) = if split.turns { (split.apart.to_degrees(), "deg") } else { (split.apart, "mm") };
+        format!("about {} {unit} apart at {place}", super::wording::figure(apart))
+    };
+    let each: Vec<String> = splits.map(one).collect();
+    format!(
+        "returns to one pose fall into two camps {}, for no reason the table records",
+        super::wording::listed(&each, "and")
+    )
+}
+
+/// Looks for two camps along every joint's motion, and along ways in which base or target may stand in two places. Where two
+/// joints do so each is seen only when whatever the other does is left out of account. The clearest first; none, one or two.
+pub(crate) fn find_splits(machine: &ResidualModel<'_>, returns: &Replicates) -> Vec<Split> {
+    let inquiry = Inquiry::of(returns);
+    let ways = joint_ways(machine, returns);
+    let another = |first: usize| {
+        let beside = ways.iter().filter(|way| way.spot != Spot::Joint(first));
+        likeliest(beside.filter_map(|way| inquiry.split(&way.beside(ways.get(first)?))))
+    };
+    let at_joint = likeliest(ways.iter().filter_map(|way| inquiry.split(way)));
+    let elsewhere = likeliest(inquiry.loose_ways().iter().filter_map(|way| inquiry.split(way)));
+    let alone = match (at_joint, elsewhere) {
+        (Some(joint), Some(other)) if other.1 - joint.1 > BASE_OVER_JOINT => Some(other),
+        (joint, other) => joint.or(other),
+    };
+    let first = alone.or_else(|| likeliest((0..ways.len()).filter_map(another)));
+    let second = first.as_ref().and_then(|(split, _)| match split.spot {
+        Spot::Joint(joint) => another(joint),
+        _ => None,
+    });
+    [first, second].into_iter().flatten().map(|(split, _)| split).collect()
+}
+
+/// The clearest of several finds, each with how much likelier it is than one camp.
+fn likeliest(found: impl Iterator<Item = (Split, f64)>) -> Option<(Split, f64)> {
+    found.max_by(|left, right| left.1.total_cmp(&right.1))
+}
+
+/// A way along which returns may stand in two places.
+#[derive(Clone)]
+struct Path {
+    spot: Spot,
+    turns: bool,
+    /// Per member: how its equations move, whitened.
+    along: Vec<DVector<f64>>,
+    /// Per member: another way, along which anything may have happened besides.
+    beside: Option<Vec<DVector<f64>>>,
+    /// What was paid for finding its direction, natural logarithms.
+    price: f64,
+}
+
+impl Path {
+    /// The same with another way left out of account.
+    fn beside(&self, other: &Self) -> Self {
+        Self { beside: Some(other.along.clone()), ..self.clone() }
+    }
+
+    /// Per return: 0 if it is wild, else 1. What lies far along a joint's motion may be the other camp, however long the lever: of
+    /// that only what lies far across is wild. A base or a target moves by the same amount everywhere.
+    fn tame(&self, deviations: &[DVector<f64>]) -> Vec<f64> {
+        let size = |(member, (deviation, way)): (usize, (&DVector<f64>, &DVector<f64>))| {
+            if !matches!(self.spot, Spot::Joint(_)) {
+                return deviation.norm();
+            }
+            let other = self.beside.as_ref().and_then(|beside| beside.get(member));
+            Member::of(deviation, way, other).across.sqrt()
+        };
+        without_wild(&deviations.iter().zip(&self.along).enumerate().map(size).collect::<Vec<f64>>())
+    }
+}
+
+fn joint_ways(machine: &ResidualModel<'_>, returns: &Replicates) -> Vec<Path> {
+    let joints = machine.model.chain.joints.iter().enumerate();
+    let way = |(joint, row): (usize, &plumb_kinematics::Joint)| {
+        let of =
+            |motions: &Vec<DVector<f64>>| motions.get(joint).cloned().unwrap_or_else(|| DVector::zeros(0));
+        Path {
+            spot: Spot::Joint(joint),
+            turns: row.motion == Motion::Turns,
+            along: returns.motions.iter().map(of).collect(),
+            beside: None,
+            price: 0.0,
+        }
+    };
+    joints.map(way).collect()
+}
+
+/// Two camps along a path.
+struct Camps<'o> {
+    /// How far apart they are, rad or mm.
+    apart: f64,
+    /// How much likelier they are than one, natural logarithms.
+    likelier: f64,
+    /// What one camp had best be explained by: deviations without it.
+    explained: &'o [DVector<f64>],
+}
+
+/// Replicates with everything that may explain them without a second place.
+struct Inquiry<'r> {
+    returns: &'r Replicates,
+    /// By chance a split may look a little like an effect of conditions, which blurs it: it is looked for with all of the
+    /// allowed effects taken out, with the first few, and with none.
+    ways: Vec<Scatter>,
+    /// Columns of the effects of conditions that the floor allows.
+    wanted: Vec<usize>,
+    /// What one camp has to be explained by: conditions, or the two sides of approach of some joint with a gap that differs from
+    /// pose to pose. Each with its price in natural logarithms.
+    explained: Vec<(Vec<DVector<f64>>, f64)>,
+    /// What one number costs, natural logarithms.
+    a_number: f64,
+    /// As `explained`, by jumps; worked out where it is asked for.
+    jumps: OnceCell<Vec<(Vec<DVector<f64>>, f64)>>,
+}
+
+impl<'r> Inquiry<'r> {
+    fn of(returns: &'r Replicates) -> Self {
+        let (chosen, scatter) = allow(returns);
+        let mut wanted: Vec<usize> = Vec::new();
+        let mut ways = vec![returns.scatter(&wanted)];
+        for index in chosen {
+            wanted.extend(returns.candidates.get(index).map_or(0..0, |(_, range)| range.clone()));
+            ways.push(returns.scatter(&wanted));
+        }
+        let a_number = 0.5 * (returns.members.len().max(1) as f64).ln();
+        let allowed = a_number * wanted.len() as f64;
+        let price = allowed + a_number * returns.groups as f64;
+        let mut explained = vec![(scatter.deviations, allowed)];
+        let gaps = returns.candidates.iter().filter(|(id, _)| id.name == SIDE_OF_APPROACH);
+        explained.extend(gaps.map(|(_, range)| {
+            let columns: Vec<usize> = wanted.iter().copied().chain(range.clone()).collect();
+            (returns.scatter(&columns).deviations, price)
+        }));
+        Self { returns, ways, wanted, explained, a_number, jumps: OnceCell::new() }
+    }
+
+    /// Deviations with nothing explained.
+    fn raw(&self) -> &[DVector<f64>] {
+        self.ways.first().map(|way| way.deviations.as_slice()).unwrap_or_default()
+    }
+
+    /// Base or a target may stand in two places: in which direction is read off the returns, and paid for.
+    fn loose_ways(&self) -> Vec<Path> {
+        let raw = self.raw();
+        let sizes: Vec<f64> = raw.iter().map(|deviation| deviation.norm()).collect();
+        let kept = without_wild(&sizes);
+        let way = |(id, columns): &(EffectId, Vec<DMatrix<f64>>)| {
+            let direction = farthest(columns, raw, &kept)?;
+            let along = columns.iter().map(|columns| columns * &direction).collect();
+            let price = self.a_number * (direction.len() as f64 - 1.0);
+            Some(Path { spot: id.spot, turns: id.name == "base_tilt", along, beside: None, price })
+        };
+        self.returns.loose.iter().filter_map(way).collect()
+    }
+
+    /// One jump of any joint, at a moment between two of the returns, explains them with one camp as well.
+    fn jumps(&self) -> &[(Vec<DVector<f64>>, f64)] {
+        self.jumps.get_or_init(|| {
+            let steps = self.returns.candidates.iter().filter(|(id, _)| is_event(id));
+            let steps: Vec<&Range<usize>> = steps.map(|(_, range)| range).collect();
+            let price = self.a_number * (self.wanted.len() as f64 + 1.0) + (steps.len().max(1) as f64).ln();
+            let without = |range: &&Range<usize>| {
+                let columns: Vec<usize> = self.wanted.iter().copied().chain((*range).clone()).collect();
+                (self.returns.scatter(&columns).deviations, price)
+            };
+            steps.iter().map(without).collect()
+        })
+    }
+
+    /// Two camps along a path, and how much likelier they are than one; nothing if that is not clear. What conditions explain is
+    /// no split.
+    fn split(&self, path: &Path) -> Option<(Split, f64)> {
+        let kept = path.tame(self.raw());
+        // A look at the camps alone is cheap, and rules most paths out.
+        self.camps(path, &kept, &self.explained)?;
+        let ones: Vec<(Vec<DVector<f64>>, f64)> =
+            self.explained.iter().chain(self.jumps()).cloned().collect();
+        let first = self.camps(path, &kept, &ones)?;
+        // Replicates that are wild once that is explained which can be make no camp either.
+        let tame = path.tame(first.explained);
+        let tamer: Vec<f64> = kept.iter().zip(tame).map(|(kept, tame)| kept * tame).collect();
+        let best = if tamer == kept { first } else { self.camps(path, &tamer, &ones)? };
+        Some((Split { spot: path.spot, apart: best.apart, turns: path.turns }, best.likelier))
+    }
+
+    /// Two camps, held against the likeliest of `ones`.
+    fn camps<'o>(
+        &self,
+        path: &Path,
+        kept: &[f64],
+        ones: &'o [(Vec<DVector<f64>>, f64)],
+    ) -> Option<Camps<'o>> {
+        let along = |deviations: &[DVector<f64>]| {
+            Lines::along(self.returns, deviations, kept, &path.along, path.beside.as_deref())
+        };
+        let likelihoods =
+            ones.iter().filter_map(|(one, price)| Some((along(one)?.one_camp() - price, one.as_slice())));
+        let (one, explained) = likelihoods.max_by(|left, right| left.0.total_cmp(&right.0))?;
+        let camps = self.ways.iter().filter_map(|way| along(&way.deviations)?.judge(one + path.price));
+        let (apart, likelier) = camps.max_by(|left, right| left.1.total_cmp(&right.1))?;
+        Some(Camps { apart, likelier, explained })
+    }
+}
+
+/// Whether an effect is an event: one jump at one moment.
+fn is_event(id: &EffectId) -> bool {
+    plumb_calibration::effect::kind(&id.name).is_some_and(|kind| kind.is_event)
+}
+
+/// The direction, unit length, in which some numbers must differ to do most of what returns differ by.
+fn farthest(columns: &[DMatrix<f64>], deviations: &[DVector<f64>], kept: &[f64]) -> Option<DVector<f64>> {
+    let count = columns.first()?.ncols();
+    let (mut all, mut differing) = (DMatrix::zeros(count, count), DMatrix::zeros(count, count));
+    for ((columns, deviation), kept) in columns.iter().zip(deviations).zip(kept) {
+        if *kept > 0.0 && columns.nrows() == deviation.len() {
+            all += columns.tr_mul(columns);
+            let seen = columns.tr_mul(deviation);
+            differing.ger(1.0, &seen, &seen, 1.0);
+        }
+    }
+    let lower = all.cholesky()?.l();
+    let half = lower.solve_lower_triangular(&differing)?;
+    let white = lower.solve_lower_triangular(&half.transpose())?;
+    let eigen = (&white + white.transpose()).symmetric_eigen();
+    let most = eigen.eigenvalues.imax();
+    let direction =
+        lower.transpose().solve_upper_triangular(&eigen.eigenvectors.column(most).into_owned())?;
+    direction.try_normalize(1e-300)
+}
+
+/// Members that are not wild: nearer their group's mean than four times what three in four are. (Of two camps, more than
+/// one in four members is far from the mean.)
+fn without_wild(sizes: &[f64]) -> Vec<f64> {
+    let mut sorted = sizes.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let edge = REPLICATE_OUTLIER * sorted.get(sorted.len() * 3 / 4).copied().unwrap_or(f64::INFINITY);
+    sizes.iter().map(|size| f64::from(u8::from(*size <= edge))).collect()
+}

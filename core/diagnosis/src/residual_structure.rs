@@ -1,0 +1,396 @@
+//! What is left when nothing more can be named: what of everything recorded it still goes with, and in what shape. A
+//! permutation test asks (Edgington 1995, Randomization Tests), once for all covariates together by the maximum over them
+//! (Westfall and Young 1993).
+
+mod shape;
+
+use nalgebra::Vector3;
+
+use shape::classify;
+use shape::{CategoryMeans, Description, LevelMean, Trend};
+
+use crate::cross_validation::pose_groups;
+use crate::fitted::Fitted;
+use crate::thresholds::{LEVELS, SHUFFLES, STRUCTURE_ROWS, WAVE_FRACTION};
+use plumb_calibration::table::{MOST_LEVELS, Table};
+use plumb_estimation::{Random, f_tail};
+
+/// Orders looked at, periods a turn.
+const ORDERS: std::ops::RangeInclusive<u32> = 1..=64;
+
+/// What the rest goes with, the clearest first, and its shape.
+pub(super) struct ResidualStructure {
+    pub(super) covariates: Vec<String>,
+    pub(super) shape: Description,
+}
+
+/// One thing that was recorded, or follows from the pose.
+struct Covariate {
+    name: String,
+    unit: &'static str,
+    /// Whether it is an angle: radians of a joint.
+    turns: bool,
+    values: Vec<f64>,
+    /// The categories that stand at 0, 1, ... where it is categorical; none for numbers.
+    categories: Vec<String>,
+}
+
+impl Covariate {
+    /// The level of every value; a category is a level.
+    fn levels(&self) -> Vec<usize> {
+        match self.categories.is_empty() {
+            true => levels(&self.values),
+            false => self.values.iter().map(|value| *value as usize).collect(),
+        }
+    }
+}
+
+/// What is left, seen along one direction: a value a unit, mm.
+struct Component {
+    name: String,
+    values: Vec<f64>,
+}
+
+/// Everything by row or by pose.
+struct Sheet {
+    covariates: Vec<Covariate>,
+    components: Vec<Component>,
+}
+
+/// What the levels of a covariate explain of a component.
+#[derive(Clone, Copy)]
+struct Find {
+    covariate: usize,
+    component: usize,
+    /// Minus the logarithm of the probability that noise would do as much.
+    strength: f64,
+}
+
+/// Looks at what a fit has left.
+pub(super) fn residual_structure(fitted: &Fitted<'_>) -> ResidualStructure {
+    let sheets = [by_pose(fitted), by_row(fitted)];
+    let mut random = Random::seeded(11);
+    let mut found: Vec<(usize, Find)> = Vec::new();
+    let mut chance: f64 = 0.0;
+    for (index, sheet) in sheets.iter().enumerate() {
+        let levels: Vec<Vec<usize>> = sheet.covariates.iter().map(Covariate::levels).collect();
+        let count = sheet.components.first().map_or(0, |component| component.values.len());
+        let mut order: Vec<usize> = (0..count).collect();
+        found.extend(strongest(sheet, &levels, &order).into_iter().map(|find| (index, find)));
+        for _ in 0..SHUFFLES {
+            random.shuffle(&mut order);
+            let most = strongest(sheet, &levels, &order).into_iter().map(|find| find.strength);
+            chance = most.fold(chance, f64::max);
+        }
+    }
+    found.retain(|(_, find)| find.strength > chance);
+    found.sort_by(|left, right| right.1.strength.total_cmp(&left.1.strength));
+    let name = |(sheet, find): &(usize, Find)| {
+        Some(sheets.get(*sheet)?.covariates.get(find.covariate)?.name.clone())
+    };
+    let covariates: Vec<String> = found.iter().filter_map(name).collect();
+    let first = found.first().and_then(|(sheet, find)| describe(sheets.get(*sheet)?, *find));
+    let shape = first.unwrap_or_else(|| Description::Unrelated(conditions(&sheets)));
+    ResidualStructure { shape, covariates }
+}
+
+/// Every condition on record, where none of them goes with the rest.
+fn conditions(sheets: &[Sheet; 2]) -> Vec<String> {
+    sheets.iter().skip(1).flat_map(|sheet| &sheet.covariates).map(|one| one.name.clone()).collect()
+}
+
+/// For every covariate the component it explains best.
+fn strongest(sheet: &Sheet, levels: &[Vec<usize>], order: &[usize]) -> Vec<Find> {
+    let one = |(covariate, levels): (usize, &Vec<usize>)| {
+        let finds = sheet.components.iter().enumerate().filter_map(|(component, values)| {
+            let (between, within, count) = explained(&values.values, levels, order);
+            let (above, below) = (count as f64 - 1.0, order.len() as f64 - count as f64);
+            (above >= 1.0 && below >= 1.0 && within > 0.0).then(|| {
+                let p = f_tail(between / above / (within / below), above, below);
+                Find { covariate, component, strength: -p.max(1e-300).ln() }
+            })
+        });
+        finds.max_by(|left, right| left.strength.total_cmp(&right.strength))
+    };
+    levels.iter().enumerate().filter_map(one).collect()
+}
+
+/// Squares between levels, within them, and how many levels are used; `order` says whose value stands in each place.
+fn explained(values: &[f64], levels: &[usize], order: &[usize]) -> (f64, f64, usize) {
+    let mut sums = [(0.0, 0.0); MOST_LEVELS];
+    let (mut total, mut sum, mut count) = (0.0, 0.0, 0.0);
+    for (level, place) in levels.iter().zip(order) {
+        let value = values.get(*place).copied().unwrap_or(0.0);
+        if let Some(slot) = sums.get_mut(*level) {
+            slot.0 += value;
+            slot.1 += 1.0;
+        }
+        total += value * value;
+        sum += value;
+        count += 1.0;
+    }
+    let mean = sum / f64::max(count, 1.0);
+    let used: Vec<&(f64, f64)> = sums.iter().filter(|(_, count)| *count > 0.0).collect();
+    let between: f64 = used.iter().map(|(sum, count)| count * (sum / count - mean).powi(2)).sum();
+    let total = total - count * mean * mean;
+    (between, (total - between).max(0.0), used.len())
+}
+
+/// The level of every value: the value itself where there are few, else equal shares.
+fn levels(values: &[f64]) -> Vec<usize> {
+    let mut sorted: Vec<f64> = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let mut distinct = sorted.clone();
+    distinct.dedup();
+    if distinct.len() <= LEVELS {
+        return values.iter().map(|value| distinct.partition_point(|other| other < value)).collect();
+    }
+    let share = |value: &f64| sorted.partition_point(|other| other < value) * LEVELS / sorted.len().max(1);
+    values.iter().map(|value| share(value).min(LEVELS - 1)).collect()
+}
+
+/// How a component goes with a covariate.
+fn describe(sheet: &Sheet, find: Find) -> Option<Description> {
+    let covariate = sheet.covariates.get(find.covariate)?;
+    let component = sheet.components.get(find.component)?;
+    match covariate.categories.is_empty() {
+        true => trend(covariate, component).map(Description::Trend),
+        false => Some(Description::Categories(category_means(covariate, component))),
+    }
+}
+
+/// Mean of a component over the rows of every category that has any.
+fn category_means(covariate: &Covariate, component: &Component) -> CategoryMeans {
+    let mut sums = vec![(0.0, 0.0); covariate.categories.len()];
+    for (level, value) in covariate.levels().into_iter().zip(&component.values) {
+        if let Some((sum, count)) = sums.get_mut(level) {
+            *sum += value;
+            *count += 1.0;
+        }
+    }
+    let used = covariate.categories.iter().zip(sums).filter(|(_, (_, count))| *count > 0.0);
+    CategoryMeans {
+        along: component.name.clone(),
+        against: covariate.name.clone(),
+        means: used.map(|(category, (sum, count))| (category.clone(), sum / count)).collect(),
+    }
+}
+
+/// How a component goes with a covariate of numbers.
+fn trend(covariate: &Covariate, component: &Component) -> Option<Trend> {
+    let wave = match covariate.turns {
+        true => strongest_wave(&covariate.values, &component.values),
+        false => None,
+    };
+    Some(Trend {
+        along: component.name.clone(),
+        against: covariate.name.clone(),
+        unit: covariate.unit,
+        in_degrees: covariate.turns,
+        shape: classify(&level_means(&covariate.values, &component.values), wave)?,
+    })
+}
+
+/// Mean of a covariate and of a component over the rows of each level that has any.
+fn level_means(covariate: &[f64], component: &[f64]) -> Vec<LevelMean> {
+    let mut sums = [LevelMean { at: 0.0, mean: 0.0, count: 0.0 }; LEVELS];
+    for ((level, at), value) in levels(covariate).into_iter().zip(covariate).zip(component) {
+        if let Some(sum) = sums.get_mut(level) {
+            (sum.at, sum.mean, sum.count) = (sum.at + at, sum.mean + value, sum.count + 1.0);
+        }
+    }
+    let used = sums.into_iter().filter(|sum| sum.count > 0.0);
+    used.map(|sum| LevelMean { at: sum.at / sum.count, mean: sum.mean / sum.count, ..sum }).collect()
+}
+
+/// Squares that a wave of this order explains, and its amplitude; nothing where the values do not determine it.
+fn wave(order: u32, angles: &[f64], values: &[f64]) -> Option<(f64, f64)> {
+    let (mut s, mut c, mut ss, mut cc, mut sc) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (angle, value) in angles.iter().zip(values) {
+        let (sine, cosine) = (f64::from(order) * angle).sin_cos();
+        s += sine * value;
+        c += cosine * value;
+        ss += sine * sine;
+        cc += cosine * cosine;
+        sc += sine * cosine;
+    }
+    let determinant = ss * cc - sc * sc;
+    if determinant <= 1e-9 * ss * cc {
+        return None;
+    }
+    let (a, b) = ((cc * s - sc * c) / determinant, (ss * c - sc * s) / determinant);
+    Some((a * s + b * c, a.hypot(b)))
+}
+
+/// Periods a rotation and amplitude of the one wave that explains most, if it explains more than levels would.
+fn strongest_wave(angles: &[f64], values: &[f64]) -> Option<(u32, f64)> {
+    let order: Vec<usize> = (0..values.len()).collect();
+    let (between, within, _) = explained(values, &levels(angles), &order);
+    let waves = ORDERS.filter_map(|order| Some((order, wave(order, angles, values)?)));
+    let (order, (squares, amplitude)) = waves.max_by(|left, right| left.1.0.total_cmp(&right.1.0))?;
+    // A wave that makes no full turn within the poses is no wave.
+    let reach = angles.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+        - angles.iter().copied().fold(f64::INFINITY, f64::min);
+    let rotations = f64::from(order) * reach / std::f64::consts::TAU;
+    (squares > between.max(WAVE_FRACTION * (between + within)) && rotations > 1.0)
+        .then_some((order, amplitude))
+}
+
+/// What a row has left, as a vector; nothing where no point was measured.
+fn vector(fitted: &Fitted<'_>, row: usize) -> Option<Vector3<f64>> {
+    let (machine, fit) = (&fitted.machine, &fitted.fit);
+    let own = fit.residuals.get(machine.observations.range(row))?;
+    let mut sum = Vector3::zeros();
+    let mut any = false;
+    for (equation, residual) in machine.observations.of_row(row).iter().zip(own) {
+        if let Some(axis) = equation.measurand.coordinate() {
+            sum[axis] += residual;
+            any = true;
+        }
+    }
+    any.then(|| sum * fit.weights.get(row).copied().unwrap_or(1.0))
+}
+
+/// What some rows have left, seen along the motion of every joint and along the axes of the measurements; or as it was read.
+fn components(fitted: &Fitted<'_>, units: &[Vec<usize>]) -> Vec<Component> {
+    let (machine, fit) = (&fitted.machine, &fitted.fit);
+    let mean = |unit: &[usize], of: &dyn Fn(usize) -> f64| {
+        unit.iter().map(|row| of(*row)).sum::<f64>() / unit.len().max(1) as f64
+    };
+    let first = units.iter().flatten().next().copied();
+    if first.is_none_or(|row| vector(fitted, row).is_none()) {
+        let reading = |row: usize| {
+            let residual =
+                fit.residuals.get(machine.observations.range(row)).and_then(|own| own.first().copied());
+            residual.unwrap_or(0.0) * fit.weights.get(row).copied().unwrap_or(1.0)
+        };
+        let values = units.iter().map(|unit| mean(unit, &reading)).collect();
+        return vec![Component { name: "in what was read".to_owned(), values }];
+    }
+    let along = |joint: usize, row: usize| {
+        let motion = machine.row_details(&fit.state, row).by_joint.get(joint).copied();
+        let direction = motion.and_then(|motion| motion.try_normalize(1e-9)).unwrap_or_else(Vector3::zeros);
+        vector(fitted, row).map_or(0.0, |vector| vector.dot(&direction))
+    };
+    let joints = machine.model.chain.joints.iter().enumerate().map(|(index, joint)| Component {
+        name: format!("along the motion of {}", joint.name),
+        values: units.iter().map(|unit| mean(unit, &|row| along(index, row))).collect(),
+    });
+    let axes = ["x", "y", "z"].iter().enumerate().map(|(axis, name)| Component {
+        name: format!("along {name}"),
+        values: units
+            .iter()
+            .map(|unit| mean(unit, &|row| vector(fitted, row).map_or(0.0, |vector| vector[axis])))
+            .collect(),
+    });
+    joints.chain(axes).collect()
+}
+
+/// The covariates that vary.
+fn varying(covariates: Vec<Covariate>) -> Vec<Covariate> {
+    let varies = |one: &Covariate| {
+        let first = one.values.first().copied().unwrap_or(f64::NAN);
+        one.values.iter().all(|value| value.is_finite())
+            && one.values.iter().any(|value| (value - first).abs() > 1e-9)
+    };
+    covariates.into_iter().filter(varies).collect()
+}
+
+/// What follows from the pose, by pose: returns to one pose share what the model does wrong there.
+fn by_pose(fitted: &Fitted<'_>) -> Sheet {
+    let machine = &fitted.machine;
+    let poses = pose_groups(machine.table, &fitted.fit.rows);
+    let poses: Vec<Vec<usize>> =
+        poses.into_iter().filter(|rows| !rows.is_empty()).collect::<Vec<_>>().thin(STRUCTURE_ROWS);
+    let mut covariates = Vec::new();
+    let first = |unit: &Vec<usize>| unit.first().copied().unwrap_or(0);
+    let details: Vec<Vec<f64>> =
+        poses.iter().map(|unit| machine.row_details(&fitted.fit.state, first(unit)).moments).collect();
+    for (index, joint) in machine.model.chain.joints.iter().enumerate() {
+        let turns = joint.motion == plumb_kinematics::Motion::Turns;
+        let q = |unit: &Vec<usize>| machine.table.q_of(first(unit)).get(index).copied().unwrap_or(0.0);
+        covariates.push(Covariate {
+            name: joint.name.clone(),
+            unit: if turns { "deg" } else { "mm" },
+            turns,
+            values: poses.iter().map(q).collect(),
+            categories: Vec::new(),
+        });
+        covariates.push(Covariate {
+            name: format!("moment of {}", joint.name),
+            unit: "N m",
+            turns: false,
+            values: details.iter().map(|moments| moments.get(index).copied().unwrap_or(0.0)).collect(),
+            categories: Vec::new(),
+        });
+    }
+    Sheet { covariates: varying(covariates), components: components(fitted, &poses) }
+}
+
+/// The sessions and the user's own columns, in some rows. A column of more categories than [`MOST_LEVELS`] is left out: the
+/// warnings say so.
+fn categorical(table: &Table, rows: &[usize]) -> Vec<Covariate> {
+    let column = |name: &str, categories: &[String], of: &dyn Fn(usize) -> f64| Covariate {
+        name: name.to_owned(),
+        unit: "",
+        turns: false,
+        values: rows.iter().map(|row| of(*row)).collect(),
+        categories: categories.to_vec(),
+    };
+    let session = |row: usize| table.session.of_row.get(row).copied().flatten().map_or(f64::NAN, f64::from);
+    let sessions = (2..=MOST_LEVELS).contains(&table.session.names.len());
+    let sessions = sessions.then(|| column("session", &table.session.names, &session));
+    let own = table.covariates.iter().filter(|one| !one.has_too_many_levels());
+    let own = own.map(|one| column(&one.name, one.levels(), &|row| one.number(row)));
+    sessions.into_iter().chain(own).collect()
+}
+
+/// What was recorded besides, by row.
+fn by_row(fitted: &Fitted<'_>) -> Sheet {
+    let table = fitted.machine.table;
+    let rows = fitted.fit.rows.clone().thin(STRUCTURE_ROWS);
+    let mut covariates = Vec::new();
+    let mut add = |name: String, unit: &'static str, of: &dyn Fn(usize) -> f64| {
+        let values = rows.iter().map(|row| of(*row)).collect();
+        covariates.push(Covariate { name, unit, turns: false, values, categories: Vec::new() });
+    };
+    for (index, joint) in fitted.machine.model.chain.joints.iter().enumerate() {
+        let side = |row: usize| f64::from(table.approach_of(row, index));
+        add(format!("side of approach of {}", joint.name), "", &side);
+    }
+    let mut place = vec![0.0; table.len()];
+    for (order, row) in table.order().into_iter().enumerate() {
+        if let Some(slot) = place.get_mut(row) {
+            *slot = order as f64;
+        }
+    }
+    match &table.time {
+        Some(times) => add("time".to_owned(), "s", &|row| times.get(row).copied().unwrap_or(f64::NAN)),
+        None => add("order".to_owned(), "", &|row| place.get(row).copied().unwrap_or(0.0)),
+    }
+    for (name, unit, column) in
+        [("temperature", "deg C", &table.temperature), ("payload", "kg", &table.payload)]
+    {
+        if let Some(values) = column {
+            add(name.to_owned(), unit, &|row| values.get(row).copied().unwrap_or(f64::NAN));
+        }
+    }
+    covariates.extend(categorical(table, &rows));
+    let units: Vec<Vec<usize>> = rows.iter().map(|row| vec![*row]).collect();
+    Sheet { covariates: varying(covariates), components: components(fitted, &units) }
+}
+
+/// Fewer of many, spread evenly.
+trait Thin {
+    fn thin(self, most: usize) -> Self;
+}
+
+impl<T> Thin for Vec<T> {
+    fn thin(self, most: usize) -> Self {
+        let stride = self.len().div_ceil(most).max(1);
+        self.into_iter().step_by(stride).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,334 @@
+//! In what shape the rest goes with one covariate: the classification, and apart from it the words.
+
+use std::fmt;
+
+use crate::thresholds::SHAPE_FRACTION;
+use crate::wording::{figure, listed};
+
+/// Mean over the rows of one level of a covariate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LevelMean {
+    /// Of the covariate.
+    pub(crate) at: f64,
+    /// Of the residual, mm.
+    pub(crate) mean: f64,
+    /// Rows.
+    pub(crate) count: f64,
+}
+
+/// In what shape a residual goes with a covariate. Lengths in mm, places in the covariate's unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum ResidualShape {
+    /// A wave of a rotating joint.
+    Periodic {
+        /// Periods a rotation.
+        order: u32,
+        /// Of the wave, mm.
+        amplitude: f64,
+    },
+    /// Two or three levels.
+    Levels {
+        /// Last level above the first, mm.
+        difference: f64,
+        /// The first level.
+        first: f64,
+        /// The last level.
+        last: f64,
+    },
+    /// One sudden change.
+    Step {
+        /// mm.
+        height: f64,
+        /// Where.
+        at: f64,
+    },
+    /// In proportion.
+    Linear {
+        /// From one end to the other, mm.
+        rise: f64,
+        /// One end.
+        from: f64,
+        /// The other end.
+        to: f64,
+    },
+    /// Anything else that is smooth.
+    Curved {
+        /// Residual, mm, and where.
+        lowest: (f64, f64),
+        /// Residual, mm, and where.
+        highest: (f64, f64),
+    },
+}
+
+/// What a covariate's levels explain, in terms of a straight line and of a step.
+struct Fits {
+    /// mm a unit.
+    slope: f64,
+    /// Fraction of the variance between the levels that a line explains.
+    line: f64,
+    /// The same for the best step, its height and the index of the first level after it.
+    step: (f64, f64, usize),
+}
+
+/// Mean over levels, weighed by their rows.
+fn average(levels: &[LevelMean], of: impl Fn(&LevelMean) -> f64) -> f64 {
+    let weight: f64 = levels.iter().map(|level| level.count).sum();
+    levels.iter().map(|level| level.count * of(level)).sum::<f64>() / weight
+}
+
+impl Fits {
+    fn of(levels: &[LevelMean]) -> Option<Self> {
+        let (middle, mean) = (average(levels, |level| level.at), average(levels, |level| level.mean));
+        let spread = average(levels, |level| (level.mean - mean).powi(2)).max(1e-300);
+        let extent = average(levels, |level| (level.at - middle).powi(2));
+        let together = average(levels, |level| (level.at - middle) * (level.mean - mean));
+        let slope = together / extent.max(1e-300);
+        let steps = (1..levels.len()).map(|first| {
+            let (low, high) = levels.split_at(first);
+            let height = average(high, |level| level.mean) - average(low, |level| level.mean);
+            let rows = |part: &[LevelMean]| part.iter().map(|level| level.count).sum::<f64>();
+            let fraction = rows(low) / rows(levels);
+            (fraction * (1.0 - fraction) * height * height / spread, height, first)
+        });
+        let step = steps.max_by(|left, right| left.0.total_cmp(&right.0))?;
+        Some(Self { slope, line: slope * slope * extent / spread, step })
+    }
+}
+
+/// The simplest shape that explains most of what the levels do: a wave where one was found, then few levels, a step, a line,
+/// else a curve. Nothing without levels.
+pub(crate) fn classify(levels: &[LevelMean], wave: Option<(u32, f64)>) -> Option<ResidualShape> {
+    let (first, last) = (*levels.first()?, *levels.last()?);
+    if let Some((order, amplitude)) = wave {
+        return Some(ResidualShape::Periodic { order, amplitude });
+    }
+    if levels.len() <= 3 {
+        return Some(ResidualShape::Levels {
+            difference: last.mean - first.mean,
+            first: first.at,
+            last: last.at,
+        });
+    }
+    let fits = Fits::of(levels)?;
+    let (explained, height, after) = fits.step;
+    if explained > SHAPE_FRACTION && explained > fits.line {
+        let at = 0.5 * (levels.get(after - 1)?.at + levels.get(after)?.at);
+        return Some(ResidualShape::Step { height, at });
+    }
+    if fits.line > SHAPE_FRACTION {
+        let rise = fits.slope * (last.at - first.at);
+        return Some(ResidualShape::Linear { rise, from: first.at, to: last.at });
+    }
+    let highest = levels.iter().max_by(|left, right| left.mean.total_cmp(&right.mean))?;
+    let lowest = levels.iter().min_by(|left, right| left.mean.total_cmp(&right.mean))?;
+    Some(ResidualShape::Curved { lowest: (lowest.mean, lowest.at), highest: (highest.mean, highest.at) })
+}
+
+/// How one component of the rest goes with one covariate.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Trend {
+    /// The component, such as `along x`.
+    pub(crate) along: String,
+    /// The covariate.
+    pub(crate) against: String,
+    /// Its unit as shown.
+    pub(crate) unit: &'static str,
+    /// Whether it is kept in radians and shown in degrees.
+    pub(crate) in_degrees: bool,
+    /// The shape.
+    pub(crate) shape: ResidualShape,
+}
+
+impl Trend {
+    /// A value of the covariate with its unit.
+    fn at(&self, value: f64) -> String {
+        let shown = if self.in_degrees { value.to_degrees() } else { value };
+        format!("{} {}", figure(shown), self.unit).trim_end().to_owned()
+    }
+}
+
+/// What one component of the rest is on average in each category of a column of words.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct CategoryMeans {
+    /// The component, such as `along x`.
+    pub(crate) along: String,
+    /// The column.
+    pub(crate) against: String,
+    /// Category and mean, mm, in the order in which the categories appear in the table.
+    pub(crate) means: Vec<(String, f64)>,
+}
+
+impl CategoryMeans {
+    /// The two categories that differ most, in the table's order, and by how much, mm.
+    fn extremes(&self) -> Option<(&str, &str, f64)> {
+        let indexed = || self.means.iter().enumerate();
+        let (lowest, (_, least)) = indexed().min_by(|left, right| left.1.1.total_cmp(&right.1.1))?;
+        let (highest, (_, most)) = indexed().max_by(|left, right| left.1.1.total_cmp(&right.1.1))?;
+        let first = self.means.get(lowest.min(highest))?;
+        let last = self.means.get(lowest.max(highest))?;
+        Some((&first.0, &last.0, most - least))
+    }
+}
+
+impl fmt::Display for CategoryMeans {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some((first, last, difference)) = self.extremes() else { return Ok(()) };
+        let (along, name) = (&self.along, &self.against);
+        write!(
+            formatter,
+            "{along} it differs by {} mm between {name} {first} and {last}",
+            figure(difference)
+        )?;
+        if self.means.len() > 2 {
+            let mean = |(category, mean): &(String, f64)| format!("{category} {} mm", figure(*mean));
+            let all: Vec<String> = self.means.iter().map(mean).collect();
+            write!(formatter, " (on average {})", all.join(", "))?;
+        }
+        Ok(())
+    }
+}
+
+/// What is said of the rest.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Description {
+    /// It goes with a covariate of numbers.
+    Trend(Trend),
+    /// It goes with a column of words.
+    Categories(CategoryMeans),
+    /// It goes with none of these conditions.
+    Unrelated(Vec<String>),
+}
+
+impl fmt::Display for Trend {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (along, name) = (&self.along, &self.against);
+        match self.shape {
+            ResidualShape::Periodic { order, amplitude } => {
+                write!(
+                    formatter,
+                    "{along} it swings {order} times a turn of {name}, by {} mm",
+                    figure(amplitude)
+                )
+            }
+            ResidualShape::Levels { difference, first, last } => write!(
+                formatter,
+                "{along} it differs by {} mm between {name} {} and {}",
+                figure(difference),
+                self.at(first),
+                self.at(last)
+            ),
+            ResidualShape::Step { height, at } => {
+                write!(formatter, "{along} it jumps by {} mm at {name} {}", figure(height), self.at(at))
+            }
+            ResidualShape::Linear { rise, from, to } => write!(
+                formatter,
+                "{along} it changes steadily with {name}, by {} mm from {} to {}",
+                figure(rise),
+                self.at(from),
+                self.at(to)
+            ),
+            ResidualShape::Curved { lowest, highest } => write!(
+                formatter,
+                "{along} it bends with {name}: {} mm near {} and {} mm near {}",
+                figure(lowest.0),
+                self.at(lowest.1),
+                figure(highest.0),
+                self.at(highest.1)
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Description {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Trend(trend) => trend.fmt(formatter),
+            Self::Categories(means) => means.fmt(formatter),
+            Self::Unrelated(conditions) => write!(
+                formatter,
+                "it goes with no joint, moment or condition on record ({}); return to some poses from either side, after waiting, and under load",
+                listed(conditions, "and")
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Eight levels of ten rows each.
+    fn levels(of: impl Fn(f64) -> f64) -> Vec<LevelMean> {
+        (0..8).map(|at| LevelMean { at: f64::from(at), mean: of(f64::from(at)), count: 10.0 }).collect()
+    }
+
+    #[test]
+    fn a_line_a_step_and_a_curve_are_told_apart() {
+        let line = classify(&levels(|at| 0.5 * at - 1.0), None).unwrap();
+        assert_eq!(line, ResidualShape::Linear { rise: 3.5, from: 0.0, to: 7.0 });
+        let step = classify(&levels(|at| if at < 2.5 { 0.0 } else { 2.0 }), None).unwrap();
+        assert_eq!(step, ResidualShape::Step { height: 2.0, at: 2.5 });
+        let curve = classify(&levels(|at| (at - 3.0).powi(2)), None).unwrap();
+        assert_eq!(curve, ResidualShape::Curved { lowest: (0.0, 3.0), highest: (16.0, 7.0) });
+    }
+
+    #[test]
+    fn a_line_that_explains_too_little_is_a_curve() {
+        // A line with a bend b(at) on top: of the variance it explains s^2 V / (s^2 V + B), by construction of the two orthogonal.
+        let bend = [1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0];
+        let with = |fraction: f64| {
+            let slope = (fraction / (1.0 - fraction) / 5.25).sqrt();
+            classify(&levels(|at| slope * at + bend[at as usize]), None).unwrap()
+        };
+        assert!(matches!(with(SHAPE_FRACTION + 0.02), ResidualShape::Linear { .. }));
+        assert!(matches!(with(SHAPE_FRACTION - 0.02), ResidualShape::Curved { .. }));
+    }
+
+    #[test]
+    fn few_levels_are_compared_and_a_wave_goes_before_everything() {
+        let two = &levels(|at| 3.0 * at)[..2];
+        assert_eq!(
+            classify(two, None),
+            Some(ResidualShape::Levels { difference: 3.0, first: 0.0, last: 1.0 })
+        );
+        let wave = classify(&levels(|at| at), Some((4, 0.2)));
+        assert_eq!(wave, Some(ResidualShape::Periodic { order: 4, amplitude: 0.2 }));
+        assert_eq!(classify(&[], None), None);
+    }
+
+    #[test]
+    fn angles_are_shown_in_degrees_and_a_missing_unit_leaves_no_blank() {
+        let shape = ResidualShape::Step { height: 0.25, at: std::f64::consts::FRAC_PI_2 };
+        let mut trend = Trend {
+            along: "along x".to_owned(),
+            against: "lift".to_owned(),
+            unit: "deg",
+            in_degrees: true,
+            shape,
+        };
+        assert_eq!(trend.to_string(), "along x it jumps by 0.2500 mm at lift 90.00 deg");
+        (trend.unit, trend.in_degrees) = ("", false);
+        assert_eq!(trend.to_string(), "along x it jumps by 0.2500 mm at lift 1.57");
+    }
+
+    fn of_fixtures(means: &[(&str, f64)]) -> String {
+        let means = means.iter().map(|(category, mean)| ((*category).to_owned(), *mean)).collect();
+        CategoryMeans { along: "along x".to_owned(), against: "fixture".to_owned(), means }.to_string()
+    }
+
+    #[test]
+    fn two_categories_are_compared_by_name() {
+        assert_eq!(
+            of_fixtures(&[("left", 0.0), ("right", 0.6)]),
+            "along x it differs by 0.6000 mm between fixture left and right"
+        );
+    }
+
+    #[test]
+    fn of_three_categories_all_are_given_and_the_two_that_differ_most_in_the_tables_order() {
+        assert_eq!(
+            of_fixtures(&[("left", 0.0), ("right", 0.6), ("rear", -0.6)]),
+            "along x it differs by 1.20 mm between fixture right and rear (on average left 0.0000 mm, right 0.6000 mm, rear -0.6000 mm)"
+        );
+    }
+}

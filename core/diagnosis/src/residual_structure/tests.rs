@@ -1,0 +1,85 @@
+//! The permutation test's parts on made-up columns.
+
+use super::*;
+
+/// Numbers without a pattern.
+fn noise(count: usize, seed: u64) -> Vec<f64> {
+    let mut random = Random::seeded(seed);
+    (0..count).map(|_| random.normal()).collect()
+}
+
+fn sheet(covariate: Vec<f64>, component: Vec<f64>, turns: bool) -> Sheet {
+    Sheet {
+        covariates: vec![Covariate {
+            name: "lift".to_owned(),
+            unit: "deg",
+            turns,
+            values: covariate,
+            categories: Vec::new(),
+        }],
+        components: vec![Component { name: "along x".to_owned(), values: component }],
+    }
+}
+
+#[test]
+fn squares_between_and_within_levels_add_up() {
+    let values = noise(90, 3);
+    let order: Vec<usize> = (0..90).collect();
+    let levels: Vec<usize> = (0..90).map(|index| index % 3).collect();
+    let (between, within, count) = explained(&values, &levels, &order);
+    let mean = values.iter().sum::<f64>() / 90.0;
+    let total: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    assert!((between + within - total).abs() < 1e-9 * total && count == 3);
+    assert!(between < 0.1 * total, "levels of no meaning explain next to nothing");
+}
+
+#[test]
+fn a_covariate_of_few_values_is_taken_as_it_is_and_others_by_equal_numbers() {
+    assert_eq!(levels(&[5.0, -1.0, 5.0, 2.0]), [2, 0, 2, 1]);
+    let many: Vec<f64> = (0..160).map(f64::from).collect();
+    let of_level = |level: usize| levels(&many).into_iter().filter(|own| *own == level).count();
+    assert!((0..LEVELS).all(|level| of_level(level) == 160 / LEVELS));
+}
+
+#[test]
+fn a_covariate_that_matters_beats_all_shuffles_and_one_that_does_not_stays_among_them() {
+    let covariate = noise(200, 5);
+    let answers: Vec<f64> = covariate.iter().zip(noise(200, 6)).map(|(at, noise)| at + noise).collect();
+    let strength = |component: Vec<f64>, order: &[usize]| {
+        let sheet = sheet(covariate.clone(), component, false);
+        strongest(&sheet, &[levels(&covariate)], order)[0].strength
+    };
+    let mut order: Vec<usize> = (0..200).collect();
+    let (real, none) = (strength(answers.clone(), &order), strength(noise(200, 7), &order));
+    let mut random = Random::seeded(8);
+    let mut chance: f64 = 0.0;
+    for _ in 0..SHUFFLES {
+        random.shuffle(&mut order);
+        chance = chance.max(strength(answers.clone(), &order));
+    }
+    assert!(real > 2.0 * chance && none < chance, "{real} {none} {chance}");
+}
+
+#[test]
+fn a_wave_is_found_with_its_order_and_amplitude_and_half_a_wave_is_none() {
+    let angles: Vec<f64> = (0..300).map(|index| 0.02 * f64::from(index)).collect();
+    let swing =
+        |order: f64| angles.iter().map(|angle| 0.3 * (order * angle + 0.4).sin()).collect::<Vec<f64>>();
+    let (order, amplitude) = strongest_wave(&angles, &swing(6.0)).unwrap();
+    assert!(order == 6 && (amplitude - 0.3).abs() < 1e-9, "{order} {amplitude}");
+    let narrow: Vec<f64> = angles.iter().map(|angle| 0.1 * angle).collect();
+    let slow: Vec<f64> = narrow.iter().map(|angle| (2.0 * angle).sin()).collect();
+    assert_eq!(strongest_wave(&narrow, &slow), None, "a fifth of a period within the poses");
+    assert_eq!(strongest_wave(&angles, &noise(300, 9)), None);
+}
+
+#[test]
+fn only_angles_are_asked_for_waves() {
+    let at: Vec<f64> = (0..300).map(|index| 0.02 * f64::from(index)).collect();
+    let swing: Vec<f64> = at.iter().map(|at| (6.0 * at).sin()).collect();
+    let find = Find { covariate: 0, component: 0, strength: 1.0 };
+    let as_angle = describe(&sheet(at.clone(), swing.clone(), true), find).unwrap();
+    assert!(as_angle.to_string().starts_with("along x it swings 6 times a turn of lift"), "{as_angle}");
+    let as_load = describe(&sheet(at, swing, false), find).unwrap();
+    assert!(!as_load.to_string().contains("swings"), "{as_load}");
+}

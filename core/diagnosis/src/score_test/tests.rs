@@ -1,0 +1,105 @@
+//! Scores of small linear problems whose answers are known in closed form.
+
+use super::*;
+use plumb_calibration::effect::{Drive, Parameter, Situation, Unit};
+
+/// An effect with these plausible ranges; what it does to an arm plays no part here.
+#[derive(Debug)]
+struct Ranged(Vec<Parameter>);
+
+impl Effect for Ranged {
+    fn parameters(&self) -> &[Parameter] {
+        &self.0
+    }
+
+    fn drive(&self, _: &Situation<'_>, _: &mut Vec<Drive>) {}
+}
+
+fn probe(ranges: &[(f64, f64)]) -> Probe {
+    let parameters = ranges.iter().map(|range| Parameter::new("a", Unit::RATIO, *range)).collect();
+    Probe {
+        id: EffectId::at("joint_zero", plumb_calibration::effect::Spot::Base),
+        effect: Arc::new(Ranged(parameters)),
+        search: Search::Nothing,
+        family: 1,
+        weight: 1.0,
+        search_cost: 0.0,
+    }
+}
+
+/// The score of columns none of which is absorbed.
+fn scored(probe: &Probe, columns: &DMatrix<f64>, residuals: &DVector<f64>, noise: Noise) -> Score {
+    let own = columns.tr_mul(columns);
+    score_one(probe, &own, &own, &columns.tr_mul(residuals), noise)
+}
+
+#[test]
+fn one_column_gives_the_slope_the_gain_and_the_f_test_of_regression() {
+    // y = 2 x + e through the origin: slope x'y / x'x, gain (x'y)^2 / x'x.
+    let x = DMatrix::from_column_slice(4, 1, &[1.0, 2.0, 3.0, 4.0]);
+    let y = DVector::from_vec(vec![2.1, 3.9, 6.2, 7.8]);
+    let noise = Noise { variance: y.norm_squared() / 4.0, freedom: 4.0 };
+    let score = scored(&probe(&[(-10.0, 10.0)]), &x, &y, noise);
+    let (products, squares) = (59.7, 30.0);
+    assert!((score.values[0] - products / squares).abs() < 1e-12);
+    assert!((score.gain - products * products / squares).abs() < 1e-9);
+    assert_eq!((score.freedom, score.left.1), (1, 3.0));
+    let left: f64 = f64::max(y.norm_squared() - score.gain, 0.01 * y.norm_squared());
+    assert!((score.left.0 - left).abs() < 1e-9);
+    assert!((score.p - f_tail(score.gain / (left / 3.0), 1.0, 3.0)).abs() < 1e-15);
+    assert!((score.covariance[(0, 0)] - left / 3.0 / squares).abs() < 1e-12);
+}
+
+#[test]
+fn directions_that_are_absorbed_add_no_parameter() {
+    let columns = DMatrix::from_row_slice(3, 2, &[1.0, 2.0, 1.0, 2.0, 0.0, 0.0]);
+    let noise = Noise { variance: 1.0, freedom: 20.0 };
+    let score = scored(&probe(&[(-9.0, 9.0); 2]), &columns, &DVector::from_vec(vec![3.0, 3.0, 0.0]), noise);
+    assert_eq!(score.freedom, 1, "two collinear columns are one parameter");
+    let own = DMatrix::from_row_slice(1, 1, &[4.0]);
+    let nothing = DMatrix::from_row_slice(1, 1, &[0.5 * 4.0 * ABSORBED_REST]);
+    assert_eq!(information_inverse(&nothing, &units(&own)).1, 0);
+    let little = DMatrix::from_row_slice(1, 1, &[2.0 * 4.0 * ABSORBED_REST]);
+    assert_eq!(information_inverse(&little, &units(&own)).1, 1);
+    assert!((absorbed(&own, &DMatrix::from_row_slice(1, 1, &[1.0]), &units(&own)) - 0.75).abs() < 1e-12);
+}
+
+#[test]
+fn an_effect_that_could_not_be_seen_at_its_greatest_size_is_no_candidate() {
+    // A range of +-1 and squares S: visible from S >= VISIBLE_VARIANCES on, for a variance of one.
+    let at = |squares: f64| {
+        let column = DMatrix::from_column_slice(1, 1, &[squares.sqrt()]);
+        let noise = Noise { variance: 1.0, freedom: 30.0 };
+        scored(&probe(&[(-1.0, 1.0)]), &column, &DVector::from_vec(vec![5.0]), noise)
+    };
+    assert_eq!((at(1.1 * VISIBLE_VARIANCES).freedom, at(0.9 * VISIBLE_VARIANCES).freedom), (1, 0));
+    assert_eq!(at(0.9 * VISIBLE_VARIANCES).p, 1.0);
+}
+
+#[test]
+fn a_value_outside_its_range_by_more_than_two_standard_errors_is_implausible() {
+    let probe = probe(&[(0.0, 1.0)]);
+    let covariance = DMatrix::from_element(1, 1, 0.01);
+    let plausible = |value: f64| is_plausible(probe.effect.as_ref(), &[value], &covariance);
+    assert!(plausible(1.19) && !plausible(1.21) && plausible(-0.19) && !plausible(-0.21));
+}
+
+#[test]
+fn a_searched_parameter_makes_the_same_gain_less_improbable() {
+    let x = DMatrix::from_column_slice(4, 1, &[1.0, 2.0, 3.0, 4.0]);
+    let noise = Noise { variance: 1.0, freedom: 40.0 };
+    let mut score = scored(&probe(&[(-10.0, 10.0)]), &x, &DVector::from_vec(vec![1.0, 1.0, 1.0, 1.0]), noise);
+    let before = score.p;
+    score.charge_parameter();
+    let (left, below) = score.left;
+    assert!(score.p > before);
+    assert!((score.p - f_tail(score.gain / 2.0 / (left / (below - 1.0)), 2.0, below - 1.0)).abs() < 1e-15);
+}
+
+#[test]
+fn information_drops_what_is_rounding_and_keeps_the_rest() {
+    let own = DMatrix::from_row_slice(2, 2, &[4.0, 0.0, 0.0, 9.0]);
+    let beyond = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 0.1 * 9.0 * ABSORBED_REST]);
+    let clean = information(&own, &beyond);
+    assert!((clean - DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 0.0])).norm() < 1e-12);
+}

@@ -1,0 +1,315 @@
+//! Which rows are fitted and which are locked away to check with.
+
+use std::fmt;
+use std::str::FromStr;
+
+use thiserror::Error;
+
+use crate::thresholds::{LONELY_FACTOR, LONELY_POSES};
+use plumb_calibration::table::Table;
+use plumb_estimation::Random;
+
+/// How the locked set is chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Holdout {
+    /// Whole regions of pose space, about a fifth of the poses.
+    #[default]
+    Regions,
+    /// A random share, by seed; returns to one pose stay together.
+    Random {
+        /// Share held out, 0 to 1.
+        share: f64,
+        /// Seed.
+        seed: u64,
+    },
+    /// The last share in the order of time.
+    Time {
+        /// Share held out, 0 to 1.
+        share: f64,
+    },
+    /// The last session.
+    Session,
+    /// Nothing is held out.
+    None,
+}
+
+/// Why a held-out set cannot be chosen.
+#[derive(Debug, Error, PartialEq)]
+pub enum HoldoutError {
+    /// The text says no known way.
+    #[error("`{0}` is no way to hold rows out; write regions, random:0.3:SEED, time:0.3, session or none")]
+    Unknown(String),
+    /// A share outside 0 to 1.
+    #[error("`{0}`: the share held out must lie between 0 and 1")]
+    Share(String),
+    /// `session` without sessions.
+    #[error("the table has no `session` column with at least two sessions to hold one out")]
+    NoSessions,
+}
+
+impl FromStr for Holdout {
+    type Err = HoldoutError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let unknown = || HoldoutError::Unknown(text.to_owned());
+        let share = |part: &str| {
+            let share: f64 = part.parse().map_err(|_| unknown())?;
+            if share > 0.0 && share < 1.0 { Ok(share) } else { Err(HoldoutError::Share(text.to_owned())) }
+        };
+        match text.split(':').collect::<Vec<_>>().as_slice() {
+            ["regions"] => Ok(Self::Regions),
+            ["session"] => Ok(Self::Session),
+            ["none"] => Ok(Self::None),
+            ["random"] => Ok(Self::Random { share: 0.3, seed: 1 }),
+            ["random", part] => Ok(Self::Random { share: share(part)?, seed: 1 }),
+            ["random", part, seed] => {
+                Ok(Self::Random { share: share(part)?, seed: seed.parse().map_err(|_| unknown())? })
+            }
+            ["time"] => Ok(Self::Time { share: 0.3 }),
+            ["time", part] => Ok(Self::Time { share: share(part)? }),
+            _ => Err(unknown()),
+        }
+    }
+}
+
+impl fmt::Display for Holdout {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Regions => formatter.write_str("regions"),
+            Self::Random { share, seed } => write!(formatter, "random:{share}:{seed}"),
+            Self::Time { share } => write!(formatter, "time:{share}"),
+            Self::Session => formatter.write_str("session"),
+            Self::None => formatter.write_str("none"),
+        }
+    }
+}
+
+/// Poses of a table: rows that share one (returns, or equal coordinates) belong together.
+#[derive(Debug, Clone)]
+pub(crate) struct Poses {
+    /// Rows of each pose.
+    pub(crate) rows: Vec<Vec<usize>>,
+    /// Coordinates of each pose, each joint scaled to its range in the table.
+    pub(crate) places: Vec<Vec<f64>>,
+}
+
+impl Poses {
+    pub(crate) fn of(table: &Table) -> Self {
+        let mut known: std::collections::HashMap<Vec<u64>, usize> = std::collections::HashMap::new();
+        let mut rows: Vec<Vec<usize>> = Vec::new();
+        for row in 0..table.len() {
+            let key = match table.repeat.of_row.get(row).copied().flatten() {
+                Some(name) => vec![u64::MAX, u64::from(name)],
+                None => table.q_of(row).iter().map(|q| q.to_bits()).collect(),
+            };
+            let pose = *known.entry(key).or_insert_with(|| {
+                rows.push(Vec::new());
+                rows.len() - 1
+            });
+            if let Some(list) = rows.get_mut(pose) {
+                list.push(row);
+            }
+        }
+        let ranges: Vec<(f64, f64)> = (0..table.joints)
+            .map(|joint| {
+                let q = (0..table.len()).filter_map(|row| table.q_of(row).get(joint).copied());
+                q.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)))
+            })
+            .collect();
+        let scaled = |row: usize| {
+            let q = table.q_of(row).iter().zip(&ranges);
+            q.map(|(q, (low, high))| if high > low { (q - low) / (high - low) } else { 0.5 }).collect()
+        };
+        let places = rows.iter().map(|list| list.first().map_or_else(Vec::new, |row| scaled(*row))).collect();
+        Self { rows, places }
+    }
+
+    /// Poses put into `count` regions of like size: cut again and again across the widest spread, at the median.
+    /// Only `chosen` poses take part. Replicates lists of poses.
+    pub(crate) fn regions(&self, chosen: &[usize], count: usize) -> Vec<Vec<usize>> {
+        let mut regions = vec![chosen.to_vec()];
+        while regions.len() < count {
+            let largest =
+                regions.iter().enumerate().max_by_key(|(index, region)| (region.len(), usize::MAX - index));
+            let Some((index, _)) = largest.filter(|(_, region)| region.len() >= 2) else { break };
+            let region = regions.swap_remove(index);
+            let (low, high) = self.cut(region);
+            regions.push(low);
+            regions.push(high);
+        }
+        regions
+    }
+
+    fn cut(&self, mut region: Vec<usize>) -> (Vec<usize>, Vec<usize>) {
+        let coordinate = |pose: usize, joint: usize| {
+            self.places.get(pose).and_then(|place| place.get(joint)).copied().unwrap_or(0.0)
+        };
+        let joints = self.places.first().map_or(0, Vec::len);
+        let spread = |joint: usize| {
+            let mean = region.iter().map(|pose| coordinate(*pose, joint)).sum::<f64>() / region.len() as f64;
+            region.iter().map(|pose| (coordinate(*pose, joint) - mean).powi(2)).sum::<f64>()
+        };
+        // The first joints move the tip most: among equals they are cut first.
+        let widest = (0..joints)
+            .max_by(|a, b| (spread(*a) * weight(*a)).total_cmp(&(spread(*b) * weight(*b))))
+            .unwrap_or(0);
+        region.sort_by(|a, b| coordinate(*a, widest).total_cmp(&coordinate(*b, widest)));
+        let high = region.split_off(region.len() / 2);
+        (region, high)
+    }
+
+    /// Drops from these poses those that lie far from all but a few others, by the distances usual among them. Of large tables none,
+    /// for a few say little there.
+    pub(crate) fn drop_lonely(&self, chosen: &mut Vec<usize>) {
+        if chosen.is_empty() || chosen.len() > LONELY_POSES {
+            return;
+        }
+        let place = |pose: &usize| self.places.get(*pose).map_or(&[][..], Vec::as_slice);
+        let apart = |one: &usize, other: &usize| {
+            place(one).iter().zip(place(other)).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+        };
+        // A fifth of them are not a few.
+        let few = chosen.len().div_ceil(5).min(chosen.len().saturating_sub(1));
+        let reach = |pose: &usize| {
+            let mut distances: Vec<f64> = chosen.iter().map(|other| apart(pose, other)).collect();
+            *distances.select_nth_unstable_by(few, f64::total_cmp).1
+        };
+        let reaches: Vec<f64> = chosen.iter().map(reach).collect();
+        let mut sorted = reaches.clone();
+        let usual = *sorted.select_nth_unstable_by(reaches.len() / 2, f64::total_cmp).1;
+        let far = |reach: f64| reach > LONELY_FACTOR * usual;
+        if reaches.iter().filter(|reach| far(**reach)).count() > few {
+            return;
+        }
+        let mut reaches = reaches.into_iter();
+        chosen.retain(|_| reaches.next().is_none_or(|reach| !far(reach)));
+    }
+
+    /// Rows of a list of poses.
+    pub(crate) fn rows_of(&self, poses: &[usize]) -> Vec<usize> {
+        poses.iter().filter_map(|pose| self.rows.get(*pose)).flatten().copied().collect()
+    }
+}
+
+fn weight(joint: usize) -> f64 {
+    1.0 / (1.0 + 0.2 * joint as f64)
+}
+
+/// The rows that are fitted and those that are locked away.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Split {
+    /// Per row: fitted.
+    pub fit: Vec<bool>,
+    /// Per row: locked away.
+    pub check: Vec<bool>,
+}
+
+impl Split {
+    /// Splits a table.
+    ///
+    /// # Errors
+    /// Sessions asked for where there are none.
+    pub fn new(table: &Table, holdout: Holdout) -> Result<Self, HoldoutError> {
+        let poses = Poses::of(table);
+        let check_rows = match holdout {
+            Holdout::None => Vec::new(),
+            Holdout::Random { share, seed } => random(&poses, table.len(), share, seed),
+            Holdout::Time { share } => last(table, share),
+            Holdout::Session => last_session(table)?,
+            Holdout::Regions => regions(&poses, table),
+        };
+        let mut check = vec![false; table.len()];
+        for row in check_rows {
+            if let Some(flag) = check.get_mut(row) {
+                *flag = true;
+            }
+        }
+        Ok(Self { fit: check.iter().map(|held| !held).collect(), check })
+    }
+
+    /// Fits about `most` rows only, chosen at random by pose.
+    pub(crate) fn keep(&mut self, table: &Table, most: usize) {
+        let poses = Poses::of(table);
+        let mut order: Vec<usize> = (0..poses.rows.len()).collect();
+        Random::seeded(7).shuffle(&mut order);
+        let mut kept = vec![false; self.fit.len()];
+        let mut count = 0;
+        for row in order.into_iter().flat_map(|pose| poses.rows_of(&[pose])) {
+            if count < most && self.fit.get(row).copied().unwrap_or(false) {
+                kept[row] = true;
+                count += 1;
+            }
+        }
+        self.fit = kept;
+    }
+
+    /// Rows that are fitted.
+    pub fn fit_rows(&self) -> Vec<usize> {
+        rows(&self.fit)
+    }
+
+    /// Rows that are locked away.
+    pub fn check_rows(&self) -> Vec<usize> {
+        rows(&self.check)
+    }
+}
+
+fn rows(mask: &[bool]) -> Vec<usize> {
+    mask.iter().enumerate().filter(|(_, set)| **set).map(|(row, _)| row).collect()
+}
+
+fn random(poses: &Poses, rows: usize, share: f64, seed: u64) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..poses.rows.len()).collect();
+    Random::seeded(seed).shuffle(&mut order);
+    let wanted = (share * rows as f64).round() as usize;
+    let mut held = Vec::new();
+    for pose in order {
+        if held.len() >= wanted {
+            break;
+        }
+        held.extend(poses.rows_of(&[pose]));
+    }
+    held
+}
+
+fn last(table: &Table, share: f64) -> Vec<usize> {
+    let order = table.order();
+    let kept = ((1.0 - share) * order.len() as f64).round() as usize;
+    order.into_iter().skip(kept).collect()
+}
+
+fn last_session(table: &Table) -> Result<Vec<usize>, HoldoutError> {
+    if table.session.names.len() < 2 {
+        return Err(HoldoutError::NoSessions);
+    }
+    let last = (table.session.names.len() - 1) as u32;
+    Ok((0..table.len())
+        .filter(|row| table.session.of_row.get(*row).copied().flatten() == Some(last))
+        .collect())
+}
+
+/// One region in eight, twice, from different ends of pose space. Touched places are the regions where there are any;
+/// poses that were returned to stay in the fit, for they carry the noise floor; very small tables hold out less. So do the few
+/// that lie far from all others, such as those measured afterwards to tell candidates apart: nothing that is fitted could foretell them.
+fn regions(poses: &Poses, table: &Table) -> Vec<usize> {
+    if table.touch.names.len() >= 4 {
+        let last = (table.touch.names.len() - 1) as u32;
+        return (0..table.len())
+            .filter(|row| table.touch.of_row.get(*row).copied().flatten() == Some(last))
+            .collect();
+    }
+    let single: Vec<usize> = (0..poses.rows.len())
+        .filter(|pose| poses.rows.get(*pose).is_some_and(|rows| rows.len() == 1))
+        .collect();
+    let chosen = if 2 * single.len() >= poses.rows.len() { single } else { (0..poses.rows.len()).collect() };
+    if chosen.len() < 16 {
+        return Vec::new();
+    }
+    let parts = poses.regions(&chosen, 8);
+    let mut locked: Vec<usize> =
+        [1, 6].iter().filter_map(|index| parts.get(*index)).flatten().copied().collect();
+    let mut near = chosen.clone();
+    poses.drop_lonely(&mut near);
+    locked.retain(|pose| near.contains(pose));
+    poses.rows_of(&locked)
+}

@@ -1,0 +1,161 @@
+//! Errors put into a rig and an arm come out of stripes on a table, a pyramid and a ball.
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use plumb_kinematics::{Deviation, Posture, inverse};
+
+use super::{Options, RigParameter, StripePixel, StripeRig, Surface, View, adjust};
+use plumb_calibration::arm_model::Model;
+use plumb_calibration::effect;
+
+fn puma() -> Model {
+    Model::parse("puma560.yaml", include_str!("../../../../workcells/arms/puma560.yaml")).unwrap()
+}
+
+fn rig() -> StripeRig {
+    let toward = (100.0_f64 / 300.0).atan();
+    let normal = Vector3::new(toward.cos(), 0.0, toward.sin());
+    StripeRig {
+        focal_px: [694.4, 694.4],
+        principal_px: [127.5, 127.5],
+        distortion: [0.0; 5],
+        flange_from_camera: Isometry3::from_parts(
+            Translation3::new(-30.0, 0.0, 60.0),
+            UnitQuaternion::identity(),
+        ),
+        normal,
+        d_mm: -normal.dot(&Vector3::new(70.0, 0.0, 60.0)),
+        bow: 0.0,
+        clock_skew_s: 0.0,
+    }
+}
+
+fn surfaces() -> Vec<Surface> {
+    vec![
+        Surface::plane(Vector3::z(), -300.0),
+        Surface::pyramid(Point3::new(530.0, -60.0, -260.0), 110.0, 40.0, 0.3),
+        Surface::Sphere(Point3::new(530.0, 120.0, -275.0), 25.0),
+    ]
+}
+
+/// Views of pyramid and ball from several sides, as a scan makes them on paper.
+fn views(model: &Model) -> Vec<View> {
+    let start = [-22.7_f64, -65.6, 198.0, 0.0, 47.6, 157.3].map(f64::to_radians);
+    let mut views = Vec::new();
+    for approach in 0..14 {
+        let angle = f64::from(approach);
+        let (tilt, azimuth, turn) = (0.17 * f64::from(approach % 3), 0.9 * angle, 0.45 * (angle * 1.7).sin());
+        let about_z = |angle| nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
+        let attitude = about_z(azimuth)
+            * nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), tilt)
+            * about_z(turn - azimuth)
+            * nalgebra::Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+        let middle = if approach % 2 == 0 { [530.0, -60.0] } else { [530.0, 120.0] };
+        for step in 0..9 {
+            let place = Vector3::new(
+                middle[0] - 44.0 + 11.0 * f64::from(step),
+                middle[1],
+                -285.0 + 20.0 * f64::from(approach % 2),
+            );
+            let origin = place - attitude * Vector3::new(-30.0, 0.0, 360.0);
+            let wanted = nalgebra::IsometryMatrix3::from_parts(Translation3::from(origin), attitude);
+            let flange_of = |q: &[f64]| Posture::of(&model.chain, q, &[]).flange;
+            if let Ok(q) = inverse(flange_of, &wanted, &start) {
+                views.push(View { q, speed: Vec::new(), approach: Vec::new() });
+            }
+        }
+    }
+    views
+}
+
+/// What a perfect camera of this rig sees: along each row the column at which the sheet meets the nearest surface.
+fn seen(model: &Model, rig: &StripeRig, deviations: &[Deviation], views: &[View]) -> Vec<StripePixel> {
+    let surfaces = surfaces();
+    let mut pixels = Vec::new();
+    for (view, told) in views.iter().enumerate() {
+        let flange = Posture::of(&model.chain, &told.q, deviations).flange;
+        for row in (4..252).step_by(8) {
+            let height = |u: f64| {
+                let point = flange * rig.point(u, f64::from(row))?;
+                let distances = surfaces.iter().map(|surface| surface.away(&point).distance);
+                Some(distances.fold(f64::INFINITY, f64::min))
+            };
+            // From the projector's side inward the first sign change is where light meets matter.
+            let columns: Vec<f64> = (0..=255).map(f64::from).collect();
+            let crossing = columns.windows(2).find_map(|pair| {
+                let (mut low, mut high) = (pair[0], pair[1]);
+                let (first, second) = (height(low)?, height(high)?);
+                if first.signum() == second.signum() {
+                    return None;
+                }
+                for _ in 0..50 {
+                    let middle = 0.5 * (low + high);
+                    if height(middle)?.signum() == first.signum() { low = middle } else { high = middle }
+                }
+                Some(low)
+            });
+            if let Some(u_px) = crossing {
+                pixels.push(StripePixel { view, u_px, v_px: f64::from(row), sigma_px: 0.03 });
+            }
+        }
+    }
+    pixels
+}
+
+#[test]
+fn errors_of_rig_and_joints_are_found_from_surfaces_alone() {
+    let model = puma();
+    let views = views(&model);
+    assert!(views.len() > 90, "{} views", views.len());
+    let truth = rig()
+        .moved(RigParameter::StripePlane(0), 0.004)
+        .moved(RigParameter::CameraAim(0), -0.003)
+        .moved(RigParameter::HandEyeShift(1), 0.8);
+    let mut deviations = vec![Deviation::default(); 6];
+    deviations[1].theta = 0.0030;
+    deviations[2].theta = -0.0020;
+    let pixels = seen(&model, &truth, &deviations, &views);
+    let zero = |joint: &str| effect::parse(&format!("joint_zero({joint})"), &model).unwrap();
+    let options = Options {
+        rig: RigParameter::USUAL.to_vec(),
+        effects: ["shoulder", "elbow", "wrist_roll", "wrist_bend"].map(zero).to_vec(),
+    };
+    let found = adjust(&model, &rig(), &surfaces(), &views, &pixels, &options).unwrap();
+    for found in &found.found {
+        println!("{:<24} {:+.5} +- {:.5} {}", found.name, found.value, found.sigma, found.unit);
+    }
+    println!(
+        "{} points, {:.4} mm rms; not observable: {:?}",
+        found.points, found.rms_mm, found.not_observable
+    );
+    assert!(found.rms_mm < 0.02, "{} mm", found.rms_mm);
+    let value = |name: &str| found.found.iter().find(|found| found.name.contains(name)).unwrap();
+    for (name, expected) in
+        [("shoulder", 0.0030), ("elbow", -0.0020), ("tilt_1", 0.004), ("camera_aim", -0.003)]
+    {
+        let found = value(name);
+        let near = 4.0 * found.sigma + 2e-4;
+        assert!(
+            (found.value - expected).abs() < near,
+            "{name}: {} +- {}, not {expected}",
+            found.value,
+            found.sigma
+        );
+    }
+}
+
+#[test]
+fn what_no_surface_can_tell_is_named() {
+    let model = puma();
+    let views = views(&model);
+    let pixels = seen(&model, &rig(), &[], &views);
+    let id = |name: &str| effect::parse(name, &model).unwrap();
+    let options = Options {
+        rig: vec![RigParameter::HandEyeTurn(2)],
+        effects: vec![id("joint_zero(waist)"), id("joint_zero(flange)")],
+    };
+    let found = adjust(&model, &rig(), &surfaces(), &views, &pixels, &options).unwrap();
+    let text = found.not_observable.join("; ");
+    println!("{text}");
+    assert!(text.contains("waist"), "{text}");
+    assert!(text.contains("flange") && text.contains("turn_z"), "{text}");
+}

@@ -1,0 +1,302 @@
+//! Every constant that decides something in a diagnosis, in one place. The README holds the same table with the source of each
+//! and what moves when it moves; a test below holds the two together.
+//!
+//! Constants of a numerical method (steps, iteration counts, chunk sizes) stay where the method is.
+
+// Dataset and noise floor
+
+/// Fewest degrees of freedom of replicates that make a noise floor; below, the declared sigmas count (degrees
+/// of freedom). Why: sigma is then known to 30 % (chi squared).
+pub(crate) const FLOOR_FREEDOM: usize = 6;
+
+/// An effect of conditions (approach, time, temperature, load) is taken out of the replicates below it
+/// (probability (Holm)). Why: Holm 1979; usual 1 %.
+pub(crate) const CONDITION_LEVEL: f64 = 0.01;
+
+/// Effects of conditions taken out of the replicates at most (effects). Why: as many as an arm has joints, and
+/// two.
+pub(crate) const MOST_CONDITIONS: usize = 8;
+
+/// A row farther out than this quantile of chi is an outlier of the final, plain fit (probability). Why: one
+/// sound row in 2000.
+pub(crate) const INLIER_QUANTILE: f64 = 0.9995;
+
+/// A replicate farther from its group's mean is left out of the mixture test (times the upper quartile). Why:
+/// of two clusters more than a quarter lies far out, so the quartile stays.
+pub(crate) const REPLICATE_OUTLIER: f64 = 4.0;
+
+/// Rows of less Huber weight are listed as outliers (weight). Why: twice the Huber tuning constant.
+pub(crate) const OUTLIER_WEIGHT: f64 = 0.5;
+
+// Candidates and score test
+
+/// Rows a search uses; more are thinned at random by pose (rows). Why: time; sigma of an effect falls by the
+/// root only.
+pub(crate) const SEARCH_ROWS: usize = 1500;
+
+/// Harmonics above it are charged as one large family (periods a turn). Why: orders to 4 are mechanical
+/// (eccentric, bent, keyed); above: teeth and encoders.
+pub(crate) const HIGH_ORDER: f64 = 4.0;
+
+/// Weight of a high order in Holm's correction (weight). Why: Genovese, Roeder & Wasserman 2006: prior weights.
+pub(crate) const HIGH_ORDER_WEIGHT: f64 = 0.1;
+
+/// A high order pays 2 ln of it in the information criterion (orders). Why: extended BIC, Chen & Chen 2008.
+pub(crate) const ORDERS_SEARCHED: f64 = 64.0;
+
+/// A candidate whose greatest plausible size shows less is not scored (variances). Why: two standard errors.
+pub(crate) const VISIBLE_VARIANCES: f64 = 4.0;
+
+/// Directions of a candidate of which less is left beyond the fitted parameters count as absorbed (fraction).
+/// Why: rounding of the normal equations, squared.
+pub(crate) const ABSORBED_REST: f64 = 1e-6;
+
+/// Candidates below it are refitted (probability (Holm)). Why: none above could reach NAMING_LEVEL.
+pub(crate) const REFIT_BELOW: f64 = 0.5;
+
+/// Refitted in one round at most (candidates). Why: time.
+pub(crate) const REFITTED_CANDIDATES: usize = 8;
+
+/// Of each kind, fitted robustly to ask which rows are outliers with them in (candidates). Why: time.
+pub(crate) const OUTLIER_JUDGES: usize = 3;
+
+/// Only candidates below it are asked about outliers (probability). Why: below UNLISTED_LEVEL nothing would be
+/// lost.
+pub(crate) const OUTLIER_JUDGE_LEVEL: f64 = 1e-3;
+
+// Naming and verdict
+
+/// A candidate must be below it to be named (probability (Holm)). Why: the contract asks for 0.01; at 0.003
+/// chance names something in 3 sound tables of 1,000.
+pub(crate) const NAMING_LEVEL: f64 = 0.003;
+
+/// A candidate below it shows that something is there although the sum of squares does not (probability
+/// (Holm)). Why: a thirtieth of NAMING_LEVEL.
+pub(crate) const PRESENT_LEVEL: f64 = 1e-4;
+
+/// Candidates closer than this to the best are ties (BIC units). Why: Kass & Raftery 1995: 6 is strong evidence
+/// (Bayes factor 20).
+pub(crate) const TIE_BIC: f64 = 6.0;
+
+/// More than noise is left below it (probability). Why: F or chi-squared test, Draper & Smith 1998, section 2;
+/// the level keeps `at_floor` in 499 of 500 sound tables.
+pub(crate) const LACK_OF_FIT_LEVEL: f64 = 0.002;
+
+/// A mechanism without a name is at work below it (probability (Holm)). Why: below NAMING_LEVEL: a sound name
+/// must not fall to it.
+pub(crate) const UNLISTED_LEVEL: f64 = 1e-3;
+
+/// More is left along a joint's motion than across it below it (probability). Why: as NAMING_LEVEL.
+pub(crate) const DIRECTION_LEVEL: f64 = 0.003;
+
+/// A cross-validated gain beyond it is believed whatever else is left (standard errors). Why: seen only in
+/// tables of many hundred poses.
+pub(crate) const OVERWHELMING_GAIN: f64 = 20.0;
+
+/// Taken in by one diagnosis at most (effects). Why: time; a model that lacks more is grown (`grow`).
+pub(crate) const MOST_EFFECTS: usize = 5;
+
+/// A compliance so far below zero means that gravity points the other way in the model (standard errors). Why:
+/// five sigma.
+pub(crate) const SIGN_ERRORS: f64 = 5.0;
+
+/// Compared with the best for collinearity (candidates). Why: what a screen shows.
+pub(crate) const COMPARED_CANDIDATES: usize = 6;
+
+/// Effects above it are reported as alike (canonical correlation). Why: Hotelling 1936; variance inflation 10
+/// (Belsley, Kuh & Welsch 1980).
+pub(crate) const ALIKE_CORRELATION: f64 = 0.95;
+
+/// Effects above it are the same in these data (canonical correlation). Why: what is missing to 1 is rounding.
+pub(crate) const SAME_CORRELATION: f64 = 0.999_999;
+
+/// An effect of this size is found four times in five (standard errors). Why: the contract's level 0.01 among a
+/// hundred candidates: 3.72 for the level, 0.84 for the power of 80 %.
+pub(crate) const DETECTABLE_ERRORS: f64 = 4.6;
+
+/// Below this fraction of the detectable information the plausible range, not the rows, bounds an effect
+/// (fraction). Why: half the size is then the range's.
+pub(crate) const BOUNDED_BY_ROWS: f64 = 0.25;
+
+// Cross-validation
+
+/// Regions of pose space, or ranges of a joint, left out in turn (blocks). Why: Hastie, Tibshirani & Friedman
+/// 2009, section 7.10: five or ten; by regions because neighbours share errors (Roberts et al. 2017).
+pub(crate) const VALIDATION_BLOCKS: usize = 5;
+
+/// A gain must exceed so many of its own standard errors (standard errors). Why: one-standard-error rule,
+/// Breiman et al. 1984.
+pub(crate) const GAIN_ERRORS: f64 = 1.0;
+
+/// A left-out reading whose surface is less well known than this is not predicted (variances). Why: the surface
+/// then adds as much as the reading's own noise.
+pub(crate) const SURFACE_UNKNOWN: f64 = 1.0;
+
+/// Lonely poses are looked for in tables up to this size (poses). Why: in larger tables a few poses say little.
+pub(crate) const LONELY_POSES: usize = 400;
+
+/// A pose so far from the others is in no block (times the median reach). Why: nothing fitted could predict it.
+pub(crate) const LONELY_FACTOR: f64 = 3.0;
+
+// Direction test
+
+/// Used at most (rows). Why: time.
+pub(crate) const DIRECTION_ROWS: usize = 1500;
+
+/// Fewer say nothing of a site (degrees of freedom). Why: an F test on fewer has hardly any power.
+pub(crate) const DIRECTION_FREEDOM: f64 = 8.0;
+
+/// A site so much less likely than the best is ruled out (2 ln likelihood). Why: Kass & Raftery 1995: very
+/// strong.
+pub(crate) const SITE_LIKELIHOOD: f64 = 10.0;
+
+/// What an outlier costs a site, however far out (squared sigmas). Why: chi squared quantile of INLIER_QUANTILE
+/// for one degree of freedom (12.1).
+pub(crate) const OUTLIER_COST: f64 = 12.0;
+
+// Mixture test of replicates
+
+/// Two positions must be so much likelier than one (ln likelihood). Why: about 1 in 160,000; every joint, base
+/// and target are tried.
+pub(crate) const TWO_OVER_ONE: f64 = 12.0;
+
+/// And than one with a larger scatter (ln likelihood). Why: Bayes factor 20.
+pub(crate) const TWO_OVER_WIDE: f64 = 3.0;
+
+/// A base or target must be so much likelier than a joint (ln likelihood). Why: joints slip, feet and flanges
+/// seldom.
+pub(crate) const BASE_OVER_JOINT: f64 = 6.0;
+
+/// Of one pose used at most: 2^n patterns are counted (replicates). Why: time.
+pub(crate) const LONGEST_GROUP: usize = 10;
+
+/// Groups whose two positions lie nearer are not counted (sigmas). Why: Ashman, Bird & Zepf 1994: separation 2
+/// at least.
+pub(crate) const SPLIT_VISIBLE: f64 = 3.0;
+
+/// Expected to hold both positions before anything is said (groups). Why: one group.
+pub(crate) const SPLIT_GROUPS: f64 = 0.9;
+
+/// Of the groups expected to hold both positions must hold both (fraction). Why: a fair coin gives 1, a few
+/// slips less than a half.
+pub(crate) const SPLIT_FRACTION: f64 = 0.55;
+
+/// The smaller cluster has at least one member in so many (members a member). Why: a few slips are no cluster.
+pub(crate) const SMALLER_CLUSTER: f64 = 6.0;
+
+// Residual structure
+
+/// Looked at (rows or poses). Why: time.
+pub(crate) const STRUCTURE_ROWS: usize = 600;
+
+/// A covariate counts when none of them does as much (permutations). Why: permutation test at 1/200 (Edgington
+/// 1995), maximum over covariates (Westfall & Young 1993).
+pub(crate) const SHUFFLES: u32 = 199;
+
+/// A covariate is cut into (levels). Why: one-way analysis of variance.
+pub(crate) const LEVELS: usize = 8;
+
+/// Of what the levels explain, for a line or a step to be called one (fraction). Why: judgement.
+pub(crate) const SHAPE_FRACTION: f64 = 0.8;
+
+/// Of the variance a wave explains at least (fraction). Why: judgement.
+pub(crate) const WAVE_FRACTION: f64 = 0.2;
+
+// Next poses
+
+/// Drawn for each pose that is chosen (candidate poses). Why: random search, then refinement.
+pub(crate) const POSES_TRIED: usize = 240;
+
+/// Of small changes to the best pose (rounds). Why: step halves each time.
+pub(crate) const DESIGN_ROUNDS: usize = 3;
+
+/// Compared at most (effects). Why: time.
+pub(crate) const RIVALS: usize = 6;
+
+/// Separation that counts half: more of it is worth less than some for another pair (standard errors). Why:
+/// saturating T criterion (Atkinson & Fedorov 1975).
+pub(crate) const PLENTY: f64 = 5.0;
+
+/// Separation below which poses settle nothing (standard errors). Why: three sigma.
+pub(crate) const SETTLES: f64 = 3.0;
+
+/// Separation below which effects are the same for this arm (standard errors). Why: less than half a standard
+/// error.
+pub(crate) const INSEPARABLE: f64 = 0.5;
+
+/// Chosen poses keep from either limit (fraction of the range). Why: zeros are what is being looked for.
+pub(crate) const CLEAR_OF_LIMITS: f64 = 0.02;
+
+/// Beyond what was measured, for joints without limits (fraction of the range). Why: judgement.
+pub(crate) const RANGE_MARGIN: f64 = 0.15;
+
+/// Size at which effects not shown are asked about (times the noise). Why: larger ones would show anyhow.
+pub(crate) const ASKED_SIZE: f64 = 3.0;
+
+/// Asked about at most, one effect each (kinds). Why: time.
+pub(crate) const ASKED_KINDS: usize = 9;
+
+// Batches (large tables)
+
+/// From which effects are decided in batches (rows). Why: below, one by one is fast enough.
+pub(crate) const BATCH_ROWS: usize = 400;
+
+/// Of high order that make a batch (harmonics). Why: fewer are judged one by one.
+pub(crate) const BATCH_FAMILY: usize = 3;
+
+/// On which names in a batch are doubted (rows). Why: time.
+pub(crate) const BATCH_JUDGED_ROWS: usize = 3000;
+
+/// In one batch at most (effects). Why: time.
+pub(crate) const BATCH_EFFECTS: usize = 120;
+
+/// On the least cross-validated error that a smaller model may have (factor). Why: one-standard-error rule in
+/// spirit (Breiman et al. 1984).
+pub(crate) const BATCH_PARSIMONY: f64 = 1.01;
+
+/// Of a candidate that must be left beyond what is fitted (fraction). Why: the pool is not refitted in between:
+/// coarser than ABSORBED_REST.
+pub(crate) const BATCH_LEFT: f64 = 1e-3;
+
+// Plausibility of the files
+
+/// Distances this close agree with the arm (ln of a ratio). Why: 10 %: nominal arms are far better.
+pub(crate) const UNITS_AGREE: f64 = 0.1;
+
+/// Median beyond which a table does not belong to the arm (ln of a ratio). Why: a factor of 1.6.
+pub(crate) const UNITS_FOREIGN: f64 = 0.5;
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    /// Name and value of every constant, as written in this file.
+    fn in_source() -> BTreeMap<String, String> {
+        let constants = include_str!("thresholds.rs").lines().filter_map(|line| {
+            let (name, rest) = line.strip_prefix("pub(crate) const ")?.split_once(": ")?;
+            let (_, value) = rest.trim_end_matches(';').split_once(" = ")?;
+            Some((name.to_owned(), value.to_owned()))
+        });
+        constants.collect()
+    }
+
+    /// Name and value of every row of the README's table; every cell of it must be filled.
+    fn in_readme() -> BTreeMap<String, String> {
+        let rows = include_str!("../README.md").lines().filter(|line| line.starts_with("| `"));
+        let cells = rows.map(|line| line.trim_matches('|').split('|').map(str::trim).collect::<Vec<&str>>());
+        let constants = cells.filter(|cells| cells.len() == 6).map(|cells| {
+            assert!(
+                cells.iter().all(|cell| !cell.is_empty()),
+                "{cells:?} lacks a unit, a source or a sensitivity"
+            );
+            (cells[0].trim_matches('`').to_owned(), cells[1].to_owned())
+        });
+        constants.collect()
+    }
+
+    #[test]
+    fn the_readmes_table_and_the_constants_are_the_same() {
+        assert!(in_source().len() > 50);
+        assert_eq!(in_source(), in_readme());
+    }
+}

@@ -1,0 +1,143 @@
+//! Mechanisms the library has no name for. They are never named or added; they tell when a named effect would be an
+//! impostor, and where the real one sits.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::score_test::Probe;
+use crate::laboratory::Laboratory;
+use plumb_calibration::effect::{
+    Drive, Effect, EffectId, Handle, LooksAt, Parameter, Search, Situation, Spot, Unit,
+};
+
+/// What a mechanism without a name does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Shape {
+    /// Play that depends on the joint's angle.
+    PlayByAngle,
+    /// Play, or friction, that depends on the load.
+    PlayByLoad,
+    /// Pulls beyond some angle either way: of this joint alone, or of its sum with another.
+    Hinge { other: Option<usize>, at: f64 },
+    /// The base leans with what would tip it over.
+    RockingBase { limit: Option<f64> },
+}
+
+#[derive(Debug)]
+struct Unlisted {
+    joint: usize,
+    shape: Shape,
+    parameters: Vec<Parameter>,
+}
+
+impl Unlisted {
+    fn new(joint: usize, shape: Shape) -> Self {
+        let count = match shape {
+            Shape::PlayByAngle | Shape::RockingBase { .. } => 4,
+            Shape::PlayByLoad | Shape::Hinge { .. } => 2,
+        };
+        let parameters =
+            (1..=count).map(|number| Parameter::new(&number.to_string(), Unit::RATIO, (-1.0, 1.0))).collect();
+        Self { joint, shape, parameters }
+    }
+}
+
+impl Effect for Unlisted {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let q = situation.coordinate(self.joint);
+        let side = situation.side(self.joint);
+        match self.shape {
+            Shape::PlayByAngle => {
+                let waves = [q.cos(), q.sin(), (2.0 * q).cos(), (2.0 * q).sin()];
+                let terms = waves.into_iter().enumerate();
+                drives.extend(
+                    terms.map(|(parameter, wave)| situation.drive_joint(self.joint, parameter, side * wave)),
+                );
+            }
+            Shape::PlayByLoad => {
+                let moment = situation.moment(self.joint);
+                drives.push(situation.drive_joint(self.joint, 0, side * moment));
+                drives.push(situation.drive_joint(self.joint, 1, side * moment.abs()));
+            }
+            Shape::Hinge { other, at } => {
+                let sum = q + other.map_or(0.0, |other| situation.coordinate(other));
+                drives.push(situation.drive_joint(self.joint, 0, (sum - at).max(0.0)));
+                drives.push(situation.drive_joint(self.joint, 1, (sum + at).min(0.0)));
+            }
+            Shape::RockingBase { limit } => {
+                let tipping = situation.weights.overturning(situation.posture);
+                let eased = |moment: f64| limit.map_or(moment, |limit| (moment / limit).tanh());
+                for (parameter, (moment, axis)) in
+                    [(tipping.x, 0), (tipping.x, 1), (tipping.y, 0), (tipping.y, 1)].into_iter().enumerate()
+                {
+                    let turn = Vector3::ith(axis, eased(moment));
+                    let handle =
+                        Handle::Twist { after: 0, shift: Vector3::zeros(), turn, about: Vector3::zeros() };
+                    drives.push(Drive { parameter, handle, rate: 1.0 });
+                }
+            }
+        }
+    }
+
+    fn changes_coordinate(&self) -> Option<usize> {
+        (!matches!(self.shape, Shape::RockingBase { .. })).then_some(self.joint)
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Gravity
+    }
+}
+
+/// Angles at which hinges are tried, as shares of the farthest the sum reaches.
+const HINGES: [f64; 4] = [0.0, 0.25, 0.4, 0.55];
+
+/// Probes for everything that has no name, at every place.
+pub(super) fn probes(lab: &Laboratory) -> Vec<Probe> {
+    let (model, passport) = (lab.model(), lab.passport());
+    let mut probes: Vec<Probe> = Vec::new();
+    let mut family = 0;
+    let mut add = |variants: Vec<(usize, Spot, Shape)>| {
+        family += 1;
+        for (joint, spot, shape) in variants {
+            probes.push(Probe {
+                id: EffectId::at("unlisted", spot),
+                effect: Arc::new(Unlisted::new(joint, shape)),
+                search: Search::Jumps,
+                family,
+                weight: 1.0,
+                search_cost: 0.0,
+            });
+        }
+    };
+    let reach = |joint: usize| passport.ranges.get(joint).copied().unwrap_or((0.0, 0.0));
+    let turns = |joint: &usize| lab.survey().turns(*joint);
+    for joint in (0..model.chain.len()).filter(turns) {
+        let spot = Spot::Joint(joint);
+        if passport.has_both_sides(joint) {
+            add(vec![(joint, spot, Shape::PlayByAngle)]);
+            if lab.survey().has_weight() {
+                add(vec![(joint, spot, Shape::PlayByLoad)]);
+            }
+        }
+        let others = [joint.checked_sub(1), Some(joint + 1).filter(|other| *other < model.chain.len())];
+        for other in [None].into_iter().chain(others.into_iter().flatten().map(Some)) {
+            let (low, high) = reach(joint);
+            let (other_low, other_high) = other.map_or((0.0, 0.0), reach);
+            let farthest = (low + other_low).abs().max((high + other_high).abs());
+            add(HINGES.map(|share| (joint, spot, Shape::Hinge { other, at: share * farthest })).to_vec());
+        }
+    }
+    if lab.survey().has_weight() {
+        let greatest = passport.greatest_moments.iter().copied().fold(0.0, f64::max);
+        add(vec![(0, Spot::Base, Shape::RockingBase { limit: None })]);
+        let limits = [0.03, 0.1, 0.3]
+            .map(|share| (0, Spot::Base, Shape::RockingBase { limit: Some(share * greatest) }));
+        add(limits.into_iter().filter(|_| greatest > 0.0).collect());
+    }
+    probes
+}

@@ -1,0 +1,509 @@
+//! From stages to one verdict.
+
+use crate::candidates::{Candidates, best_variants};
+use crate::direction_test;
+use crate::forward_selection::{Contender, Stage};
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::lack_of_fit::{LackOfFit, probability_of_noise};
+use crate::noise_floor::Floor;
+use crate::outcome::{Candidate, EffectPlace, Located, Named, Verdict};
+use crate::predictive_gain::Gain;
+use crate::score_test::{Probe, Score, score};
+use crate::thresholds::{
+    ALIKE_CORRELATION, COMPARED_CANDIDATES, DETECTABLE_ERRORS, LACK_OF_FIT_LEVEL, NAMING_LEVEL,
+    OVERWHELMING_GAIN, PRESENT_LEVEL, SAME_CORRELATION, SIGN_ERRORS, TIE_BIC, UNLISTED_LEVEL,
+};
+use crate::wording::{AS_WELL, NOT_PREDICTED};
+use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::effect::{EffectId, Family, LooksAt, Search, Spot};
+use plumb_calibration::fit::ResidualModel;
+use plumb_estimation::{Progress, bic, holm};
+
+/// What the search came to.
+pub(crate) struct Finding<'a> {
+    /// The stage without the effect in question (others that belong may be in it).
+    pub(crate) stage: Stage<'a>,
+    /// What is left when everything that passed is in; nothing if the floor is unknown.
+    pub(crate) left_over: Option<LackOfFit>,
+    /// What is left of the model as it stands; nothing if the floor is unknown.
+    pub(crate) left_now: Option<LackOfFit>,
+    /// The verdict.
+    pub(crate) verdict: Verdict,
+    /// The place that is known, if that is the verdict.
+    pub(crate) place: Option<Spot>,
+    /// Contenders no worse than the best by more than the information criterion can tell.
+    pub(crate) close: Vec<usize>,
+    /// Effects that belong besides the one in question.
+    pub(crate) besides: Vec<EffectId>,
+    /// Places where, by its direction, all may sit that the model lacks; the likeliest first.
+    pub(crate) places: Vec<Spot>,
+}
+
+impl Laboratory {
+    /// Searches, then looks at the one effect that matters most with all others in.
+    pub(crate) fn find<'a>(
+        &'a self,
+        floor: &Floor,
+        candidates: &Candidates,
+        progress: &Progress,
+    ) -> Result<Finding<'a>, LaboratoryError> {
+        let mut stages = self.forward(candidates, progress)?;
+        let last = stages.len() - 1;
+        let left_now = stages.first().and_then(|stage| LackOfFit::of(&stage.fitted, floor));
+        let mut evidence = Evidence::default();
+        if let (Some(first), Some(full)) = (stages.first(), stages.get(last)) {
+            evidence.left_over = LackOfFit::of(&full.fitted, floor);
+            evidence.strangers = strangers(full, &candidates.unlisted);
+            let alone = self.direction_tests(&first.fitted, floor);
+            evidence.alone = direction_test::possible_sites(&alone, floor);
+            evidence.padded = padded(&full.taken);
+            let rest = if last == 0 { alone } else { self.direction_tests(&full.fitted, floor) };
+            evidence.uneven = direction_test::uneven_sites(&rest);
+        }
+        let stage = match stages.get(last).map_or(0, |full| full.taken.len()) {
+            0 | 1 => stages.swap_remove(0),
+            _ => {
+                progress.report(0.7, "weighing what was found")?;
+                let full = stages.swap_remove(last);
+                let needed = self.most_needed(&full, candidates, progress)?;
+                // The first stage's own finding stands if what was found later does not.
+                needed.unwrap_or_else(|| stages.swap_remove(0))
+            }
+        };
+        evidence.rivals = strangers_against(&stage, &candidates.unlisted);
+        evidence.lack_of_fit = LackOfFit::of(&stage.fitted, floor);
+        let besides = stage.taken.iter().map(|taken| taken.id.clone()).collect();
+        let close = close_contenders(&stage.contenders, stage.equations());
+        let asked: Vec<&Contender> = close.iter().filter_map(|index| stage.contenders.get(*index)).collect();
+        let (verdict, place) = judge(&asked, &evidence, floor);
+        Ok(Finding {
+            stage,
+            left_over: evidence.left_over,
+            left_now,
+            verdict,
+            place,
+            close,
+            besides,
+            places: evidence.alone,
+        })
+    }
+
+    /// Of the effects a stage has taken in, the one it would miss most and that still passes with the others in: the stage
+    /// without it.
+    fn most_needed<'a>(
+        &'a self,
+        full: &Stage<'_>,
+        candidates: &Candidates,
+        progress: &Progress,
+    ) -> Result<Option<Stage<'a>>, LaboratoryError> {
+        let mut best: Option<(f64, Stage<'a>)> = None;
+        for index in 0..full.taken.len() {
+            let mut others = full.taken.clone();
+            others.remove(index);
+            let without = self.stage(others, Some(&full.fitted), candidates, progress)?;
+            let own = full
+                .taken
+                .get(index)
+                .and_then(|taken| without.contenders.iter().find(|other| other.id.same_as(&taken.id)));
+            let needed = without.bic - own.map_or(without.bic, |own| own.bic);
+            let passes = close_contenders(&without.contenders, without.equations())
+                .first()
+                .and_then(|first| without.contenders.get(*first))
+                .is_some_and(Contender::passes);
+            if passes && best.as_ref().is_none_or(|(least, _)| needed > *least) {
+                best = Some((needed, without));
+            }
+        }
+        Ok(best.map(|(_, stage)| stage))
+    }
+}
+
+/// What a verdict rests on besides the contenders.
+#[derive(Default)]
+struct Evidence {
+    /// What is left without the effect in question.
+    lack_of_fit: Option<LackOfFit>,
+    /// What is left when everything that passed is in.
+    left_over: Option<LackOfFit>,
+    /// Places where something without a name is still at work when everything that passed is in.
+    strangers: Vec<Spot>,
+    /// Place of something without a name that does better than the effect in question.
+    rivals: Option<Spot>,
+    /// Places where, by its direction, all may sit that the model as it stands lacks; the likeliest first.
+    alone: Vec<Spot>,
+    /// Places along whose motion more is left than across it when everything that passed is in.
+    uneven: Vec<Spot>,
+    /// Joint on which more than one of the effects sits that can imitate anything.
+    padded: Option<Spot>,
+}
+
+/// The joint on which more than one effect sits that imitates anything.
+fn padded(taken: &[AddedEffect]) -> Option<Spot> {
+    let imitates =
+        |id: &&EffectId| plumb_calibration::effect::kind(&id.name).is_some_and(|kind| kind.imitates_anything);
+    let fillers = || taken.iter().map(|taken| &taken.id).filter(imitates);
+    fillers().map(|id| id.spot).find(|spot| fillers().filter(|other| other.spot == *spot).count() > 1)
+}
+
+/// Sites of those p values that are significant after Holm's correction, the clearest first.
+fn significant_sites(tests: &[(f64, Spot)]) -> Vec<Spot> {
+    let p_values: Vec<f64> = tests.iter().map(|(p, _)| *p).collect();
+    let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
+    let mut found: Vec<(f64, Spot)> = adjusted
+        .into_iter()
+        .zip(tests)
+        .map(|(p, (_, spot))| (p, *spot))
+        .filter(|(p, _)| *p < UNLISTED_LEVEL)
+        .collect();
+    found.sort_by(|left, right| left.0.total_cmp(&right.0));
+    found.into_iter().map(|(_, spot)| spot).collect()
+}
+
+/// Sites where something the library has no name for is at work beyond a stage, the clearest first.
+fn strangers(stage: &Stage<'_>, unlisted: &[Probe]) -> Vec<Spot> {
+    let scores = best_variants(unlisted, score(&stage.fitted.machine, &stage.fitted.fit, unlisted));
+    let tests = scores.iter().filter_map(|(index, score)| Some((score.p, unlisted.get(*index)?.id.spot)));
+    significant_sites(&tests.collect::<Vec<_>>())
+}
+
+/// Where something without a name does better than every contender, clearly, and is no chance find itself.
+fn strangers_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Spot> {
+    let best =
+        stage.contenders.iter().filter(|contender| contender.score.plausible).map(|contender| contender.bic);
+    let best = best.fold(f64::INFINITY, f64::min);
+    let fit = &stage.fitted.fit;
+    let (squares, equations, rank) = (fit.normal.squares, fit.normal.equations as f64, fit.rank() as f64);
+    let scores = best_variants(unlisted, score(&stage.fitted.machine, fit, unlisted));
+    let p_values: Vec<f64> = scores.iter().map(|(_, score)| score.p).collect();
+    let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
+    let rival = |((index, score), p): (&(usize, Score), f64)| {
+        let promised = (squares - score.gain).max(squares * 1e-9);
+        let cost = Search::Smooth.cost(equations);
+        let own = bic(promised, equations, rank + score.freedom as f64, cost);
+        Some((own, unlisted.get(*index)?.id.spot)).filter(|_| score.freedom > 0 && p < UNLISTED_LEVEL)
+    };
+    let strongest = scores.iter().zip(adjusted).filter_map(rival);
+    let (own, spot) = strongest.min_by(|left, right| left.0.total_cmp(&right.0))?;
+    (own < best - TIE_BIC && own < stage.bic - TIE_BIC).then_some(spot)
+}
+
+/// The best plausible contender and all that come close to it, by their places in the list (the likeliest first).
+fn close_contenders(contenders: &[Contender], equations: f64) -> Vec<usize> {
+    let mut plausible = contenders.iter().filter(|contender| contender.is_plausible());
+    let Some(best) = plausible.next() else { return Vec::new() };
+    // Of many parameters one more is charged for: a drift along three axes that does what one joint's warming does is no worse
+    // an explanation, if a dearer one.
+    let spared = |contender: &Contender| {
+        contender.score.freedom.saturating_sub(best.score.freedom + 1) as f64 * equations.ln()
+    };
+    let near = |contender: &Contender| contender.bic - spared(contender) - best.bic < TIE_BIC;
+    let close = contenders.iter().enumerate().filter(|(_, one)| one.is_plausible() && near(one));
+    close.map(|(index, _)| index).collect()
+}
+
+impl Evidence {
+    /// Something is there that nothing may be named for: it sits where its direction says, else where `otherwise` does.
+    fn nameless(&self, otherwise: Option<Spot>) -> (Verdict, Option<Spot>) {
+        let allowed = |spot: &Spot| self.alone.is_empty() || self.alone.contains(spot);
+        match otherwise.filter(allowed).or(self.alone.first().copied()) {
+            Some(spot) => (Verdict::Located, Some(spot)),
+            None => (Verdict::Unknown, None),
+        }
+    }
+
+    /// Whether more than noise is left without the effect in question; what is there beyond doubt counts although the sum of
+    /// all residuals does not show it.
+    fn is_noisy(&self, best: Option<&Contender>) -> bool {
+        let sure = best.is_some_and(|best| best.holm_p < PRESENT_LEVEL);
+        self.lack_of_fit.is_some_and(|lack_of_fit| lack_of_fit.is_significant() || sure)
+    }
+
+    /// Whether a name at this site may stand for something else that is at work there.
+    fn doubts_a_name_at(&self, spot: Spot) -> bool {
+        self.strangers.contains(&spot) || self.uneven.contains(&spot) || self.padded == Some(spot)
+    }
+}
+
+/// The verdict on the close contenders (the likeliest first), and the site if only that is known.
+fn judge(contenders: &[&Contender], evidence: &Evidence, floor: &Floor) -> (Verdict, Option<Spot>) {
+    let best = contenders.first().copied();
+    let noisy = evidence.is_noisy(best);
+    let quiet = match (evidence.lack_of_fit, floor.scale) {
+        (Some(_), Some(_)) => (Verdict::AtFloor, None),
+        _ => (Verdict::FloorUnknown, None),
+    };
+    let Some(best) = best else {
+        let stranger = evidence.rivals.or(evidence.strangers.first().copied());
+        return if noisy { evidence.nameless(stranger) } else { quiet };
+    };
+    if evidence.rivals.is_some() {
+        return evidence.nameless(evidence.rivals);
+    }
+    let one_place = contenders.iter().all(|contender| contender.id.spot == best.id.spot);
+    let explains = explains_all(best, floor);
+    let at_best = || match explains && !is_of_a_joint(&best.id) {
+        true => (Verdict::Located, Some(best.id.spot)),
+        false => evidence.nameless(Some(best.id.spot)),
+    };
+    if !best.passes() {
+        // What does not predict rows it has not seen is no finding, unless something must be there.
+        return match (noisy, one_place) {
+            (false, _) => quiet,
+            (true, true) => at_best(),
+            (true, false) => match evidence.alone.as_slice() {
+                // What does not reach the floor is no explanation to be tied with others.
+                [spot] if !explains => (Verdict::Located, Some(*spot)),
+                _ => (Verdict::Tied, None),
+            },
+        };
+    }
+    let unfinished = evidence.left_over.is_some_and(|lack_of_fit| lack_of_fit.is_significant());
+    let doubtful = unfinished || evidence.doubts_a_name_at(best.id.spot);
+    match (contenders.len(), one_place) {
+        _ if doubtful && !is_overwhelming(best) => at_best(),
+        (1, _) => (Verdict::Named, None),
+        (_, true) => (Verdict::Located, Some(best.id.spot)),
+        _ => (Verdict::Tied, None),
+    }
+}
+
+/// Whether nothing but noise is left with an effect in; yes where the noise is not known.
+fn explains_all(best: &Contender, floor: &Floor) -> bool {
+    let (squares, freedom) = best.left;
+    probability_of_noise(squares, freedom, floor).is_none_or(|p| p >= LACK_OF_FIT_LEVEL)
+}
+
+/// Directions tell of rotations about joints. What bends or shifts a link, and reaches the floor so, sits at that link.
+fn is_of_a_joint(id: &EffectId) -> bool {
+    plumb_calibration::effect::kind(&id.name).is_some_and(|kind| kind.family == Family::Joint)
+}
+
+/// Whether an effect predicts rows it has not seen so well that it is real whatever else is left.
+fn is_overwhelming(best: &Contender) -> bool {
+    best.gains.iter().all(|gain| gain.total > OVERWHELMING_GAIN * gain.error)
+}
+
+/// Which and where, in the contract's words.
+pub(crate) fn effect_place(machine: &ResidualModel<'_>, id: &EffectId) -> EffectPlace {
+    let joint = |index: usize| machine.model.chain.joints.get(index).map(|joint| joint.name.clone());
+    EffectPlace {
+        effect: id.name.clone(),
+        place: machine.model.site_name(id.spot),
+        with: id.with.and_then(joint),
+        n: id.order,
+        of: id.of.map(|of| of.name().to_owned()),
+        at: id.inner.filter(|_| plumb_calibration::effect::kind(&id.name).is_some_and(|kind| kind.is_event)),
+    }
+}
+
+impl Finding<'_> {
+    fn at(&self, index: usize) -> Option<&Contender> {
+        self.stage.contenders.get(index)
+    }
+
+    /// The contender in question.
+    pub(crate) fn best(&self) -> Option<&Contender> {
+        self.close.first().and_then(|index| self.at(*index))
+    }
+
+    /// The named effect, if that is the verdict.
+    pub(crate) fn named(&self) -> Option<Named> {
+        let best = self.best().filter(|_| self.verdict == Verdict::Named)?;
+        let size = self.size(best);
+        let effect = effect_place(&self.stage.fitted.machine, &best.id);
+        Some(Named { effect, size: size.value, unit: size.unit.to_owned(), se: size.error })
+    }
+
+    fn size(&self, contender: &Contender) -> plumb_calibration::effect::Size {
+        let built = plumb_calibration::effect::build(&contender.id, self.stage.fitted.machine.model);
+        built.map_or(contender.score.size, |effect| effect.size(&contender.values, &contender.covariance))
+    }
+
+    /// The known place, if that is the verdict.
+    pub(crate) fn located(&self) -> Option<Located> {
+        let spot = self.place.filter(|_| self.verdict == Verdict::Located)?;
+        let model = self.stage.fitted.machine.model;
+        let mut family: Vec<String> = Vec::new();
+        let close = self.close.iter().filter_map(|index| self.at(*index)).map(|contender| &contender.id);
+        for id in close.chain(&self.besides).filter(|id| id.spot == spot) {
+            if !family.contains(&id.name) {
+                family.push(id.name.clone());
+            }
+        }
+        Some(Located { place: model.site_name(spot), family })
+    }
+
+    /// Of all candidates a joint or link that yields against gravity explains most, clearly: what to say of the model's idea of what is down.
+    pub(crate) fn gravity_warning(&self) -> Option<String> {
+        let first = self.stage.contenders.first()?;
+        let model = self.stage.fitted.machine.model;
+        let yields = plumb_calibration::effect::build(&first.id, model)
+            .is_ok_and(|effect| effect.looks_at() == LooksAt::Gravity);
+        let size = self.size(first);
+        (yields && first.holm_p < NAMING_LEVEL && size.value < -SIGN_ERRORS * size.error).then(|| {
+            format!(
+                "gravity seems to point the other way in this model: {} explains most, and would rise under its load; check `gravity:`, and how the base stands",
+                model.label(&first.id)
+            )
+        })
+    }
+
+    /// What cannot be told apart, if there is more than one.
+    pub(crate) fn tied(&self) -> Vec<EffectPlace> {
+        let asked = matches!(self.verdict, Verdict::Tied | Verdict::Located);
+        if self.close.len() < 2 || !asked {
+            return Vec::new();
+        }
+        let places = self.close.iter().filter_map(|index| self.at(*index));
+        places.map(|contender| effect_place(&self.stage.fitted.machine, &contender.id)).collect()
+    }
+
+    /// Pairs of the best few contenders that move the readings alike in these poses, in words.
+    pub(crate) fn alike(&self) -> Vec<String> {
+        let Some(best) = self.best().map(|best| self.stage.fitted.machine.model.label(&best.id)) else {
+            return Vec::new();
+        };
+        let model = self.stage.fitted.machine.model;
+        let told = |(correlation, other): (f64, EffectId)| {
+            let other = model.label(&other);
+            format!(
+                "beyond what is fitted {best} and {other} move the readings of these poses alike (canonical correlation {correlation:.3})"
+            )
+        };
+        let same = self.same();
+        let others = self.correlated().into_iter();
+        others.filter(|(_, other)| !same.contains(&model.label(other))).map(told).collect()
+    }
+
+    /// Contenders that are the same thing as the best in these rows: they move every reading just as it does, and the tip as much or as little. What the arm's own
+    /// sensor does, and what the arm does, may read alike and still send the tip to different places.
+    pub(crate) fn same(&self) -> Vec<String> {
+        let Some(best) = self.best() else { return Vec::new() };
+        let of_sensor = |id: &EffectId| {
+            plumb_calibration::effect::kind(&id.name)
+                .is_some_and(|kind| matches!(kind.family, Family::Sensor | Family::Instrument))
+        };
+        let model = self.stage.fitted.machine.model;
+        let correlated = self.correlated().into_iter();
+        correlated
+            .filter(|(correlation, other)| {
+                *correlation > SAME_CORRELATION && of_sensor(other) == of_sensor(&best.id)
+            })
+            .map(|(_, other)| model.label(&other))
+            .collect()
+    }
+
+    /// The best few contenders that move the readings like the best: the canonical correlation of what each adds to what is fitted.
+    fn correlated(&self) -> Vec<(f64, EffectId)> {
+        let Some(best) = self.best() else { return Vec::new() };
+        let fitted = &self.stage.fitted;
+        let (machine, fit) = (&fitted.machine, &fitted.fit);
+        let others = self.stage.contenders.iter().filter(|other| other.id != best.id && other.refitted);
+        let compared: Vec<&Contender> =
+            std::iter::once(best).chain(others.take(COMPARED_CANDIDATES)).collect();
+        let effects: Vec<_> = compared
+            .iter()
+            .filter_map(|contender| plumb_calibration::effect::build(&contender.id, machine.model).ok())
+            .collect();
+        if effects.len() != compared.len() {
+            return Vec::new();
+        }
+        let probes: Vec<&dyn plumb_calibration::effect::Effect> = effects.iter().map(AsRef::as_ref).collect();
+        let normal = machine.normal(&fit.state, &fit.rows, &fit.weights, &probes);
+        let slots = machine.slots().len();
+        let count = normal.matrix.nrows() - slots;
+        let shadow = fit.factor.whiten(&normal.matrix.view((0, slots), (slots, count)).into_owned());
+        let beyond = normal.matrix.view((slots, slots), (count, count)) - shadow.tr_mul(&shadow);
+        let mut first = 0;
+        let ranges: Vec<std::ops::Range<usize>> = probes
+            .iter()
+            .map(|probe| {
+                let range = first..first + probe.parameters().len();
+                first = range.end;
+                range
+            })
+            .collect();
+        let Some(own) = ranges.first() else { return Vec::new() };
+        let correlation = |(other, range): (&&Contender, &std::ops::Range<usize>)| {
+            Some((canonical(&beyond, own, range)?, other.id.clone()))
+        };
+        let mut alike: Vec<(f64, EffectId)> =
+            compared.iter().zip(&ranges).skip(1).filter_map(correlation).collect();
+        alike.retain(|(correlation, _)| *correlation > ALIKE_CORRELATION);
+        alike.sort_by(|left, right| right.0.total_cmp(&left.0));
+        alike
+    }
+
+    /// The likeliest candidates, with why each is not the name.
+    pub(crate) fn candidates(&self, count: usize) -> Vec<Candidate> {
+        let machine = &self.stage.fitted.machine;
+        let best = self.stage.contenders.first().map_or(0.0, |contender| contender.bic);
+        let rows = self.stage.fitted.fit.rows.len().max(1) as f64;
+        let unit = crate::noise_floor::typical_sigma(machine);
+        let candidate = |contender: &Contender| {
+            let size = self.size(contender);
+            let noise = self.stage.fitted.fit.scale;
+            let visible = contender.score.strength * (1.0 - contender.score.absorbed).max(1e-12).sqrt();
+            Candidate {
+                effect: effect_place(machine, &contender.id),
+                label: machine.model.label(&contender.id),
+                holm_p: contender.holm_p,
+                delta_bic: contender.bic - best,
+                cv_gain: contender.gains.first().map(|gain| signed_root(gain.total / rows) * unit),
+                size: size.value,
+                unit: size.unit.to_owned(),
+                se: size.error,
+                plausible: contender.score.plausible,
+                absorbed: contender.score.absorbed,
+                explains_mm: (contender.score.gain / rows).sqrt() * unit,
+                smallest: if visible > 0.0 { DETECTABLE_ERRORS * noise / visible } else { f64::MAX },
+                rejected: self.rejected(contender),
+            }
+        };
+        self.stage.contenders.iter().take(count).map(candidate).collect()
+    }
+
+    fn rejected(&self, contender: &Contender) -> Option<String> {
+        let is_best = self.best().is_some_and(|best| best.id == contender.id);
+        let close =
+            self.close.iter().filter_map(|index| self.at(*index)).any(|other| other.id == contender.id);
+        if is_best && self.verdict == Verdict::Named {
+            return None;
+        }
+        Some(if contender.holm_p >= NAMING_LEVEL {
+            format!("chance alone would do as much (p {:.2} after Holm)", contender.holm_p)
+        } else if !contender.score.plausible {
+            "no real machine has such a size or sign".to_owned()
+        } else if close && self.close.len() > 1 {
+            AS_WELL.to_owned()
+        } else if contender.outvoted {
+            "it stands only when some rows are called wild".to_owned()
+        } else if contender.refitted && !contender.gains.iter().all(Gain::counts) {
+            NOT_PREDICTED.to_owned()
+        } else {
+            "another explains it better".to_owned()
+        })
+    }
+}
+
+/// The greatest canonical correlation of two groups of columns, from their products; nothing where one is not seen at all.
+fn canonical(
+    products: &nalgebra::DMatrix<f64>,
+    one: &std::ops::Range<usize>,
+    other: &std::ops::Range<usize>,
+) -> Option<f64> {
+    let part = |rows: &std::ops::Range<usize>, columns: &std::ops::Range<usize>| {
+        products.view((rows.start, columns.start), (rows.len(), columns.len())).into_owned()
+    };
+    let (first, second) = (part(one, one).cholesky()?, part(other, other).cholesky()?);
+    let left = first.l().solve_lower_triangular(&part(one, other))?;
+    let both = second.l().solve_lower_triangular(&left.transpose())?;
+    both.svd(false, false).singular_values.iter().copied().reduce(f64::max)
+}
+
+fn signed_root(value: f64) -> f64 {
+    value.signum() * value.abs().sqrt()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,239 @@
+//! Every branch of the verdict on contenders made by hand, and both sides of each threshold it rests on.
+
+use nalgebra::DMatrix;
+
+use super::*;
+use crate::noise_floor::FloorSource;
+use plumb_calibration::effect::Size;
+
+const FLOOR: Floor = Floor {
+    sigma_mm: Some(1.0),
+    source: FloorSource::Declared,
+    dof: 0,
+    scale: Some(1.0),
+    allowed_for: Vec::new(),
+};
+
+/// Equations of the imagined fit.
+const EQUATIONS: f64 = 200.0;
+
+/// What is left in proportion to noise, with this probability.
+fn lack(p: f64) -> Option<LackOfFit> {
+    Some(LackOfFit { ratio: 1.0, p })
+}
+
+fn gain(errors: f64) -> Gain {
+    Gain { total: errors, error: 1.0 }
+}
+
+/// A contender that passes everything: an effect of a joint that explains all but noise and predicts rows it has not seen.
+fn contender(name: &str, joint: usize, bic: f64) -> Contender {
+    let one = DMatrix::from_element(1, 1, 1e-4);
+    let score = Score {
+        gain: 300.0,
+        freedom: 1,
+        left: (190.0, 190.0),
+        p: 1e-12,
+        values: vec![1.0],
+        covariance: one.clone(),
+        beside: Vec::new(),
+        size: Size { value: 1.0, unit: "deg", error: 0.01 },
+        plausible: true,
+        absorbed: 0.0,
+        strength: 1.0,
+    };
+    Contender {
+        id: EffectId::at(name, Spot::Joint(joint)),
+        score,
+        holm_p: 1e-10,
+        bic,
+        search_cost: 0.0,
+        values: vec![1.0],
+        covariance: one,
+        gains: vec![gain(5.0)],
+        refitted: true,
+        outvoted: false,
+        left: (190.0, 190.0),
+    }
+}
+
+/// The verdict on contenders where much is left without them.
+fn verdict_of(contenders: &[Contender], evidence: Evidence) -> (Verdict, Option<Spot>) {
+    let close = close_contenders(contenders, EQUATIONS);
+    let asked: Vec<&Contender> = close.iter().map(|index| &contenders[*index]).collect();
+    judge(&asked, &evidence, &FLOOR)
+}
+
+/// More than noise is left without the effect, nothing with it.
+fn found() -> Evidence {
+    Evidence { lack_of_fit: lack(1e-9), left_over: lack(0.5), ..Evidence::default() }
+}
+
+const NAMED: (Verdict, Option<Spot>) = (Verdict::Named, None);
+
+fn located(joint: usize) -> (Verdict, Option<Spot>) {
+    (Verdict::Located, Some(Spot::Joint(joint)))
+}
+
+#[test]
+fn one_contender_that_passes_everything_is_named() {
+    assert_eq!(verdict_of(&[contender("joint_zero", 1, 0.0)], found()), NAMED);
+}
+
+#[test]
+fn contenders_within_the_tie_are_tied_or_located_and_beyond_it_the_best_is_named() {
+    let two = |joint: usize, bic: f64| [contender("joint_zero", 1, 0.0), contender("joint_gain", joint, bic)];
+    assert_eq!(verdict_of(&two(2, 0.9 * TIE_BIC), found()).0, Verdict::Tied);
+    assert_eq!(verdict_of(&two(1, 0.9 * TIE_BIC), found()), located(1));
+    assert_eq!(verdict_of(&two(2, 1.1 * TIE_BIC), found()), NAMED);
+    assert_eq!(verdict_of(&two(1, 1.1 * TIE_BIC), found()), NAMED);
+}
+
+#[test]
+fn a_contender_of_many_parameters_is_charged_for_one_more_only() {
+    let with = |freedom: usize, extra: f64| {
+        let mut other = contender("drift", 2, extra);
+        other.score.freedom = freedom;
+        verdict_of(&[contender("joint_zero", 1, 0.0), other], found()).0
+    };
+    let price = EQUATIONS.ln();
+    assert_eq!(with(4, 2.0 * price + 0.9 * TIE_BIC), Verdict::Tied, "two of its three more are not charged");
+    assert_eq!(with(4, 2.0 * price + 1.1 * TIE_BIC), Verdict::Named);
+    assert_eq!(with(2, 0.9 * TIE_BIC), Verdict::Tied, "one more is in the criterion already");
+    assert_eq!(with(2, 1.1 * TIE_BIC), Verdict::Named);
+}
+
+#[test]
+fn a_name_must_be_improbable_by_chance() {
+    let at = |holm_p: f64| Contender { holm_p, ..contender("joint_zero", 1, 0.0) };
+    assert!(at(0.9 * NAMING_LEVEL).passes() && !at(1.1 * NAMING_LEVEL).passes());
+    assert_eq!(verdict_of(&[at(0.9 * NAMING_LEVEL)], found()), NAMED);
+    assert_eq!(verdict_of(&[at(1.1 * NAMING_LEVEL)], found()).0, Verdict::Unknown);
+}
+
+#[test]
+fn an_implausible_an_outvoted_and_an_unproved_effect_are_not_named() {
+    let plain = || contender("joint_zero", 1, 0.0);
+    let mut implausible = plain();
+    implausible.score.plausible = false;
+    assert_eq!(verdict_of(&[implausible], found()).0, Verdict::Unknown);
+    let outvoted = Contender { outvoted: true, ..plain() };
+    let unproved = Contender { gains: vec![gain(0.9)], ..plain() };
+    let harmful = Contender { gains: vec![gain(5.0), gain(-0.5)], ..plain() };
+    let untried = Contender { gains: Vec::new(), ..plain() };
+    let expected = Contender { refitted: false, ..plain() };
+    for one in [outvoted, unproved, harmful, untried, expected] {
+        assert!(!one.passes());
+        assert_eq!(verdict_of(&[one], found()), located(1), "its site is where the error sits");
+    }
+}
+
+#[test]
+fn what_does_not_predict_is_no_finding_unless_something_must_be_there() {
+    let unproved =
+        |holm_p: f64| Contender { holm_p, gains: vec![gain(-3.0)], ..contender("joint_zero", 1, 0.0) };
+    let quiet = || Evidence { lack_of_fit: lack(0.5), left_over: lack(0.5), ..Evidence::default() };
+    assert_eq!(verdict_of(&[unproved(1.1 * PRESENT_LEVEL)], quiet()), (Verdict::AtFloor, None));
+    assert_eq!(verdict_of(&[unproved(0.9 * PRESENT_LEVEL)], quiet()), located(1));
+    let without_floor = Evidence::default();
+    assert_eq!(verdict_of(&[unproved(1e-9)], without_floor), (Verdict::FloorUnknown, None));
+}
+
+#[test]
+fn without_a_contender_the_lack_of_fit_decides() {
+    let at = |p: f64| verdict_of(&[], Evidence { lack_of_fit: lack(p), ..Evidence::default() });
+    assert_eq!(at(1.1 * LACK_OF_FIT_LEVEL), (Verdict::AtFloor, None));
+    assert_eq!(at(0.9 * LACK_OF_FIT_LEVEL), (Verdict::Unknown, None));
+    let strange =
+        Evidence { lack_of_fit: lack(1e-9), strangers: vec![Spot::Joint(3)], ..Evidence::default() };
+    assert_eq!(verdict_of(&[], strange), located(3));
+    let directed = Evidence {
+        lack_of_fit: lack(1e-9),
+        strangers: vec![Spot::Joint(3)],
+        alone: vec![Spot::Joint(2)],
+        ..Evidence::default()
+    };
+    assert_eq!(verdict_of(&[], directed), located(2), "the direction overrules what sits elsewhere");
+}
+
+#[test]
+fn a_doubted_name_is_located_unless_its_evidence_is_overwhelming() {
+    let doubts: [fn(&mut Evidence); 4] = [
+        |evidence| evidence.left_over = lack(0.9 * LACK_OF_FIT_LEVEL),
+        |evidence| evidence.strangers = vec![Spot::Joint(1)],
+        |evidence| evidence.uneven = vec![Spot::Joint(1)],
+        |evidence| evidence.padded = Some(Spot::Joint(1)),
+    ];
+    for doubt in doubts {
+        let verdict = |errors: f64| {
+            let mut evidence = found();
+            doubt(&mut evidence);
+            let one = Contender { gains: vec![gain(errors)], ..contender("joint_zero", 1, 0.0) };
+            verdict_of(&[one], evidence)
+        };
+        assert_eq!(verdict(0.9 * OVERWHELMING_GAIN), located(1));
+        assert_eq!(verdict(1.1 * OVERWHELMING_GAIN), NAMED);
+    }
+    let elsewhere = Evidence { strangers: vec![Spot::Joint(4)], uneven: vec![Spot::Joint(4)], ..found() };
+    assert_eq!(
+        verdict_of(&[contender("joint_zero", 1, 0.0)], elsewhere),
+        NAMED,
+        "doubts at another joint do not count"
+    );
+    let finished = Evidence { left_over: lack(1.1 * LACK_OF_FIT_LEVEL), ..found() };
+    assert_eq!(verdict_of(&[contender("joint_zero", 1, 0.0)], finished), NAMED);
+}
+
+#[test]
+fn a_mechanism_without_a_name_that_explains_more_takes_the_site() {
+    let evidence = Evidence { rivals: Some(Spot::Joint(5)), ..found() };
+    assert_eq!(verdict_of(&[contender("joint_zero", 1, 0.0)], evidence), located(5));
+}
+
+#[test]
+fn what_does_not_reach_the_floor_is_not_tied_where_the_direction_knows_one_site() {
+    let unproved = |joint: usize, left: f64| Contender {
+        gains: vec![gain(0.0)],
+        left: (left, 190.0),
+        ..contender("joint_gain", joint, 0.0)
+    };
+    let at = |left: f64| {
+        let evidence = Evidence { alone: vec![Spot::Joint(2)], ..found() };
+        verdict_of(&[unproved(1, left), unproved(3, left)], evidence)
+    };
+    assert_eq!(at(190.0).0, Verdict::Tied);
+    assert_eq!(at(400.0), located(2));
+}
+
+#[test]
+fn sites_without_a_name_count_below_their_level_after_holm() {
+    let tests =
+        |p: f64| [(p, Spot::Joint(2)), (0.5, Spot::Joint(0)), (0.9, Spot::Base), (p / 10.0, Spot::Joint(1))];
+    // Of four tests the least is multiplied by four, the next by three.
+    assert_eq!(significant_sites(&tests(0.9 * UNLISTED_LEVEL / 3.0)), [Spot::Joint(1), Spot::Joint(2)]);
+    assert_eq!(significant_sites(&tests(1.1 * UNLISTED_LEVEL / 3.0)), [Spot::Joint(1)]);
+    assert_eq!(significant_sites(&[(1.1 * UNLISTED_LEVEL, Spot::Base)]), []);
+}
+
+#[test]
+fn two_flexible_terms_at_one_joint_imitate_anything() {
+    let taken = |name: &str, joint: usize| AddedEffect {
+        id: EffectId::at(name, Spot::Joint(joint)),
+        values: Vec::new(),
+    };
+    let wave_and_gain = [taken("joint_gain", 1), taken("joint_zero", 2), taken("joint_harmonic", 1)];
+    assert_eq!(padded(&wave_and_gain), Some(Spot::Joint(1)));
+    assert_eq!(padded(&[taken("joint_gain", 1), taken("joint_harmonic", 2), taken("joint_zero", 1)]), None);
+}
+
+#[test]
+fn canonical_correlation_of_collinear_and_of_orthogonal_columns() {
+    let products = |columns: &DMatrix<f64>| columns.tr_mul(columns);
+    let same = DMatrix::from_row_slice(3, 2, &[1.0, 2.0, 2.0, 4.0, -1.0, -2.0]);
+    assert!((canonical(&products(&same), &(0..1), &(1..2)).unwrap() - 1.0).abs() < 1e-9);
+    let square = DMatrix::from_row_slice(3, 2, &[1.0, 1.0, 1.0, -1.0, 0.0, 5.0]);
+    assert!(canonical(&products(&square), &(0..1), &(1..2)).unwrap() < 1e-9);
+    // Angle of 60 degrees: correlation one half.
+    let half = DMatrix::from_row_slice(2, 2, &[1.0, 0.5, 0.0, 0.75_f64.sqrt()]);
+    assert!((canonical(&products(&half), &(0..1), &(1..2)).unwrap() - 0.5).abs() < 1e-12);
+}

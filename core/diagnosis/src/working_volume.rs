@@ -1,0 +1,141 @@
+//! The working volume: poses all over the places where the arm is to be right.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, Point3};
+use plumb_kinematics::Posture;
+
+use crate::laboratory::{Laboratory, LaboratoryError};
+use plumb_calibration::arm_model::SurfaceShape;
+use plumb_calibration::arm_model::{AddedEffect, Model};
+use plumb_calibration::effect::Effect;
+use plumb_calibration::fit::{ResidualModel, State};
+use plumb_calibration::measurement::Observations;
+use plumb_calibration::table::{PositionColumns, Table};
+use plumb_estimation::Random;
+
+/// Poses by which the working volume is represented.
+const POSES: usize = 150;
+
+/// Poses drawn at most to find so many inside it.
+const DRAWN: usize = 20_000;
+
+/// Share of a turn's range beyond which a joint's limits say nothing of where it works.
+const LIMITED: f64 = 1.9 * std::f64::consts::TAU;
+
+/// How much wider than what was measured a joint without limits is taken to work, as a share.
+const MARGIN: f64 = 0.15;
+
+/// Poses in the working volume, as a table in which the whole position of the first target is read.
+pub(super) struct Volume {
+    table: Table,
+}
+
+/// How the tip moves at those poses, mm.
+pub(super) struct Derivatives {
+    /// Slots, then effects' parameters, by coordinates of the tip.
+    columns: DMatrix<f64>,
+    slots: usize,
+}
+
+/// Least and greatest coordinate at which a joint works: its limits, and where they say nothing, what was measured and a little around.
+pub(super) fn working_range(lab: &Laboratory, joint: usize) -> (f64, f64) {
+    let measured = lab.passport().ranges.get(joint).copied().unwrap_or((-1.0, 1.0));
+    let (low, high) = lab.model().chain.joints.get(joint).map_or(measured, |row| row.limits);
+    if high - low < LIMITED && (high - low).is_finite() && high - low < 1e5 {
+        return (low, high);
+    }
+    let margin = MARGIN * (measured.1 - measured.0);
+    ((measured.0 - margin).max(low), (measured.1 + margin).min(high))
+}
+
+impl Volume {
+    /// Poses within the joints' limits whose tip lies in the model's `working_volume`, where it has one, and on the open side of every plane it knows.
+    pub(super) fn of(lab: &Laboratory, model: &Model, state: &State) -> Result<Self, LaboratoryError> {
+        let joints = model.chain.len();
+        let mut dice = Random::seeded(23);
+        let known = lab.table();
+        let mut table = Table { source: known.source.clone(), joints, ..Table::default() };
+        table.touch.names.clone_from(&known.touch.names);
+        table.approach = known.approach.as_ref().map(|_| Vec::new());
+        let target = model.targets.first().map(|target| target.name.clone()).unwrap_or_default();
+        let mut tip = PositionColumns { number: 0, target, xyz: Vec::new() };
+        let ranges: Vec<(f64, f64)> = (0..joints).map(|joint| working_range(lab, joint)).collect();
+        let loads: Vec<f64> =
+            known.payload.iter().flatten().copied().filter(|load| load.is_finite()).collect();
+        let mut payloads = Vec::new();
+        for _ in 0..DRAWN {
+            if tip.xyz.len() >= POSES {
+                break;
+            }
+            let q: Vec<f64> = ranges.iter().map(|(low, high)| low + (high - low) * dice.uniform()).collect();
+            if !inside(model, state, &q) {
+                continue;
+            }
+            table.q.extend(&q);
+            if let Some(approach) = &mut table.approach {
+                approach.extend((0..joints).map(|_| if dice.below(2) == 0 { -1 } else { 1 }));
+            }
+            table.lines.push(tip.xyz.len() as u32 + 1);
+            table.note(None, None);
+            payloads.push(if loads.is_empty() { 0.0 } else { loads[dice.below(loads.len())] });
+            tip.xyz.push([0.0; 3]);
+        }
+        if tip.xyz.is_empty() {
+            return Err(LaboratoryError::Refused(
+                "no pose within the joints' limits brings the first target into the model's `working_volume`: check both".to_owned(),
+            ));
+        }
+        table.payload = Some(payloads);
+        table.positions.push(tip);
+        Ok(Self { table })
+    }
+
+    /// How the tip moves with every fitted number and with every parameter of these effects.
+    pub(super) fn derivatives(
+        &self,
+        model: &Model,
+        taken: &[AddedEffect],
+        state: &State,
+        effects: &[&dyn Effect],
+    ) -> Result<Derivatives, LaboratoryError> {
+        let observations = Observations::new(model, &self.table)?;
+        let machine = ResidualModel::new(model, &self.table, &observations, taken)?;
+        let rows: Vec<usize> = (0..self.table.len()).collect();
+        let mut columns = machine.block(state, &rows, &vec![1.0; rows.len()], effects).jacobian;
+        for (mut column, equation) in columns.column_iter_mut().zip(observations.equations()) {
+            column *= equation.sigma;
+        }
+        Ok(Derivatives { columns, slots: machine.slots().len() })
+    }
+}
+
+impl Derivatives {
+    /// Mean over the poses of the products of how far the tip is off a unit of each of an effect's parameters, mm2, when the fitted numbers answer it so.
+    pub(super) fn off(
+        &self,
+        effect: Range<usize>,
+        answer: &DMatrix<f64>,
+        moves_the_tip: bool,
+    ) -> DMatrix<f64> {
+        let fitted = self.columns.rows(0, self.slots);
+        let mut off = -answer.tr_mul(&fitted);
+        if moves_the_tip {
+            off += self.columns.rows(effect.start, effect.len());
+        }
+        let poses = (self.columns.ncols() as f64 / 3.0).max(1.0);
+        &off * off.transpose() / poses
+    }
+}
+
+/// Whether a pose has its tip in the working volume.
+fn inside(model: &Model, state: &State, q: &[f64]) -> bool {
+    let tool = state.targets.first().copied().unwrap_or_default();
+    let point = (state.base * Posture::of(&model.chain, q, &[]).flange * Point3::from(tool)).coords;
+    let held = |(value, (low, high)): (&f64, &(f64, f64))| (low..=high).contains(&value);
+    let open = model.surfaces.iter().all(|surface| match surface.shape {
+        SurfaceShape::Plane { normal, offset } if !surface.free => normal.dot(&point) >= offset,
+        _ => true,
+    });
+    open && model.working_volume.is_none_or(|volume| point.iter().zip(&volume).all(held))
+}

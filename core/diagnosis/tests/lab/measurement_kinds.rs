@@ -1,0 +1,277 @@
+//! Every kind of measurement a table can hold brings a wrong zero to light, alone.
+
+use plumb_diagnosis::laboratory::{Comparison, Options};
+use plumb_diagnosis::split::Holdout;
+use plumb_estimation::Progress;
+
+use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
+
+/// The hidden error of the elbow's zero, deg.
+const HIDDEN: f64 = 0.4;
+
+const KNOWN: &str = "base: {free: false}\ntargets: {p1: {free: false}}\nmeasured_from: world\n";
+
+fn compare(model: &str, header: &str, rows: &[String]) -> Comparison {
+    let table = format!("{header}\n{}\n", rows.join("\n"));
+    let options = Options { holdout: Holdout::None, ..Options::default() };
+    laboratory(model, &table, options).compare(&Progress::unwatched()).unwrap()
+}
+
+fn size(found: &Comparison, label: &str) -> (f64, f64) {
+    let effect = found.effects.iter().find(|effect| effect.label == label).unwrap();
+    assert!(!effect.held, "{label} is held");
+    (effect.size, effect.se)
+}
+
+/// The elbow's zero comes out at what was hidden, within four standard errors and closely at that.
+fn finds_the_elbow(found: &Comparison) {
+    let (value, error) = size(found, "joint_zero(elbow)");
+    assert!((value - HIDDEN).abs() < 4.0 * error + 1e-6, "{value} +- {error}");
+    assert!(error < 0.08, "{value} +- {error}");
+}
+
+fn model(rest: &str) -> String {
+    format!("{COLUMN_ARM}{KNOWN}free: [joint_zero(elbow)]\n{rest}")
+}
+
+fn truth(q: [f64; 3]) -> [f64; 3] {
+    column_tip([q[0], q[1], q[2] + HIDDEN])
+}
+
+fn joints(q: [f64; 3]) -> String {
+    format!("{:.6},{:.6},{:.6}", q[0], q[1], q[2])
+}
+
+const Q: &str = "q1_deg,q2_deg,q3_deg";
+
+#[test]
+fn positions_of_which_some_axes_are_missing() {
+    let mut dice = Dice::seeded(2);
+    let mut row = |(index, q): (usize, [f64; 3])| {
+        let mut cells = truth(q).map(|part| format!("{:.5}", part + dice.noise(0.05)));
+        cells[index % 3].clear();
+        format!("{},{}", joints(q), cells.join(","))
+    };
+    let rows: Vec<String> = column_poses(30, 2).into_iter().enumerate().map(&mut row).collect();
+    let found = compare(&model("noise: {p1_mm: 0.05}\n"), &format!("{Q},p1_x_mm,p1_y_mm,p1_z_mm"), &rows);
+    finds_the_elbow(&found);
+    assert!((0.04..0.12).contains(&found.rms_mm.fit), "{:?}", found.rms_mm);
+}
+
+#[test]
+fn heights_over_a_plane_of_which_nobody_knows_how_it_lies() {
+    let mut dice = Dice::seeded(3);
+    let normal = [0.03, -0.02, (1.0_f64 - 0.0009 - 0.0004).sqrt()];
+    let mut row = |q: [f64; 3]| {
+        let tip = truth(q);
+        let height: f64 = tip.iter().zip(normal).map(|(part, normal)| part * normal).sum::<f64>() - 12.0;
+        format!("{},{:.5},table", joints(q), height + dice.noise(0.05))
+    };
+    let rows: Vec<String> = column_poses(60, 3).into_iter().map(&mut row).collect();
+    let surfaces = "surfaces: {table: {plane: {normal: [0, 0, 1], offset_mm: 0}, free: true}}\n";
+    finds_the_elbow(&compare(&model(surfaces), &format!("{Q},height_mm,on"), &rows));
+}
+
+#[test]
+fn rows_left_out_are_not_asked_of_a_plane_that_nothing_else_tells() {
+    let mut dice = Dice::seeded(7);
+    let mut rows: Vec<String> = column_poses(60, 7)
+        .into_iter()
+        .map(|q| {
+            let cells = truth(q).map(|part| format!("{:.5}", part + dice.noise(0.05)));
+            format!("{},{},,", joints(q), cells.join(","))
+        })
+        .collect();
+    // Heights in two corners: without the one, the plane under it is anybody's guess.
+    for waist in [-60.0, 60.0] {
+        for q in
+            [[waist, 30.0, -60.0], [waist + 3.0, 30.0, -60.0], [waist, 33.0, -60.0], [waist, 30.0, -64.0]]
+        {
+            let height = truth(q)[2] - 12.0 + dice.noise(0.2);
+            rows.push(format!("{},,,,{height:.5},table", joints(q)));
+        }
+    }
+    let rest = "noise: {p1_mm: 0.05, height_mm: 0.2}
+surfaces: {table: {plane: {normal: [0, 0, 1], offset_mm: 0}, free: true}}\n";
+    let found = compare(&model(rest), &format!("{Q},p1_x_mm,p1_y_mm,p1_z_mm,height_mm,on"), &rows);
+    finds_the_elbow(&found);
+    let cv = found.rms_mm.cv.unwrap();
+    assert!(cv < 2.0 * found.rms_mm.fit, "{:?}", found.rms_mm);
+}
+
+/// The elbow's command that brings the tip to where `miss` is zero, from a start, by bisection.
+fn command(mut low: f64, mut high: f64, miss: impl Fn(f64) -> f64) -> f64 {
+    assert!(miss(low) * miss(high) < 0.0, "{} .. {}", miss(low), miss(high));
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        if miss(low) * miss(middle) <= 0.0 { high = middle } else { low = middle }
+    }
+    0.5 * (low + high)
+}
+
+#[test]
+fn moments_at_which_the_tip_lay_on_a_table_or_over_an_edge() {
+    let mut dice = Dice::seeded(4);
+    let mut rows = Vec::new();
+    for _ in 0..20 {
+        let (waist, shoulder) = (dice.between(-60.0, 60.0), dice.between(5.0, 25.0));
+        let on_table = command(-130.0, -10.0, |elbow| truth([waist, shoulder, elbow])[2] - 250.0);
+        rows.push(format!("{},table", joints([waist, shoulder, on_table + dice.noise(0.005)])));
+        let (waist, shoulder) = (dice.between(-20.0, 20.0), dice.between(0.0, 30.0));
+        let over_edge = command(-150.0, 0.0, |elbow| truth([waist, shoulder, elbow])[0] - 180.0);
+        rows.push(format!("{},edge", joints([waist, shoulder, over_edge + dice.noise(0.005)])));
+    }
+    let surfaces = "surfaces:
+  table: {plane: {normal: [0, 0, 1], offset_mm: 250}}
+  edge: {line: {point_mm: [180, 0, 0], direction: [0, 1, 0]}}
+";
+    finds_the_elbow(&compare(&model(surfaces), &format!("{Q},on"), &rows));
+}
+
+#[test]
+fn points_on_a_ball() {
+    // The tip rides on a ball about the shoulder's side: its centre is free.
+    let mut dice = Dice::seeded(5);
+    let centre = [150.0, 60.0, 380.0];
+    let away = |q: [f64; 3]| {
+        let squares = truth(q).into_iter().zip(centre).map(|(part, centre)| (part - centre).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    let mut rows = Vec::new();
+    while rows.len() < 60 {
+        let (waist, shoulder) = (dice.between(-60.0, 90.0), dice.between(-10.0, 100.0));
+        let miss = |elbow: f64| away([waist, shoulder, elbow]) - 160.0;
+        for (low, high) in [(-150.0, -100.0), (-100.0, -60.0), (-60.0, -20.0), (-20.0, 0.0)] {
+            if miss(low) * miss(high) < 0.0 {
+                let elbow = command(low, high, miss) + dice.noise(0.005);
+                rows.push(format!("{},ball", joints([waist, shoulder, elbow])));
+            }
+        }
+    }
+    let surfaces = "surfaces: {ball: {sphere: {centre_mm: [148, 62, 381], radius_mm: 160}, free: true}}\n";
+    finds_the_elbow(&compare(&model(surfaces), &format!("{Q},on"), &rows));
+}
+
+#[test]
+fn tilts_of_the_last_link() {
+    let mut dice = Dice::seeded(6);
+    let mut row = |q: [f64; 3]| {
+        let tilt = -(q[1] + q[2] + HIDDEN) + dice.noise(0.02);
+        format!("{},{:.5},{:.5}", joints(q), dice.noise(0.02), tilt)
+    };
+    let rows: Vec<String> = column_poses(40, 6).into_iter().map(&mut row).collect();
+    let level = "level: {after: elbow, rpy_deg: [-90, 0, 0]}\nnoise: {tilt_deg: 0.02}\n";
+    finds_the_elbow(&compare(&model(level), &format!("{Q},tilt_x_deg,tilt_y_deg"), &rows));
+    // A level cannot tell the shoulder's zero from the elbow's: it says so.
+    let both = model(level).replace("joint_zero(elbow)", "joint_zero(shoulder), joint_zero(elbow)");
+    let found = compare(&both, &format!("{Q},tilt_x_deg,tilt_y_deg"), &rows);
+    let gauge = found.gauges.first().unwrap();
+    assert!(format!("{gauge:?}").contains("joint_zero(shoulder)"), "{gauge:?}");
+}
+
+#[test]
+fn tilts_of_several_links() {
+    let mut dice = Dice::seeded(9);
+    let mut row = |(index, q): (usize, [f64; 3])| {
+        let (level, tilt) = match index % 2 {
+            0 => ("arm", -q[1]),
+            _ => ("hand", -(q[1] + q[2] + HIDDEN)),
+        };
+        format!("{},{level},{:.5},{:.5}", joints(q), dice.noise(0.02), tilt + dice.noise(0.02))
+    };
+    let rows: Vec<String> = column_poses(60, 9).into_iter().enumerate().map(&mut row).collect();
+    let levels = "levels:\n  arm: {after: shoulder, rpy_deg: [-90, 0, 0]}\n  hand: {after: elbow, rpy_deg: [-90, 0, 0]}\nnoise: {tilt_deg: 0.02}\n";
+    // With a level on each link the two zeros come apart.
+    let both = model(levels).replace("joint_zero(elbow)", "joint_zero(shoulder), joint_zero(elbow)");
+    let header = format!("{Q},level,tilt_x_deg,tilt_y_deg");
+    finds_the_elbow(&compare(&both, &header, &rows));
+}
+
+#[test]
+fn distances_to_two_nails() {
+    let mut dice = Dice::seeded(7);
+    let nails = [("left", [0.0, 500.0, 0.0]), ("right", [100.0, -450.0, 20.0])];
+    let mut row = |(index, q): (usize, [f64; 3])| {
+        let (name, nail) = nails[index % 2];
+        let squares =
+            truth(q).iter().zip(nail).map(|(part, nail): (&f64, f64)| (part - nail).powi(2)).sum::<f64>();
+        format!("{},{:.5},{name}", joints(q), squares.sqrt() + dice.noise(0.05))
+    };
+    let rows: Vec<String> = column_poses(40, 7).into_iter().enumerate().map(&mut row).collect();
+    let surfaces = "surfaces: {left: {point_mm: [0, 500, 0]}, right: {point_mm: [100, -450, 20]}}\n";
+    finds_the_elbow(&compare(&model(surfaces), &format!("{Q},distance_mm,distance_to"), &rows));
+}
+
+#[test]
+fn one_pointer_on_marks_of_which_only_a_distance_is_known() {
+    // Each mark is reached by both bends of the elbow and nothing else is known but how far apart two marks are.
+    let (mut dice, mut rows) = (Dice::seeded(8), Vec::new());
+    let mut marks = Vec::new();
+    for mark in 0..6 {
+        let (waist, radius, height) =
+            (dice.between(-120.0, 120.0), dice.between(180.0, 300.0), dice.between(250.0, 420.0));
+        let (r, z) = (radius, height - 300.0);
+        let bend = ((r * r + z * z - 200.0_f64.powi(2) - 150.0_f64.powi(2)) / (2.0 * 200.0 * 150.0)).acos();
+        for side in [1.0, -1.0] {
+            let elbow = side * bend;
+            let shoulder = z.atan2(r) - (150.0 * elbow.sin()).atan2(200.0 + 150.0 * elbow.cos());
+            for _ in 0..3 {
+                let q = [waist, shoulder.to_degrees(), elbow.to_degrees() - HIDDEN]
+                    .map(|q| q + dice.noise(0.005));
+                rows.push(format!("{},mark{mark}", joints(q)));
+            }
+        }
+        let angle = waist.to_radians();
+        marks.push([radius * angle.cos(), radius * angle.sin(), height]);
+    }
+    let apart = |a: usize, b: usize| {
+        marks[a].iter().zip(marks[b]).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt()
+    };
+    let touch = format!(
+        "touch: {{p: p1, distances: [{{between: [mark0, mark1], mm: {:.4}}}, {{between: [mark2, mark3], mm: {:.4}}}]}}\n",
+        apart(0, 1),
+        apart(2, 3)
+    );
+    finds_the_elbow(&compare(&model(&touch), &format!("{Q},touch"), &rows));
+}
+
+/// A point as an instrument standing askew somewhere reads it.
+fn seen([x, y, z]: [f64; 3]) -> [f64; 3] {
+    let (sine, cosine) = 35.0_f64.to_radians().sin_cos();
+    let (x, y) = (cosine * x - sine * y, sine * x + cosine * y);
+    let (sine, cosine) = 80.0_f64.to_radians().sin_cos();
+    [x + 1500.0, cosine * y - sine * z - 700.0, sine * y + cosine * z + 250.0]
+}
+
+#[test]
+fn an_instrument_may_stand_anywhere_and_askew() {
+    let mut dice = Dice::seeded(9);
+    let mut row = |q: [f64; 3]| {
+        let cells = seen(truth(q)).map(|part| format!("{:.5}", part + dice.noise(0.05)));
+        format!("{},{}", joints(q), cells.join(","))
+    };
+    let rows: Vec<String> = column_poses(40, 9).into_iter().map(&mut row).collect();
+    let model = format!(
+        "{COLUMN_ARM}base: {{free: true}}\ntargets: {{p1: {{free: false}}}}\nfree: [joint_zero(elbow)]\nmeasured_from: instrument\n"
+    );
+    let found = compare(&model, &format!("{Q},p1_x_mm,p1_y_mm,p1_z_mm"), &rows);
+    finds_the_elbow(&found);
+    assert!(found.rms_mm.fit < 0.12, "{:?}", found.rms_mm);
+}
+
+#[test]
+fn readings_count_for_as_much_as_their_declared_sigma_allows() {
+    // A third of the rows is off by 0.5 mm and says so.
+    let mut dice = Dice::seeded(10);
+    let mut row = |(index, q): (usize, [f64; 3])| {
+        let sigma = if index % 3 == 0 { 0.5 } else { 0.01 };
+        let cells = truth(q).map(|part| format!("{:.5}", part + dice.noise(sigma)));
+        format!("{},{},{sigma},{sigma},{sigma}", joints(q), cells.join(","))
+    };
+    let rows: Vec<String> = column_poses(60, 10).into_iter().enumerate().map(&mut row).collect();
+    let header = format!("{Q},p1_x_mm,p1_y_mm,p1_z_mm,std_x_mm,std_y_mm,std_z_mm");
+    let found = compare(&model(""), &header, &rows);
+    let (value, error) = size(&found, "joint_zero(elbow)");
+    assert!((value - HIDDEN).abs() < 4.0 * error && error < 0.002, "{value} +- {error}");
+    assert!(found.outliers.is_empty(), "{:?}", found.outliers);
+}

@@ -1,0 +1,67 @@
+//! Poses to measure next: within limits, clear of what is kept out, and telling apart what the data cannot.
+
+use plumb_diagnosis::laboratory::Options;
+use plumb_diagnosis::split::Holdout;
+use plumb_diagnosis::{NextPoses, Wanted};
+use plumb_estimation::Progress;
+use plumb_kinematics::HalfSpace;
+
+use super::made_up::{Dice, TWO_LINKS, laboratory, two_links_tip};
+
+/// The elbow is held near 60 degrees: an error of its zero looks like one of its gain.
+fn narrow() -> String {
+    let mut dice = Dice::seeded(41);
+    let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
+    for _ in 0..30 {
+        let (shoulder, elbow) = (dice.between(-100.0, 100.0), dice.between(59.0, 61.0));
+        let (x, y) = two_links_tip(shoulder, elbow + 0.5);
+        let (x, y) = (x + dice.noise(0.05), y + dice.noise(0.05));
+        text.push_str(&format!("{shoulder:.4},{elbow:.4},{x:.4},{y:.4},{:.4}\n", dice.noise(0.05)));
+    }
+    text
+}
+
+fn next(model: &str, keep_out: Vec<HalfSpace>) -> NextPoses {
+    let options = Options { holdout: Holdout::None, ..Options::default() };
+    let laboratory = laboratory(&format!("{model}noise: {{p1_mm: 0.05}}\n"), &narrow(), options);
+    let wanted = Wanted { count: 4, keep_out, payloads: Vec::new() };
+    laboratory.next_poses(&wanted, &Progress::unwatched()).unwrap()
+}
+
+#[test]
+fn poses_reach_for_what_the_data_lack_and_end_with_two_returns() {
+    let poses = next(TWO_LINKS, Vec::new());
+    assert_eq!(poses.next.len(), 6, "{poses:?}");
+    assert!(poses.between.iter().any(|label| label == "joint_zero(elbow)"), "{:?}", poses.between);
+    assert!(poses.between.len() >= 2, "{:?}", poses.between);
+    assert!(poses.separation > 10.0 && poses.instead.is_none(), "{}", poses.sentence);
+    assert!(poses.next.iter().any(|pose| (pose.q_deg[1] - 60.0).abs() > 40.0), "{:?}", poses.next);
+    for pose in &poses.next {
+        // On a limit itself an arm whose zeros are off may refuse to stand.
+        assert!(pose.q_deg[0].abs() <= 165.0 && pose.q_deg[1].abs() <= 145.0, "{pose:?}");
+        assert!(poses.between.iter().all(|label| pose.predicted.contains_key(label)), "{pose:?}");
+    }
+    assert_eq!(poses.next[0].q_deg, poses.next[4].q_deg);
+    assert_eq!(poses.next[1].q_deg, poses.next[5].q_deg);
+    assert!(poses.sentence.contains("standard errors apart"), "{}", poses.sentence);
+}
+
+#[test]
+fn nothing_of_the_arm_crosses_a_plane_that_is_kept_out() {
+    let poses = next(TWO_LINKS, vec![HalfSpace { normal: [0.0, 1.0, 0.0], offset: 0.0 }]);
+    for pose in &poses.next {
+        let (_, y) = two_links_tip(pose.q_deg[0], pose.q_deg[1]);
+        assert!(y > -6.0, "{pose:?} stands at {y}");
+        assert!(pose.q_deg[0].to_radians().sin() > -0.02, "{pose:?}: the elbow is beyond the plane");
+    }
+}
+
+#[test]
+fn where_no_pose_tells_them_apart_it_says_so_and_what_would() {
+    let tight = TWO_LINKS.replace("[-150, 150]", "[59, 61]");
+    let poses = next(&tight, Vec::new());
+    assert!(poses.separation < 3.0, "{poses:?}");
+    let instead = poses.instead.expect("something else is proposed, or it is said that nothing would do");
+    assert!(poses.sentence.starts_with("No pose within reach tells "), "{}", poses.sentence);
+    assert!(poses.sentence.contains(&instead), "{}", poses.sentence);
+}

@@ -1,0 +1,71 @@
+//! Templates to start from and reports to hand on.
+
+use plumb_calibration::arm_model::Model;
+use plumb_calibration::table::Table;
+use plumb_calibration::template::{Template, robots};
+use plumb_diagnosis::laboratory::Options;
+use plumb_diagnosis::report::{Chapter, html};
+use plumb_estimation::Progress;
+
+use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
+
+#[test]
+fn a_template_of_every_robot_reads_and_its_table_has_a_column_for_every_joint() {
+    for robot in robots().chain(["6"]) {
+        let template = Template::of(robot).unwrap();
+        let model = Model::parse("model.yaml", &template.model).unwrap();
+        assert!(
+            Table::parse("table.csv", &template.table).unwrap_err().to_string().contains("no rows below")
+        );
+        let cells: Vec<String> = template
+            .table
+            .lines()
+            .next()
+            .unwrap()
+            .split(',')
+            .map(|name| if name.starts_with('q') { "1".to_owned() } else { String::new() })
+            .collect();
+        let table = Table::parse("table.csv", &format!("{}{}\n", template.table, cells.join(","))).unwrap();
+        assert_eq!(table.joints, model.chain.len(), "{robot}");
+        assert!(table.covariates.is_empty() && table.warnings.is_empty(), "{robot}: {:?}", table.warnings);
+    }
+    let said = Template::of("pumma560").unwrap_err().to_string();
+    assert!(said.contains("did you mean `puma560`?") && said.contains("a number of joints"), "{said}");
+    assert!(Template::of("0").unwrap_err().to_string().contains("from 1 to 12"));
+}
+
+#[test]
+fn a_report_is_one_page_that_tells_the_story_and_needs_no_other_file() {
+    let mut dice = Dice::seeded(51);
+    let mut table = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
+    for q in column_poses(60, 51) {
+        let [x, y, z] = column_tip([q[0], q[1], q[2] * 1.006]).map(|part| part + dice.noise(0.02));
+        table.push_str(&format!("{:.5},{:.5},{:.5},{x:.5},{y:.5},{z:.5}\n", q[0], q[1], q[2]));
+    }
+    let model = format!(
+        "{COLUMN_ARM}targets: {{p1: {{}}}}\nfree: [joint_zero(*)]\neffects: [joint_gain(elbow)]\nnoise: {{p1_mm: 0.02}}\n"
+    );
+    let chapter = |number, did: &str| Chapter { number, did: did.to_owned(), rms_mm: Some(0.1) };
+    let story = vec![chapter(0, "the model <as> written"), chapter(1, "add joint_gain(elbow)")];
+    let report =
+        laboratory(&model, &table, Options::default()).report(story, &Progress::unwatched()).unwrap();
+    assert_eq!(report.fall.len(), 2);
+    assert!(report.fall[1].fit_mm2 < 0.2 * report.fall[0].fit_mm2, "{:?}", report.fall);
+    assert!(report.moved.iter().any(|moved| moved.contains("joint_zero(")), "{:?}", report.moved);
+    let page = html(&report);
+    for part in [
+        "<!DOCTYPE html>",
+        "The story so far",
+        "add joint_gain(elbow)",
+        "The fall of the error",
+        "</svg>",
+        "What is left",
+        &report.diagnosis.sentence,
+    ] {
+        assert!(page.contains(part), "`{part}` is missing");
+    }
+    assert!(page.contains("the model &lt;as&gt; written"));
+    for outside in ["src=", "href=", "<script", "@import", "url("] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+}

@@ -1,0 +1,36 @@
+//! The Bayesian information criterion (Schwarz 1978, Estimating the Dimension of a Model, Annals of Statistics 6).
+
+/// Least sum of squares the logarithm is taken of.
+const LEAST: f64 = 1e-300;
+
+/// Schwarz's criterion of a Gaussian model of unknown variance: `n ln(squares / n) + k ln n`, plus `search_cost` for what was
+/// searched for and not fitted (Chen and Chen 2008: `2 ln` of the number of models of that size). The smaller the better;
+/// differences are in units of twice the logarithm of a likelihood.
+pub fn bic(squares: f64, equations: f64, parameters: f64, search_cost: f64) -> f64 {
+    equations * (squares.max(LEAST) / equations).ln() + parameters * equations.ln() + search_cost
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_parameter_costs_the_logarithm_of_the_number_of_equations() {
+        let (without, with) = (bic(50.0, 100.0, 3.0, 0.0), bic(50.0, 100.0, 4.0, 0.0));
+        assert!((with - without - 100.0_f64.ln()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_parameter_pays_when_it_takes_away_more_than_its_price() {
+        // Of n = 100 equations one parameter must take away the share 1 - n^(-1/n) = 4.5 % of the squares.
+        let least = 1.0 - 100.0_f64.powf(-0.01);
+        let after = |share: f64| bic(50.0 * (1.0 - share), 100.0, 4.0, 0.0) - bic(50.0, 100.0, 3.0, 0.0);
+        assert!(after(least + 1e-3) < 0.0 && after(least - 1e-3) > 0.0);
+    }
+
+    #[test]
+    fn a_search_is_paid_for_and_nothing_left_is_no_infinity() {
+        assert_eq!(bic(1.0, 10.0, 1.0, 7.0) - bic(1.0, 10.0, 1.0, 0.0), 7.0);
+        assert!(bic(0.0, 10.0, 1.0, 0.0).is_finite());
+    }
+}

@@ -1,9 +1,0 @@
-//! Measurement tables: what was commanded, what was measured, under which conditions.
-
-mod columns;
-mod header;
-mod number;
-mod read;
-
-pub use columns::{Covariate, Names, PositionColumns, Table};
-pub use read::TableError;

@@ -1,0 +1,164 @@
+//! What the world of an arm is made of, checked and in its own units.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::drive::Drive;
+use crate::light::Light;
+use crate::physics::description::{ArmDescription, Weight};
+use crate::physics::imperfection::Imperfection;
+use crate::physics::random::Random;
+use crate::physics::rigid::Vector;
+use crate::world::Instrument;
+
+/// What hangs on the flange: a PUMA's cage with camera and projector, another arm's tool.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tool {
+    /// kg.
+    pub mass_kg: f64,
+    /// Where its weight acts, mm in the flange's frame.
+    pub centre: Vector,
+    /// How its back lies on the flange, rad about the flange's x, y and z: ideally not turned at all.
+    pub lean: [f64; 3],
+    /// The point whose place is asked for in the end, mm in the flange's frame.
+    pub tip: Vector,
+}
+
+/// The table the arm stands on and over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tabletop {
+    /// Of its top under the origin of the world, mm.
+    pub height: f64,
+    /// Unit vector upward from it.
+    pub normal: Vector,
+}
+
+/// A spirit level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpiritLevel {
+    /// Scatter and divisions, rad.
+    pub instrument: Instrument,
+    /// What it shows on a level surface, rad: the error of its own zero.
+    pub zero: f64,
+}
+
+/// Which way the arrow of a level points that lies on a surface of the arm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LevelDirection {
+    /// Along the axis of one joint, as far as it is square to another's.
+    AlongAxis {
+        /// The joint along whose axis it points.
+        along: usize,
+        /// The joint to whose axis it is square.
+        square_to: usize,
+    },
+    /// Square to the axes of two joints.
+    SquareToAxes(usize, usize),
+    /// A direction of the tool on the flange.
+    OnTool(Vector),
+}
+
+/// A surface of the arm on which a spirit level can lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LevelSurface {
+    /// As procedures name it.
+    pub name: &'static str,
+    /// Index of the joint that carries it.
+    pub carried_by: usize,
+    /// Which way the level's arrow points there.
+    pub direction: LevelDirection,
+}
+
+/// An arm that can be bought or built: what is known of it on paper.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmOnPaper {
+    /// As cell files name it.
+    pub name: String,
+    /// As people name it.
+    pub model: String,
+    /// Joints, links and weights.
+    pub shape: ArmDescription,
+    /// What its controller and its motors are, joint by joint.
+    pub drive: Drive,
+    /// Where a spirit level can lie.
+    pub level_surfaces: Vec<LevelSurface>,
+    /// Index of the joint in whose axis the wrist is taken to lie; the flange where there is none.
+    pub wrist: Option<usize>,
+    /// The most that may hang on the flange beside the tool, kg.
+    pub most_hung_kg: f64,
+}
+
+/// A whole world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmWorldDescription {
+    /// What a user calls it.
+    pub title: String,
+    /// From which everything that is left to chance is drawn.
+    pub seed: u64,
+    /// On paper.
+    pub paper: ArmOnPaper,
+    /// Where the controller believes it to stand at the beginning, rad or mm.
+    pub start: Vec<f64>,
+    /// By how much each joint truly stands beyond what is believed, rad or mm.
+    pub zero_error: Vec<f64>,
+    /// By how much more, either way, drawn from the seed, rad or mm.
+    pub zero_error_within: Vec<f64>,
+    /// What else is wrong with it.
+    pub imperfections: Vec<Imperfection>,
+    /// What it carries.
+    pub tool: Tool,
+    /// What it stands on.
+    pub table: Tabletop,
+    /// On hand.
+    pub level: SpiritLevel,
+    /// On hand; mm.
+    pub ruler: Instrument,
+    /// What the rig on the hand sees, where one is carried.
+    pub light: Option<Arc<Light>>,
+    /// On hand; mm, for each coordinate.
+    pub tracker: Instrument,
+    /// Where the controller keeps its calibration from one day to the next, if it does.
+    pub calibration: Option<PathBuf>,
+    /// The text of the file, if it came under a seal: the truth is hidden until somebody breaks it.
+    pub sealed_text: Option<String>,
+}
+
+impl ArmWorldDescription {
+    /// The error of each joint's zero in this world, rad or mm.
+    pub fn drawn_zero_error(&self) -> Vec<f64> {
+        // The name of the stream of random numbers is part of every shipped seed.
+        let mut random = Random::new(self.seed, "zero errors of a PUMA");
+        let drawn = self.zero_error.iter().zip(&self.zero_error_within);
+        drawn.map(|(error, within)| error + within * random.between(-1.0, 1.0)).collect()
+    }
+
+    /// The arm on paper, with the tool's weight where it sits; whatever else is carried hangs on the middle of the flange.
+    pub(super) fn arm(&self) -> ArmDescription {
+        let mut arm = self.paper.shape.clone();
+        if let Some(last) = arm.joints.len().checked_sub(1) {
+            // A weight is placed in the frame of its joint's row, the tool in the flange's.
+            let centre = arm.flange.apply(self.tool.centre);
+            arm.weights.push(Weight { after: last, mass: self.tool.mass_kg, centre });
+        }
+        arm.target = Vector::ZERO;
+        arm
+    }
+
+    /// The arm on paper with its tool, the tool's tip as its target.
+    pub fn with_tip(&self) -> ArmDescription {
+        let mut arm = self.arm();
+        arm.target = self.tool.tip;
+        arm
+    }
+
+    /// Index of the joint of this name.
+    ///
+    /// # Errors
+    /// A sentence with the names there are.
+    pub fn joint_named(&self, name: &str) -> Result<usize, String> {
+        self.paper.shape.joint_index(name).ok_or_else(|| {
+            let names: Vec<&str> = self.paper.shape.joints.iter().map(|joint| joint.name.as_str()).collect();
+            format!("the arm has no joint `{name}`; it has {}", names.join(", "))
+        })
+    }
+}

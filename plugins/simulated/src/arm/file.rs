@@ -1,0 +1,362 @@
+//! World files with an arm on a table: YAML a person writes, read as it was typed and then checked. Every key carries its unit.
+//!
+//! The arm is a PUMA 560 (`arm: {puma560: ...}`), or one that an arm file describes (`arm: {described: {by: FILE, ...}}`, [`arm_file`]).
+
+use std::ops::RangeInclusive;
+use std::path::Path;
+use std::sync::Arc;
+
+use serde::Deserialize;
+use serde_yaml::{Location, Spanned};
+
+use super::description::{ArmOnPaper, ArmWorldDescription, SpiritLevel, Tabletop, Tool};
+use super::puma560;
+use crate::light::Light;
+use crate::light::file::RawLight;
+use crate::physics::imperfection::{Imperfection, Mechanism};
+use crate::physics::machine::{Conditions, Machine};
+use crate::physics::rigid::{Rotation, Vector};
+use crate::world::Instrument;
+use crate::world::file::WorldFileError;
+use crate::world::file::typed::Typed;
+
+mod arm_file;
+mod checker;
+mod imperfections;
+mod named;
+mod urdf;
+
+use checker::{Checker, Number};
+use imperfections::RawImperfection;
+pub use imperfections::written as imperfection_yaml;
+use named::JointNumbers;
+
+/// No joint starts further from its zero than this, deg or mm: beyond the stops of any arm.
+const FAR: f64 = 5000.0;
+
+/// No zero is wrong by more, deg or mm.
+const WORST_ZERO: f64 = 20.0;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawWorld {
+    world: Spanned<String>,
+    #[serde(default)]
+    seed: u64,
+    calibration: Option<String>,
+    arm: RawArm,
+    /// What a PUMA's tool is called.
+    cage: Option<Spanned<RawTool>>,
+    tool: Option<Spanned<RawTool>>,
+    #[serde(default)]
+    table: RawTable,
+    #[serde(default)]
+    instruments: RawInstruments,
+    light: Option<Spanned<RawLight>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum RawArm {
+    Puma560(Box<RawPuma>),
+    Described(Box<RawDescribed>),
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawPuma {
+    resolution: RawResolution,
+    start: Option<JointNumbers>,
+    #[serde(default)]
+    zero_error: JointNumbers,
+    #[serde(default)]
+    zero_error_within: JointNumbers,
+    #[serde(default)]
+    base: RawBase,
+    #[serde(default)]
+    imperfections: Vec<Spanned<RawImperfection>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawDescribed {
+    by: Spanned<String>,
+    start: Option<JointNumbers>,
+    #[serde(default)]
+    zero_error: JointNumbers,
+    #[serde(default)]
+    zero_error_within: JointNumbers,
+    #[serde(default)]
+    base: RawBase,
+    #[serde(default)]
+    imperfections: Vec<Spanned<RawImperfection>>,
+}
+
+/// What is not as on paper, whichever arm it is.
+struct RawFaults {
+    start: Option<JointNumbers>,
+    zero_error: JointNumbers,
+    zero_error_within: JointNumbers,
+    base: RawBase,
+    imperfections: Vec<Spanned<RawImperfection>>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum RawResolution {
+    Continuous,
+    Encoder,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawBase {
+    tilt_x_deg: Option<Number>,
+    tilt_y_deg: Option<Number>,
+    x_mm: Option<Number>,
+    y_mm: Option<Number>,
+    z_mm: Option<Number>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawTool {
+    mass_kg: Option<Number>,
+    centre_mm: Option<Spanned<[f64; 3]>>,
+    lean_x_deg: Option<Number>,
+    lean_y_deg: Option<Number>,
+    turn_deg: Option<Number>,
+    tip_mm: Option<Spanned<[f64; 3]>>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawTable {
+    height_mm: Option<Number>,
+    tilt_x_deg: Option<Number>,
+    tilt_y_deg: Option<Number>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawInstruments {
+    #[serde(default)]
+    level: RawLevel,
+    #[serde(default)]
+    ruler: RawRuler,
+    #[serde(default)]
+    tracker: RawRuler,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawLevel {
+    error_deg: Option<Number>,
+    division_deg: Option<Number>,
+    zero_deg: Option<Number>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawRuler {
+    error_mm: Option<Number>,
+    division_mm: Option<Number>,
+}
+
+/// What a world file may leave out, for one kind of arm.
+struct Defaults {
+    tool: Tool,
+    /// The heaviest tool that is believed, kg.
+    most_tool_kg: f64,
+    table_height: f64,
+}
+
+/// A PUMA's cage, and the table on which it stands as Agin (1985) has it.
+const PUMA: Defaults = Defaults {
+    tool: Tool {
+        mass_kg: 1.05,
+        centre: Vector::new(0.0, 0.0, 50.8),
+        lean: [0.0; 3],
+        tip: Vector::new(40.0, 0.0, 120.0),
+    },
+    most_tool_kg: 5.0,
+    table_height: -671.8,
+};
+
+/// Nothing on the flange, and a table at the height of the base.
+const DESCRIBED: Defaults = Defaults {
+    tool: Tool { mass_kg: 0.0, centre: Vector::ZERO, lean: [0.0; 3], tip: Vector::ZERO },
+    most_tool_kg: 50.0,
+    table_height: 0.0,
+};
+
+/// Checks the text of an open world file; `file` is its path and the name its errors bear.
+pub(crate) fn parse(file: &str, text: &str) -> Result<ArmWorldDescription, WorldFileError> {
+    let typed = Typed { file };
+    let raw: RawWorld = typed.parse(text)?;
+    let (paper, faults, defaults) = arm(typed, &raw.world, raw.arm)?;
+    let checker = Checker { typed, paper: &paper };
+    let title = raw.world.referenced;
+    let mut imperfections = checker.base(&faults.base)?;
+    for one in &faults.imperfections {
+        imperfections.push(checker.imperfection(&one.value, one.referenced)?);
+    }
+    let home = || paper.drive.joints.iter().map(|joint| joint.home).collect();
+    let described = ArmWorldDescription {
+        title: raw.world.value,
+        seed: raw.seed,
+        start: match &faults.start {
+            Some(start) => checker.joints(start, -FAR..=FAR)?,
+            None => home(),
+        },
+        zero_error: checker.joints(&faults.zero_error, -WORST_ZERO..=WORST_ZERO)?,
+        zero_error_within: checker.joints(&faults.zero_error_within, 0.0..=WORST_ZERO)?,
+        imperfections,
+        tool: checker.tool(raw.tool.as_ref().or(raw.cage.as_ref()), &defaults)?,
+        table: checker.table(&raw.table, defaults.table_height)?,
+        level: checker.level(&raw.instruments.level)?,
+        ruler: checker.ruler(&raw.instruments.ruler)?,
+        light: checker.light(raw.light.as_ref(), raw.seed)?,
+        tracker: checker.ruler(&raw.instruments.tracker)?,
+        calibration: raw.calibration.map(|name| Path::new(file).with_file_name(name)),
+        sealed_text: None,
+        paper: paper.clone(),
+    };
+    checker.require_standing(&described, title)?;
+    Ok(described)
+}
+
+/// The arm on paper, what is wrong with this one, and what may be left out.
+fn arm(
+    typed: Typed<'_>,
+    title: &Spanned<String>,
+    raw: RawArm,
+) -> Result<(ArmOnPaper, RawFaults, Defaults), WorldFileError> {
+    match raw {
+        RawArm::Puma560(raw) => {
+            let wrong = |problem: String| typed.wrong(title.referenced, problem);
+            let paper = puma560::on_paper()
+                .ok_or_else(|| wrong("the program does not know the PUMA 560".to_owned()))?;
+            let mut paper = paper.map_err(|error| wrong(error.to_string()))?;
+            paper.drive.whole_counts = matches!(raw.resolution, RawResolution::Encoder);
+            let RawPuma { start, zero_error, zero_error_within, base, imperfections, .. } = *raw;
+            Ok((paper, RawFaults { start, zero_error, zero_error_within, base, imperfections }, PUMA))
+        }
+        RawArm::Described(raw) => {
+            let paper = arm_file::read(typed, &raw.by)?;
+            let RawDescribed { start, zero_error, zero_error_within, base, imperfections, .. } = *raw;
+            Ok((paper, RawFaults { start, zero_error, zero_error_within, base, imperfections }, DESCRIBED))
+        }
+    }
+}
+
+impl Checker<'_> {
+    fn light(
+        &self,
+        raw: Option<&Spanned<RawLight>>,
+        seed: u64,
+    ) -> Result<Option<Arc<Light>>, WorldFileError> {
+        let Some(raw) = raw else { return Ok(None) };
+        let checked = raw.value.check(seed);
+        checked
+            .map(|light| Some(Arc::new(light)))
+            .map_err(|what| self.typed.wrong(raw.referenced, format!("light: {what}")))
+    }
+
+    /// The arm must stand with its load where it begins (a PUMA stretched out): what is too soft there is a mistake of the file.
+    fn require_standing(&self, world: &ArmWorldDescription, place: Location) -> Result<(), WorldFileError> {
+        let mut machine = Machine::new(&world.arm(), &world.imperfections);
+        let stretched = [0.0, 0.0, std::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0];
+        let pose = if world.paper.name == puma560::NAME { &stretched[..] } else { &world.start };
+        machine.go(pose, 0.0);
+        let conditions = Conditions { time_s: 0.0, temperature_c: 20.0, payload_kg: 0.0 };
+        machine.stand(&conditions).map(drop).map_err(|error| self.typed.wrong(place, error.to_string()))
+    }
+
+    /// One value for each joint, rad or mm: 0 where the file names none.
+    fn joints(&self, raw: &JointNumbers, range: RangeInclusive<f64>) -> Result<Vec<f64>, WorldFileError> {
+        raw.values(self.typed, &self.paper.drive.joints, range)
+    }
+
+    fn base(&self, raw: &RawBase) -> Result<Vec<Imperfection>, WorldFileError> {
+        let tilt = |key, value, axis: [f64; 3]| {
+            let size = self.typed.or(key, value, 0.0, -5.0..=5.0, "deg")?.to_radians();
+            Ok(Imperfection { mechanism: Mechanism::BaseTilt { axis }, size })
+        };
+        let shift = |key, value, direction: [f64; 3]| {
+            let size = self.typed.or(key, value, 0.0, -500.0..=500.0, "mm")?;
+            Ok(Imperfection { mechanism: Mechanism::BasePosition { direction }, size })
+        };
+        let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let moved = [
+            tilt("tilt_x_deg", &raw.tilt_x_deg, x)?,
+            tilt("tilt_y_deg", &raw.tilt_y_deg, y)?,
+            shift("x_mm", &raw.x_mm, x)?,
+            shift("y_mm", &raw.y_mm, y)?,
+            shift("z_mm", &raw.z_mm, z)?,
+        ];
+        Ok(moved.into_iter().filter(|one| one.size != 0.0).collect())
+    }
+
+    fn tool(&self, raw: Option<&Spanned<RawTool>>, defaults: &Defaults) -> Result<Tool, WorldFileError> {
+        let default = &defaults.tool;
+        let Some(Spanned { value: raw, .. }) = raw else { return Ok(default.clone()) };
+        let masses = 0.0..=defaults.most_tool_kg;
+        let lean = |key, value| self.typed.or(key, value, 0.0, -10.0..=10.0, "deg").map(f64::to_radians);
+        Ok(Tool {
+            mass_kg: self.typed.or("mass_kg", &raw.mass_kg, default.mass_kg, masses, "kg")?,
+            centre: self.point("centre_mm", raw.centre_mm.as_ref(), default.centre)?,
+            lean: [
+                lean("lean_x_deg", &raw.lean_x_deg)?,
+                lean("lean_y_deg", &raw.lean_y_deg)?,
+                lean("turn_deg", &raw.turn_deg)?,
+            ],
+            tip: self.point("tip_mm", raw.tip_mm.as_ref(), default.tip)?,
+        })
+    }
+
+    /// A point of the tool, mm in the flange's frame.
+    fn point(
+        &self,
+        key: &str,
+        raw: Option<&Spanned<[f64; 3]>>,
+        default: Vector,
+    ) -> Result<Vector, WorldFileError> {
+        match raw {
+            Some(point) if point.value.iter().any(|part| !part.is_finite() || part.abs() > 1000.0) => {
+                let problem = format!("`{key}` is three numbers, each within 1000 mm of the flange");
+                Err(self.typed.wrong(point.referenced, problem))
+            }
+            Some(point) => Ok(Vector::from(point.value)),
+            None => Ok(default),
+        }
+    }
+
+    fn table(&self, raw: &RawTable, height: f64) -> Result<Tabletop, WorldFileError> {
+        let tilt = |key, value| self.typed.or(key, value, 0.0, -5.0..=5.0, "deg").map(f64::to_radians);
+        let turned = Rotation::about(Vector::X, tilt("tilt_x_deg", &raw.tilt_x_deg)?)
+            * Rotation::about(Vector::Y, tilt("tilt_y_deg", &raw.tilt_y_deg)?);
+        Ok(Tabletop {
+            height: self.typed.or("height_mm", &raw.height_mm, height, -2000.0..=0.0, "mm")?,
+            normal: turned.z,
+        })
+    }
+
+    fn level(&self, raw: &RawLevel) -> Result<SpiritLevel, WorldFileError> {
+        let degrees =
+            |key, value, most: f64| self.typed.or(key, value, 0.0, 0.0..=most, "deg").map(f64::to_radians);
+        let instrument = Instrument {
+            error: degrees("error_deg", &raw.error_deg, 5.0)?,
+            division: degrees("division_deg", &raw.division_deg, 5.0)?,
+        };
+        let zero = self.typed.or("zero_deg", &raw.zero_deg, 0.0, -5.0..=5.0, "deg")?.to_radians();
+        Ok(SpiritLevel { instrument, zero })
+    }
+
+    fn ruler(&self, raw: &RawRuler) -> Result<Instrument, WorldFileError> {
+        Ok(Instrument {
+            error: self.typed.or("error_mm", &raw.error_mm, 0.0, 0.0..=50.0, "mm")?,
+            division: self.typed.or("division_mm", &raw.division_mm, 0.0, 0.0..=50.0, "mm")?,
+        })
+    }
+}

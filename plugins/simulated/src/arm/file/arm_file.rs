@@ -1,0 +1,384 @@
+//! Arm files: an arm as its maker describes it, joint by joint, in a file beside the world's.
+//!
+//! ```yaml
+//! arm: scara                         # as cell files name it
+//! title: A SCARA with a slide        # as people name it
+//! convention: distal                 # of the rows: distal (standard) or proximal (modified, Craig)
+//! joints:
+//!   - {name: shoulder, a_mm: 325, d_mm: 390, limits_deg: [-132, 132], speed_deg_per_s: 380, step_deg: 0.005}
+//!   - {name: slide, slides: true, alpha_deg: 180, limits_mm: [0, 200], speed_mm_per_s: 800, step_mm: 0.01, home_mm: 50}
+//! links: [{after: shoulder, mass_kg: 11, centre_mm: [-170, 0, 20]}]
+//! most_hung_kg: 5                    # what may hang on the flange beside the tool
+//! braking_s: 0.1                     # from full speed to rest
+//! ```
+//!
+//! `urdf: FILE` (and `tip: LINK`, where its chain forks) stands in place of `convention` and the rows' numbers; `joints` then says only what the
+//! URDF file does not.
+
+use std::ops::RangeInclusive;
+use std::path::Path;
+
+use plumb_document::{FileKind, read_text};
+use serde::Deserialize;
+use serde_yaml::Spanned;
+
+use super::urdf;
+use crate::arm::description::ArmOnPaper;
+use crate::arm::drive::{Drive, JointDrive};
+use crate::joint_values::MOST_JOINTS;
+use crate::physics::description::{ArmDescription, Convention, Joint, Motion, Weight};
+use crate::physics::rigid::{Rigid, Vector};
+use crate::world::file::WorldFileError;
+use crate::world::file::error::unknown;
+use crate::world::file::typed::Typed;
+
+type Number = Spanned<f64>;
+
+/// How far a joint's hard stop lies beyond its limit, deg or mm.
+const TO_THE_STOP: f64 = 2.0;
+
+/// What may hang on the flange where the file does not say, kg.
+const USUALLY_HUNG_KG: f64 = 5.0;
+
+/// Longest link, mm: lengths beyond it are no arm's.
+const LONGEST_MM: f64 = 20_000.0;
+
+/// Furthest travel, deg or mm.
+const FURTHEST: f64 = 5000.0;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawArm {
+    arm: Spanned<String>,
+    title: Option<String>,
+    convention: Option<Convention>,
+    urdf: Option<Spanned<String>>,
+    tip: Option<String>,
+    #[serde(default)]
+    joints: Vec<RawJoint>,
+    #[serde(default)]
+    links: Vec<RawLink>,
+    most_hung_kg: Option<Number>,
+    braking_s: Option<Number>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawJoint {
+    name: Spanned<String>,
+    #[serde(default)]
+    slides: bool,
+    a_mm: Option<Number>,
+    alpha_deg: Option<Number>,
+    d_mm: Option<Number>,
+    theta_deg: Option<Number>,
+    sign: Option<Number>,
+    limits_deg: Option<Spanned<[f64; 2]>>,
+    limits_mm: Option<Spanned<[f64; 2]>>,
+    speed_deg_per_s: Option<Number>,
+    speed_mm_per_s: Option<Number>,
+    step_deg: Option<Number>,
+    step_mm: Option<Number>,
+    home_deg: Option<Number>,
+    home_mm: Option<Number>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawLink {
+    after: Spanned<String>,
+    mass_kg: Number,
+    centre_mm: Spanned<[f64; 3]>,
+}
+
+/// Reads the arm file that a world file names.
+///
+/// # Errors
+/// [`WorldFileError`], with the arm file's own name, line and column.
+pub(super) fn read(world: Typed<'_>, named: &Spanned<String>) -> Result<ArmOnPaper, WorldFileError> {
+    let path = Path::new(world.file).with_file_name(&named.value);
+    let file = path.display().to_string();
+    let text = read_text(&path, FileKind::WORLD).map_err(|source| {
+        world.wrong(named.referenced, format!("the arm file {file} cannot be read: {source}"))
+    })?;
+    let typed = Typed { file: &file };
+    let raw: RawArm = typed.parse(&text)?;
+    Reader { typed }.arm(raw)
+}
+
+struct Reader<'a> {
+    typed: Typed<'a>,
+}
+
+impl Reader<'_> {
+    fn arm(&self, raw: RawArm) -> Result<ArmOnPaper, WorldFileError> {
+        let (mut shape, speeds) = match (&raw.urdf, raw.convention) {
+            (Some(urdf), None) => self.chain_of_urdf(urdf, raw.tip.as_deref(), &raw)?,
+            (None, Some(convention)) => (self.rows_of(convention, &raw)?, vec![None; raw.joints.len()]),
+            (Some(urdf), Some(_)) => {
+                let problem = "give `convention` and the rows, or `urdf`, not both".to_owned();
+                return Err(self.typed.wrong(urdf.referenced, problem));
+            }
+            (None, None) => {
+                let problem = "say how the rows are to be read (`convention: distal` or `proximal`), or name a URDF file (`urdf: FILE`)".to_owned();
+                return Err(self.typed.wrong(raw.arm.referenced, problem));
+            }
+        };
+        self.require_joints(&raw.arm, &shape)?;
+        for link in &raw.links {
+            shape.weights.push(self.weight(link, &shape)?);
+        }
+        let joints = shape.joints.iter().zip(&speeds).map(|(joint, speed)| {
+            let typed = raw.joints.iter().find(|typed| typed.name.value == joint.name);
+            self.drive(&raw.arm, joint, typed, *speed)
+        });
+        let joints = joints.collect::<Result<Vec<_>, _>>()?;
+        Ok(ArmOnPaper {
+            name: raw.arm.value.clone(),
+            model: raw.title.unwrap_or(raw.arm.value),
+            drive: Drive {
+                whole_counts: joints.iter().any(|joint| joint.counts_per_unit > 0.0),
+                joints,
+                couplings: Vec::new(),
+                braking_s: self.typed.or("braking_s", &raw.braking_s, 0.0, 0.0..=5.0, "s")?,
+            },
+            shape,
+            level_surfaces: Vec::new(),
+            wrist: None,
+            most_hung_kg: self.typed.or(
+                "most_hung_kg",
+                &raw.most_hung_kg,
+                USUALLY_HUNG_KG,
+                0.0..=1000.0,
+                "kg",
+            )?,
+        })
+    }
+
+    /// The arm as the file's own rows give it.
+    fn rows_of(&self, convention: Convention, raw: &RawArm) -> Result<ArmDescription, WorldFileError> {
+        let joints = raw.joints.iter().map(|joint| self.row(joint)).collect::<Result<Vec<_>, _>>()?;
+        Ok(on_its_base(raw.arm.value.clone(), convention, joints))
+    }
+
+    /// The arm as a URDF file gives it, with the limits that the arm file gives in place of that file's; and the speeds of its joints, where that file
+    /// knows them.
+    fn chain_of_urdf(
+        &self,
+        urdf: &Spanned<String>,
+        tip: Option<&str>,
+        raw: &RawArm,
+    ) -> Result<(ArmDescription, Vec<Option<f64>>), WorldFileError> {
+        let path = Path::new(self.typed.file).with_file_name(&urdf.value);
+        let wrong = |problem: String| self.typed.wrong(urdf.referenced, problem);
+        let text = read_text(&path, FileKind::URDF)
+            .map_err(|source| wrong(format!("the URDF file {} cannot be read: {source}", path.display())))?;
+        let arm = urdf::read(&text, tip).map_err(|error| wrong(format!("{}: {error}", path.display())))?;
+        let mut shape = on_its_base(raw.arm.value.clone(), Convention::Proximal, arm.joints);
+        shape.flange = arm.flange;
+        shape.weights = arm.weights;
+        for typed in &raw.joints {
+            let names: Vec<&str> = shape.joints.iter().map(|joint| joint.name.as_str()).collect();
+            let Some(index) = names.iter().position(|name| *name == typed.name.value) else {
+                let problem = unknown("joint", &typed.name.value, &names);
+                return Err(self.typed.wrong(typed.name.referenced, problem));
+            };
+            let Some(joint) = shape.joints.get_mut(index) else { continue };
+            let placed = [&typed.a_mm, &typed.alpha_deg, &typed.d_mm, &typed.theta_deg, &typed.sign];
+            if typed.slides || placed.iter().any(|number| number.is_some()) {
+                let problem = format!(
+                    "the URDF file says where joint `{}` stands and how it moves; here it may have limits, a speed, a step and a home",
+                    joint.name
+                );
+                return Err(self.typed.wrong(typed.name.referenced, problem));
+            }
+            if typed.limits_deg.is_some() || typed.limits_mm.is_some() {
+                joint.limits = self.limits(typed, joint.motion)?;
+            }
+        }
+        Ok((shape, arm.speeds))
+    }
+
+    fn row(&self, raw: &RawJoint) -> Result<Joint, WorldFileError> {
+        let motion = if raw.slides { Motion::Slides } else { Motion::Turns };
+        let length = |key, value| self.typed.or(key, value, 0.0, -LONGEST_MM..=LONGEST_MM, "mm");
+        let angle = |key, value| self.typed.or(key, value, 0.0, -360.0..=360.0, "deg").map(f64::to_radians);
+        let sign = match &raw.sign {
+            Some(sign) if sign.value.abs() != 1.0 => {
+                let problem = format!("`sign` is {}, but must be 1 or -1", sign.value);
+                return Err(self.typed.wrong(sign.referenced, problem));
+            }
+            Some(sign) => sign.value,
+            None => 1.0,
+        };
+        Ok(Joint {
+            name: raw.name.value.clone(),
+            motion,
+            mounted: Rigid::IDENTITY,
+            length: length("a_mm", &raw.a_mm)?,
+            twist: angle("alpha_deg", &raw.alpha_deg)?,
+            offset: length("d_mm", &raw.d_mm)?,
+            rest_angle: angle("theta_deg", &raw.theta_deg)?,
+            sign,
+            limits: self.limits(raw, motion)?,
+            gear_ratio: None,
+        })
+    }
+
+    /// How far a joint goes, rad or mm.
+    fn limits(&self, raw: &RawJoint, motion: Motion) -> Result<[f64; 2], WorldFileError> {
+        let name = &raw.name.value;
+        let (key, given, other) = match motion {
+            Motion::Turns => ("limits_deg", &raw.limits_deg, &raw.limits_mm),
+            Motion::Slides => ("limits_mm", &raw.limits_mm, &raw.limits_deg),
+        };
+        if let Some(other) = other {
+            let moves = moves(motion);
+            let problem = format!("joint `{name}` {moves}: its travel is written as `{key}: [from, to]`");
+            return Err(self.typed.wrong(other.referenced, problem));
+        }
+        let Some(given) = given else {
+            let problem = format!("joint `{name}` needs `{key}: [from, to]`");
+            return Err(self.typed.wrong(raw.name.referenced, problem));
+        };
+        let [lower, upper] = given.value;
+        let within = [lower, upper].iter().all(|limit| limit.is_finite() && limit.abs() <= FURTHEST);
+        if !within || lower >= upper {
+            let problem = format!(
+                "joint `{name}`: `{key}` [{lower}, {upper}] leaves no travel; the lower limit comes first, both within {FURTHEST}"
+            );
+            return Err(self.typed.wrong(given.referenced, problem));
+        }
+        Ok(match motion {
+            Motion::Turns => [lower.to_radians(), upper.to_radians()],
+            Motion::Slides => [lower, upper],
+        })
+    }
+
+    /// What is known of the drive of a joint. `speed` (rad/s or mm/s) is what a URDF file says of it.
+    fn drive(
+        &self,
+        arm: &Spanned<String>,
+        joint: &Joint,
+        raw: Option<&RawJoint>,
+        speed: Option<f64>,
+    ) -> Result<JointDrive, WorldFileError> {
+        let slides = joint.motion == Motion::Slides;
+        let margin = if slides { TO_THE_STOP } else { TO_THE_STOP.to_radians() };
+        let [lower, upper] = joint.limits;
+        let mut drive = JointDrive {
+            name: joint.name.clone(),
+            motion: joint.motion,
+            limits: joint.limits,
+            stops: [lower - margin, upper + margin],
+            top_speed: 0.0,
+            counts_per_unit: 0.0,
+            home: 0.0_f64.clamp(lower, upper),
+        };
+        let number = |keys: [&'static str; 2], values: [Option<&Number>; 2], range: RangeInclusive<f64>| {
+            self.of_motion(&joint.name, joint.motion, keys, values, range)
+        };
+        let of = |read: fn(&RawJoint) -> [Option<&Number>; 2]| raw.map_or([None, None], read);
+        let speeds = of(|raw| [raw.speed_deg_per_s.as_ref(), raw.speed_mm_per_s.as_ref()]);
+        let typed_speed = number(["speed_deg_per_s", "speed_mm_per_s"], speeds, 1e-3..=1e5)?;
+        drive.top_speed = match (typed_speed.map(|speed| drive.read(speed)), speed) {
+            (Some(speed), _) | (None, Some(speed)) => speed,
+            (None, None) => {
+                let key = if slides { "speed_mm_per_s" } else { "speed_deg_per_s" };
+                let place = raw.map_or(arm.referenced, |raw| raw.name.referenced);
+                let problem = format!("joint `{}` needs `{key}`, its greatest speed", joint.name);
+                return Err(self.typed.wrong(place, problem));
+            }
+        };
+        let steps = of(|raw| [raw.step_deg.as_ref(), raw.step_mm.as_ref()]);
+        if let Some(step) = number(["step_deg", "step_mm"], steps, 1e-9..=10.0)? {
+            drive.counts_per_unit = 1.0 / drive.read(step);
+        }
+        let homes = of(|raw| [raw.home_deg.as_ref(), raw.home_mm.as_ref()]);
+        let [from, to] = [drive.written(lower), drive.written(upper)];
+        if let Some(home) = number(["home_deg", "home_mm"], homes, from..=to)? {
+            drive.home = drive.read(home).clamp(lower, upper);
+        }
+        Ok(drive)
+    }
+
+    /// A number that is written in degrees for a joint that turns and in millimetres for one that slides.
+    fn of_motion(
+        &self,
+        joint: &str,
+        motion: Motion,
+        [deg, mm]: [&'static str; 2],
+        [in_deg, in_mm]: [Option<&Number>; 2],
+        range: RangeInclusive<f64>,
+    ) -> Result<Option<f64>, WorldFileError> {
+        let (key, value, other, unit) = match motion {
+            Motion::Turns => (deg, in_deg, in_mm, "deg"),
+            Motion::Slides => (mm, in_mm, in_deg, "mm"),
+        };
+        if let Some(other) = other {
+            let problem = format!("joint `{joint}` {}: write `{key}`", moves(motion));
+            return Err(self.typed.wrong(other.referenced, problem));
+        }
+        value.map(|value| self.typed.number(key, value, range, unit)).transpose()
+    }
+
+    /// There are joints, not more than a robot's messages hold, and no two of one name.
+    fn require_joints(&self, arm: &Spanned<String>, shape: &ArmDescription) -> Result<(), WorldFileError> {
+        let wrong = |problem: String| Err(self.typed.wrong(arm.referenced, problem));
+        let count = shape.joints.len();
+        if count == 0 {
+            return wrong(format!(
+                "the arm `{}` has no joints: list 1 to {MOST_JOINTS} under `joints`",
+                arm.value
+            ));
+        }
+        if count > MOST_JOINTS {
+            return wrong(format!(
+                "the arm `{}` has {count} joints; a robot has at most {MOST_JOINTS}",
+                arm.value
+            ));
+        }
+        let twice = shape.joints.iter().enumerate().find(|(index, joint)| {
+            shape.joints.iter().take(*index).any(|earlier| earlier.name == joint.name)
+        });
+        match twice {
+            Some((_, joint)) => wrong(format!("two joints are named `{}`: names must differ", joint.name)),
+            None => Ok(()),
+        }
+    }
+
+    fn weight(&self, raw: &RawLink, shape: &ArmDescription) -> Result<Weight, WorldFileError> {
+        let Some(after) = shape.joint_index(&raw.after.value) else {
+            let names: Vec<&str> = shape.joints.iter().map(|joint| joint.name.as_str()).collect();
+            return Err(self.typed.wrong(raw.after.referenced, unknown("joint", &raw.after.value, &names)));
+        };
+        if raw.centre_mm.value.iter().any(|part| !part.is_finite() || part.abs() > LONGEST_MM) {
+            let problem = "`centre_mm` is three numbers, in the frame of the joint's row".to_owned();
+            return Err(self.typed.wrong(raw.centre_mm.referenced, problem));
+        }
+        let mass = self.typed.number("mass_kg", &raw.mass_kg, 0.0..=10_000.0, "kg")?;
+        Ok(Weight { after, mass, centre: Vector::from(raw.centre_mm.value) })
+    }
+}
+
+fn moves(motion: Motion) -> &'static str {
+    match motion {
+        Motion::Turns => "turns",
+        Motion::Slides => "slides",
+    }
+}
+
+/// The arm with these joints, upright on the origin of the world, nothing on its flange.
+fn on_its_base(name: String, convention: Convention, joints: Vec<Joint>) -> ArmDescription {
+    ArmDescription {
+        name,
+        convention,
+        joints,
+        weights: Vec::new(),
+        base_position: Vector::ZERO,
+        base_orientation: [0.0; 3],
+        flange: Rigid::IDENTITY,
+        target: Vector::ZERO,
+        declared_noise: None,
+    }
+}

@@ -1,0 +1,360 @@
+//! What may be wrong with the arm, as a file tells it. A joint that turns has its sizes in degrees, one that slides in millimetres.
+
+use std::ops::RangeInclusive;
+
+use serde::Deserialize;
+use serde_yaml::{Location, Spanned};
+
+use super::checker::{Checker, Number};
+use crate::arm::description::ArmOnPaper;
+use crate::physics::description::Motion;
+use crate::physics::imperfection::{Imperfection, Mechanism, Warming};
+use crate::world::file::WorldFileError;
+
+/// The softest drive, rad/(N m): what trials take for the most that anyone would believe ([`Mechanism::greatest_plausible`]).
+const SOFTEST: f64 = 0.05;
+
+/// One thing that is wrong.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum RawImperfection {
+    JointZero(Zero),
+    JointGain(Gain),
+    LinkLength(InMm),
+    LinkOffset(InMm),
+    LinkTwist(InDeg),
+    AxisSkew(InDeg),
+    JointCompliance(Compliance),
+    JointStiffening(Stiffening),
+    JointHarmonic(Harmonic),
+    JointBacklash(Backlash),
+    JointSettling(Settling),
+    JointCoupling(Coupling),
+    LostSteps(Lost),
+    WarmUp(WarmUp),
+    LinkSag(Sag),
+}
+
+/// The joint reads zero elsewhere.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Zero {
+    joint: Spanned<String>,
+    deg: Option<Number>,
+    mm: Option<Number>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct InMm {
+    joint: Spanned<String>,
+    mm: Number,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct InDeg {
+    joint: Spanned<String>,
+    deg: Number,
+}
+
+/// The transmission ratio differs.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Gain {
+    joint: Spanned<String>,
+    deg_per_deg: Option<Number>,
+    mm_per_mm: Option<Number>,
+}
+
+/// Gives way evenly.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Compliance {
+    joint: Spanned<String>,
+    rad_per_nm: Option<Number>,
+    mm_per_n: Option<Number>,
+}
+
+/// Gives way less and less.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Stiffening {
+    joint: Spanned<String>,
+    rad_per_nm: Number,
+    knee_nm: Number,
+}
+
+/// A wheel out of true.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Harmonic {
+    joint: Spanned<String>,
+    per_turn: Number,
+    amplitude_deg: Number,
+    #[serde(default)]
+    phase_deg: Option<Number>,
+}
+
+/// Play.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Backlash {
+    joint: Spanned<String>,
+    width_deg: Option<Number>,
+    width_mm: Option<Number>,
+}
+
+/// Short by a part of each move, which is forgotten with time.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Settling {
+    joint: Spanned<String>,
+    part: Number,
+    time_constant_s: Number,
+}
+
+/// One joint drags another.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Coupling {
+    joint: Spanned<String>,
+    driver: Spanned<String>,
+    deg_per_deg: Number,
+}
+
+/// Steps that go missing once.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Lost {
+    joint: Spanned<String>,
+    at_s: Number,
+    deg: Option<Number>,
+    mm: Option<Number>,
+}
+
+/// Something moves while the arm warms up.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct WarmUp {
+    joint: Spanned<String>,
+    zero_deg: Option<Number>,
+    zero_mm: Option<Number>,
+    length_mm: Option<Number>,
+    offset_mm: Option<Number>,
+    time_constant_s: Number,
+}
+
+/// A link bends.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Sag {
+    joint: Spanned<String>,
+    per_nm2: Number,
+}
+
+/// An imperfection as a world file has it, `joint_backlash: {joint: slide, width_mm: 0.4}`; none for what files do not tell.
+pub fn written(one: &Imperfection, paper: &ArmOnPaper) -> Option<String> {
+    let drive = paper.drive.joints.get(one.mechanism.joint()?)?;
+    let (joint, unit) = (&drive.name, drive.unit());
+    let slides = drive.motion == Motion::Slides;
+    // A size of the joint's own coordinate, as it is written for one that moves so.
+    let own = drive.written(one.size);
+    let (size, degrees) = (one.size, one.size.to_degrees());
+    let name = one.mechanism.name();
+    let rest = match one.mechanism {
+        Mechanism::JointZero { .. } => format!("{unit}: {own}"),
+        Mechanism::JointGain { .. } => format!("{unit}_per_{unit}: {size}"),
+        Mechanism::LinkLength { .. } | Mechanism::LinkOffset { .. } => format!("mm: {size}"),
+        Mechanism::LinkTwist { .. } | Mechanism::AxisSkew { .. } => format!("deg: {degrees}"),
+        Mechanism::JointCompliance { .. } if slides => format!("mm_per_n: {size}"),
+        Mechanism::JointCompliance { .. } => format!("rad_per_nm: {size}"),
+        Mechanism::JointStiffening { knee, .. } => format!("rad_per_nm: {size}, knee_nm: {knee}"),
+        Mechanism::JointHarmonic { per_turn, phase, .. } => {
+            format!("per_turn: {per_turn}, amplitude_deg: {degrees}, phase_deg: {}", phase.to_degrees())
+        }
+        Mechanism::JointBacklash { .. } => format!("width_{unit}: {own}"),
+        Mechanism::JointCoupling { driver, .. } => {
+            format!("driver: {}, deg_per_deg: {size}", paper.drive.joints.get(driver)?.name)
+        }
+        Mechanism::LinkSag { .. } => format!("per_nm2: {size}"),
+        _ => return None,
+    };
+    Some(format!("{name}: {{joint: {joint}, {rest}}}"))
+}
+
+/// One size under two keys: the first for a joint that turns, the second for one that slides.
+struct TwoUnits<'a> {
+    turning: (&'static str, &'a Option<Number>, RangeInclusive<f64>, &'static str),
+    sliding: (&'static str, &'a Option<Number>, RangeInclusive<f64>, &'static str),
+}
+
+/// A mechanism at a joint, with its size.
+fn at((joint, size): (usize, f64), mechanism: impl Fn(usize) -> Mechanism) -> (Mechanism, f64) {
+    (mechanism(joint), size)
+}
+
+impl Checker<'_> {
+    pub(super) fn imperfection(
+        &self,
+        raw: &RawImperfection,
+        place: Location,
+    ) -> Result<Imperfection, WorldFileError> {
+        let in_mm =
+            |raw: &InMm| Ok((self.joint(&raw.joint)?, self.typed.number("mm", &raw.mm, -50.0..=50.0, "mm")?));
+        let in_deg = |raw: &InDeg| {
+            let size = self.typed.number("deg", &raw.deg, -10.0..=10.0, "deg")?.to_radians();
+            Ok((self.joint(&raw.joint)?, size))
+        };
+        let (mechanism, size) = match raw {
+            RawImperfection::JointZero(raw) => self.zero(raw)?,
+            RawImperfection::JointGain(raw) => self.gain(raw)?,
+            RawImperfection::LinkLength(raw) => at(in_mm(raw)?, |joint| Mechanism::LinkLength { joint }),
+            RawImperfection::LinkOffset(raw) => at(in_mm(raw)?, |joint| Mechanism::LinkOffset { joint }),
+            RawImperfection::LinkTwist(raw) => at(in_deg(raw)?, |joint| Mechanism::LinkTwist { joint }),
+            RawImperfection::AxisSkew(raw) => at(in_deg(raw)?, |joint| Mechanism::AxisSkew { joint }),
+            RawImperfection::JointCompliance(raw) => self.compliance(raw)?,
+            RawImperfection::JointStiffening(raw) => self.stiffening(raw)?,
+            RawImperfection::JointHarmonic(raw) => self.harmonic(raw)?,
+            RawImperfection::JointBacklash(raw) => self.backlash(raw)?,
+            RawImperfection::JointSettling(raw) => self.settling(raw)?,
+            RawImperfection::JointCoupling(raw) => self.coupling(raw)?,
+            RawImperfection::LostSteps(raw) => self.lost_steps(raw)?,
+            RawImperfection::WarmUp(raw) => self.warm_up(raw, place)?,
+            RawImperfection::LinkSag(raw) => self.sag(raw)?,
+        };
+        Ok(Imperfection { mechanism, size })
+    }
+
+    fn zero(&self, raw: &Zero) -> Result<(Mechanism, f64), WorldFileError> {
+        let (deg, mm) = (("deg", &raw.deg), ("mm", &raw.mm));
+        Ok(at(self.displacement(&raw.joint, deg, mm, -20.0..=20.0)?, |joint| Mechanism::JointZero { joint }))
+    }
+
+    fn backlash(&self, raw: &Backlash) -> Result<(Mechanism, f64), WorldFileError> {
+        let (deg, mm) = (("width_deg", &raw.width_deg), ("width_mm", &raw.width_mm));
+        Ok(at(self.displacement(&raw.joint, deg, mm, 0.0..=10.0)?, |joint| Mechanism::JointBacklash {
+            joint,
+        }))
+    }
+
+    /// The joint stays behind what was counted.
+    fn lost_steps(&self, raw: &Lost) -> Result<(Mechanism, f64), WorldFileError> {
+        let at_s = self.typed.number("at_s", &raw.at_s, 0.0..=1e6, "s")?;
+        let (deg, mm) = (("deg", &raw.deg), ("mm", &raw.mm));
+        let (joint, lost) = self.displacement(&raw.joint, deg, mm, -20.0..=20.0)?;
+        Ok((Mechanism::JointStep { joint, at_s }, -lost))
+    }
+
+    fn stiffening(&self, raw: &Stiffening) -> Result<(Mechanism, f64), WorldFileError> {
+        let knee = self.typed.number("knee_nm", &raw.knee_nm, 0.01..=1000.0, "N m")?;
+        let joint = self.turning_joint(&raw.joint)?;
+        let size = self.typed.number("rad_per_nm", &raw.rad_per_nm, 0.0..=SOFTEST, "rad/(N m)")?;
+        Ok((Mechanism::JointStiffening { joint, knee }, size))
+    }
+
+    fn settling(&self, raw: &Settling) -> Result<(Mechanism, f64), WorldFileError> {
+        let forgetting_s = self.typed.number("time_constant_s", &raw.time_constant_s, 0.1..=1e6, "s")?;
+        let part = self.typed.number("part", &raw.part, -0.1..=0.1, "of each move")?;
+        Ok((Mechanism::JointSettling { joint: self.joint(&raw.joint)?, forgetting_s }, part))
+    }
+
+    fn coupling(&self, raw: &Coupling) -> Result<(Mechanism, f64), WorldFileError> {
+        let (joint, driver) = (self.turning_joint(&raw.joint)?, self.turning_joint(&raw.driver)?);
+        let size = self.typed.number("deg_per_deg", &raw.deg_per_deg, -1.0..=1.0, "deg/deg")?;
+        Ok((Mechanism::JointCoupling { joint, driver }, size))
+    }
+
+    fn sag(&self, raw: &Sag) -> Result<(Mechanism, f64), WorldFileError> {
+        let size = self.typed.number("per_nm2", &raw.per_nm2, 0.0..=0.01, "1/(N m2)")?;
+        Ok((Mechanism::LinkSag { joint: self.turning_joint(&raw.joint)? }, size))
+    }
+
+    fn gain(&self, raw: &Gain) -> Result<(Mechanism, f64), WorldFileError> {
+        let size = TwoUnits {
+            turning: ("deg_per_deg", &raw.deg_per_deg, -0.1..=0.1, "deg/deg"),
+            sliding: ("mm_per_mm", &raw.mm_per_mm, -0.1..=0.1, "mm/mm"),
+        };
+        let (joint, size) = self.by_motion(&raw.joint, size)?;
+        Ok((Mechanism::JointGain { joint }, size))
+    }
+
+    fn compliance(&self, raw: &Compliance) -> Result<(Mechanism, f64), WorldFileError> {
+        let size = TwoUnits {
+            turning: ("rad_per_nm", &raw.rad_per_nm, 0.0..=SOFTEST, "rad/(N m)"),
+            sliding: ("mm_per_n", &raw.mm_per_n, 0.0..=0.1, "mm/N"),
+        };
+        let (joint, size) = self.by_motion(&raw.joint, size)?;
+        Ok((Mechanism::JointCompliance { joint }, size))
+    }
+
+    fn harmonic(&self, raw: &Harmonic) -> Result<(Mechanism, f64), WorldFileError> {
+        let joint = self.turning_joint(&raw.joint)?;
+        let per_turn =
+            self.typed.number("per_turn", &raw.per_turn, 0.01..=1000.0, "turns for a turn of the joint")?;
+        let phase = self.typed.or("phase_deg", &raw.phase_deg, 0.0, -360.0..=360.0, "deg")?.to_radians();
+        let size = self.typed.number("amplitude_deg", &raw.amplitude_deg, 0.0..=3.0, "deg")?.to_radians();
+        Ok((Mechanism::JointHarmonic { joint, per_turn, phase }, size))
+    }
+
+    fn warm_up(&self, raw: &WarmUp, place: Location) -> Result<(Mechanism, f64), WorldFileError> {
+        let joint = self.joint(&raw.joint)?;
+        let time_constant_s = self.typed.number("time_constant_s", &raw.time_constant_s, 1.0..=1e6, "s")?;
+        let given = [&raw.zero_deg, &raw.zero_mm, &raw.length_mm, &raw.offset_mm];
+        if given.iter().filter(|one| one.is_some()).count() != 1 {
+            let zero = if self.motion(joint) == Motion::Slides { "zero_mm" } else { "zero_deg" };
+            let problem = format!(
+                "a warm-up changes one thing: give `{zero}`, `length_mm` or `offset_mm`, what it comes to in the end"
+            );
+            return Err(self.typed.wrong(place, problem));
+        }
+        let (of, size) = match (&raw.length_mm, &raw.offset_mm) {
+            (Some(length), _) => {
+                (Warming::Length, self.typed.number("length_mm", length, -10.0..=10.0, "mm")?)
+            }
+            (_, Some(offset)) => {
+                (Warming::Offset, self.typed.number("offset_mm", offset, -10.0..=10.0, "mm")?)
+            }
+            (None, None) => {
+                let (deg, mm) = (("zero_deg", &raw.zero_deg), ("zero_mm", &raw.zero_mm));
+                (Warming::Zero, self.displacement(&raw.joint, deg, mm, -5.0..=5.0)?.1)
+            }
+        };
+        Ok((Mechanism::WarmUp { joint, of, time_constant_s }, size))
+    }
+
+    /// A joint and how far it is moved, rad or mm: in degrees under the first key where it turns, in mm under the second where it slides.
+    fn displacement(
+        &self,
+        joint: &Spanned<String>,
+        deg: (&'static str, &Option<Number>),
+        mm: (&'static str, &Option<Number>),
+        range: RangeInclusive<f64>,
+    ) -> Result<(usize, f64), WorldFileError> {
+        let both =
+            TwoUnits { turning: (deg.0, deg.1, range.clone(), "deg"), sliding: (mm.0, mm.1, range, "mm") };
+        let (index, size) = self.by_motion(joint, both)?;
+        let drive = self.paper.drive.joints.get(index);
+        Ok((index, drive.map_or(size, |joint| joint.read(size))))
+    }
+
+    /// A joint and a size as it is written for one that moves so.
+    fn by_motion(&self, name: &Spanned<String>, both: TwoUnits<'_>) -> Result<(usize, f64), WorldFileError> {
+        let joint = self.joint(name)?;
+        let ((key, value, range, unit), (other_key, other, ..), moves) = match self.motion(joint) {
+            Motion::Turns => (both.turning, both.sliding, "turns"),
+            Motion::Slides => (both.sliding, both.turning, "slides"),
+        };
+        match (value, other) {
+            (Some(value), None) => Ok((joint, self.typed.number(key, value, range, unit)?)),
+            (_, Some(wrong)) => {
+                let problem = format!("joint `{}` {moves}: write `{key}`, not `{other_key}`", name.value);
+                Err(self.typed.wrong(wrong.referenced, problem))
+            }
+            (None, None) => {
+                let problem = format!("joint `{}` {moves}: the key `{key}` is missing here", name.value);
+                Err(self.typed.wrong(name.referenced, problem))
+            }
+        }
+    }
+}

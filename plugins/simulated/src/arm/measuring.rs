@@ -1,0 +1,190 @@
+//! What the operator measures: tilts with a spirit level, heights with a ruler, places with a laser tracker.
+
+use super::ArmWorld;
+use super::description::{LevelDirection, LevelSurface};
+use crate::physics::description::Motion;
+use crate::physics::machine::{NoEquilibrium, Stance};
+use crate::physics::rigid::{Rotation, Vector};
+use crate::protocol::Axis;
+use crate::world::Instrument;
+
+/// Why nothing can be measured.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MeasuringError {
+    /// There is no such place.
+    #[error("a spirit level does not lie at `{given}`; {places}")]
+    NoPlace {
+        /// What was named.
+        given: String,
+        /// Where it can lie.
+        places: String,
+    },
+    /// The ruler does not go there.
+    #[error("the ruler stands under the `flange` or the `tip`, not at `{0}`")]
+    NotRuled(String),
+    /// No reflector is there.
+    #[error("the tracker's reflector sits at the `tip` or the `flange`, not at `{0}`")]
+    NoReflector(String),
+    /// A tracker's reading has three coordinates.
+    #[error("say which coordinate of the tracker is read: x, y or z")]
+    NoAxis,
+    /// The surface is so steep that the bubble is at an end.
+    #[error("the surface leans by {0:.1} deg: the bubble is at its end; bring it nearer to level first")]
+    Steep(f64),
+    /// The joint does not move the bubble.
+    #[error("turning `{joint}` does not move the bubble of a level that lies at `{place}`")]
+    NoEffect {
+        /// The joint.
+        joint: String,
+        /// Where the level lies.
+        place: String,
+    },
+    /// The arm does not stand.
+    #[error(transparent)]
+    NoEquilibrium(#[from] NoEquilibrium),
+}
+
+/// A bubble at its end, deg.
+const END_OF_THE_BUBBLE_DEG: f64 = 10.0;
+
+/// With a level of no divisions, a bubble this near to the middle is in the middle, deg.
+const IN_THE_MIDDLE_DEG: f64 = 1e-7;
+
+/// How the operator would go on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum LevelStep {
+    /// The bubble stands in the middle.
+    Done,
+    /// The joint is to be turned by so much, rad.
+    Turn(f64),
+}
+
+impl ArmWorld {
+    /// What the ruler reads from the table up to the middle of the wrist flange, or to the tip of the tool, mm.
+    ///
+    /// # Errors
+    /// [`MeasuringError`]
+    pub fn read_ruler(&mut self, at: Option<&str>) -> Result<f64, MeasuringError> {
+        let at = at.unwrap_or("flange");
+        let point = self.point(at)?.ok_or_else(|| MeasuringError::NotRuled(at.to_owned()))?;
+        let table = self.description.table;
+        let height = (point - Vector::Z * table.height).dot(table.normal);
+        Ok(self.take(self.description.ruler, height))
+    }
+
+    /// What a laser tracker shows of one coordinate of the tool's tip (or of the flange), mm.
+    ///
+    /// # Errors
+    /// [`MeasuringError`]
+    pub fn read_tracker(&mut self, at: Option<&str>, axis: Option<Axis>) -> Result<f64, MeasuringError> {
+        let at = at.unwrap_or("tip");
+        let point = self.point(at)?.ok_or_else(|| MeasuringError::NoReflector(at.to_owned()))?;
+        let place = match axis {
+            Some(Axis::X) => point.x,
+            Some(Axis::Y) => point.y,
+            Some(Axis::Z) => point.z,
+            None => return Err(MeasuringError::NoAxis),
+        };
+        Ok(self.take(self.description.tracker, place))
+    }
+
+    /// A point of the arm that can be measured, world, mm.
+    fn point(&self, at: &str) -> Result<Option<Vector>, MeasuringError> {
+        let flange = self.standing()?.posture.world_from_flange;
+        Ok(match at {
+            "flange" => Some(flange.translation),
+            "tip" => Some(flange.apply(self.description.tool.tip)),
+            _ => None,
+        })
+    }
+
+    /// One more reading.
+    fn take(&mut self, instrument: Instrument, truth: f64) -> f64 {
+        self.readings_taken += 1;
+        instrument.read(truth, self.description.seed, self.readings_taken)
+    }
+
+    /// What the spirit level shows, deg: how much the end its arrow points to is too high. `turned` is end for end.
+    ///
+    /// # Errors
+    /// [`MeasuringError`]
+    pub fn read_level(&mut self, at: &str, turned: bool) -> Result<f64, MeasuringError> {
+        let stance = self.standing()?;
+        let along = self.level_direction(&stance, self.surface_named(at)?, turned);
+        let tilt = along.z.clamp(-1.0, 1.0).asin();
+        if tilt.to_degrees().abs() > END_OF_THE_BUBBLE_DEG {
+            return Err(MeasuringError::Steep(tilt.to_degrees()));
+        }
+        let level = self.description.level;
+        Ok(self.take(level.instrument, tilt + level.zero).to_degrees())
+    }
+
+    /// Looks at the bubble, and says how the operator would turn a joint (from 0) to bring it to the middle.
+    pub(super) fn level_step(
+        &mut self,
+        joint: usize,
+        at: &str,
+        turned: bool,
+    ) -> Result<LevelStep, MeasuringError> {
+        let shown = self.read_level(at, turned)?;
+        if shown.abs() < self.smallest_seen_deg() {
+            return Ok(LevelStep::Done);
+        }
+        let stance = self.standing()?;
+        let surface = self.surface_named(at)?;
+        let along = self.level_direction(&stance, surface, turned);
+        let no_effect = || MeasuringError::NoEffect {
+            joint: self.description.paper.shape.joint_name(joint).to_owned(),
+            place: at.to_owned(),
+        };
+        let turns = joint <= surface.carried_by && self.turns(joint);
+        let axis = stance.posture.axes.get(joint).filter(|_| turns).ok_or_else(no_effect)?;
+        let rise = axis.direction.cross(along).z;
+        if rise.abs() < 0.3 {
+            return Err(no_effect());
+        }
+        // Near the middle by less than it shows, so that nobody turns to and fro over one division for ever.
+        let division = self.description.level.instrument.division.to_degrees();
+        let share = if shown.abs() < 1.5 * division { 0.7 } else { 1.0 };
+        Ok(LevelStep::Turn(-shown.to_radians() * share / rise))
+    }
+
+    /// A bubble that shows less than this stands in the middle, deg.
+    fn smallest_seen_deg(&self) -> f64 {
+        let level = self.description.level.instrument;
+        (level.division.to_degrees() / 2.0).max(level.error.to_degrees()).max(IN_THE_MIDDLE_DEG)
+    }
+
+    /// Whether a joint turns, and does not slide.
+    fn turns(&self, joint: usize) -> bool {
+        self.description.paper.shape.joints.get(joint).is_some_and(|joint| joint.motion == Motion::Turns)
+    }
+
+    /// The way the level's arrow points, world.
+    fn level_direction(&self, stance: &Stance, surface: LevelSurface, turned: bool) -> Vector {
+        let axis = |joint: usize| stance.posture.axes.get(joint).map_or(Vector::Z, |axis| axis.direction);
+        let along = match surface.direction {
+            LevelDirection::AlongAxis { along, square_to } => axis(along).across(axis(square_to)),
+            LevelDirection::SquareToAxes(first, second) => axis(first).cross(axis(second)),
+            LevelDirection::OnTool(direction) => {
+                let lean = Rotation::from_roll_pitch_yaw(self.description.tool.lean);
+                (stance.posture.world_from_flange.rotation * lean).apply(direction)
+            }
+        };
+        let along = along.unit().unwrap_or(Vector::X);
+        if turned { -along } else { along }
+    }
+
+    /// The surface of this name on which a level can lie.
+    fn surface_named(&self, name: &str) -> Result<LevelSurface, MeasuringError> {
+        let surfaces = &self.description.paper.level_surfaces;
+        surfaces.iter().find(|surface| surface.name == name).copied().ok_or_else(|| {
+            let names: Vec<&str> = surfaces.iter().map(|surface| surface.name).collect();
+            let places = match names.is_empty() {
+                true => "this arm has no surface for one".to_owned(),
+                false => format!("its places are {}", names.join(", ")),
+            };
+            MeasuringError::NoPlace { given: name.to_owned(), places }
+        })
+    }
+}

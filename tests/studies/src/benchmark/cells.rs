@@ -1,0 +1,206 @@
+//! The benchmark's cells: what is hidden, in which poses, how often.
+
+use plumb_simulated::physics::arms;
+use plumb_simulated::physics::campaign::catalogue::{Choice, LIBRARY, NOT_REPEATABLE, OUTSIDE, SPECIAL};
+use plumb_simulated::physics::campaign::specification::{Free, Size, Specification, Spread, Wanted};
+use plumb_simulated::physics::campaign::{self, Case};
+use plumb_simulated::physics::description::ArmDescription;
+use plumb_simulated::physics::random::Random;
+
+use super::error::BenchmarkError;
+use plumb::commands::trial::arguments::CampaignArguments;
+
+/// A kind of trial.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Cell {
+    /// Name, as `--cell` takes it.
+    pub(super) name: &'static str,
+    /// What it is, for people.
+    pub(super) title: &'static str,
+    /// Trials at full scale.
+    pub(super) trials: usize,
+    /// What is hidden.
+    hides: Hides,
+    /// How far the poses reach.
+    spread: Spread,
+    /// Effect over noise.
+    ratio: f64,
+    /// Share of gross errors.
+    outliers: f64,
+    /// What the model leaves free.
+    free: Free,
+}
+
+/// What a cell hides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Hides {
+    /// Nothing.
+    Nothing,
+    /// One effect of the library.
+    One,
+    /// Two effects of the library.
+    Two,
+    /// This one.
+    This(&'static str),
+    /// Something the library does not know.
+    Outside,
+    /// A machine that does not repeat.
+    NotRepeatable,
+}
+
+const fn wide(name: &'static str, title: &'static str, trials: usize, hides: Hides, ratio: f64) -> Cell {
+    Cell { name, title, trials, hides, spread: Spread::Wide, ratio, outliers: 0.0, free: Free::Zeros }
+}
+
+/// All cells, in the order of the report.
+pub(super) const CELLS: [Cell; 12] = [
+    wide("nothing", "nothing hidden, wide", 2000, Hides::Nothing, 0.0),
+    Cell {
+        spread: Spread::Narrow,
+        ..wide("nothing-narrow", "nothing hidden, narrow", 500, Hides::Nothing, 0.0)
+    },
+    Cell {
+        outliers: 0.08,
+        ..wide("nothing-outliers", "nothing hidden, wide, 8 % outliers", 500, Hides::Nothing, 0.0)
+    },
+    wide("one-3x", "one effect, 3x noise, wide", 1000, Hides::One, 3.0),
+    wide("one-1x", "one effect, 1x noise, wide", 300, Hides::One, 1.0),
+    Cell {
+        spread: Spread::Narrow,
+        ..wide("one-3x-narrow", "one effect, 3x noise, narrow", 300, Hides::One, 3.0)
+    },
+    Cell {
+        spread: Spread::Narrow,
+        ..wide("one-1x-narrow", "one effect, 1x noise, narrow", 300, Hides::One, 1.0)
+    },
+    Cell {
+        outliers: 0.08,
+        ..wide("one-3x-outliers", "one effect, 3x noise, wide, 8 % outliers", 1000, Hides::One, 3.0)
+    },
+    Cell {
+        free: Free::Geometry,
+        ..wide("one-3x-geometry", "one effect, 3x noise, wide, all geometry free", 300, Hides::One, 3.0)
+    },
+    wide("two-3x", "two effects, 3x noise each, wide", 300, Hides::Two, 3.0),
+    wide("outside", "outside the library, 3x noise, wide", 400, Hides::Outside, 3.0),
+    wide("not-repeatable", "does not repeat, 3x noise, wide", 200, Hides::NotRepeatable, 3.0),
+];
+
+/// The cells in which one effect is hidden.
+pub(super) fn one_effect() -> impl Iterator<Item = Cell> {
+    CELLS.into_iter().filter(|cell| cell.hides == Hides::One)
+}
+
+/// One cell for each effect that this world and the lab's library both have.
+pub(super) fn each_effect() -> Vec<Cell> {
+    let names =
+        LIBRARY.into_iter().chain(SPECIAL).filter(|name| plumb_calibration::effect::kind(name).is_some());
+    let free = |name: &str| if name == "joint_zero" { Free::None } else { Free::Zeros };
+    names.map(|name| Cell { free: free(name), ..wide(name, name, 50, Hides::This(name), 3.0) }).collect()
+}
+
+/// Trials to be run.
+#[derive(Debug, Clone)]
+pub(super) enum Work {
+    /// A cell of the benchmark.
+    Cell(Cell),
+    /// A campaign of the user's own.
+    Own(CampaignArguments, usize),
+}
+
+impl Work {
+    /// A cell.
+    pub(super) fn cell(cell: Cell) -> Self {
+        Self::Cell(cell)
+    }
+
+    /// So many trials of one's own; its first is tried, so that bad options are told.
+    pub(super) fn own(
+        campaign: &CampaignArguments,
+        trials: usize,
+        seed: u64,
+    ) -> Result<Self, BenchmarkError> {
+        campaign::generate(&campaign.specification(seed)?, seed)?;
+        Ok(Self::Own(campaign.clone(), trials))
+    }
+
+    /// Its name in files.
+    pub(super) fn name(&self) -> &'static str {
+        match self {
+            Self::Cell(cell) => cell.name,
+            Self::Own(..) => "own",
+        }
+    }
+
+    /// What it is, for people.
+    pub(super) fn title(&self) -> &'static str {
+        match self {
+            Self::Cell(cell) => cell.title,
+            Self::Own(..) => "own campaign",
+        }
+    }
+
+    /// Trials at full scale.
+    pub(super) fn trials(&self) -> usize {
+        match self {
+            Self::Cell(cell) => cell.trials,
+            Self::Own(_, trials) => *trials,
+        }
+    }
+
+    /// Trial `number`; `None` when chance gives none that can be made.
+    pub(super) fn case(&self, seed: u64, number: usize) -> Option<Case> {
+        match self {
+            Self::Cell(cell) => cell.case(seed, number),
+            Self::Own(campaign, _) => {
+                let seed = seed.wrapping_add(number as u64);
+                campaign::generate(&campaign.specification(seed).ok()?, seed).ok()
+            }
+        }
+    }
+}
+
+impl Cell {
+    /// Trial `number` of this cell under the benchmark's seed. Arms come by lot; a lot that cannot be hidden in its arm is drawn again.
+    fn case(&self, seed: u64, number: usize) -> Option<Case> {
+        let mut lot = Random::new(seed.wrapping_add(number as u64), self.name);
+        (0..100).find_map(|_| {
+            let (name, _) = lot.pick(&arms::ARMS)?;
+            let specification = self.specification(arms::by_name(name)?.ok()?, number, &mut lot);
+            let case = campaign::generate(&specification, lot.bits()).ok()?;
+            self.shows(&case).then_some(case)
+        })
+    }
+
+    fn specification(&self, arm: ArmDescription, number: usize, lot: &mut Random) -> Specification {
+        let names: Vec<&str> = match self.hides {
+            Hides::Nothing => Vec::new(),
+            Hides::One => vec![known(lot)],
+            Hides::Two => vec![known(lot), known(lot)],
+            Hides::This(name) => vec![name],
+            Hides::Outside => OUTSIDE.get(number % OUTSIDE.len()).copied().into_iter().collect(),
+            Hides::NotRepeatable => vec![NOT_REPEATABLE],
+        };
+        let wanted = |name: &str| Wanted { choice: Choice::named(name), size: Size::OverNoise(self.ratio) };
+        Specification {
+            hidden: names.into_iter().map(wanted).collect(),
+            spread: self.spread,
+            outliers: self.outliers,
+            free: self.free,
+            heat: true,
+            ..Specification::usual(arm)
+        }
+    }
+
+    /// Outside the library the aim holds for what is left over above twice the noise.
+    fn shows(&self, case: &Case) -> bool {
+        self.hides != Hides::Outside || case.truth.hidden.iter().all(|hidden| hidden.visible_over_noise > 2.0)
+    }
+}
+
+/// An effect by lot from those that both this world and the lab's library have.
+fn known(lot: &mut Random) -> &'static str {
+    let both: Vec<&str> =
+        LIBRARY.into_iter().filter(|name| plumb_calibration::effect::kind(name).is_some()).collect();
+    lot.pick(&both).copied().unwrap_or("joint_backlash")
+}

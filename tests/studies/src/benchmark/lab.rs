@@ -1,0 +1,57 @@
+//! The lab itself, given what a user would hold: the model file and the table.
+
+use plumb_calibration::arm_model::Model;
+use plumb_calibration::table::Table;
+use plumb_diagnosis::Wanted;
+use plumb_diagnosis::laboratory::{Laboratory, LaboratoryError, Options};
+use plumb_estimation::Progress;
+use plumb_simulated::physics::campaign::Case;
+use plumb_simulated::physics::campaign::poses::Chosen;
+use serde::Serialize;
+
+use plumb::commands::trial::score::Diagnosis;
+
+/// Source named in the lab's messages.
+const SOURCE: &str = "trial";
+
+/// Diagnoses a case.
+pub(super) fn diagnose(case: &Case) -> Result<Diagnosis, LaboratoryError> {
+    as_told(&open(case)?.diagnose(&Progress::unwatched())?)
+}
+
+/// Diagnoses and adds until nothing more can be named.
+pub(super) fn grow(case: &Case) -> Result<Diagnosis, LaboratoryError> {
+    as_told(&open(case)?.grow(&Progress::unwatched())?)
+}
+
+/// The poses it asks for, to tell apart what it cannot: so many new ones, without the returns that come on top; nothing where it
+/// says that no pose would.
+pub(super) fn next_poses(case: &Case, count: usize) -> Result<Option<Vec<Chosen>>, LaboratoryError> {
+    let wanted = Wanted { count, keep_out: Vec::new(), payloads: Vec::new() };
+    let asked = open(case)?.next_poses(&wanted, &Progress::unwatched())?;
+    if asked.instead.is_some() {
+        return Ok(None);
+    }
+    let chosen = asked.next.into_iter().take(count).map(|pose| Chosen {
+        commanded_deg: pose.q_deg,
+        sides: pose.approach.into_iter().map(f64::from).collect(),
+        payload_kg: pose.payload_kg,
+    });
+    Ok(Some(chosen.collect()))
+}
+
+fn open(case: &Case) -> Result<Laboratory, LaboratoryError> {
+    let model = Model::parse(SOURCE, &case.model_yaml())?;
+    let table = Table::parse(SOURCE, &case.table_csv())?;
+    Laboratory::new(model, table, Options::default())
+}
+
+/// What the lab says, read as any other program would read its JSON.
+fn as_told(said: &impl Serialize) -> Result<Diagnosis, LaboratoryError> {
+    let refused = |error: serde_json::Error| LaboratoryError::Refused(error.to_string());
+    let mut told: Diagnosis =
+        serde_json::from_value(serde_json::to_value(said).map_err(refused)?).map_err(refused)?;
+    // The benchmark asks what is found. What is only said not to show is scored in cells, where it is measured further.
+    told.not_shown.clear();
+    Ok(told)
+}

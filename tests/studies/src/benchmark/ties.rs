@@ -1,0 +1,184 @@
+//! Where the lab cannot tell candidates apart: whether further poses settle it, those it asks for and as many by lot.
+
+use plumb_simulated::physics::campaign::poses::{Chosen, plan};
+use plumb_simulated::physics::campaign::specification::{Specification, Spread};
+use plumb_simulated::physics::campaign::{Case, Verdict, generate_further};
+use serde::Serialize;
+
+use super::cells::Work;
+use super::error::BenchmarkError;
+use super::interval::Share;
+use super::lab;
+use super::report::told;
+use super::trials::{over_cases, said};
+use plumb::commands::trial::score::{Diagnosis, Score};
+
+/// Further poses.
+const POSES: usize = 8;
+
+/// What became of a cell's ties.
+#[derive(Debug, Serialize)]
+pub(super) struct Row {
+    cell: &'static str,
+    #[serde(skip)]
+    title: &'static str,
+    trials: usize,
+    /// Trials that left several candidates, the truth among them.
+    ties: usize,
+    /// Of these, those of which the lab says that no pose tells the candidates apart, and what poses by lot made of them.
+    no_pose_tells: Settled,
+    /// What the poses it asks for made of the others.
+    asked_for: Settled,
+    /// And poses by lot.
+    by_lot: Settled,
+}
+
+/// What one way of choosing poses did to the ties.
+#[derive(Debug, Serialize)]
+struct Settled {
+    /// What is hidden is named now, and nothing else.
+    settled: Share,
+    /// Something else is named.
+    falsely_named: Share,
+    /// The trials that are not settled.
+    left: Vec<Left>,
+}
+
+/// A tie that further poses have not settled, to be looked at.
+#[derive(Debug, Clone, Serialize)]
+struct Left {
+    seed: u64,
+    arm: String,
+    hidden: Vec<String>,
+    /// What the lab said at first.
+    first: Vec<String>,
+    /// What it says with the further poses.
+    then: Vec<String>,
+    #[serde(skip)]
+    outcome: Outcome,
+}
+
+/// What each way of choosing poses made of one tie.
+struct Tie {
+    /// Nothing where the lab says that no pose tells the candidates apart.
+    asked_for: Option<Left>,
+    by_lot: Left,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    Settled,
+    Open,
+    Wrong,
+}
+
+/// Looks for ties in a cell's trials, and measures on.
+pub(super) fn settle(work: &Work, seed: u64, count: usize) -> Result<Row, BenchmarkError> {
+    let ties: Vec<Option<Tie>> = over_cases(work, seed, count, |case| {
+        let refused = |source| BenchmarkError::Lab { seed: case.truth.seed, source: Box::new(source) };
+        let first = lab::diagnose(case).map_err(refused)?;
+        if !is_tie(&first, case) {
+            return Ok(None);
+        }
+        let chosen = lab::next_poses(case, POSES).map_err(refused)?;
+        let tell = |chosen: &[Chosen]| -> Result<Left, BenchmarkError> {
+            let more = generate_further(&case.specification, case.truth.seed, chosen)?;
+            let then = lab::diagnose(&more).map_err(refused)?;
+            Ok(Left {
+                seed: case.truth.seed,
+                arm: case.specification.arm.name.clone(),
+                hidden: case.truth.hidden.iter().map(told).collect(),
+                first: said(&first),
+                then: said(&then),
+                outcome: outcome(&then, case),
+            })
+        };
+        let asked_for = chosen.map(|chosen| tell(&chosen)).transpose()?;
+        let by_lot = tell(&drawn(&case.specification, case.truth.seed))?;
+        Ok(Some(Tie { asked_for, by_lot }))
+    })?;
+    let trials = ties.len();
+    let ties: Vec<Tie> = ties.into_iter().flatten().collect();
+    let (open, hopeless): (Vec<&Tie>, Vec<&Tie>) = ties.iter().partition(|tie| tie.asked_for.is_some());
+    Ok(Row {
+        cell: work.name(),
+        title: work.title(),
+        trials,
+        ties: ties.len(),
+        no_pose_tells: Settled::of(hopeless.iter().map(|tie| &tie.by_lot)),
+        asked_for: Settled::of(open.iter().filter_map(|tie| tie.asked_for.as_ref())),
+        by_lot: Settled::of(open.iter().map(|tie| &tie.by_lot)),
+    })
+}
+
+impl Settled {
+    fn of<'t>(ties: impl Iterator<Item = &'t Left> + Clone) -> Self {
+        let share = |outcome| Share::of(ties.clone().map(|tie| tie.outcome == outcome));
+        Self {
+            settled: share(Outcome::Settled),
+            falsely_named: share(Outcome::Wrong),
+            left: ties.clone().filter(|tie| tie.outcome != Outcome::Settled).cloned().collect(),
+        }
+    }
+}
+
+/// Whether the lab leaves several candidates, with what is hidden among them.
+fn is_tie(diagnosis: &Diagnosis, case: &Case) -> bool {
+    let several = match diagnosis.verdict {
+        Verdict::Tied => diagnosis.tied.len() > 1,
+        Verdict::Located => diagnosis.located.as_ref().is_some_and(|located| located.family.len() > 1),
+        _ => false,
+    };
+    several && Score::of(diagnosis, &case.truth).truth_in_set
+}
+
+fn outcome(diagnosis: &Diagnosis, case: &Case) -> Outcome {
+    match diagnosis.verdict {
+        Verdict::Named if Score::of(diagnosis, &case.truth).false_name => Outcome::Wrong,
+        Verdict::Named => Outcome::Settled,
+        _ => Outcome::Open,
+    }
+}
+
+/// As many poses from all over the joints' ranges, by lot.
+fn drawn(specification: &Specification, seed: u64) -> Vec<Chosen> {
+    let wide = Specification {
+        poses: POSES,
+        repeated_poses: 0,
+        spread: Spread::Wide,
+        hidden: Vec::new(),
+        ..specification.clone()
+    };
+    let visits = plan(&wide, !seed);
+    let chosen = visits.into_iter().map(|visit| Chosen {
+        commanded_deg: visit.commanded_deg,
+        sides: visit.sides,
+        payload_kg: visit.payload_kg,
+    });
+    chosen.collect()
+}
+
+/// The table's heading.
+pub(super) fn heading() -> String {
+    format!("{:<28}{:>20}{:>20}\n", "percent of ties", "settled", "false name")
+}
+
+/// A cell's lines of the table: percent, and the 95 % interval.
+pub(super) fn lines(row: &Row) -> String {
+    let share = |share: Share| match share.trials {
+        0 => "-".to_owned(),
+        _ => format!("{:.1} [{:.1}, {:.1}]", 100.0 * share.value(), 100.0 * share.low, 100.0 * share.high),
+    };
+    let line = |title: &str, way: &Settled| {
+        format!("  {title:<26}{:>20}{:>20}\n", share(way.settled), share(way.falsely_named))
+    };
+    format!(
+        "{} ({} ties in {} trials)\n{}{}{}",
+        row.title,
+        row.ties,
+        row.trials,
+        line(&format!("no pose tells {}: by lot", row.no_pose_tells.settled.trials), &row.no_pose_tells),
+        line(&format!("poses asked for, {}", row.asked_for.settled.trials), &row.asked_for),
+        line(&format!("poses by lot, {}", row.by_lot.settled.trials), &row.by_lot)
+    )
+}

@@ -1,0 +1,112 @@
+//! `plumb check`: everything that can be known about a file before anything is connected.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use plumb_calibration::table::Table;
+use plumb_cell::device::check_plugins;
+use plumb_cell::expression::Calculator;
+use plumb_cell::workcell::load_workcell;
+use plumb_cell::{check_file, kind_of_file};
+use plumb_diagnosis::stripe::read_scene;
+use plumb_document::{DocumentKind, FileKind, FileProblems, Problem, Span, read_document};
+use plumb_light_stripe::geometry::read_rig;
+use plumb_plugin::Manifest;
+use plumb_simulated::world_file::{self, WorldFileError};
+
+use crate::commands::run::prepare::plugins_of;
+use crate::commands::study;
+use crate::failure::CommandResult;
+
+/// Check cell, procedure, answers, model, world, rig, scene, manifest and study files, tables of measurements (CSV), and everything they name. Nothing is connected and
+/// nothing moves.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// The files.
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Look for plugins here too.
+    #[arg(long, value_name = "DIR")]
+    plugins: Vec<PathBuf>,
+}
+
+/// Prints every mistake of every file; exit code 2 when there are any.
+pub(crate) fn run(arguments: &Arguments) -> CommandResult {
+    let calculator = Calculator::new();
+    let mut all_good = true;
+    for file in &arguments.files {
+        match check(file, arguments, &calculator) {
+            Ok((what, notes)) => {
+                let mut out = std::io::stdout();
+                writeln!(out, "{}: {what} is in order", file.display())?;
+                notes.iter().try_for_each(|note| writeln!(out, "  {note}"))?;
+            }
+            Err(problems) => {
+                all_good = false;
+                eprintln!("{problems}");
+            }
+        }
+    }
+    Ok(if all_good { ExitCode::SUCCESS } else { ExitCode::from(2) })
+}
+
+/// What a file is, with notes; or its mistakes as text.
+fn check(
+    file: &Path,
+    arguments: &Arguments,
+    calculator: &Calculator,
+) -> Result<(String, Vec<String>), String> {
+    if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
+        let table = Table::read(file).map_err(|error| error.to_string())?;
+        return Ok((format!("table of {} rows", table.len()), Vec::new()));
+    }
+    let kind = kind_of_file(file).map_err(|problems| problems.to_string())?;
+    read_whole(file, kind)?;
+    let checked = check_file(file, kind, calculator).map_err(|problems| in_words(&problems))?;
+    if kind == DocumentKind::Cell {
+        let workcell = load_workcell(file, calculator).map_err(|problems| in_words(&problems))?;
+        check_plugins(&workcell, &plugins_of(&workcell, &arguments.plugins))
+            .map_err(|problems| problems.to_string())?;
+        if let Some(world) = &workcell.world {
+            read_whole(&world.file, DocumentKind::World)?;
+        }
+    }
+    Ok((checked.what, checked.notes))
+}
+
+/// Reads a file of a kind that names no others.
+fn read_whole(file: &Path, kind: DocumentKind) -> Result<(), String> {
+    let in_words = |error: &dyn std::fmt::Display| error.to_string();
+    match kind {
+        DocumentKind::World => {
+            world_file::read(file).map(drop).map_err(|error| in_words(&world_mistake(file, error)))
+        }
+        DocumentKind::Study => study::check(file).map_err(|error| in_words(&error)),
+        DocumentKind::Rig => read_rig(file).map(drop).map_err(|error| in_words(&error)),
+        DocumentKind::Scene => read_scene(file).map(drop).map_err(|error| in_words(&error)),
+        DocumentKind::Manifest => Manifest::read(file).map(drop).map_err(|error| in_words(&error)),
+        DocumentKind::Cell | DocumentKind::Procedure | DocumentKind::Answers | DocumentKind::Model => Ok(()),
+    }
+}
+
+/// The mistake of a world file as those of the other kinds are shown: with its line.
+fn world_mistake(file: &Path, error: WorldFileError) -> FileProblems {
+    let WorldFileError::Wrong { line, column, problem, .. } = error else {
+        return FileProblems::whole_file(file, error.to_string(), "");
+    };
+    let text = read_document(file, FileKind::WORLD).unwrap_or_default();
+    let number = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
+    let (line, column) = (number(line), number(column));
+    let word =
+        text.lines().nth(line.saturating_sub(1)).unwrap_or_default().chars().skip(column.saturating_sub(1));
+    let length = word.take_while(|letter| !" :,{}[]".contains(*letter)).count();
+    let (message, help) = problem.split_once("; ").unwrap_or((&problem, ""));
+    let help = Some(help.to_owned()).filter(|help| !help.is_empty());
+    let problem = Problem { span: Some(Span { line, column, length }), message: message.to_owned(), help };
+    FileProblems { file: file.to_owned(), text, problems: vec![problem] }
+}
+
+fn in_words(problems: &[FileProblems]) -> String {
+    problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}

@@ -1,0 +1,279 @@
+//! The options of `plumb model`.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use plumb_calibration::revision::{Entry, Family, RevisionError};
+use plumb_calibration::table::Table;
+use plumb_cell::measurement_table::{HASH_COMMENT, MODEL_COMMENT};
+use plumb_diagnosis::laboratory::{Laboratory, LaboratoryError, Options};
+use plumb_diagnosis::split::Holdout;
+use plumb_kinematics::HalfSpace;
+
+/// A model, a table, and how to bring them together.
+#[derive(Debug, Args)]
+pub(crate) struct PairArguments {
+    /// The model file. The original stands for its newest revision; name a revision's own file to use that.
+    pub(crate) model: PathBuf,
+    /// The measurement table.
+    #[arg(short, long, value_name = "CSV")]
+    pub(crate) data: PathBuf,
+    /// Effects that are always fitted, instead of the file's `free:`: `none`, or a list such as `joint_zero(*),link_length(elbow)`.
+    #[arg(long, value_name = "LIST")]
+    free: Option<String>,
+    /// Rows locked away to check with: regions, random:0.3:SEED, time:0.3, session, none.
+    #[arg(long, default_value = "regions", value_name = "HOW")]
+    holdout: Holdout,
+    /// Plain least squares: let far poses pull as hard as they like.
+    #[arg(long)]
+    least_squares: bool,
+    /// Take a table that says it was measured with another model.
+    #[arg(long)]
+    any_model: bool,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A list of effects, split at the commas outside brackets.
+fn free_list(text: &str) -> Vec<String> {
+    if text.trim() == "none" {
+        return Vec::new();
+    }
+    let mut list = vec![String::new()];
+    let mut depth = 0;
+    for letter in text.chars() {
+        match letter {
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            _ => {}
+        }
+        match (letter, depth, list.last_mut()) {
+            (',' | ';', 0, _) => list.push(String::new()),
+            (letter, _, Some(last)) => last.push(letter),
+            (_, _, None) => {}
+        }
+    }
+    list.iter().map(|part| part.trim().to_owned()).filter(|part| !part.is_empty()).collect()
+}
+
+/// A laboratory, and the revision of the model it works on.
+pub(crate) struct Opened {
+    pub(crate) laboratory: Laboratory,
+    pub(crate) family: Family,
+    pub(crate) entry: Entry,
+}
+
+/// Why a pair of files cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum OpenError {
+    #[error(transparent)]
+    Revision(#[from] RevisionError),
+    #[error(transparent)]
+    Laboratory(#[from] LaboratoryError),
+    #[error(
+        "{} was measured with another model, {measured_with} (cell {cell}, run {run}): give that model, or the table of a run of this \
+         model's cell; --any-model takes them together all the same", table.display()
+    )]
+    OtherModel { table: PathBuf, measured_with: String, cell: String, run: String },
+}
+
+impl PairArguments {
+    /// Reads both files.
+    pub(crate) fn open(&self) -> Result<Opened, OpenError> {
+        let entry = Family::resolve(&self.model)?;
+        let table = Table::read(&self.data).map_err(LaboratoryError::from)?;
+        if !self.any_model {
+            self.require_own_table(&table)?;
+        }
+        let mut options = Options {
+            free: self.free.as_deref().map(free_list),
+            holdout: self.holdout,
+            ..Options::default()
+        };
+        options.fit.robust = !self.least_squares;
+        let laboratory = Laboratory::new(entry.model.clone(), table, options)?;
+        Ok(Opened { laboratory, family: Family::of(&self.model)?, entry })
+    }
+
+    /// A table that says with which model it was measured is of the cell with that model: its joints mean something else in another. The
+    /// model is the same when its file is called so, whatever revision it is, or when its text is the same, whatever it is called.
+    fn require_own_table(&self, table: &Table) -> Result<(), OpenError> {
+        let said = |what: &str| {
+            table
+                .comments
+                .iter()
+                .find_map(|line| line.strip_prefix(what)?.strip_prefix(": ").map(str::to_owned))
+        };
+        let Some(measured_with) = said(MODEL_COMMENT) else { return Ok(()) };
+        let family = Family::of(&self.model)?;
+        let same_name =
+            Family::of(Path::new(&measured_with)).is_ok_and(|theirs| theirs.original() == family.original());
+        let text = std::fs::read(&self.model).unwrap_or_default();
+        if same_name || said(HASH_COMMENT) == Some(plumb_record::sha256_hex(&text)) {
+            return Ok(());
+        }
+        let unknown = || "unknown".to_owned();
+        Err(OpenError::OtherModel {
+            table: self.data.clone(),
+            measured_with,
+            cell: said("cell").unwrap_or_else(unknown),
+            run: said("run").unwrap_or_else(unknown),
+        })
+    }
+
+    /// The table's file name, as revisions note it.
+    pub(crate) fn data_name(&self) -> String {
+        self.data.file_name().unwrap_or(self.data.as_os_str()).to_string_lossy().into_owned()
+    }
+}
+
+/// How residuals are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PlotFormat {
+    /// A file of vector graphics.
+    Svg,
+    /// In the terminal.
+    Term,
+}
+
+/// Options of `compare`.
+#[derive(Debug, Args)]
+pub(crate) struct CompareArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+    /// Draw the residuals.
+    #[arg(long, value_enum)]
+    pub(crate) plot: Option<PlotFormat>,
+    /// File to draw to; `residuals.svg` when not given.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+impl CompareArguments {
+    pub(crate) fn output(&self) -> &Path {
+        self.output.as_deref().unwrap_or(Path::new("residuals.svg"))
+    }
+}
+
+/// Options of `diagnose`.
+#[derive(Debug, Args)]
+pub(crate) struct DiagnoseArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+}
+
+/// Options of `add` and `remove`.
+#[derive(Debug, Args)]
+pub(crate) struct ChangeArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+    /// The effect: `joint_compliance(shoulder)`, a wildcard `joint_zero(*)`, or the group `geometry(*)`.
+    pub(crate) effect: String,
+}
+
+/// Options of `accept`.
+#[derive(Debug, Args)]
+pub(crate) struct AcceptArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+}
+
+/// Options of `grow`.
+#[derive(Debug, Args)]
+pub(crate) struct GrowArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+    /// Show what would be added, but write no revisions.
+    #[arg(long)]
+    pub(crate) dry: bool,
+}
+
+/// Options of `next`.
+#[derive(Debug, Args)]
+pub(crate) struct NextArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+    /// How many new poses; two returns come on top.
+    #[arg(short = 'n', long, default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=50))]
+    pub(crate) number: u16,
+    /// A plane nothing of the arm may cross, base frame: its normal and how far along it the allowed side begins, in mm,
+    /// such as 0,0,1,20 for twenty millimetres above the base's foot. May be given several times.
+    #[arg(long, value_name = "NX,NY,NZ,OFFSET_MM", value_parser = keep_out, allow_hyphen_values = true)]
+    pub(crate) keep_out: Vec<HalfSpace>,
+    /// Loads the hand can carry, kg; those of the table when not given.
+    #[arg(long, value_name = "KG", value_delimiter = ',')]
+    pub(crate) payload: Vec<f64>,
+    /// Print the poses as a table (CSV) that a procedure goes through with `repeat: {over: FILE}`.
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) csv: bool,
+}
+
+fn keep_out(text: &str) -> Result<HalfSpace, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
+    let wrong = || format!("`{text}` is no plane; write its normal and offset in mm, such as 0,0,1,20");
+    let numbers: Result<[f64; 4], _> = numbers.map_err(|_| wrong())?.try_into();
+    let Ok([x, y, z, offset]) = numbers else { return Err(wrong()) };
+    let length = f64::hypot(f64::hypot(x, y), z);
+    if !(length > 0.0 && length.is_finite() && offset.is_finite()) {
+        return Err(wrong());
+    }
+    Ok(HalfSpace { normal: [x / length, y / length, z / length], offset })
+}
+
+/// Options of `template`.
+#[derive(Debug, Args)]
+pub(crate) struct TemplateArguments {
+    /// The robot: one of those known, a number of joints, or a URDF file.
+    pub(crate) robot: String,
+    /// The link at which the arm of a URDF file ends; the end of its longest branch when not given.
+    #[arg(long, value_name = "LINK")]
+    pub(crate) tip: Option<String>,
+    /// Folder to write to.
+    #[arg(short, long, default_value = ".", value_name = "FOLDER")]
+    pub(crate) output: PathBuf,
+}
+
+/// Options of `report`.
+#[derive(Debug, Args)]
+pub(crate) struct ReportArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+    /// The page to write.
+    #[arg(short, long, default_value = "report.html", value_name = "FILE")]
+    pub(crate) output: PathBuf,
+}
+
+/// Options of `screen`.
+#[derive(Debug, Args)]
+pub(crate) struct ScreenArguments {
+    #[command(flatten)]
+    pub(crate) pair: PairArguments,
+}
+
+/// A model file and its revisions.
+#[derive(Debug, Args)]
+pub(crate) struct FamilyArguments {
+    /// The model file.
+    pub(crate) model: PathBuf,
+    /// Take a table that says it was measured with another model.
+    #[arg(long)]
+    any_model: bool,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::free_list;
+
+    #[test]
+    fn lists_are_split_outside_brackets_only() {
+        assert_eq!(
+            free_list("joint_zero(*), joint_harmonic(lift, 20)"),
+            ["joint_zero(*)", "joint_harmonic(lift, 20)"]
+        );
+        assert!(free_list("none").is_empty());
+    }
+}

@@ -1,0 +1,60 @@
+//! `plumb model compare`.
+
+use std::error::Error;
+use std::fmt::Write as _;
+
+use plumb_diagnosis::laboratory::Comparison;
+use plumb_diagnosis::plot;
+
+use super::arguments::{CompareArguments, PlotFormat};
+use super::text::{effects_table, floor_line, rms_line};
+use crate::progress::watched;
+
+/// Fits, compares, prints.
+pub(super) fn run(arguments: &CompareArguments) -> Result<String, Box<dyn Error>> {
+    let opened = arguments.pair.open()?;
+    let comparison = watched(|progress| opened.laboratory.compare(progress))?;
+    let mut said = if arguments.pair.json { super::json(&comparison)? } else { tell(&comparison) };
+    match arguments.plot {
+        Some(PlotFormat::Svg) => {
+            let path = arguments.output();
+            std::fs::write(path, plot::svg(&comparison)).map_err(|error| super::not_written(path, &error))?;
+            if !arguments.pair.json {
+                writeln!(said, "Drawn to {}.", path.display())?;
+            }
+        }
+        Some(PlotFormat::Term) if !arguments.pair.json => said.push_str(&plot::terminal(&comparison, 78)),
+        Some(PlotFormat::Term) | None => {}
+    }
+    Ok(said)
+}
+
+fn tell(comparison: &Comparison) -> String {
+    let mut text = format!("{} against {}: ", comparison.arm, comparison.data);
+    text.push_str(&format!(
+        "{} rows fitted, {} locked away, {} parameters\n",
+        comparison.fit_rows, comparison.check_rows, comparison.parameters
+    ));
+    text.push_str(&rms_line(&comparison.rms_mm));
+    text.push_str(&floor_line(&comparison.floor));
+    text.push_str(&effects_table(&comparison.effects));
+    for gauge in &comparison.gauges {
+        match gauge.same_as.is_empty() {
+            true => text.push_str(&format!("held: {} changes nothing that was measured\n", gauge.held)),
+            false => text.push_str(&format!(
+                "held: {} cannot be told from {}\n",
+                gauge.held,
+                gauge.same_as.join(", ")
+            )),
+        }
+    }
+    if !comparison.outliers.is_empty() {
+        let lines: Vec<String> = comparison.outliers.iter().take(20).map(u32::to_string).collect();
+        text.push_str(&format!("far outside the others: line {}\n", lines.join(", ")));
+    }
+    for warning in &comparison.warnings {
+        text.push_str(&format!("note: {warning}\n"));
+    }
+    text.push_str(&format!("\n{}\n", comparison.sentence));
+    text
+}

@@ -1,0 +1,66 @@
+//! `plumb model diagnose`.
+
+use std::error::Error;
+
+use plumb_diagnosis::{Candidate, Diagnosis, Verdict};
+
+use super::arguments::DiagnoseArguments;
+use super::text::{figure, floor_line, rms_line};
+use crate::progress::watched;
+
+/// Diagnoses, prints.
+pub(super) fn run(arguments: &DiagnoseArguments) -> Result<String, Box<dyn Error>> {
+    let opened = arguments.pair.open()?;
+    let diagnosis = watched(|progress| opened.laboratory.diagnose(progress))?;
+    Ok(if arguments.pair.json { super::json(&diagnosis)? } else { tell(&diagnosis) })
+}
+
+/// The verdict in a word or two.
+pub(super) fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::AtFloor => "AT THE FLOOR",
+        Verdict::Named => "NAMED",
+        Verdict::Located => "LOCATED",
+        Verdict::Tied => "TIED",
+        Verdict::Unknown => "UNKNOWN",
+        Verdict::Blind => "BLIND",
+        Verdict::NotRepeatable => "NOT REPEATABLE",
+        Verdict::FloorUnknown => "FLOOR UNKNOWN",
+    }
+}
+
+/// The whole diagnosis as text.
+pub(super) fn tell(diagnosis: &Diagnosis) -> String {
+    let mut text = rms_line(&diagnosis.rms_mm);
+    text.push_str(&floor_line(&diagnosis.floor));
+    text.push_str(&candidates(&diagnosis.candidates));
+    if !diagnosis.besides.is_empty() {
+        text.push_str(&format!("also at work: {}\n", diagnosis.besides.join(", ")));
+    }
+    if !diagnosis.outliers.is_empty() {
+        let lines: Vec<String> = diagnosis.outliers.iter().take(20).map(u32::to_string).collect();
+        text.push_str(&format!("far outside the others: line {}\n", lines.join(", ")));
+    }
+    for warning in &diagnosis.warnings {
+        text.push_str(&format!("note: {warning}\n"));
+    }
+    text.push_str(&format!("\n{}. {}\n", verdict(diagnosis.verdict), diagnosis.sentence));
+    text
+}
+
+fn candidates(candidates: &[Candidate]) -> String {
+    if candidates.is_empty() {
+        return String::new();
+    }
+    let width = candidates.iter().map(|candidate| candidate.label.len()).max().unwrap_or(0);
+    let mut text = String::from("\n");
+    for candidate in candidates.iter().take(8) {
+        let size = format!("{} +- {} {}", figure(candidate.size), figure(candidate.se), candidate.unit);
+        let why = candidate.rejected.as_deref().unwrap_or("named");
+        text.push_str(&format!(
+            "  {:width$}  explains {:7.4} mm  {size:<34} {why}\n",
+            candidate.label, candidate.explains_mm
+        ));
+    }
+    text
+}

@@ -1,0 +1,144 @@
+//! `plumb model add`, `remove` and `grow`: what changes a model writes its next revision.
+
+use std::error::Error;
+use std::path::Path;
+
+use plumb_calibration::revision::Entry;
+use plumb_diagnosis::laboratory::{Addition, EffectValue};
+use plumb_estimation::Progress;
+use serde::Serialize;
+
+use super::arguments::{AcceptArguments, ChangeArguments, GrowArguments, Opened, PairArguments};
+use super::diagnose;
+use super::text::{effects_table, floor_line, rms_line};
+use crate::progress::watched;
+
+/// What a change says in JSON.
+#[derive(Serialize)]
+struct Changed<'a> {
+    revision: u32,
+    file: String,
+    did: &'a str,
+    added: &'a [EffectValue],
+    before: plumb_diagnosis::laboratory::Rms,
+    rms_mm: plumb_diagnosis::laboratory::Rms,
+    floor: &'a plumb_diagnosis::noise_floor::Floor,
+    moved: &'a [String],
+    sentence: String,
+}
+
+/// Adds an effect.
+pub(super) fn add(arguments: &ChangeArguments) -> Result<String, Box<dyn Error>> {
+    in_order(arguments)?;
+    let did = format!("add {}", arguments.effect);
+    change(&arguments.pair, &did, |opened, progress| opened.laboratory.add(&arguments.effect, progress))
+}
+
+/// Takes an effect out.
+pub(super) fn remove(arguments: &ChangeArguments) -> Result<String, Box<dyn Error>> {
+    in_order(arguments)?;
+    let did = format!("remove {}", arguments.effect);
+    change(&arguments.pair, &did, |opened, progress| opened.laboratory.remove(&arguments.effect, progress))
+}
+
+/// Refuses an effect where the model file belongs, and a file where the effect does.
+fn in_order(arguments: &ChangeArguments) -> Result<(), String> {
+    let (model, effect) = (&arguments.pair.model, Path::new(&arguments.effect));
+    if model.exists() || !effect.is_file() {
+        return Ok(());
+    }
+    let (model, effect) = (model.display(), effect.display());
+    Err(format!("`{effect}` is a file and `{model}` is none: the model file comes first, then the effect"))
+}
+
+/// Takes over what the table says of all that is free.
+pub(super) fn accept(arguments: &AcceptArguments) -> Result<String, Box<dyn Error>> {
+    let did = "accept what was fitted";
+    change(&arguments.pair, did, |opened, progress| opened.laboratory.accept(progress))
+}
+
+fn change(
+    pair: &PairArguments,
+    did: &str,
+    work: impl FnOnce(&Opened, &Progress) -> Result<Addition, plumb_diagnosis::laboratory::LaboratoryError>,
+) -> Result<String, Box<dyn Error>> {
+    let opened = pair.open()?;
+    let addition = watched(|progress| work(&opened, progress))?;
+    let data = pair.data_name();
+    let rms = Some(addition.rms_mm.fit);
+    let parent = Some(opened.entry.number);
+    let entry = opened.family.write(addition.model.clone(), parent, did, Some(&data), rms)?;
+    let sentence = format!(
+        "{did}: the error {} from {:.4} to {:.4} mm; revision {} is {}.",
+        if addition.rms_mm.fit <= addition.before.fit { "falls" } else { "rises" },
+        addition.before.fit,
+        addition.rms_mm.fit,
+        entry.number,
+        entry.path.display()
+    );
+    if pair.json {
+        return Ok(super::json(&Changed {
+            revision: entry.number,
+            file: entry.path.display().to_string(),
+            did,
+            added: &addition.added,
+            before: addition.before,
+            rms_mm: addition.rms_mm,
+            floor: &addition.comparison.floor,
+            moved: &addition.moved,
+            sentence,
+        })?);
+    }
+    let mut text = effects_table(&addition.added);
+    text.push_str(&format!("before  {}", rms_line(&addition.before)));
+    text.push_str(&format!("now     {}", rms_line(&addition.rms_mm)));
+    text.push_str(&floor_line(&addition.comparison.floor));
+    for moved in &addition.moved {
+        text.push_str(&format!("moved by more than two standard errors: {moved}\n"));
+    }
+    Ok(format!("{text}\n{sentence}\n"))
+}
+
+/// Diagnoses and adds until nothing more can be named.
+pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> {
+    let opened = arguments.pair.open()?;
+    let mut growth = watched(|progress| opened.laboratory.grow(progress))?;
+    if !arguments.dry {
+        let data = arguments.pair.data_name();
+        let mut parent = opened.entry.number;
+        let mut together: Vec<&str> = Vec::new();
+        for step in &growth.steps {
+            together.push(step.label.as_str());
+            let Some(model) = &step.model else { continue };
+            let did = format!("add {}", together.join(", "));
+            together.clear();
+            let written: Result<Entry, _> =
+                opened.family.write(model.clone(), Some(parent), &did, Some(&data), Some(step.rms_mm.fit));
+            match written {
+                Ok(entry) => parent = entry.number,
+                // The findings are worth more than the files.
+                Err(error) => {
+                    growth.diagnosis.warnings.push(format!("no revision was written: {error}"));
+                    break;
+                }
+            }
+        }
+    }
+    if arguments.pair.json {
+        return Ok(super::json(&growth)?);
+    }
+    let mut text = format!("{:<34} fit {:.4} mm\n", "start", growth.start.fit);
+    for step in &growth.steps {
+        let ratio =
+            step.floor_ratio.map_or_else(String::new, |ratio| format!(", {ratio:.2} times the floor"));
+        text.push_str(&format!("+ {:<32} fit {:.4} mm{ratio}\n", step.label, step.rms_mm.fit));
+    }
+    for way in &growth.extrapolation {
+        let (with, without) = (way.rms_mm, way.without_mm);
+        text.push_str(&format!(
+            "left out {:<25} {with:.4} mm, {without:.4} mm without what was added\n",
+            way.left_out
+        ));
+    }
+    Ok(format!("{text}\n{}", diagnose::tell(&growth.diagnosis)))
+}

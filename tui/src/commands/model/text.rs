@@ -1,0 +1,75 @@
+//! Parts that several reports share.
+
+use plumb_diagnosis::laboratory::{EffectValue, Rms};
+use plumb_diagnosis::noise_floor::{Floor, FloorSource};
+
+/// `RMS: fit 0.112 mm, left-out regions 0.126 mm, locked away 0.111 mm`.
+pub(super) fn rms_line(rms: &Rms) -> String {
+    let mut text = format!("RMS: fit {:.4} mm", rms.fit);
+    if let Some(cv) = rms.cv {
+        text.push_str(&format!(", left-out regions {cv:.4} mm"));
+    }
+    if let Some(check) = rms.check {
+        text.push_str(&format!(", locked away {check:.4} mm"));
+    }
+    text + "\n"
+}
+
+/// Where the noise floor lies and how that is known.
+pub(super) fn floor_line(floor: &Floor) -> String {
+    match (floor.sigma_mm, floor.source) {
+        (Some(sigma), FloorSource::Repeats) => {
+            let allowed = match floor.allowed_for.as_slice() {
+                [] => String::new(),
+                some => format!(", {} allowed for", some.join(", ")),
+            };
+            format!(
+                "noise: {sigma:.4} mm an axis, from returns ({} degrees of freedom{allowed})\n",
+                floor.dof
+            )
+        }
+        (Some(sigma), _) => format!("noise: {sigma:.4} mm an axis, as declared\n"),
+        (None, _) => {
+            "noise: unknown; return to some poses (column `repeat`) or declare it (`noise:`)\n".to_owned()
+        }
+    }
+}
+
+/// The fitted effects, one a line.
+pub(super) fn effects_table(effects: &[EffectValue]) -> String {
+    let width = effects.iter().map(|effect| effect.label.len()).max().unwrap_or(0);
+    let line = |effect: &EffectValue| {
+        let label = format!("{:width$}", effect.label);
+        if effect.held {
+            return format!("  {label}  held\n");
+        }
+        let odd = if effect.plausible { "" } else { "  (no real machine has that)" };
+        format!("  {label}  {:>12} +- {:<10} {}{odd}\n", figure(effect.size), figure(effect.se), effect.unit)
+    };
+    effects.iter().map(line).collect()
+}
+
+/// A number with a few significant figures.
+pub(super) fn figure(value: f64) -> String {
+    let size = value.abs();
+    match size {
+        0.0 => "0".to_owned(),
+        _ if !(1e-4..1e6).contains(&size) => format!("{value:.3e}"),
+        _ => {
+            let digits = (3.0 - size.log10().floor()).clamp(0.0, 7.0) as usize;
+            format!("{value:.digits$}")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::figure;
+
+    #[test]
+    fn figures_are_short() {
+        assert_eq!(figure(0.065_524_667), "0.06552");
+        assert_eq!(figure(1.62e-5), "1.620e-5");
+        assert_eq!(figure(-431.8), "-431.8");
+    }
+}

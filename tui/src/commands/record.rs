@@ -1,0 +1,120 @@
+//! `plumb record`: looking after the record itself.
+
+mod corrections;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Subcommand;
+use plumb_record::Record;
+
+use crate::failure::CommandResult;
+use crate::record_directory::record_directory;
+use crate::say::say;
+pub(crate) use corrections::roll_back;
+
+/// What to do with the record.
+#[derive(Subcommand)]
+pub(crate) enum RecordCommand {
+    /// Copy the record into a new file, whole although runs go on meanwhile. To go back to it, put it in place of `plumb.sqlite3`.
+    Backup(Backup),
+    /// Check that the record is sound.
+    Check(Check),
+    /// List the corrections of a cell: revision by revision, and what is in force now.
+    Zeros(Zeros),
+    /// Bring back the corrections as they were at an earlier revision. A new revision puts them in force; nothing is overwritten.
+    Rollback(Rollback),
+}
+
+/// Of which cell.
+#[derive(clap::Args)]
+pub(crate) struct Zeros {
+    /// The cell's name, as `plumb history` shows it.
+    cell: String,
+    /// As JSON, one revision a line.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    place: Place,
+}
+
+/// To which revision.
+#[derive(clap::Args)]
+pub(crate) struct Rollback {
+    /// The cell's name, as `plumb history` shows it.
+    cell: String,
+    /// The revision that is to be in force again, as `plumb record zeros` numbers them; 0 for what was before the first.
+    revision: i64,
+    /// Which device, where the cell has several and the revision is 0.
+    #[arg(long, value_name = "NAME")]
+    device: Option<String>,
+    #[command(flatten)]
+    place: Place,
+}
+
+/// Where to.
+#[derive(clap::Args)]
+pub(crate) struct Backup {
+    /// The new file.
+    to: PathBuf,
+    #[command(flatten)]
+    place: Place,
+}
+
+/// Which.
+#[derive(clap::Args)]
+pub(crate) struct Check {
+    #[command(flatten)]
+    place: Place,
+}
+
+/// Where the record lies.
+#[derive(clap::Args)]
+struct Place {
+    /// Where the record lies.
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
+}
+
+/// Exit code of a record that is damaged.
+const DAMAGED: u8 = 1;
+
+/// Does it.
+pub(crate) fn run(command: &RecordCommand) -> CommandResult {
+    let place = match command {
+        RecordCommand::Backup(backup) => &backup.place,
+        RecordCommand::Check(check) => &check.place,
+        RecordCommand::Zeros(zeros) => &zeros.place,
+        RecordCommand::Rollback(rollback) => &rollback.place,
+    };
+    let directory = record_directory(place.record.as_ref())?;
+    let mut record = match Record::open(&directory) {
+        // So damaged that it cannot even be opened: what a check is there to say.
+        Err(error) if error.is_damage() && matches!(command, RecordCommand::Check(_)) => {
+            say!("{error}")?;
+            return Ok(ExitCode::from(DAMAGED));
+        }
+        opened => opened?,
+    };
+    match command {
+        RecordCommand::Zeros(zeros) => corrections::list(&record, zeros),
+        RecordCommand::Rollback(rollback) => corrections::bring_back(&mut record, rollback),
+        RecordCommand::Backup(backup) => {
+            record.back_up(&backup.to)?;
+            let size = std::fs::metadata(&backup.to)?.len();
+            say!("{}: {} runs, {} kB", backup.to.display(), record.number_of_runs()?, size.div_ceil(1000))?;
+            Ok(ExitCode::SUCCESS)
+        }
+        RecordCommand::Check(_) => {
+            let damage = record.damage()?;
+            if damage.is_empty() {
+                say!("{}: sound; {} runs", directory.display(), record.number_of_runs()?)?;
+                return Ok(ExitCode::SUCCESS);
+            }
+            for line in &damage {
+                say!("{line}")?;
+            }
+            Ok(ExitCode::from(DAMAGED))
+        }
+    }
+}

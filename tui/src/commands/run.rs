@@ -1,0 +1,98 @@
+//! `plumb run`: a procedure in a cell, on the screens or without anybody.
+
+mod arguments;
+mod dry;
+mod emulated_controller;
+mod headless;
+pub(crate) mod prepare;
+mod simulated_operator;
+pub mod simulated_world;
+
+use std::process::ExitCode;
+
+use plumb_cell::command::Command;
+use plumb_cell::event::RunOutcome;
+use plumb_record::{Record, record_option};
+
+use crate::failure::CommandResult;
+use crate::say::say;
+use crate::screens::{self, Left};
+use crate::signals::EndingSignals;
+pub(crate) use arguments::Arguments;
+pub use arguments::parameter;
+use prepare::{Prepared, Refused};
+
+/// Says why a run does not start.
+fn told(refused: Refused) -> CommandResult {
+    match refused {
+        Refused::Files(problems) => {
+            problems.iter().for_each(|problems| eprintln!("{problems}"));
+            Ok(ExitCode::from(RunOutcome::Error.exit_code()))
+        }
+        Refused::NeedsOperator(reason) => {
+            eprintln!("plumb: {reason}");
+            Ok(ExitCode::from(RunOutcome::NeedsOperator.exit_code()))
+        }
+        Refused::Other(error) => Err(error),
+    }
+}
+
+/// Runs it; the exit code says how it ended.
+pub(crate) fn run(arguments: &Arguments) -> CommandResult {
+    if arguments.dry_run {
+        return match dry::plan(arguments) {
+            Ok(code) => Ok(code),
+            Err(refused) => told(refused),
+        };
+    }
+    plumb_bus::check_limits()?;
+    let signals = EndingSignals::take_over()?;
+    let prepared = match prepare::prepare(arguments) {
+        Ok(prepared) => prepared,
+        Err(refused) => return told(refused),
+    };
+    if arguments.is_headless() {
+        let outcome = headless::watch(prepared.running, signals, arguments.json, arguments.attended)?;
+        return Ok(ExitCode::from(outcome.exit_code()));
+    }
+    run_on_screens(prepared, signals)
+}
+
+/// Runs it on the screens until the operator leaves or it has ended.
+fn run_on_screens(prepared: Prepared, signals: EndingSignals) -> CommandResult {
+    let running = prepared.running;
+    let record = record_option(&prepared.record);
+    let handle = running.handle.clone();
+    let shown = screens::operate(
+        running.events,
+        handle.clone(),
+        signals.watch(handle.clone(), true),
+        &prepared.operator,
+        &prepared.cell,
+        &prepared.record,
+    );
+    if let Ok(Left::Kept) = shown {
+        handle.send(Command::Keep);
+        // The robots come to rest and the devices' processes end; a simulated world waits for the resume.
+        let _left_by_the_operator = running.thread.join();
+        // Whoever read along may have gone: how the run stands counts.
+        let run = running.run.0;
+        drop(say!("Run {run} is kept; go on with: plumb run --resume {run}{record}"));
+        return Ok(ExitCode::from(RunOutcome::NeedsOperator.exit_code()));
+    }
+    // A run that has ended takes no notice; one whose terminal was lost must not go on unseen.
+    handle.send(Command::Abort);
+    let outcome = running.thread.join().unwrap_or(RunOutcome::Error);
+    shown?;
+    // The screens are gone, and with them the reason.
+    let reason = Record::open(&prepared.record).and_then(|record| record.run(running.run));
+    let reason = reason.ok().and_then(|run| run.message).map(|message| format!(": {message}"));
+    // A signal may end the run before the screens have noticed.
+    let how = match outcome {
+        RunOutcome::NeedsOperator => "is kept",
+        other => headless::in_words(other),
+    };
+    let (run, reason) = (running.run.0, reason.unwrap_or_default());
+    drop(say!("Run {run} {how}{reason}\nThe record keeps it: plumb show {run}{record}"));
+    Ok(ExitCode::from(outcome.exit_code()))
+}

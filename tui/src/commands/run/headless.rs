@@ -1,0 +1,153 @@
+//! A run that nobody watches on screens: lines of text, or of JSON.
+
+use std::io::{self, Write};
+
+use plumb_cell::command::Command;
+use plumb_cell::engine::RunningRun;
+use plumb_cell::event::{Event, LogLevel, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath};
+use plumb_cell::prompt::Prompt;
+use plumb_cell::{change_in_words, corrected_quantity, give_or_take};
+
+use crate::commands::answer::ways_to_answer;
+use crate::signals::EndingSignals;
+
+/// Prints what happens until the run has ended. A signal that asks the program to end stops every robot and ends the run.
+///
+/// # Errors
+/// Standard output cannot be written; the run was aborted.
+pub(super) fn watch(
+    mut running: RunningRun,
+    signals: EndingSignals,
+    json: bool,
+    attended: bool,
+) -> io::Result<RunOutcome> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let handle = running.handle.clone();
+    // The run hears of them itself; nobody else has to.
+    drop(signals.watch(handle.clone(), false));
+    let printed = runtime.block_on(async {
+        let mut printer = Printer { json, attended, plan: Vec::new() };
+        while let Some(event) = running.events.recv().await {
+            printer.print(&event)?;
+            if matches!(event.event, Event::Paused { .. }) {
+                // Stopped at the arm itself, and nobody is here to resume: kept, for who comes.
+                handle.send(Command::Keep);
+            }
+        }
+        Ok(())
+    });
+    if printed.is_err() {
+        handle.send(Command::Abort);
+    }
+    let outcome = running.thread.join().unwrap_or(RunOutcome::Error);
+    printed.map(|()| outcome)
+}
+
+struct Printer {
+    json: bool,
+    /// Somebody answers from another terminal.
+    attended: bool,
+    plan: Vec<PlannedStep>,
+}
+
+impl Printer {
+    fn print(&mut self, event: &StampedEvent) -> io::Result<()> {
+        if let Event::Planned { steps, .. } = &event.event {
+            self.plan.clone_from(steps);
+        }
+        let mut out = io::stdout().lock();
+        if self.json {
+            serde_json::to_writer(&mut out, event)?;
+            writeln!(out)?;
+        } else if let Some(line) = self.line(&event.event) {
+            writeln!(out, "{line}")?;
+        }
+        out.flush()
+    }
+
+    /// What a person reads of an event; none where it is too small to be told.
+    fn line(&self, event: &Event) -> Option<String> {
+        Some(match event {
+            Event::RunStarted { run, cell, title, resumed_at: None, .. } => {
+                format!("run {run} of {cell}: {title}")
+            }
+            Event::RunStarted { run, cell, title, resumed_at: Some(step), .. } => {
+                format!("run {run} of {cell}, resumed at {step}: {title}")
+            }
+            Event::Planned { steps, estimate_s } => {
+                format!("{} steps, about {}, prompts left out", steps.len(), duration(*estimate_s))
+            }
+            Event::StepFinished { step, outcome, message, .. } => self.finished(step, *outcome, message)?,
+            Event::PromptAsked { prompt } if self.attended => asked(prompt),
+            Event::AnswerRefused { reason, .. } => format!("        not taken: {reason}"),
+            Event::PromptAnswered { step, by, .. } => format!("        {step}: answered by {by}"),
+            Event::CorrectionProposed { correction: c } => format!(
+                "        {}: {} ({})",
+                corrected_quantity(&c.quantity, &c.device, &c.place),
+                change_in_words(c.old, c.new, &c.unit),
+                give_or_take(c.uncertainty, &c.unit)
+            ),
+            Event::ZerosLost { device, joints, reason } => {
+                format!("        ZEROS LOST: {device} ({}): {reason}", joints.join(", "))
+            }
+            Event::Paused { reason, .. } => format!("paused: {reason}"),
+            Event::Resumed => "resumed".to_owned(),
+            Event::Stopped { reason } => format!("stopped: {reason}"),
+            Event::Device { device, message: Some(message), .. } => format!("        {device}: {message}"),
+            Event::Log { level, source, message, .. } if *level >= LogLevel::Warning => {
+                format!("        {source}: {message}")
+            }
+            Event::RunEnded { run, outcome, message } => {
+                format!("run {run} {}: {message}", in_words(*outcome))
+            }
+            _ => return None,
+        })
+    }
+
+    fn finished(&self, step: &StepPath, outcome: StepOutcome, message: &str) -> Option<String> {
+        let index = self.plan.iter().position(|planned| planned.step == *step)?;
+        let planned = self.plan.get(index)?;
+        let is_frame = matches!(planned.kind.as_str(), "repeat" | "call");
+        if is_frame && outcome == StepOutcome::Passed {
+            return None;
+        }
+        let place = format!("[{:>2}/{}]", index + 1, self.plan.len());
+        Some(match outcome {
+            StepOutcome::Passed => format!("{place} {step}: {}: {message}", planned.title),
+            StepOutcome::NotNeeded => format!("{place} {step}: not needed"),
+            StepOutcome::Skipped => format!("{place} {step}: left out"),
+            StepOutcome::Interrupted => format!("{place} {step}: interrupted: {message}"),
+            StepOutcome::Failed => format!("{place} {step}: FAILED: {message}"),
+            StepOutcome::Error => format!("{place} {step}: ERROR: {message}"),
+        })
+    }
+}
+
+/// A question, for who answers it from another terminal.
+fn asked(prompt: &Prompt) -> String {
+    let text = prompt.text.replace('\n', "\n            ");
+    format!(
+        "        {} asks: {}\n            {text}\n            answer from another terminal: plumb answer {}",
+        prompt.step,
+        prompt.title,
+        ways_to_answer(&prompt.kind)
+    )
+}
+
+pub(super) fn in_words(outcome: RunOutcome) -> &'static str {
+    match outcome {
+        RunOutcome::Passed => "passed",
+        RunOutcome::Failed => "failed",
+        RunOutcome::Error => "ended with an error",
+        RunOutcome::Aborted => "was aborted",
+        RunOutcome::NeedsOperator => "needs an operator",
+    }
+}
+
+pub(super) fn duration(seconds: f64) -> String {
+    let whole = seconds.round().max(0.0) as u64;
+    match whole / 60 {
+        0 => format!("{whole} s"),
+        minutes => format!("{minutes} min {} s", whole % 60),
+    }
+}
