@@ -131,7 +131,7 @@ mod tests {
         let message = told("radius_mm: 25", "radius_mm: -1").unwrap();
         assert_eq!(
             message,
-            "scene.yaml:3:55: `radius_mm` is -1\n    3 |   ball: {sphere: {centre_mm: [1, 2, 3], radius_mm: -1}}\n      |                                                    ^^\n  = it is above 0\n"
+            "scene.yaml:3:52: `radius_mm` is -1\n    3 |   ball: {sphere: {centre_mm: [1, 2, 3], radius_mm: -1}}\n      |                                                    ^^\n  = it is above 0\n"
         );
         assert!(told("[0, 0, 2]", "[0, 0, 0]").unwrap().contains("`normal` has no length"));
         assert!(told("sphere", "cone").unwrap().contains("unknown key `cone` in `ball`"));

@@ -337,7 +337,7 @@ self_test: {pixel: [27.5, 227.5], point_mm: [-64.285714, 64.285714, 445.714286]}
         let text = text.replace("n.x + d = 0", "n.x = d").replace("rpy_deg", "rpy_rad");
         let told = parse(&text, Path::new("rig.yaml")).unwrap_err().to_string();
         for place in
-            ["rig.yaml:2:48: `fx_px` is a number", "3:32: unknown key `rpy_rad`", "4:24: the normal", "4:65"]
+            ["rig.yaml:2:48: `fx_px` is a number", "3:32: unknown key `rpy_rad`", "4:24: the normal", "4:59"]
         {
             assert!(told.contains(place), "{place}: {told}");
         }
