@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::laboratory::row_square;
+use crate::laboratory::{ErrorSummary, point_squares};
 use crate::split::Poses;
 use crate::thresholds::{SURFACE_UNKNOWN, VALIDATION_BLOCKS};
 use plumb_calibration::fit::{Distances, Fit, ResidualModel, Slot, State};
@@ -12,11 +12,11 @@ use plumb_estimation::{NormalEquations, RankRevealingCholesky};
 /// Damping of the step to a fit without some rows, relative to the diagonal.
 const DAMPING: f64 = 1e-6;
 
-/// RMS over all fitted rows, each predicted without its own region, mm; nothing if there are too few poses.
-pub(crate) fn blocked_rms(machine: &ResidualModel<'_>, fit: &Fit) -> Option<f64> {
+/// Errors of the points of all fitted rows, each predicted without its own region, mm; nothing if there are too few poses.
+pub(crate) fn blocked_errors(machine: &ResidualModel<'_>, fit: &Fit) -> Option<ErrorSummary> {
     let blocks = region_blocks(machine.table, &fit.rows);
-    let rows: Vec<LeftOut> = left_out(machine, fit, &blocks)?.into_iter().flatten().collect();
-    (!rows.is_empty()).then(|| (rows.iter().map(|row| row.square).sum::<f64>() / rows.len() as f64).sqrt())
+    let rows = left_out(machine, fit, &blocks)?;
+    ErrorSummary::of(rows.into_iter().flatten().flat_map(|row| row.squares))
 }
 
 /// Poses that were fitted, and the fitted rows of each.
@@ -82,10 +82,10 @@ pub(crate) fn pose_groups(table: &Table, rows: &[usize]) -> Vec<Vec<usize>> {
 }
 
 /// How a row is predicted by a fit without its own block.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct LeftOut {
-    /// Squared residual, mm2 (deg2 for tilts alone).
-    pub(crate) square: f64,
+    /// Squared errors of its measured points, mm2 (deg2 for tilts alone).
+    pub(crate) squares: Vec<f64>,
     /// Norm of the residuals in declared sigmas, and the number of equations.
     pub(crate) distance: (f64, usize),
 }
@@ -171,10 +171,11 @@ fn left_out_by(
         let untold =
             without.untold(machine, block, || machine.block(&fit.state, block, &fit.weights, &[]).jacobian);
         for row in block.iter().filter(|row| !untold.contains(row)) {
-            if let (Some(slot), Some(square), Some(distance)) =
-                (all.get_mut(*row), row_square(machine, &residuals, *row), distances.rows.get(*row))
+            let squares = point_squares(machine, &residuals, *row);
+            if let (Some(slot), false, Some(distance)) =
+                (all.get_mut(*row), squares.is_empty(), distances.rows.get(*row))
             {
-                *slot = Some(LeftOut { square, distance: *distance });
+                *slot = Some(LeftOut { squares, distance: *distance });
             }
         }
     }

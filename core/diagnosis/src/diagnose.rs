@@ -26,6 +26,8 @@ fn without_findings(verdict: Verdict, floor: Floor, comparison: Comparison) -> D
         not_shown: Vec::new(),
         not_logged: Vec::new(),
         rms_mm: comparison.rms_mm,
+        error_mm: comparison.error_mm,
+        explainable: None,
         check_opened: u32::from(comparison.rms_mm.check.is_some()),
         named: None,
         located: None,

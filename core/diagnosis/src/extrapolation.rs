@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::fitted::Fitted;
-use crate::cross_validation::{LeftOut, left_out};
-use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::cross_validation::left_out;
+use crate::laboratory::{ErrorSummary, Laboratory, LaboratoryError};
 use crate::split::{Holdout, Split};
 use plumb_estimation::Progress;
 
@@ -32,12 +32,8 @@ fn rms_without(fitted: &Fitted<'_>, block: &[usize]) -> Option<f64> {
         return None;
     }
     let all = left_out(&fitted.machine, &fitted.fit, &[block.to_vec(), Vec::new()])?;
-    let squares: Vec<f64> = block
-        .iter()
-        .filter_map(|row| all.get(*row).copied().flatten())
-        .map(|row: LeftOut| row.square)
-        .collect();
-    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+    let rows = block.iter().filter_map(|row| all.get(*row).and_then(Option::as_ref));
+    ErrorSummary::of(rows.flat_map(|row| row.squares.iter().copied())).map(|errors| errors.rms)
 }
 
 impl Laboratory {

@@ -6,6 +6,7 @@ mod candidates;
 mod cross_validation;
 mod diagnose;
 mod direction_test;
+mod explainable;
 mod extrapolation;
 mod fitted;
 mod forward_selection;
@@ -36,6 +37,7 @@ mod verdict;
 mod wording;
 mod working_volume;
 
+pub use explainable::{BlockedExplainable, Explainable, ExplainableGroup};
 pub use extrapolation::Extrapolation;
 pub use growth::{Growth, Step, StepRms};
 pub use next_poses::{NextPoses, Wanted};

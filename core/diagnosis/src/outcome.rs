@@ -3,7 +3,8 @@
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::laboratory::Rms;
+use crate::explainable::Explainable;
+use crate::laboratory::{Errors, Rms};
 use crate::noise_floor::Floor;
 
 /// Exactly one of eight.
@@ -163,6 +164,11 @@ pub struct Diagnosis {
     pub floor: Floor,
     /// RMS of the residual of the model as it stands, mm.
     pub rms_mm: Rms,
+    /// The same with mean, 95 % and maximum beside it, of one measured point, mm.
+    pub error_mm: Errors,
+    /// How much of what is left could be explained at all; nothing where something is named, that was not asked, or the poses are too few.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub explainable: Option<Explainable>,
     /// Times the locked set was looked at.
     pub check_opened: u32,
     /// The effect that is named.

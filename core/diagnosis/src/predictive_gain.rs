@@ -86,7 +86,7 @@ impl Judge {
     fn gain(&self, way: &Way, after: &Derivatives<'_>, fit: &Fit) -> Option<Gain> {
         let (old, new) = (way.rows.as_ref()?, after.left_out(fit, &way.blocks)?);
         let of = |rows: &[Option<LeftOut>], row: usize| {
-            rows.get(row).copied().flatten().map(|row| row.distance.0.powi(2))
+            rows.get(row).and_then(Option::as_ref).map(|row| row.distance.0.powi(2))
         };
         // Replicates to one pose share what the model does wrong there: they count as one.
         let fall = |rows: &Vec<usize>| {

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use crate::laboratory::{Comparison, Laboratory, LaboratoryError};
+use crate::explainable::Explainable;
+use crate::laboratory::{Comparison, ErrorSummary, Errors, Laboratory, LaboratoryError};
 use crate::plot::{escaped, svg};
 use crate::{Diagnosis, NextPoses};
 use plumb_calibration::arm_model::{AddedEffect, Model};
@@ -61,7 +62,7 @@ impl Laboratory {
     /// Nothing can be fitted, or cancellation.
     pub fn report(&self, story: Vec<Chapter>, progress: &Progress) -> Result<Report, LaboratoryError> {
         progress.report(0.0, "comparing")?;
-        let comparison = self.compare(progress)?;
+        let comparison = self.compare_in_full(progress)?;
         let (fall, moved) = self.fall(&comparison, progress)?;
         let diagnosis = self.diagnose(progress)?;
         let asks = !diagnosis.next.is_empty() || diagnosis.named.is_some();
@@ -152,6 +153,11 @@ fn write_page(out: &mut String, report: &Report) -> std::fmt::Result {
         comparison.parameters,
         comparison.check_rows
     )?;
+    errors(out, &comparison.error_mm)?;
+    if let Some(explainable) = &comparison.explainable {
+        writeln!(out, "<p>How much could be explained: {}.</p>", escaped(&explainable.sentence))?;
+        groups(out, explainable)?;
+    }
     list(out, "Notes", &report.diagnosis.warnings)?;
     story(out, &report.story)?;
     waterfall(out, report)?;
@@ -167,6 +173,49 @@ fn write_page(out: &mut String, report: &Report) -> std::fmt::Result {
     list(out, "Rows far outside the others' scatter (kept, with less weight)", &far)?;
     writeln!(out, "<h2>What is left</h2>\n{}", svg(comparison))?;
     writeln!(out, "</body></html>")
+}
+
+/// The error of one measured point where the model was fitted and where it was not.
+fn errors(out: &mut String, errors: &Errors) -> std::fmt::Result {
+    writeln!(
+        out,
+        "<table><tr><th>error of a point, mm</th><th>RMS</th><th>mean</th><th>95 %</th><th>maximum</th><th>points</th></tr>"
+    )?;
+    let parts = [
+        ("where it was fitted", Some(errors.fit)),
+        ("regions left out", errors.cv),
+        ("locked away", errors.check),
+    ];
+    for (name, summary) in parts {
+        let Some(ErrorSummary { points, rms, mean, percentile_95, max }) = summary else { continue };
+        let cells = [rms, mean, percentile_95, max].map(|value| format!("<td class=\"n\">{value:.4}</td>"));
+        writeln!(out, "<tr><td>{name}</td>{}<td class=\"n\">{points}</td></tr>", cells.join(""))?;
+    }
+    writeln!(out, "</table>")
+}
+
+/// What each kind of knowledge of a row predicts of unseen rows.
+fn groups(out: &mut String, explainable: &Explainable) -> std::fmt::Result {
+    writeln!(
+        out,
+        "<table><tr><th>known of a row</th><th>left with it and those above, mm</th><th>rise without it alone, mm</th><th>&plusmn; one standard error</th></tr>"
+    )?;
+    for group in &explainable.groups {
+        let name = escaped(&group.group);
+        match group.explains {
+            true => writeln!(
+                out,
+                "<tr><td>{name}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:.4}</td></tr>",
+                group.left_mm, group.beyond_others_mm, group.scatter_mm
+            )?,
+            false => writeln!(
+                out,
+                "<tr><td>{name}</td><td class=\"faint\">nothing</td><td></td><td class=\"n\">{:.4}</td></tr>",
+                group.scatter_mm
+            )?,
+        }
+    }
+    writeln!(out, "</table>")
 }
 
 fn list(out: &mut String, heading: &str, lines: &[String]) -> std::fmt::Result {
@@ -214,10 +263,10 @@ fn greatest(fall: &[Fall]) -> f64 {
 
 fn waterfall(out: &mut String, report: &Report) -> std::fmt::Result {
     let greatest = greatest(&report.fall);
-    let height = STEP_HEIGHT * report.fall.len() as f64 + 40.0;
+    let height = STEP_HEIGHT * report.fall.len() as f64 + 54.0;
     writeln!(
         out,
-        "<h2>The fall of the error</h2>\n<p class=\"faint\">In mm\u{b2}, because root mean squares do not add: solid where it was fitted, hollow where regions were left out, dashed on the locked rows; the line is the floor.</p>"
+        "<h2>The fall of the error</h2>\n<p class=\"faint\">In mm\u{b2}, because root mean squares do not add: solid where it was fitted, hollow where regions were left out, dashed on the locked rows; the lines are the noise floor and what no function of pose, moves or conditions predicts on unseen rows.</p>"
     )?;
     writeln!(
         out,
@@ -230,7 +279,11 @@ fn waterfall(out: &mut String, report: &Report) -> std::fmt::Result {
     if let Some(sigma) = report.comparison.floor.sigma_mm {
         // Residuals are lengths in space where three axes were measured, and so is the floor.
         let floor = axes_measured(&report.comparison) * sigma * sigma;
-        floor_line(out, floor, height, greatest)?;
+        vertical_line(out, ("floor", "#2a8a2a", floor), height - 10.0, greatest)?;
+    }
+    if let Some(explainable) = report.comparison.explainable.as_ref().filter(|known| known.is_structured()) {
+        let bound = explainable.not_predictable_mm.powi(2);
+        vertical_line(out, ("not predictable", "#b06000", bound), height - 24.0, greatest)?;
     }
     writeln!(out, "</svg>")
 }
@@ -269,19 +322,20 @@ fn bars(out: &mut String, step: &Fall, name: &str, top: f64, greatest: f64) -> s
     Ok(())
 }
 
-/// The noise floor across all steps, `floor` in mm2.
-fn floor_line(out: &mut String, floor: f64, height: f64, greatest: f64) -> std::fmt::Result {
-    let x = BARS.0 + BARS.1 * (floor / greatest).min(1.0);
+/// A line across all steps with its name below, at `square` mm2.
+fn vertical_line(
+    out: &mut String,
+    (name, colour, square): (&str, &str, f64),
+    below: f64,
+    greatest: f64,
+) -> std::fmt::Result {
+    let x = BARS.0 + BARS.1 * (square / greatest).min(1.0);
+    let foot = below - 12.0;
+    writeln!(out, "<path d=\"M{x:.1} 6V{foot:.0}\" stroke=\"{colour}\" stroke-dasharray=\"5 3\"/>")?;
     writeln!(
         out,
-        "<path d=\"M{x:.1} 6V{:.0}\" stroke=\"#2a8a2a\" stroke-dasharray=\"5 3\"/>",
-        height - 26.0
-    )?;
-    writeln!(
-        out,
-        "<text x=\"{x:.1}\" y=\"{:.0}\" fill=\"#2a8a2a\">floor {:.4} mm</text>",
-        height - 10.0,
-        floor.sqrt()
+        "<text x=\"{x:.1}\" y=\"{below:.0}\" fill=\"{colour}\">{name} {:.4} mm</text>",
+        square.sqrt()
     )
 }
 

@@ -202,6 +202,17 @@ pub(crate) const SHAPE_FRACTION: f64 = 0.8;
 /// Of the variance a wave explains at least (fraction). Why: judgement.
 pub(crate) const WAVE_FRACTION: f64 = 0.2;
 
+// How much could be explained
+
+/// Rows looked at; of more a random part by pose (rows). Why: time; the share that is predictable is known to a few per cent from so many.
+pub(crate) const EXPLAINABLE_ROWS: usize = 1000;
+
+/// A group of columns counts when the squared error of unseen rows falls by more (standard errors). Why: one group of noise in forty counts by chance.
+pub(crate) const EXPLAINABLE_ERRORS: f64 = 2.0;
+
+/// A component of columns with fewer effective degrees of freedom is given up (degrees of freedom). Why: it then explains less than a tenth of one parameter of noise.
+pub(crate) const EXPLAINABLE_FREEDOM: f64 = 0.1;
+
 // Next poses
 
 /// Drawn for each pose that is chosen (candidate poses). Why: random search, then refinement.

@@ -3,7 +3,7 @@
 use crate::candidates::{Candidates, best_variants};
 use crate::direction_test;
 use crate::forward_selection::{Contender, Stage};
-use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::laboratory::{Laboratory, LaboratoryError, points_in};
 use crate::lack_of_fit::{LackOfFit, probability_of_noise};
 use crate::noise_floor::Floor;
 use crate::outcome::{Candidate, EffectPlace, Located, Named, Verdict};
@@ -438,7 +438,7 @@ impl Finding<'_> {
     pub(crate) fn candidates(&self, count: usize) -> Vec<Candidate> {
         let machine = &self.stage.fitted.machine;
         let best = self.stage.contenders.first().map_or(0.0, |contender| contender.bic);
-        let rows = self.stage.fitted.fit.rows.len().max(1) as f64;
+        let points = points_in(machine, &self.stage.fitted.fit.rows).max(1) as f64;
         let unit = crate::noise_floor::typical_sigma(machine);
         let candidate = |contender: &Contender| {
             let size = self.size(contender);
@@ -449,13 +449,13 @@ impl Finding<'_> {
                 label: machine.model.label(&contender.id),
                 holm_p: contender.holm_p,
                 delta_bic: contender.bic - best,
-                cv_gain: contender.gains.first().map(|gain| signed_root(gain.total / rows) * unit),
+                cv_gain: contender.gains.first().map(|gain| signed_root(gain.total / points) * unit),
                 size: size.value,
                 unit: size.unit.to_owned(),
                 se: size.error,
                 plausible: contender.score.plausible,
                 absorbed: contender.score.absorbed,
-                explains_mm: (contender.score.gain / rows).sqrt() * unit,
+                explains_mm: (contender.score.gain / points).sqrt() * unit,
                 smallest: if visible > 0.0 { DETECTABLE_ERRORS * noise / visible } else { f64::MAX },
                 rejected: self.rejected(contender),
             }

@@ -7,6 +7,7 @@ use super::pool::{Pick, Pool};
 use crate::cross_validation::region_blocks;
 use crate::fitted::Fitted;
 use crate::growth::StepRms;
+use crate::laboratory::points_in;
 use plumb_calibration::effect::Effect;
 use plumb_estimation::{NormalEquations, over_chunks};
 
@@ -14,7 +15,8 @@ use plumb_estimation::{NormalEquations, over_chunks};
 pub(super) struct Fall {
     regions: Vec<NormalEquations>,
     total: NormalEquations,
-    rows: f64,
+    /// Measured points of all regions.
+    points: f64,
 }
 
 impl Fall {
@@ -56,18 +58,18 @@ impl Fall {
         let regions: Vec<NormalEquations> = blocks.iter().map(gather).collect();
         let mut total = NormalEquations::zeros(size);
         regions.iter().for_each(|region| total.add(region));
-        let measured = |row: &&usize| {
-            let mut own = machine.observations.of_row(**row).iter();
+        let measured = |row: &usize| {
+            let mut own = machine.observations.of_row(*row).iter();
             own.any(|equation| !lengths || equation.measurand.is_length())
         };
-        let rows = blocks.iter().flatten().filter(measured).count();
-        Self { regions, total, rows: rows.max(1) as f64 }
+        let rows: Vec<usize> = blocks.into_iter().flatten().filter(measured).collect();
+        Self { regions, total, points: points_in(machine, &rows).max(1) as f64 }
     }
 
     /// With the first `count` picks in.
     pub(super) fn after(&self, pool: &Pool, picks: &[Pick], count: usize) -> StepRms {
         let columns = pool.columns(picks.get(..count).unwrap_or(picks));
-        let root = |squares: f64| (squares.max(0.0) / self.rows).sqrt();
+        let root = |squares: f64| (squares.max(0.0) / self.points).sqrt();
         let without = pool.values_without_regions(&columns);
         let apart = self.regions.iter().zip(&without).map(|(region, values)| left(region, values)).sum();
         StepRms { fit: root(left(&self.total, &pool.values(&columns))), cv: Some(root(apart)) }

@@ -2,15 +2,17 @@
 
 use serde::Serialize;
 
-use super::rows::{RowResidual, Series, arm_in_the_middle, row_residuals, row_square, series};
+use super::point_errors::{ErrorSummary, Errors, point_squares};
+use super::rows::{RowResidual, Series, arm_in_the_middle, row_residuals, series};
 use super::{Laboratory, LaboratoryError};
-use crate::cross_validation::blocked_rms;
+use crate::cross_validation::blocked_errors;
+use crate::explainable::{Explainable, explainable};
 use crate::noise_floor::Floor;
 use crate::thresholds::OUTLIER_WEIGHT;
 use plumb_calibration::fit::{Convergence, Fit, Gauge, ResidualModel, Slot};
 use plumb_estimation::Progress;
 
-/// Root mean squares, mm: of the 3-D residual, or of the scalar one.
+/// Root mean squares of the error of one measured point, mm: of its 3-D residual, or of the scalar one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Rms {
     /// Over the rows that were fitted.
@@ -58,9 +60,14 @@ pub struct Comparison {
     pub check_rows: usize,
     /// The noise floor.
     pub floor: Floor,
-    /// RMS of the residual.
+    /// RMS of the residual of one measured point.
     pub rms_mm: Rms,
-    /// Largest residual of a fitted row, mm.
+    /// The same with mean, 95 % and maximum beside it.
+    pub error_mm: Errors,
+    /// How much of it could be explained at all; nothing where that was not asked, or the poses are too few.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub explainable: Option<Explainable>,
+    /// Largest residual of a fitted point, mm.
     pub largest_mm: f64,
     /// Independent parameters that were fitted.
     pub parameters: usize,
@@ -96,10 +103,9 @@ fn gauges<S: serde::Serializer>(gauges: &[Gauge], serializer: S) -> Result<S::Ok
     }))
 }
 
-/// RMS over some rows, mm; nothing if none of them was measured.
-pub(crate) fn rms(machine: &ResidualModel<'_>, residuals: &[f64], rows: &[usize]) -> Option<f64> {
-    let squares: Vec<f64> = rows.iter().filter_map(|row| row_square(machine, residuals, *row)).collect();
-    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+/// Errors of the measured points of some rows, mm; nothing if none of them was measured.
+fn errors_in(machine: &ResidualModel<'_>, residuals: &[f64], rows: &[usize]) -> Option<ErrorSummary> {
+    ErrorSummary::of(rows.iter().flat_map(|row| point_squares(machine, residuals, *row)))
 }
 
 impl Laboratory {
@@ -114,6 +120,18 @@ impl Laboratory {
         self.comparison(&machine, &fit, progress)
     }
 
+    /// The same, and how much of what is left could be explained at all.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn compare_in_full(&self, progress: &Progress) -> Result<Comparison, LaboratoryError> {
+        progress.report(0.0, "fitting")?;
+        let machine = self.machine(&[])?;
+        let fit = self.fit(&machine, progress)?;
+        let comparison = self.comparison(&machine, &fit, progress)?;
+        Ok(Comparison { explainable: explainable(&machine, &fit, progress)?, ..comparison })
+    }
+
     pub(crate) fn comparison(
         &self,
         machine: &ResidualModel<'_>,
@@ -123,7 +141,8 @@ impl Laboratory {
         progress.report(0.5, "noise floor")?;
         let floor = Floor::of(machine, fit, &self.survey());
         progress.report(0.7, "cross-validation")?;
-        let rms_mm = self.rms(machine, fit);
+        let error_mm = self.errors(machine, fit);
+        let rms_mm = error_mm.rms();
         let rows = row_residuals(machine, fit, &self.split.check);
         let mut warnings = self.table.warnings.clone();
         if !fit.convergence.arrived {
@@ -138,7 +157,7 @@ impl Laboratory {
             data: self.table.source.clone(),
             fit_rows: fit.rows.len(),
             check_rows: self.split.check_rows().len(),
-            largest_mm: rows.iter().filter(fitted).map(|row| row.size_mm).fold(0.0, f64::max),
+            largest_mm: error_mm.fit.max,
             parameters: fit.rank(),
             effects: self.effect_values(machine, fit),
             gauges: fit.gauges.clone(),
@@ -156,16 +175,23 @@ impl Laboratory {
             sentence: sentence(&floor, &rms_mm),
             floor,
             rms_mm,
+            error_mm,
+            explainable: None,
         })
     }
 
     pub(crate) fn rms(&self, machine: &ResidualModel<'_>, fit: &Fit) -> Rms {
+        self.errors(machine, fit).rms()
+    }
+
+    /// Errors of measured points where the model was fitted, where regions were left out, and on the locked rows.
+    fn errors(&self, machine: &ResidualModel<'_>, fit: &Fit) -> Errors {
         let held = self.split.check_rows();
         let residuals = machine.residuals_apart(&fit.state, &held, &fit.rows);
-        Rms {
-            fit: rms(machine, &fit.residuals, &fit.rows).unwrap_or(0.0),
-            cv: blocked_rms(machine, fit),
-            check: rms(machine, &residuals, &held),
+        Errors {
+            fit: ErrorSummary::or_zero(errors_in(machine, &fit.residuals, &fit.rows)),
+            cv: blocked_errors(machine, fit),
+            check: errors_in(machine, &residuals, &held),
         }
     }
 

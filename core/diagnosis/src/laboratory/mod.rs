@@ -3,6 +3,7 @@
 mod addition;
 mod comparison;
 mod plausible;
+mod point_errors;
 mod preview;
 mod rows;
 
@@ -10,8 +11,9 @@ pub(crate) use addition::moved;
 pub use addition::{Addition, without};
 pub use comparison::{Comparison, EffectValue, Rms};
 pub use plausible::ImplausibleError;
+pub use point_errors::{ErrorSummary, Errors};
+pub(crate) use point_errors::{point_squares, points_in};
 pub use preview::Preview;
-pub(crate) use rows::row_square;
 pub use rows::{RowResidual, Series};
 
 use std::path::Path;

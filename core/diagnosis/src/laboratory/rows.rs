@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use super::point_errors::{ErrorSummary, point_squares};
 use plumb_calibration::fit::{Fit, ResidualModel};
 use plumb_calibration::table::Covariate;
 
@@ -20,7 +21,7 @@ pub struct RowResidual {
     /// Measured less predicted, mm, frame of the measurements; one a target or touched place, the mean of them where a
     /// row has several. Zero along axes that were not measured.
     pub vector_mm: [f64; 3],
-    /// Root of the sum of squares of the row's lengths, mm (degrees for a row of tilts alone).
+    /// Root mean square error of the row's measured points, mm (degrees for a row of tilts alone).
     pub size_mm: f64,
     /// Where the point is believed to be, mm, frame of the measurements.
     pub point_mm: [f64; 3],
@@ -37,21 +38,6 @@ pub struct Series {
     pub shows: String,
     /// Horizontal value, residual in mm, and the row.
     pub points: Vec<(f64, f64, usize)>,
-}
-
-/// Sum of squares of a row's lengths (mm2), or of its angles (deg2) if it has no lengths, and whether it has any.
-pub(crate) fn row_square(machine: &ResidualModel<'_>, residuals: &[f64], row: usize) -> Option<f64> {
-    let own = residuals.get(machine.observations.range(row))?;
-    let equations = machine.observations.of_row(row);
-    let sum = |lengths: bool| {
-        let chosen =
-            own.iter().zip(equations).filter(|(_, equation)| equation.measurand.is_length() == lengths);
-        let (sum, count) =
-            chosen.fold((0.0, 0), |(sum, count), (residual, _)| (sum + residual * residual, count + 1));
-        (count > 0).then_some(sum)
-    };
-    let degrees = 1.0_f64.to_degrees();
-    sum(true).or_else(|| sum(false).map(|square| square * degrees * degrees))
 }
 
 pub(super) fn row_residuals(machine: &ResidualModel<'_>, fit: &Fit, held_out: &[bool]) -> Vec<RowResidual> {
@@ -73,7 +59,10 @@ pub(super) fn row_residuals(machine: &ResidualModel<'_>, fit: &Fit, held_out: &[
                 held_out: held_out.get(row).copied().unwrap_or(false),
                 weight: fit.weights.get(row).copied().unwrap_or(1.0),
                 vector_mm: mean.into(),
-                size_mm: row_square(machine, &fit.residuals, row).unwrap_or(0.0).sqrt(),
+                size_mm: ErrorSummary::or_zero(ErrorSummary::of(
+                    point_squares(machine, &fit.residuals, row).into_iter(),
+                ))
+                .rms,
                 point_mm: machine.believed_point(&fit.state, row).into(),
             }
         })

@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod defined_effects;
+mod explainable;
 mod families;
 mod far_starts;
 mod fixed_machines;
@@ -10,6 +11,7 @@ mod made_up;
 mod measurement_kinds;
 mod next_poses;
 mod not_shown;
+mod point_errors;
 mod remainders;
 mod reports;
 mod returns;

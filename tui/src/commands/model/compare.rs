@@ -7,13 +7,13 @@ use plumb_diagnosis::laboratory::Comparison;
 use plumb_diagnosis::plot;
 
 use super::arguments::{CompareArguments, PlotFormat};
-use super::text::{effects_table, floor_line, rms_line};
+use super::text::{effects_table, error_lines, explainable_line, floor_line};
 use crate::progress::watched;
 
 /// Fits, compares, prints.
 pub(super) fn run(arguments: &CompareArguments) -> Result<String, Box<dyn Error>> {
     let opened = arguments.pair.open()?;
-    let comparison = watched(|progress| opened.laboratory.compare(progress))?;
+    let comparison = watched(|progress| opened.laboratory.compare_in_full(progress))?;
     let mut said = if arguments.pair.json { super::json(&comparison)? } else { tell(&comparison) };
     match arguments.plot {
         Some(PlotFormat::Svg) => {
@@ -35,8 +35,9 @@ fn tell(comparison: &Comparison) -> String {
         "{} rows fitted, {} locked away, {} parameters\n",
         comparison.fit_rows, comparison.check_rows, comparison.parameters
     ));
-    text.push_str(&rms_line(&comparison.rms_mm));
+    text.push_str(&error_lines(&comparison.error_mm));
     text.push_str(&floor_line(&comparison.floor));
+    text.push_str(&explainable_line(comparison.explainable.as_ref()));
     text.push_str(&effects_table(&comparison.effects));
     for gauge in &comparison.gauges {
         match gauge.same_as.is_empty() {

@@ -5,13 +5,13 @@ use std::error::Error;
 use plumb_diagnosis::{Candidate, Diagnosis, Verdict};
 
 use super::arguments::DiagnoseArguments;
-use super::text::{figure, floor_line, rms_line};
+use super::text::{error_lines, explainable_line, figure, floor_line};
 use crate::progress::watched;
 
 /// Diagnoses, prints.
 pub(super) fn run(arguments: &DiagnoseArguments) -> Result<String, Box<dyn Error>> {
     let opened = arguments.pair.open()?;
-    let diagnosis = watched(|progress| opened.laboratory.diagnose(progress))?;
+    let diagnosis = watched(|progress| opened.laboratory.diagnose_in_full(progress))?;
     Ok(if arguments.pair.json { super::json(&diagnosis)? } else { tell(&diagnosis) })
 }
 
@@ -31,8 +31,9 @@ pub(super) fn verdict(verdict: Verdict) -> &'static str {
 
 /// The whole diagnosis as text.
 pub(super) fn tell(diagnosis: &Diagnosis) -> String {
-    let mut text = rms_line(&diagnosis.rms_mm);
+    let mut text = error_lines(&diagnosis.error_mm);
     text.push_str(&floor_line(&diagnosis.floor));
+    text.push_str(&explainable_line(diagnosis.explainable.as_ref()));
     text.push_str(&candidates(&diagnosis.candidates));
     if !diagnosis.besides.is_empty() {
         text.push_str(&format!("also at work: {}\n", diagnosis.besides.join(", ")));

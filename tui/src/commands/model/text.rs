@@ -1,6 +1,7 @@
 //! Parts that several reports share.
 
-use plumb_diagnosis::laboratory::{EffectValue, Rms};
+use plumb_diagnosis::Explainable;
+use plumb_diagnosis::laboratory::{EffectValue, ErrorSummary, Errors, Rms};
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
 
 /// `RMS: fit 0.112 mm, left-out regions 0.126 mm, locked away 0.111 mm`.
@@ -13,6 +14,35 @@ pub(super) fn rms_line(rms: &Rms) -> String {
         text.push_str(&format!(", locked away {check:.4} mm"));
     }
     text + "\n"
+}
+
+/// The error of one measured point where the model was fitted and where it was not, a line each.
+pub(super) fn error_lines(errors: &Errors) -> String {
+    let mut text = format!(
+        "{:<28}{:>10}{:>10}{:>10}{:>10}{:>9}\n",
+        "error of a point, mm", "RMS", "mean", "95 %", "maximum", "points"
+    );
+    let parts = [("fit", Some(errors.fit)), ("left-out regions", errors.cv), ("locked away", errors.check)];
+    for (name, summary) in parts {
+        let Some(ErrorSummary { points, rms, mean, percentile_95, max }) = summary else { continue };
+        text.push_str(&format!(
+            "  {name:<26}{rms:>10.4}{mean:>10.4}{percentile_95:>10.4}{max:>10.4}{points:>9}\n"
+        ));
+    }
+    text
+}
+
+/// How much of what is left could be explained at all, and how much where whole regions are left out; empty where that was not asked.
+pub(super) fn explainable_line(explainable: Option<&Explainable>) -> String {
+    let Some(explainable) = explainable else { return String::new() };
+    let regions =
+        explainable.blocked.filter(|_| explainable.is_structured()).map_or_else(String::new, |blocked| {
+            format!(
+                "; with whole regions left out {:.3} mm is left, {:.3} mm is not predictable",
+                blocked.left_mm, blocked.not_predictable_mm
+            )
+        });
+    format!("explainable: {}{regions}\n", explainable.sentence)
 }
 
 /// Where the noise floor lies and how that is known.

@@ -229,9 +229,13 @@ impl Worker {
 
     fn look_at_opened(&mut self) -> Result<(), LabError> {
         while let Some((laboratory, number, did)) = self.to_look_at.pop_front() {
-            let comparison = laboratory.compare(&self.progress())?;
+            let newest = self.to_look_at.is_empty();
+            let comparison = match newest {
+                true => laboratory.compare_in_full(&self.progress())?,
+                false => laboratory.compare(&self.progress())?,
+            };
             self.layers.push(Layer { laboratory, number, step: standing::step(&did, &comparison) });
-            if self.to_look_at.is_empty() {
+            if newest {
                 self.judge(&comparison)?;
             }
         }
@@ -258,7 +262,7 @@ impl Worker {
     /// Looks at the newest model again.
     fn look_again(&mut self) -> Result<(), LabError> {
         let top = self.top()?;
-        let comparison = top.laboratory.compare(&self.progress())?;
+        let comparison = top.laboratory.compare_in_full(&self.progress())?;
         self.judge(&comparison)
     }
 

@@ -14,6 +14,12 @@ pub(crate) fn compared(comparison: &Comparison, fall: &[FallStep]) -> Standing {
         sentence: comparison.sentence.clone(),
         floor_mm: comparison.floor.sigma_mm,
         floor_source: source(&comparison.floor).to_owned(),
+        not_predictable_mm: comparison
+            .explainable
+            .as_ref()
+            .filter(|explainable| explainable.is_structured())
+            .map(|explainable| explainable.not_predictable_mm),
+        error: error(comparison),
         cards: Vec::new(),
         warnings: comparison.warnings.clone(),
         residuals: Residuals { rows: comparison.rows.clone(), series: comparison.series.clone() },
@@ -32,6 +38,19 @@ pub(crate) fn examined(comparison: &Comparison, diagnosis: &Diagnosis, fall: &[F
         cards: cards(diagnosis),
         next: diagnosis.next.iter().map(next_pose).collect(),
         ..compared(comparison, fall)
+    }
+}
+
+/// The error of a point, and how much of it could be explained.
+fn error(comparison: &Comparison) -> String {
+    let fit = comparison.error_mm.fit;
+    let size = format!(
+        "Error of a point: RMS {:.3}, mean {:.3}, 95 % {:.3}, maximum {:.3} mm.",
+        fit.rms, fit.mean, fit.percentile_95, fit.max
+    );
+    match &comparison.explainable {
+        Some(explainable) => format!("{size} Explainable: {}.", explainable.sentence),
+        None => size,
     }
 }
 

@@ -76,6 +76,10 @@ pub(crate) struct Standing {
     pub floor_mm: Option<f64>,
     /// Where the floor comes from.
     pub floor_source: String,
+    /// Error of a point that no function of what is known of a row predicts, mm; nothing where that is not known, or nothing is predictable.
+    pub not_predictable_mm: Option<f64>,
+    /// Mean, 95 % and maximum of the error of a point, and how much of it could be explained, in words.
+    pub error: String,
     /// What could explain what is left, the likeliest first.
     pub cards: Vec<Card>,
     /// What is left.

@@ -65,7 +65,7 @@ fn sentence(model: &ModelState) -> String {
             "Preview: with {} added, {:.4} mm RMS would be left. a adds it, Space goes back.",
             preview.candidate, preview.rms_mm
         ),
-        (None, Some(standing)) => standing.sentence.clone(),
+        (None, Some(standing)) => format!("{} {}", standing.sentence, standing.error).trim_end().to_owned(),
         (None, None) => format!("Looking at {} \u{2026}", model.files),
     }
 }

@@ -41,7 +41,8 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
         };
         lines.extend(step_lines(&step, greatest, width, theme).map(|line| in_style(line, theme.preview)));
     }
-    let floor = floor_lines(standing, greatest, width, theme);
+    let mut floor = bound_lines(standing, greatest, width, theme);
+    floor.extend(floor_lines(standing, greatest, width, theme));
     let next = next_lines(standing, width, theme);
     // The newest steps and the floor stay where room is short.
     let next =
@@ -62,6 +63,13 @@ fn next_lines(standing: &Standing, width: usize, theme: &Theme) -> Vec<Line<'sta
     let heads = [Line::default(), Line::styled("measure next, deg", theme.heading)].into_iter();
     let poses = standing.next.iter().map(|pose| Line::styled(fitted(pose, width), theme.text));
     heads.chain(poses).collect()
+}
+
+/// What no function of pose, moves and conditions predicts, as a bar beside the others.
+fn bound_lines(standing: &Standing, greatest: f64, width: usize, theme: &Theme) -> Vec<Line<'static>> {
+    let Some(bound) = standing.not_predictable_mm else { return Vec::new() };
+    let step = FallStep { added: "not predictable".to_owned(), fit_mm2: bound * bound, held_out_mm2: None };
+    step_lines(&step, greatest, width, theme).map(|line| in_style(line, theme.preview)).into()
 }
 
 /// The floor as a bar beside the others, and where it comes from. Residuals are lengths in space where more than one axis

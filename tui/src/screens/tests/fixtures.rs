@@ -343,6 +343,8 @@ fn standing() -> Standing {
             .to_owned(),
         floor_mm: Some(0.05),
         floor_source: "repeats".to_owned(),
+        not_predictable_mm: None,
+        error: String::new(),
         cards,
         warnings: vec!["row 79 lies far outside the others' scatter".to_owned()],
         residuals: residuals(),

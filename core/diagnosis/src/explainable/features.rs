@@ -1,0 +1,363 @@
+//! The columns of the flexible regression: smooth functions of what is known of a row, each carried to the readings as the arm would carry an error: of a joint's
+//! coordinate, or a shift or a tilt of the base. So one column serves every kind of measurement and every target. Functions of the whole pose are random Fourier
+//! features (Rahimi & Recht 2007), those of one number are cosines on its range with a prior that falls with the frequency (Hilbert-space approximation of a
+//! Gaussian process, Solin & Särkkä 2020).
+
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::known::{Column, Known};
+use super::regression::Products;
+use plumb_calibration::effect::{self, Effect, EffectId, Spot};
+use plumb_calibration::fit::{Fit, ResidualModel};
+use plumb_estimation::{NormalEquations, Random};
+
+/// Length scales of the functions of the whole pose, relative to the mean distance of two poses.
+const LENGTH_SCALES: [f64; 2] = [0.4, 0.9];
+
+/// Random frequencies of a length scale: one for so many poses, within these limits.
+const POSES_A_FREQUENCY: usize = 16;
+const FREQUENCIES: (usize, usize) = (3, 24);
+
+/// Cosines in one joint's coordinate: one for so many poses, within these limits.
+const POSES_A_COSINE: usize = 30;
+const COSINES: (usize, usize) = (4, 16);
+
+/// Cosines in the order or time, and in any other number.
+const TIME_COSINES: usize = 8;
+const OTHER_COSINES: usize = 4;
+
+/// Cosines in the last move of a joint, and in its coordinate where the side of approach changes with it.
+const MOVE_COSINES: usize = 4;
+const SIDE_COSINES: usize = 2;
+
+/// Frequencies of the functions of the pose that a condition is multiplied with.
+const CONDITION_FREQUENCIES: usize = 6;
+
+/// What is known of a row in one respect, and its components of columns.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Group {
+    pub(super) name: String,
+    pub(super) components: Range<usize>,
+}
+
+/// All columns: equations by fitted numbers (orthonormal), flexible columns, and the residuals last.
+pub(super) struct Features {
+    pub(super) design: DMatrix<f64>,
+    /// Columns that are not penalised.
+    pub(super) fixed: usize,
+    /// Of the flexible columns.
+    pub(super) components: Vec<Range<usize>>,
+    pub(super) groups: Vec<Group>,
+    /// Per row of `rows`: its equations.
+    pub(super) equations: Vec<Range<usize>>,
+    /// What is known of the fitted numbers besides the rows: distances between touched places.
+    pub(super) knowledge: Products,
+}
+
+/// How errors of the base and of the joints move the readings: each by equations.
+struct Carriers {
+    shifts: Vec<DVector<f64>>,
+    tilts: Vec<DVector<f64>>,
+    joints: Vec<Option<DVector<f64>>>,
+}
+
+impl Carriers {
+    /// `jacobian` holds the parameters of the probes in this order, by equations.
+    fn of(jacobian: &DMatrix<f64>, shifts: usize, tilts: usize, joints: &[bool]) -> Self {
+        let mut next = 0;
+        let mut take = || {
+            next += 1;
+            unit(jacobian.row(next - 1).transpose())
+        };
+        let shifts: Vec<_> = (0..shifts).filter_map(|_| take()).collect();
+        let tilts: Vec<_> = (0..tilts).filter_map(|_| take()).collect();
+        let joints = joints.iter().map(|known| if *known { take() } else { None }).collect();
+        Self { shifts, tilts, joints }
+    }
+
+    /// The joints that move any reading.
+    fn moving(&self) -> impl Iterator<Item = (usize, &DVector<f64>)> {
+        self.joints.iter().enumerate().filter_map(|(joint, carrier)| Some((joint, carrier.as_ref()?)))
+    }
+}
+
+/// A column of root mean square 1; nothing if it is all zeros.
+fn unit(column: DVector<f64>) -> Option<DVector<f64>> {
+    let length = column.norm() / (column.len().max(1) as f64).sqrt();
+    (length > 1e-12).then(|| column / length)
+}
+
+/// Collects columns into components and groups.
+struct Builder<'a> {
+    known: &'a Known,
+    /// Row (by its place in the list) of each equation.
+    row_of: Vec<usize>,
+    columns: Vec<DVector<f64>>,
+    components: Vec<Range<usize>>,
+    groups: Vec<Group>,
+}
+
+impl Builder<'_> {
+    /// A column: a function of the rows, carried.
+    fn push(&mut self, carrier: &DVector<f64>, function: &[f64]) {
+        let values = carrier.iter().zip(&self.row_of);
+        let column = values.map(|(carrier, row)| carrier * function.get(*row).copied().unwrap_or(0.0));
+        self.columns.push(DVector::from_iterator(carrier.len(), column));
+    }
+
+    /// Ends a component: its columns together get mean square 1 a column.
+    fn close_component(&mut self) {
+        let first = self.components.last().map_or(0, |last| last.end);
+        let own = first..self.columns.len();
+        let squares: f64 = self.columns.iter().skip(first).map(DVector::norm_squared).sum();
+        let entries = (own.len() * self.row_of.len()).max(1) as f64;
+        let length = (squares / entries).sqrt();
+        if own.is_empty() || length < 1e-12 {
+            self.columns.truncate(first);
+            return;
+        }
+        self.columns.iter_mut().skip(first).for_each(|column| *column /= length);
+        self.components.push(own);
+    }
+
+    /// Ends a group.
+    fn close_group(&mut self, name: &str) {
+        let first = self.groups.last().map_or(0, |last| last.components.end);
+        if self.components.len() > first {
+            self.groups.push(Group { name: name.to_owned(), components: first..self.components.len() });
+        }
+    }
+
+    /// Functions of the pose: of the whole pose, and of each joint's coordinate.
+    fn pose(&mut self, carriers: &Carriers) {
+        let poses = self.known.poses;
+        let mut random = Random::seeded(23);
+        for scale in LENGTH_SCALES {
+            let count = (poses / POSES_A_FREQUENCY).clamp(FREQUENCIES.0, FREQUENCIES.1);
+            let functions = self.known.pose_functions(scale, count, &mut random);
+            for carrier in &carriers.shifts {
+                functions.iter().for_each(|function| self.push(carrier, function));
+            }
+            self.close_component();
+        }
+        for (joint, carrier) in carriers.moving() {
+            let count = (poses / POSES_A_COSINE).clamp(COSINES.0, COSINES.1);
+            for function in cosines(self.known.coordinate(joint), count) {
+                self.push(carrier, &function);
+            }
+            self.close_component();
+        }
+        self.close_group("pose");
+    }
+
+    /// Functions of each joint's last move and side of approach.
+    fn last_move(&mut self, carriers: &Carriers) {
+        for (joint, carrier) in carriers.moving() {
+            let along = cosines(self.known.coordinate(joint), SIDE_COSINES);
+            for side in self.known.sides(joint) {
+                self.push(carrier, &side);
+                for function in &along {
+                    self.push(carrier, &times(&side, function));
+                }
+            }
+            for function in cosines(self.known.last_move(joint), MOVE_COSINES) {
+                self.push(carrier, &function);
+            }
+            self.close_component();
+        }
+        self.close_group("last move");
+    }
+
+    /// Functions of one number, as shifts of the base and as errors of the joints; and, where it is a condition that acts with the pose, times those of the pose.
+    fn number(&mut self, name: &str, values: &[f64], count: usize, with_pose: bool, carriers: &Carriers) {
+        let functions = cosines(values.to_vec(), count);
+        for carrier in &carriers.shifts {
+            functions.iter().for_each(|function| self.push(carrier, function));
+        }
+        self.close_component();
+        for (_, carrier) in carriers.moving() {
+            functions.iter().for_each(|function| self.push(carrier, function));
+        }
+        self.close_component();
+        if with_pose {
+            let mut random = Random::seeded(29);
+            let scale = LENGTH_SCALES[1];
+            let poses = self.known.pose_functions(scale, CONDITION_FREQUENCIES, &mut random);
+            let centred = centred(values);
+            for carrier in &carriers.shifts {
+                poses.iter().for_each(|function| self.push(carrier, &times(&centred, function)));
+            }
+            self.close_component();
+            for (joint, carrier) in carriers.moving() {
+                for function in cosines(self.known.coordinate(joint), SIDE_COSINES) {
+                    self.push(carrier, &times(&centred, &function));
+                }
+            }
+            self.close_component();
+        }
+        self.close_group(name);
+    }
+
+    /// One shift, tilt and error of each joint for every category.
+    fn categories(&mut self, name: &str, of_row: &[Option<usize>], carriers: &Carriers) {
+        let count = of_row.iter().flatten().max().map_or(0, |most| most + 1);
+        let levels: Vec<Vec<f64>> = (0..count)
+            .map(|level| of_row.iter().map(|own| f64::from(u8::from(*own == Some(level)))).collect())
+            .collect();
+        let moving: Vec<&DVector<f64>> = carriers.moving().map(|(_, carrier)| carrier).collect();
+        let parts: [Vec<&DVector<f64>>; 3] =
+            [carriers.shifts.iter().collect(), carriers.tilts.iter().collect(), moving];
+        for part in parts {
+            for carrier in part {
+                levels.iter().for_each(|level| self.push(carrier, level));
+            }
+            self.close_component();
+        }
+        self.close_group(name);
+    }
+}
+
+/// Cosines of 1, 2, ... half periods on the range of some numbers, their amplitude falling with the frequency; where a number is missing 0. None where the
+/// numbers do not vary.
+fn cosines(values: Vec<f64>, count: usize) -> Vec<Vec<f64>> {
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    if !(high - low > 1e-9) {
+        return Vec::new();
+    }
+    let wave = |order: f64, value: f64| match value.is_finite() {
+        true => (PI * order * (value - low) / (high - low)).cos() / order,
+        false => 0.0,
+    };
+    let orders = (1..=count).map(|order| order as f64);
+    orders.map(|order| values.iter().map(|value| wave(order, *value)).collect()).collect()
+}
+
+/// Numbers less their mean, over their standard deviation; 0 where one is missing.
+fn centred(values: &[f64]) -> Vec<f64> {
+    let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    let count = finite.len().max(1) as f64;
+    let mean = finite.iter().sum::<f64>() / count;
+    let spread = (finite.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt().max(1e-12);
+    values.iter().map(|value| if value.is_finite() { (value - mean) / spread } else { 0.0 }).collect()
+}
+
+fn times(one: &[f64], other: &[f64]) -> Vec<f64> {
+    one.iter().zip(other).map(|(one, other)| one * other).collect()
+}
+
+/// Random Fourier features of inputs (rows by inputs) for a Gaussian kernel of this length: sine and cosine of `count` random frequencies.
+pub(super) fn fourier_features(
+    inputs: &[Vec<f64>],
+    length: f64,
+    count: usize,
+    random: &mut Random,
+) -> Vec<Vec<f64>> {
+    let width = inputs.first().map_or(0, Vec::len);
+    let mut functions = Vec::with_capacity(2 * count);
+    for _ in 0..count {
+        let frequency: Vec<f64> = (0..width).map(|_| random.normal() / length.max(1e-9)).collect();
+        let phase = TAU * random.uniform();
+        let angle = |input: &Vec<f64>| {
+            phase + input.iter().zip(&frequency).map(|(value, rate)| value * rate).sum::<f64>()
+        };
+        functions.push(inputs.iter().map(|input| angle(input).cos()).collect());
+        functions.push(inputs.iter().map(|input| angle(input).sin()).collect());
+    }
+    functions
+}
+
+/// What known distances between touched places say of the fitted numbers, in the units of the design's first columns. Without them places and lengths would shrink
+/// together to nothing.
+fn knowledge(machine: &ResidualModel<'_>, fit: &Fit, columns: usize) -> Products {
+    let mut known = NormalEquations::zeros(machine.slots().len());
+    machine.place_distances(&fit.state, &mut known);
+    let half = fit.factor.whiten(&known.matrix);
+    let own = fit.factor.whiten(&half.transpose());
+    let gradient = DMatrix::from_column_slice(known.gradient.len(), 1, known.gradient.as_slice());
+    let readings: DVector<f64> = fit.factor.whiten(&gradient).column(0).into_owned();
+    Products::of_knowledge(&own, &readings, columns)
+}
+
+impl Features {
+    /// Of these rows of a fitted model.
+    pub(super) fn of(machine: &ResidualModel<'_>, fit: &Fit, rows: &[usize]) -> Self {
+        let known = Known::of(machine, rows);
+        let build = |id: EffectId| effect::build(&id, machine.model).ok();
+        let shift = build(EffectId::at("base_position", Spot::Base));
+        let tilt = build(EffectId::at("base_tilt", Spot::Base));
+        let zeros: Vec<_> = (0..machine.model.chain.len())
+            .map(|joint| build(EffectId::at("joint_zero", Spot::Joint(joint))))
+            .collect();
+        let probes: Vec<&dyn Effect> =
+            [&shift, &tilt].into_iter().chain(&zeros).flatten().map(AsRef::as_ref).collect();
+        let block = machine.block(&fit.state, rows, &fit.weights, &probes);
+        let slots = machine.slots().len();
+        let count =
+            |effect: &Option<Box<dyn Effect>>| effect.as_ref().map_or(0, |one| one.parameters().len());
+        let fitted = fit.factor.whiten(&block.jacobian.rows(0, slots).into_owned());
+        let driven = block.jacobian.rows(slots, block.jacobian.nrows() - slots).into_owned();
+        let joints: Vec<bool> = zeros.iter().map(Option::is_some).collect();
+        let carriers = Carriers::of(&driven, count(&shift), count(&tilt), &joints);
+        let mut equations = Vec::with_capacity(rows.len());
+        let mut row_of = Vec::new();
+        for (place, row) in rows.iter().enumerate() {
+            let own = row_of.len()..row_of.len() + machine.observations.range(*row).len();
+            row_of.extend(std::iter::repeat_n(place, own.len()));
+            equations.push(own);
+        }
+        let mut builder = Builder {
+            known: &known,
+            row_of,
+            columns: Vec::new(),
+            components: Vec::new(),
+            groups: Vec::new(),
+        };
+        builder.pose(&carriers);
+        builder.last_move(&carriers);
+        for Column { name, values, with_pose, in_order } in &known.numbers {
+            let cosines = if *in_order { TIME_COSINES } else { OTHER_COSINES };
+            builder.number(name, values, cosines, *with_pose, &carriers);
+        }
+        for (name, of_row) in &known.categories {
+            builder.categories(name, of_row, &carriers);
+        }
+        let Builder { columns, components, groups, .. } = builder;
+        let fixed = fitted.nrows();
+        let mut design = DMatrix::zeros(block.residuals.len(), fixed + columns.len() + 1);
+        design.columns_mut(0, fixed).copy_from(&fitted.transpose());
+        for (index, column) in columns.iter().enumerate() {
+            design.set_column(fixed + index, column);
+        }
+        design.set_column(fixed + columns.len(), &DVector::from_vec(block.residuals));
+        let knowledge = knowledge(machine, fit, design.ncols());
+        Self { design, fixed, components, groups, equations, knowledge }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cosines_cover_the_range_and_a_constant_has_none() {
+        let functions = cosines(vec![2.0, 3.0, 4.0, f64::NAN], 2);
+        assert_eq!(functions.len(), 2);
+        assert!((functions[0][0] - 1.0).abs() < 1e-12 && functions[0][1].abs() < 1e-12);
+        assert!((functions[0][2] + 1.0).abs() < 1e-12 && functions[0][3] == 0.0);
+        assert!((functions[1][1] + 0.5).abs() < 1e-12, "the second has half the amplitude");
+        assert!(cosines(vec![5.0; 4], 3).is_empty());
+    }
+
+    #[test]
+    fn products_of_fourier_features_approach_the_gaussian_kernel() {
+        let inputs = vec![vec![0.0, 0.0], vec![0.6, -0.3]];
+        let functions = fourier_features(&inputs, 0.7, 4000, &mut Random::seeded(5));
+        let kernel: f64 = functions.iter().map(|one| one[0] * one[1]).sum::<f64>() / 4000.0;
+        let exact = (-(0.36 + 0.09) / (2.0 * 0.49_f64)).exp();
+        assert!((kernel - exact).abs() < 0.03, "{kernel} {exact}");
+    }
+}

@@ -1,0 +1,203 @@
+//! What is known of the rows of a table besides what was measured: pose, last move, order or time, conditions, sessions, further columns.
+
+use super::features::fourier_features;
+use plumb_calibration::fit::ResidualModel;
+use plumb_calibration::table::{MOST_LEVELS, Table};
+use plumb_estimation::Random;
+use plumb_kinematics::Motion;
+
+/// Range of a turning joint from which its sine and cosine are taken, rad; below, its coordinate on its range, which would else hardly vary.
+const WIDE: f64 = std::f64::consts::PI;
+
+/// Further columns looked at, at most.
+const MOST_COLUMNS: usize = 6;
+
+/// A column of numbers, one a row; not a number where it is not known.
+pub(super) struct Column {
+    pub(super) name: String,
+    pub(super) values: Vec<f64>,
+    /// Whether it acts with the pose, as heat and loads do.
+    pub(super) with_pose: bool,
+    /// Whether it is the order of the rows.
+    pub(super) in_order: bool,
+}
+
+/// What is known of some rows.
+pub(super) struct Known {
+    /// Distinct poses.
+    pub(super) poses: usize,
+    pub(super) numbers: Vec<Column>,
+    /// Per column: its name, and the category of each row.
+    pub(super) categories: Vec<(String, Vec<Option<usize>>)>,
+    /// Rows by joints.
+    coordinates: Vec<Vec<f64>>,
+    moves: Vec<Vec<f64>>,
+    /// Sides of approach, where they were logged.
+    approach: Option<Vec<Vec<f64>>>,
+    /// Rows by inputs.
+    inputs: Vec<Vec<f64>>,
+    /// Mean distance of two rows' inputs.
+    extent: f64,
+}
+
+impl Known {
+    /// Of these rows.
+    pub(super) fn of(machine: &ResidualModel<'_>, rows: &[usize]) -> Self {
+        let table = machine.table;
+        let coordinates: Vec<Vec<f64>> = rows.iter().map(|row| table.q_of(*row).to_vec()).collect();
+        let inputs = inputs(machine, &coordinates);
+        let mut distinct: Vec<Vec<u64>> =
+            coordinates.iter().map(|q| q.iter().map(|one| one.to_bits()).collect()).collect();
+        distinct.sort_unstable();
+        distinct.dedup();
+        let approach = table.approach.as_ref().map(|_| {
+            let sides = |row: &usize| {
+                (0..table.joints).map(|joint| f64::from(table.approach_of(*row, joint))).collect()
+            };
+            rows.iter().map(sides).collect()
+        });
+        Self {
+            poses: distinct.len(),
+            numbers: numbers(table, rows),
+            categories: categories(table, rows),
+            moves: last_moves(table, rows),
+            approach,
+            extent: extent(&inputs),
+            coordinates,
+            inputs,
+        }
+    }
+
+    /// A joint's coordinate in every row, rad or mm.
+    pub(super) fn coordinate(&self, joint: usize) -> Vec<f64> {
+        of_joint(&self.coordinates, joint)
+    }
+
+    /// A joint's last move before every row, rad or mm.
+    pub(super) fn last_move(&self, joint: usize) -> Vec<f64> {
+        of_joint(&self.moves, joint)
+    }
+
+    /// From which side a joint arrived: by its last move, and as it was logged.
+    pub(super) fn sides(&self, joint: usize) -> Vec<Vec<f64>> {
+        let sign = |value: &f64| if *value == 0.0 { 0.0 } else { value.signum() };
+        let moved = self.last_move(joint).iter().map(sign).collect();
+        let logged = self.approach.as_ref().map(|sides| of_joint(sides, joint));
+        std::iter::once(moved).chain(logged).filter(|side: &Vec<f64>| varies(side)).collect()
+    }
+
+    /// Random smooth functions of the whole pose, of a length scale relative to the mean distance of two rows.
+    pub(super) fn pose_functions(&self, scale: f64, count: usize, random: &mut Random) -> Vec<Vec<f64>> {
+        if self.extent <= 0.0 {
+            return Vec::new();
+        }
+        fourier_features(&self.inputs, scale * self.extent, count, random)
+    }
+}
+
+fn of_joint(rows: &[Vec<f64>], joint: usize) -> Vec<f64> {
+    rows.iter().map(|row| row.get(joint).copied().unwrap_or(0.0)).collect()
+}
+
+fn varies(values: &[f64]) -> bool {
+    values.iter().any(|value| values.first().is_some_and(|first| (value - first).abs() > 1e-9))
+}
+
+/// The inputs of functions of the whole pose: sine and cosine of joints that turn far, else coordinates scaled to -1 .. 1.
+fn inputs(machine: &ResidualModel<'_>, coordinates: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut inputs = vec![Vec::new(); coordinates.len()];
+    for (joint, described) in machine.model.chain.joints.iter().enumerate() {
+        let values = of_joint(coordinates, joint);
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let wide = described.motion == Motion::Turns && high - low >= WIDE;
+        for (input, value) in inputs.iter_mut().zip(values) {
+            match wide {
+                true => input.extend([value.sin(), value.cos()]),
+                false if high > low => input.push(2.0 * (value - low) / (high - low) - 1.0),
+                false => {}
+            }
+        }
+    }
+    inputs
+}
+
+/// The root mean square distance of two rows' inputs.
+fn extent(inputs: &[Vec<f64>]) -> f64 {
+    let count = inputs.len().max(1) as f64;
+    let width = inputs.first().map_or(0, Vec::len);
+    let variance = |column: usize| {
+        let values = || inputs.iter().filter_map(|input| input.get(column));
+        let mean = values().sum::<f64>() / count;
+        values().map(|value| (value - mean).powi(2)).sum::<f64>() / count
+    };
+    (2.0 * (0..width).map(variance).sum::<f64>()).sqrt()
+}
+
+/// Each row's move since the row before it in the order of time, joint by joint; zero for the first.
+fn last_moves(table: &Table, rows: &[usize]) -> Vec<Vec<f64>> {
+    let order = table.order();
+    let mut before = vec![None; table.len()];
+    for (earlier, later) in order.iter().zip(order.iter().skip(1)) {
+        if let Some(slot) = before.get_mut(*later) {
+            *slot = Some(*earlier);
+        }
+    }
+    let moved = |row: &usize| match before.get(*row).copied().flatten() {
+        Some(earlier) => {
+            table.q_of(*row).iter().zip(table.q_of(earlier)).map(|(now, then)| now - then).collect()
+        }
+        None => vec![0.0; table.joints],
+    };
+    rows.iter().map(moved).collect()
+}
+
+/// Order or time, conditions, and further columns of numbers, where they vary.
+fn numbers(table: &Table, rows: &[usize]) -> Vec<Column> {
+    let mut place = vec![0.0; table.len()];
+    for (order, row) in table.order().into_iter().enumerate() {
+        if let Some(slot) = place.get_mut(row) {
+            *slot = order as f64;
+        }
+    }
+    let pick = |values: &[f64]| -> Vec<f64> {
+        rows.iter().map(|row| values.get(*row).copied().unwrap_or(f64::NAN)).collect()
+    };
+    let mut columns = Vec::new();
+    let mut add = |name: &str, values: &[f64], with_pose: bool, in_order: bool| {
+        columns.push(Column { name: name.to_owned(), values: pick(values), with_pose, in_order });
+    };
+    match &table.time {
+        Some(times) => add("time", times, false, true),
+        None => add("order", &place, false, true),
+    }
+    for (name, values) in [("temperature", &table.temperature), ("load", &table.payload)] {
+        if let Some(values) = values {
+            add(name, values, true, false);
+        }
+    }
+    for covariate in table.covariates.iter().filter(|one| one.levels().is_empty()).take(MOST_COLUMNS) {
+        let values: Vec<f64> = (0..table.len()).map(|row| covariate.number(row)).collect();
+        add(&format!("`{}`", covariate.name), &values, false, false);
+    }
+    columns.retain(|column| {
+        varies(&column.values.iter().copied().filter(|value| value.is_finite()).collect::<Vec<_>>())
+    });
+    columns
+}
+
+/// Sessions and further columns of words, where they vary. A column of more words than [`MOST_LEVELS`] is left out.
+fn categories(table: &Table, rows: &[usize]) -> Vec<(String, Vec<Option<usize>>)> {
+    let mut columns = Vec::new();
+    if (2..=MOST_LEVELS).contains(&table.session.names.len()) {
+        let of = |row: &usize| table.session.of_row.get(*row).copied().flatten().map(|name| name as usize);
+        columns.push(("session".to_owned(), rows.iter().map(of).collect()));
+    }
+    let words = table.covariates.iter().filter(|one| one.levels().len() > 1 && !one.has_too_many_levels());
+    for covariate in words.take(MOST_COLUMNS) {
+        let of =
+            |row: &usize| Some(covariate.number(*row)).filter(|one| one.is_finite()).map(|one| one as usize);
+        columns.push((format!("`{}`", covariate.name), rows.iter().map(of).collect()));
+    }
+    columns
+}

@@ -1,0 +1,275 @@
+//! Ridge regression with one variance per component of columns beside columns that are not penalised: a linear mixed model. The variances are those under which
+//! the training rows are likeliest (evidence approximation: MacKay 1992, Neural Computation 4, 415, equations 4.9 and 4.10; Rasmussen & Williams 2006,
+//! section 5.4.1). A component that the rows do not ask for shrinks to nothing.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::thresholds::EXPLAINABLE_FREEDOM;
+
+/// Rounds of estimating the variances at most.
+const ROUNDS: usize = 14;
+
+/// Change of the effective degrees of freedom, relative, below which the rounds end.
+const SETTLED: f64 = 0.01;
+
+/// Ridge on the columns that are not penalised, relative to their diagonal: holds what the rows left over hardly see.
+const DAMPING: f64 = 1e-6;
+
+/// Least ratio of the noise's variance to a component's, relative to the number of equations: keeps the matrix invertible.
+const LEAST_RATIO: f64 = 1e-9;
+
+/// Size below which a matrix is inverted by Cholesky's method and not by blocks.
+const BLOCK: usize = 48;
+
+/// Products of the columns of some equations with each other and with the readings.
+#[derive(Debug, Clone)]
+pub(super) struct Products {
+    /// Columns by columns; the last column is the readings'.
+    matrix: DMatrix<f64>,
+    equations: f64,
+}
+
+impl Products {
+    /// Of equations by columns, the last column being the readings.
+    pub(super) fn of(design: &DMatrix<f64>) -> Self {
+        Self { matrix: design.transpose() * design, equations: design.nrows() as f64 }
+    }
+
+    fn zeros(columns: usize) -> Self {
+        Self { matrix: DMatrix::zeros(columns, columns), equations: 0.0 }
+    }
+
+    /// What is known of the first columns besides the equations: their products, and those with what is left of it.
+    pub(super) fn of_knowledge(own: &DMatrix<f64>, readings: &DVector<f64>, columns: usize) -> Self {
+        let mut all = Self::zeros(columns);
+        let size = own.nrows();
+        all.matrix.view_mut((0, 0), (size, size)).copy_from(own);
+        all.matrix.view_mut((0, columns - 1), (size, 1)).copy_from(readings);
+        all.matrix.view_mut((columns - 1, 0), (1, size)).copy_from(&readings.transpose());
+        all
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
+        self.matrix += &other.matrix;
+        self.equations += other.equations;
+    }
+
+    /// Without some of the equations.
+    pub(super) fn without(&self, other: &Self) -> Self {
+        Self { matrix: &self.matrix - &other.matrix, equations: self.equations - other.equations }
+    }
+}
+
+/// The same after the columns that are not penalised were taken out of the others (Frisch & Waugh 1933).
+pub(super) struct Reduced {
+    matrix: DMatrix<f64>,
+    right: DVector<f64>,
+    squares: f64,
+    freedom: f64,
+    /// Of the columns that are not penalised: their triangular factor, and what is left of the others and of the readings behind it.
+    lower: DMatrix<f64>,
+    behind: DMatrix<f64>,
+    behind_readings: DVector<f64>,
+}
+
+impl Reduced {
+    /// The first `fixed` columns are not penalised; nothing where the equations do not determine them.
+    pub(super) fn of(products: &Products, fixed: usize) -> Option<Self> {
+        let flexible = products.matrix.nrows() - fixed - 1;
+        let part = |row: usize, column: usize, rows: usize, columns: usize| {
+            products.matrix.view((row, column), (rows, columns)).into_owned()
+        };
+        let mut own = part(0, 0, fixed, fixed);
+        let largest = own.diagonal().iter().copied().fold(0.0, f64::max);
+        for index in 0..fixed {
+            own[(index, index)] += DAMPING * own[(index, index)].max(DAMPING * largest);
+        }
+        let lower = match fixed {
+            0 => own,
+            _ => own.cholesky()?.l(),
+        };
+        let behind = lower.solve_lower_triangular(&part(0, fixed, fixed, flexible))?;
+        let readings = lower.solve_lower_triangular(&part(0, fixed + flexible, fixed, 1))?;
+        let behind_readings: DVector<f64> = readings.column(0).into_owned();
+        let across = behind.transpose();
+        let matrix = part(fixed, fixed, flexible, flexible) - &across * &behind;
+        let right = part(fixed, fixed + flexible, flexible, 1).column(0) - &across * &behind_readings;
+        let last = fixed + flexible;
+        let squares = (products.matrix[(last, last)] - behind_readings.norm_squared()).max(0.0);
+        let freedom = products.equations - fixed as f64;
+        (freedom >= 1.0).then_some(Self { matrix, right, squares, freedom, lower, behind, behind_readings })
+    }
+
+    /// The coefficients of all columns when these penalised ones take these values.
+    pub(super) fn coefficients(&self, flexible: &DVector<f64>) -> DVector<f64> {
+        let rest = &self.behind_readings - &self.behind * flexible;
+        let fixed = self.lower.tr_solve_lower_triangular(&rest).unwrap_or(rest);
+        DVector::from_iterator(fixed.len() + flexible.len(), fixed.iter().chain(flexible.iter()).copied())
+    }
+
+    /// Coefficients of the penalised columns, zero for those of components that were not `chosen`. `ratios` (one a component: the noise's variance over that of
+    /// a coefficient) are where the search starts and where it ended.
+    pub(super) fn fit(
+        &self,
+        components: &[Range<usize>],
+        chosen: &[usize],
+        ratios: &mut [f64],
+    ) -> DVector<f64> {
+        let mut active: Vec<usize> = chosen.to_vec();
+        let mut found = DVector::zeros(self.matrix.nrows());
+        let mut known = f64::INFINITY;
+        for _ in 0..ROUNDS {
+            let Some(round) = self.round(components, &active, ratios) else { return found };
+            found.fill(0.0);
+            for (column, value) in round.columns.iter().zip(round.values.iter()) {
+                found[*column] = *value;
+            }
+            active.retain(|component| ratios[*component].is_finite());
+            let freedom = round.freedom;
+            if active.is_empty() || (freedom - known).abs() <= SETTLED * freedom {
+                break;
+            }
+            known = freedom;
+        }
+        found
+    }
+
+    /// One round: the coefficients at these ratios, then better ratios. A component of hardly any effective degrees of freedom is given up: its ratio becomes
+    /// infinite.
+    fn round(&self, components: &[Range<usize>], active: &[usize], ratios: &mut [f64]) -> Option<Round> {
+        let columns: Vec<usize> =
+            active.iter().filter_map(|component| components.get(*component).cloned()).flatten().collect();
+        if columns.is_empty() {
+            return None;
+        }
+        let ratio_of: Vec<f64> = active
+            .iter()
+            .filter_map(|component| Some((components.get(*component)?.len(), *ratios.get(*component)?)))
+            .flat_map(|(count, ratio)| std::iter::repeat_n(ratio, count))
+            .collect();
+        let mut matrix = self.matrix.select_rows(&columns).select_columns(&columns);
+        for (index, ratio) in ratio_of.iter().enumerate() {
+            matrix[(index, index)] += ratio;
+        }
+        let right = self.right.select_rows(&columns);
+        let inverse = symmetric_inverse(&matrix)?;
+        let values = &inverse * &right;
+        let penalty: f64 = values.iter().zip(&ratio_of).map(|(value, ratio)| ratio * value * value).sum();
+        let squares = (self.squares - values.dot(&right) - penalty).max(1e-12 * self.squares);
+        let (mut effective, mut first) = (Vec::new(), 0);
+        for component in active {
+            let own = first..first + components.get(*component).map_or(0, Range::len);
+            first = own.end;
+            let trace: f64 = own.clone().map(|index| inverse[(index, index)] * ratio_of[index]).sum();
+            effective.push((own.len() as f64 - trace, values.rows(own.start, own.len()).norm_squared()));
+        }
+        let freedom: f64 = effective.iter().map(|(freedom, _)| freedom).sum();
+        let noise = squares / (self.freedom - freedom).max(1.0);
+        for (component, (own, length)) in active.iter().zip(effective) {
+            if let Some(ratio) = ratios.get_mut(*component) {
+                *ratio = match own < EXPLAINABLE_FREEDOM || length <= 0.0 {
+                    true => f64::INFINITY,
+                    false => (noise * own / length).max(LEAST_RATIO * self.freedom),
+                };
+            }
+        }
+        Some(Round { columns, values, freedom })
+    }
+}
+
+/// What a round found.
+struct Round {
+    columns: Vec<usize>,
+    values: DVector<f64>,
+    freedom: f64,
+}
+
+/// The inverse of a symmetric positive definite matrix, by blocks, so that most of the work is products of matrices; nothing if it is none.
+fn symmetric_inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let size = matrix.nrows();
+    if size <= BLOCK {
+        return Some(matrix.clone().cholesky()?.inverse());
+    }
+    let half = size / 2;
+    let rest = size - half;
+    let across = matrix.view((half, 0), (rest, half)).into_owned();
+    let first = symmetric_inverse(&matrix.view((0, 0), (half, half)).into_owned())?;
+    let through = &across * &first;
+    let beyond = matrix.view((half, half), (rest, rest)) - &through * across.transpose();
+    let second = symmetric_inverse(&beyond)?;
+    let lower = &second * &through;
+    let upper = lower.transpose();
+    let mut inverse = DMatrix::zeros(size, size);
+    inverse.view_mut((0, 0), (half, half)).copy_from(&(first + &upper * &through));
+    inverse.view_mut((half, 0), (rest, half)).copy_from(&-lower);
+    inverse.view_mut((0, half), (half, rest)).copy_from(&-upper);
+    inverse.view_mut((half, half), (rest, rest)).copy_from(&second);
+    Some(inverse)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumb_estimation::Random;
+
+    fn random(rows: usize, columns: usize, seed: u64) -> DMatrix<f64> {
+        let mut random = Random::seeded(seed);
+        DMatrix::from_fn(rows, columns, |_, _| random.normal())
+    }
+
+    #[test]
+    fn the_inverse_by_blocks_is_the_inverse() {
+        let columns = random(300, 170, 1);
+        let matrix = columns.transpose() * &columns;
+        let product = symmetric_inverse(&matrix).unwrap() * &matrix;
+        assert!((product - DMatrix::identity(170, 170)).amax() < 1e-9);
+        assert!(symmetric_inverse(&-DMatrix::<f64>::identity(100, 100)).is_none());
+    }
+
+    /// Two fixed columns, ten that the readings follow with coefficients of variance 4, ten that they do not follow; noise of variance 0.25.
+    fn design(seed: u64) -> DMatrix<f64> {
+        let mut design = random(400, 23, seed);
+        let mut random = Random::seeded(seed + 100);
+        let truth: Vec<f64> = (0..10).map(|_| 2.0 * random.normal()).collect();
+        for row in 0..400 {
+            let flexible: f64 =
+                truth.iter().enumerate().map(|(index, one)| one * design[(row, 2 + index)]).sum();
+            design[(row, 22)] = 3.0 * design[(row, 0)] - design[(row, 1)] + flexible + 0.5 * random.normal();
+        }
+        design
+    }
+
+    #[test]
+    fn a_component_that_is_not_asked_for_shrinks_and_the_others_are_found() {
+        let products = Products::of(&design(3));
+        let reduced = Reduced::of(&products, 2).unwrap();
+        let components = [0..10, 10..20];
+        let mut ratios = [40.0, 40.0];
+        let flexible = reduced.fit(&components, &[0, 1], &mut ratios);
+        let all = reduced.coefficients(&flexible);
+        assert!((all[0] - 3.0).abs() < 0.1 && (all[1] + 1.0).abs() < 0.1, "{all}");
+        // Noise over coefficients: 0.25 / 4, known to a factor of two from ten coefficients.
+        assert!((0.02..0.2).contains(&ratios[0]), "{ratios:?}");
+        assert!(ratios[1] > 10.0, "{ratios:?}");
+        assert!(flexible.rows(10, 10).norm() < 0.12, "{flexible}");
+    }
+
+    #[test]
+    fn what_was_not_chosen_stays_zero_and_products_add_up() {
+        let design = design(4);
+        let (first, second) = (design.rows(0, 150).into_owned(), design.rows(150, 250).into_owned());
+        let mut sum = Products::of(&first);
+        sum.add(&Products::of(&second));
+        let alone = sum.without(&Products::of(&second));
+        assert!((&alone.matrix - Products::of(&first).matrix).amax() < 1e-9);
+        let reduced = Reduced::of(&sum, 2).unwrap();
+        let flexible = reduced.fit(&[0..10, 10..20], &[1], &mut [40.0, 40.0]);
+        assert_eq!(flexible.rows(0, 10).norm(), 0.0);
+        assert!(
+            Reduced::of(&Products::of(&design.rows(0, 2).into_owned()), 2).is_none(),
+            "no equation is left over"
+        );
+    }
+}

@@ -1,0 +1,116 @@
+//! How far measured points are off: every error that is shown is that of one measured point (the length of a target's error in space, or one scalar reading),
+//! never of a row over all its targets.
+
+use serde::Serialize;
+
+use super::comparison::Rms;
+use plumb_calibration::fit::ResidualModel;
+
+/// The share of the points that lie within [`ErrorSummary::percentile_95`].
+const SHARE_WITHIN: f64 = 0.95;
+
+/// The errors of some measured points, mm (degrees in a table of tilts alone).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ErrorSummary {
+    /// Points.
+    pub points: usize,
+    /// Root mean square.
+    pub rms: f64,
+    /// Mean length.
+    pub mean: f64,
+    /// 95 % of the points are off by no more.
+    pub percentile_95: f64,
+    /// The greatest.
+    pub max: f64,
+}
+
+/// The errors where the model was fitted and where it was not.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Errors {
+    /// Over the rows that were fitted.
+    pub fit: ErrorSummary,
+    /// Blocked cross-validation: regions of pose space left out in turn.
+    pub cv: Option<ErrorSummary>,
+    /// Over the locked rows; nothing if none were locked away.
+    pub check: Option<ErrorSummary>,
+}
+
+impl Errors {
+    /// The root mean squares alone.
+    pub(crate) fn rms(&self) -> Rms {
+        let rms = |summary: ErrorSummary| summary.rms;
+        Rms { fit: self.fit.rms, cv: self.cv.map(rms), check: self.check.map(rms) }
+    }
+}
+
+impl ErrorSummary {
+    /// No points.
+    const NONE: Self = Self { points: 0, rms: 0.0, mean: 0.0, percentile_95: 0.0, max: 0.0 };
+
+    /// Of points whose squared errors these are, mm2; nothing of no points.
+    pub(crate) fn of(squares: impl Iterator<Item = f64>) -> Option<Self> {
+        let mut lengths: Vec<f64> = squares.map(f64::sqrt).collect();
+        lengths.sort_by(f64::total_cmp);
+        let max = *lengths.last()?;
+        let count = lengths.len() as f64;
+        let squared: f64 = lengths.iter().map(|length| length * length).sum();
+        // The smallest length that so many points do not exceed (Hyndman & Fan 1996, definition 1).
+        let rank = ((SHARE_WITHIN * count).ceil() as usize).clamp(1, lengths.len());
+        Some(Self {
+            points: lengths.len(),
+            rms: (squared / count).sqrt(),
+            mean: lengths.iter().sum::<f64>() / count,
+            percentile_95: lengths.get(rank - 1).copied().unwrap_or(max),
+            max,
+        })
+    }
+
+    /// The same, zero of no points.
+    pub(crate) fn or_zero(summary: Option<Self>) -> Self {
+        summary.unwrap_or(Self::NONE)
+    }
+}
+
+/// Squared errors of a row's measured points, mm2: the coordinates of one target (or touched place) are one point, every other reading is one of its own.
+/// In a row without lengths, deg2. Empty if nothing was measured.
+pub(crate) fn point_squares(machine: &ResidualModel<'_>, residuals: &[f64], row: usize) -> Vec<f64> {
+    let own = residuals.get(machine.observations.range(row)).unwrap_or(&[]);
+    let equations = machine.observations.of_row(row);
+    let lengths = equations.iter().any(|equation| equation.measurand.is_length());
+    let unit = if lengths { 1.0 } else { 1.0_f64.to_degrees() };
+    let mut points: Vec<((&str, u32), f64)> = Vec::new();
+    for (equation, residual) in equations.iter().zip(own) {
+        let what = equation.measurand;
+        if what.is_length() != lengths {
+            continue;
+        }
+        let square = (residual * unit).powi(2);
+        let key = (what.kind.name(), what.index);
+        match points.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, sum)) => *sum += square,
+            None => points.push((key, square)),
+        }
+    }
+    points.into_iter().map(|(_, square)| square).collect()
+}
+
+/// Number of measured points in some rows.
+pub(crate) fn points_in(machine: &ResidualModel<'_>, rows: &[usize]) -> usize {
+    let none = vec![0.0; machine.observations.equations.len()];
+    rows.iter().map(|row| point_squares(machine, &none, *row).len()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_summary_holds_root_mean_square_mean_and_ranks() {
+        let summary = ErrorSummary::of((1..=20).map(|length| f64::from(length * length))).unwrap();
+        assert_eq!((summary.points, summary.percentile_95, summary.max), (20, 19.0, 20.0));
+        assert!((summary.mean - 10.5).abs() < 1e-12);
+        assert!((summary.rms - (2870.0_f64 / 20.0).sqrt()).abs() < 1e-12);
+        assert_eq!(ErrorSummary::of(std::iter::empty()), None);
+        assert_eq!(ErrorSummary::of(std::iter::once(4.0)).unwrap().percentile_95, 2.0);
+    }
+}
