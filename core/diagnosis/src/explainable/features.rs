@@ -225,7 +225,7 @@ impl Builder<'_> {
 fn cosines(values: Vec<f64>, count: usize) -> Vec<Vec<f64>> {
     let finite = || values.iter().copied().filter(|value| value.is_finite());
     let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
-    if !(high - low > 1e-9) {
+    if high - low <= 1e-9 {
         return Vec::new();
     }
     let wave = |order: f64, value: f64| match value.is_finite() {
