@@ -64,6 +64,20 @@ impl Laboratory {
         self.diagnose_for(progress).map(|(diagnosis, _)| diagnosis)
     }
 
+    /// The diagnosis, and, where something is left without a name, how much of it could be explained at all.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn diagnose_in_full(&self, progress: &Progress) -> Result<Diagnosis, LaboratoryError> {
+        let diagnosis = self.diagnose(progress)?;
+        let nameless = matches!(
+            diagnosis.verdict,
+            Verdict::Unknown | Verdict::Located | Verdict::Tied | Verdict::FloorUnknown
+        );
+        let explainable = if nameless { self.explainable(progress)? } else { None };
+        Ok(Diagnosis { explainable, ..diagnosis })
+    }
+
     /// The diagnosis, and the named effect with its values.
     pub(crate) fn diagnose_for(&self, progress: &Progress) -> Result<(Diagnosis, Found), LaboratoryError> {
         progress.report(0.0, "fitting")?;

@@ -3,11 +3,11 @@
 //! features (Rahimi & Recht 2007), those of one number are cosines on its range with a prior that falls with the frequency (Hilbert-space approximation of a
 //! Gaussian process, Solin & Särkkä 2020).
 
-use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::functions::{centred, cosines, times};
 use super::known::{Column, Known};
 use super::regression::Products;
 use plumb_calibration::effect::{self, Effect, EffectId, Spot};
@@ -220,56 +220,6 @@ impl Builder<'_> {
     }
 }
 
-/// Cosines of 1, 2, ... half periods on the range of some numbers, their amplitude falling with the frequency; where a number is missing 0. None where the
-/// numbers do not vary.
-fn cosines(values: Vec<f64>, count: usize) -> Vec<Vec<f64>> {
-    let finite = || values.iter().copied().filter(|value| value.is_finite());
-    let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
-    if high - low <= 1e-9 {
-        return Vec::new();
-    }
-    let wave = |order: f64, value: f64| match value.is_finite() {
-        true => (PI * order * (value - low) / (high - low)).cos() / order,
-        false => 0.0,
-    };
-    let orders = (1..=count).map(|order| order as f64);
-    orders.map(|order| values.iter().map(|value| wave(order, *value)).collect()).collect()
-}
-
-/// Numbers less their mean, over their standard deviation; 0 where one is missing.
-fn centred(values: &[f64]) -> Vec<f64> {
-    let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-    let count = finite.len().max(1) as f64;
-    let mean = finite.iter().sum::<f64>() / count;
-    let spread = (finite.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt().max(1e-12);
-    values.iter().map(|value| if value.is_finite() { (value - mean) / spread } else { 0.0 }).collect()
-}
-
-fn times(one: &[f64], other: &[f64]) -> Vec<f64> {
-    one.iter().zip(other).map(|(one, other)| one * other).collect()
-}
-
-/// Random Fourier features of inputs (rows by inputs) for a Gaussian kernel of this length: sine and cosine of `count` random frequencies.
-pub(super) fn fourier_features(
-    inputs: &[Vec<f64>],
-    length: f64,
-    count: usize,
-    random: &mut Random,
-) -> Vec<Vec<f64>> {
-    let width = inputs.first().map_or(0, Vec::len);
-    let mut functions = Vec::with_capacity(2 * count);
-    for _ in 0..count {
-        let frequency: Vec<f64> = (0..width).map(|_| random.normal() / length.max(1e-9)).collect();
-        let phase = TAU * random.uniform();
-        let angle = |input: &Vec<f64>| {
-            phase + input.iter().zip(&frequency).map(|(value, rate)| value * rate).sum::<f64>()
-        };
-        functions.push(inputs.iter().map(|input| angle(input).cos()).collect());
-        functions.push(inputs.iter().map(|input| angle(input).sin()).collect());
-    }
-    functions
-}
-
 /// What known distances between touched places say of the fitted numbers, in the units of the design's first columns. Without them places and lengths would shrink
 /// together to nothing.
 fn knowledge(machine: &ResidualModel<'_>, fit: &Fit, columns: usize) -> Products {
@@ -335,29 +285,5 @@ impl Features {
         design.set_column(fixed + columns.len(), &DVector::from_vec(block.residuals));
         let knowledge = knowledge(machine, fit, design.ncols());
         Self { design, fixed, components, groups, equations, knowledge }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn cosines_cover_the_range_and_a_constant_has_none() {
-        let functions = cosines(vec![2.0, 3.0, 4.0, f64::NAN], 2);
-        assert_eq!(functions.len(), 2);
-        assert!((functions[0][0] - 1.0).abs() < 1e-12 && functions[0][1].abs() < 1e-12);
-        assert!((functions[0][2] + 1.0).abs() < 1e-12 && functions[0][3] == 0.0);
-        assert!((functions[1][1] + 0.5).abs() < 1e-12, "the second has half the amplitude");
-        assert!(cosines(vec![5.0; 4], 3).is_empty());
-    }
-
-    #[test]
-    fn products_of_fourier_features_approach_the_gaussian_kernel() {
-        let inputs = vec![vec![0.0, 0.0], vec![0.6, -0.3]];
-        let functions = fourier_features(&inputs, 0.7, 4000, &mut Random::seeded(5));
-        let kernel: f64 = functions.iter().map(|one| one[0] * one[1]).sum::<f64>() / 4000.0;
-        let exact = (-(0.36 + 0.09) / (2.0 * 0.49_f64)).exp();
-        assert!((kernel - exact).abs() < 0.03, "{kernel} {exact}");
     }
 }

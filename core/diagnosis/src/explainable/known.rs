@@ -1,6 +1,6 @@
 //! What is known of the rows of a table besides what was measured: pose, last move, order or time, conditions, sessions, further columns.
 
-use super::features::fourier_features;
+use super::functions::fourier_features;
 use plumb_calibration::fit::ResidualModel;
 use plumb_calibration::table::{MOST_LEVELS, Table};
 use plumb_estimation::Random;

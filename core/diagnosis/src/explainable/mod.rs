@@ -7,6 +7,7 @@
 //! by predicting zero.
 
 mod features;
+mod functions;
 mod known;
 mod outcome;
 mod regression;
@@ -19,8 +20,7 @@ pub use outcome::{BlockedExplainable, Explainable, ExplainableGroup};
 use nalgebra::DMatrix;
 
 use crate::cross_validation::{pose_groups, region_blocks};
-use crate::laboratory::{ErrorSummary, Laboratory, LaboratoryError, point_squares};
-use crate::outcome::{Diagnosis, Verdict};
+use crate::laboratory::{ErrorSummary, point_squares};
 use crate::predictive_gain::Gain;
 use crate::thresholds::{EXPLAINABLE_ERRORS, EXPLAINABLE_ROWS, VALIDATION_BLOCKS};
 use features::{Features, Group};
@@ -359,29 +359,4 @@ fn blocked(
     let explains = counts(best.fall_from(&start, poses));
     let not_predictable_mm = if explains { best.rms() } else { left_mm };
     Some(BlockedExplainable { left_mm, not_predictable_mm })
-}
-
-impl Laboratory {
-    /// How much of what the model leaves could be explained at all; nothing where the poses are too few to ask.
-    ///
-    /// # Errors
-    /// Nothing can be fitted, or cancellation.
-    pub fn explainable(&self, progress: &Progress) -> Result<Option<Explainable>, LaboratoryError> {
-        let fitted = self.fit_with(&[], None, progress)?;
-        Ok(explainable(&fitted.machine, &fitted.fit, progress)?)
-    }
-
-    /// The diagnosis, and, where something is left without a name, how much of it could be explained at all.
-    ///
-    /// # Errors
-    /// Nothing can be fitted, or cancellation.
-    pub fn diagnose_in_full(&self, progress: &Progress) -> Result<Diagnosis, LaboratoryError> {
-        let diagnosis = self.diagnose(progress)?;
-        let nameless = matches!(
-            diagnosis.verdict,
-            Verdict::Unknown | Verdict::Located | Verdict::Tied | Verdict::FloorUnknown
-        );
-        let explainable = if nameless { self.explainable(progress)? } else { None };
-        Ok(Diagnosis { explainable, ..diagnosis })
-    }
 }

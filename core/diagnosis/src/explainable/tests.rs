@@ -1,6 +1,7 @@
 //! What is predictable is told, what is noise is not: known functions and plain noise, on small made-up arms.
 
 use super::*;
+use crate::laboratory::Laboratory;
 use crate::testing::two_links;
 
 fn ask(lab: &Laboratory) -> Explainable {

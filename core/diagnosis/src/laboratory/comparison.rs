@@ -23,6 +23,14 @@ pub struct Rms {
     pub check: Option<f64>,
 }
 
+impl Rms {
+    /// The root mean squares alone.
+    fn of(errors: &Errors) -> Self {
+        let rms = |summary: ErrorSummary| summary.rms;
+        Self { fit: errors.fit.rms, cv: errors.cv.map(rms), check: errors.check.map(rms) }
+    }
+}
+
 /// A fitted effect in shown units.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectValue {
@@ -132,6 +140,16 @@ impl Laboratory {
         Ok(Comparison { explainable: explainable(&machine, &fit, progress)?, ..comparison })
     }
 
+    /// How much of what the model leaves could be explained at all; nothing where the poses are too few to ask.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn explainable(&self, progress: &Progress) -> Result<Option<Explainable>, LaboratoryError> {
+        let machine = self.machine(&[])?;
+        let fit = self.fit(&machine, progress)?;
+        Ok(explainable(&machine, &fit, progress)?)
+    }
+
     pub(crate) fn comparison(
         &self,
         machine: &ResidualModel<'_>,
@@ -142,7 +160,7 @@ impl Laboratory {
         let floor = Floor::of(machine, fit, &self.survey());
         progress.report(0.7, "cross-validation")?;
         let error_mm = self.errors(machine, fit);
-        let rms_mm = error_mm.rms();
+        let rms_mm = Rms::of(&error_mm);
         let rows = row_residuals(machine, fit, &self.split.check);
         let mut warnings = self.table.warnings.clone();
         if !fit.convergence.arrived {
@@ -181,7 +199,7 @@ impl Laboratory {
     }
 
     pub(crate) fn rms(&self, machine: &ResidualModel<'_>, fit: &Fit) -> Rms {
-        self.errors(machine, fit).rms()
+        Rms::of(&self.errors(machine, fit))
     }
 
     /// Errors of measured points where the model was fitted, where regions were left out, and on the locked rows.

@@ -3,7 +3,6 @@
 
 use serde::Serialize;
 
-use super::comparison::Rms;
 use plumb_calibration::fit::ResidualModel;
 
 /// The share of the points that lie within [`ErrorSummary::percentile_95`].
@@ -33,14 +32,6 @@ pub struct Errors {
     pub cv: Option<ErrorSummary>,
     /// Over the locked rows; nothing if none were locked away.
     pub check: Option<ErrorSummary>,
-}
-
-impl Errors {
-    /// The root mean squares alone.
-    pub(crate) fn rms(&self) -> Rms {
-        let rms = |summary: ErrorSummary| summary.rms;
-        Rms { fit: self.fit.rms, cv: self.cv.map(rms), check: self.check.map(rms) }
-    }
 }
 
 impl ErrorSummary {
