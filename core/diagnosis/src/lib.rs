@@ -18,6 +18,7 @@ mod next_poses;
 pub mod noise_floor;
 mod not_shown;
 mod outcome;
+mod phrase;
 pub mod plot;
 mod predictive_gain;
 mod products;

@@ -1,5 +1,7 @@
 //! One plain sentence.
 
+pub(crate) use super::phrase::{figure, listed};
+
 use super::outcome::{Diagnosis, EffectPlace, Located, Named, NotShown, Verdict};
 
 /// Why a candidate that passes everything else is not named.
@@ -7,29 +9,6 @@ pub(super) const AS_WELL: &str = "others explain it as well";
 
 /// Why a candidate that explains these rows is not named: there are too few of them.
 pub(super) const NOT_PREDICTED: &str = "it does not predict rows it has not seen";
-
-/// A number with three figures, as a person would write it.
-pub(crate) fn figure(value: f64) -> String {
-    let size = value.abs();
-    if size != 0.0 && !(1e-3..1e5).contains(&size) {
-        format!("{value:.2e}")
-    } else if size >= 100.0 {
-        format!("{value:.0}")
-    } else if size >= 1.0 {
-        format!("{value:.2}")
-    } else {
-        format!("{value:.4}")
-    }
-}
-
-/// Words joined as in speech: `a, b and c`.
-pub(crate) fn listed(words: &[String], last: &str) -> String {
-    match words {
-        [] => String::new(),
-        [one] => one.clone(),
-        [most @ .., end] => format!("{} {last} {end}", most.join(", ")),
-    }
-}
 
 /// The sentence of a diagnosis.
 pub(super) fn sentence(diagnosis: &Diagnosis) -> String {

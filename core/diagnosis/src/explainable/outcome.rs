@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::wording::listed;
+use crate::phrase::listed;
 
 /// One group of what is known of a row.
 #[derive(Debug, Clone, PartialEq, Serialize)]
