@@ -5,8 +5,8 @@ mod sensor;
 mod surface;
 
 pub use model::{
-    AddedEffect, Base, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, Target, Touch,
-    TouchDistance,
+    AddedEffect, Base, Correction, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, Target,
+    Touch, TouchDistance,
 };
 pub use sensor::Sensor;
 pub use surface::{SurfaceShape, square_to};

@@ -2,7 +2,7 @@
 
 use crate::candidates::{self, Candidates};
 use crate::fitted::Fitted;
-use crate::growth::Found;
+use crate::found::Found;
 use crate::laboratory::{Comparison, Laboratory, LaboratoryError};
 use crate::lack_of_fit::LackOfFit;
 use crate::noise_floor::{Floor, Replicates};
@@ -12,6 +12,7 @@ use crate::residual_structure::residual_structure;
 use crate::thresholds::SEARCH_ROWS;
 use crate::verdict::Finding;
 use crate::{unlisted, wording};
+use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::Spot;
 use plumb_estimation::Progress;
 
@@ -78,7 +79,7 @@ impl Laboratory {
         Ok(Diagnosis { explainable, ..diagnosis })
     }
 
-    /// The diagnosis, and the named effect with its values.
+    /// The diagnosis, and what may be added: the named effect, or corrections where nothing is named.
     pub(crate) fn diagnose_for(&self, progress: &Progress) -> Result<(Diagnosis, Found), LaboratoryError> {
         progress.report(0.0, "fitting")?;
         let machine = self.machine(&[])?;
@@ -117,8 +118,11 @@ impl Laboratory {
         }
         diagnosis.sentence = wording::sentence(&diagnosis);
         let named = finding.best().filter(|_| diagnosis.verdict == Verdict::Named);
-        let found = named.map(|best| (best.id.clone(), best.values.clone()));
-        Ok((diagnosis, found))
+        let named = named.map(|best| AddedEffect { id: best.id.clone(), values: best.values.clone() });
+        let nameless =
+            !matches!(diagnosis.verdict, Verdict::Named | Verdict::AtFloor | Verdict::NotRepeatable);
+        let corrections = if nameless { finding.corrections() } else { Vec::new() };
+        Ok((diagnosis, Found { named, corrections }))
     }
 
     /// Fills in what goes with a finding's verdict: the name or the site, the ties, the rest, and poses to measure.

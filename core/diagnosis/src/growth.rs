@@ -1,12 +1,18 @@
-//! Growing a model: diagnose and add, until nothing more can be named.
+//! Growing a model: diagnose and add, until nothing more can be named; then go on with corrections, which predict rows they have not seen though their mechanism is
+//! not identified.
 
 use serde::Serialize;
 
+use super::claim::Claim;
 use super::extrapolation::Extrapolation;
+use super::fitted::Fitted;
+use super::found::{CorrectionCandidate, Found};
 use super::outcome::{Diagnosis, Named, Verdict};
-use crate::laboratory::{Laboratory, LaboratoryError};
-use plumb_calibration::arm_model::{AddedEffect, Model};
-use plumb_calibration::effect::EffectId;
+use super::predictive_gain::Gain;
+use super::thresholds::{CORRECTIONS_TRIED, MOST_CORRECTIONS};
+use crate::cross_validation::pose_groups;
+use crate::laboratory::{Addition, Laboratory, LaboratoryError, point_squares};
+use plumb_calibration::arm_model::{AddedEffect, Correction, Model};
 use plumb_estimation::Progress;
 
 /// RMS after a step, mm.
@@ -23,6 +29,11 @@ pub struct StepRms {
 pub struct Step {
     /// The effect.
     pub added: Named,
+    /// What is claimed of it.
+    pub claim: Claim,
+    /// Of a correction: the mechanisms it may stand for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub may_be: Vec<String>,
     /// As `add` takes it.
     #[serde(skip)]
     pub label: String,
@@ -45,6 +56,9 @@ pub struct Growth {
     pub start: StepRms,
     /// What was added, in order.
     pub steps: Vec<Step>,
+    /// RMS with the mechanisms alone, without any correction; nothing where no correction was added.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mechanisms_alone: Option<StepRms>,
     /// How it does where nothing was measured; told where effects were taken in by the batch.
     pub extrapolation: Vec<Extrapolation>,
     /// The grown model.
@@ -58,12 +72,110 @@ const ROUNDS: usize = 2;
 /// Effects taken in at most.
 const MOST: usize = 200;
 
+/// A model being grown.
+struct Growing {
+    laboratory: Laboratory,
+    diagnosis: Diagnosis,
+    found: Found,
+    steps: Vec<Step>,
+    /// Times the locked rows were looked at to judge a correction.
+    opened: u32,
+}
+
+impl Growing {
+    /// Takes an addition over and diagnoses what is left.
+    fn go_on(
+        &mut self,
+        addition: Addition,
+        (added, label): (Named, String),
+        (claim, may_be): (Claim, Vec<String>),
+        progress: &Progress,
+    ) -> Result<(), LaboratoryError> {
+        let Addition { model, added: values, .. } = addition;
+        self.laboratory = Laboratory::new(
+            model.clone(),
+            self.laboratory.table().clone(),
+            self.laboratory.options().clone(),
+        )?;
+        (self.diagnosis, self.found) = self.laboratory.diagnose_for(progress)?;
+        let added = match values.first() {
+            Some(value) => Named { size: value.size, se: value.se, unit: value.unit.clone(), ..added },
+            None => added,
+        };
+        self.steps.push(Step {
+            added,
+            claim,
+            may_be,
+            label,
+            rms_mm: StepRms { fit: self.diagnosis.rms_mm.fit, cv: self.diagnosis.rms_mm.cv },
+            floor_ratio: self.diagnosis.left_ratio,
+            model: Some(model),
+        });
+        Ok(())
+    }
+
+    /// Adds what is named; whether anything was.
+    fn add_named(&mut self, progress: &Progress) -> Result<bool, LaboratoryError> {
+        let named = self.diagnosis.named.clone().filter(|_| self.diagnosis.verdict == Verdict::Named);
+        let (Some(effect), Some(named)) = (self.found.named.take(), named) else { return Ok(false) };
+        let label = self.laboratory.model().label(&effect.id);
+        let addition = self.laboratory.take_in(vec![effect], progress)?;
+        self.go_on(addition, (named, label), (Claim::Mechanism, Vec::new()), progress)?;
+        Ok(true)
+    }
+
+    /// Adds the first correction that the locked rows bear out; whether there was one.
+    fn add_correction(&mut self, progress: &Progress) -> Result<bool, LaboratoryError> {
+        let candidates = std::mem::take(&mut self.found.corrections);
+        for candidate in candidates.into_iter().take(CORRECTIONS_TRIED) {
+            let CorrectionCandidate { effect, place, may_be } = candidate;
+            self.opened += 1;
+            if !self.laboratory.is_borne_out(&effect, progress)? {
+                continue;
+            }
+            let id = effect.id.clone();
+            let label = self.laboratory.model().label(&id);
+            let mut addition = self.laboratory.take_in(vec![effect], progress)?;
+            addition.model.corrections.push(Correction { id, may_be: may_be.clone() });
+            let named = Named { effect: place, size: 0.0, unit: String::new(), se: 0.0 };
+            self.go_on(addition, (named, label), (Claim::Correction, may_be), progress)?;
+            return Ok(true);
+        }
+        Ok(false)
+    }
+}
+
 impl Laboratory {
-    /// Diagnoses and adds until the verdict is not `named`.
+    /// Diagnoses and adds until the verdict is not `named`: mechanisms only.
     ///
     /// # Errors
     /// Nothing can be fitted, or cancellation.
     pub fn grow(&self, progress: &Progress) -> Result<Growth, LaboratoryError> {
+        self.grow_by(0, progress)
+    }
+
+    /// The same, and where nothing can be named goes on with corrections: effects that predict unseen rows in every blocked cross-validation and on the locked rows.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn grow_with_corrections(&self, progress: &Progress) -> Result<Growth, LaboratoryError> {
+        let mut growth = self.grow_by(MOST_CORRECTIONS, progress)?;
+        let corrections = growth.steps.iter().filter(|step| step.claim == Claim::Correction).count();
+        if corrections > 0 {
+            growth.diagnosis.warnings.push(format!(
+                "{corrections} of the effects added are corrections: they predict rows they have not seen, but their mechanism is not identified; use them only \
+                 where was measured"
+            ));
+        }
+        if growth.diagnosis.verdict.is_nameless() {
+            let grown = Self::new(growth.model.clone(), self.table().clone(), self.options().clone())?;
+            growth.diagnosis.explainable = grown.explainable(progress)?;
+        }
+        Ok(growth)
+    }
+
+    /// Adds what is named, and at most so many corrections.
+    fn grow_by(&self, corrections: usize, progress: &Progress) -> Result<Growth, LaboratoryError> {
         let mut laboratory = self.clone();
         let mut steps: Vec<Step> = Vec::new();
         for round in 0..ROUNDS {
@@ -74,36 +186,59 @@ impl Laboratory {
         if !steps.is_empty() {
             return self.grown_by_batches(laboratory, steps, progress);
         }
-        let (mut diagnosis, mut found) = laboratory.diagnose_for(progress)?;
+        let (diagnosis, found) = laboratory.diagnose_for(progress)?;
         let start = StepRms { fit: diagnosis.rms_mm.fit, cv: diagnosis.rms_mm.cv };
-        while let (Verdict::Named, Some((id, values)), Some(named)) =
-            (diagnosis.verdict, found.take(), diagnosis.named.clone())
-        {
-            if steps.len() >= MOST {
+        let mut growing = Growing { laboratory, diagnosis, found, steps, opened: 0 };
+        let mut corrected = 0;
+        while growing.steps.len() < MOST {
+            if growing.add_named(progress)? {
+                continue;
+            }
+            if corrected == corrections || !growing.add_correction(progress)? {
                 break;
             }
-            let label = laboratory.model().label(&id);
-            let addition = laboratory.take_in(vec![AddedEffect { id, values }], progress)?;
-            laboratory = Laboratory::new(
-                addition.model.clone(),
-                laboratory.table().clone(),
-                laboratory.options().clone(),
-            )?;
-            (diagnosis, found) = laboratory.diagnose_for(progress)?;
-            let sized = addition.added.first().map_or(named.clone(), |value| Named {
-                size: value.size,
-                se: value.se,
-                ..named
-            });
-            steps.push(Step {
-                added: sized,
-                label,
-                rms_mm: StepRms { fit: diagnosis.rms_mm.fit, cv: diagnosis.rms_mm.cv },
-                floor_ratio: diagnosis.left_ratio,
-                model: Some(addition.model),
-            });
+            corrected += 1;
         }
-        Ok(Growth { model: laboratory.model().clone(), start, steps, extrapolation: Vec::new(), diagnosis })
+        let Growing { laboratory, mut diagnosis, steps, opened, .. } = growing;
+        diagnosis.check_opened += opened;
+        let mechanisms_alone = match corrected {
+            0 => None,
+            _ => Some(laboratory.mechanisms_alone(progress)?),
+        };
+        Ok(Growth {
+            model: laboratory.model().clone(),
+            start,
+            steps,
+            mechanisms_alone,
+            extrapolation: Vec::new(),
+            diagnosis,
+        })
+    }
+
+    /// Whether the locked rows are predicted better with an effect than without it, by more than one standard error over poses; never where none are locked.
+    fn is_borne_out(&self, effect: &AddedEffect, progress: &Progress) -> Result<bool, LaboratoryError> {
+        let held = self.split().check_rows();
+        let before = self.fit_with(&[], None, progress)?;
+        let after = self.fit_with(std::slice::from_ref(effect), Some(&before), progress)?;
+        let squares = |fitted: &Fitted<'_>| -> Vec<f64> {
+            let residuals = fitted.machine.residuals_apart(&fitted.fit.state, &held, &fitted.fit.rows);
+            let of = |row| point_squares(&fitted.machine, &residuals, row).into_iter().sum();
+            (0..self.table().len()).map(of).collect()
+        };
+        let (old, new) = (squares(&before), squares(&after));
+        let fall = |rows: &Vec<usize>| -> f64 { rows.iter().map(|row| old[*row] - new[*row]).sum() };
+        let falls: Vec<f64> = pose_groups(self.table(), &held).iter().map(fall).collect();
+        Ok(Gain::over(&falls).is_some_and(|gain| gain.counts()))
+    }
+
+    /// The error of the model without its corrections.
+    fn mechanisms_alone(&self, progress: &Progress) -> Result<StepRms, LaboratoryError> {
+        let mut model = self.model().clone();
+        let corrections = std::mem::take(&mut model.corrections);
+        model.effects.retain(|added| !corrections.iter().any(|one| one.id.same_as(&added.id)));
+        let alone = Self::new(model, self.table().clone(), self.options().clone())?;
+        let rms = alone.compare(progress)?.rms_mm;
+        Ok(StepRms { fit: rms.fit, cv: rms.cv })
     }
 
     /// What is to say once batches have taken in all they could: nothing passes any more.
@@ -128,11 +263,9 @@ impl Laboratory {
             model: grown.model().clone(),
             start: StepRms { fit: start.fit, cv: start.cv },
             steps,
+            mechanisms_alone: None,
             extrapolation,
             diagnosis,
         })
     }
 }
-
-/// The named effect with the values it was found at.
-pub(super) type Found = Option<(EffectId, Vec<f64>)>;

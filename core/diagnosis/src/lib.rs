@@ -3,6 +3,7 @@
 
 mod batch;
 mod candidates;
+mod claim;
 mod cross_validation;
 mod diagnose;
 mod direction_test;
@@ -10,6 +11,7 @@ mod explainable;
 mod extrapolation;
 mod fitted;
 mod forward_selection;
+mod found;
 mod growth;
 pub mod laboratory;
 mod lack_of_fit;
@@ -38,6 +40,7 @@ mod verdict;
 mod wording;
 mod working_volume;
 
+pub use claim::Claim;
 pub use explainable::{BlockedExplainable, Explainable, ExplainableGroup};
 pub use extrapolation::Extrapolation;
 pub use growth::{Growth, Step, StepRms};

@@ -29,6 +29,13 @@ pub enum Verdict {
     FloorUnknown,
 }
 
+impl Verdict {
+    /// Whether something may be left that has no name.
+    pub fn is_nameless(self) -> bool {
+        matches!(self, Self::Unknown | Self::Located | Self::Tied | Self::FloorUnknown)
+    }
+}
+
 /// Which effect, and where; what else it takes to tell it from its like.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectPlace {

@@ -4,8 +4,10 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
+use crate::claim::Claim;
 use crate::explainable::Explainable;
 use crate::laboratory::{Comparison, ErrorSummary, Errors, Laboratory, LaboratoryError};
+use crate::phrase::listed;
 use crate::plot::{escaped, svg};
 use crate::{Diagnosis, NextPoses};
 use plumb_calibration::arm_model::{AddedEffect, Model};
@@ -109,7 +111,10 @@ impl Laboratory {
             .get(first..count)
             .unwrap_or(&[])
             .iter()
-            .map(|added| self.model().label(&added.id))
+            .map(|added| match self.model().correction(&added.id) {
+                Some(_) => format!("{} (correction)", self.model().label(&added.id)),
+                None => self.model().label(&added.id),
+            })
             .collect();
         match labels.as_slice() {
             [] => "start".to_owned(),
@@ -358,7 +363,10 @@ fn effects(out: &mut String, comparison: &Comparison) -> std::fmt::Result {
     )?;
     for effect in &comparison.effects {
         let label = escaped(&effect.label);
-        let remark = if effect.plausible { "" } else { "no real machine has that" };
+        let mut remark = if effect.plausible { String::new() } else { "no real machine has that".to_owned() };
+        if effect.claim == Claim::Correction {
+            remark.push_str(&escaped(&format!(" correction: may be {}", listed(&effect.may_be, "or"))));
+        }
         match effect.held {
             true => writeln!(
                 out,

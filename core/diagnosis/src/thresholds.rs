@@ -118,6 +118,12 @@ pub(crate) const DETECTABLE_ERRORS: f64 = 4.6;
 /// (fraction). Why: half the size is then the range's.
 pub(crate) const BOUNDED_BY_ROWS: f64 = 0.25;
 
+/// Corrections that `grow` adds at most (effects). Why: time; each is a diagnosis.
+pub(crate) const MOST_CORRECTIONS: usize = 12;
+
+/// Candidates that are tried as the next correction at most (candidates). Why: time; those behind explain less.
+pub(crate) const CORRECTIONS_TRIED: usize = 3;
+
 // Cross-validation
 
 /// Regions of pose space, or ranges of a joint, left out in turn (blocks). Why: Hastie, Tibshirani & Friedman

@@ -3,6 +3,7 @@
 use crate::candidates::{Candidates, best_variants};
 use crate::direction_test;
 use crate::forward_selection::{Contender, Stage};
+use crate::found::CorrectionCandidate;
 use crate::laboratory::{Laboratory, LaboratoryError, points_in};
 use crate::lack_of_fit::{LackOfFit, probability_of_noise};
 use crate::noise_floor::Floor;
@@ -13,7 +14,7 @@ use crate::thresholds::{
     ALIKE_CORRELATION, COMPARED_CANDIDATES, DETECTABLE_ERRORS, LACK_OF_FIT_LEVEL, NAMING_LEVEL,
     OVERWHELMING_GAIN, PRESENT_LEVEL, SAME_CORRELATION, SIGN_ERRORS, TIE_BIC, UNLISTED_LEVEL,
 };
-use crate::wording::{AS_WELL, NOT_PREDICTED};
+use crate::wording::{AS_WELL, NOT_LISTED, NOT_PREDICTED};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{EffectId, Family, LooksAt, Search, Spot};
 use plumb_calibration::fit::ResidualModel;
@@ -432,6 +433,24 @@ impl Finding<'_> {
         alike.retain(|(correlation, _)| *correlation > ALIKE_CORRELATION);
         alike.sort_by(|left, right| right.0.total_cmp(&left.0));
         alike
+    }
+
+    /// Candidates that predict rows they have not seen though none may be named, the likeliest first, and the mechanisms each may stand for: itself, what explains
+    /// as much, and what has no name in the library.
+    pub(crate) fn corrections(&self) -> Vec<CorrectionCandidate> {
+        let model = self.stage.fitted.machine.model;
+        let close: Vec<&EffectId> =
+            self.close.iter().filter_map(|index| self.at(*index)).map(|contender| &contender.id).collect();
+        let passing = self.stage.contenders.iter().filter(|contender| contender.passes());
+        let candidate = |contender: &Contender| {
+            let others = close.iter().filter(|id| ***id != contender.id).map(|id| model.label(id));
+            let mut may_be: Vec<String> = std::iter::once(model.label(&contender.id)).chain(others).collect();
+            may_be.push(NOT_LISTED.to_owned());
+            let effect = AddedEffect { id: contender.id.clone(), values: contender.values.clone() };
+            let place = effect_place(&self.stage.fitted.machine, &contender.id);
+            CorrectionCandidate { effect, place, may_be }
+        };
+        passing.map(candidate).collect()
     }
 
     /// The likeliest candidates, with why each is not the name.

@@ -10,6 +10,9 @@ pub(super) const AS_WELL: &str = "others explain it as well";
 /// Why a candidate that explains these rows is not named: there are too few of them.
 pub(super) const NOT_PREDICTED: &str = "it does not predict rows it has not seen";
 
+/// What a correction may stand for besides the effects of the library.
+pub(super) const NOT_LISTED: &str = "a mechanism that is not listed";
+
 /// The sentence of a diagnosis.
 pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     let floor = diagnosis

@@ -128,6 +128,15 @@ pub struct AddedEffect {
     pub values: Vec<f64>,
 }
 
+/// An added effect that is a correction: it predicts rows it has not seen, but its mechanism is not identified.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Correction {
+    /// The effect, one of those added.
+    pub id: EffectId,
+    /// The mechanisms it may stand for, as people write them.
+    pub may_be: Vec<String>,
+}
+
 /// How a revision of a model file came to be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Revision {
@@ -162,6 +171,8 @@ pub struct Model {
     pub free: Vec<String>,
     /// What the user has added, in order.
     pub effects: Vec<AddedEffect>,
+    /// Which of them are corrections; all others are mechanisms.
+    pub corrections: Vec<Correction>,
     /// Values of the free effects from an earlier fit: where the next starts.
     pub fitted: Vec<AddedEffect>,
     /// What triggers and heights refer to.
@@ -195,6 +206,11 @@ impl Model {
             (None, MeasuredFrom::World) => base.inverse() * -Vector3::z(),
             (None, MeasuredFrom::Instrument) => -Vector3::z(),
         }
+    }
+
+    /// What is said of an added effect that is a correction; nothing of a mechanism.
+    pub fn correction(&self, id: &EffectId) -> Option<&Correction> {
+        self.corrections.iter().find(|correction| correction.id.same_as(id))
     }
 
     /// A target's place in the list, by name.

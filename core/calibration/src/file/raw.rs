@@ -200,6 +200,17 @@ pub(super) struct RawValuedEffect {
     pub(super) searched: Option<f64>,
     #[serde(default)]
     pub(super) values: Listed<Spanned<f64>>,
+    pub(super) claim: Option<Spanned<RawClaim>>,
+    #[serde(default)]
+    pub(super) may_be: Vec<String>,
+}
+
+/// Whether an added effect is identified.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawClaim {
+    Mechanism,
+    Correction,
 }
 
 impl<'de> Deserialize<'de> for RawEffect {

@@ -12,15 +12,15 @@ use plumb_kinematics::{Chain, Convention, Joint, Mass, Motion};
 use super::contradiction::contradiction;
 use super::error::{ModelFileError, Place};
 use super::raw::{
-    RawConvention, RawEffect, RawJoint, RawLevel, RawLink, RawMeasuredFrom, RawModel, RawRevision, RawSensor,
-    RawSide, RawSurface, RawTarget, RawTouch, RawValuedEffect, RawVolume,
+    RawClaim, RawConvention, RawEffect, RawJoint, RawLevel, RawLink, RawMeasuredFrom, RawModel, RawRevision,
+    RawSensor, RawSide, RawSurface, RawTarget, RawTouch, RawValuedEffect, RawVolume,
 };
 use super::urdf;
 use crate::arm_model::Sensor;
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{
-    AddedEffect, Base, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, Target, Touch,
-    TouchDistance,
+    AddedEffect, Base, Correction, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, Target,
+    Touch, TouchDistance,
 };
 use crate::effect;
 use crate::suggestion::suggestion;
@@ -124,6 +124,7 @@ impl Checker<'_> {
             targets,
             free: Vec::new(),
             effects: Vec::new(),
+            corrections: Vec::new(),
             fitted: Vec::new(),
             surfaces,
             measured_from: match raw.measured_from {
@@ -162,6 +163,13 @@ impl Checker<'_> {
         };
         model.effects = read(&raw.effects, model);
         model.fitted = read(&raw.fitted, model);
+        model.corrections = raw.effects.iter().flat_map(|raw| corrections(raw, model)).collect();
+        for valued in raw.fitted.iter().filter_map(valued) {
+            if let Some(claim) = &valued.claim {
+                let reason = "`claim` belongs to effects that were added: those under `effects:`";
+                drop(self.fail::<()>(&claim.span, reason.to_owned()));
+            }
+        }
     }
 
     fn chain(&self, raw: &RawModel) -> Checked<Chain> {
@@ -485,6 +493,24 @@ impl Checker<'_> {
         }
         Ok(added)
     }
+}
+
+/// An effect that was written with its values.
+fn valued(raw: &Spanned<RawEffect>) -> Option<&RawValuedEffect> {
+    match &raw.value {
+        RawEffect::Valued(valued) => Some(valued),
+        RawEffect::Named(_) => None,
+    }
+}
+
+/// What an effect that is a correction says of itself; nothing of a mechanism, nor of an effect that was refused already.
+fn corrections(raw: &Spanned<RawEffect>, model: &Model) -> Vec<Correction> {
+    let Some(valued) = valued(raw) else { return Vec::new() };
+    if valued.claim.as_ref().map(|claim| claim.value) != Some(RawClaim::Correction) {
+        return Vec::new();
+    }
+    let ids = effect::expand(&written(valued), model).unwrap_or_default();
+    ids.into_iter().map(|id| Correction { id, may_be: valued.may_be.clone() }).collect()
 }
 
 fn revision(raw: &RawRevision) -> Revision {

@@ -202,7 +202,14 @@ fn effects(out: &mut String, heading: &str, effects: &[AddedEffect], model: &Mod
             }
             Err(_) => String::new(),
         };
-        writeln!(out, "  - {{{}, values: {{{values}}}}}", identity(&added.id, model))?;
+        let claim = match model.correction(&added.id).filter(|_| heading == "effects") {
+            Some(correction) => {
+                let may_be: Vec<String> = correction.may_be.iter().map(|one| format!("{one:?}")).collect();
+                format!(", claim: correction, may_be: [{}]", may_be.join(", "))
+            }
+            None => String::new(),
+        };
+        writeln!(out, "  - {{{}, values: {{{values}}}{claim}}}", identity(&added.id, model))?;
     }
     Ok(())
 }

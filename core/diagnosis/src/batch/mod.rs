@@ -7,6 +7,7 @@ mod fall;
 mod outlook;
 mod pool;
 
+use super::claim::Claim;
 use super::fitted::Fitted;
 use super::growth::{Step, StepRms};
 use super::lack_of_fit::LackOfFit;
@@ -109,6 +110,8 @@ impl Laboratory {
                     unit: value.map_or_else(String::new, |value| value.unit.clone()),
                     se: value.map_or(0.0, |value| value.se),
                 },
+                claim: Claim::Mechanism,
+                may_be: Vec::new(),
                 label: self.model().label(id),
                 rms_mm: match last {
                     true => StepRms { fit: rms.fit, cv: rms.cv },

@@ -153,6 +153,7 @@ pub fn without(model: &Model, text: &str) -> Result<Model, LaboratoryError> {
     let unwanted = effect::expand(text, model)?;
     let mut smaller = model.clone();
     smaller.effects.retain(|added| !unwanted.iter().any(|id| id.same_as(&added.id)));
+    smaller.corrections.retain(|correction| !unwanted.iter().any(|id| id.same_as(&correction.id)));
     let mut free = Vec::new();
     for pattern in &model.free {
         let ids = effect::expand(pattern, model)?;

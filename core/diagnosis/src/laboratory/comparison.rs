@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::point_errors::{ErrorSummary, Errors, point_squares};
 use super::rows::{RowResidual, Series, arm_in_the_middle, row_residuals, series};
 use super::{Laboratory, LaboratoryError};
+use crate::claim::Claim;
 use crate::cross_validation::blocked_errors;
 use crate::explainable::{Explainable, explainable};
 use crate::noise_floor::Floor;
@@ -53,6 +54,11 @@ pub struct EffectValue {
     pub held: bool,
     /// Whether the user added it (else it is one of `free`).
     pub added: bool,
+    /// Whether its mechanism is identified.
+    pub claim: Claim,
+    /// Of a correction: the mechanisms it may stand for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub may_be: Vec<String>,
 }
 
 /// A model against a table.
@@ -222,6 +228,7 @@ impl Laboratory {
             let covariance = fit.covariance.select_rows(&slots).select_columns(&slots);
             let values = fit.state.effects.get(index).map_or(&[][..], Vec::as_slice);
             let size = part.effect.size(values, &covariance);
+            let correction = self.model.correction(&part.id).filter(|_| index >= free);
             EffectValue {
                 effect: part.id.name.clone(),
                 place: self.model.site_name(part.id.spot),
@@ -232,6 +239,8 @@ impl Laboratory {
                 plausible: part.effect.plausible(values),
                 held: slots.iter().all(|slot| fit.factor.dependent.contains(slot)),
                 added: index >= free,
+                claim: correction.map_or(Claim::Mechanism, |_| Claim::Correction),
+                may_be: correction.map_or_else(Vec::new, |correction| correction.may_be.clone()),
             }
         };
         machine.parts.iter().enumerate().map(value).collect()

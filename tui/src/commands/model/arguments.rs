@@ -184,6 +184,9 @@ pub(crate) struct AcceptArguments {
 pub(crate) struct GrowArguments {
     #[command(flatten)]
     pub(crate) pair: PairArguments,
+    /// Stop where nothing more can be named: add no corrections.
+    #[arg(long)]
+    pub(crate) mechanisms_only: bool,
     /// Show what would be added, but write no revisions.
     #[arg(long)]
     pub(crate) dry: bool,

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use plumb_calibration::revision::Entry;
 use plumb_diagnosis::laboratory::{Addition, EffectValue};
+use plumb_diagnosis::{Claim, Growth};
 use plumb_estimation::Progress;
 use serde::Serialize;
 
@@ -99,10 +100,34 @@ fn change(
     Ok(format!("{text}\n{sentence}\n"))
 }
 
-/// Diagnoses and adds until nothing more can be named.
+/// The fall of the error, step by step; then by mechanisms alone, and by both, where corrections were added.
+fn fall(growth: &Growth) -> String {
+    let mut text = format!("{:<34} fit {:.4} mm\n", "start", growth.start.fit);
+    for step in &growth.steps {
+        let ratio =
+            step.floor_ratio.map_or_else(String::new, |ratio| format!(", {ratio:.2} times the floor"));
+        let claim = match step.claim {
+            Claim::Mechanism => String::new(),
+            Claim::Correction => format!("  correction: may be {}", step.may_be.join(", or ")),
+        };
+        text.push_str(&format!("+ {:<32} fit {:.4} mm{ratio}{claim}\n", step.label, step.rms_mm.fit));
+    }
+    if let (Some(alone), Some(last)) = (growth.mechanisms_alone, growth.steps.last()) {
+        text.push_str(&format!(
+            "by mechanisms alone: fit {:.4} -> {:.4} mm; with corrections: {:.4} mm\n",
+            growth.start.fit, alone.fit, last.rms_mm.fit
+        ));
+    }
+    text
+}
+
+/// Diagnoses and adds until nothing more can be named, then goes on with corrections.
 pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> {
     let opened = arguments.pair.open()?;
-    let mut growth = watched(|progress| opened.laboratory.grow(progress))?;
+    let mut growth = watched(|progress| match arguments.mechanisms_only {
+        true => opened.laboratory.grow(progress),
+        false => opened.laboratory.grow_with_corrections(progress),
+    })?;
     if !arguments.dry {
         let data = arguments.pair.data_name();
         let mut parent = opened.entry.number;
@@ -110,7 +135,8 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
         for step in &growth.steps {
             together.push(step.label.as_str());
             let Some(model) = &step.model else { continue };
-            let did = format!("add {}", together.join(", "));
+            let claim = if step.claim == Claim::Correction { " (correction)" } else { "" };
+            let did = format!("add {}{claim}", together.join(", "));
             together.clear();
             let written: Result<Entry, _> =
                 opened.family.write(model.clone(), Some(parent), &did, Some(&data), Some(step.rms_mm.fit));
@@ -127,12 +153,7 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
     if arguments.pair.json {
         return Ok(super::json(&growth)?);
     }
-    let mut text = format!("{:<34} fit {:.4} mm\n", "start", growth.start.fit);
-    for step in &growth.steps {
-        let ratio =
-            step.floor_ratio.map_or_else(String::new, |ratio| format!(", {ratio:.2} times the floor"));
-        text.push_str(&format!("+ {:<32} fit {:.4} mm{ratio}\n", step.label, step.rms_mm.fit));
-    }
+    let mut text = fall(&growth);
     for way in &growth.extrapolation {
         let (with, without) = (way.rms_mm, way.without_mm);
         text.push_str(&format!(

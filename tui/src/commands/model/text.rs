@@ -1,8 +1,8 @@
 //! Parts that several reports share.
 
-use plumb_diagnosis::Explainable;
 use plumb_diagnosis::laboratory::{EffectValue, ErrorSummary, Errors, Rms};
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
+use plumb_diagnosis::{Claim, Explainable};
 
 /// `RMS: fit 0.112 mm, left-out regions 0.126 mm, locked away 0.111 mm`.
 pub(super) fn rms_line(rms: &Rms) -> String {
@@ -73,7 +73,11 @@ pub(super) fn effects_table(effects: &[EffectValue]) -> String {
         if effect.held {
             return format!("  {label}  held\n");
         }
-        let odd = if effect.plausible { "" } else { "  (no real machine has that)" };
+        let mut odd =
+            if effect.plausible { String::new() } else { "  (no real machine has that)".to_owned() };
+        if effect.claim == Claim::Correction {
+            odd.push_str(&format!("  (correction: may be {})", effect.may_be.join(", or ")));
+        }
         format!("  {label}  {:>12} +- {:<10} {}{odd}\n", figure(effect.size), figure(effect.se), effect.unit)
     };
     effects.iter().map(line).collect()

@@ -1,0 +1,19 @@
+//! What a diagnosis found that may be added to the model.
+
+use crate::outcome::EffectPlace;
+use plumb_calibration::arm_model::AddedEffect;
+
+/// The named effect with the values it was found at; where nothing is named, what may be added all the same, the likeliest first.
+#[derive(Default)]
+pub(crate) struct Found {
+    pub(crate) named: Option<AddedEffect>,
+    pub(crate) corrections: Vec<CorrectionCandidate>,
+}
+
+/// An effect that predicts rows it has not seen though it may not be named.
+pub(crate) struct CorrectionCandidate {
+    pub(crate) effect: AddedEffect,
+    pub(crate) place: EffectPlace,
+    /// The mechanisms it may stand for.
+    pub(crate) may_be: Vec<String>,
+}

@@ -1,0 +1,111 @@
+//! Corrections: effects that predict rows they have not seen while their mechanism is not identified.
+
+use plumb_calibration::arm_model::Model;
+use plumb_diagnosis::laboratory::Options;
+use plumb_diagnosis::{Claim, Verdict};
+use plumb_estimation::Progress;
+
+use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
+
+const MODEL: &str = "targets: {p1: {}}\nfree: [joint_zero(*)]\nnoise: {p1_mm: 0.02}\n";
+
+/// Positions of the column arm, whose joints are off by `off` (deg) of the pose.
+fn table(rows: usize, seed: u64, off: impl Fn([f64; 3]) -> [f64; 3]) -> String {
+    let mut dice = Dice::seeded(seed);
+    let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
+    for q in column_poses(rows, seed) {
+        let wrong = off(q);
+        let [x, y, z] = column_tip([q[0] + wrong[0], q[1] + wrong[1], q[2] + wrong[2]])
+            .map(|part| part + dice.noise(0.02));
+        text.push_str(&format!("{},{},{},{x},{y},{z}\n", q[0], q[1], q[2]));
+    }
+    text
+}
+
+/// A stiction that lets the elbow go at every tenth of its way: no effect of the library.
+fn stick(q: f64) -> f64 {
+    let phase = (q / 13.0).rem_euclid(1.0);
+    0.15 * (phase - 0.5)
+}
+
+#[test]
+fn where_nothing_can_be_named_an_effect_that_predicts_unseen_rows_is_a_correction() {
+    let text = table(160, 71, |q| [0.0, 0.0, 0.008 * q[2] + stick(q[2])]);
+    let laboratory = laboratory(&format!("{COLUMN_ARM}{MODEL}"), &text, Options::default());
+    let watch = Progress::unwatched();
+    let alone = laboratory.grow(&watch).unwrap();
+    let both = laboratory.grow_with_corrections(&watch).unwrap();
+    let corrections: Vec<_> = both.steps.iter().filter(|step| step.claim == Claim::Correction).collect();
+    assert!(alone.steps.iter().all(|step| step.claim == Claim::Mechanism));
+    assert!(!corrections.is_empty(), "{}", both.diagnosis.sentence);
+    let first = corrections[0];
+    assert!(first.may_be.contains(&first.label) && first.may_be.len() > 1, "{:?}", first.may_be);
+    let mechanisms = both.mechanisms_alone.unwrap();
+    let start = laboratory.compare(&watch).unwrap().rms_mm;
+    assert!((mechanisms.fit - alone.diagnosis.rms_mm.fit).abs() < 1e-6);
+    assert!(both.diagnosis.rms_mm.check.unwrap() < 0.8 * start.check.unwrap(), "{:?}", both.diagnosis.rms_mm);
+    assert!(both.diagnosis.check_opened > alone.diagnosis.check_opened);
+    // The model says so, and a comparison of it does.
+    let written = plumb_calibration::file::model_text(&both.model);
+    assert!(written.contains("claim: correction, may_be: [\""), "{written}");
+    let read = Model::parse("model.yaml", &written).unwrap();
+    assert_eq!(read.corrections, both.model.corrections);
+    let effects = laboratory_of(&written, &text).compare(&watch).unwrap().effects;
+    let marked = effects.iter().filter(|effect| effect.claim == Claim::Correction).count();
+    assert_eq!(marked, corrections.len());
+    assert!(effects.iter().filter(|effect| !effect.added).all(|effect| effect.claim == Claim::Mechanism));
+}
+
+fn laboratory_of(model: &str, table: &str) -> plumb_diagnosis::laboratory::Laboratory {
+    laboratory(model, table, Options::default())
+}
+
+#[test]
+fn of_noise_no_correction_is_made() {
+    for seed in 0..12 {
+        let text = table(60, 500 + seed, |_| [0.0; 3]);
+        let laboratory = laboratory(&format!("{COLUMN_ARM}{MODEL}"), &text, Options::default());
+        let growth = laboratory.grow_with_corrections(&Progress::unwatched()).unwrap();
+        assert!(growth.steps.is_empty(), "seed {seed}: {:?}", growth.steps);
+        assert!(growth.mechanisms_alone.is_none());
+    }
+}
+
+#[test]
+fn what_is_identified_is_named_and_no_correction() {
+    let text = table(100, 73, |q| [0.0, 0.0, 0.008 * q[2]]);
+    let laboratory = laboratory(&format!("{COLUMN_ARM}{MODEL}"), &text, Options::default());
+    let growth = laboratory.grow_with_corrections(&Progress::unwatched()).unwrap();
+    assert_eq!(growth.steps.len(), 1, "{}", growth.diagnosis.sentence);
+    assert_eq!(
+        (growth.steps[0].label.as_str(), growth.steps[0].claim),
+        ("joint_gain(elbow)", Claim::Mechanism)
+    );
+    assert_eq!(growth.diagnosis.verdict, Verdict::AtFloor);
+}
+
+#[test]
+fn without_locked_rows_no_correction_is_made() {
+    let text = table(160, 71, |q| [0.0, 0.0, 0.008 * q[2] + stick(q[2])]);
+    let holdout = plumb_diagnosis::split::Holdout::None;
+    let laboratory =
+        laboratory(&format!("{COLUMN_ARM}{MODEL}"), &text, Options { holdout, ..Options::default() });
+    let growth = laboratory.grow_with_corrections(&Progress::unwatched()).unwrap();
+    assert!(growth.steps.iter().all(|step| step.claim == Claim::Mechanism));
+}
+
+#[test]
+fn a_claim_that_is_none_is_refused_with_its_place() {
+    let model = |claim: &str, heading: &str| {
+        let text = format!(
+            "{COLUMN_ARM}targets: {{p1: {{}}}}\n{heading}:\n  - {{effect: joint_gain, where: elbow, values: {{}}, claim: {claim}}}\n"
+        );
+        Model::parse("model.yaml", &text)
+    };
+    assert!(model("correction", "effects").unwrap().corrections.len() == 1);
+    assert!(model("mechanism", "effects").unwrap().corrections.is_empty());
+    let unknown = model("guess", "effects").unwrap_err().to_string();
+    assert!(unknown.contains("guess") && unknown.contains("correction"), "{unknown}");
+    let misplaced = model("correction", "fitted").unwrap_err().to_string();
+    assert!(misplaced.contains("under `effects:`"), "{misplaced}");
+}
