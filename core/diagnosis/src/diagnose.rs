@@ -71,10 +71,7 @@ impl Laboratory {
     /// Nothing can be fitted, or cancellation.
     pub fn diagnose_in_full(&self, progress: &Progress) -> Result<Diagnosis, LaboratoryError> {
         let diagnosis = self.diagnose(progress)?;
-        let nameless = matches!(
-            diagnosis.verdict,
-            Verdict::Unknown | Verdict::Located | Verdict::Tied | Verdict::FloorUnknown
-        );
+        let nameless = diagnosis.verdict.is_nameless();
         let explainable = if nameless { self.explainable(progress)? } else { None };
         Ok(Diagnosis { explainable, ..diagnosis })
     }
@@ -119,8 +116,7 @@ impl Laboratory {
         diagnosis.sentence = wording::sentence(&diagnosis);
         let named = finding.best().filter(|_| diagnosis.verdict == Verdict::Named);
         let named = named.map(|best| AddedEffect { id: best.id.clone(), values: best.values.clone() });
-        let nameless =
-            !matches!(diagnosis.verdict, Verdict::Named | Verdict::AtFloor | Verdict::NotRepeatable);
+        let nameless = diagnosis.verdict.is_nameless();
         let corrections = if nameless { finding.corrections() } else { Vec::new() };
         Ok((diagnosis, Found { named, corrections }))
     }
