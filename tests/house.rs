@@ -23,19 +23,11 @@ const FUNCTION_LINES: usize = 60;
 const LONG_FILES: &[&str] = &[];
 
 /// Functions that are still too long, as `file name`. This list may only shrink.
-const LONG_FUNCTIONS: &[&str] = &[
-    "core/calibration/src/file/define.rs addends",
-    "core/calibration/src/file/define.rs definition",
-    "core/calibration/src/file/write.rs ends",
-    "core/kinematics/src/urdf/rows.rs arm",
-    "plugins/teachmover/src/configuration.rs check",
-];
+const LONG_FUNCTIONS: &[&str] = &[];
 
 /// Files that still import one another in a circle, a line a circle. This list may only shrink.
-const CIRCLES: &[&[&str]] = &[
-    &["core/diagnosis/src/stripe/adjust.rs", "core/diagnosis/src/stripe/problem.rs"],
-    &["core/calibration/src/file/urdf.rs", "core/calibration/src/file/validate.rs"],
-];
+const CIRCLES: &[&[&str]] =
+    &[&["core/diagnosis/src/stripe/adjust.rs", "core/diagnosis/src/stripe/problem.rs"]];
 
 /// What offends without being listed, and what is listed without offending.
 fn compare(found: &BTreeSet<String>, listed: &[&str]) -> String {

@@ -220,90 +220,98 @@ impl Configuration {
     }
 }
 
+/// A value that cannot be: its key, the value, and what would be right.
+fn wrong<T>(key: &str, value: impl std::fmt::Display, right: &str) -> Result<T, PluginError> {
+    Err(PluginError::Refused(format!("config: {key} is {value}; {right}")))
+}
+
+/// A number that lies in its range.
+fn within<T: PartialOrd + std::fmt::Display>(
+    key: &str,
+    value: T,
+    range: std::ops::RangeInclusive<T>,
+    right: &str,
+) -> Result<T, PluginError> {
+    if range.contains(&value) { Ok(value) } else { wrong(key, value, right) }
+}
+
+/// A character that a controller can be told to answer to.
+fn printable(key: &str, character: char) -> Result<u8, PluginError> {
+    match u8::try_from(character) {
+        Ok(byte) if byte.is_ascii_graphic() => Ok(byte),
+        _ => wrong(key, format!("{character:?}"), "give one printable character, usually '@'"),
+    }
+}
+
 impl RawConfiguration {
     fn check(self) -> Result<Configuration, PluginError> {
-        let wrong = |key: &str, value: String, right: &str| {
-            Err(PluginError::Refused(format!("config: {key} is {value}; {right}")))
+        self.check_line()?;
+        let recognition = printable("recognition", self.recognition)?;
+        let Some(full_speed) = SpeedCode::new(self.full_speed_code) else {
+            return wrong("full_speed_code", self.full_speed_code, "the controller takes 0 to 245");
         };
+        let right = "give a part of full speed, from 0 to 1";
+        let fine_at_speed = within("fine_at_speed", self.fine_at_speed, 0.0..=1.0, right)?;
+        let stop_within_ms = within("stop_within_ms", self.stop_within_ms, 50..=2000, "give 50 to 2000")?;
+        let reply_within_ms =
+            within("reply_within_ms", self.reply_within_ms, 100..=10_000, "give 100 to 10000")?;
+        if let Some(switch) = self.grip_switch {
+            within("grip_switch: bit", switch.bit, 0..=7, "the controller reports inputs 0 to 7")?;
+        }
+        let renamed_from = self.renamed_from.map(|from| printable("renamed_from", from)).transpose()?;
+        let right = "give 0 to 2 half-steps for one of the elbow, 1 for a new arm";
+        let following = within("gripper_follows_elbow", self.gripper_follows_elbow, 0.0..=2.0, right)?;
+        Ok(Configuration {
+            zero: RegisterZero::at(self.registers_zero.joints())
+                .with_cable(GripperCable::following(following)),
+            pendant: self.pendant()?,
+            program: self.program(),
+            port: self.port,
+            baud: self.baud,
+            recognition,
+            renamed_from,
+            reply_delay: self.reply_delay,
+            full_speed,
+            fine_at_speed,
+            stop_within_ms,
+            reply_within_ms,
+            grip_switch: self.grip_switch,
+        })
+    }
+
+    /// The port has a name, and its rate is one of the controller's.
+    fn check_line(&self) -> Result<(), PluginError> {
         if self.port.trim().is_empty() {
-            return wrong("port", "empty".to_owned(), "name the serial port, such as /dev/ttyUSB0");
+            return wrong("port", "empty", "name the serial port, such as /dev/ttyUSB0");
         }
         if !BAUD_RATES.contains(&self.baud) {
             let right = "the controller's switches offer 110, 150, 300, 600, 1200, 2400, 4800 and 9600";
-            return wrong("baud", self.baud.to_string(), right);
+            return wrong("baud", self.baud, right);
         }
-        if !self.recognition.is_ascii_graphic() {
-            return wrong(
-                "recognition",
-                format!("{:?}", self.recognition),
-                "give one printable character, usually '@'",
-            );
-        }
-        let Some(full_speed) = SpeedCode::new(self.full_speed_code) else {
-            return wrong(
-                "full_speed_code",
-                self.full_speed_code.to_string(),
-                "the controller takes 0 to 245",
-            );
-        };
-        if !(0.0..=1.0).contains(&self.fine_at_speed) {
-            return wrong(
-                "fine_at_speed",
-                self.fine_at_speed.to_string(),
-                "give a part of full speed, from 0 to 1",
-            );
-        }
-        if !(50..=2000).contains(&self.stop_within_ms) {
-            return wrong("stop_within_ms", self.stop_within_ms.to_string(), "give 50 to 2000");
-        }
-        if !(100..=10_000).contains(&self.reply_within_ms) {
-            return wrong("reply_within_ms", self.reply_within_ms.to_string(), "give 100 to 10000");
-        }
-        if let Some(switch) = self.grip_switch.filter(|switch| switch.bit > 7) {
-            return wrong("grip_switch: bit", switch.bit.to_string(), "the controller reports inputs 0 to 7");
-        }
-        if self.renamed_from.is_some_and(|from| !from.is_ascii_graphic()) {
-            let right = "give one printable character, usually '@'";
-            return wrong("renamed_from", format!("{:?}", self.renamed_from.unwrap_or_default()), right);
-        }
-        if !(0.0..=2.0).contains(&self.gripper_follows_elbow) {
-            return wrong(
-                "gripper_follows_elbow",
-                self.gripper_follows_elbow.to_string(),
-                "give 0 to 2 half-steps for one of the elbow, 1 for a new arm",
-            );
-        }
-        let pendant = match self.only_the_pendant_stops.as_slice() {
-            [] => None,
-            [mode] => Some(*mode),
+        Ok(())
+    }
+
+    /// What the arm is handed over to, if anything.
+    fn pendant(&self) -> Result<Option<PendantMode>, PluginError> {
+        match self.only_the_pendant_stops.as_slice() {
+            [] => Ok(None),
+            [mode] => Ok(Some(*mode)),
             _ => {
                 let right =
                     "name what the arm is handed over to: hand_control or taught_program, one of them";
-                return wrong("only_the_pendant_stops", "a list of several".to_owned(), right);
+                wrong("only_the_pendant_stops", "a list of several", right)
             }
-        };
+        }
+    }
+
+    /// Where the taught program is kept; paths count from the cell file's folder.
+    fn program(&self) -> ProgramFiles {
         let directory = self.cell_directory.clone().unwrap_or_default();
         let beside = |file: &PathBuf| directory.join(file);
-        let program = ProgramFiles {
+        ProgramFiles {
             keep_in: self.taught_program.keep_in.as_ref().map(beside),
             write_from: self.taught_program.write_from.as_ref().map(beside),
-        };
-        let cable = GripperCable::following(self.gripper_follows_elbow);
-        Ok(Configuration {
-            zero: RegisterZero::at(self.registers_zero.joints()).with_cable(cable),
-            port: self.port,
-            baud: self.baud,
-            recognition: self.recognition as u8,
-            renamed_from: self.renamed_from.map(|from| from as u8),
-            reply_delay: self.reply_delay,
-            full_speed,
-            fine_at_speed: self.fine_at_speed,
-            stop_within_ms: self.stop_within_ms,
-            reply_within_ms: self.reply_within_ms,
-            grip_switch: self.grip_switch,
-            pendant,
-            program,
-        })
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use plumb_document::Spanned;
 use plumb_kinematics::Knob;
 
-use super::raw::{RawAdds, RawDefinition};
+use super::raw::{RawAdds, RawDefinition, RawParameter};
 use super::validate::{Checked, Checker};
 use crate::arm_model::Model;
 use crate::effect::{self, Addend, DefinedPlace, Definition, Parameter, Spot, Unit};
@@ -25,12 +25,28 @@ impl Checker<'_> {
     }
 
     fn definition(&self, raw: &RawDefinition, model: &Model) -> Checked<Definition> {
-        let name = &raw.name;
-        let word = |text: &str| {
-            text.starts_with(|letter: char| letter.is_alphabetic())
-                && text.chars().all(|letter| letter.is_alphanumeric() || letter == '_')
+        self.name_is_free(&raw.name, model)?;
+        let parameters = raw.parameters.0.iter().map(|(key, parameter)| self.parameter(key, parameter));
+        let parameters: Vec<Parameter> = parameters.collect::<Checked<_>>()?;
+        if parameters.is_empty() {
+            return self.fail(
+                &raw.name.span,
+                "an effect needs at least one parameter to be fitted, with `unit` and `range`",
+            );
+        }
+        let names: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
+        let addends = self.addends(raw, &names, model)?;
+        let spot = match (&raw.place, addends.first()) {
+            (Some(place), _) => self.spot(place, model)?,
+            (None, Some(addend)) => spot_of(&addend.place),
+            (None, None) => Spot::Base,
         };
-        if !word(&name.value) {
+        Ok(Definition::new(&raw.name.value, spot, addends, parameters, raw.sentence.clone()))
+    }
+
+    /// The name of a new effect is a word, and no other effect has it.
+    fn name_is_free(&self, name: &Spanned<String>, model: &Model) -> Checked<()> {
+        if !is_word(&name.value) {
             return self.fail(
                 &name.span,
                 format!("`{}` cannot be an effect's name; use letters, digits and _", name.value),
@@ -43,54 +59,33 @@ impl Checker<'_> {
                 format!("there is an effect `{}` already; choose another name", name.value),
             );
         }
-        let mut parameters = Vec::new();
-        let mut names = Vec::new();
-        for (key, parameter) in &raw.parameters.0 {
-            if !word(&key.value) {
-                return self.fail(&key.span, format!("`{}` cannot be a parameter's name", key.value));
-            }
-            let unit = match &parameter.unit {
-                None => Unit::RATIO,
-                Some(unit) => match Unit::by_name(&unit.value) {
-                    Some(known) => known,
-                    None => {
-                        let known = Unit::names().iter().copied();
-                        return self.fail(
-                            &unit.span,
-                            format!("no unit `{}` is known{}", unit.value, suggestion(&unit.value, known)),
-                        );
-                    }
-                },
-            };
-            let [low, high] = parameter.range.value;
-            if low.partial_cmp(&high) != Some(std::cmp::Ordering::Less) {
-                return self.fail(
-                    &parameter.range.span,
-                    format!("the range [{low}, {high}] holds no value; the lower comes first"),
-                );
-            }
-            parameters.push(Parameter { name: key.value.clone(), unit, range: (low, high) });
-            names.push(key.value.clone());
+        Ok(())
+    }
+
+    fn parameter(&self, key: &Spanned<String>, parameter: &RawParameter) -> Checked<Parameter> {
+        if !is_word(&key.value) {
+            return self.fail(&key.span, format!("`{}` cannot be a parameter's name", key.value));
         }
-        if parameters.is_empty() {
+        let unit = parameter.unit.as_ref().map_or(Ok(Unit::RATIO), |unit| self.unit(unit))?;
+        let [low, high] = parameter.range.value;
+        if low.partial_cmp(&high) != Some(std::cmp::Ordering::Less) {
             return self.fail(
-                &name.span,
-                "an effect needs at least one parameter to be fitted, with `unit` and `range`",
+                &parameter.range.span,
+                format!("the range [{low}, {high}] holds no value; the lower comes first"),
             );
         }
-        let addends = self.addends(raw, &names, model)?;
-        let spot = match (&raw.place, addends.first()) {
-            (Some(place), _) => self.spot(place, model)?,
-            (None, Some(addend)) => match addend.place {
-                DefinedPlace::Coordinate(joint) | DefinedPlace::Row(joint, _) => Spot::Joint(joint),
-                DefinedPlace::Target(target, _) => Spot::Target(target),
-                DefinedPlace::BaseShift(_) | DefinedPlace::BaseTurn(_) => Spot::Base,
-                DefinedPlace::Reading(_) => Spot::Instrument,
-                DefinedPlace::TriggerHeight => Spot::Sensor,
+        Ok(Parameter { name: key.value.clone(), unit, range: (low, high) })
+    }
+
+    fn unit(&self, unit: &Spanned<String>) -> Checked<Unit> {
+        let known = Unit::names().iter().copied();
+        Unit::by_name(&unit.value).map_or_else(
+            || {
+                let reason = format!("no unit `{}` is known{}", unit.value, suggestion(&unit.value, known));
+                self.fail(&unit.span, reason)
             },
-            (None, None) => Spot::Base,
-        };
-        Ok(Definition::new(&name.value, spot, addends, parameters, raw.sentence.clone()))
+            Ok,
+        )
     }
 
     fn spot(&self, place: &Spanned<String>, model: &Model) -> Checked<Spot> {
@@ -116,61 +111,62 @@ impl Checker<'_> {
         )
     }
 
+    /// What the effect adds, each with its formula.
     fn addends(&self, raw: &RawDefinition, names: &[String], model: &Model) -> Checked<Vec<Addend>> {
-        let adds = &raw.adds;
-        let joint = |name: &Spanned<String>| self.joint_named(name, &model.chain);
-        let mut wanted: Vec<(DefinedPlace, String, &Spanned<String>)> = Vec::new();
-        let one = |unit: &str, text: &Option<Spanned<String>>| text.as_ref().map(|_| unit.to_owned());
-        let given = one("deg", &adds.deg).or_else(|| one("mm", &adds.mm));
-        let single: Option<(DefinedPlace, &Spanned<String>, &str)> =
-            match (&adds.joint, &adds.length, &adds.offset, &adds.twist, &adds.skew) {
-                (Some(name), None, None, None, None) => {
-                    let index = joint(name)?;
-                    let unit = if model.slides(index) { "mm" } else { "deg" };
-                    Some((DefinedPlace::Coordinate(index), name, unit))
-                }
-                (None, Some(name), None, None, None) => {
-                    Some((DefinedPlace::Row(joint(name)?, Knob::A), name, "mm"))
-                }
-                (None, None, Some(name), None, None) => {
-                    Some((DefinedPlace::Row(joint(name)?, Knob::D), name, "mm"))
-                }
-                (None, None, None, Some(name), None) => {
-                    Some((DefinedPlace::Row(joint(name)?, Knob::Alpha), name, "deg"))
-                }
-                (None, None, None, None, Some(name)) => {
-                    Some((DefinedPlace::Row(joint(name)?, Knob::Beta), name, "deg"))
-                }
-                (None, None, None, None, None) => None,
-                _ => {
-                    return self.fail(
-                        &raw.name.span,
-                        format!("`adds` acts on one of joint, length, offset, twist, skew; {EXAMPLE}"),
-                    );
-                }
-            };
-        if let Some((place, name, unit)) = single {
-            let text = if unit == "deg" { &adds.deg } else { &adds.mm };
-            match (text, given.as_deref() == Some(unit)) {
-                (Some(text), true) => wanted.push((place, unit.to_owned(), text)),
-                _ => {
-                    return self.fail(&name.span, format!("what is added here is in {unit}; {EXAMPLE}"));
-                }
-            }
+        let mut wanted: Vec<Wanted<'_>> = self.joint_addend(raw, model)?.into_iter().collect();
+        self.target_addends(&raw.adds, model, &mut wanted)?;
+        frame_addends(&raw.adds, &mut wanted);
+        if wanted.is_empty() {
+            return self.fail(&raw.name.span, format!("`adds` says nothing that is added; {EXAMPLE}"));
         }
-        let target = match &adds.target {
-            None => None,
-            Some(name) => match model.target_position(&name.value) {
-                Some(index) => Some(index),
-                None => {
-                    let known = model.targets.iter().map(|target| target.name.as_str());
-                    return self.fail(
-                        &name.span,
-                        format!("there is no target `{}`{}", name.value, suggestion(&name.value, known)),
-                    );
-                }
-            },
+        let read = |(place, key, text): Wanted<'_>| {
+            Addend::new(place, &key, &text.value, names, model.chain.len(), self.place(&text.span))
+                .or_else(|error| self.fail(&text.span, error.to_string()))
         };
+        wanted.into_iter().map(read).collect()
+    }
+
+    /// What is added to a joint's coordinate or to one number of its row: one of them at most, in the unit that belongs to it.
+    fn joint_addend<'r>(&self, raw: &'r RawDefinition, model: &Model) -> Checked<Option<Wanted<'r>>> {
+        let adds = &raw.adds;
+        let given = [&adds.joint, &adds.length, &adds.offset, &adds.twist, &adds.skew];
+        let mut given = given.into_iter().enumerate().filter_map(|(key, name)| Some((key, name.as_ref()?)));
+        let Some((key, name)) = given.next() else { return Ok(None) };
+        if given.next().is_some() {
+            return self.fail(
+                &raw.name.span,
+                format!("`adds` acts on one of joint, length, offset, twist, skew; {EXAMPLE}"),
+            );
+        }
+        let joint = self.joint_named(name, &model.chain)?;
+        let place = match key {
+            0 => DefinedPlace::Coordinate(joint),
+            1 => DefinedPlace::Row(joint, Knob::A),
+            2 => DefinedPlace::Row(joint, Knob::D),
+            3 => DefinedPlace::Row(joint, Knob::Alpha),
+            _ => DefinedPlace::Row(joint, Knob::Beta),
+        };
+        let is_length = match &place {
+            DefinedPlace::Coordinate(joint) => model.slides(*joint),
+            DefinedPlace::Row(_, knob) => matches!(knob, Knob::A | Knob::D),
+            _ => false,
+        };
+        let unit = if is_length { "mm" } else { "deg" };
+        match (&adds.deg, &adds.mm) {
+            (Some(text), _) if !is_length => Ok(Some((place, unit.to_owned(), text))),
+            (None, Some(text)) if is_length => Ok(Some((place, unit.to_owned(), text))),
+            _ => self.fail(&name.span, format!("what is added here is in {unit}; {EXAMPLE}")),
+        }
+    }
+
+    /// What is added to a target's position.
+    fn target_addends<'r>(
+        &self,
+        adds: &'r RawAdds,
+        model: &Model,
+        wanted: &mut Vec<Wanted<'r>>,
+    ) -> Checked<()> {
+        let target = adds.target.as_ref().map(|name| self.target(name, model)).transpose()?;
         for (axis, text) in [&adds.x_mm, &adds.y_mm, &adds.z_mm].into_iter().enumerate() {
             let (Some(text), key) = (text, format!("{}_mm", axis_name(axis))) else { continue };
             match target {
@@ -183,40 +179,57 @@ impl Checker<'_> {
                 }
             }
         }
-        self.frame_addends(adds, &mut wanted);
-        if wanted.is_empty() {
-            return self.fail(&raw.name.span, format!("`adds` says nothing that is added; {EXAMPLE}"));
-        }
-        let read = |(place, key, text): (DefinedPlace, String, &Spanned<String>)| {
-            Addend::new(place, &key, &text.value, names, model.chain.len(), self.place(&text.span))
-                .or_else(|error| self.fail(&text.span, error.to_string()))
-        };
-        wanted.into_iter().map(read).collect()
+        Ok(())
     }
 
-    fn frame_addends<'r>(
-        &self,
-        adds: &'r RawAdds,
-        wanted: &mut Vec<(DefinedPlace, String, &'r Spanned<String>)>,
-    ) {
-        let shifts = [&adds.base_x_mm, &adds.base_y_mm, &adds.base_z_mm];
-        let turns = [&adds.base_x_deg, &adds.base_y_deg, &adds.base_z_deg];
-        let readings = [&adds.reading_x_mm, &adds.reading_y_mm, &adds.reading_z_mm];
-        for axis in 0..3 {
-            let name = axis_name(axis);
-            let mut add = |place, key: String, text: &'r Option<Spanned<String>>| {
-                wanted.extend(text.as_ref().map(|text| (place, key, text)));
-            };
-            add(DefinedPlace::BaseShift(axis), format!("base_{name}_mm"), shifts[axis]);
-            add(DefinedPlace::BaseTurn(axis), format!("base_{name}_deg"), turns[axis]);
-            add(DefinedPlace::Reading(axis), format!("reading_{name}_mm"), readings[axis]);
-        }
-        wanted.extend(
-            adds.trigger_height_mm
-                .as_ref()
-                .map(|text| (DefinedPlace::TriggerHeight, "trigger_height_mm".to_owned(), text)),
-        );
+    fn target(&self, name: &Spanned<String>, model: &Model) -> Checked<usize> {
+        let known = model.targets.iter().map(|target| target.name.as_str());
+        model.target_position(&name.value).map_or_else(
+            || {
+                let reason = format!("there is no target `{}`{}", name.value, suggestion(&name.value, known));
+                self.fail(&name.span, reason)
+            },
+            Ok,
+        )
     }
+}
+
+/// Something an effect adds: where, under which key, and the formula.
+type Wanted<'r> = (DefinedPlace, String, &'r Spanned<String>);
+
+/// What is added to the base, to the instrument's readings and to the sensor's trigger height.
+fn frame_addends<'r>(adds: &'r RawAdds, wanted: &mut Vec<Wanted<'r>>) {
+    let shifts = [&adds.base_x_mm, &adds.base_y_mm, &adds.base_z_mm];
+    let turns = [&adds.base_x_deg, &adds.base_y_deg, &adds.base_z_deg];
+    let readings = [&adds.reading_x_mm, &adds.reading_y_mm, &adds.reading_z_mm];
+    for axis in 0..3 {
+        let name = axis_name(axis);
+        let mut add = |place, key: String, text: &'r Option<Spanned<String>>| {
+            wanted.extend(text.as_ref().map(|text| (place, key, text)));
+        };
+        add(DefinedPlace::BaseShift(axis), format!("base_{name}_mm"), shifts[axis]);
+        add(DefinedPlace::BaseTurn(axis), format!("base_{name}_deg"), turns[axis]);
+        add(DefinedPlace::Reading(axis), format!("reading_{name}_mm"), readings[axis]);
+    }
+    let height = adds.trigger_height_mm.as_ref();
+    wanted.extend(height.map(|text| (DefinedPlace::TriggerHeight, "trigger_height_mm".to_owned(), text)));
+}
+
+/// Where an effect acts that adds at this place.
+fn spot_of(place: &DefinedPlace) -> Spot {
+    match place {
+        DefinedPlace::Coordinate(joint) | DefinedPlace::Row(joint, _) => Spot::Joint(*joint),
+        DefinedPlace::Target(target, _) => Spot::Target(*target),
+        DefinedPlace::BaseShift(_) | DefinedPlace::BaseTurn(_) => Spot::Base,
+        DefinedPlace::Reading(_) => Spot::Instrument,
+        DefinedPlace::TriggerHeight => Spot::Sensor,
+    }
+}
+
+/// Letters, digits and _, a letter first.
+fn is_word(text: &str) -> bool {
+    text.starts_with(|letter: char| letter.is_alphabetic())
+        && text.chars().all(|letter| letter.is_alphanumeric() || letter == '_')
 }
 
 fn axis_name(axis: usize) -> &'static str {

@@ -5,6 +5,7 @@ mod define;
 mod error;
 mod raw;
 mod urdf;
+mod urdf_frames;
 mod validate;
 mod write;
 

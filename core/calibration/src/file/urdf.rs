@@ -2,14 +2,12 @@
 
 use std::path::Path;
 
-use nalgebra::Vector3;
 use plumb_document::Span;
 use plumb_kinematics::urdf::UrdfArm;
 use plumb_kinematics::{Chain, Motion};
 
 use super::raw::{RawConvention, RawJoint, RawModel};
 use super::validate::{Checked, Checker};
-use crate::arm_model::{Base, MeasuredFrom, Model, Target};
 use crate::suggestion::suggestion;
 
 impl Checker<'_> {
@@ -91,31 +89,4 @@ impl Checker<'_> {
         Chain::new(arm.chain.convention, joints)
             .or_else(|error| self.fail(&raw.convention.span, error.to_string()))
     }
-}
-
-/// The base is the file's root link, wherever that stands.
-pub(super) fn on_root(base: Base, arm: &UrdfArm) -> Base {
-    Base { pose: base.pose * arm.root_from_base, ..base }
-}
-
-/// Direction of gravity in the frame of the first row, which may stand on its head in the file's root link: as given for the root link, and along its -z
-/// where nothing else says what is down.
-pub(super) fn gravity(model: &Model, arm: &UrdfArm) -> Option<Vector3<f64>> {
-    let in_root = match (model.gravity, model.measured_from) {
-        (Some(given), _) => given,
-        (None, MeasuredFrom::Instrument) => -Vector3::z(),
-        (None, MeasuredFrom::World) => return None,
-    };
-    Some(arm.root_from_base.rotation.inverse() * in_root)
-}
-
-/// Targets are given in the tip's frame; where none is given, the tip's origin is the one.
-pub(super) fn at_tip(mut targets: Vec<Target>, arm: &UrdfArm) -> Vec<Target> {
-    if targets.is_empty() {
-        targets.push(Target { name: "p1".to_owned(), xyz: Vector3::zeros(), free: true });
-    }
-    for target in &mut targets {
-        target.xyz = (arm.flange_from_tip * nalgebra::Point3::from(target.xyz)).coords;
-    }
-    targets
 }

@@ -15,7 +15,7 @@ use super::raw::{
     RawClaim, RawConvention, RawEffect, RawJoint, RawLevel, RawLink, RawMeasuredFrom, RawModel, RawRevision,
     RawSensor, RawSide, RawSurface, RawTarget, RawTouch, RawValuedEffect, RawVolume,
 };
-use super::urdf;
+use super::urdf_frames;
 use crate::arm_model::Sensor;
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{
@@ -112,7 +112,7 @@ impl Checker<'_> {
         let (masses, base, targets) = match &described {
             Some(arm) => {
                 let masses = if raw.links.is_empty() { arm.masses.clone() } else { typed_masses };
-                (masses, urdf::on_root(base, arm), urdf::at_tip(targets, arm))
+                (masses, urdf_frames::on_root(base, arm), urdf_frames::at_tip(targets, arm))
             }
             None => (typed_masses, base, targets),
         };
@@ -141,7 +141,7 @@ impl Checker<'_> {
             revision: raw.revision.as_ref().map(revision),
         };
         if let Some(arm) = &described {
-            model.gravity = urdf::gravity(&model, arm);
+            model.gravity = urdf_frames::gravity(&model, arm);
         }
         model.levels = self.levels(&raw, &model.chain);
         model.touch = raw.touch.as_ref().and_then(|touch| self.touch(touch, &model).ok());

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use plumb_kinematics::{Convention, Knob, Motion};
 
 use crate::arm_model::SurfaceShape;
-use crate::arm_model::{AddedEffect, Frame, MeasuredFrom, Model, Surface};
+use crate::arm_model::{AddedEffect, Frame, MeasuredFrom, Model, Noise, Revision, Surface};
 use crate::effect::{self, DefinedPlace, EffectId, Parameter};
 
 /// A number with as many digits as it takes to read it back well, and no more.
@@ -242,17 +242,27 @@ fn surfaces(out: &mut String, surfaces: &[Surface]) -> std::fmt::Result {
 }
 
 fn ends(out: &mut String, model: &Model) -> std::fmt::Result {
-    if let Some(sensor) = &model.sensor {
-        writeln!(
-            out,
-            "sensor: {{working_mm: {}, peak_mm: {}, spot_mm: {}, hysteresis_percent: {}, dark_percent: {}}}",
-            number(sensor.working),
-            number(sensor.peak),
-            number(sensor.spot),
-            number(sensor.hysteresis * 100.0),
-            number(sensor.dark * 100.0)
-        )?;
-    }
+    sensor(out, model)?;
+    levels(out, model)?;
+    noise(out, &model.noise)?;
+    touch(out, model)?;
+    model.revision.as_ref().map_or(Ok(()), |known| revision(out, known))
+}
+
+fn sensor(out: &mut String, model: &Model) -> std::fmt::Result {
+    let Some(sensor) = &model.sensor else { return Ok(()) };
+    writeln!(
+        out,
+        "sensor: {{working_mm: {}, peak_mm: {}, spot_mm: {}, hysteresis_percent: {}, dark_percent: {}}}",
+        number(sensor.working),
+        number(sensor.peak),
+        number(sensor.spot),
+        number(sensor.hysteresis * 100.0),
+        number(sensor.dark * 100.0)
+    )
+}
+
+fn levels(out: &mut String, model: &Model) -> std::fmt::Result {
     if model.levels.iter().any(|level| level.name.is_some()) {
         writeln!(out, "levels:")?;
     }
@@ -268,49 +278,47 @@ fn ends(out: &mut String, model: &Model) -> std::fmt::Result {
         let key = level.name.as_ref().map_or_else(|| "level".to_owned(), |name| format!("  {}", text(name)));
         writeln!(out, "{key}: {{after: {}, rpy_deg: {}}}", text(after), triple(&rpy))?;
     }
-    let noise = &model.noise;
-    let mut entries: Vec<String> =
-        noise.positions.iter().map(|(name, sigma)| format!("{name}_mm: {}", number(*sigma))).collect();
-    let others = [("height_mm", noise.height), ("distance_mm", noise.distance), ("touch_mm", noise.touch)];
-    entries.extend(
-        others.into_iter().filter_map(|(key, sigma)| sigma.map(|sigma| format!("{key}: {}", number(sigma)))),
-    );
-    entries.extend(noise.tilt.map(|sigma| format!("tilt_deg: {}", number(sigma.to_degrees()))));
-    if !entries.is_empty() {
-        writeln!(out, "noise: {{{}}}", entries.join(", "))?;
+    Ok(())
+}
+
+fn noise(out: &mut String, noise: &Noise) -> std::fmt::Result {
+    let positions = noise.positions.iter().map(|(name, sigma)| (format!("{name}_mm"), *sigma));
+    let others = [
+        ("height_mm", noise.height),
+        ("distance_mm", noise.distance),
+        ("touch_mm", noise.touch),
+        ("tilt_deg", noise.tilt.map(f64::to_degrees)),
+    ];
+    let others = others.into_iter().filter_map(|(key, sigma)| sigma.map(|sigma| (key.to_owned(), sigma)));
+    let entries = positions.chain(others).map(|(key, sigma)| format!("{key}: {}", number(sigma)));
+    let entries: Vec<String> = entries.collect();
+    if entries.is_empty() { Ok(()) } else { writeln!(out, "noise: {{{}}}", entries.join(", ")) }
+}
+
+fn touch(out: &mut String, model: &Model) -> std::fmt::Result {
+    let Some(touch) = &model.touch else { return Ok(()) };
+    writeln!(out, "touch:\n  p: {}", text(&touch.target))?;
+    if !touch.distances.is_empty() {
+        writeln!(out, "  distances:")?;
     }
-    if let Some(touch) = &model.touch {
-        writeln!(out, "touch:\n  p: {}", text(&touch.target))?;
-        if !touch.distances.is_empty() {
-            writeln!(out, "  distances:")?;
-        }
-        for distance in &touch.distances {
-            let [first, second] = &distance.between;
-            writeln!(
-                out,
-                "    - {{between: [{}, {}], mm: {}}}",
-                text(first),
-                text(second),
-                number(distance.length)
-            )?;
-        }
-    }
-    if let Some(revision) = &model.revision {
-        write!(
-            out,
-            "revision: {{number: {}, of: {:?}, did: {:?}",
-            revision.number, revision.of, revision.did
-        )?;
-        if let Some(data) = &revision.data {
-            write!(out, ", data: {data:?}")?;
-        }
-        if let Some(parent) = revision.parent {
-            write!(out, ", parent: {parent}")?;
-        }
-        if let Some(rms) = revision.rms {
-            write!(out, ", rms_mm: {}", number(rms))?;
-        }
-        writeln!(out, "}}")?;
+    for distance in &touch.distances {
+        let [first, second] = distance.between.each_ref().map(|name| text(name));
+        writeln!(out, "    - {{between: [{first}, {second}], mm: {}}}", number(distance.length))?;
     }
     Ok(())
+}
+
+fn revision(out: &mut String, revision: &Revision) -> std::fmt::Result {
+    let Revision { number: of_file, of, did, data, parent, rms } = revision;
+    write!(out, "revision: {{number: {of_file}, of: {of:?}, did: {did:?}")?;
+    if let Some(data) = data {
+        write!(out, ", data: {data:?}")?;
+    }
+    if let Some(parent) = parent {
+        write!(out, ", parent: {parent}")?;
+    }
+    if let Some(rms) = rms {
+        write!(out, ", rms_mm: {}", number(*rms))?;
+    }
+    writeln!(out, "}}")
 }

@@ -11,15 +11,47 @@ use crate::posture::Posture;
 /// Axes leaning less than this count as parallel, rad.
 const PARALLEL: f64 = 1e-6;
 
+/// The rows of the arm between the root link and a tip, the link named or the only one that can be meant.
+///
+/// # Errors
+/// Every [`UrdfError`] but those of the file's form.
 pub(super) fn arm(robot: &Robot, tip: Option<&str>) -> Result<UrdfArm, UrdfError> {
-    let faults = || robot.joints.iter().find_map(|joint| joint.fault.clone());
     let root = root_of(robot).map_err(|error| match error {
         // A joint that ends nowhere leaves the links beyond it without a root.
-        UrdfError::NoTree(_) => faults().unwrap_or(error),
+        UrdfError::NoTree(_) => robot.joints.iter().find_map(|joint| joint.fault.clone()).unwrap_or(error),
         other => other,
     })?;
     let tip = tip_of(robot, &root, tip)?;
     let path = path_to(robot, &tip);
+    let moving = moving_joints(&path, &root)?;
+    if moving.is_empty() {
+        return Err(UrdfError::NothingMoves { root, tip });
+    }
+    let frames = frames(&path);
+    let (root_from_base, rows) = rows(&axes(&path, &frames), &moving);
+    let chain = Chain::new(Convention::Distal, rows)?;
+    let posture = Posture::of(&chain, &[], &[]);
+    let at_tip = frames.last().copied().unwrap_or_else(IsometryMatrix3::identity);
+    let notes = match robot.joints.len() - path.len() {
+        0 => Vec::new(),
+        count => vec![format!("{count} joints that do not lead to `{tip}` are left aside")],
+    };
+    Ok(UrdfArm {
+        name: robot.name.clone(),
+        masses: masses(robot, &path, &frames, &root_from_base, &posture),
+        ends: (root, tip),
+        chain,
+        root_from_base,
+        flange_from_tip: (root_from_base * posture.flange).inverse() * at_tip,
+        notes,
+    })
+}
+
+/// The joints of a path that move.
+///
+/// # Errors
+/// The path does not begin at the root, a joint of it is faulty, or one that moves follows another.
+fn moving_joints<'r>(path: &[&'r UrdfJoint], root: &str) -> Result<Vec<&'r UrdfJoint>, UrdfError> {
     if path.first().is_some_and(|first| first.parent != root) {
         let names: Vec<&str> = path.iter().map(|joint| joint.name.as_str()).collect();
         return Err(UrdfError::NoTree(format!(
@@ -31,46 +63,27 @@ pub(super) fn arm(robot: &Robot, tip: Option<&str>) -> Result<UrdfArm, UrdfError
         return Err(fault);
     }
     let moving: Vec<&UrdfJoint> = path.iter().copied().filter(|joint| joint.does != Does::Nothing).collect();
-    if let Some(joint) = moving.iter().find(|joint| joint.mimics.is_some()) {
-        return Err(UrdfError::Element {
+    match moving.iter().find(|joint| joint.mimics.is_some()) {
+        Some(joint) => Err(UrdfError::Element {
             line: joint.line,
             element: format!("joint `{}`", joint.name),
             reason: format!(
                 "it mimics joint `{}`: it has no coordinate of its own; leave <mimic> out where a motor drives it, or make it fixed",
                 joint.mimics.as_deref().unwrap_or("another")
             ),
-        });
+        }),
+        None => Ok(moving),
     }
-    if moving.is_empty() {
-        return Err(UrdfError::NothingMoves { root, tip });
-    }
-    let frames = frames(&path);
-    let axes: Vec<Axis> = path
-        .iter()
-        .zip(&frames)
-        .filter(|(joint, _)| joint.does != Does::Nothing)
-        .map(|(joint, frame)| Axis { along: frame.rotation * joint.axis, through: frame.translation.vector })
-        .collect();
-    let (root_from_base, rows) = rows(&axes, &moving);
-    let chain = Chain::new(Convention::Distal, rows)?;
-    let posture = Posture::of(&chain, &[], &[]);
-    let at_tip = frames.last().copied().unwrap_or_else(IsometryMatrix3::identity);
-    let flange_from_tip = (root_from_base * posture.flange).inverse() * at_tip;
-    let masses = masses(robot, &path, &frames, &root_from_base, &posture);
-    let aside = robot.joints.len() - path.len();
-    let notes = match aside {
-        0 => Vec::new(),
-        count => vec![format!("{count} joints that do not lead to `{tip}` are left aside")],
+}
+
+/// The axes of the joints of a path that move; `frames` are those of its joints.
+fn axes(path: &[&UrdfJoint], frames: &[IsometryMatrix3<f64>]) -> Vec<Axis> {
+    let moving = path.iter().zip(frames).filter(|(joint, _)| joint.does != Does::Nothing);
+    let axis = |(joint, frame): (&&UrdfJoint, &IsometryMatrix3<f64>)| Axis {
+        along: frame.rotation * joint.axis,
+        through: frame.translation.vector,
     };
-    Ok(UrdfArm {
-        name: robot.name.clone(),
-        ends: (root, tip),
-        chain,
-        root_from_base,
-        flange_from_tip,
-        masses,
-        notes,
-    })
+    moving.map(axis).collect()
 }
 
 /// A joint's axis at coordinates zero, root frame.
