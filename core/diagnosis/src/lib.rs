@@ -13,6 +13,7 @@ mod fitted;
 mod forward_selection;
 mod found;
 mod growth;
+mod joint_range;
 pub mod laboratory;
 mod lack_of_fit;
 mod mixture_test;

@@ -110,9 +110,9 @@ pub(crate) const ALIKE_CORRELATION: f64 = 0.95;
 /// Effects above it are the same in these data (canonical correlation). Why: what is missing to 1 is rounding.
 pub(crate) const SAME_CORRELATION: f64 = 0.999_999;
 
-/// An effect of this size is found four times in five (standard errors). Why: the contract's level 0.01 among a
-/// hundred candidates: 3.72 for the level, 0.84 for the power of 80 %.
-pub(crate) const DETECTABLE_ERRORS: f64 = 4.6;
+/// An effect of this size is found four times in five (standard errors). Why: NAMING_LEVEL among a hundred
+/// candidates, of either sign: 4.17 for the level, 0.84 for the power of 80 %.
+pub(crate) const DETECTABLE_ERRORS: f64 = 5.0;
 
 /// Below this fraction of the detectable information the plausible range, not the rows, bounds an effect
 /// (fraction). Why: half the size is then the range's.
@@ -244,6 +244,14 @@ pub(crate) const INSEPARABLE: f64 = 0.5;
 /// Chosen poses keep from either limit (fraction of the range). Why: zeros are what is being looked for.
 pub(crate) const CLEAR_OF_LIMITS: f64 = 0.02;
 
+/// Limits as far apart say nothing of where a turning joint works (turns). Why: makers give plus and minus a
+/// whole turn where nothing but the software stops a joint.
+pub(crate) const TURNS_LIMITED: f64 = 1.9;
+
+/// Limits as far apart say nothing of where a sliding joint works (mm). Why: 100 m is longer than any
+/// travelling axis; whoever does not know a slide's limits writes far more.
+pub(crate) const LONGEST_SLIDE: f64 = 100_000.0;
+
 /// Beyond what was measured, for joints without limits (fraction of the range). Why: judgement.
 pub(crate) const RANGE_MARGIN: f64 = 0.15;
 
@@ -309,6 +317,21 @@ mod tests {
             (cells[0].trim_matches('`').to_owned(), cells[1].to_owned())
         });
         constants.collect()
+    }
+
+    /// The size in standard errors whose square is exceeded with this probability where nothing is there.
+    fn two_sided_normal(probability: f64) -> f64 {
+        plumb_estimation::chi_squared_quantile(1.0 - probability, 1.0).sqrt()
+    }
+
+    #[test]
+    fn the_detectable_size_belongs_to_the_level_at_which_effects_are_named() {
+        const CANDIDATES: f64 = 100.0;
+        let level = two_sided_normal(super::NAMING_LEVEL / CANDIDATES);
+        // Of a normal 80 % lie below this; two-sided, 40 % lie beyond it.
+        let power = two_sided_normal(0.4);
+        assert!((level - 4.17).abs() < 0.005 && (power - 0.84).abs() < 0.005, "{level} {power}");
+        assert!((super::DETECTABLE_ERRORS - (level + power)).abs() < 0.05, "{}", level + power);
     }
 
     #[test]

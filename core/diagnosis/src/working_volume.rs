@@ -5,6 +5,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, Point3};
 use plumb_kinematics::Posture;
 
+use crate::joint_range::joint_range;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use plumb_calibration::arm_model::SurfaceShape;
 use plumb_calibration::arm_model::{AddedEffect, Model};
@@ -20,12 +21,6 @@ const POSES: usize = 150;
 /// Poses drawn at most to find so many inside it.
 const DRAWN: usize = 20_000;
 
-/// Share of a turn's range beyond which a joint's limits say nothing of where it works.
-const LIMITED: f64 = 1.9 * std::f64::consts::TAU;
-
-/// How much wider than what was measured a joint without limits is taken to work, as a share.
-const MARGIN: f64 = 0.15;
-
 /// Poses in the working volume, as a table in which the whole position of the first target is read.
 pub(super) struct Volume {
     table: Table,
@@ -36,17 +31,6 @@ pub(super) struct Derivatives {
     /// Slots, then effects' parameters, by coordinates of the tip.
     columns: DMatrix<f64>,
     slots: usize,
-}
-
-/// Least and greatest coordinate at which a joint works: its limits, and where they say nothing, what was measured and a little around.
-pub(super) fn working_range(lab: &Laboratory, joint: usize) -> (f64, f64) {
-    let measured = lab.passport().ranges.get(joint).copied().unwrap_or((-1.0, 1.0));
-    let (low, high) = lab.model().chain.joints.get(joint).map_or(measured, |row| row.limits);
-    if high - low < LIMITED && (high - low).is_finite() && high - low < 1e5 {
-        return (low, high);
-    }
-    let margin = MARGIN * (measured.1 - measured.0);
-    ((measured.0 - margin).max(low), (measured.1 + margin).min(high))
 }
 
 impl Volume {
@@ -60,7 +44,7 @@ impl Volume {
         table.approach = known.approach.as_ref().map(|_| Vec::new());
         let target = model.targets.first().map(|target| target.name.clone()).unwrap_or_default();
         let mut tip = PositionColumns { number: 0, target, xyz: Vec::new() };
-        let ranges: Vec<(f64, f64)> = (0..joints).map(|joint| working_range(lab, joint)).collect();
+        let ranges: Vec<(f64, f64)> = (0..joints).map(|joint| joint_range(lab, joint).ends).collect();
         let loads: Vec<f64> =
             known.payload.iter().flatten().copied().filter(|load| load.is_finite()).collect();
         let mut payloads = Vec::new();

@@ -2,8 +2,9 @@
 
 use plumb_kinematics::HalfSpace;
 
+use crate::joint_range::{JointRange, joint_range};
 use crate::laboratory::Laboratory;
-use crate::thresholds::{CLEAR_OF_LIMITS, RANGE_MARGIN};
+use crate::thresholds::CLEAR_OF_LIMITS;
 use plumb_calibration::table::{Names, PositionColumns, Table};
 use plumb_estimation::Random;
 
@@ -41,9 +42,6 @@ pub(super) enum Sensing {
 /// Waits before a pose that effects of time are asked with, s: none, ten minutes, an hour.
 const WAITS: [f64; 3] = [0.0, 600.0, 3600.0];
 
-/// Range of a joint beyond which its limits say nothing of where it works, rad (mm of a slide, for which it is always beyond).
-const UNLIMITED: f64 = 1.9 * std::f64::consts::TAU;
-
 /// Where poses are drawn from.
 pub(super) struct Designer<'a> {
     pub(super) lab: &'a Laboratory,
@@ -55,24 +53,19 @@ pub(super) struct Designer<'a> {
     pub(super) both_directions: bool,
 }
 
-/// Least and greatest coordinate of chosen poses, from a joint's limits and what was measured. An arm that is told to stand on
-/// its limit may refuse: its zeros are what is being looked for.
-fn allowed_range((low, high): (f64, f64), measured: (f64, f64)) -> (f64, f64) {
-    let range = high - low;
-    if range.is_finite() && range < UNLIMITED {
-        return (low + CLEAR_OF_LIMITS * range, high - CLEAR_OF_LIMITS * range);
-    }
-    let margin = RANGE_MARGIN * (measured.1 - measured.0);
-    ((measured.0 - margin).max(low), (measured.1 + margin).min(high))
+/// Least and greatest coordinate of chosen poses. An arm that is told to stand on its limit may refuse: its zeros are what is
+/// being looked for.
+fn allowed_range(range: JointRange) -> (f64, f64) {
+    let (low, high) = range.ends;
+    let clear = if range.limited { CLEAR_OF_LIMITS * (high - low) } else { 0.0 };
+    (low + clear, high - clear)
 }
 
 impl Designer<'_> {
     /// Least and greatest coordinates poses are chosen from: the limits, and where none are known, what was measured and
     /// a little around.
     pub(super) fn range(&self, joint: usize) -> (f64, f64) {
-        let row = self.lab.model().chain.joints.get(joint);
-        let measured = self.lab.passport().ranges.get(joint).copied().unwrap_or((-1.0, 1.0));
-        allowed_range(row.map_or(measured, |row| row.limits), measured)
+        allowed_range(joint_range(self.lab, joint))
     }
 
     /// A pose anywhere in the joints' ranges.
@@ -182,23 +175,13 @@ mod tests {
 
     #[test]
     fn chosen_poses_keep_clear_of_the_limits() {
-        let (low, high) = allowed_range((-1.0, 1.0), (-0.2, 0.3));
-        assert_eq!((low, high), (-1.0 + 2.0 * CLEAR_OF_LIMITS, 1.0 - 2.0 * CLEAR_OF_LIMITS));
+        let limited = JointRange { ends: (-1.0, 1.0), limited: true };
+        assert_eq!(allowed_range(limited), (-1.0 + 2.0 * CLEAR_OF_LIMITS, 1.0 - 2.0 * CLEAR_OF_LIMITS));
     }
 
     #[test]
-    fn without_limits_poses_stay_near_what_was_measured() {
-        let free = (f64::NEG_INFINITY, f64::INFINITY);
-        let (low, high) = allowed_range(free, (-1.0, 1.0));
-        assert!(
-            (low + 1.0 + 2.0 * RANGE_MARGIN).abs() < 1e-12 && (high - 1.0 - 2.0 * RANGE_MARGIN).abs() < 1e-12
-        );
-        let two_turns = (-2.0 * std::f64::consts::PI, 2.0 * std::f64::consts::PI);
-        assert_eq!(allowed_range(two_turns, (0.0, 1.0)), (-RANGE_MARGIN, 1.0 + RANGE_MARGIN));
-        assert_eq!(
-            allowed_range((0.0, 50.0), (0.0, 20.0)),
-            (0.0, 23.0),
-            "a slide's limits hold where they come first"
-        );
+    fn without_limits_chosen_poses_go_as_far_as_the_joint_works() {
+        let measured = JointRange { ends: (-1.0, 1.0), limited: false };
+        assert_eq!(allowed_range(measured), (-1.0, 1.0));
     }
 }
