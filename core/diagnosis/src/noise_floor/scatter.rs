@@ -1,4 +1,4 @@
-//! The scatter among returns, not led astray by a few wild ones.
+//! The scatter among replicates, and which of them are outliers.
 
 use std::ops::Range;
 
@@ -10,6 +10,13 @@ use plumb_calibration::effect::EffectId;
 use plumb_estimation::RankRevealingCholesky;
 use plumb_estimation::{chi_squared_quantile, median};
 
+/// Rounds in which sigma and the outliers are found from each other. They settle in three or four.
+const ROUNDS: usize = 10;
+
+/// Of one group only what lies nearly as far out as its farthest is left out at once: an outlier draws the mean of its group along, and with it the
+/// deviations of all others, by a half of its own in a group of three and by less in a larger one.
+const NEARLY_AS_FAR: f64 = 0.7;
+
 /// What is left among returns.
 pub(crate) struct Scatter {
     /// Per member: deviation from its group's mean, in declared sigmas.
@@ -18,9 +25,9 @@ pub(crate) struct Scatter {
     pub(crate) freedom: usize,
     /// One sigma, in declared sigmas.
     pub(crate) sigma: f64,
-    /// Sum of squares without the wild ones.
+    /// Sum of squares without the outliers.
     pub(crate) squares: f64,
-    /// Per member: 0 if it is wild, else 1.
+    /// Per member: 0 of an outlier, else 1.
     kept: Vec<f64>,
 }
 
@@ -30,13 +37,16 @@ impl Replicates {
         let mut kept = vec![1.0; self.members.len()];
         let (mut deviations, mut rank) = self.fitted(&kept, wanted);
         let mut sigma = self.typical(&deviations, &kept);
-        for _ in 0..10 {
-            let fresh = self.tame(&deviations, sigma);
-            let settled = fresh == kept;
-            kept = fresh;
-            (deviations, rank) = self.fitted(&kept, wanted);
+        for _ in 0..ROUNDS {
+            let before = kept.clone();
+            while self.leave_out_farthest(&mut kept, &deviations, sigma) {
+                (deviations, rank) = self.fitted(&kept, wanted);
+            }
+            if self.take_back(&mut kept, &deviations, sigma) {
+                (deviations, rank) = self.fitted(&kept, wanted);
+            }
             sigma = self.sigma(&deviations, &kept, rank);
-            if settled {
+            if kept == before {
                 break;
             }
         }
@@ -97,37 +107,67 @@ impl Replicates {
         sizes
     }
 
-    /// A member's norm for a scatter of one, at the given share of members inside; `sizes` are those of the groups.
-    fn huber_corner(&self, member: usize, equations: usize, share: f64, sizes: &[f64]) -> f64 {
-        let group = self.members.get(member).map_or(0, |(_, group)| *group);
-        let size = sizes.get(group).copied().unwrap_or(0.0);
-        (chi_squared_quantile(share, equations.max(1) as f64) * (1.0 - 1.0 / size.max(2.0))).sqrt()
+    /// How far out each member lies: the norm of its deviation over the norm that a share `inside` of sound members stays below where one sigma is 1. A
+    /// member that is kept is part of its group's mean, so that its deviation is smaller than its error; that of one left out is larger.
+    fn distances(&self, deviations: &[DVector<f64>], kept: &[f64], inside: f64) -> Vec<f64> {
+        let sizes = self.sizes(kept);
+        let distance = |(member, deviation): (usize, &DVector<f64>)| {
+            let group = self.members.get(member).map_or(0, |(_, group)| *group);
+            let size = sizes.get(group).copied().unwrap_or(0.0);
+            let variance = match kept.get(member).is_some_and(|kept| *kept > 0.0) {
+                true => 1.0 - 1.0 / size.max(2.0),
+                false => 1.0 + 1.0 / size.max(1.0),
+            };
+            deviation.norm() / (chi_squared_quantile(inside, deviation.len().max(1) as f64) * variance).sqrt()
+        };
+        deviations.iter().enumerate().map(distance).collect()
     }
 
+    /// A first sigma that a few outliers do not change: from the median deviation.
     fn typical(&self, deviations: &[DVector<f64>], kept: &[f64]) -> f64 {
-        let sizes = self.sizes(kept);
-        let relative: Vec<f64> = deviations
-            .iter()
-            .enumerate()
-            .map(|(member, deviation)| {
-                deviation.norm() / self.huber_corner(member, deviation.len(), 0.5, &sizes)
-            })
-            .collect();
-        let typical = median(&relative);
+        let typical = median(&self.distances(deviations, kept, 0.5));
         if typical.is_finite() { typical } else { 0.0 }
     }
 
-    fn tame(&self, deviations: &[DVector<f64>], sigma: f64) -> Vec<f64> {
-        let sizes = self.sizes(&vec![1.0; deviations.len()]);
-        let inside = |(member, deviation): (usize, &DVector<f64>)| {
-            let edge = sigma * self.huber_corner(member, deviation.len(), INLIER_QUANTILE, &sizes);
-            f64::from(u8::from(deviation.norm() <= edge || deviation.norm() == 0.0))
+    /// Leaves out of each group the members that lie farthest beyond the inlier quantile, never all of it; whether there were any.
+    fn leave_out_farthest(&self, kept: &mut [f64], deviations: &[DVector<f64>], sigma: f64) -> bool {
+        let distances = self.distances(deviations, kept, INLIER_QUANTILE);
+        let mut farthest: Vec<Option<usize>> = vec![None; self.groups];
+        let mut nearest = farthest.clone();
+        let of_kept = || (0..kept.len()).filter(|member| kept[*member] > 0.0);
+        for member in of_kept() {
+            let group = self.members[member].1;
+            let is_farther = |other: usize| distances[member] > distances[other];
+            if farthest[group].is_none_or(is_farther) {
+                farthest[group] = Some(member);
+            }
+            if nearest[group].is_none_or(|other| !is_farther(other)) {
+                nearest[group] = Some(member);
+            }
+        }
+        let is_out = |member: &usize| {
+            let group = self.members[*member].1;
+            let most = farthest[group].map_or(f64::INFINITY, |farthest| distances[farthest]);
+            distances[*member] > sigma
+                && distances[*member] >= NEARLY_AS_FAR * most
+                && nearest[group] != Some(*member)
         };
-        deviations.iter().enumerate().map(inside).collect()
+        let out: Vec<usize> = of_kept().filter(is_out).collect();
+        out.iter().for_each(|member| kept[*member] = 0.0);
+        !out.is_empty()
+    }
+
+    /// Takes back what was left out and lies within the inlier quantile of the others after all; whether there was any.
+    fn take_back(&self, kept: &mut [f64], deviations: &[DVector<f64>], sigma: f64) -> bool {
+        let distances = self.distances(deviations, kept, INLIER_QUANTILE);
+        let back: Vec<usize> =
+            (0..kept.len()).filter(|member| kept[*member] == 0.0 && distances[*member] <= sigma).collect();
+        back.iter().for_each(|member| kept[*member] = 1.0);
+        !back.is_empty()
     }
 }
 
-/// NormalEquations equations of some columns.
+/// Normal equations of some columns.
 fn sums(
     deviations: &[DVector<f64>],
     columns: &[DMatrix<f64>],

@@ -59,7 +59,6 @@ fn the_mean_square_over_its_freedom_is_unbiased_in_small_groups() {
 
 #[test]
 fn an_outlier_is_left_out_and_costs_its_degrees_of_freedom() {
-    // Of large groups: in a small one the outlier draws the mean along, and the whole group is left out.
     let mut all = replicates(&[20; 12], 1.0, 9);
     let sound = allow(&all).1;
     all.residuals[17][0] += 20.0;
@@ -68,6 +67,35 @@ fn an_outlier_is_left_out_and_costs_its_degrees_of_freedom() {
     assert_eq!(spoilt.freedom, sound.freedom - 3);
     let edge = chi_squared_quantile(INLIER_QUANTILE, 3.0).sqrt();
     assert!((4.0..4.5).contains(&edge), "{edge} sigmas");
+}
+
+#[test]
+fn a_far_outlier_of_a_small_group_is_left_out_alone() {
+    for size in [3, 4, 6] {
+        for shift in [12.0, 100.0, 1e4] {
+            let mut all = replicates(&vec![size; 40], 1.0, 31);
+            let sound = allow(&all).1;
+            all.residuals[size * 7][1] += shift;
+            let spoilt = allow(&all).1;
+            assert_eq!(spoilt.freedom, sound.freedom - 3, "{size} replicates, {shift} sigmas");
+            assert!((spoilt.sigma - sound.sigma).abs() < 0.05, "{} {}", spoilt.sigma, sound.sigma);
+        }
+    }
+}
+
+#[test]
+fn of_a_pair_that_differs_nothing_is_left_and_of_two_outliers_in_a_group_neither() {
+    let mut all = replicates(&[2; 60], 1.0, 32);
+    let sound = allow(&all).1;
+    all.residuals[20][0] += 50.0;
+    assert_eq!(allow(&all).1.freedom, sound.freedom - 3);
+    let mut all = replicates(&[7; 20], 1.0, 33);
+    let sound = allow(&all).1;
+    all.residuals[21][0] += 500.0;
+    all.residuals[24][2] -= 20.0;
+    let spoilt = allow(&all).1;
+    assert_eq!(spoilt.freedom, sound.freedom - 6);
+    assert!((spoilt.sigma - sound.sigma).abs() < 0.05, "{} {}", spoilt.sigma, sound.sigma);
 }
 
 /// Replicates that also depend on one condition: +-1 with a coefficient, and a candidate that says so.
