@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::prompt::{Answer, Prompt, PromptId};
 
-pub use crate::named_value::NamedValue;
+pub use crate::named_value::{NamedValue, PlaneClearance};
 pub use crate::step_path::StepPath;
 
 /// An event with its place in the run's sequence. As JSON it is one flat object: `{"sequence": 3, "time": "...", "event": "step_started", ...}`.
@@ -143,8 +143,8 @@ pub enum Event {
     Clearance {
         /// Name in the cell file.
         device: String,
-        /// For each plane, by its name, how far the nearest end of a link is on its free side, mm, by the zeros now believed; negative beyond it.
-        planes: Vec<NamedValue>,
+        /// For each plane how far the nearest end of a link is on its free side, by the zeros now believed.
+        planes: Vec<PlaneClearance>,
     },
     /// A robot's zeros no longer hold: its drive reads elsewhere than the record left it. Until a run has found them again its joints stand somewhere
     /// else than its numbers say, and its keep-out planes are not watched.

@@ -15,3 +15,12 @@ pub struct NamedValue {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<f64>,
 }
+
+/// How far the nearest part of a robot is clear of a plane.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlaneClearance {
+    /// What people call the plane.
+    pub plane: String,
+    /// How far the nearest end of a link is on the free side, mm; negative beyond the plane. None while the position of a joint is not known.
+    pub clearance_mm: Option<f64>,
+}

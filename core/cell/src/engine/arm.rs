@@ -14,7 +14,7 @@ use crate::deg_or_mm::DegOrMm;
 use crate::device::{DeviceError, RobotLink, StartError};
 use crate::engine::EventSender;
 use crate::engine::believed::{self, RequestTimes, Source};
-use crate::event::{Event, NamedValue};
+use crate::event::{Event, NamedValue, PlaneClearance};
 use crate::prompt::Answer;
 use crate::workcell::{BoundKeepOut, KeepOut, ModelFile, RobotSetting, Trespass};
 
@@ -312,9 +312,9 @@ impl Arm {
         self.listed.iter().map(|joint| values[joint.position()]).collect()
     }
 
-    /// How far its nearest part is clear of each of its keep-out planes, mm, by the zeros now believed; negative beyond one.
-    pub(crate) fn clearances(&self, drive: &JointVector) -> Vec<NamedValue> {
-        self.keep_out.as_ref().map(|check| clearances_of(check, &self.corrected(drive))).unwrap_or_default()
+    /// How far its nearest part is clear of each of its keep-out planes, by the zeros now believed.
+    pub(crate) fn clearances(&self, drive: &JointVector) -> Vec<PlaneClearance> {
+        self.keep_out.as_ref().map(|check| check.clearances(&self.corrected(drive))).unwrap_or_default()
     }
 
     /// Shows where the robot is while it moves.
@@ -339,10 +339,7 @@ impl Arm {
             if let Some(check) = &keep_out {
                 let corrected: Vec<f64> =
                     state.joints.as_slice().iter().zip(&zeros).map(|(said, zero)| said + zero).collect();
-                events.send(Event::Clearance {
-                    device: name.clone(),
-                    planes: clearances_of(check, &corrected),
-                });
+                events.send(Event::Clearance { device: name.clone(), planes: check.clearances(&corrected) });
             }
         }));
     }
@@ -563,10 +560,14 @@ impl Arm {
 
 /// A warning, for who is to look.
 pub(crate) fn believed_trespass_in_words(trespass: &Trespass) -> String {
-    format!(
-        "By the zeros believed now, which are in question, the end of link {} would come {:.1} mm past {}.",
-        trespass.link, trespass.depth_mm, trespass.plane
-    )
+    match trespass {
+        Trespass::Beyond { link, plane, depth_mm } => format!(
+            "By the zeros believed now, which are in question, the end of link {link} would come {depth_mm:.1} mm past {plane}."
+        ),
+        Trespass::Unknown { link, plane } => {
+            format!("Where the end of link {link} would come is not known: it may come past {plane}.")
+        }
+    }
 }
 
 /// The zero of a joint in force, in the unit people write.
@@ -578,13 +579,6 @@ pub(crate) fn zero_in_force(corrections: &[AppliedCorrection], joint: &str) -> O
 /// Where the flange is for the joints as the cell lists them, rad.
 fn flange_of(model: &ModelFile, joints: &[f64], sides: &[i8]) -> IsometryMatrix3<f64> {
     model.forward.flange(&model.model_joints(joints), &model.model_sides(sides, None))
-}
-
-fn clearances_of(check: &BoundKeepOut, corrected: &[f64]) -> Vec<NamedValue> {
-    let clearances = check.clearances(corrected).into_iter();
-    clearances
-        .map(|(plane, value)| NamedValue { name: plane, value, unit: "mm".to_owned(), uncertainty: None })
-        .collect()
 }
 
 fn lock(zeros: &Zeros) -> MutexGuard<'_, Vec<f64>> {

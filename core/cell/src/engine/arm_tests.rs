@@ -131,8 +131,9 @@ fn planes_are_watched_only_while_the_zeros_are_trusted() {
     arm.set_zeros(&[], false);
     assert_eq!(arm.check_move(&above, &below), Ok(()));
     let trespass = arm.believed_trespass(&above, &below).expect("a warning");
-    assert_eq!(trespass.plane, "the table");
-    assert!((trespass.depth_mm - 30.0).abs() < 1e-6, "{trespass:?}");
+    let crate::workcell::Trespass::Beyond { plane, depth_mm, .. } = &trespass else { panic!("{trespass:?}") };
+    assert_eq!(plane, "the table");
+    assert!((depth_mm - 30.0).abs() < 1e-6, "{trespass:?}");
 }
 
 #[test]

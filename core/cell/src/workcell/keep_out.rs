@@ -7,6 +7,7 @@ use plumb_plugin::{JointVector, RobotDescription, Value};
 use serde::{Deserialize, Serialize};
 
 use super::RobotSetting;
+use crate::named_value::PlaneClearance;
 
 /// The points p with normal . p < offset are out of bounds. In the robot's base frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,16 +32,29 @@ impl KeepOutPlane {
 
 /// A part of a robot would come past a plane.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error(
-    "on the way the end of link {link} would come {depth_mm:.1} mm past {plane}; raise the arm, or take another way"
-)]
-pub struct Trespass {
-    /// The link whose end it is.
-    pub link: String,
-    /// The plane.
-    pub plane: String,
-    /// How far, mm.
-    pub depth_mm: f64,
+pub enum Trespass {
+    /// The end of a link would come beyond a plane.
+    #[error(
+        "on the way the end of link {link} would come {depth_mm:.1} mm past {plane}; raise the arm, or take another way"
+    )]
+    Beyond {
+        /// The link whose end it is.
+        link: String,
+        /// The plane.
+        plane: String,
+        /// How far, mm.
+        depth_mm: f64,
+    },
+    /// A joint's position is not known, so that nobody can say where a link is.
+    #[error(
+        "where the end of link {link} is on the way is not known, so that it may pass {plane}; a joint before it has no known position: find its zero first"
+    )]
+    Unknown {
+        /// The link whose end it is.
+        link: String,
+        /// The plane.
+        plane: String,
+    },
 }
 
 /// One joint of the model, as far as its place goes: a mm, alpha rad, d mm, theta rad, sign.
@@ -173,26 +187,26 @@ impl BoundKeepOut {
             from.as_slice().iter().zip(to.as_slice()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let pieces = (furthest / LOOK_EVERY).ceil().clamp(1.0, 400.0) as usize;
         let start = self.link_ends(from, to, 0.0);
-        let mut deepest: Option<Trespass> = None;
+        let mut deepest: Option<(f64, Trespass)> = None;
         for piece in 1..=pieces {
             let here = self.link_ends(from, to, piece as f64 / pieces as f64);
             for ((row, point), before) in self.check.rows.iter().zip(here).zip(&start) {
                 for plane in &self.check.planes {
                     let clearance = plane.clearance(point);
-                    let is_deepest = deepest.as_ref().is_none_or(|known| -clearance > known.depth_mm);
+                    let (link, name) = (row.name.clone(), plane.name.clone());
+                    if clearance.is_nan() {
+                        return Err(Trespass::Unknown { link, plane: name });
+                    }
+                    let depth_mm = -clearance;
+                    let is_deepest = deepest.as_ref().is_none_or(|(known, _)| depth_mm > *known);
                     let is_free = clearance >= -1e-6 || clearance >= plane.clearance(*before) - 1e-6;
-                    // A link of which nobody knows where it is has a clearance that is no number: it is not free.
                     if !is_free && is_deepest {
-                        deepest = Some(Trespass {
-                            link: row.name.clone(),
-                            plane: plane.name.clone(),
-                            depth_mm: -clearance,
-                        });
+                        deepest = Some((depth_mm, Trespass::Beyond { link, plane: name, depth_mm }));
                     }
                 }
             }
         }
-        deepest.map_or(Ok(()), Err)
+        deepest.map_or(Ok(()), |(_, trespass)| Err(trespass))
     }
 
     fn link_ends(&self, from: &JointVector, to: &JointVector, fraction: f64) -> Vec<[f64; 3]> {
@@ -212,16 +226,24 @@ impl BoundKeepOut {
         posture.joints.iter().map(|frame| frame.end.translation.vector.into()).collect()
     }
 
-    /// How far the nearest end of a link is on the free side of each plane, mm; negative beyond it. `corrected` are the joints in the drive's order
-    /// with their zeros: rad, or mm.
-    pub(crate) fn clearances(&self, corrected: &[f64]) -> Vec<(String, f64)> {
+    /// How far the nearest end of a link is on the free side of each plane. `corrected` are the joints in the drive's order with their zeros: rad, or
+    /// mm; NaN of a joint whose position is not known, and then the clearance is not known either.
+    pub(crate) fn clearances(&self, corrected: &[f64]) -> Vec<PlaneClearance> {
         let attitudes: Vec<f64> =
             self.columns.iter().map(|column| corrected.get(*column).copied().unwrap_or(f64::NAN)).collect();
         let ends = self.ends_of(&attitudes);
-        let nearest =
-            |plane: &KeepOutPlane| ends.iter().map(|end| plane.clearance(*end)).fold(f64::INFINITY, f64::min);
-        self.check.planes.iter().map(|plane| (plane.name.clone(), nearest(plane))).collect()
+        let clearance = |plane: &KeepOutPlane| PlaneClearance {
+            plane: plane.name.clone(),
+            clearance_mm: nearest(ends.iter().map(|end| plane.clearance(*end))),
+        };
+        self.check.planes.iter().map(clearance).collect()
     }
+}
+
+/// The least of several clearances, mm; none where one of them is no number, or where there is none.
+fn nearest(clearances: impl Iterator<Item = f64>) -> Option<f64> {
+    let least = clearances.reduce(|one, other| if one.is_nan() || one < other { one } else { other })?;
+    least.is_finite().then_some(least)
 }
 
 impl MoveGuard for BoundKeepOut {
@@ -324,7 +346,7 @@ mod tests {
         assert!(check().bind(&robot()).unwrap().check(&pose(0.0, 0.0), &lower).is_ok());
         let shifted = check().with_zeros(|joint| if joint == "shoulder" { -0.2 } else { 0.0 });
         let trespass = shifted.bind(&robot()).unwrap().check(&pose(0.0, 0.0), &lower).unwrap_err();
-        assert_eq!(trespass.link, "elbow");
+        assert!(matches!(&trespass, Trespass::Beyond { link, .. } if link == "elbow"), "{trespass:?}");
     }
 
     #[test]
@@ -349,10 +371,29 @@ mod tests {
     #[test]
     fn the_nearest_part_of_the_arm_tells_how_far_it_is_clear_of_a_plane() {
         let bound = check().bind(&robot()).unwrap();
-        let clearance = |pose: JointVector| bound.clearances(pose.as_slice())[0].1;
+        let clearance = |pose: JointVector| bound.clearances(pose.as_slice())[0].clearance_mm.unwrap();
         assert!((clearance(pose(0.0, 0.0)) - 150.0).abs() < 1e-9);
         assert!((clearance(pose(0.0, -90.0)) - 50.0).abs() < 1e-9);
         assert!((clearance(pose(-90.0, 0.0)) + 50.0).abs() < 1e-9, "beyond it is negative");
+    }
+
+    #[test]
+    fn a_clearance_is_unknown_while_the_position_of_a_joint_is() {
+        let bound = check().bind(&robot()).unwrap();
+        for unknown in 0..2 {
+            let mut joints = [0.0; 3];
+            joints[unknown] = f64::NAN;
+            assert_eq!(bound.clearances(&joints)[0].clearance_mm, None, "joint {unknown}");
+        }
+        assert_eq!(bound.clearances(&[])[0].clearance_mm, None, "no joint is known");
+    }
+
+    #[test]
+    fn a_move_of_which_nobody_knows_where_it_leads_is_refused_in_words() {
+        let unknown = JointVector::from_slice(&[0.0, f64::NAN, 0.0]).unwrap();
+        let refused = check().bind(&robot()).unwrap().check(&unknown, &pose(0.0, 0.0)).unwrap_err();
+        assert!(matches!(&refused, Trespass::Unknown { link, .. } if link == "shoulder"), "{refused:?}");
+        assert!(!refused.to_string().contains("NaN"), "{refused}");
     }
 
     #[test]

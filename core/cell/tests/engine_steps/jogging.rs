@@ -129,7 +129,7 @@ fn jog_through_the_table(
             }
         }
         // Seen beyond the table twice, so that the jog is over: it is where it was to be.
-        Event::Clearance { planes, .. } if planes[0].value < 0.0 => {
+        Event::Clearance { planes, .. } if planes[0].clearance_mm.is_some_and(|mm| mm < 0.0) => {
             lowest += 1;
             if lowest == 2 {
                 let prompt = PromptId(3);
@@ -165,8 +165,8 @@ fn once_confirmed_the_jog_goes_on_and_the_height_says_that_it_is_beyond_the_tabl
         _ => None,
     });
     let clearance = clearance.expect("the height is shown");
-    assert_eq!((clearance.name.as_str(), clearance.unit.as_str()), ("the table", "mm"));
-    assert!(clearance.value < 0.0, "{clearance:?}");
+    assert_eq!(clearance.plane, "the table");
+    assert!(clearance.clearance_mm.is_some_and(|mm| mm < 0.0), "{clearance:?}");
 }
 
 #[test]

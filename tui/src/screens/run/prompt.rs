@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use plumb_cell::answers::level_readings;
 use plumb_cell::command::Command;
-use plumb_cell::event::NamedValue;
+use plumb_cell::event::{NamedValue, PlaneClearance};
 use plumb_cell::prompt::{Answer, Decision, Prompt, PromptKind};
 
 /// Steps a jog can make, in degrees (mm for a linear joint).
@@ -36,7 +36,7 @@ pub(crate) struct OpenPrompt {
     /// An answer was given and the engine has not replied yet.
     pub answered: bool,
     /// How far the robot of a jog is clear of its keep-out planes, mm; negative beyond one.
-    pub clearances: Vec<NamedValue>,
+    pub clearances: Vec<PlaneClearance>,
 }
 
 impl OpenPrompt {
@@ -221,7 +221,7 @@ impl OpenPrompt {
     }
 
     /// Keeps the clearances of a jog's robot up to date.
-    pub(crate) fn take_clearance(&mut self, moved: &str, planes: &[NamedValue]) {
+    pub(crate) fn take_clearance(&mut self, moved: &str, planes: &[PlaneClearance]) {
         if matches!(&self.prompt.kind, PromptKind::JogTo { device, .. } if device == moved) {
             self.clearances = planes.to_vec();
         }

@@ -1,6 +1,6 @@
 //! Draws the prompt: what is asked, the field or the choices, what would be right, why an answer was not taken.
 
-use plumb_cell::event::NamedValue;
+use plumb_cell::event::{NamedValue, PlaneClearance};
 use plumb_cell::prompt::{ChoiceOption, Decision, JogGoal, PromptKind};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -218,12 +218,16 @@ fn goal_line(goal: &JogGoal, joints: &[NamedValue], theme: &Theme) -> Line<'stat
 }
 
 /// How far the arm is clear of a keep-out plane; beyond it with a sign, for who sees no colours.
-fn clearance_line(clearance: &NamedValue, theme: &Theme) -> Line<'static> {
-    let NamedValue { name, value, unit, .. } = clearance;
-    if *value < 0.0 {
-        return Line::styled(format!("\u{2717} {:.1} {unit} BEYOND {name}", -value), theme.bad);
+fn clearance_line(clearance: &PlaneClearance, theme: &Theme) -> Line<'static> {
+    let PlaneClearance { plane, clearance_mm } = clearance;
+    match clearance_mm {
+        Some(mm) if *mm < 0.0 => Line::styled(format!("\u{2717} {:.1} mm BEYOND {plane}", -mm), theme.bad),
+        Some(mm) => Line::styled(format!("  {mm:.1} mm clear of {plane}"), theme.text),
+        None => Line::styled(
+            format!("? distance to {plane} unknown: a joint's position is unknown"),
+            theme.warning,
+        ),
     }
-    Line::styled(format!("  {value:.1} {unit} clear of {name}"), theme.text)
 }
 
 fn poses(recorded: &[NamedValue], reported: &[NamedValue], theme: &Theme) -> Vec<Line<'static>> {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use plumb_cell::command::{Command as Tell, PauseWhen};
-use plumb_cell::event::{Event, NamedValue, RunOutcome};
+use plumb_cell::event::{Event, NamedValue, PlaneClearance, RunOutcome};
 use plumb_cell::prompt::{Answer, Decision, PromptId, PromptKind};
 use ratatui::crossterm::event::KeyCode;
 
@@ -124,15 +124,16 @@ fn the_height_over_the_table_is_shown_with_the_jog_and_says_in_words_when_it_is_
     let Event::PromptAsked { prompt } = jog_asked() else { panic!("a prompt") };
     let PromptKind::JogTo { device, .. } = prompt.kind.clone() else { panic!("a jog") };
     tell(&mut state, Event::PromptAsked { prompt });
-    let clearance = |value: f64| {
-        let plane =
-            NamedValue { name: "the table".to_owned(), value, unit: "mm".to_owned(), uncertainty: None };
-        Event::Clearance { device: device.clone(), planes: vec![plane] }
+    let clearance = |clearance_mm: Option<f64>| Event::Clearance {
+        device: device.clone(),
+        planes: vec![PlaneClearance { plane: "the table".to_owned(), clearance_mm }],
     };
-    tell(&mut state, clearance(33.46));
+    tell(&mut state, clearance(Some(33.46)));
     assert!(page(&state, 80, 24).contains("33.5 mm clear of the table"));
-    tell(&mut state, clearance(-12.04));
+    tell(&mut state, clearance(Some(-12.04)));
     assert!(page(&state, 80, 24).contains("\u{2717} 12.0 mm BEYOND the table"));
+    tell(&mut state, clearance(None));
+    assert!(page(&state, 80, 24).contains("? distance to the table unknown"));
 }
 
 #[test]
