@@ -205,7 +205,7 @@ fn palletizer(noise_mm: f64, faults: &str) -> Cells {
     cells.write(
         &own("palletizer.model.yaml"),
         &format!(
-            "arm: palletizer\nconvention: {{urdf: palletizer.urdf}}\njoints: [{{name: column}}, {{name: lift}}, {{name: reach}}, {{name: bend}}, {{name: twist}}]\nbase: {{free: true}}\ntargets: {{p1: {{xyz_mm: [120, 30, 40], free: true}}}}\nfree: [joint_zero(*)]\nmeasured_from: world\nnoise: {{p1_mm: {noise_mm}}}\n"
+            "arm: palletizer\nconvention: {{urdf: palletizer.urdf}}\nbase: {{free: true}}\ntargets: {{p1: {{xyz_mm: [120, 30, 40], free: true}}}}\nfree: [joint_zero(*)]\nmeasured_from: world\nnoise: {{p1_mm: {noise_mm}}}\n"
         ),
     );
     cells.write(

@@ -7,7 +7,7 @@ use plumb_calibration::arm_model::Model;
 use plumb_calibration::file::ModelFileError;
 use plumb_calibration::forward::ForwardModel;
 use plumb_kinematics::{Chain, Motion};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 use crate::expression::{Calculator, Expression, Names, Shape};
 use crate::read_context::ReadContext;
@@ -86,6 +86,7 @@ impl ModelFile {
 }
 
 /// What is read of a model file.
+#[derive(Debug)]
 pub(super) struct ModelRows {
     pub(super) text: String,
     pub(super) model: Arc<Model>,
@@ -96,11 +97,13 @@ pub(super) struct ModelRows {
     pub(super) forward: Arc<ForwardModel>,
 }
 
-/// A model joint's angle (rad) from the drive's (rad): coefficients, then the constant.
+/// A model joint's angle (rad) from the drive's (rad): coefficients, then the constant. A joint of the drive whose position is not known (NaN) leaves
+/// those unknown that depend on it.
 pub(super) fn model_joint(row: &[f64], drive: &[f64]) -> f64 {
     match row.split_last() {
         Some((constant, coefficients)) => {
-            constant + coefficients.iter().zip(drive).map(|(c, q)| c * q).sum::<f64>()
+            let driving = coefficients.iter().zip(drive).filter(|(c, _)| **c != 0.0);
+            constant + driving.map(|(c, q)| c * q).sum::<f64>()
         }
         None => 0.0,
     }
@@ -118,38 +121,16 @@ fn parse_model(file: &Path, text: &str) -> Result<Model, FileProblems> {
     Model::parse(&file.display().to_string(), text).map_err(|ModelFileError(problems)| problems)
 }
 
-/// Reads the rows of a model file.
+/// Reads the rows of a model file. The joints are those of the model, so that one whose arm is described by a URDF file needs no `joints:`.
 pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
     let text = read_document(file, FileKind::CELL)?;
-    let problems = Problems::default();
-    let root = parse(file, &text, &problems)?;
-    let entries = root.entries("a model", &problems).unwrap_or_default();
-    let rows = entries.iter().find(|(key, _)| key.name == "joints").map(|(_, node)| node);
-    let rows = match rows {
-        Some(node) => node.list("`joints`", &problems).unwrap_or_default(),
-        None => {
-            problems.add(root.span, "a model has the key `joints`", "");
-            &[]
-        }
-    };
-    let mut joints = Vec::new();
-    let mut quantities = Map::new();
-    for row in rows {
-        let Some(columns) = row.entries("a joint", &problems) else { continue };
-        let Some((_, name)) = columns.iter().find(|(key, _)| key.name == "name") else {
-            problems.add(row.span, "a joint has the key `name`", "");
-            continue;
-        };
-        let Some(name) = name.text("`name`", &problems) else { continue };
-        let numbers = columns.iter().filter_map(|(key, node)| match node.value {
-            NodeValue::Number(number) => Some((key.name.clone(), Value::from(number))),
-            _ => None,
-        });
-        joints.push(name.to_owned());
-        quantities.insert(name.to_owned(), Value::Object(numbers.collect()));
-    }
-    problems.into_result(file, &text)?;
     let model = parse_model(file, &text)?;
+    let problems = Problems::default();
+    let mut written = written_rows(&parse(file, &text, &problems)?, &problems);
+    problems.into_result(file, &text)?;
+    let joints: Vec<String> = model.chain.joints.iter().map(|joint| joint.name.clone()).collect();
+    let row_of = |joint: &String| (joint.clone(), written.remove(joint).unwrap_or_else(|| json!({})));
+    let quantities = joints.iter().map(row_of).collect();
     let surfaces = model.surfaces.iter().map(|surface| surface.name.clone()).collect();
     let levels = model.levels.iter().filter_map(|level| level.name.clone()).collect();
     let forward = ForwardModel::new(model.clone()).map_err(|error| FileProblems {
@@ -166,6 +147,25 @@ pub(super) fn read_rows(file: &Path) -> Result<ModelRows, FileProblems> {
         levels,
         forward: Arc::new(forward),
     })
+}
+
+/// The numbers that the file gives of each joint, by the joint's name.
+fn written_rows(root: &Node, problems: &Problems) -> Map<String, Value> {
+    let entries = root.entries("a model", problems).unwrap_or_default();
+    let rows = entries.iter().find(|(key, _)| key.name == "joints").map(|(_, node)| node);
+    let rows = rows.and_then(|node| node.list("`joints`", problems)).unwrap_or_default();
+    rows.iter().filter_map(|row| written_row(row, problems)).collect()
+}
+
+/// The name and the numbers of one joint.
+fn written_row(row: &Node, problems: &Problems) -> Option<(String, Value)> {
+    let columns = row.entries("a joint", problems)?;
+    let (_, name) = columns.iter().find(|(key, _)| key.name == "name")?;
+    let numbers = columns.iter().filter_map(|(key, node)| match node.value {
+        NodeValue::Number(number) => Some((key.name.clone(), Value::from(number))),
+        _ => None,
+    });
+    Some((name.text("`name`", problems)?.to_owned(), Value::Object(numbers.collect())))
 }
 
 /// Reads `model_from_drive`: for each model joint an expression that is linear in the drive's joints. A model joint that is not named is
@@ -250,4 +250,51 @@ fn linear_coefficients(
     }
     row.push(if slides { constant } else { constant.to_radians() });
     Ok(row)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const URDF: &str = r#"<robot name="two"><link name="base"/><link name="post"/><link name="hand"/>
+      <joint name="column" type="revolute"><parent link="base"/><child link="post"/><axis xyz="0 0 1"/>
+        <limit lower="-3" upper="3" velocity="1" effort="0"/></joint>
+      <joint name="reach" type="prismatic"><parent link="post"/><child link="hand"/><axis xyz="1 0 0"/>
+        <limit lower="0" upper="0.5" velocity="1" effort="0"/></joint></robot>"#;
+
+    /// What is read of a model whose arm stands in a URDF file, with these keys besides.
+    fn read(keys: &str) -> Result<ModelRows, FileProblems> {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("two.urdf"), URDF).unwrap();
+        let file = folder.path().join("two.model.yaml");
+        std::fs::write(&file, format!("arm: two\nconvention: {{urdf: two.urdf}}\n{keys}")).unwrap();
+        read_rows(&file)
+    }
+
+    #[test]
+    fn a_models_joints_are_those_of_its_urdf_file() {
+        let rows = read("").unwrap();
+        assert_eq!(rows.joints, ["column", "reach"]);
+        assert_eq!(rows.quantities.len(), 2);
+        let slides: Vec<bool> = (0..2).map(|joint| rows.model.slides(joint)).collect();
+        assert_eq!(slides, [false, true]);
+    }
+
+    #[test]
+    fn rows_that_add_to_a_urdf_file_keep_its_order_and_need_not_be_complete() {
+        let rows = read("joints: [{name: reach, gear_ratio: 4}]\n").unwrap();
+        assert_eq!(rows.joints, ["column", "reach"]);
+        assert_eq!(rows.quantities["reach"]["gear_ratio"], 4.0);
+        assert_eq!(rows.quantities["column"], json!({}));
+    }
+
+    #[test]
+    fn a_joint_that_the_urdf_file_does_not_have_is_refused_with_its_place() {
+        let problems = read("joints: [{name: rich}]\n").unwrap_err().problems;
+        assert_eq!(problems.len(), 1, "{problems:?}");
+        assert!(
+            problems[0].message.contains("no joint `rich`") && problems[0].span.is_some(),
+            "{problems:?}"
+        );
+    }
 }
