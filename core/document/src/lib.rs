@@ -23,5 +23,5 @@ pub use node::{Key, Node, NodeValue};
 pub use parse::parse;
 pub use problem::{FileProblems, Problem, Problems, Span};
 pub use read::{LimitedReader, lines, open, read_bytes, read_text, text_of};
-pub use suggestion::{did_you_mean, one_of};
+pub use suggestion::{did_you_mean, nearest, one_of};
 pub use typed::{OtherKeys, Spanned, typed, typed_with};

@@ -20,7 +20,8 @@ pub fn one_of<'a>(known: impl IntoIterator<Item = &'a str>) -> String {
 }
 
 /// The one of `known` that a slip of the hand could have turned into `typed`.
-pub(crate) fn nearest<'a>(typed: &str, known: &[&'a str]) -> Option<&'a str> {
+#[must_use]
+pub fn nearest<'a>(typed: &str, known: &[&'a str]) -> Option<&'a str> {
     if let Some(longer) =
         known.iter().find(|name| name.strip_prefix(typed).is_some_and(|rest| rest.starts_with('_')))
     {

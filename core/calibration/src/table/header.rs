@@ -1,6 +1,6 @@
 //! What a column's header says it holds, and in which unit.
 
-use strsim::damerau_levenshtein;
+use plumb_document::nearest;
 
 /// What one column holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -203,8 +203,8 @@ pub(super) fn near_miss(name: &str, joints: usize) -> Option<String> {
     .to_vec();
     known.extend((1..=joints).map(|joint| format!("approach_q{joint}")));
     let lower = name.to_lowercase();
-    let near = known.into_iter().map(|known| (damerau_levenshtein(&known, &lower), known));
-    near.filter(|(distance, _)| name.len() > 3 && *distance <= 2).min().map(|(_, known)| known)
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    nearest(&lower, &known).filter(|_| name.len() > 3).map(str::to_owned)
 }
 
 #[cfg(test)]

@@ -6,10 +6,7 @@ use std::sync::Arc;
 use crate::procedure::Procedure;
 use crate::read_context::ReadContext;
 use crate::step::TOLERANCES;
-use plumb_document::{Key, MapReader, Problems};
-
-/// As many letters may be wrong, missing, too many or exchanged in a name that was meant to be another.
-const SLIP: usize = 2;
+use plumb_document::{Key, MapReader, Problems, nearest};
 
 /// Reads `tolerances:`.
 pub(super) fn read(map: &mut MapReader<'_>, context: &ReadContext<'_>) -> Vec<(Key, f64)> {
@@ -31,9 +28,9 @@ pub(super) fn check(tolerances: &[(Key, f64)], procedures: &[Arc<Procedure>], pr
         collect_used(procedure, &mut used);
     }
     let given = |wanted: &str| tolerances.iter().any(|(name, _)| name.name == wanted);
+    let missing: Vec<&str> = used.iter().map(String::as_str).filter(|name| !given(name)).collect();
     for (name, _) in tolerances.iter().filter(|(name, _)| !used.contains(&name.name)) {
-        let near = |meant: &&String| strsim::damerau_levenshtein(&name.name, meant) <= SLIP && !given(meant);
-        if let Some(meant) = used.iter().find(near) {
+        if let Some(meant) = nearest(&name.name, &missing) {
             let message = format!("no procedure of the cell uses a tolerance `{}`", name.name);
             problems.add(name.span, message, format!("did you mean `{meant}`?"));
         }
