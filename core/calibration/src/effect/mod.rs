@@ -233,3 +233,6 @@ pub(crate) fn amplitude(values: &[f64], covariance: &DMatrix<f64>, unit: Unit) -
     };
     Size { value: value * unit.factor, unit: unit.name, error: variance.max(0.0).sqrt() * unit.factor }
 }
+
+#[cfg(test)]
+mod tests;

@@ -72,3 +72,6 @@ impl ResidualModel<'_> {
         outcome::refit(self, start, rows, weights.to_vec(), options, progress)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -7,3 +7,6 @@ mod read;
 
 pub use columns::{Covariate, CovariateValues, MOST_LEVELS, Names, PositionColumns, Table};
 pub use read::TableError;
+
+#[cfg(test)]
+mod tests;

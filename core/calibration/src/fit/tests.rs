@@ -1,0 +1,171 @@
+//! Fits of made-up measurements whose truth and noise are known.
+
+use plumb_estimation::{Progress, Random};
+
+use super::*;
+use crate::arm_model::{AddedEffect, Model};
+use crate::effect::parse;
+use crate::measurement::Observations;
+use crate::table::Table;
+
+/// A planar arm of two links (Spong, Hutchinson and Vidyasagar 2006, section 3.3).
+const PLANAR: &str = "
+arm: planar
+convention: distal
+joints:
+  - {name: shoulder, a_mm: 400}
+  - {name: elbow, a_mm: 300}
+base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0], free: false}
+targets: {p1: {xyz_mm: [0, 0, 0], free: false}}
+";
+
+/// What the arm really is: zero of the elbow, rad, and excess length of the first link, mm.
+const TRUTH: [f64; 2] = [0.004, 1.25];
+
+/// Measurements of the arm as it really is, with noise of `sigma` mm an axis.
+fn measured(rows: usize, sigma: f64, seed: u64) -> Table {
+    let mut random = Random::seeded(seed);
+    let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
+    for _ in 0..rows {
+        let (one, other) = (-90.0 + 180.0 * random.uniform(), -120.0 + 240.0 * random.uniform());
+        let (first, second) = (one.to_radians(), (one + other).to_radians() + TRUTH[0]);
+        let x = (400.0 + TRUTH[1]) * first.cos() + 300.0 * second.cos() + sigma * random.normal();
+        let y = (400.0 + TRUTH[1]) * first.sin() + 300.0 * second.sin() + sigma * random.normal();
+        let z = sigma * random.normal();
+        text.push_str(&format!("{one},{other},{x},{y},{z}\n"));
+    }
+    Table::parse("made.csv", &text).unwrap()
+}
+
+/// Fits these effects to a table; `noise` is the model file's line about it.
+fn fitted(table: &Table, noise: &str, effects: &[&str]) -> Result<Fit, FitError> {
+    let model = Model::parse("planar.yaml", &format!("{PLANAR}{noise}")).unwrap();
+    let observations = Observations::new(&model, table).unwrap();
+    let added = |text: &&str| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() };
+    let effects: Vec<AddedEffect> = effects.iter().map(added).collect();
+    let machine = ResidualModel::new(&model, table, &observations, &effects).unwrap();
+    machine.fit(&machine.start(), &vec![true; table.len()], FitOptions::default(), &Progress::default())
+}
+
+const BOTH: [&str; 2] = ["joint_zero(elbow)", "link_length(shoulder)"];
+
+#[test]
+fn the_truth_is_found_exactly_without_noise() {
+    let fit = fitted(&measured(20, 0.0, 1), "", &BOTH).unwrap();
+    assert!((fit.state.effects[0][0] - TRUTH[0]).abs() < 1e-9, "{:?}", fit.state.effects);
+    assert!((fit.state.effects[1][0] - TRUTH[1]).abs() < 1e-6, "{:?}", fit.state.effects);
+    assert!(fit.convergence.arrived && fit.gauges.is_empty());
+}
+
+#[test]
+fn standard_errors_are_those_with_which_the_estimates_scatter() {
+    // The model declares no noise, or a wrong one: the errors have to come from the residuals.
+    for (noise, sigma) in [("", 0.05), ("noise: {p1_mm: 1}\n", 0.05)] {
+        let mut squares = [0.0; 2];
+        let runs = 60;
+        for seed in 0..runs {
+            let fit = fitted(&measured(30, sigma, 100 + seed), noise, &BOTH).unwrap();
+            for (parameter, square) in squares.iter_mut().enumerate() {
+                let off = fit.state.effects[parameter][0] - TRUTH[parameter];
+                *square += off * off / fit.covariance[(parameter, parameter)];
+            }
+        }
+        // The mean of 60 squares of a standard normal has a standard deviation of sqrt(2 / 60) = 0.18.
+        for square in squares {
+            let mean = square / f64::from(runs as u32);
+            assert!((0.5..1.6).contains(&mean), "{noise:?}: {mean}");
+        }
+    }
+}
+
+#[test]
+fn an_outlier_is_weighed_down_and_hardly_moves_the_estimate() {
+    let mut table = measured(30, 0.05, 7);
+    table.positions[0].xyz[4][0] += 40.0;
+    let fit = fitted(&table, "", &BOTH).unwrap();
+    assert!(fit.weights[4] < 0.01, "{}", fit.weights[4]);
+    let sound = fit.weights.iter().enumerate().filter(|(row, _)| *row != 4);
+    assert!(sound.clone().filter(|(_, weight)| **weight > 0.5).count() >= 27);
+    assert!((fit.state.effects[1][0] - TRUTH[1]).abs() < 0.1, "{:?}", fit.state.effects);
+}
+
+#[test]
+fn of_two_numbers_that_move_the_readings_alike_one_is_held_and_named_with_the_other() {
+    // The joints' axes are parallel: shifts along them add up.
+    let fit = fitted(&measured(20, 0.05, 3), "", &["link_offset(shoulder)", "link_offset(elbow)"]).unwrap();
+    assert_eq!(fit.gauges.len(), 1, "{:?}", fit.gauges);
+    let gauge = &fit.gauges[0];
+    let mut both = vec![gauge.held.clone()];
+    both.extend(gauge.same_as.clone());
+    both.sort();
+    assert_eq!(both, ["link_offset(elbow)", "link_offset(shoulder)"]);
+    let held = usize::from(gauge.held.contains("elbow"));
+    assert_eq!(fit.state.effects[held], [0.0], "it is left where it was");
+    assert_eq!(fit.covariance[(held, held)], 0.0);
+}
+
+#[test]
+fn a_number_that_changes_nothing_is_held_and_is_like_no_other() {
+    // Play shows only where the table says from which side a joint came.
+    let fit = fitted(&measured(20, 0.05, 4), "", &["joint_zero(elbow)", "joint_backlash(elbow)"]).unwrap();
+    assert_eq!(fit.gauges, [Gauge { held: "joint_backlash(elbow)".to_owned(), same_as: Vec::new() }]);
+}
+
+#[test]
+fn names_of_free_numbers_say_what_they_are() {
+    let text = PLANAR.replace("free: false", "free: true");
+    let model = Model::parse("planar.yaml", &text).unwrap();
+    let table = measured(3, 0.0, 5);
+    let observations = Observations::new(&model, &table).unwrap();
+    let harmonic = AddedEffect { id: parse("joint_harmonic(elbow, 2)", &model).unwrap(), values: Vec::new() };
+    let machine = ResidualModel::new(&model, &table, &observations, &[harmonic]).unwrap();
+    let names: Vec<String> = machine.slots().iter().map(|slot| machine.slot_name(*slot)).collect();
+    let expected = [
+        "base x",
+        "base y",
+        "base z",
+        "base turn about x",
+        "base turn about y",
+        "base turn about z",
+        "p1 x",
+        "p1 y",
+        "p1 z",
+        "joint_harmonic(elbow, 2) sine_deg",
+        "joint_harmonic(elbow, 2) cosine_deg",
+    ];
+    assert_eq!(names, expected);
+}
+
+#[test]
+fn too_few_measurements_are_refused_in_words() {
+    let said = |rows: usize, effects: &[&str]| {
+        fitted(&measured(rows, 0.05, 6), "", effects).err().unwrap().to_string()
+    };
+    let many = ["joint_zero(elbow)", "joint_zero(shoulder)", "link_length(elbow)", "link_length(shoulder)"];
+    assert!(said(1, &many).contains("measure more"), "{}", said(1, &many));
+    let model = Model::parse("planar.yaml", PLANAR).unwrap();
+    let table = measured(4, 0.05, 6);
+    let observations = Observations::new(&model, &table).unwrap();
+    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let nothing = machine.fit(&machine.start(), &[false; 4], FitOptions::default(), &Progress::default());
+    assert!(matches!(nothing, Err(FitError::NoRows { .. })), "{:?}", nothing.err());
+}
+
+#[test]
+fn rows_that_are_held_out_do_not_move_the_fit() {
+    let mut table = measured(20, 0.0, 8);
+    table.positions[0].xyz[3] = [0.0; 3];
+    let model = Model::parse("planar.yaml", PLANAR).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let effects: Vec<AddedEffect> = BOTH
+        .iter()
+        .map(|text| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() })
+        .collect();
+    let machine = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
+    let mask: Vec<bool> = (0..20).map(|row| row != 3).collect();
+    let plain = FitOptions { robust: false, ..FitOptions::default() };
+    let fit = machine.fit(&machine.start(), &mask, plain, &Progress::default()).unwrap();
+    assert!((fit.state.effects[1][0] - TRUTH[1]).abs() < 1e-6, "{:?}", fit.state.effects);
+    assert_eq!(fit.rows.len(), 19);
+    assert!(fit.residuals[9].abs() > 10.0, "its residual is told all the same");
+}
