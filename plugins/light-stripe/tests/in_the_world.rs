@@ -5,7 +5,7 @@
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use plumb_light_stripe::extract::{Extractor, Image, NoStripe, Noise, Pieces, Settings, Threshold};
 use plumb_light_stripe::geometry::{Camera, Collineation, Distortion, Rig, StripePlane};
-use plumb_simulated::light::file::RawLight;
+use plumb_simulated::light::file::read_light;
 use plumb_simulated::light::surface::{Form, Surface, pose};
 use plumb_simulated::light::{Light, Switches};
 use plumb_simulated::physics::rigid::{Rigid, Vector};
@@ -16,8 +16,7 @@ const ON: Switches = Switches { laser: true, filter: true };
 const DOWN: [f64; 3] = [180.0, 0.0, 0.0];
 
 fn light(text: &str) -> Light {
-    let raw: RawLight = serde_yaml::from_str(text).unwrap();
-    raw.check(1).unwrap()
+    read_light(std::path::Path::new("light.yaml"), text, 1).unwrap()
 }
 
 fn paper() -> Light {

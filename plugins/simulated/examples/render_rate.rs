@@ -2,16 +2,16 @@
 
 use std::error::Error;
 use std::hint::black_box;
+use std::path::Path;
 use std::time::Instant;
 
 use plumb_simulated::light::Switches;
-use plumb_simulated::light::file::RawLight;
+use plumb_simulated::light::file::read_light;
 use plumb_simulated::light::surface::pose;
 
 fn main() -> Result<(), Box<dyn Error>> {
     for file in std::env::args().skip(1) {
-        let raw: RawLight = serde_yaml::from_str(&std::fs::read_to_string(&file)?)?;
-        let light = raw.check(1)?;
+        let light = read_light(Path::new(&file), &std::fs::read_to_string(&file)?, 1)?;
         let switches = Switches { laser: true, filter: true };
         let begin = Instant::now();
         let mut pictures = 0;

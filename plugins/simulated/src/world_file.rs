@@ -4,15 +4,12 @@
 
 use std::path::Path;
 
-use plumb_document::{FileKind, read_text};
-use serde::Deserialize;
-use serde::de::IgnoredAny;
-use std::collections::BTreeMap;
+use plumb_document::{FileKind, Node, NodeValue, Problems, read_text};
 
 use crate::arm::{ArmWorld, ArmWorldDescription};
 use crate::served_world::ServedWorld;
 pub use crate::world::file::WorldFileError;
-use crate::world::file::{parse as parse_teachmover, seal};
+use crate::world::file::{no_world, of_tree, root, seal};
 use crate::world::{World, WorldDescription};
 
 /// The keys under `arm:` that stand for another arm than a TeachMover.
@@ -81,11 +78,11 @@ pub fn parse(file: &str, text: &str) -> Result<Described, WorldFileError> {
     Ok(described)
 }
 
-/// What may be told of a mistake under a seal: a message about the sealed text would give it away, one about an arm file beside it would not.
+/// What may be told of mistakes under a seal: messages about the sealed text would give it away, those about an arm file beside it would not.
 fn unsealed(file: &str, error: WorldFileError) -> WorldFileError {
     match error {
-        WorldFileError::Wrong { file: other, line, column, problem } if other != file => {
-            WorldFileError::Wrong { file: other, line, column, problem }
+        WorldFileError::Wrong(problems) if problems.file != Path::new(file) => {
+            WorldFileError::Wrong(problems)
         }
         _ => WorldFileError::BrokenSeal { file: file.to_owned() },
     }
@@ -108,18 +105,24 @@ pub fn write_sealed(path: &Path, sealed: &Path) -> Result<(), WorldFileError> {
 }
 
 fn parse_open(file: &str, text: &str) -> Result<Described, WorldFileError> {
-    if is_of_another_arm(text) {
-        return crate::arm::file::parse(file, text).map(|world| Described::Arm(Box::new(world)));
+    let (file, problems) = (Path::new(file), Problems::default());
+    let root = root(file, text, &problems)?;
+    if is_of_another_arm(&root) {
+        return crate::arm::file::read(file, text, &root, problems)
+            .map(|world| Described::Arm(Box::new(world)));
     }
-    parse_teachmover(file, text).map(|world| Described::TeachMover(Box::new(world)))
+    let world = of_tree(file, &root, &problems);
+    problems.into_result(file, text)?;
+    world.map(|world| Described::TeachMover(Box::new(world))).ok_or_else(|| no_world(file))
 }
 
-/// Whether the key under `arm:` is another's than a TeachMover's; a text that cannot be read so far is told its mistakes elsewhere.
-fn is_of_another_arm(text: &str) -> bool {
-    #[derive(Deserialize)]
-    struct Beginning {
-        arm: BTreeMap<String, IgnoredAny>,
-    }
-    let beginning: Result<Beginning, _> = serde_yaml::from_str(text);
-    beginning.is_ok_and(|beginning| OTHER_ARMS.iter().any(|key| beginning.arm.contains_key(*key)))
+/// Whether the key under `arm:` is another's than a TeachMover's; a file without any is told so by the TeachMover's reader.
+fn is_of_another_arm(root: &Node) -> bool {
+    let entries = |node: &Node| match &node.value {
+        NodeValue::Map(entries) => entries.clone(),
+        _ => Vec::new(),
+    };
+    let arms = entries(root).into_iter().filter(|(key, _)| key.name == "arm");
+    let mut keys = arms.flat_map(|(_, arm)| entries(&arm));
+    keys.any(|(key, _)| OTHER_ARMS.contains(&key.name.as_str()))
 }

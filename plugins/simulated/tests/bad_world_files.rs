@@ -1,4 +1,4 @@
-//! Every file in `bad_worlds/` is refused with the message its first line gives.
+//! Every file in `bad_worlds/` is refused with the message beside it. To accept new messages, run with `ACCEPT=1` and read what changed.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -10,15 +10,34 @@ use plumb_simulated::world::file::{self, parse};
 fn each_bad_world_file_is_refused_with_its_message() {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad_worlds");
     let mut seen = 0;
+    let mut wrong = Vec::new();
     for entry in std::fs::read_dir(directory).unwrap() {
         let path = entry.unwrap().path();
+        if path.extension().is_none_or(|extension| extension != "yaml") {
+            continue;
+        }
         let text = std::fs::read_to_string(&path).unwrap();
-        let expected = text.lines().next().unwrap().strip_prefix("# refused: ").unwrap();
-        let error = parse("world.yaml", &text).unwrap_err().to_string();
-        assert_eq!(error, expected, "{}", path.display());
+        let found = parse("world.yaml", &text).unwrap_err().to_string() + "\n";
+        let expected_file = path.with_extension("txt");
+        if std::env::var_os("ACCEPT").is_some() {
+            std::fs::write(&expected_file, &found).unwrap();
+        }
+        let expected = std::fs::read_to_string(&expected_file).unwrap_or_default();
+        if found != expected {
+            wrong.push(format!("--- {}\nexpected:\n{expected}\nfound:\n{found}", path.display()));
+        }
         seen += 1;
     }
-    assert!(seen >= 14, "{seen} files");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(seen >= 24, "{seen} files");
+}
+
+#[test]
+fn all_mistakes_of_a_world_file_are_shown_at_once() {
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad_worlds");
+    let message = std::fs::read_to_string(directory.join("many_mistakes.txt")).unwrap();
+    let places = message.lines().filter(|line| line.starts_with("world.yaml:")).count();
+    assert_eq!(places, 6, "{message}");
 }
 
 #[test]

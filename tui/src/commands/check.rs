@@ -10,7 +10,7 @@ use plumb_cell::expression::Calculator;
 use plumb_cell::workcell::load_workcell;
 use plumb_cell::{check_file, kind_of_file};
 use plumb_diagnosis::stripe::read_scene;
-use plumb_document::{DocumentKind, FileKind, FileProblems, Problem, Span, read_document};
+use plumb_document::{DocumentKind, FileProblems};
 use plumb_light_stripe::geometry::read_rig;
 use plumb_plugin::Manifest;
 use plumb_simulated::world_file::{self, WorldFileError};
@@ -79,9 +79,7 @@ fn check(
 fn read_whole(file: &Path, kind: DocumentKind) -> Result<(), String> {
     let in_words = |error: &dyn std::fmt::Display| error.to_string();
     match kind {
-        DocumentKind::World => {
-            world_file::read(file).map(drop).map_err(|error| in_words(&world_mistake(file, error)))
-        }
+        DocumentKind::World => world_file::read(file).map(drop).map_err(|error| world_mistakes(file, error)),
         DocumentKind::Study => study::check(file).map_err(|error| in_words(&error)),
         DocumentKind::Rig => read_rig(file).map(drop).map_err(|error| in_words(&error)),
         DocumentKind::Scene => read_scene(file).map(drop).map_err(|error| in_words(&error)),
@@ -90,21 +88,12 @@ fn read_whole(file: &Path, kind: DocumentKind) -> Result<(), String> {
     }
 }
 
-/// The mistake of a world file as those of the other kinds are shown: with its line.
-fn world_mistake(file: &Path, error: WorldFileError) -> FileProblems {
-    let WorldFileError::Wrong { line, column, problem, .. } = error else {
-        return FileProblems::whole_file(file, error.to_string(), "");
-    };
-    let text = read_document(file, FileKind::WORLD).unwrap_or_default();
-    let number = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
-    let (line, column) = (number(line), number(column));
-    let word =
-        text.lines().nth(line.saturating_sub(1)).unwrap_or_default().chars().skip(column.saturating_sub(1));
-    let length = word.take_while(|letter| !" :,{}[]".contains(*letter)).count();
-    let (message, help) = problem.split_once("; ").unwrap_or((&problem, ""));
-    let help = Some(help.to_owned()).filter(|help| !help.is_empty());
-    let problem = Problem { span: Some(Span { line, column, length }), message: message.to_owned(), help };
-    FileProblems { file: file.to_owned(), text, problems: vec![problem] }
+/// All mistakes of a world file, or why it cannot be read.
+fn world_mistakes(file: &Path, error: WorldFileError) -> String {
+    match error {
+        WorldFileError::Wrong(problems) => problems.to_string(),
+        other => FileProblems::whole_file(file, other.to_string(), "").to_string(),
+    }
 }
 
 fn in_words(problems: &[FileProblems]) -> String {

@@ -6,19 +6,18 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
+use plumb_document::{Node, Problems, Span, Spanned, typed};
 use serde::Deserialize;
-use serde_yaml::{Location, Spanned};
 
 use super::description::{ArmOnPaper, ArmWorldDescription, SpiritLevel, Tabletop, Tool};
 use super::puma560;
-use crate::light::Light;
 use crate::light::file::RawLight;
 use crate::physics::imperfection::{Imperfection, Mechanism};
 use crate::physics::machine::{Conditions, Machine};
 use crate::physics::rigid::{Rotation, Vector};
 use crate::world::Instrument;
-use crate::world::file::WorldFileError;
 use crate::world::file::typed::Typed;
+use crate::world::file::{WorldFileError, no_world};
 
 mod arm_file;
 mod checker;
@@ -52,7 +51,7 @@ struct RawWorld {
     table: RawTable,
     #[serde(default)]
     instruments: RawInstruments,
-    light: Option<Spanned<RawLight>>,
+    light: Option<RawLight>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -190,173 +189,178 @@ const DESCRIBED: Defaults = Defaults {
     table_height: 0.0,
 };
 
-/// Checks the text of an open world file; `file` is its path and the name its errors bear.
-pub(crate) fn parse(file: &str, text: &str) -> Result<ArmWorldDescription, WorldFileError> {
-    let typed = Typed { file };
-    let raw: RawWorld = typed.parse(text)?;
-    let (paper, faults, defaults) = arm(typed, &raw.world, raw.arm)?;
-    let checker = Checker { typed, paper: &paper };
-    let title = raw.world.referenced;
-    let mut imperfections = checker.base(&faults.base)?;
-    for one in &faults.imperfections {
-        imperfections.push(checker.imperfection(&one.value, one.referenced)?);
-    }
-    let home = || paper.drive.joints.iter().map(|joint| joint.home).collect();
+/// Checks an open world file, whose text is `text` and its tree `root`.
+pub(crate) fn read(
+    file: &Path,
+    text: &str,
+    root: &Node,
+    problems: Problems,
+) -> Result<ArmWorldDescription, WorldFileError> {
+    let described = of_tree(Typed { file, problems: &problems }, root);
+    problems.into_result(file, text)?;
+    described.unwrap_or_else(|| Err(no_world(file)))
+}
+
+/// What comes of a part: nothing after a complaint about the world file, or the error of another file that it names.
+type Read<T> = Option<Result<T, WorldFileError>>;
+
+/// A world out of its tree.
+fn of_tree(checked: Typed<'_>, root: &Node) -> Read<ArmWorldDescription> {
+    let raw: RawWorld = typed(root, "a world", checked.problems)?;
+    let (paper, faults, defaults) = match arm(checked, &raw.world, raw.arm)? {
+        Ok(parts) => parts,
+        Err(error) => return Some(Err(error)),
+    };
+    let checker = Checker { typed: checked, paper: &paper };
+    let mut imperfections = checker.base(&faults.base);
+    imperfections
+        .extend(faults.imperfections.iter().filter_map(|one| checker.imperfection(&one.value, one.span)));
     let described = ArmWorldDescription {
         title: raw.world.value,
         seed: raw.seed,
         start: match &faults.start {
-            Some(start) => checker.joints(start, -FAR..=FAR)?,
-            None => home(),
+            Some(start) => checker.joints(start, -FAR..=FAR),
+            None => paper.drive.joints.iter().map(|joint| joint.home).collect(),
         },
-        zero_error: checker.joints(&faults.zero_error, -WORST_ZERO..=WORST_ZERO)?,
-        zero_error_within: checker.joints(&faults.zero_error_within, 0.0..=WORST_ZERO)?,
+        zero_error: checker.joints(&faults.zero_error, -WORST_ZERO..=WORST_ZERO),
+        zero_error_within: checker.joints(&faults.zero_error_within, 0.0..=WORST_ZERO),
         imperfections,
-        tool: checker.tool(raw.tool.as_ref().or(raw.cage.as_ref()), &defaults)?,
-        table: checker.table(&raw.table, defaults.table_height)?,
-        level: checker.level(&raw.instruments.level)?,
-        ruler: checker.ruler(&raw.instruments.ruler)?,
-        light: checker.light(raw.light.as_ref(), raw.seed)?,
-        tracker: checker.ruler(&raw.instruments.tracker)?,
-        calibration: raw.calibration.map(|name| Path::new(file).with_file_name(name)),
+        tool: checker.tool(raw.tool.as_ref().or(raw.cage.as_ref()), &defaults),
+        table: checker.table(&raw.table, defaults.table_height),
+        level: checker.level(&raw.instruments.level),
+        ruler: checker.ruler(&raw.instruments.ruler),
+        light: raw.light.as_ref().and_then(|light| light.check(raw.seed, checked.problems)).map(Arc::new),
+        tracker: checker.ruler(&raw.instruments.tracker),
+        calibration: raw.calibration.map(|name| checked.file.with_file_name(name)),
         sealed_text: None,
         paper: paper.clone(),
     };
-    checker.require_standing(&described, title)?;
-    Ok(described)
+    checker.require_standing(&described, raw.world.span);
+    Some(Ok(described))
 }
 
 /// The arm on paper, what is wrong with this one, and what may be left out.
-fn arm(
-    typed: Typed<'_>,
-    title: &Spanned<String>,
-    raw: RawArm,
-) -> Result<(ArmOnPaper, RawFaults, Defaults), WorldFileError> {
+fn arm(checked: Typed<'_>, title: &Spanned<String>, raw: RawArm) -> Read<(ArmOnPaper, RawFaults, Defaults)> {
     match raw {
         RawArm::Puma560(raw) => {
-            let wrong = |problem: String| typed.wrong(title.referenced, problem);
-            let paper = puma560::on_paper()
-                .ok_or_else(|| wrong("the program does not know the PUMA 560".to_owned()))?;
-            let mut paper = paper.map_err(|error| wrong(error.to_string()))?;
+            let paper = puma560::on_paper().map(|paper| paper.map_err(|error| error.to_string()));
+            let mut paper = paper
+                .unwrap_or_else(|| Err("the program does not know the PUMA 560".to_owned()))
+                .map_err(|problem| checked.wrong(title.span, &problem))
+                .ok()?;
             paper.drive.whole_counts = matches!(raw.resolution, RawResolution::Encoder);
             let RawPuma { start, zero_error, zero_error_within, base, imperfections, .. } = *raw;
-            Ok((paper, RawFaults { start, zero_error, zero_error_within, base, imperfections }, PUMA))
+            Some(Ok((paper, RawFaults { start, zero_error, zero_error_within, base, imperfections }, PUMA)))
         }
         RawArm::Described(raw) => {
-            let paper = arm_file::read(typed, &raw.by)?;
+            let paper = match arm_file::read(checked, &raw.by)? {
+                Ok(paper) => paper,
+                Err(error) => return Some(Err(error)),
+            };
             let RawDescribed { start, zero_error, zero_error_within, base, imperfections, .. } = *raw;
-            Ok((paper, RawFaults { start, zero_error, zero_error_within, base, imperfections }, DESCRIBED))
+            let faults = RawFaults { start, zero_error, zero_error_within, base, imperfections };
+            Some(Ok((paper, faults, DESCRIBED)))
         }
     }
 }
 
 impl Checker<'_> {
-    fn light(
-        &self,
-        raw: Option<&Spanned<RawLight>>,
-        seed: u64,
-    ) -> Result<Option<Arc<Light>>, WorldFileError> {
-        let Some(raw) = raw else { return Ok(None) };
-        let checked = raw.value.check(seed);
-        checked
-            .map(|light| Some(Arc::new(light)))
-            .map_err(|what| self.typed.wrong(raw.referenced, format!("light: {what}")))
-    }
-
-    /// The arm must stand with its load where it begins (a PUMA stretched out): what is too soft there is a mistake of the file.
-    fn require_standing(&self, world: &ArmWorldDescription, place: Location) -> Result<(), WorldFileError> {
+    /// The arm must stand with its load where it begins (a PUMA stretched out): what is too soft there is a mistake of the file. Not asked while
+    /// other numbers are wrong.
+    fn require_standing(&self, world: &ArmWorldDescription, place: Span) {
+        if !self.typed.problems.is_empty() {
+            return;
+        }
         let mut machine = Machine::new(&world.arm(), &world.imperfections);
         let stretched = [0.0, 0.0, std::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0];
         let pose = if world.paper.name == puma560::NAME { &stretched[..] } else { &world.start };
         machine.go(pose, 0.0);
         let conditions = Conditions { time_s: 0.0, temperature_c: 20.0, payload_kg: 0.0 };
-        machine.stand(&conditions).map(drop).map_err(|error| self.typed.wrong(place, error.to_string()))
-    }
-
-    /// One value for each joint, rad or mm: 0 where the file names none.
-    fn joints(&self, raw: &JointNumbers, range: RangeInclusive<f64>) -> Result<Vec<f64>, WorldFileError> {
-        raw.values(self.typed, &self.paper.drive.joints, range)
-    }
-
-    fn base(&self, raw: &RawBase) -> Result<Vec<Imperfection>, WorldFileError> {
-        let tilt = |key, value, axis: [f64; 3]| {
-            let size = self.typed.or(key, value, 0.0, -5.0..=5.0, "deg")?.to_radians();
-            Ok(Imperfection { mechanism: Mechanism::BaseTilt { axis }, size })
-        };
-        let shift = |key, value, direction: [f64; 3]| {
-            let size = self.typed.or(key, value, 0.0, -500.0..=500.0, "mm")?;
-            Ok(Imperfection { mechanism: Mechanism::BasePosition { direction }, size })
-        };
-        let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let moved = [
-            tilt("tilt_x_deg", &raw.tilt_x_deg, x)?,
-            tilt("tilt_y_deg", &raw.tilt_y_deg, y)?,
-            shift("x_mm", &raw.x_mm, x)?,
-            shift("y_mm", &raw.y_mm, y)?,
-            shift("z_mm", &raw.z_mm, z)?,
-        ];
-        Ok(moved.into_iter().filter(|one| one.size != 0.0).collect())
-    }
-
-    fn tool(&self, raw: Option<&Spanned<RawTool>>, defaults: &Defaults) -> Result<Tool, WorldFileError> {
-        let default = &defaults.tool;
-        let Some(Spanned { value: raw, .. }) = raw else { return Ok(default.clone()) };
-        let masses = 0.0..=defaults.most_tool_kg;
-        let lean = |key, value| self.typed.or(key, value, 0.0, -10.0..=10.0, "deg").map(f64::to_radians);
-        Ok(Tool {
-            mass_kg: self.typed.or("mass_kg", &raw.mass_kg, default.mass_kg, masses, "kg")?,
-            centre: self.point("centre_mm", raw.centre_mm.as_ref(), default.centre)?,
-            lean: [
-                lean("lean_x_deg", &raw.lean_x_deg)?,
-                lean("lean_y_deg", &raw.lean_y_deg)?,
-                lean("turn_deg", &raw.turn_deg)?,
-            ],
-            tip: self.point("tip_mm", raw.tip_mm.as_ref(), default.tip)?,
-        })
-    }
-
-    /// A point of the tool, mm in the flange's frame.
-    fn point(
-        &self,
-        key: &str,
-        raw: Option<&Spanned<[f64; 3]>>,
-        default: Vector,
-    ) -> Result<Vector, WorldFileError> {
-        match raw {
-            Some(point) if point.value.iter().any(|part| !part.is_finite() || part.abs() > 1000.0) => {
-                let problem = format!("`{key}` is three numbers, each within 1000 mm of the flange");
-                Err(self.typed.wrong(point.referenced, problem))
-            }
-            Some(point) => Ok(Vector::from(point.value)),
-            None => Ok(default),
+        if let Err(error) = machine.stand(&conditions) {
+            self.typed.wrong(place, &error.to_string());
         }
     }
 
-    fn table(&self, raw: &RawTable, height: f64) -> Result<Tabletop, WorldFileError> {
-        let tilt = |key, value| self.typed.or(key, value, 0.0, -5.0..=5.0, "deg").map(f64::to_radians);
-        let turned = Rotation::about(Vector::X, tilt("tilt_x_deg", &raw.tilt_x_deg)?)
-            * Rotation::about(Vector::Y, tilt("tilt_y_deg", &raw.tilt_y_deg)?);
-        Ok(Tabletop {
-            height: self.typed.or("height_mm", &raw.height_mm, height, -2000.0..=0.0, "mm")?,
-            normal: turned.z,
-        })
+    /// One value for each joint, rad or mm: 0 where the file names none.
+    fn joints(&self, raw: &JointNumbers, range: RangeInclusive<f64>) -> Vec<f64> {
+        raw.values(self.typed, &self.paper.drive.joints, range)
     }
 
-    fn level(&self, raw: &RawLevel) -> Result<SpiritLevel, WorldFileError> {
-        let degrees =
-            |key, value, most: f64| self.typed.or(key, value, 0.0, 0.0..=most, "deg").map(f64::to_radians);
-        let instrument = Instrument {
-            error: degrees("error_deg", &raw.error_deg, 5.0)?,
-            division: degrees("division_deg", &raw.division_deg, 5.0)?,
+    fn base(&self, raw: &RawBase) -> Vec<Imperfection> {
+        let tilt = |key, value, axis: [f64; 3]| {
+            let size = self.typed.or(key, value, 0.0, -5.0..=5.0, "deg").to_radians();
+            Imperfection { mechanism: Mechanism::BaseTilt { axis }, size }
         };
-        let zero = self.typed.or("zero_deg", &raw.zero_deg, 0.0, -5.0..=5.0, "deg")?.to_radians();
-        Ok(SpiritLevel { instrument, zero })
+        let shift = |key, value, direction: [f64; 3]| {
+            let size = self.typed.or(key, value, 0.0, -500.0..=500.0, "mm");
+            Imperfection { mechanism: Mechanism::BasePosition { direction }, size }
+        };
+        let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let moved = [
+            tilt("tilt_x_deg", &raw.tilt_x_deg, x),
+            tilt("tilt_y_deg", &raw.tilt_y_deg, y),
+            shift("x_mm", &raw.x_mm, x),
+            shift("y_mm", &raw.y_mm, y),
+            shift("z_mm", &raw.z_mm, z),
+        ];
+        moved.into_iter().filter(|one| one.size != 0.0).collect()
     }
 
-    fn ruler(&self, raw: &RawRuler) -> Result<Instrument, WorldFileError> {
-        Ok(Instrument {
-            error: self.typed.or("error_mm", &raw.error_mm, 0.0, 0.0..=50.0, "mm")?,
-            division: self.typed.or("division_mm", &raw.division_mm, 0.0, 0.0..=50.0, "mm")?,
-        })
+    fn tool(&self, raw: Option<&Spanned<RawTool>>, defaults: &Defaults) -> Tool {
+        let default = &defaults.tool;
+        let Some(Spanned { value: raw, .. }) = raw else { return default.clone() };
+        let masses = 0.0..=defaults.most_tool_kg;
+        let lean = |key, value| self.typed.or(key, value, 0.0, -10.0..=10.0, "deg").to_radians();
+        Tool {
+            mass_kg: self.typed.or("mass_kg", &raw.mass_kg, default.mass_kg, masses, "kg"),
+            centre: self.point("centre_mm", raw.centre_mm.as_ref(), default.centre),
+            lean: [
+                lean("lean_x_deg", &raw.lean_x_deg),
+                lean("lean_y_deg", &raw.lean_y_deg),
+                lean("turn_deg", &raw.turn_deg),
+            ],
+            tip: self.point("tip_mm", raw.tip_mm.as_ref(), default.tip),
+        }
+    }
+
+    /// A point of the tool, mm in the flange's frame.
+    fn point(&self, key: &str, raw: Option<&Spanned<[f64; 3]>>, default: Vector) -> Vector {
+        match raw {
+            Some(point) if point.value.iter().any(|part| part.abs() > 1000.0) => {
+                let problem =
+                    format!("`{key}` is too far away; three numbers, each within 1000 mm of the flange");
+                self.typed.wrong(point.span, &problem);
+                default
+            }
+            Some(point) => Vector::from(point.value),
+            None => default,
+        }
+    }
+
+    fn table(&self, raw: &RawTable, height: f64) -> Tabletop {
+        let tilt = |key, value| self.typed.or(key, value, 0.0, -5.0..=5.0, "deg").to_radians();
+        let turned = Rotation::about(Vector::X, tilt("tilt_x_deg", &raw.tilt_x_deg))
+            * Rotation::about(Vector::Y, tilt("tilt_y_deg", &raw.tilt_y_deg));
+        Tabletop {
+            height: self.typed.or("height_mm", &raw.height_mm, height, -2000.0..=0.0, "mm"),
+            normal: turned.z,
+        }
+    }
+
+    fn level(&self, raw: &RawLevel) -> SpiritLevel {
+        let degrees = |key, value, most: f64| self.typed.or(key, value, 0.0, 0.0..=most, "deg").to_radians();
+        let instrument = Instrument {
+            error: degrees("error_deg", &raw.error_deg, 5.0),
+            division: degrees("division_deg", &raw.division_deg, 5.0),
+        };
+        let zero = self.typed.or("zero_deg", &raw.zero_deg, 0.0, -5.0..=5.0, "deg").to_radians();
+        SpiritLevel { instrument, zero }
+    }
+
+    fn ruler(&self, raw: &RawRuler) -> Instrument {
+        Instrument {
+            error: self.typed.or("error_mm", &raw.error_mm, 0.0, 0.0..=50.0, "mm"),
+            division: self.typed.or("division_mm", &raw.division_mm, 0.0, 0.0..=50.0, "mm"),
+        }
     }
 }

@@ -30,6 +30,9 @@
 //!     - {tube: {foot_mm: [300, 0, 0], radius_mm: 40, height_mm: 90}, reflectance: 0.6}
 //! ```
 
+use std::path::Path;
+
+use plumb_document::{FileProblems, Problems, Span, Spanned, parse, typed};
 use serde::Deserialize;
 
 use super::surface::{Form, Spot, Surface, pose};
@@ -39,7 +42,7 @@ use crate::physics::rigid::{Rigid, Vector};
 /// The `light:` of a world file as it is typed.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RawLight {
+pub(crate) struct RawLight {
     camera: RawCamera,
     projector: RawProjector,
     #[serde(default)]
@@ -49,8 +52,8 @@ pub struct RawLight {
     #[serde(default)]
     filter: InOut,
     #[serde(default)]
-    exposure_delay_ms: f64,
-    surfaces: Vec<RawSurface>,
+    exposure_delay_ms: Spanned<f64>,
+    surfaces: Vec<Spanned<RawSurface>>,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
@@ -72,63 +75,63 @@ enum InOut {
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawPose {
-    xyz_mm: [f64; 3],
+    xyz_mm: Spanned<[f64; 3]>,
     #[serde(default)]
-    rpy_deg: [f64; 3],
+    rpy_deg: Spanned<[f64; 3]>,
 }
 
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawCamera {
-    size_px: [usize; 2],
-    focal_px: [f64; 2],
-    principal_px: Option<[f64; 2]>,
+    size_px: Spanned<[usize; 2]>,
+    focal_px: Spanned<[f64; 2]>,
+    principal_px: Option<Spanned<[f64; 2]>>,
     #[serde(default)]
     distortion: RawDistortion,
     #[serde(default)]
-    blur_px: f64,
+    blur_px: Spanned<f64>,
     #[serde(default)]
     noise: RawNoise,
     #[serde(default)]
-    black: f64,
+    black: Spanned<f64>,
     in_flange: RawPose,
 }
 
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct RawDistortion {
-    k1: f64,
-    k2: f64,
-    k3: f64,
-    p1: f64,
-    p2: f64,
+    k1: Spanned<f64>,
+    k2: Spanned<f64>,
+    k3: Spanned<f64>,
+    p1: Spanned<f64>,
+    p2: Spanned<f64>,
 }
 
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct RawNoise {
-    dark: f64,
-    per_level: f64,
+    dark: Spanned<f64>,
+    per_level: Spanned<f64>,
 }
 
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawProjector {
     in_flange: RawPose,
-    width_mm: f64,
-    half_fan_deg: f64,
+    width_mm: Spanned<f64>,
+    half_fan_deg: Spanned<f64>,
     #[serde(default)]
-    bow: f64,
-    level: f64,
+    bow: Spanned<f64>,
+    level: Spanned<f64>,
     #[serde(default)]
-    speckle: f64,
+    speckle: Spanned<f64>,
 }
 
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct RawAmbient {
-    open: f64,
-    filtered: f64,
+    open: Spanned<f64>,
+    filtered: Spanned<f64>,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -140,208 +143,281 @@ struct RawSurface {
     sphere: Option<RawSphere>,
     tube: Option<RawTube>,
     ellipsoid: Option<RawEllipsoid>,
-    reflectance: f64,
+    reflectance: Spanned<f64>,
     spot: Option<RawSpot>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawPlane {
-    point_mm: [f64; 3],
-    normal: [f64; 3],
+    point_mm: Spanned<[f64; 3]>,
+    normal: Spanned<[f64; 3]>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawBlock {
-    centre_mm: [f64; 3],
-    edges_mm: [f64; 3],
+    centre_mm: Spanned<[f64; 3]>,
+    edges_mm: Spanned<[f64; 3]>,
     #[serde(default)]
-    yaw_deg: f64,
+    yaw_deg: Spanned<f64>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawPyramid {
-    apex_mm: [f64; 3],
-    edge_mm: f64,
-    height_mm: f64,
+    apex_mm: Spanned<[f64; 3]>,
+    edge_mm: Spanned<f64>,
+    height_mm: Spanned<f64>,
     #[serde(default)]
-    yaw_deg: f64,
+    yaw_deg: Spanned<f64>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawSphere {
-    centre_mm: [f64; 3],
-    radius_mm: f64,
+    centre_mm: Spanned<[f64; 3]>,
+    radius_mm: Spanned<f64>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawTube {
-    foot_mm: [f64; 3],
-    radius_mm: f64,
-    height_mm: f64,
+    foot_mm: Spanned<[f64; 3]>,
+    radius_mm: Spanned<f64>,
+    height_mm: Spanned<f64>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawEllipsoid {
-    centre_mm: [f64; 3],
-    half_axes_mm: [f64; 3],
+    centre_mm: Spanned<[f64; 3]>,
+    half_axes_mm: Spanned<[f64; 3]>,
     #[serde(default)]
-    yaw_deg: f64,
+    yaw_deg: Spanned<f64>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawSpot {
-    centre_mm: [f64; 3],
-    radius_mm: f64,
-    reflectance: f64,
+    centre_mm: Spanned<[f64; 3]>,
+    radius_mm: Spanned<f64>,
+    reflectance: Spanned<f64>,
 }
 
-/// What is wrong with a number, as a sentence.
-type Problem = String;
-
-fn within(key: &str, value: f64, low: f64, high: f64) -> Result<f64, Problem> {
-    let fits = value.is_finite() && (low..=high).contains(&value);
-    if fits { Ok(value) } else { Err(format!("`{key}` is {value}, but must be {low} to {high}")) }
+/// A number that lies in its range; NaN after a complaint.
+fn within(key: &str, value: &Spanned<f64>, low: f64, high: f64, problems: &Problems) -> f64 {
+    value.between(&format!("`{key}`"), low..=high, "", problems)
 }
 
-fn place(key: &str, raw: &RawPose) -> Result<Rigid, Problem> {
-    for value in raw.xyz_mm {
-        within(&format!("{key}: xyz_mm"), value, -2000.0, 2000.0)?;
+/// Numbers of which each lies in its range; one complaint for all of them.
+fn all_within<const N: usize>(
+    key: &str,
+    values: &Spanned<[f64; N]>,
+    low: f64,
+    high: f64,
+    problems: &Problems,
+) -> [f64; N] {
+    if let Some(value) = values.value.iter().find(|value| **value < low || **value > high) {
+        problems.add(
+            values.span,
+            format!("`{key}` holds {value}"),
+            format!("each lies between {low} and {high}"),
+        );
     }
-    for value in raw.rpy_deg {
-        within(&format!("{key}: rpy_deg"), value, -360.0, 360.0)?;
-    }
-    Ok(pose(raw.xyz_mm, raw.rpy_deg.map(f64::to_radians)))
+    values.value
+}
+
+fn place(raw: &RawPose, problems: &Problems) -> Rigid {
+    let xyz = all_within("xyz_mm", &raw.xyz_mm, -2000.0, 2000.0, problems);
+    let rpy = all_within("rpy_deg", &raw.rpy_deg, -360.0, 360.0, problems);
+    pose(xyz, rpy.map(f64::to_radians))
+}
+
+/// Reads a light by itself, out of a file that holds nothing else; `seed` is the world's.
+///
+/// # Errors
+/// All mistakes of the file.
+pub fn read_light(file: &Path, text: &str, seed: u64) -> Result<Light, FileProblems> {
+    let problems = Problems::default();
+    let root = parse(file, text, &problems)?;
+    let raw: Option<RawLight> = typed(&root, "a light", &problems);
+    let light = raw.and_then(|raw| raw.check(seed, &problems));
+    problems.into_result(file, text)?;
+    light.ok_or_else(|| FileProblems::whole_file(file, "this is no light", ""))
 }
 
 impl RawLight {
-    /// Checks it; `seed` is the world's.
-    ///
-    /// # Errors
-    /// What is wrong and what would be right.
-    pub fn check(&self, seed: u64) -> Result<Light, Problem> {
-        let surfaces = self.surfaces.iter().map(RawSurface::check).collect::<Result<Vec<_>, _>>()?;
-        let delay = within("exposure_delay_ms", self.exposure_delay_ms, -1000.0, 1000.0)?;
-        Ok(Light {
+    /// Checks it; `seed` is the world's. What is wrong goes among `problems`; none where a part is missing then.
+    pub(crate) fn check(&self, seed: u64, problems: &Problems) -> Option<Light> {
+        let surfaces: Vec<Option<Surface>> =
+            self.surfaces.iter().map(|surface| surface.value.check(surface.span, problems)).collect();
+        let delay = within("exposure_delay_ms", &self.exposure_delay_ms, -1000.0, 1000.0, problems);
+        let camera = self.camera.check(problems);
+        let projector = self.projector.check(problems);
+        let ambient = Ambient {
+            open: within("open", &self.ambient.open, 0.0, 10_000.0, problems),
+            filtered: within("filtered", &self.ambient.filtered, 0.0, 10_000.0, problems),
+        };
+        Some(Light {
             seed,
-            camera: self.camera.check()?,
-            projector: self.projector.check()?,
-            ambient: Ambient {
-                open: within("ambient: open", self.ambient.open, 0.0, 10_000.0)?,
-                filtered: within("ambient: filtered", self.ambient.filtered, 0.0, 10_000.0)?,
-            },
+            camera: camera?,
+            projector,
+            ambient,
             switches: Switches { laser: self.laser == OnOff::On, filter: self.filter == InOut::In },
             exposure_delay_ns: (delay * 1e6) as i64,
-            surfaces,
+            surfaces: surfaces.into_iter().collect::<Option<_>>()?,
         })
     }
 }
 
 impl RawCamera {
-    fn check(&self) -> Result<Camera, Problem> {
-        let [width, height] = self.size_px;
-        if !(16..=4096).contains(&width) || !(16..=4096).contains(&height) {
-            return Err(format!("`size_px` is [{width}, {height}]; each side is 16 to 4096"));
-        }
-        for focal in self.focal_px {
-            within("focal_px", focal, 1.0, 1e6)?;
+    fn check(&self, problems: &Problems) -> Option<Camera> {
+        let [width, height] = self.size_px.value;
+        let fits = |side: usize| (16..=4096).contains(&side);
+        let focal = all_within("focal_px", &self.focal_px, 1.0, 1e6, problems);
+        let RawDistortion { k1, k2, k3, p1, p2 } = &self.distortion;
+        let [k1, k2, k3, p1, p2] = [("k1", k1), ("k2", k2), ("k3", k3), ("p1", p1), ("p2", p2)]
+            .map(|(key, value)| within(key, value, -10.0, 10.0, problems));
+        let blur = within("blur_px", &self.blur_px, 0.0, 50.0, problems);
+        let dark_noise = within("dark", &self.noise.dark, 0.0, 100.0, problems);
+        let noise_per_level = within("per_level", &self.noise.per_level, 0.0, 10.0, problems);
+        let black = within("black", &self.black, 0.0, 255.0, problems);
+        let flange_from_camera = place(&self.in_flange, problems);
+        if !fits(width) || !fits(height) {
+            let message = format!("`size_px` is [{width}, {height}]");
+            problems.add(self.size_px.span, message, "each side is 16 to 4096");
+            return None;
         }
         let middle = [(width - 1) as f64 / 2.0, (height - 1) as f64 / 2.0];
-        let RawDistortion { k1, k2, k3, p1, p2 } = self.distortion;
-        for value in [k1, k2, k3, p1, p2] {
-            within("distortion", value, -10.0, 10.0)?;
-        }
-        Ok(Camera {
+        Some(Camera {
             width,
             height,
-            focal: self.focal_px,
-            principal: self.principal_px.unwrap_or(middle),
+            focal,
+            principal: self.principal_px.map_or(middle, |typed| typed.value),
             radial: [k1, k2, k3],
             decentring: [p1, p2],
-            blur: within("blur_px", self.blur_px, 0.0, 50.0)?,
-            dark_noise: within("noise: dark", self.noise.dark, 0.0, 100.0)?,
-            noise_per_level: within("noise: per_level", self.noise.per_level, 0.0, 10.0)?,
-            black: within("black", self.black, 0.0, 255.0)?,
-            flange_from_camera: place("camera: in_flange", &self.in_flange)?,
+            blur,
+            dark_noise,
+            noise_per_level,
+            black,
+            flange_from_camera,
         })
     }
 }
 
 impl RawProjector {
-    fn check(&self) -> Result<Projector, Problem> {
-        Ok(Projector {
-            flange_from_projector: place("projector: in_flange", &self.in_flange)?,
-            width_at_300: within("width_mm", self.width_mm, 0.01, 50.0)?,
-            half_fan: within("half_fan_deg", self.half_fan_deg, 0.5, 80.0)?.to_radians(),
-            bow: within("bow", self.bow, -1.0, 1.0)?,
-            level_at_300: within("level", self.level, 0.0, 10_000.0)?,
-            speckle: within("speckle", self.speckle, 0.0, 1.0)?,
-        })
+    fn check(&self, problems: &Problems) -> Projector {
+        let number =
+            |key: &str, value: &Spanned<f64>, low: f64, high: f64| within(key, value, low, high, problems);
+        Projector {
+            flange_from_projector: place(&self.in_flange, problems),
+            width_at_300: number("width_mm", &self.width_mm, 0.01, 50.0),
+            half_fan: number("half_fan_deg", &self.half_fan_deg, 0.5, 80.0).to_radians(),
+            bow: number("bow", &self.bow, -1.0, 1.0),
+            level_at_300: number("level", &self.level, 0.0, 10_000.0),
+            speckle: number("speckle", &self.speckle, 0.0, 1.0),
+        }
     }
 }
 
+/// Lengths of a surface, mm.
+const LENGTHS: (f64, f64) = (0.1, 10_000.0);
+
 impl RawSurface {
-    fn check(&self) -> Result<Surface, Problem> {
-        let lengths = |key: &str, values: &[f64]| {
-            values.iter().try_for_each(|value| within(key, *value, 0.1, 10_000.0).map(drop))
-        };
-        let yaw = |degrees: f64| within("yaw_deg", degrees, -360.0, 360.0).map(f64::to_radians);
+    /// `span` is where the surface is.
+    fn check(&self, span: Span, problems: &Problems) -> Option<Surface> {
+        let reflectance = within("reflectance", &self.reflectance, 0.0, 1.0, problems);
+        let spot = self.spot.map(|spot| spot.check(problems));
+        Some(Surface { form: self.form(span, problems)?, reflectance, spot })
+    }
+
+    fn form(&self, span: Span, problems: &Problems) -> Option<Form> {
         let forms = (&self.plane, &self.block, &self.pyramid, &self.sphere, &self.tube, &self.ellipsoid);
-        let form = match forms {
-            (Some(plane), None, None, None, None, None) => {
-                let normal = Vector::from(plane.normal).unit();
-                let normal = normal.ok_or("`normal` of a plane has no length")?;
-                Form::Plane { point: plane.point_mm.into(), normal }
-            }
-            (None, Some(block), None, None, None, None) => {
-                lengths("edges_mm", &block.edges_mm)?;
-                Form::block(block.centre_mm.into(), block.edges_mm, yaw(block.yaw_deg)?)
-            }
-            (None, None, Some(pyramid), None, None, None) => {
-                lengths("edge_mm and height_mm", &[pyramid.edge_mm, pyramid.height_mm])?;
-                Form::pyramid(
-                    pyramid.apex_mm.into(),
-                    pyramid.edge_mm,
-                    pyramid.height_mm,
-                    yaw(pyramid.yaw_deg)?,
-                )
-            }
-            (None, None, None, Some(sphere), None, None) => {
-                lengths("radius_mm", &[sphere.radius_mm])?;
-                Form::Sphere { centre: sphere.centre_mm.into(), radius: sphere.radius_mm }
-            }
-            (None, None, None, None, Some(tube), None) => {
-                lengths("radius_mm and height_mm", &[tube.radius_mm, tube.height_mm])?;
-                Form::Tube { foot: tube.foot_mm.into(), radius: tube.radius_mm, height: tube.height_mm }
-            }
-            (None, None, None, None, None, Some(ellipsoid)) => {
-                lengths("half_axes_mm", &ellipsoid.half_axes_mm)?;
-                Form::Ellipsoid {
-                    centre: ellipsoid.centre_mm.into(),
-                    halves: ellipsoid.half_axes_mm,
-                    yaw: yaw(ellipsoid.yaw_deg)?,
-                }
-            }
+        match forms {
+            (Some(plane), None, None, None, None, None) => plane.form(problems),
+            (None, Some(block), None, None, None, None) => Some(block.form(problems)),
+            (None, None, Some(pyramid), None, None, None) => Some(pyramid.form(problems)),
+            (None, None, None, Some(sphere), None, None) => Some(sphere.form(problems)),
+            (None, None, None, None, Some(tube), None) => Some(tube.form(problems)),
+            (None, None, None, None, None, Some(ellipsoid)) => Some(ellipsoid.form(problems)),
             _ => {
-                return Err(
-                    "a surface is one of plane, block, pyramid, sphere, tube and ellipsoid".to_owned()
-                );
+                let message = "a surface is one of plane, block, pyramid, sphere, tube and ellipsoid";
+                problems.add(span, message, "");
+                None
             }
-        };
-        let spot = match &self.spot {
-            None => None,
-            Some(spot) => {
-                lengths("radius_mm of a spot", &[spot.radius_mm])?;
-                let reflectance = within("reflectance of a spot", spot.reflectance, 0.0, 1.0)?;
-                Some(Spot { centre: spot.centre_mm.into(), radius: spot.radius_mm, reflectance })
-            }
-        };
-        Ok(Surface { form, reflectance: within("reflectance", self.reflectance, 0.0, 1.0)?, spot })
+        }
+    }
+}
+
+fn length(key: &str, value: &Spanned<f64>, problems: &Problems) -> f64 {
+    within(key, value, LENGTHS.0, LENGTHS.1, problems)
+}
+
+fn lengths(key: &str, values: &Spanned<[f64; 3]>, problems: &Problems) -> [f64; 3] {
+    all_within(key, values, LENGTHS.0, LENGTHS.1, problems)
+}
+
+fn yaw(degrees: &Spanned<f64>, problems: &Problems) -> f64 {
+    within("yaw_deg", degrees, -360.0, 360.0, problems).to_radians()
+}
+
+impl RawPlane {
+    fn form(&self, problems: &Problems) -> Option<Form> {
+        let normal = Vector::from(self.normal.value).unit();
+        if normal.is_none() {
+            problems.add(self.normal.span, "this normal has no length", "write for example [0, 0, 1]");
+        }
+        Some(Form::Plane { point: self.point_mm.value.into(), normal: normal? })
+    }
+}
+
+impl RawBlock {
+    fn form(&self, problems: &Problems) -> Form {
+        let edges = lengths("edges_mm", &self.edges_mm, problems);
+        Form::block(self.centre_mm.value.into(), edges, yaw(&self.yaw_deg, problems))
+    }
+}
+
+impl RawPyramid {
+    fn form(&self, problems: &Problems) -> Form {
+        let edge = length("edge_mm", &self.edge_mm, problems);
+        let height = length("height_mm", &self.height_mm, problems);
+        Form::pyramid(self.apex_mm.value.into(), edge, height, yaw(&self.yaw_deg, problems))
+    }
+}
+
+impl RawSphere {
+    fn form(&self, problems: &Problems) -> Form {
+        let radius = length("radius_mm", &self.radius_mm, problems);
+        Form::Sphere { centre: self.centre_mm.value.into(), radius }
+    }
+}
+
+impl RawTube {
+    fn form(&self, problems: &Problems) -> Form {
+        let radius = length("radius_mm", &self.radius_mm, problems);
+        let height = length("height_mm", &self.height_mm, problems);
+        Form::Tube { foot: self.foot_mm.value.into(), radius, height }
+    }
+}
+
+impl RawEllipsoid {
+    fn form(&self, problems: &Problems) -> Form {
+        Form::Ellipsoid {
+            centre: self.centre_mm.value.into(),
+            halves: lengths("half_axes_mm", &self.half_axes_mm, problems),
+            yaw: yaw(&self.yaw_deg, problems),
+        }
+    }
+}
+
+impl RawSpot {
+    fn check(&self, problems: &Problems) -> Spot {
+        Spot {
+            centre: self.centre_mm.value.into(),
+            radius: length("radius_mm", &self.radius_mm, problems),
+            reflectance: within("reflectance", &self.reflectance, 0.0, 1.0, problems),
+        }
     }
 }

@@ -1,5 +1,9 @@
 //! What is known of an arm on paper: joints, links and target, read from a model file of the lab's format.
 
+use std::path::Path;
+
+use plumb_document::{FileProblems, Node, NodeValue, OtherKeys, Problems, parse, typed, typed_with};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::rigid::{Rigid, Vector};
@@ -146,9 +150,6 @@ pub enum DescriptionError {
 struct RawArm {
     arm: String,
     convention: Convention,
-    joints: Vec<RawJoint>,
-    #[serde(default)]
-    links: Vec<RawLink>,
     #[serde(default)]
     base: RawBase,
     #[serde(default)]
@@ -260,9 +261,9 @@ impl RawJoint {
 impl ArmDescription {
     /// Reads a model file's arm; what concerns only the lab (effects, free parameters, noise) is left aside.
     pub fn from_yaml(text: &str) -> Result<Self, DescriptionError> {
-        let raw: RawArm =
-            serde_yaml::from_str(text).map_err(|error| DescriptionError::Read(error.to_string()))?;
-        let joints = raw.joints.into_iter().map(RawJoint::checked).collect::<Result<Vec<_>, _>>()?;
+        let (raw, joints, links) = read_raw(text)
+            .map_err(|error| DescriptionError::Read(error.to_string().trim_end().to_owned()))?;
+        let joints = joints.into_iter().map(RawJoint::checked).collect::<Result<Vec<_>, _>>()?;
         if joints.is_empty() {
             return Err(DescriptionError::NoJoints(raw.arm));
         }
@@ -271,8 +272,7 @@ impl ArmDescription {
                 return Err(DescriptionError::SameName { arm: raw.arm, joint: joint.name.clone() });
             }
         }
-        let weights =
-            raw.links.into_iter().map(|link| weight(link, &joints)).collect::<Result<Vec<_>, _>>()?;
+        let weights = links.into_iter().map(|link| weight(link, &joints)).collect::<Result<Vec<_>, _>>()?;
         let target = raw.targets.p1.ok_or(DescriptionError::NoTarget)?;
         Ok(Self {
             name: raw.arm,
@@ -296,6 +296,25 @@ impl ArmDescription {
     pub fn joint_name(&self, index: usize) -> &str {
         self.joints.get(index).map_or("", |joint| joint.name.as_str())
     }
+}
+
+/// The arm as it was typed, its joints and its links. Other keys are the lab's; those of joints and links are all the arm's.
+fn read_raw(text: &str) -> Result<(RawArm, Vec<RawJoint>, Vec<RawLink>), FileProblems> {
+    let (file, problems) = (Path::new("model"), Problems::default());
+    let root = parse(file, text, &problems)?;
+    let raw = typed_with(&root, "a model", OtherKeys::LeftAside, &problems);
+    let joints = part(&root, "joints", &problems);
+    let links = part(&root, "links", &problems);
+    problems.into_result(file, text)?;
+    let raw = raw.ok_or_else(|| FileProblems::whole_file(file, "this is no model", ""))?;
+    Ok((raw, joints, links))
+}
+
+/// The list under a key; empty where there is none.
+fn part<T: DeserializeOwned>(root: &Node, key: &str, problems: &Problems) -> Vec<T> {
+    let NodeValue::Map(entries) = &root.value else { return Vec::new() };
+    let found = entries.iter().find(|(known, _)| known.name == key);
+    found.and_then(|(_, list)| typed(list, &format!("`{key}`"), problems)).unwrap_or_default()
 }
 
 fn weight(link: RawLink, joints: &[Joint]) -> Result<Weight, DescriptionError> {
@@ -340,6 +359,8 @@ mod tests {
             "targets: there is no p1; the trial's arm carries its target under this name"
         );
         let unknown = message("a_mm: 500", "a_mm: 500, length: 3");
-        assert!(unknown.contains("length") && unknown.contains("4"), "{unknown}");
+        assert!(unknown.contains("model:4:30: unknown key `length`"), "{unknown}");
+        let slides = message("a_mm: 500", "slides: true");
+        assert!(slides.contains("unknown key `slides`"), "an arm here has no slides: {slides}");
     }
 }

@@ -18,9 +18,8 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use plumb_document::{FileKind, read_text};
+use plumb_document::{FileKind, FileProblems, Problems, Span, Spanned, parse, read_text, typed};
 use serde::Deserialize;
-use serde_yaml::Spanned;
 
 use super::urdf;
 use crate::arm::description::ArmOnPaper;
@@ -29,7 +28,6 @@ use crate::joint_values::MOST_JOINTS;
 use crate::physics::description::{ArmDescription, Convention, Joint, Motion, Weight};
 use crate::physics::rigid::{Rigid, Vector};
 use crate::world::file::WorldFileError;
-use crate::world::file::error::unknown;
 use crate::world::file::typed::Typed;
 
 type Number = Spanned<f64>;
@@ -91,19 +89,32 @@ struct RawLink {
     centre_mm: Spanned<[f64; 3]>,
 }
 
-/// Reads the arm file that a world file names.
+/// Reads the arm file that a world file names; none after a complaint about the world file.
 ///
 /// # Errors
-/// [`WorldFileError`], with the arm file's own name, line and column.
-pub(super) fn read(world: Typed<'_>, named: &Spanned<String>) -> Result<ArmOnPaper, WorldFileError> {
-    let path = Path::new(world.file).with_file_name(&named.value);
-    let file = path.display().to_string();
-    let text = read_text(&path, FileKind::WORLD).map_err(|source| {
-        world.wrong(named.referenced, format!("the arm file {file} cannot be read: {source}"))
-    })?;
-    let typed = Typed { file: &file };
-    let raw: RawArm = typed.parse(&text)?;
-    Reader { typed }.arm(raw)
+/// [`WorldFileError`]: all mistakes of the arm file.
+pub(super) fn read(world: Typed<'_>, named: &Spanned<String>) -> Option<Result<ArmOnPaper, WorldFileError>> {
+    if named.span == Span::NONE {
+        return None;
+    }
+    let path = world.file.with_file_name(&named.value);
+    match read_text(&path, FileKind::WORLD) {
+        Ok(text) => Some(parse_arm(&path, &text)),
+        Err(source) => {
+            world.wrong(named.span, &format!("the arm file {} cannot be read: {source}", path.display()));
+            None
+        }
+    }
+}
+
+fn parse_arm(path: &Path, text: &str) -> Result<ArmOnPaper, WorldFileError> {
+    let problems = Problems::default();
+    let root = parse(path, text, &problems)?;
+    let raw: Option<RawArm> = typed(&root, "an arm", &problems);
+    let reader = Reader { typed: Typed { file: path, problems: &problems } };
+    let arm = raw.and_then(|raw| reader.arm(raw));
+    problems.into_result(path, text)?;
+    arm.ok_or_else(|| FileProblems::whole_file(path, "this is no arm", "").into())
 }
 
 struct Reader<'a> {
@@ -111,54 +122,50 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn arm(&self, raw: RawArm) -> Result<ArmOnPaper, WorldFileError> {
+    fn arm(&self, raw: RawArm) -> Option<ArmOnPaper> {
         let (mut shape, speeds) = match (&raw.urdf, raw.convention) {
             (Some(urdf), None) => self.chain_of_urdf(urdf, raw.tip.as_deref(), &raw)?,
-            (None, Some(convention)) => (self.rows_of(convention, &raw)?, vec![None; raw.joints.len()]),
+            (None, Some(convention)) => (self.rows_of(convention, &raw), vec![None; raw.joints.len()]),
             (Some(urdf), Some(_)) => {
-                let problem = "give `convention` and the rows, or `urdf`, not both".to_owned();
-                return Err(self.typed.wrong(urdf.referenced, problem));
+                self.typed.wrong(urdf.span, "give `convention` and the rows, or `urdf`, not both");
+                return None;
             }
             (None, None) => {
-                let problem = "say how the rows are to be read (`convention: distal` or `proximal`), or name a URDF file (`urdf: FILE`)".to_owned();
-                return Err(self.typed.wrong(raw.arm.referenced, problem));
+                let problem = "say how the rows are to be read (`convention: distal` or `proximal`), or name a URDF file (`urdf: FILE`)";
+                self.typed.wrong(raw.arm.span, problem);
+                return None;
             }
         };
-        self.require_joints(&raw.arm, &shape)?;
-        for link in &raw.links {
-            shape.weights.push(self.weight(link, &shape)?);
-        }
+        self.require_joints(&raw.arm, &shape);
+        let weights: Vec<Weight> = raw.links.iter().filter_map(|link| self.weight(link, &shape)).collect();
+        shape.weights.extend(weights);
         let joints = shape.joints.iter().zip(&speeds).map(|(joint, speed)| {
             let typed = raw.joints.iter().find(|typed| typed.name.value == joint.name);
             self.drive(&raw.arm, joint, typed, *speed)
         });
-        let joints = joints.collect::<Result<Vec<_>, _>>()?;
-        Ok(ArmOnPaper {
+        let joints: Vec<JointDrive> = joints.collect();
+        let most_hung_kg =
+            self.typed.or("most_hung_kg", &raw.most_hung_kg, USUALLY_HUNG_KG, 0.0..=1000.0, "kg");
+        Some(ArmOnPaper {
             name: raw.arm.value.clone(),
             model: raw.title.unwrap_or(raw.arm.value),
             drive: Drive {
                 whole_counts: joints.iter().any(|joint| joint.counts_per_unit > 0.0),
                 joints,
                 couplings: Vec::new(),
-                braking_s: self.typed.or("braking_s", &raw.braking_s, 0.0, 0.0..=5.0, "s")?,
+                braking_s: self.typed.or("braking_s", &raw.braking_s, 0.0, 0.0..=5.0, "s"),
             },
             shape,
             level_surfaces: Vec::new(),
             wrist: None,
-            most_hung_kg: self.typed.or(
-                "most_hung_kg",
-                &raw.most_hung_kg,
-                USUALLY_HUNG_KG,
-                0.0..=1000.0,
-                "kg",
-            )?,
+            most_hung_kg,
         })
     }
 
     /// The arm as the file's own rows give it.
-    fn rows_of(&self, convention: Convention, raw: &RawArm) -> Result<ArmDescription, WorldFileError> {
-        let joints = raw.joints.iter().map(|joint| self.row(joint)).collect::<Result<Vec<_>, _>>()?;
-        Ok(on_its_base(raw.arm.value.clone(), convention, joints))
+    fn rows_of(&self, convention: Convention, raw: &RawArm) -> ArmDescription {
+        let joints = raw.joints.iter().map(|joint| self.row(joint)).collect();
+        on_its_base(raw.arm.value.clone(), convention, joints)
     }
 
     /// The arm as a URDF file gives it, with the limits that the arm file gives in place of that file's; and the speeds of its joints, where that file
@@ -168,65 +175,64 @@ impl Reader<'_> {
         urdf: &Spanned<String>,
         tip: Option<&str>,
         raw: &RawArm,
-    ) -> Result<(ArmDescription, Vec<Option<f64>>), WorldFileError> {
-        let path = Path::new(self.typed.file).with_file_name(&urdf.value);
-        let wrong = |problem: String| self.typed.wrong(urdf.referenced, problem);
+    ) -> Option<(ArmDescription, Vec<Option<f64>>)> {
+        let path = self.typed.file.with_file_name(&urdf.value);
+        let wrong = |problem: String| self.typed.problems.add(urdf.span, problem, "");
         let text = read_text(&path, FileKind::URDF)
-            .map_err(|source| wrong(format!("the URDF file {} cannot be read: {source}", path.display())))?;
-        let arm = urdf::read(&text, tip).map_err(|error| wrong(format!("{}: {error}", path.display())))?;
+            .map_err(|source| wrong(format!("the URDF file {} cannot be read: {source}", path.display())))
+            .ok()?;
+        let arm =
+            urdf::read(&text, tip).map_err(|error| wrong(format!("{}: {error}", path.display()))).ok()?;
         let mut shape = on_its_base(raw.arm.value.clone(), Convention::Proximal, arm.joints);
         shape.flange = arm.flange;
         shape.weights = arm.weights;
-        for typed in &raw.joints {
-            let names: Vec<&str> = shape.joints.iter().map(|joint| joint.name.as_str()).collect();
-            let Some(index) = names.iter().position(|name| *name == typed.name.value) else {
-                let problem = unknown("joint", &typed.name.value, &names);
-                return Err(self.typed.wrong(typed.name.referenced, problem));
-            };
-            let Some(joint) = shape.joints.get_mut(index) else { continue };
-            let placed = [&typed.a_mm, &typed.alpha_deg, &typed.d_mm, &typed.theta_deg, &typed.sign];
-            if typed.slides || placed.iter().any(|number| number.is_some()) {
-                let problem = format!(
-                    "the URDF file says where joint `{}` stands and how it moves; here it may have limits, a speed, a step and a home",
-                    joint.name
-                );
-                return Err(self.typed.wrong(typed.name.referenced, problem));
-            }
-            if typed.limits_deg.is_some() || typed.limits_mm.is_some() {
-                joint.limits = self.limits(typed, joint.motion)?;
-            }
-        }
-        Ok((shape, arm.speeds))
+        raw.joints.iter().for_each(|typed| self.refine(&mut shape, typed));
+        Some((shape, arm.speeds))
     }
 
-    fn row(&self, raw: &RawJoint) -> Result<Joint, WorldFileError> {
+    /// A joint of a URDF file with the limits that the arm file gives it.
+    fn refine(&self, shape: &mut ArmDescription, typed: &RawJoint) {
+        let Some(joint) = shape.joints.iter_mut().find(|joint| joint.name == typed.name.value) else {
+            let names = shape.joints.iter().map(|joint| joint.name.as_str());
+            return self.typed.unknown("joint", &typed.name, names);
+        };
+        let placed = [&typed.a_mm, &typed.alpha_deg, &typed.d_mm, &typed.theta_deg, &typed.sign];
+        if typed.slides || placed.iter().any(|number| number.is_some()) {
+            let problem = format!(
+                "the URDF file says where joint `{}` stands and how it moves; here it may have limits, a speed, a step and a home",
+                joint.name
+            );
+            return self.typed.wrong(typed.name.span, &problem);
+        }
+        if typed.limits_deg.is_some() || typed.limits_mm.is_some() {
+            joint.limits = self.limits(typed, joint.motion);
+        }
+    }
+
+    fn row(&self, raw: &RawJoint) -> Joint {
         let motion = if raw.slides { Motion::Slides } else { Motion::Turns };
         let length = |key, value| self.typed.or(key, value, 0.0, -LONGEST_MM..=LONGEST_MM, "mm");
-        let angle = |key, value| self.typed.or(key, value, 0.0, -360.0..=360.0, "deg").map(f64::to_radians);
-        let sign = match &raw.sign {
-            Some(sign) if sign.value.abs() != 1.0 => {
-                let problem = format!("`sign` is {}, but must be 1 or -1", sign.value);
-                return Err(self.typed.wrong(sign.referenced, problem));
-            }
-            Some(sign) => sign.value,
-            None => 1.0,
-        };
-        Ok(Joint {
+        let angle = |key, value| self.typed.or(key, value, 0.0, -360.0..=360.0, "deg").to_radians();
+        let sign = raw.sign.map_or(1.0, |sign| sign.value);
+        if let Some(typed) = raw.sign.filter(|_| sign.abs() != 1.0) {
+            self.typed.wrong(typed.span, &format!("`sign` is {sign}; it is 1 or -1"));
+        }
+        Joint {
             name: raw.name.value.clone(),
             motion,
             mounted: Rigid::IDENTITY,
-            length: length("a_mm", &raw.a_mm)?,
-            twist: angle("alpha_deg", &raw.alpha_deg)?,
-            offset: length("d_mm", &raw.d_mm)?,
-            rest_angle: angle("theta_deg", &raw.theta_deg)?,
+            length: length("a_mm", &raw.a_mm),
+            twist: angle("alpha_deg", &raw.alpha_deg),
+            offset: length("d_mm", &raw.d_mm),
+            rest_angle: angle("theta_deg", &raw.theta_deg),
             sign,
-            limits: self.limits(raw, motion)?,
+            limits: self.limits(raw, motion),
             gear_ratio: None,
-        })
+        }
     }
 
-    /// How far a joint goes, rad or mm.
-    fn limits(&self, raw: &RawJoint, motion: Motion) -> Result<[f64; 2], WorldFileError> {
+    /// How far a joint goes, rad or mm; NaN after a complaint.
+    fn limits(&self, raw: &RawJoint, motion: Motion) -> [f64; 2] {
         let name = &raw.name.value;
         let (key, given, other) = match motion {
             Motion::Turns => ("limits_deg", &raw.limits_deg, &raw.limits_mm),
@@ -234,25 +240,27 @@ impl Reader<'_> {
         };
         if let Some(other) = other {
             let moves = moves(motion);
-            let problem = format!("joint `{name}` {moves}: its travel is written as `{key}: [from, to]`");
-            return Err(self.typed.wrong(other.referenced, problem));
+            let problem = format!("joint `{name}` {moves}; its travel is written as `{key}: [from, to]`");
+            self.typed.wrong(other.span, &problem);
+            return [f64::NAN; 2];
         }
         let Some(given) = given else {
-            let problem = format!("joint `{name}` needs `{key}: [from, to]`");
-            return Err(self.typed.wrong(raw.name.referenced, problem));
+            self.typed.wrong(raw.name.span, &format!("joint `{name}` needs `{key}: [from, to]`"));
+            return [f64::NAN; 2];
         };
         let [lower, upper] = given.value;
-        let within = [lower, upper].iter().all(|limit| limit.is_finite() && limit.abs() <= FURTHEST);
+        let within = [lower, upper].iter().all(|limit| limit.abs() <= FURTHEST);
         if !within || lower >= upper {
             let problem = format!(
                 "joint `{name}`: `{key}` [{lower}, {upper}] leaves no travel; the lower limit comes first, both within {FURTHEST}"
             );
-            return Err(self.typed.wrong(given.referenced, problem));
+            self.typed.wrong(given.span, &problem);
+            return [f64::NAN; 2];
         }
-        Ok(match motion {
+        match motion {
             Motion::Turns => [lower.to_radians(), upper.to_radians()],
             Motion::Slides => [lower, upper],
-        })
+        }
     }
 
     /// What is known of the drive of a joint. `speed` (rad/s or mm/s) is what a URDF file says of it.
@@ -262,7 +270,7 @@ impl Reader<'_> {
         joint: &Joint,
         raw: Option<&RawJoint>,
         speed: Option<f64>,
-    ) -> Result<JointDrive, WorldFileError> {
+    ) -> JointDrive {
         let slides = joint.motion == Motion::Slides;
         let margin = if slides { TO_THE_STOP } else { TO_THE_STOP.to_radians() };
         let [lower, upper] = joint.limits;
@@ -280,26 +288,29 @@ impl Reader<'_> {
         };
         let of = |read: fn(&RawJoint) -> [Option<&Number>; 2]| raw.map_or([None, None], read);
         let speeds = of(|raw| [raw.speed_deg_per_s.as_ref(), raw.speed_mm_per_s.as_ref()]);
-        let typed_speed = number(["speed_deg_per_s", "speed_mm_per_s"], speeds, 1e-3..=1e5)?;
+        let typed_speed = number(["speed_deg_per_s", "speed_mm_per_s"], speeds, 1e-3..=1e5);
         drive.top_speed = match (typed_speed.map(|speed| drive.read(speed)), speed) {
             (Some(speed), _) | (None, Some(speed)) => speed,
             (None, None) => {
                 let key = if slides { "speed_mm_per_s" } else { "speed_deg_per_s" };
-                let place = raw.map_or(arm.referenced, |raw| raw.name.referenced);
-                let problem = format!("joint `{}` needs `{key}`, its greatest speed", joint.name);
-                return Err(self.typed.wrong(place, problem));
+                let place = raw.map_or(arm.span, |raw| raw.name.span);
+                if speeds.iter().all(Option::is_none) {
+                    let problem = format!("joint `{}` needs `{key}`, its greatest speed", joint.name);
+                    self.typed.wrong(place, &problem);
+                }
+                f64::NAN
             }
         };
         let steps = of(|raw| [raw.step_deg.as_ref(), raw.step_mm.as_ref()]);
-        if let Some(step) = number(["step_deg", "step_mm"], steps, 1e-9..=10.0)? {
+        if let Some(step) = number(["step_deg", "step_mm"], steps, 1e-9..=10.0) {
             drive.counts_per_unit = 1.0 / drive.read(step);
         }
         let homes = of(|raw| [raw.home_deg.as_ref(), raw.home_mm.as_ref()]);
         let [from, to] = [drive.written(lower), drive.written(upper)];
-        if let Some(home) = number(["home_deg", "home_mm"], homes, from..=to)? {
+        if let Some(home) = number(["home_deg", "home_mm"], homes, from..=to) {
             drive.home = drive.read(home).clamp(lower, upper);
         }
-        Ok(drive)
+        drive
     }
 
     /// A number that is written in degrees for a joint that turns and in millimetres for one that slides.
@@ -310,54 +321,55 @@ impl Reader<'_> {
         [deg, mm]: [&'static str; 2],
         [in_deg, in_mm]: [Option<&Number>; 2],
         range: RangeInclusive<f64>,
-    ) -> Result<Option<f64>, WorldFileError> {
+    ) -> Option<f64> {
         let (key, value, other, unit) = match motion {
             Motion::Turns => (deg, in_deg, in_mm, "deg"),
             Motion::Slides => (mm, in_mm, in_deg, "mm"),
         };
         if let Some(other) = other {
-            let problem = format!("joint `{joint}` {}: write `{key}`", moves(motion));
-            return Err(self.typed.wrong(other.referenced, problem));
+            self.typed.wrong(other.span, &format!("joint `{joint}` {}; write `{key}`", moves(motion)));
+            return None;
         }
-        value.map(|value| self.typed.number(key, value, range, unit)).transpose()
+        value.map(|value| self.typed.number(key, value, range, unit))
     }
 
     /// There are joints, not more than a robot's messages hold, and no two of one name.
-    fn require_joints(&self, arm: &Spanned<String>, shape: &ArmDescription) -> Result<(), WorldFileError> {
-        let wrong = |problem: String| Err(self.typed.wrong(arm.referenced, problem));
-        let count = shape.joints.len();
-        if count == 0 {
-            return wrong(format!(
-                "the arm `{}` has no joints: list 1 to {MOST_JOINTS} under `joints`",
-                arm.value
-            ));
-        }
-        if count > MOST_JOINTS {
-            return wrong(format!(
-                "the arm `{}` has {count} joints; a robot has at most {MOST_JOINTS}",
-                arm.value
-            ));
+    fn require_joints(&self, arm: &Spanned<String>, shape: &ArmDescription) {
+        let wrong = |problem: String| self.typed.wrong(arm.span, &problem);
+        match shape.joints.len() {
+            0 => {
+                return wrong(format!(
+                    "the arm `{}` has no joints; list 1 to {MOST_JOINTS} under `joints`",
+                    arm.value
+                ));
+            }
+            count if count > MOST_JOINTS => {
+                return wrong(format!(
+                    "the arm `{}` has {count} joints; a robot has at most {MOST_JOINTS}",
+                    arm.value
+                ));
+            }
+            _ => {}
         }
         let twice = shape.joints.iter().enumerate().find(|(index, joint)| {
             shape.joints.iter().take(*index).any(|earlier| earlier.name == joint.name)
         });
-        match twice {
-            Some((_, joint)) => wrong(format!("two joints are named `{}`: names must differ", joint.name)),
-            None => Ok(()),
+        if let Some((_, joint)) = twice {
+            wrong(format!("two joints are named `{}`; names must differ", joint.name));
         }
     }
 
-    fn weight(&self, raw: &RawLink, shape: &ArmDescription) -> Result<Weight, WorldFileError> {
-        let Some(after) = shape.joint_index(&raw.after.value) else {
-            let names: Vec<&str> = shape.joints.iter().map(|joint| joint.name.as_str()).collect();
-            return Err(self.typed.wrong(raw.after.referenced, unknown("joint", &raw.after.value, &names)));
-        };
-        if raw.centre_mm.value.iter().any(|part| !part.is_finite() || part.abs() > LONGEST_MM) {
-            let problem = "`centre_mm` is three numbers, in the frame of the joint's row".to_owned();
-            return Err(self.typed.wrong(raw.centre_mm.referenced, problem));
+    fn weight(&self, raw: &RawLink, shape: &ArmDescription) -> Option<Weight> {
+        let mass = self.typed.number("mass_kg", &raw.mass_kg, 0.0..=10_000.0, "kg");
+        if raw.centre_mm.value.iter().any(|part| part.abs() > LONGEST_MM) {
+            let problem = "`centre_mm` is too far away; it is three numbers, in the frame of the joint's row";
+            self.typed.wrong(raw.centre_mm.span, problem);
         }
-        let mass = self.typed.number("mass_kg", &raw.mass_kg, 0.0..=10_000.0, "kg")?;
-        Ok(Weight { after, mass, centre: Vector::from(raw.centre_mm.value) })
+        let Some(after) = shape.joint_index(&raw.after.value) else {
+            self.typed.unknown("joint", &raw.after, shape.joints.iter().map(|joint| joint.name.as_str()));
+            return None;
+        };
+        Some(Weight { after, mass, centre: Vector::from(raw.centre_mm.value) })
     }
 }
 

@@ -2,14 +2,13 @@
 
 use std::ops::RangeInclusive;
 
+use plumb_document::{Span, Spanned};
 use serde::Deserialize;
-use serde_yaml::{Location, Spanned};
 
 use super::checker::{Checker, Number};
 use crate::arm::description::ArmOnPaper;
 use crate::physics::description::Motion;
 use crate::physics::imperfection::{Imperfection, Mechanism, Warming};
-use crate::world::file::WorldFileError;
 
 /// The softest drive, rad/(N m): what trials take for the most that anyone would believe ([`Mechanism::greatest_plausible`]).
 const SOFTEST: f64 = 0.05;
@@ -195,16 +194,13 @@ fn at((joint, size): (usize, f64), mechanism: impl Fn(usize) -> Mechanism) -> (M
 }
 
 impl Checker<'_> {
-    pub(super) fn imperfection(
-        &self,
-        raw: &RawImperfection,
-        place: Location,
-    ) -> Result<Imperfection, WorldFileError> {
-        let in_mm =
-            |raw: &InMm| Ok((self.joint(&raw.joint)?, self.typed.number("mm", &raw.mm, -50.0..=50.0, "mm")?));
+    pub(super) fn imperfection(&self, raw: &RawImperfection, place: Span) -> Option<Imperfection> {
+        let in_mm = |raw: &InMm| {
+            Some((self.joint(&raw.joint)?, self.typed.number("mm", &raw.mm, -50.0..=50.0, "mm")))
+        };
         let in_deg = |raw: &InDeg| {
-            let size = self.typed.number("deg", &raw.deg, -10.0..=10.0, "deg")?.to_radians();
-            Ok((self.joint(&raw.joint)?, size))
+            let size = self.typed.number("deg", &raw.deg, -10.0..=10.0, "deg").to_radians();
+            Some((self.joint(&raw.joint)?, size))
         };
         let (mechanism, size) = match raw {
             RawImperfection::JointZero(raw) => self.zero(raw)?,
@@ -223,104 +219,106 @@ impl Checker<'_> {
             RawImperfection::WarmUp(raw) => self.warm_up(raw, place)?,
             RawImperfection::LinkSag(raw) => self.sag(raw)?,
         };
-        Ok(Imperfection { mechanism, size })
+        Some(Imperfection { mechanism, size })
     }
 
-    fn zero(&self, raw: &Zero) -> Result<(Mechanism, f64), WorldFileError> {
+    fn zero(&self, raw: &Zero) -> Option<(Mechanism, f64)> {
         let (deg, mm) = (("deg", &raw.deg), ("mm", &raw.mm));
-        Ok(at(self.displacement(&raw.joint, deg, mm, -20.0..=20.0)?, |joint| Mechanism::JointZero { joint }))
+        Some(at(self.displacement(&raw.joint, deg, mm, -20.0..=20.0)?, |joint| Mechanism::JointZero {
+            joint,
+        }))
     }
 
-    fn backlash(&self, raw: &Backlash) -> Result<(Mechanism, f64), WorldFileError> {
+    fn backlash(&self, raw: &Backlash) -> Option<(Mechanism, f64)> {
         let (deg, mm) = (("width_deg", &raw.width_deg), ("width_mm", &raw.width_mm));
-        Ok(at(self.displacement(&raw.joint, deg, mm, 0.0..=10.0)?, |joint| Mechanism::JointBacklash {
+        Some(at(self.displacement(&raw.joint, deg, mm, 0.0..=10.0)?, |joint| Mechanism::JointBacklash {
             joint,
         }))
     }
 
     /// The joint stays behind what was counted.
-    fn lost_steps(&self, raw: &Lost) -> Result<(Mechanism, f64), WorldFileError> {
-        let at_s = self.typed.number("at_s", &raw.at_s, 0.0..=1e6, "s")?;
+    fn lost_steps(&self, raw: &Lost) -> Option<(Mechanism, f64)> {
+        let at_s = self.typed.number("at_s", &raw.at_s, 0.0..=1e6, "s");
         let (deg, mm) = (("deg", &raw.deg), ("mm", &raw.mm));
         let (joint, lost) = self.displacement(&raw.joint, deg, mm, -20.0..=20.0)?;
-        Ok((Mechanism::JointStep { joint, at_s }, -lost))
+        Some((Mechanism::JointStep { joint, at_s }, -lost))
     }
 
-    fn stiffening(&self, raw: &Stiffening) -> Result<(Mechanism, f64), WorldFileError> {
-        let knee = self.typed.number("knee_nm", &raw.knee_nm, 0.01..=1000.0, "N m")?;
-        let joint = self.turning_joint(&raw.joint)?;
-        let size = self.typed.number("rad_per_nm", &raw.rad_per_nm, 0.0..=SOFTEST, "rad/(N m)")?;
-        Ok((Mechanism::JointStiffening { joint, knee }, size))
+    fn stiffening(&self, raw: &Stiffening) -> Option<(Mechanism, f64)> {
+        let knee = self.typed.number("knee_nm", &raw.knee_nm, 0.01..=1000.0, "N m");
+        let size = self.typed.number("rad_per_nm", &raw.rad_per_nm, 0.0..=SOFTEST, "rad/(N m)");
+        Some((Mechanism::JointStiffening { joint: self.turning_joint(&raw.joint)?, knee }, size))
     }
 
-    fn settling(&self, raw: &Settling) -> Result<(Mechanism, f64), WorldFileError> {
-        let forgetting_s = self.typed.number("time_constant_s", &raw.time_constant_s, 0.1..=1e6, "s")?;
-        let part = self.typed.number("part", &raw.part, -0.1..=0.1, "of each move")?;
-        Ok((Mechanism::JointSettling { joint: self.joint(&raw.joint)?, forgetting_s }, part))
+    fn settling(&self, raw: &Settling) -> Option<(Mechanism, f64)> {
+        let forgetting_s = self.typed.number("time_constant_s", &raw.time_constant_s, 0.1..=1e6, "s");
+        let part = self.typed.number("part", &raw.part, -0.1..=0.1, "of each move");
+        Some((Mechanism::JointSettling { joint: self.joint(&raw.joint)?, forgetting_s }, part))
     }
 
-    fn coupling(&self, raw: &Coupling) -> Result<(Mechanism, f64), WorldFileError> {
-        let (joint, driver) = (self.turning_joint(&raw.joint)?, self.turning_joint(&raw.driver)?);
-        let size = self.typed.number("deg_per_deg", &raw.deg_per_deg, -1.0..=1.0, "deg/deg")?;
-        Ok((Mechanism::JointCoupling { joint, driver }, size))
+    fn coupling(&self, raw: &Coupling) -> Option<(Mechanism, f64)> {
+        let (joint, driver) = (self.turning_joint(&raw.joint), self.turning_joint(&raw.driver));
+        let size = self.typed.number("deg_per_deg", &raw.deg_per_deg, -1.0..=1.0, "deg/deg");
+        Some((Mechanism::JointCoupling { joint: joint?, driver: driver? }, size))
     }
 
-    fn sag(&self, raw: &Sag) -> Result<(Mechanism, f64), WorldFileError> {
-        let size = self.typed.number("per_nm2", &raw.per_nm2, 0.0..=0.01, "1/(N m2)")?;
-        Ok((Mechanism::LinkSag { joint: self.turning_joint(&raw.joint)? }, size))
+    fn sag(&self, raw: &Sag) -> Option<(Mechanism, f64)> {
+        let size = self.typed.number("per_nm2", &raw.per_nm2, 0.0..=0.01, "1/(N m2)");
+        Some((Mechanism::LinkSag { joint: self.turning_joint(&raw.joint)? }, size))
     }
 
-    fn gain(&self, raw: &Gain) -> Result<(Mechanism, f64), WorldFileError> {
+    fn gain(&self, raw: &Gain) -> Option<(Mechanism, f64)> {
         let size = TwoUnits {
             turning: ("deg_per_deg", &raw.deg_per_deg, -0.1..=0.1, "deg/deg"),
             sliding: ("mm_per_mm", &raw.mm_per_mm, -0.1..=0.1, "mm/mm"),
         };
         let (joint, size) = self.by_motion(&raw.joint, size)?;
-        Ok((Mechanism::JointGain { joint }, size))
+        Some((Mechanism::JointGain { joint }, size))
     }
 
-    fn compliance(&self, raw: &Compliance) -> Result<(Mechanism, f64), WorldFileError> {
+    fn compliance(&self, raw: &Compliance) -> Option<(Mechanism, f64)> {
         let size = TwoUnits {
             turning: ("rad_per_nm", &raw.rad_per_nm, 0.0..=SOFTEST, "rad/(N m)"),
             sliding: ("mm_per_n", &raw.mm_per_n, 0.0..=0.1, "mm/N"),
         };
         let (joint, size) = self.by_motion(&raw.joint, size)?;
-        Ok((Mechanism::JointCompliance { joint }, size))
+        Some((Mechanism::JointCompliance { joint }, size))
     }
 
-    fn harmonic(&self, raw: &Harmonic) -> Result<(Mechanism, f64), WorldFileError> {
-        let joint = self.turning_joint(&raw.joint)?;
+    fn harmonic(&self, raw: &Harmonic) -> Option<(Mechanism, f64)> {
+        let joint = self.turning_joint(&raw.joint);
         let per_turn =
-            self.typed.number("per_turn", &raw.per_turn, 0.01..=1000.0, "turns for a turn of the joint")?;
-        let phase = self.typed.or("phase_deg", &raw.phase_deg, 0.0, -360.0..=360.0, "deg")?.to_radians();
-        let size = self.typed.number("amplitude_deg", &raw.amplitude_deg, 0.0..=3.0, "deg")?.to_radians();
-        Ok((Mechanism::JointHarmonic { joint, per_turn, phase }, size))
+            self.typed.number("per_turn", &raw.per_turn, 0.01..=1000.0, "turns for a turn of the joint");
+        let phase = self.typed.or("phase_deg", &raw.phase_deg, 0.0, -360.0..=360.0, "deg").to_radians();
+        let size = self.typed.number("amplitude_deg", &raw.amplitude_deg, 0.0..=3.0, "deg").to_radians();
+        Some((Mechanism::JointHarmonic { joint: joint?, per_turn, phase }, size))
     }
 
-    fn warm_up(&self, raw: &WarmUp, place: Location) -> Result<(Mechanism, f64), WorldFileError> {
+    fn warm_up(&self, raw: &WarmUp, place: Span) -> Option<(Mechanism, f64)> {
+        let time_constant_s = self.typed.number("time_constant_s", &raw.time_constant_s, 1.0..=1e6, "s");
         let joint = self.joint(&raw.joint)?;
-        let time_constant_s = self.typed.number("time_constant_s", &raw.time_constant_s, 1.0..=1e6, "s")?;
         let given = [&raw.zero_deg, &raw.zero_mm, &raw.length_mm, &raw.offset_mm];
         if given.iter().filter(|one| one.is_some()).count() != 1 {
             let zero = if self.motion(joint) == Motion::Slides { "zero_mm" } else { "zero_deg" };
             let problem = format!(
-                "a warm-up changes one thing: give `{zero}`, `length_mm` or `offset_mm`, what it comes to in the end"
+                "a warm-up changes one thing; give `{zero}`, `length_mm` or `offset_mm`, what it comes to in the end"
             );
-            return Err(self.typed.wrong(place, problem));
+            self.typed.wrong(place, &problem);
+            return None;
         }
         let (of, size) = match (&raw.length_mm, &raw.offset_mm) {
             (Some(length), _) => {
-                (Warming::Length, self.typed.number("length_mm", length, -10.0..=10.0, "mm")?)
+                (Warming::Length, self.typed.number("length_mm", length, -10.0..=10.0, "mm"))
             }
             (_, Some(offset)) => {
-                (Warming::Offset, self.typed.number("offset_mm", offset, -10.0..=10.0, "mm")?)
+                (Warming::Offset, self.typed.number("offset_mm", offset, -10.0..=10.0, "mm"))
             }
             (None, None) => {
                 let (deg, mm) = (("zero_deg", &raw.zero_deg), ("zero_mm", &raw.zero_mm));
                 (Warming::Zero, self.displacement(&raw.joint, deg, mm, -5.0..=5.0)?.1)
             }
         };
-        Ok((Mechanism::WarmUp { joint, of, time_constant_s }, size))
+        Some((Mechanism::WarmUp { joint, of, time_constant_s }, size))
     }
 
     /// A joint and how far it is moved, rad or mm: in degrees under the first key where it turns, in mm under the second where it slides.
@@ -330,30 +328,32 @@ impl Checker<'_> {
         deg: (&'static str, &Option<Number>),
         mm: (&'static str, &Option<Number>),
         range: RangeInclusive<f64>,
-    ) -> Result<(usize, f64), WorldFileError> {
+    ) -> Option<(usize, f64)> {
         let both =
             TwoUnits { turning: (deg.0, deg.1, range.clone(), "deg"), sliding: (mm.0, mm.1, range, "mm") };
         let (index, size) = self.by_motion(joint, both)?;
         let drive = self.paper.drive.joints.get(index);
-        Ok((index, drive.map_or(size, |joint| joint.read(size))))
+        Some((index, drive.map_or(size, |joint| joint.read(size))))
     }
 
     /// A joint and a size as it is written for one that moves so.
-    fn by_motion(&self, name: &Spanned<String>, both: TwoUnits<'_>) -> Result<(usize, f64), WorldFileError> {
+    fn by_motion(&self, name: &Spanned<String>, both: TwoUnits<'_>) -> Option<(usize, f64)> {
         let joint = self.joint(name)?;
         let ((key, value, range, unit), (other_key, other, ..), moves) = match self.motion(joint) {
             Motion::Turns => (both.turning, both.sliding, "turns"),
             Motion::Slides => (both.sliding, both.turning, "slides"),
         };
         match (value, other) {
-            (Some(value), None) => Ok((joint, self.typed.number(key, value, range, unit)?)),
+            (Some(value), None) => Some((joint, self.typed.number(key, value, range, unit))),
             (_, Some(wrong)) => {
-                let problem = format!("joint `{}` {moves}: write `{key}`, not `{other_key}`", name.value);
-                Err(self.typed.wrong(wrong.referenced, problem))
+                let problem = format!("joint `{}` {moves}; write `{key}`, not `{other_key}`", name.value);
+                self.typed.wrong(wrong.span, &problem);
+                None
             }
             (None, None) => {
-                let problem = format!("joint `{}` {moves}: the key `{key}` is missing here", name.value);
-                Err(self.typed.wrong(name.referenced, problem))
+                let problem = format!("the key `{key}` is missing; joint `{}` {moves}", name.value);
+                self.typed.wrong(name.span, &problem);
+                None
             }
         }
     }

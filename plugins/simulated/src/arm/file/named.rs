@@ -3,13 +3,11 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
+use plumb_document::Spanned;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
-use serde_yaml::Spanned;
 
 use crate::arm::drive::JointDrive;
-use crate::world::file::WorldFileError;
-use crate::world::file::error::unknown;
 use crate::world::file::typed::Typed;
 
 /// A map from a joint's name and its unit to a number, as it was typed.
@@ -43,19 +41,20 @@ impl JointNumbers {
         typed: Typed<'_>,
         joints: &[JointDrive],
         range: RangeInclusive<f64>,
-    ) -> Result<Vec<f64>, WorldFileError> {
+    ) -> Vec<f64> {
         let keys: Vec<String> =
             joints.iter().map(|joint| format!("{}_{}", joint.name, joint.unit())).collect();
         let mut values = vec![0.0; joints.len()];
         for (key, number) in &self.0 {
             let found = keys.iter().position(|known| *known == key.value);
             let place = found.and_then(|index| Some((joints.get(index)?, values.get_mut(index)?)));
-            let Some((joint, value)) = place else {
-                let known: Vec<&str> = keys.iter().map(String::as_str).collect();
-                return Err(typed.wrong(key.referenced, unknown("key", &key.value, &known)));
-            };
-            *value = joint.read(typed.number(&key.value, number, range.clone(), joint.unit())?);
+            match place {
+                Some((joint, value)) => {
+                    *value = joint.read(typed.number(&key.value, number, range.clone(), joint.unit()));
+                }
+                None => typed.unknown("key", key, keys.iter().map(String::as_str)),
+            }
         }
-        Ok(values)
+        values
     }
 }

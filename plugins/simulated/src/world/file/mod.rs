@@ -2,7 +2,7 @@
 //! ([`super::WorldDescription`]) has been checked and is in the world's own units.
 //!
 //! Every key carries its unit. Unknown and missing keys, values out of range and things that contradict each other are
-//! refused with file, line and column.
+//! refused, all of a file at once, with file, line and column.
 
 mod check;
 pub(crate) mod error;
@@ -12,7 +12,9 @@ pub(crate) mod typed;
 
 use std::path::Path;
 
-use plumb_document::{FileKind, read_text};
+use plumb_document::{
+    DocumentKind, FileKind, FileProblems, Node, Problems, parse_as, read_text, typed as typed_as,
+};
 
 pub use error::WorldFileError;
 pub use seal::seal;
@@ -53,6 +55,25 @@ pub fn write_sealed(path: &Path, sealed: &Path) -> Result<(), WorldFileError> {
 }
 
 fn parse_open(file: &str, text: &str) -> Result<WorldDescription, WorldFileError> {
-    let typed = Typed { file };
-    check::Checker { typed }.world(typed.parse(text)?)
+    let (file, problems) = (Path::new(file), Problems::default());
+    let root = root(file, text, &problems)?;
+    let world = of_tree(file, &root, &problems);
+    problems.into_result(file, text)?;
+    world.ok_or_else(|| no_world(file))
+}
+
+/// The tree of a text that is a world.
+pub(crate) fn root(file: &Path, text: &str, problems: &Problems) -> Result<Node, WorldFileError> {
+    Ok(parse_as(DocumentKind::World, file, text, problems)?)
+}
+
+/// A world with a TeachMover; all mistakes are among `problems`, and what is found with some of them is good for nothing.
+pub(crate) fn of_tree(file: &Path, root: &Node, problems: &Problems) -> Option<WorldDescription> {
+    let raw = typed_as(root, "a world", problems)?;
+    check::Checker { typed: Typed { file, problems } }.world(raw)
+}
+
+/// What is said where nothing better is known.
+pub(crate) fn no_world(file: &Path) -> WorldFileError {
+    FileProblems::whole_file(file, "this is no world", "").into()
 }

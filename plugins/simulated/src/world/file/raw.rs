@@ -1,7 +1,7 @@
 //! A world file as it was typed.
 
+use plumb_document::Spanned;
 use serde::Deserialize;
-use serde_yaml::Spanned;
 
 /// A number as typed, with its place.
 pub(super) type Number = Spanned<f64>;

@@ -1,31 +1,19 @@
-//! A world file as it was typed: parsed, its numbers each within what they can be, mistakes told by their place.
+//! A world file, or an arm file, as it was typed: numbers each within what they can be, mistakes kept with their place.
 
 use std::ops::RangeInclusive;
+use std::path::Path;
 
-use serde::de::DeserializeOwned;
-use serde_yaml::{Location, Spanned};
+use plumb_document::{Problems, Span, Spanned, did_you_mean};
 
-use super::WorldFileError;
-
-/// The file whose text is read, by the name its errors bear.
+/// The file whose text is read, and what is wrong with it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Typed<'a> {
-    pub(crate) file: &'a str,
+    pub(crate) file: &'a Path,
+    pub(crate) problems: &'a Problems,
 }
 
 impl Typed<'_> {
-    /// Reads the text, within bounds no honest file comes near.
-    pub(crate) fn parse<T: DeserializeOwned>(self, text: &str) -> Result<T, WorldFileError> {
-        let options = serde_yaml::options! {
-            strict_booleans: true,
-            with_snippet: false,
-            budget: serde_yaml::budget! { max_nodes: 20_000, max_depth: 32 },
-        };
-        serde_yaml::from_str_with_options(text, options)
-            .map_err(|error| WorldFileError::from_yaml(self.file, text, &error))
-    }
-
-    /// A number that may be left out.
+    /// A number that may be left out; NaN after a complaint.
     pub(crate) fn or(
         self,
         key: &str,
@@ -33,32 +21,35 @@ impl Typed<'_> {
         default: f64,
         range: RangeInclusive<f64>,
         unit: &str,
-    ) -> Result<f64, WorldFileError> {
-        value.as_ref().map_or(Ok(default), |value| self.number(key, value, range, unit))
+    ) -> f64 {
+        value.as_ref().map_or(default, |value| self.number(key, value, range, unit))
     }
 
-    /// The number as it was typed, if it is finite and within its range (in `unit`).
+    /// The number as it was typed, if it is finite and within its range (in `unit`); NaN after a complaint.
     pub(crate) fn number(
         self,
         key: &str,
         value: &Spanned<f64>,
         range: RangeInclusive<f64>,
         unit: &str,
-    ) -> Result<f64, WorldFileError> {
-        let typed = value.value;
-        if typed.is_finite() && range.contains(&typed) {
-            return Ok(typed);
-        }
-        let problem = if typed.is_finite() {
-            format!("`{key}` is {typed}, but must be {} to {} {unit}", range.start(), range.end())
-        } else {
-            format!("`{key}` is {typed}, which is no finite number")
-        };
-        Err(self.wrong(value.referenced, problem))
+    ) -> f64 {
+        value.between(&format!("`{key}`"), range, unit, self.problems)
     }
 
-    /// A mistake at a place of the file.
-    pub(crate) fn wrong(self, place: Location, problem: String) -> WorldFileError {
-        WorldFileError::at(self.file, place, problem)
+    /// A mistake at a place of the file. What follows the last `; ` says what would be right.
+    pub(crate) fn wrong(self, place: Span, problem: &str) {
+        let (message, help) = problem.rsplit_once("; ").unwrap_or((problem, ""));
+        self.problems.add(place, message, help);
+    }
+
+    /// A word that is none of those known.
+    pub(crate) fn unknown<'k>(
+        self,
+        what: &str,
+        word: &Spanned<String>,
+        known: impl IntoIterator<Item = &'k str>,
+    ) {
+        let message = format!("unknown {what} `{}`", word.value);
+        self.problems.add(word.span, message, did_you_mean(&word.value, known));
     }
 }
