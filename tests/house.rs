@@ -1,4 +1,4 @@
-//! How the house is kept: no file over 600 lines, no function over 60, no import circle inside a crate.
+//! How the house is kept: no file over 600 lines, no function over 60, no import circle inside a crate, no retired word before a user.
 //!
 //! Counted over tokens, so that comments and strings do not count as code. What stands under `#[cfg(test)]` is left out, and so are tests, examples and benches.
 
@@ -8,6 +8,8 @@
 mod circles;
 #[path = "house/source.rs"]
 mod source;
+#[path = "house/words.rs"]
+mod words;
 
 use std::collections::BTreeSet;
 
@@ -67,4 +69,18 @@ fn no_files_of_a_crate_import_one_another_in_a_circle() {
     let mended: Vec<_> =
         CIRCLES.iter().filter(|known| !found.iter().any(|circle| within(circle, known))).collect();
     assert!(mended.is_empty(), "no circle any more, take it off the list: {mended:#?}");
+}
+
+#[test]
+fn no_user_is_shown_a_retired_word() {
+    let found: BTreeSet<String> = words::found(&sources()).into_iter().collect();
+    let known: BTreeSet<String> = words::STILL.iter().map(|one| (*one).to_owned()).collect();
+    let instead = |one: &str| {
+        let word = one.rsplit(": ").next().unwrap_or_default();
+        words::RETIRED.iter().find(|(retired, _)| *retired == word).map_or("", |(_, instead)| instead)
+    };
+    let new = found.difference(&known).map(|one| format!("  {one}; write: {}\n", instead(one)));
+    let mended = known.difference(&found).map(|one| format!("  mended, take it off the list: {one}\n"));
+    let wrong: String = new.chain(mended).collect();
+    assert!(wrong.is_empty(), "\n{wrong}");
 }

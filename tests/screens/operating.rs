@@ -82,9 +82,9 @@ fn a_click_jogs_nothing_and_answers_only_on_the_button() {
     let bench = Bench::new();
     let mut session = bench.run(&["--pace", "fast"], 80, 24);
     let page = session.wait_for(PROMPTS[0]);
-    session.click_on("The target lies");
+    session.click_on("The target is in place");
     session.wait_for(PROMPTS[1]);
-    assert!(page.contains("The target lies"));
+    assert!(page.contains("The target is in place"));
     session.click_on("4 History");
     session.wait_for("not ended");
 }
@@ -147,9 +147,9 @@ fn a_jog_key_held_down_leaves_nothing_queued_and_esc_leaves_no_live_prompt() {
     session.wait_for("arm moving");
     session.press("\x1b");
     let page = session.wait_for("Nothing moves until you press r to resume.");
-    assert!(!page.contains("the arm stands where it should"), "no prompt looks live:\n{page}");
+    assert!(!page.contains("the arm is in position"), "no prompt looks live:\n{page}");
     session.press("r");
-    session.wait_for("the arm stands where it should");
+    session.wait_for("the arm is in position");
 }
 
 #[test]

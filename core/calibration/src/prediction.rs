@@ -90,3 +90,62 @@ pub fn points(
     let state = machine.start();
     Ok((0..poses.len()).map(|row| machine.believed_target(&state, place, row)).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A beam of 1 m that turns in the vertical plane, 2 kg at its end, with everything found of it.
+    const BEAM: &str = "
+arm: beam
+convention: distal
+joints: [{name: pivot, a_mm: 1000}]
+links: [{after: pivot, mass_kg: 2, centre_mm: [0, 0, 0]}]
+base: {xyz_mm: [0, 0, 0], rpy_deg: [90, 0, 0], free: false}
+targets: {p1: {xyz_mm: [0, 0, 0]}, p2: {xyz_mm: [100, 0, 0]}}
+measured_from: world
+effects:
+  - {effect: joint_compliance, where: pivot, values: {compliance: 1.0e-6}}
+  - {effect: joint_backlash, where: pivot, values: {play_deg: 0.2}}
+  - {effect: joint_step, where: pivot, searched: 5, values: {step_deg: 3}}
+fitted: [{effect: joint_zero, where: pivot, values: {zero_deg: 1}}]
+";
+
+    fn at(target: Option<&str>, pose: Pose) -> Vector3<f64> {
+        let model = Model::parse("beam.yaml", BEAM).unwrap();
+        points(&model, target, &[pose]).unwrap()[0]
+    }
+
+    fn level() -> Pose {
+        Pose { q: vec![0.0], ..Pose::default() }
+    }
+
+    #[test]
+    fn everything_found_counts_but_what_happened_once() {
+        let model = Model::parse("beam.yaml", BEAM).unwrap();
+        assert_eq!(left_out(&model), ["joint_step(pivot)"]);
+        // The zero lifts the end, its weight lets it down: 2 kg at 1 m, 1e-6 rad/(N m).
+        let angle = 1_f64.to_radians() - 2.0 * 9.80665 * 1_f64.to_radians().cos() * 1e-6;
+        let expected = Vector3::new(1000.0 * angle.cos(), 0.0, 1000.0 * angle.sin());
+        assert!((at(None, level()) - expected).norm() < 1e-4, "{} {expected}", at(None, level()));
+    }
+
+    #[test]
+    fn a_load_and_the_side_of_approach_of_the_pose_count() {
+        let plain = at(None, level()).z;
+        let loaded = at(None, Pose { payload: 3.0, ..level() }).z;
+        assert!((loaded - plain + 3.0 * 9.80665 * 1e-6 * 1000.0).abs() < 1e-4, "{}", loaded - plain);
+        let side = |side: i8| at(None, Pose { approach: vec![side], ..level() }).z;
+        let play = 0.2_f64.to_radians() * 1000.0;
+        assert!((side(-1) - side(1) - play).abs() < 0.01, "{}", side(-1) - side(1));
+    }
+
+    #[test]
+    fn a_target_is_taken_by_its_name() {
+        assert!((at(Some("p2"), level()) - at(Some("p1"), level())).norm() - 100.0 < 1e-9);
+        assert_eq!(at(Some("p1"), level()), at(None, level()));
+        let model = Model::parse("beam.yaml", BEAM).unwrap();
+        let unknown = points(&model, Some("p7"), &[level()]).unwrap_err().to_string();
+        assert!(unknown.contains("no target `p7`") && unknown.contains("p1, p2"), "{unknown}");
+    }
+}

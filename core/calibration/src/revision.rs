@@ -186,3 +186,80 @@ impl Family {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ARM: &str =
+        "arm: arm\nconvention: distal\njoints: [{name: one, a_mm: 100}]\ntargets: {p1: {}}\neffects: []\n";
+
+    fn family() -> (tempfile::TempDir, Family) {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("arm.yaml");
+        std::fs::write(&file, ARM).unwrap();
+        let family = Family::of(&file).unwrap();
+        (folder, family)
+    }
+
+    /// Adds an effect as the next revision.
+    fn add(family: &Family, effect: &str) -> Entry {
+        let newest = family.newest();
+        let mut model = family.entry(newest).unwrap().model;
+        model.free.push(effect.to_owned());
+        family.write(model, Some(newest), &format!("add {effect}"), Some("table.csv"), Some(0.5)).unwrap()
+    }
+
+    fn free(entry: &Entry) -> String {
+        entry.model.free.join(" ")
+    }
+
+    #[test]
+    fn the_original_means_its_newest_revision_and_a_revision_itself() {
+        let (folder, family) = family();
+        let original = folder.path().join("arm.yaml");
+        assert_eq!((family.newest(), Family::resolve(&original).unwrap().number), (0, 0));
+        add(&family, "joint_zero(one)");
+        add(&family, "link_length(one)");
+        let newest = Family::resolve(&original).unwrap();
+        assert_eq!((newest.number, free(&newest)), (2, "joint_zero(one) link_length(one)".to_owned()));
+        let first = Family::resolve(&folder.path().join("arm.rev1.yaml")).unwrap();
+        assert_eq!((first.number, free(&first)), (1, "joint_zero(one)".to_owned()));
+        assert_eq!(Family::newest_file(&original), folder.path().join("arm.rev2.yaml"));
+        let named = folder.path().join("arm.rev1.yaml");
+        assert_eq!(Family::newest_file(&named), named);
+        assert_eq!(Family::of(&named).unwrap().newest(), 2, "a revision knows its family");
+        assert_eq!(std::fs::read_to_string(original).unwrap(), ARM, "the original is never touched");
+    }
+
+    #[test]
+    fn an_undo_is_a_new_revision_and_goes_back_one_change_a_time() {
+        let (_folder, family) = family();
+        add(&family, "joint_zero(one)");
+        add(&family, "link_length(one)");
+        let once = family.undo().unwrap();
+        assert_eq!((once.number, free(&once)), (3, "joint_zero(one)".to_owned()));
+        let twice = family.undo().unwrap();
+        assert_eq!((twice.number, free(&twice)), (4, String::new()));
+        let nothing = family.undo().unwrap_err().to_string();
+        assert!(nothing.contains("there is nothing to undo"), "{nothing}");
+        let did: Vec<String> = family
+            .history()
+            .unwrap()
+            .into_iter()
+            .filter_map(|entry| Some(entry.model.revision?.did))
+            .collect();
+        assert_eq!(did.len(), 4);
+        assert_eq!((did[0].as_str(), did[2].as_str()), ("add joint_zero(one)", "undo: add link_length(one)"));
+    }
+
+    #[test]
+    fn a_file_of_another_name_is_no_revision_and_a_folder_no_model() {
+        let (folder, family) = family();
+        std::fs::write(folder.path().join("arm.revised.yaml"), ARM).unwrap();
+        std::fs::write(folder.path().join("other.rev7.yaml"), ARM).unwrap();
+        assert_eq!(family.newest(), 0);
+        assert!(matches!(Family::of(Path::new("/")), Err(RevisionError::NoFileName(_))));
+        assert!(matches!(Family::resolve(&folder.path().join("none.yaml")), Err(RevisionError::Model(_))));
+    }
+}

@@ -222,3 +222,80 @@ measured_from: instrument                          # or world: a level frame, gr
     );
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::Table;
+
+    #[test]
+    fn every_robot_that_is_known_gives_a_model_and_a_table_for_it() {
+        for robot in robots() {
+            let template = Template::of(&robot.to_uppercase()).unwrap();
+            let model = Model::parse("model.yaml", &template.model).unwrap();
+            let cells = vec!["1"; template.table.trim().split(',').count()].join(",");
+            let table = Table::parse("table.csv", &format!("{}{cells}\n", template.table)).unwrap();
+            assert_eq!(table.joints, model.chain.len(), "{robot}");
+            assert!(table.time.is_some() && table.payload.is_some() && table.approach.is_some());
+            assert_eq!(table.positions.len(), model.targets.len());
+        }
+    }
+
+    #[test]
+    fn a_number_of_joints_gives_rows_to_fill_in() {
+        let template = Template::of("3").unwrap();
+        assert_eq!(Model::parse("model.yaml", &template.model).unwrap().chain.len(), 3);
+        assert!(template.table.starts_with("q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm,time_s"));
+        for count in ["0", "13"] {
+            assert!(Template::of(count).unwrap_err().to_string().contains("write a number from 1 to 12"));
+        }
+        let unknown = Template::of("puma56").unwrap_err().to_string();
+        assert!(unknown.contains("did you mean `puma560`?"), "{unknown}");
+    }
+
+    const URDF: &str = r#"<robot name="Two Links"><link name="base"/>
+      <link name="upper"><inertial><origin xyz="0.2 0 0"/><mass value="3"/></inertial></link><link name="hand"/>
+      <joint name="turn" type="revolute"><parent link="base"/><child link="upper"/><origin xyz="0 0 0.4"/><axis xyz="0 0 -1"/>
+        <limit lower="-2" upper="2" velocity="1" effort="0"/></joint>
+      <joint name="reach" type="prismatic"><parent link="upper"/><child link="hand"/><origin xyz="0.5 0 0"/><axis xyz="1 0 0"/>
+        <limit lower="0" upper="0.25" velocity="1" effort="0"/></joint></robot>"#;
+
+    #[test]
+    fn the_arm_of_a_urdf_file_keeps_its_shape_its_masses_and_what_is_down() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("two.urdf");
+        std::fs::write(&file, URDF).unwrap();
+        let template = Template::of_urdf(&file, None).unwrap();
+        assert_eq!(template.name, "two_links");
+        assert_eq!(template.ends, Some(("base".to_owned(), "hand".to_owned())));
+        assert!(template.table.starts_with("q1_deg,q2_mm,"));
+        let model = Model::parse("model.yaml", &template.model).unwrap();
+        assert_eq!(model.chain.joints[1].limits, (0.0, 250.0));
+        assert_eq!(model.masses[0].mass, 3.0);
+        // The first axis points down, so that the first row is upside down: what is down must be said in its frame.
+        let down = model.base.pose.rotation * model.gravity.unwrap();
+        assert!((down + Vector3::z()).norm() < 1e-6, "{down}");
+        let at = |q: [f64; 2]| {
+            crate::prediction::points(
+                &model,
+                None,
+                &[crate::prediction::Pose { q: q.to_vec(), ..Default::default() }],
+            )
+            .unwrap()[0]
+        };
+        assert!((at([0.0, 100.0]) - Vector3::new(600.0, 0.0, 400.0)).norm() < 1e-6, "{}", at([0.0, 100.0]));
+        // About -z, a positive turn goes towards -y.
+        let turned = at([std::f64::consts::FRAC_PI_2, 0.0]);
+        assert!((turned - Vector3::new(0.0, -500.0, 400.0)).norm() < 1e-6, "{turned}");
+    }
+
+    #[test]
+    fn a_urdf_file_that_is_none_is_refused_with_its_name() {
+        let said = |path: &Path| Template::of_urdf(path, None).unwrap_err().to_string();
+        assert!(said(Path::new("/nowhere/arm.urdf")).contains("/nowhere/arm.urdf"));
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("no.urdf");
+        std::fs::write(&file, "<sdf/>").unwrap();
+        assert!(said(&file).contains("no.urdf"), "{}", said(&file));
+    }
+}

@@ -152,7 +152,7 @@ fn write_page(out: &mut String, report: &Report) -> std::fmt::Result {
     writeln!(out, "<p class=\"verdict\">{}</p>", escaped(&report.diagnosis.sentence))?;
     writeln!(
         out,
-        "<p>{} {} rows were fitted with {} parameters, {} were locked away.</p>",
+        "<p>{} {} rows were fitted with {} parameters, {} were held out.</p>",
         escaped(&comparison.sentence),
         comparison.fit_rows,
         comparison.parameters,

@@ -40,10 +40,12 @@ impl Files {
         self.folder.path().join("world.yaml")
     }
 
-    /// The message about these files, without the folder's name.
+    /// The message about these files, without the folder's name and the lines it quotes: what is wrong; what would be right.
     fn refused(&self) -> String {
         let error = read(&self.world()).unwrap_err().to_string();
-        error.replace(&format!("{}/", self.folder.path().display()), "")
+        let said = error.lines().filter(|line| !line.contains(" | ") && !line.is_empty());
+        let said: Vec<&str> = said.map(|line| line.trim_start_matches("  = ")).collect();
+        said.join("; ").replace(&format!("{}/", self.folder.path().display()), "")
     }
 
     fn open(&self) -> ArmWorld {
@@ -126,12 +128,12 @@ fn a_request_for_another_count_of_joints_is_refused_and_moves_nothing() {
 fn a_bad_arm_file_is_told_where_and_what_would_be_right() {
     assert_eq!(
         arm_refused("speed_deg_per_s", "sped_deg_per_s"),
-        "crane.arm.yaml:5:84: unknown key `sped_deg_per_s`; did you mean `speed_deg_per_s`? known here: `name`, `slides`, `a_mm`, `alpha_deg`, `d_mm`, `theta_deg`, `sign`, `limits_deg`, `limits_mm`, `speed_deg_per_s`, `speed_mm_per_s`, `step_deg`, `step_mm`, `home_deg`, `home_mm`"
+        "crane.arm.yaml:5:84: unknown key `sped_deg_per_s` in an entry of `joints`; did you mean `speed_deg_per_s`?"
     );
     let no_joints = &CRANE[CRANE.find("joints:").unwrap()..];
     assert_eq!(
         arm_refused(no_joints, "joints: []\n"),
-        "crane.arm.yaml:1:6: the arm `crane` has no joints: list 1 to 8 under `joints`"
+        "crane.arm.yaml:1:6: the arm `crane` has no joints; list 1 to 8 under `joints`"
     );
     assert_eq!(
         arm_refused("[0, 400]", "[400, 0]"),
@@ -139,7 +141,7 @@ fn a_bad_arm_file_is_told_where_and_what_would_be_right() {
     );
     assert_eq!(
         arm_refused("limits_mm: [0, 400]", "limits_deg: [0, 400]"),
-        "crane.arm.yaml:7:44: joint `hook` slides: its travel is written as `limits_mm: [from, to]`"
+        "crane.arm.yaml:7:44: joint `hook` slides; its travel is written as `limits_mm: [from, to]`"
     );
     assert_eq!(
         arm_refused(", speed_mm_per_s: 200", ""),
@@ -147,11 +149,11 @@ fn a_bad_arm_file_is_told_where_and_what_would_be_right() {
     );
     assert_eq!(
         arm_refused("speed_mm_per_s: 200", "speed_deg_per_s: 200"),
-        "crane.arm.yaml:7:70: joint `hook` slides: write `speed_mm_per_s`"
+        "crane.arm.yaml:7:70: joint `hook` slides; write `speed_mm_per_s`"
     );
     assert_eq!(
         arm_refused("name: hook", "name: turn"),
-        "crane.arm.yaml:1:6: two joints are named `turn`: names must differ"
+        "crane.arm.yaml:1:6: two joints are named `turn`; names must differ"
     );
     assert!(arm_refused("convention: distal\n", "").contains("say how the rows are to be read"));
     let nine: String = (1..=9)
@@ -172,7 +174,7 @@ fn a_bad_world_of_such_an_arm_is_told_where_and_what_would_be_right() {
     );
     assert_eq!(
         refused("world: w\narm: {described: {by: crane.arm.yaml, zero_error: {hook_deg: 1}}}\n"),
-        "world.yaml:2:52: unknown key `hook_deg`; did you mean `hook_mm`? known here: `turn_deg`, `trolley_mm`, `hook_mm`"
+        "world.yaml:2:52: unknown key `hook_deg`; there are `turn_deg`, `trolley_mm`, `hook_mm`"
     );
     let fault = |text: &str| {
         refused(&format!(
@@ -181,15 +183,15 @@ fn a_bad_world_of_such_an_arm_is_told_where_and_what_would_be_right() {
     };
     assert_eq!(
         fault("joint_backlash: {joint: hook, width_deg: 1}"),
-        "world.yaml:6:51: joint `hook` slides: write `width_mm`, not `width_deg`"
+        "world.yaml:6:51: joint `hook` slides; write `width_mm`, not `width_deg`"
     );
     assert_eq!(
         fault("joint_gain: {joint: turn}"),
-        "world.yaml:6:30: joint `turn` turns: the key `deg_per_deg` is missing here"
+        "world.yaml:6:30: the key `deg_per_deg` is missing; joint `turn` turns"
     );
     assert_eq!(
         fault("joint_harmonic: {joint: hook, per_turn: 1, amplitude_deg: 0.1}"),
-        "world.yaml:6:34: joint `hook` slides, and this is an error of joints that turn"
+        "world.yaml:6:34: joint `hook` slides; this is an error of joints that turn"
     );
 }
 

@@ -11,3 +11,6 @@ mod write;
 
 pub use error::{ModelFileError, Place};
 pub use write::model_text;
+
+#[cfg(test)]
+mod tests;

@@ -61,7 +61,7 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
         writeln!(out, "  {}: {{xyz_mm: {}, free: {}}}", target.name, triple(&target.xyz), target.free)?;
     }
     let free: Vec<String> = model.free.iter().map(|pattern| text(pattern)).collect();
-    writeln!(out, "free: [{}]", quoted_list(&free))?;
+    writeln!(out, "free: [{}]", free.join(", "))?;
     definitions(out, model)?;
     effects(out, "effects", &model.effects, model)?;
     effects(out, "fitted", &model.fitted, model)?;
@@ -79,15 +79,6 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
         writeln!(out, "working_volume: {{x_mm: {}, y_mm: {}, z_mm: {}}}", span(x), span(y), span(z))?;
     }
     ends(out, model)
-}
-
-/// Patterns hold commas inside brackets: in a flow list they must be quoted.
-fn quoted_list(patterns: &[String]) -> String {
-    let quoted: Vec<String> = patterns
-        .iter()
-        .map(|pattern| if pattern.contains(',') { format!("\"{pattern}\"") } else { pattern.clone() })
-        .collect();
-    quoted.join(", ")
 }
 
 fn joints(out: &mut String, model: &Model) -> std::fmt::Result {

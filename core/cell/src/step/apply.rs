@@ -299,16 +299,13 @@ impl Engine {
         let question = Question {
             step: &at.path,
             title: &at.title,
-            text: format!("Put these corrections in force?\n{}", lines.join("\n")),
+            text: format!("Apply these corrections?\n{}", lines.join("\n")),
             help: Some(format!(
-                "What was in force before is kept in the record and can be brought back: `plumb record zeros {}` lists the revisions.",
+                "The old values stay in the record and can be restored: `plumb record zeros {}` lists the revisions.",
                 self.cell.name
             )),
             kind: PromptKind::Choice {
-                options: vec![
-                    option("accept", "Put them in force"),
-                    option("reject", "Leave everything as it is"),
-                ],
+                options: vec![option("accept", "Apply"), option("reject", "Discard (keep the old values)")],
                 default: Some("accept".to_owned()),
             },
         };

@@ -72,11 +72,7 @@ impl Engine {
         let expressions: Vec<&str> = step.otherwise.expressions().chain([step.that.text()]).collect();
         let values = self.values(at.scope, &expressions)?;
         if step.that.truth(&self.calculator, &values)? {
-            return Ok(Done {
-                result: json!({"holds": true}),
-                values: Vec::new(),
-                message: "it holds".to_owned(),
-            });
+            return Ok(Done { result: json!({"holds": true}), values: Vec::new(), message: "OK".to_owned() });
         }
         Err(StepError::Failed(step.otherwise.fill(&self.calculator, &values)?))
     }

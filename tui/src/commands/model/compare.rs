@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<String, Box<dyn Error>
 fn tell(comparison: &Comparison) -> String {
     let mut text = format!("{} against {}: ", comparison.arm, comparison.data);
     text.push_str(&format!(
-        "{} rows fitted, {} locked away, {} parameters\n",
+        "{} rows fitted, {} held out, {} parameters\n",
         comparison.fit_rows, comparison.check_rows, comparison.parameters
     ));
     text.push_str(&error_lines(&comparison.error_mm));
@@ -41,9 +41,10 @@ fn tell(comparison: &Comparison) -> String {
     text.push_str(&effects_table(&comparison.effects));
     for gauge in &comparison.gauges {
         match gauge.same_as.is_empty() {
-            true => text.push_str(&format!("held: {} changes nothing that was measured\n", gauge.held)),
+            true => text
+                .push_str(&format!("{} not estimated: it changes nothing that was measured\n", gauge.held)),
             false => text.push_str(&format!(
-                "held: {} cannot be told from {}\n",
+                "{} not estimated: same effect as {}\n",
                 gauge.held,
                 gauge.same_as.join(", ")
             )),

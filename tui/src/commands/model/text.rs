@@ -4,14 +4,14 @@ use plumb_diagnosis::laboratory::{EffectValue, ErrorSummary, Errors, Rms};
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
 use plumb_diagnosis::{Claim, Explainable};
 
-/// `RMS: fit 0.112 mm, left-out regions 0.126 mm, locked away 0.111 mm`.
+/// `RMS error: fit 0.112 mm, cross-validation 0.126 mm, held out 0.111 mm`.
 pub(super) fn rms_line(rms: &Rms) -> String {
-    let mut text = format!("RMS: fit {:.4} mm", rms.fit);
+    let mut text = format!("RMS error: fit {:.4} mm", rms.fit);
     if let Some(cv) = rms.cv {
-        text.push_str(&format!(", left-out regions {cv:.4} mm"));
+        text.push_str(&format!(", cross-validation {cv:.4} mm"));
     }
     if let Some(check) = rms.check {
-        text.push_str(&format!(", locked away {check:.4} mm"));
+        text.push_str(&format!(", held out {check:.4} mm"));
     }
     text + "\n"
 }
@@ -74,7 +74,7 @@ pub(super) fn effects_table(effects: &[EffectValue]) -> String {
             return format!("  {label}  held\n");
         }
         let mut odd =
-            if effect.plausible { String::new() } else { "  (no real machine has that)".to_owned() };
+            if effect.plausible { String::new() } else { "  (implausible value)".to_owned() };
         if effect.claim == Claim::Correction {
             odd.push_str(&format!("  (correction: may be {})", effect.may_be.join(", or ")));
         }

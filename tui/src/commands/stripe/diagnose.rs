@@ -80,7 +80,7 @@ pub(super) fn numbers(adjustment: &Adjustment) -> String {
         let _ = writeln!(text, "  {:<26} {}", found.name, size(found));
     }
     for hidden in &adjustment.not_observable {
-        let _ = writeln!(text, "  not to be told from these scans: {hidden}");
+        let _ = writeln!(text, "  not shown by these scans: {hidden}");
     }
     text
 }

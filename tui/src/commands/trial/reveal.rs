@@ -83,7 +83,7 @@ fn tell(truth: &Truth) -> String {
         .filter_map(|one| serde_json::to_value(one).ok())
         .map(|one| one.to_string())
         .collect();
-    text.push_str(&format!("Right verdicts: {}.\n", verdicts.join(", ").replace('"', "")));
+    text.push_str(&format!("Accepted verdicts: {}.\n", verdicts.join(", ").replace('"', "")));
     text
 }
 

@@ -86,7 +86,7 @@ pub(crate) const BINDINGS: &[Binding] = &[
     bind(&[letter('/')], "/", Context::History, Command::Filter, "filter", "Write words; only runs that hold all of them are shown (cell, procedure, operator, date, how it ended)."),
     bind(&[code(KeyCode::Right)], "Right", Context::History, Command::NextTrend, "next correction", "Draw the next corrected quantity over time."),
     bind(&[code(KeyCode::Left)], "Left", Context::History, Command::PreviousTrend, "", "Draw the corrected quantity before."),
-    bind(&[letter('b')], "b", Context::History, Command::BringBack, "bring back", "Bring back the corrections as the chosen run put them in force; asks first, and makes a new revision."),
+    bind(&[letter('b')], "b", Context::History, Command::BringBack, "bring back", "Bring back the corrections as the chosen run applied them; asks first, and makes a new revision."),
     bind(&[letter('y')], "y", Context::BringingBack, Command::BringBackNow, "bring them back", "Bring the corrections back: a new revision puts them in force, nothing is overwritten."),
     bind(&[letter('n'), code(KeyCode::Enter)], "n, Enter", Context::BringingBack, Command::Close, "leave them", "Leave the corrections as they are."),
     bind(&[code(KeyCode::Enter)], "Enter", Context::Filtering, Command::FilterDone, "done", "Leave the filter as it is; an empty one shows all runs."),

@@ -68,7 +68,7 @@ fn line_of(event: &Event) -> Option<(LogLevel, String, String)> {
         Event::Planned { steps, estimate_s } => {
             run(format!("{} steps planned, about {estimate_s:.0} s", steps.len()))
         }
-        Event::StepStarted { step, attempt: 2.. } => run(format!("{step} begins again")),
+        Event::StepStarted { step, attempt: 2.. } => run(format!("{step} restarts")),
         Event::StepFinished { step, outcome, message, seconds, .. } => {
             let (outcome, comma) = (outcome_word(*outcome), if message.is_empty() { "" } else { ": " });
             run(format!("{step} {outcome} after {seconds:.1} s{comma}{message}"))

@@ -106,7 +106,7 @@ fn shown(model: &ModelState) -> Option<&Residuals> {
 fn times(model: &ModelState) -> String {
     let times = model.half_height_mm() / model.unit_mm();
     match model.floor_mm() {
-        Some(_) => format!("{times:.0} floors"),
+        Some(_) => format!("{times:.0} \u{d7} noise"),
         None => format!("{times:.0} typical errors"),
     }
 }
@@ -271,7 +271,7 @@ fn histogram(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
             },
         );
     frame.render_widget(canvas, area);
-    Drawn { title: format!("how often, 0\u{2026}{most_mm:.2} mm"), outside }
+    Drawn { title: format!("histogram of |error|, 0\u{2026}{most_mm:.2} mm"), outside }
 }
 
 #[cfg(test)]

@@ -205,7 +205,7 @@ fn jog(prompt: &OpenPrompt, goals: &[JogGoal], joints: &[NamedValue], theme: &Th
             Span::styled(" hand it to its pendant, which alone stops it then", theme.text),
         ]));
     }
-    lines.push(button("the arm stands where it should", theme));
+    lines.push(button("the arm is in position", theme));
     lines
 }
 
@@ -241,7 +241,7 @@ fn poses(recorded: &[NamedValue], reported: &[NamedValue], theme: &Theme) -> Vec
             theme.text,
         )
     }));
-    lines.push(button("the arm stands there: go on", theme));
+    lines.push(button("the arm is there: continue", theme));
     lines
 }
 

@@ -89,7 +89,7 @@ fn attention(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
         Phase::Running => doing(state, run, frame, area),
         Phase::Paused { reason } => {
             let text = format!(
-                "{}.\n\nNothing moves until you press r to resume.\nThe step in hand begins again; a scan goes on where it was.\n\na aborts the run, f ends it with \
+                "{}.\n\nNothing moves until you press r to resume.\nOn resume the current step restarts; a scan continues with its next stripe.\n\na aborts the run, f ends it with \
                  what it has found.",
                 sentence_case(reason.trim_end_matches('.'))
             );

@@ -144,7 +144,7 @@ fn a_pause_leaves_no_prompt_that_looks_live_and_the_one_asked_again_has_the_same
     let Event::PromptAsked { prompt } = jog_asked() else { panic!("a prompt") };
     tell(&mut state, Event::PromptWithdrawn { prompt: prompt.id });
     tell(&mut state, Event::Paused { step: None, reason: "stopped by the operator".to_owned() });
-    assert!(!page(&state, 80, 24).contains("stands where it should"));
+    assert!(!page(&state, 80, 24).contains("the arm is in position"));
     assert_eq!(press(&mut state, KeyCode::Left), []);
     tell(&mut state, Event::Resumed);
     tell(&mut state, jog_asked());

@@ -111,7 +111,8 @@ fn parse_arm(path: &Path, text: &str) -> Result<ArmOnPaper, WorldFileError> {
     let problems = Problems::default();
     let root = parse(path, text, &problems)?;
     let raw: Option<RawArm> = typed(&root, "an arm", &problems);
-    let reader = Reader { typed: Typed { file: path, problems: &problems } };
+    let keys_known = problems.is_empty();
+    let reader = Reader { typed: Typed { file: path, problems: &problems }, keys_known };
     let arm = raw.and_then(|raw| reader.arm(raw));
     problems.into_result(path, text)?;
     arm.ok_or_else(|| FileProblems::whole_file(path, "this is no arm", "").into())
@@ -119,6 +120,8 @@ fn parse_arm(path: &Path, text: &str) -> Result<ArmOnPaper, WorldFileError> {
 
 struct Reader<'a> {
     typed: Typed<'a>,
+    /// No key was misspelled or could not be read: what is missing then is really missing.
+    keys_known: bool,
 }
 
 impl Reader<'_> {
@@ -136,7 +139,7 @@ impl Reader<'_> {
                 return None;
             }
         };
-        self.require_joints(&raw.arm, &shape);
+        self.require_joints(&raw.arm, &shape)?;
         let weights: Vec<Weight> = raw.links.iter().filter_map(|link| self.weight(link, &shape)).collect();
         shape.weights.extend(weights);
         let joints = shape.joints.iter().zip(&speeds).map(|(joint, speed)| {
@@ -245,7 +248,9 @@ impl Reader<'_> {
             return [f64::NAN; 2];
         }
         let Some(given) = given else {
-            self.typed.wrong(raw.name.span, &format!("joint `{name}` needs `{key}: [from, to]`"));
+            if self.keys_known {
+                self.typed.wrong(raw.name.span, &format!("joint `{name}` needs `{key}: [from, to]`"));
+            }
             return [f64::NAN; 2];
         };
         let [lower, upper] = given.value;
@@ -281,7 +286,7 @@ impl Reader<'_> {
             stops: [lower - margin, upper + margin],
             top_speed: 0.0,
             counts_per_unit: 0.0,
-            home: 0.0_f64.clamp(lower, upper),
+            home: within(0.0, joint.limits),
         };
         let number = |keys: [&'static str; 2], values: [Option<&Number>; 2], range: RangeInclusive<f64>| {
             self.of_motion(&joint.name, joint.motion, keys, values, range)
@@ -294,7 +299,7 @@ impl Reader<'_> {
             (None, None) => {
                 let key = if slides { "speed_mm_per_s" } else { "speed_deg_per_s" };
                 let place = raw.map_or(arm.span, |raw| raw.name.span);
-                if speeds.iter().all(Option::is_none) {
+                if self.keys_known && speeds.iter().all(Option::is_none) {
                     let problem = format!("joint `{}` needs `{key}`, its greatest speed", joint.name);
                     self.typed.wrong(place, &problem);
                 }
@@ -308,7 +313,7 @@ impl Reader<'_> {
         let homes = of(|raw| [raw.home_deg.as_ref(), raw.home_mm.as_ref()]);
         let [from, to] = [drive.written(lower), drive.written(upper)];
         if let Some(home) = number(["home_deg", "home_mm"], homes, from..=to) {
-            drive.home = drive.read(home).clamp(lower, upper);
+            drive.home = within(drive.read(home), joint.limits);
         }
         drive
     }
@@ -333,30 +338,22 @@ impl Reader<'_> {
         value.map(|value| self.typed.number(key, value, range, unit))
     }
 
-    /// There are joints, not more than a robot's messages hold, and no two of one name.
-    fn require_joints(&self, arm: &Spanned<String>, shape: &ArmDescription) {
-        let wrong = |problem: String| self.typed.wrong(arm.span, &problem);
-        match shape.joints.len() {
-            0 => {
-                return wrong(format!(
-                    "the arm `{}` has no joints; list 1 to {MOST_JOINTS} under `joints`",
-                    arm.value
-                ));
-            }
-            count if count > MOST_JOINTS => {
-                return wrong(format!(
-                    "the arm `{}` has {count} joints; a robot has at most {MOST_JOINTS}",
-                    arm.value
-                ));
-            }
-            _ => {}
-        }
+    /// There are joints, not more than a robot's messages hold, and no two of one name; none after a complaint.
+    fn require_joints(&self, arm: &Spanned<String>, shape: &ArmDescription) -> Option<()> {
         let twice = shape.joints.iter().enumerate().find(|(index, joint)| {
             shape.joints.iter().take(*index).any(|earlier| earlier.name == joint.name)
         });
-        if let Some((_, joint)) = twice {
-            wrong(format!("two joints are named `{}`; names must differ", joint.name));
-        }
+        let name = &arm.value;
+        let problem = match (shape.joints.len(), twice) {
+            (0, _) => format!("the arm `{name}` has no joints; list 1 to {MOST_JOINTS} under `joints`"),
+            (count, _) if count > MOST_JOINTS => {
+                format!("the arm `{name}` has {count} joints; a robot has at most {MOST_JOINTS}")
+            }
+            (_, Some((_, joint))) => format!("two joints are named `{}`; names must differ", joint.name),
+            (_, None) => return Some(()),
+        };
+        self.typed.wrong(arm.span, &problem);
+        None
     }
 
     fn weight(&self, raw: &RawLink, shape: &ArmDescription) -> Option<Weight> {
@@ -371,6 +368,11 @@ impl Reader<'_> {
         };
         Some(Weight { after, mass, centre: Vector::from(raw.centre_mm.value) })
     }
+}
+
+/// A coordinate within a joint's limits; 0 where those could not be read.
+fn within(coordinate: f64, [lower, upper]: [f64; 2]) -> f64 {
+    if lower <= upper { coordinate.clamp(lower, upper) } else { 0.0 }
 }
 
 fn moves(motion: Motion) -> &'static str {

@@ -93,7 +93,7 @@ fn by_fault(done: &[Trial]) -> String {
         "right",
         "named",
         "said not to show",
-        "error <= 1.3 floors",
+        "error <= 1.3 x noise",
         "not scored",
         "failed"
     );
