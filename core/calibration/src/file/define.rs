@@ -132,9 +132,9 @@ impl Checker<'_> {
         let given = [&adds.joint, &adds.length, &adds.offset, &adds.twist, &adds.skew];
         let mut given = given.into_iter().enumerate().filter_map(|(key, name)| Some((key, name.as_ref()?)));
         let Some((key, name)) = given.next() else { return Ok(None) };
-        if given.next().is_some() {
+        if let Some((_, second)) = given.next() {
             return self.fail(
-                &raw.name.span,
+                &second.span,
                 format!("`adds` acts on one of joint, length, offset, twist, skew; {EXAMPLE}"),
             );
         }
