@@ -189,7 +189,7 @@ fn errors(out: &mut String, errors: &Errors) -> std::fmt::Result {
     let parts = [
         ("where it was fitted", Some(errors.fit)),
         ("regions left out", errors.cv),
-        ("locked away", errors.check),
+        ("held out", errors.check),
     ];
     for (name, summary) in parts {
         let Some(ErrorSummary { points, rms, mean, percentile_95, max }) = summary else { continue };

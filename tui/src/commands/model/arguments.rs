@@ -21,7 +21,7 @@ pub(crate) struct PairArguments {
     /// Effects that are always fitted, instead of the file's `free:`: `none`, or a list such as `joint_zero(*),link_length(elbow)`.
     #[arg(long, value_name = "LIST")]
     free: Option<String>,
-    /// Rows locked away to check with: regions, random:0.3:SEED, time:0.3, session, none.
+    /// Hold-out rows to check with: regions, random:0.3:SEED, time:0.3, session, none.
     #[arg(long, default_value = "regions", value_name = "HOW")]
     holdout: Holdout,
     /// Plain least squares: let far poses pull as hard as they like.

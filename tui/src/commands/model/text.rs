@@ -22,7 +22,7 @@ pub(super) fn error_lines(errors: &Errors) -> String {
         "{:<28}{:>10}{:>10}{:>10}{:>10}{:>9}\n",
         "error of a point, mm", "RMS", "mean", "95 %", "maximum", "points"
     );
-    let parts = [("fit", Some(errors.fit)), ("left-out regions", errors.cv), ("locked away", errors.check)];
+    let parts = [("fit", Some(errors.fit)), ("cross-validation", errors.cv), ("held out", errors.check)];
     for (name, summary) in parts {
         let Some(ErrorSummary { points, rms, mean, percentile_95, max }) = summary else { continue };
         text.push_str(&format!(
