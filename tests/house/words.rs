@@ -24,7 +24,7 @@ pub(crate) const RETIRED: &[(&str, &str)] = &[
     ("begins again", "restarts"),
     ("locked away", "held out"),
     ("left-out regions", "cross-validation"),
-    ("how often", "histogram, or repetitions"),
+    ("how often", "frequency, or repetitions"),
     ("floors", "times the noise"),
     ("by lot", "at random"),
     ("right verdicts", "accepted verdicts"),

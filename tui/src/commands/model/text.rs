@@ -73,8 +73,7 @@ pub(super) fn effects_table(effects: &[EffectValue]) -> String {
         if effect.held {
             return format!("  {label}  held\n");
         }
-        let mut odd =
-            if effect.plausible { String::new() } else { "  (implausible value)".to_owned() };
+        let mut odd = if effect.plausible { String::new() } else { "  (implausible value)".to_owned() };
         if effect.claim == Claim::Correction {
             odd.push_str(&format!("  (correction: may be {})", effect.may_be.join(", or ")));
         }

@@ -271,7 +271,7 @@ fn histogram(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
             },
         );
     frame.render_widget(canvas, area);
-    Drawn { title: format!("histogram of |error|, 0\u{2026}{most_mm:.2} mm"), outside }
+    Drawn { title: format!("frequency, 0\u{2026}{most_mm:.2} mm"), outside }
 }
 
 #[cfg(test)]

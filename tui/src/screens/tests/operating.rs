@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use plumb_cell::command::{Command as Tell, PauseWhen};
-use plumb_cell::event::{Event, NamedValue, PlaneClearance, RunOutcome};
+use plumb_cell::event::{Event, PlaneClearance, RunOutcome};
 use plumb_cell::prompt::{Answer, Decision, PromptId, PromptKind};
 use ratatui::crossterm::event::KeyCode;
 
