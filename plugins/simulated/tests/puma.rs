@@ -216,22 +216,25 @@ fn wrong_world_files_say_where_and_what_would_be_right() {
     for (text, message) in [
         (
             "world: w\narm: {puma560: {resolution: encoder, zero_error: {sholder_deg: 1}}}\n",
-            "world.yaml:2:51: unknown key `sholder_deg`; did you mean `shoulder_deg`? known here: `waist_deg`, `shoulder_deg`, `elbow_deg`, `wrist_roll_deg`, `wrist_bend_deg`, `flange_deg`",
+            "world.yaml:2:51: unknown key `sholder_deg`; did you mean `shoulder_deg`?",
         ),
         (
             "world: w\narm: {puma560: {resolution: encoder, imperfections: [{link_length: {joint: elbw, mm: 1}}]}}\n",
-            "world.yaml:2:76: unknown joint `elbw`; did you mean `elbow`? known here: `waist`, `shoulder`, `elbow`, `wrist_roll`, `wrist_bend`, `flange`",
+            "world.yaml:2:76: unknown joint `elbw`; did you mean `elbow`?",
         ),
         (
             "world: w\narm: {puma560: {resolution: encoder}}\ncage: {mass_kg: 40}\n",
-            "world.yaml:3:17: `mass_kg` is 40, but must be 0 to 5 kg",
+            "world.yaml:3:17: `mass_kg` is 40; it lies between 0 and 5 kg",
         ),
         (
             "world: w\narm: {puma560: {resolution: encoder, imperfections: [{warm_up: {joint: elbow, time_constant_s: 60}}]}}\n",
-            "a warm-up changes one thing: give `zero_deg`, `length_mm` or `offset_mm`, what it comes to in the end",
+            "a warm-up changes one thing; give `zero_deg`, `length_mm` or `offset_mm`, what it comes to in the end",
         ),
     ] {
         let error = parse("world.yaml", text).unwrap_err().to_string();
+        // Without the line that is quoted.
+        let said = error.lines().filter(|line| !line.contains(" | "));
+        let error = said.map(|line| line.trim_start_matches("  = ")).collect::<Vec<_>>().join("; ");
         assert!(error.ends_with(message), "{error}\nexpected {message}");
     }
 }
