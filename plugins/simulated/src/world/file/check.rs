@@ -260,8 +260,12 @@ impl Checker<'_> {
         }
     }
 
-    /// The arm must not begin inside the table or past a joint's stop, wherever within its tolerance it was left.
+    /// The arm must not begin inside the table or past a joint's stop, wherever within its tolerance it was left. Not asked while other numbers are
+    /// wrong.
     fn require_free(&self, arm: &ArmDescription, solid_table: bool, place: Span) {
+        if !self.typed.problems.is_empty() {
+            return;
+        }
         let within = arm.start_within;
         let corner = |corner: u32| {
             Joints(std::array::from_fn(|axis| {
