@@ -3,6 +3,7 @@
 pub(crate) mod arguments;
 mod compare;
 mod diagnose;
+mod effects;
 mod history;
 mod next;
 mod report;
@@ -20,8 +21,8 @@ use serde::Serialize;
 
 use crate::failure::CommandResult;
 use arguments::{
-    AcceptArguments, ChangeArguments, CompareArguments, DiagnoseArguments, FamilyArguments, GrowArguments,
-    NextArguments, ReportArguments, ScreenArguments, TemplateArguments,
+    AcceptArguments, ChangeArguments, CompareArguments, DiagnoseArguments, EffectsArguments, FamilyArguments,
+    GrowArguments, NextArguments, ReportArguments, ScreenArguments, TemplateArguments,
 };
 
 /// What to do with a model.
@@ -45,6 +46,8 @@ pub(crate) enum ModelCommand {
     Undo(FamilyArguments),
     /// Poses to measure next: where the effects in question differ most, within limits and clear of what is kept out.
     Next(NextArguments),
+    /// List the physical effects that a model can be given, or tell one: what to measure to see it, its parameters and their units.
+    Effects(EffectsArguments),
     /// Write an empty model file and an empty table for a robot, to fill in.
     Template(TemplateArguments),
     /// Write all of it as one page that needs no other file: the story, the plots, the candidates, the fall of the error.
@@ -64,6 +67,7 @@ pub(crate) fn run(command: &ModelCommand) -> CommandResult {
         ModelCommand::Accept(arguments) => revise::accept(arguments)?,
         ModelCommand::Grow(arguments) => revise::grow(arguments)?,
         ModelCommand::Next(arguments) => next::run(arguments)?,
+        ModelCommand::Effects(arguments) => effects::run(arguments)?,
         ModelCommand::Template(arguments) => template::run(arguments)?,
         ModelCommand::Report(arguments) => report::run(arguments)?,
         ModelCommand::History(arguments) => history::list(arguments)?,

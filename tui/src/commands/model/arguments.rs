@@ -224,6 +224,13 @@ fn keep_out(text: &str) -> Result<HalfSpace, String> {
     Ok(HalfSpace { normal: [x / length, y / length, z / length], offset })
 }
 
+/// Options of `effects`.
+#[derive(Debug, Args)]
+pub(crate) struct EffectsArguments {
+    /// One effect: `joint_backlash`.
+    pub(crate) name: Option<String>,
+}
+
 /// Options of `template`.
 #[derive(Debug, Args)]
 pub(crate) struct TemplateArguments {

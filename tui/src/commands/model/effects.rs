@@ -1,0 +1,185 @@
+//! `plumb model effects`: the library of effects, read from the effects themselves.
+
+use std::error::Error;
+
+use plumb_calibration::arm_model::Model;
+use plumb_calibration::effect::{self, Family, Kind, Parameter, Places, Search};
+
+use super::arguments::EffectsArguments;
+use super::text::figure;
+
+/// An arm at which every effect of the library can act: where sites have names, parameters have units.
+const EXAMPLE: &str = "
+arm: example
+convention: distal
+joints:
+  - {name: waist, a_mm: 0, alpha_deg: 90, d_mm: 400}
+  - {name: shoulder, a_mm: 300, alpha_deg: 0, d_mm: 0}
+  - {name: elbow, a_mm: 250, alpha_deg: 0, d_mm: 0}
+links: [{after: elbow, mass_kg: 2, centre_mm: [-100, 0, 0]}]
+targets: {p1: {xyz_mm: [0, 0, 50]}}
+surfaces: {table: {plane: {normal: [0, 0, 1], offset_mm: 0}}}
+sensor: {working_mm: 8, peak_mm: 5}
+";
+
+/// The library in a list, or one effect with its parameters.
+///
+/// # Errors
+/// There is no effect of that name.
+pub(super) fn run(arguments: &EffectsArguments) -> Result<String, Box<dyn Error>> {
+    match &arguments.name {
+        None => Ok(list()),
+        Some(name) => {
+            // `joint_backlash(elbow)` asks for joint_backlash.
+            let plain = name.split('(').next().unwrap_or(name).trim();
+            details(effect::kind(plain).ok_or_else(|| unknown(plain))?)
+        }
+    }
+}
+
+fn unknown(name: &str) -> String {
+    let names = effect::kinds().iter().map(|kind| kind.name);
+    format!(
+        "there is no effect `{name}`; {}\n`plumb model effects` lists all of them",
+        plumb_document::did_you_mean(name, names)
+    )
+}
+
+/// The families in the order they are listed.
+const FAMILIES: [(Family, &str); 5] = [
+    (Family::Geometry, "Geometry: constant errors of shape"),
+    (Family::Joint, "Joints: what a drive does"),
+    (Family::LinkAndTime, "Links, base and time: what bends, grows or drifts"),
+    (Family::Sensor, "The sensor in the arm's hand"),
+    (Family::Instrument, "The measuring instrument"),
+];
+
+fn list() -> String {
+    let width = effect::kinds().iter().map(|kind| signature(kind).len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for (family, title) in FAMILIES {
+        text.push_str(&format!("{title}\n"));
+        for kind in effect::kinds().iter().filter(|kind| kind.family == family) {
+            text.push_str(&format!("  {:width$}  {}\n", signature(kind), kind.sentence));
+        }
+        text.push('\n');
+    }
+    text.push_str(
+        "`plumb model effects NAME` says what to measure and which parameters it has.\n`geometry(*)` stands for all of the first group but joint_zero. \
+         An effect of your own is written in the model file under `define:`.\n",
+    );
+    text
+}
+
+/// How an effect is written: its name and what stands in its brackets.
+fn signature(kind: &Kind) -> String {
+    let places = match kind.places {
+        Places::Joints => "(JOINT)",
+        Places::JointsAndOrder => "(JOINT, PERIODS)",
+        Places::JointPairs => "(JOINT, DRIVING)",
+        Places::JointsAndQuantity => "(JOINT, WHAT)",
+        Places::Targets => "(TARGET)",
+        Places::Axes => "(AXIS)",
+        Places::Surfaces => "(SURFACE)",
+        Places::Base | Places::Instrument | Places::Sensor => "",
+    };
+    format!("{}{places}", kind.name)
+}
+
+/// The effect at a site of the example arm.
+fn example(kind: &Kind) -> String {
+    let place = match kind.places {
+        Places::Joints => "(elbow)",
+        Places::JointsAndOrder => "(elbow, 2)",
+        Places::JointPairs => "(elbow, shoulder)",
+        Places::JointsAndQuantity => "(elbow, zero)",
+        Places::Targets => "(p1)",
+        Places::Axes => "(x)",
+        Places::Surfaces => "(table)",
+        Places::Base | Places::Instrument | Places::Sensor => "",
+    };
+    format!("{}{place}", kind.name)
+}
+
+fn details(kind: &Kind) -> Result<String, Box<dyn Error>> {
+    let model = Model::parse("example", EXAMPLE)?;
+    let example = example(kind);
+    let mut id = effect::parse(&example, &model)?;
+    if kind.search != Search::Nothing {
+        // The parameters are the same whatever number is searched for.
+        id.inner = Some(1.0);
+    }
+    let effect = effect::build(&id, &model)?;
+    let mut text = format!("{}\n\n{}\n", signature(kind), kind.sentence);
+    text.push_str(&format!("\nTo see it: {}\n", kind.how_to_see));
+    text.push_str("\nParameters\n");
+    for parameter in effect.parameters() {
+        text.push_str(&format!("  {}\n", parameter_line(parameter)));
+    }
+    for line in properties(kind) {
+        text.push_str(&format!("\n{line}\n"));
+    }
+    text.push_str(&format!("\nAdd it: plumb model add MODEL '{example}' --data TABLE\n"));
+    Ok(text)
+}
+
+/// `play_deg  between -5.73 and 5.73 deg on a real machine`.
+fn parameter_line(parameter: &Parameter) -> String {
+    let shown = |value: f64| figure(value * parameter.unit.factor);
+    let unit = if parameter.unit.name == "1" { "" } else { parameter.unit.name };
+    let (least, greatest) = parameter.range;
+    let range = format!("plausible from {} to {} {unit}", shown(least), shown(greatest));
+    format!("{:<16}{}", parameter.name, range.trim_end())
+}
+
+/// What else decides how the diagnosis treats it.
+fn properties(kind: &Kind) -> Vec<&'static str> {
+    let mut lines = Vec::new();
+    if kind.geometry_group {
+        lines.push("It is part of `geometry(*)`.");
+    }
+    if kind.is_event {
+        lines.push("It happened once: finding the zeros anew puts it right, so it is not used to predict.");
+    }
+    if kind.imitates_anything {
+        lines.push("Several of it at one joint can take the form of any other effect there; the diagnosis is then careful with names.");
+    }
+    if kind.changes_gradually() {
+        lines.push("It changes with time or temperature; log `time_s` or `temperature_c`.");
+    }
+    match kind.search {
+        Search::Nothing => {}
+        Search::Smooth => lines.push("One number in it (such as a time constant) is searched for."),
+        Search::Jumps => lines.push("The row at which it begins is searched for."),
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_effect_is_listed_and_has_details_with_its_parameters() {
+        let list = list();
+        for kind in effect::kinds() {
+            assert!(list.contains(&signature(kind)), "{} is not listed", kind.name);
+            let details = details(kind).unwrap();
+            assert!(details.contains(kind.how_to_see), "{details}");
+            assert!(details.contains("plausible from"), "{details}");
+        }
+    }
+
+    #[test]
+    fn an_angle_is_shown_in_degrees() {
+        let details = run(&EffectsArguments { name: Some("joint_backlash(elbow)".to_owned()) }).unwrap();
+        assert!(details.contains("play_deg        plausible from -5.730 to 5.730 deg"), "{details}");
+    }
+
+    #[test]
+    fn a_misspelled_name_is_refused_with_the_nearest() {
+        let error =
+            run(&EffectsArguments { name: Some("joint_backslash".to_owned()) }).unwrap_err().to_string();
+        assert!(error.contains("did you mean `joint_backlash`?"), "{error}");
+    }
+}
