@@ -321,16 +321,18 @@ pub(crate) fn explainable(
     let blocked = blocked(machine, fit, (&features, &rows), &ladder, &poses);
     let gain = ladder.best.fall_from(&start, &poses);
     let (left_mm, not_predictable_mm) = (start.rms(), ladder.best.rms());
+    // Where nothing is predictable, as much as any of the groups left open, but no more than there is.
+    let open = ladder.steps.iter().map(|step| step.scatter_mm).fold(0.0, f64::max).min(left_mm);
+    let scatter_mm = match ladder.taken.is_empty() {
+        true => open,
+        false => rms_error(gain, left_mm, start.points()),
+    };
     Ok(Some(
         Explainable {
             left_mm,
             not_predictable_mm,
             to_name_mm: left_mm - not_predictable_mm,
-            scatter_mm: ladder
-                .steps
-                .iter()
-                .map(|step| step.scatter_mm)
-                .fold(rms_error(gain, left_mm, start.points()), f64::max),
+            scatter_mm,
             groups: ladder.steps,
             blocked,
             rows: rows.len(),
