@@ -143,6 +143,7 @@ fn in_pose(
         approach,
         time: f64::NAN,
         clock: f64::NAN,
+        epoch: 0,
         temperature: f64::NAN,
         moments: &moments,
         weights,

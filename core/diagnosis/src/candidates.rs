@@ -6,7 +6,8 @@ use std::sync::Arc;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::score_test::{Probe, Score, score};
 use crate::thresholds::{HIGH_ORDER, HIGH_ORDER_WEIGHT, ORDERS_SEARCHED};
-use plumb_calibration::effect::{self, EffectId, Search, Survey};
+use plumb_calibration::arm_model::Epochs;
+use plumb_calibration::effect::{self, EffectId, Family, Search, Survey};
 use plumb_estimation::Progress;
 
 /// Everything that could be at work.
@@ -39,7 +40,11 @@ pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
                     search: kind.search,
                     family,
                     weight: if rare { HIGH_ORDER_WEIGHT } else { 1.0 },
-                    search_cost: if rare { 2.0 * ORDERS_SEARCHED.ln() } else { 0.0 },
+                    search_cost: match kind.family {
+                        Family::Epoch => cost_of_dates(lab),
+                        _ if rare => 2.0 * ORDERS_SEARCHED.ln(),
+                        _ => 0.0,
+                    },
                 });
             }
         }
@@ -55,6 +60,17 @@ pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
         }
     }
     probes
+}
+
+/// What it costs in Schwarz's criterion that jumps were searched for among the rows: as much each as that of one joint.
+fn cost_of_dates(lab: &Laboratory) -> f64 {
+    let jumps = match &lab.model().epochs {
+        Some(Epochs::Rows(rows)) => rows.len(),
+        Some(Epochs::Times(times)) => times.len(),
+        Some(Epochs::Sessions(_)) | None => 0,
+    };
+    let equations = lab.measured_rows().iter().map(|row| lab.observations().range(*row).len()).sum::<usize>();
+    jumps as f64 * Search::Jumps.cost(equations as f64)
 }
 
 /// The best variant of every family, its score charged for the search: list of (probe, score).

@@ -187,6 +187,8 @@ pub(crate) struct Without {
     /// The step to it from where the normal equations are of, by one step of Newton's method.
     pub(crate) step: Vec<f64>,
     pub(crate) factor: RankRevealingCholesky,
+    /// The normal matrix of the rows that are left, damped.
+    information: DMatrix<f64>,
 }
 
 impl Without {
@@ -203,7 +205,8 @@ impl Without {
             rest.matrix[(index, index)] *= 1.0 + DAMPING;
         }
         let factor = RankRevealingCholesky::new(&rest.matrix);
-        Some(Self { step: factor.solve(&rest.gradient).as_slice().to_vec(), factor })
+        let step = factor.solve(&rest.gradient).as_slice().to_vec();
+        Some(Self { step, factor, information: rest.matrix })
     }
 
     /// Of the rows left out, those measured against a surface that nothing else tells: what is foretold of them says where the
@@ -218,21 +221,28 @@ impl Without {
         if !machine.slots().iter().any(of_surface) {
             return Vec::new();
         }
-        let mut jacobian = jacobian();
-        for (mut row, slot) in jacobian.row_iter_mut().zip(machine.slots()) {
-            if !of_surface(slot) {
-                row.fill(0.0);
-            }
-        }
+        let jacobian = jacobian();
+        let surfaces: Vec<usize> = (0..machine.slots().len())
+            .filter(|index| machine.slots().get(*index).is_some_and(of_surface))
+            .collect();
+        // How much less well the rows are foretold because nobody knows the surfaces. Where a surface and the arm cannot be told apart,
+        // each is badly known, and a reading is foretold as well as ever.
+        let arm = RankRevealingCholesky::new(
+            &self.information.clone().remove_rows_at(&surfaces).remove_columns_at(&surfaces),
+        );
+        let known = arm.whiten(&jacobian.clone().remove_rows_at(&surfaces));
         let spread = self.factor.whiten(&jacobian);
-        let lost =
-            |equation: usize| self.factor.dependent.iter().any(|slot| jacobian[(*slot, equation)] != 0.0);
+        let added =
+            |equation: usize| spread.column(equation).norm_squared() - known.column(equation).norm_squared();
+        let lost = |equation: usize| {
+            let dependent = self.factor.dependent.iter().filter(|slot| surfaces.contains(slot));
+            dependent.into_iter().any(|slot| jacobian[(*slot, equation)] != 0.0)
+        };
         let mut first = 0;
         let untold = block.iter().filter(|row| {
             let own = first..first + machine.observations.range(**row).len();
             first = own.end;
-            own.into_iter()
-                .any(|equation| spread.column(equation).norm_squared() > SURFACE_UNKNOWN || lost(equation))
+            own.into_iter().any(|equation| added(equation) > SURFACE_UNKNOWN || lost(equation))
         });
         untold.copied().collect()
     }

@@ -1,6 +1,7 @@
 //! One diagnosis from beginning to end: fit, noise floor, search, verdict, and what is said beside the verdict.
 
 use crate::candidates::{self, Candidates};
+use crate::epochs::{Jump, told};
 use crate::fitted::Fitted;
 use crate::found::Found;
 use crate::laboratory::{Comparison, Laboratory, LaboratoryError};
@@ -24,12 +25,14 @@ fn without_findings(verdict: Verdict, floor: Floor, comparison: Comparison) -> D
     Diagnosis {
         verdict,
         floor,
+        noise: comparison.noise,
         not_shown: Vec::new(),
         not_logged: Vec::new(),
         rms_mm: comparison.rms_mm,
         error_mm: comparison.error_mm,
         explainable: None,
         check_opened: u32::from(comparison.rms_mm.check.is_some()),
+        jumps: Vec::new(),
         named: None,
         located: None,
         tied: Vec::new(),
@@ -78,6 +81,19 @@ impl Laboratory {
 
     /// The diagnosis, and what may be added: the named effect, or corrections where nothing is named.
     pub(crate) fn diagnose_for(&self, progress: &Progress) -> Result<(Diagnosis, Found), LaboratoryError> {
+        progress.report(0.0, "looking for jumps")?;
+        match self.dated(progress)? {
+            Some((dated, jumps)) => dated.diagnose_with(jumps, progress),
+            None => self.diagnose_with(Vec::new(), progress),
+        }
+    }
+
+    /// The diagnosis where something was re-set between these rows.
+    fn diagnose_with(
+        &self,
+        jumps: Vec<Jump>,
+        progress: &Progress,
+    ) -> Result<(Diagnosis, Found), LaboratoryError> {
         progress.report(0.0, "fitting")?;
         let machine = self.machine(&[])?;
         let fit = self.fit(&machine, progress)?;
@@ -96,6 +112,7 @@ impl Laboratory {
             besides: finding.besides.iter().map(|id| self.model().label(id)).collect(),
             floor_ratio: finding.left_over.map(|lack_of_fit| lack_of_fit.ratio),
             left_ratio: finding.left_now.map(|lack_of_fit| lack_of_fit.ratio),
+            jumps,
             ..without_findings(finding.verdict, floor, comparison)
         };
         // Hardware with two positions overrules every effect: no model can be right then.
@@ -113,7 +130,7 @@ impl Laboratory {
                 self.measured_rows().len()
             ));
         }
-        diagnosis.sentence = wording::sentence(&diagnosis);
+        diagnosis.sentence = format!("{}{}", told(&diagnosis.jumps), wording::sentence(&diagnosis));
         let named = finding.best().filter(|_| diagnosis.verdict == Verdict::Named);
         let named = named.map(|best| AddedEffect { id: best.id.clone(), values: best.values.clone() });
         let nameless = diagnosis.verdict.is_nameless();

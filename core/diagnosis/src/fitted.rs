@@ -26,6 +26,17 @@ impl Fitted<'_> {
         self.fit.rows.iter().filter_map(|row| distances.rows.get(*row)).map(loss).sum()
     }
 
+    /// Squared errors of the fitted rows, in sigmas.
+    pub(crate) fn row_squares(&self) -> Vec<f64> {
+        let (observations, residuals) = (self.machine.observations, &self.fit.residuals);
+        let square = |row: &usize| {
+            let own = residuals.get(observations.range(*row)).unwrap_or(&[]);
+            let equations = own.iter().zip(observations.of_row(*row));
+            equations.map(|(residual, equation)| (residual / equation.sigma).powi(2)).sum()
+        };
+        self.fit.rows.iter().map(square).collect()
+    }
+
     /// Fitted rows that are not wild.
     pub(crate) fn tame(&self) -> Vec<usize> {
         let distances = Distances::of(&self.machine, &self.fit.residuals);

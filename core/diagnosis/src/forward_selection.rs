@@ -12,7 +12,7 @@ use crate::thresholds::{
     MOST_EFFECTS, NAMING_LEVEL, OUTLIER_JUDGE_LEVEL, OUTLIER_JUDGES, REFIT_BELOW, REFITTED_CANDIDATES,
 };
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::EffectId;
+use plumb_calibration::effect::{EffectId, kind};
 use plumb_calibration::fit::FitOptions;
 use plumb_estimation::{Progress, bic, f_tail, for_each, holm};
 
@@ -35,6 +35,8 @@ pub(crate) struct Contender {
     pub(crate) outvoted: bool,
     /// Sum of squares it leaves, declared sigmas squared, and their degrees of freedom.
     pub(crate) left: (f64, f64),
+    /// Of an event that was refitted: squared errors of the fitted rows, in sigmas.
+    pub(crate) row_squares: Vec<f64>,
 }
 
 impl Contender {
@@ -116,6 +118,7 @@ impl Laboratory {
                     refitted: false,
                     outvoted: false,
                     left: score.left,
+                    row_squares: Vec::new(),
                     score,
                 }
             })
@@ -217,6 +220,9 @@ impl Laboratory {
                 bic(refit.fit.normal.squares, equations, refit.fit.rank() as f64, contender.search_cost);
             contender.gains = gains;
             contender.refitted = true;
+            if kind(&contender.id.name).is_some_and(|kind| kind.is_event) {
+                contender.row_squares = refit.row_squares();
+            }
             let squares = refit.fit.normal.squares;
             contender.left = (squares, f64::max(equations - refit.fit.rank() as f64, 1.0));
             if let Some(values) = refit.fit.state.effects.last() {

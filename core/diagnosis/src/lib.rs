@@ -7,6 +7,7 @@ mod claim;
 mod cross_validation;
 mod diagnose;
 mod direction_test;
+mod epochs;
 mod explainable;
 mod extrapolation;
 mod fitted;
@@ -42,6 +43,7 @@ mod wording;
 mod working_volume;
 
 pub use claim::Claim;
+pub use epochs::Jump;
 pub use explainable::{BlockedExplainable, Explainable, ExplainableGroup};
 pub use extrapolation::Extrapolation;
 pub use growth::{Growth, Step, StepRms};

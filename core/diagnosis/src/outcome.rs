@@ -3,9 +3,11 @@
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::epochs::Jump;
 use crate::explainable::Explainable;
 use crate::laboratory::{Errors, Rms};
 use crate::noise_floor::Floor;
+use plumb_calibration::measurement::ReadingNoise;
 
 /// Exactly one of eight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -169,6 +171,8 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The noise floor.
     pub floor: Floor,
+    /// The noise of every kind of reading: declared, or estimated from the fit.
+    pub noise: Vec<ReadingNoise>,
     /// RMS of the residual of the model as it stands, mm.
     pub rms_mm: Rms,
     /// The same with mean, 95 % and maximum beside it, of one measured point, mm.
@@ -178,6 +182,9 @@ pub struct Diagnosis {
     pub explainable: Option<Explainable>,
     /// Times the locked set was looked at.
     pub check_opened: u32,
+    /// Where among the rows something was re-set.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub jumps: Vec<Jump>,
     /// The effect that is named.
     pub named: Option<Named>,
     /// The place that is known.

@@ -5,6 +5,7 @@ use crate::cross_validation::{
 };
 use crate::fitted::Fitted;
 use crate::thresholds::GAIN_ERRORS;
+use plumb_calibration::arm_model::Epochs;
 use plumb_calibration::effect::EffectId;
 use plumb_calibration::fit::Fit;
 use plumb_estimation::for_each;
@@ -66,7 +67,10 @@ impl Judge {
             true => joint_blocks(table, rows, joint),
             false => Vec::new(),
         }));
-        ways.extend(session_blocks(table, rows));
+        // A session that is left out says nothing of what it has of its own.
+        if !matches!(machine.model.epochs, Some(Epochs::Sessions(_))) {
+            ways.extend(session_blocks(table, rows));
+        }
         let told = for_each(&ways, |blocks| derivatives.left_out(fit, blocks));
         let mut ways = ways.into_iter().zip(told).map(|(blocks, rows)| Way { blocks, rows });
         let regions = ways.next().unwrap_or_else(|| Way { blocks: Vec::new(), rows: None });

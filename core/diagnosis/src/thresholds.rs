@@ -283,6 +283,28 @@ pub(crate) const BATCH_PARSIMONY: f64 = 1.01;
 /// coarser than ABSORBED_REST.
 pub(crate) const BATCH_LEFT: f64 = 1e-3;
 
+// Epochs
+
+/// Of rows between two jumps, and before the first and after the last, at least (rows). Why: fewer are outliers.
+pub(crate) const JUMP_ROWS: usize = 8;
+
+/// A jump must be less likely by chance, after Bonferroni for all rows and numbers tried (probability). Why: the contract allows
+/// two false finds in a hundred tables without a jump; Bonferroni keeps well below.
+pub(crate) const JUMP_LEVEL: f64 = 1e-3;
+
+/// Jumps looked for at most (jumps). Why: time; more are a drift.
+pub(crate) const MOST_JUMPS: usize = 8;
+
+/// A jump must be less likely by chance beside a smooth curve of the rows around it (probability). Why: a slow drift is no jump.
+pub(crate) const CURVE_LEVEL: f64 = 1e-4;
+
+/// On either side of a jump that are looked at for that (rows). Why: over so few a drift is smooth.
+pub(crate) const CURVE_ROWS: usize = 60;
+
+/// Two explanations by epoch are told apart when their squared errors differ by more of their standard errors (standard
+/// errors). Why: Vuong 1989; neighbouring rows err alike, and a model that lacks more leans to one side.
+pub(crate) const RIVAL_ERRORS: f64 = 4.0;
+
 // Plausibility of the files
 
 /// Distances this close agree with the arm (ln of a ratio). Why: 10 %: nominal arms are far better.

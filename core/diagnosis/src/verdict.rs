@@ -2,6 +2,7 @@
 
 use crate::candidates::{Candidates, best_variants};
 use crate::direction_test;
+use crate::epochs::with_rivals;
 use crate::forward_selection::{Contender, Stage};
 use crate::found::CorrectionCandidate;
 use crate::laboratory::{Laboratory, LaboratoryError, points_in};
@@ -75,6 +76,13 @@ impl Laboratory {
         evidence.lack_of_fit = LackOfFit::of(&stage.fitted, floor);
         let besides = stage.taken.iter().map(|taken| taken.id.clone()).collect();
         let close = close_contenders(&stage.contenders, stage.equations());
+        // Schwarz's criterion decides between events where nothing but noise is left beside the best.
+        let first = close.first().and_then(|index| stage.contenders.get(*index));
+        let close = if first.is_some_and(|best| leaves_noise_alone(best, floor)) {
+            close
+        } else {
+            with_rivals(&stage, close)
+        };
         let asked: Vec<&Contender> = close.iter().filter_map(|index| stage.contenders.get(*index)).collect();
         let (verdict, place) = judge(&asked, &evidence, floor);
         Ok(Finding {
@@ -272,6 +280,12 @@ fn judge(contenders: &[&Contender], evidence: &Evidence, floor: &Floor) -> (Verd
 fn explains_all(best: &Contender, floor: &Floor) -> bool {
     let (squares, freedom) = best.left;
     probability_of_noise(squares, freedom, floor).is_none_or(|p| p >= LACK_OF_FIT_LEVEL)
+}
+
+/// Whether it is known that nothing but noise is left with an effect in.
+fn leaves_noise_alone(best: &Contender, floor: &Floor) -> bool {
+    let (squares, freedom) = best.left;
+    probability_of_noise(squares, freedom, floor).is_some_and(|p| p >= LACK_OF_FIT_LEVEL)
 }
 
 /// Directions tell of rotations about joints. What bends or shifts a link, and reaches the floor so, sits at that link.

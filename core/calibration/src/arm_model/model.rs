@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 use plumb_kinematics::{Chain, Mass, Motion};
 
+use super::epochs::Epochs;
 use super::sensor::Sensor;
 use super::surface::SurfaceShape;
 use crate::effect::{Definition, EffectId, Spot};
@@ -27,13 +28,19 @@ pub struct Base {
     pub pose: IsometryMatrix3<f64>,
     /// Whether fits may move it.
     pub free: bool,
+    /// Whether every session of the table has a base (or an instrument) of its own.
+    pub per_session: bool,
 }
 
 impl Base {
     /// From a position (mm) and roll, pitch, yaw (rad): Rz(yaw) Ry(pitch) Rx(roll).
     pub fn new(xyz: [f64; 3], rpy: [f64; 3], free: bool) -> Self {
         let rotation = Rotation3::from_euler_angles(rpy[0], rpy[1], rpy[2]);
-        Self { pose: IsometryMatrix3::from_parts(Translation3::from(Vector3::from(xyz)), rotation), free }
+        Self {
+            pose: IsometryMatrix3::from_parts(Translation3::from(Vector3::from(xyz)), rotation),
+            free,
+            per_session: false,
+        }
     }
 }
 
@@ -92,12 +99,19 @@ pub struct Noise {
     pub distance: Option<f64>,
     /// Of touching, mm.
     pub touch: Option<f64>,
+    /// What a fit showed of readings whose noise nobody declared, mm or rad, by their keys of `noise:`; never written to a file.
+    pub estimated: Vec<(String, f64)>,
 }
 
 impl Noise {
     /// Of a target's position, mm, if declared.
     pub(crate) fn of_position(&self, target: &str) -> Option<f64> {
         self.positions.iter().find(|(name, _)| name == target).map(|(_, sigma)| *sigma)
+    }
+
+    /// What a fit showed of an undeclared noise, mm or rad, by its key of `noise:`.
+    pub(crate) fn estimated_of(&self, key: &str) -> Option<f64> {
+        self.estimated.iter().find(|(name, _)| name == key).map(|(_, sigma)| *sigma)
     }
 }
 
@@ -193,6 +207,8 @@ pub struct Model {
     pub touch: Option<Touch>,
     /// Effects of the user's own.
     pub definitions: Vec<Arc<Definition>>,
+    /// Where something was re-set among the rows; nothing where nothing was.
+    pub epochs: Option<Epochs>,
     /// How this revision came to be; nothing for an original.
     pub revision: Option<Revision>,
 }
@@ -236,6 +252,11 @@ impl Model {
         self.surfaces.iter().position(|surface| surface.name == name)
     }
 
+    /// How many epochs the table is cut into; 1 where nothing was re-set.
+    pub fn epoch_count(&self) -> usize {
+        self.epochs.as_ref().map_or(1, Epochs::count)
+    }
+
     /// Whether a joint slides.
     pub fn slides(&self, joint: usize) -> bool {
         self.chain.joints.get(joint).is_some_and(|joint| joint.motion == Motion::Slides)
@@ -251,6 +272,7 @@ impl Model {
             Spot::Sensor => Some("sensor"),
             Spot::Surface(index) => self.surfaces.get(index).map(|surface| surface.name.as_str()),
             Spot::Instrument => Some("instrument"),
+            Spot::Reading(channel) => Some(channel.name()),
         };
         name.unwrap_or("?").to_owned()
     }

@@ -22,6 +22,8 @@ pub enum Spot {
     Sensor,
     /// A surface the sensor triggers over, by its index in the model.
     Surface(usize),
+    /// One number an instrument reads.
+    Reading(Channel),
 }
 
 impl Spot {
@@ -31,6 +33,54 @@ impl Spot {
             Self::Joint(joint) => Some(joint),
             _ => None,
         }
+    }
+}
+
+/// One number an instrument reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Channel {
+    /// A position's x, mm.
+    X,
+    /// A position's y, mm.
+    Y,
+    /// A position's z, mm.
+    Z,
+    /// A distance, mm.
+    Distance,
+    /// A height, mm.
+    Height,
+    /// A tilt about x, rad.
+    TiltX,
+    /// A tilt about y, rad.
+    TiltY,
+}
+
+impl Channel {
+    /// All of them.
+    pub const ALL: [Self; 7] =
+        [Self::X, Self::Y, Self::Z, Self::Distance, Self::Height, Self::TiltX, Self::TiltY];
+
+    /// As written in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::Distance => "distance",
+            Self::Height => "height",
+            Self::TiltX => "tilt_x",
+            Self::TiltY => "tilt_y",
+        }
+    }
+
+    /// By its name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|channel| channel.name() == name)
+    }
+
+    /// Whether it is in mm (else rad).
+    pub fn is_length(self) -> bool {
+        !matches!(self, Self::TiltX | Self::TiltY)
     }
 }
 

@@ -20,6 +20,8 @@ pub enum Family {
     Sensor,
     /// What the instrument does.
     Instrument,
+    /// What somebody re-set between two stretches of rows.
+    Epoch,
 }
 
 /// Where effects of a kind may act, which is also how they are written.
@@ -45,6 +47,8 @@ pub enum Places {
     Sensor,
     /// A surface the sensor triggers over: `name(table)`.
     Surfaces,
+    /// One number an instrument reads: `name(distance)`.
+    Readings,
 }
 
 /// What inside an effect is searched for rather than fitted.

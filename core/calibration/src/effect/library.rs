@@ -36,6 +36,12 @@ static KINDS: &[Kind] = &[
     super::reflectance::KIND,
     super::sensor_tilt::KIND,
     super::instrument_tilt::KIND,
+    super::reading_reset::KIND,
+    super::reading_rescaled::KIND,
+    super::base_shifted::KIND,
+    super::base_reset::KIND,
+    super::target_reset::KIND,
+    super::joint_zero_reset::KIND,
 ];
 
 /// All kinds of effect, in the order they are listed to people.

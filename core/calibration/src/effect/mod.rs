@@ -6,9 +6,12 @@
 
 mod axis_skew;
 mod base_position;
+mod base_reset;
+mod base_shifted;
 mod base_tilt;
 mod defined;
 mod drift;
+mod epoch_steps;
 mod identity;
 mod instrument_tilt;
 mod joint_backlash;
@@ -20,6 +23,7 @@ mod joint_settling;
 pub mod joint_step;
 mod joint_stiffening;
 mod joint_zero;
+mod joint_zero_reset;
 mod kind;
 mod library;
 mod link_length;
@@ -27,11 +31,14 @@ mod link_offset;
 mod link_sag;
 mod link_twist;
 mod passport;
+mod reading_rescaled;
+mod reading_reset;
 mod reflectance;
 mod scale;
 mod sensor_tilt;
 mod sites;
 mod situation;
+mod target_reset;
 mod thermal_growth;
 mod tool_offset;
 mod trigger_height;
@@ -40,7 +47,8 @@ mod trigger_spot;
 mod warm_up;
 
 pub use defined::{Addend, Definition, DefinitionError, FormulaError, Place as DefinedPlace};
-pub use identity::{EffectId, EffectNameError, Quantity, Spot};
+pub use epoch_steps::acts_by_epoch;
+pub use identity::{Channel, EffectId, EffectNameError, Quantity, Spot};
 pub use kind::{Family, Kind, Places, Search, Setting, Survey};
 pub use library::{build, expand, kind, kinds, parse};
 pub use passport::Passport;
@@ -62,6 +70,10 @@ pub enum Handle {
     BaseTurn(usize),
     /// What the instrument reads along one axis of its frame, mm.
     Reading(usize),
+    /// What is added to one number that is read, mm or rad.
+    ReadingZero(Channel),
+    /// The share by which one number is read too large.
+    ReadingScale(Channel),
     /// The distance over a surface at which the arm's own sensor triggers, mm.
     Trigger,
     /// How far left of an edge (seen along its direction, from above) the arm's own sensor stands when it triggers, mm.

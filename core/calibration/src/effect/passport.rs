@@ -2,6 +2,7 @@
 
 use plumb_kinematics::{Posture, Weights};
 
+use super::identity::Channel;
 use crate::arm_model::{Model, SurfaceShape};
 use crate::table::Table;
 
@@ -20,6 +21,8 @@ pub struct Passport {
     pub temperature_range: Option<f64>,
     /// Range of load, kg; nothing if not logged.
     pub payload_range: Option<f64>,
+    /// The numbers that were read.
+    pub channels: Vec<Channel>,
     /// Number of sessions named.
     pub sessions: usize,
     /// Whether points were measured (or touched), not heights and tilts alone.
@@ -75,6 +78,7 @@ impl Passport {
             time_span: table.time.as_deref().and_then(range),
             temperature_range: table.temperature.as_deref().and_then(range),
             payload_range: table.payload.as_deref().and_then(range),
+            channels: channels(table),
             sessions: table.session.names.len(),
             measures_points: !table.positions.is_empty() || !table.touch.names.is_empty(),
             triggers: (0..table.len()).any(|row| {
@@ -101,6 +105,28 @@ impl Passport {
     pub fn has_both_sides(&self, joint: usize) -> bool {
         self.both_sides.get(joint).copied().unwrap_or(false)
     }
+}
+
+/// The numbers that a table holds readings of.
+fn channels(table: &Table) -> Vec<Channel> {
+    let finite = |column: &Option<Vec<f64>>| column.iter().flatten().any(|value| value.is_finite());
+    let position = |axis: usize| {
+        let all = table.positions.iter().flat_map(|columns| &columns.xyz);
+        all.filter_map(|xyz| xyz.get(axis)).any(|part| part.is_finite())
+    };
+    let tilt = |axis: usize| {
+        table.tilt.iter().flatten().filter_map(|tilt| tilt.get(axis)).any(|part| part.is_finite())
+    };
+    let is_read = |channel: &Channel| match channel {
+        Channel::X => position(0),
+        Channel::Y => position(1),
+        Channel::Z => position(2),
+        Channel::Distance => finite(&table.distance),
+        Channel::Height => finite(&table.height),
+        Channel::TiltX => tilt(0),
+        Channel::TiltY => tilt(1),
+    };
+    Channel::ALL.into_iter().filter(is_read).collect()
 }
 
 fn clocks(table: &Table) -> Vec<f64> {

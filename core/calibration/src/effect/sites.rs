@@ -1,6 +1,6 @@
 //! Where a written effect acts: its arguments read as joints, targets, axes or surfaces of a model.
 
-use super::identity::{EffectId, EffectNameError, Quantity, Spot, joint_names};
+use super::identity::{Channel, EffectId, EffectNameError, Quantity, Spot, joint_names};
 use super::kind::{Kind, Places};
 use crate::arm_model::Model;
 use crate::suggestion::suggestion;
@@ -42,6 +42,13 @@ impl<'a> Sites<'a> {
                 let known = model.surfaces.iter().map(|surface| surface.name.as_str());
                 self.named("a surface", name, known, model.surface_position(name))
                     .map(|one| vec![self.id(Spot::Surface(one))])
+            }
+            (Places::Readings, [] | ["*"]) => self.ids(Channel::ALL.map(Spot::Reading)),
+            (Places::Readings, [name]) => {
+                let channel = Channel::by_name(name);
+                let known = Channel::ALL.iter().map(|channel| channel.name());
+                self.named("a reading", name, known, channel.map(|channel| channel as usize))?;
+                self.ids(channel.map(Spot::Reading))
             }
             (Places::Axes, [] | ["*"]) => self.ids((0..3).map(Spot::Axis)),
             (Places::Axes, [name]) => {
@@ -123,6 +130,7 @@ impl<'a> Sites<'a> {
             Places::Targets => "(p1)",
             Places::Axes => "(x|y|z)",
             Places::Surfaces => "(surface)",
+            Places::Readings => "(distance|height|tilt_x|tilt_y|x|y|z)",
             Places::Base | Places::Instrument | Places::Sensor => "",
         };
         EffectNameError::Malformed {

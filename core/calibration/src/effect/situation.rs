@@ -21,6 +21,8 @@ pub struct Situation<'a> {
     pub time: f64,
     /// What steps in time are dated by: seconds as in the table, or the row's number where no time is logged.
     pub clock: f64,
+    /// The epoch of the row, from 0.
+    pub epoch: usize,
     /// deg C; not a number where not logged.
     pub temperature: f64,
     /// Moments of gravity about the joints' axes, N m.

@@ -2,6 +2,7 @@
 
 mod contradiction;
 mod define;
+mod epochs;
 mod error;
 mod raw;
 mod urdf;

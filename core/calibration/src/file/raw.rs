@@ -74,6 +74,7 @@ pub(super) struct RawModel {
     pub(super) levels: Listed<RawLevel>,
     #[serde(default)]
     pub(super) noise: Listed<Spanned<f64>>,
+    pub(super) epochs: Option<Spanned<RawEpochs>>,
     pub(super) touch: Option<RawTouch>,
     #[serde(default)]
     pub(super) define: Vec<RawDefinition>,
@@ -159,6 +160,23 @@ pub(super) struct RawBase {
     pub(super) rpy_deg: [f64; 3],
     #[serde(default = "yes")]
     pub(super) free: bool,
+    pub(super) per: Option<Spanned<RawPer>>,
+}
+
+/// What has a base of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum RawPer {
+    Session,
+}
+
+/// Where something was re-set among the rows.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawEpochs {
+    pub(super) rows: Option<Vec<usize>>,
+    pub(super) times_s: Option<Vec<f64>>,
+    pub(super) sessions: Option<Vec<String>>,
 }
 
 fn yes() -> bool {
@@ -167,7 +185,7 @@ fn yes() -> bool {
 
 impl Default for RawBase {
     fn default() -> Self {
-        Self { xyz_mm: [0.0; 3], rpy_deg: [0.0; 3], free: true }
+        Self { xyz_mm: [0.0; 3], rpy_deg: [0.0; 3], free: true, per: None }
     }
 }
 

@@ -19,8 +19,8 @@ use super::urdf_frames;
 use crate::arm_model::Sensor;
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{
-    AddedEffect, Base, Correction, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, Target,
-    Touch, TouchDistance,
+    AddedEffect, Correction, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, Target, Touch,
+    TouchDistance,
 };
 use crate::effect;
 use crate::suggestion::suggestion;
@@ -108,7 +108,7 @@ impl Checker<'_> {
         let gravity = raw.gravity.as_ref().map(|gravity| self.direction(gravity)).transpose();
         let (described, chain) = (described?, chain?);
         let typed_masses = self.masses(&raw, &chain);
-        let base = Base::new(raw.base.xyz_mm, raw.base.rpy_deg.map(f64::to_radians), raw.base.free);
+        let base = self.base(&raw);
         let (masses, base, targets) = match &described {
             Some(arm) => {
                 let masses = if raw.links.is_empty() { arm.masses.clone() } else { typed_masses };
@@ -138,6 +138,7 @@ impl Checker<'_> {
             noise,
             touch: None,
             definitions: Vec::new(),
+            epochs: self.epochs_of(&raw),
             revision: raw.revision.as_ref().map(revision),
         };
         if let Some(arm) = &described {

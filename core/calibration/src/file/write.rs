@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use plumb_kinematics::{Convention, Knob, Motion};
 
 use crate::arm_model::SurfaceShape;
-use crate::arm_model::{AddedEffect, Frame, MeasuredFrom, Model, Noise, Revision, Surface};
+use crate::arm_model::{AddedEffect, Epochs, Frame, MeasuredFrom, Model, Noise, Revision, Surface};
 use crate::effect::{self, DefinedPlace, EffectId, Parameter};
 
 /// A number with as many digits as it takes to read it back well, and no more.
@@ -49,11 +49,15 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
     let xyz = model.base.pose.translation.vector;
     writeln!(
         out,
-        "base: {{xyz_mm: {}, rpy_deg: {}, free: {}}}",
+        "base: {{xyz_mm: {}, rpy_deg: {}, free: {}{}}}",
         triple(&xyz),
         triple(&rpy),
-        model.base.free
+        model.base.free,
+        if model.base.per_session { ", per: session" } else { "" }
     )?;
+    if let Some(epochs) = &model.epochs {
+        writeln!(out, "epochs: {}", epochs_text(epochs))?;
+    }
     if !model.targets.is_empty() {
         writeln!(out, "targets:")?;
     }
@@ -79,6 +83,16 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
         writeln!(out, "working_volume: {{x_mm: {}, y_mm: {}, z_mm: {}}}", span(x), span(y), span(z))?;
     }
     ends(out, model)
+}
+
+/// `{rows: [141, 507]}`.
+fn epochs_text(epochs: &Epochs) -> String {
+    let (key, starts): (_, Vec<String>) = match epochs {
+        Epochs::Rows(rows) => ("rows", rows.iter().map(usize::to_string).collect()),
+        Epochs::Times(times) => ("times_s", times.iter().map(|time| number(*time)).collect()),
+        Epochs::Sessions(names) => ("sessions", names.iter().map(|name| format!("{name:?}")).collect()),
+    };
+    format!("{{{key}: [{}]}}", starts.join(", "))
 }
 
 fn joints(out: &mut String, model: &Model) -> std::fmt::Result {

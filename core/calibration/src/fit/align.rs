@@ -1,6 +1,8 @@
 //! A first guess of where the base stands and where the targets sit: closed forms that need no good start.
 
-use nalgebra::{DMatrix, DVector, IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
+use nalgebra::{
+    DMatrix, DVector, IsometryMatrix3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3,
+};
 
 use super::residual_model::ResidualModel;
 
@@ -146,7 +148,13 @@ pub(crate) fn align(
 ) -> Result<State, Cancelled> {
     let mut state = start.clone();
     if machine.model.base.free {
-        let some: Vec<usize> = rows.iter().copied().step_by(rows.len().div_ceil(LOOKED_AT).max(1)).collect();
+        // Where every session has a base of its own, the first says where base and targets are.
+        let one_base: Vec<usize> = match machine.model.base.per_session {
+            true => rows.iter().copied().filter(|row| machine.epoch(*row) == 0).collect(),
+            false => rows.to_vec(),
+        };
+        let stride = one_base.len().div_ceil(LOOKED_AT).max(1);
+        let some: Vec<usize> = one_base.into_iter().step_by(stride).collect();
         let sights = sights(machine, start, &some);
         let ones = vec![1.0; machine.observations.rows()];
         let squares = |state: &State| machine.squares(state, &some, &ones);
@@ -175,8 +183,30 @@ pub(crate) fn align(
             }
         }
     }
+    if machine.model.base.per_session {
+        place_bases(machine, &mut state, rows);
+    }
     place_touched(machine, &mut state, rows);
     Ok(state)
+}
+
+/// Places the base of every session but the first where the points measured in it say, against that of the first.
+fn place_bases(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize]) {
+    let Some(part) = machine.parts.iter().position(|part| part.id.name == "base_reset") else { return };
+    for epoch in 1..machine.model.epoch_count() {
+        let own: Vec<usize> = rows.iter().copied().filter(|row| machine.epoch(*row) == epoch).collect();
+        let sights = sights(machine, state, &own);
+        let Some(base) = base_of(&sights, &state.targets) else { continue };
+        // By quaternions: the axis of half a turn is lost in a matrix's own formula.
+        let turn = UnitQuaternion::from_rotation_matrix(&(base.rotation * state.base.rotation.inverse()));
+        let turn = turn.scaled_axis();
+        let shift = base.translation.vector - state.base.translation.vector;
+        let first = 6 * (epoch - 1);
+        let own = state.effects.get_mut(part).and_then(|values| values.get_mut(first..first + 6));
+        for (value, found) in own.into_iter().flatten().zip(shift.iter().chain(turn.iter())) {
+            *value = *found;
+        }
+    }
 }
 
 /// Starts every touched place at the mean of where the arm believes it to be.

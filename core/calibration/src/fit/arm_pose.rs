@@ -5,7 +5,7 @@ use plumb_kinematics::{Deviation, Posture};
 
 use super::state::State;
 use crate::arm_model::Frame;
-use crate::effect::{Drive, Handle};
+use crate::effect::{Channel, Drive, Handle};
 
 /// What the effects change of the arm in one row, before the instrument looks.
 #[derive(Debug, Clone, Default)]
@@ -22,6 +22,8 @@ pub(crate) struct Changes {
     target_shifts: Vec<Vector3<f64>>,
     /// Distance over a surface at which the arm's own sensor triggers, mm.
     trigger_height: f64,
+    /// What is added to each number that is read (mm or rad), and the share by which it is read too large.
+    readings: [(f64, f64); Channel::ALL.len()],
 }
 
 impl Changes {
@@ -35,6 +37,7 @@ impl Changes {
         self.base_turn = Vector3::zeros();
         self.clear_bending();
         self.trigger_height = 0.0;
+        self.readings = Default::default();
     }
 
     pub(super) fn clear_bending(&mut self) {
@@ -70,12 +73,22 @@ impl Changes {
             Handle::BaseShift(axis) => self.base_shift.get_mut(axis),
             Handle::BaseTurn(axis) => self.base_turn.get_mut(axis),
             Handle::Trigger => Some(&mut self.trigger_height),
+            Handle::ReadingZero(channel) => self.readings.get_mut(channel as usize).map(|(zero, _)| zero),
+            Handle::ReadingScale(channel) => self.readings.get_mut(channel as usize).map(|(_, scale)| scale),
             // What the instrument reads and where a sensor meets an edge depend on the point: see `sensor.rs`.
             Handle::Reading(_) | Handle::Edge => None,
         };
         if let Some(part) = part {
             *part += amount;
         }
+    }
+}
+
+impl ArmPose {
+    /// What is added to a number that is read (mm or rad), and the share by which it is read too large.
+    pub(super) fn reading(&self, channel: Option<Channel>) -> (f64, f64) {
+        let known = channel.and_then(|channel| self.changes.readings.get(channel as usize));
+        known.copied().unwrap_or_default()
     }
 }
 
@@ -90,13 +103,36 @@ pub struct ArmPose {
     /// Orientation and origin of the base in the frame of the measurements.
     pub(super) base: Matrix3<f64>,
     pub(super) origin: Vector3<f64>,
+    /// By how much effects turn the base, and how a small change of that rotation vector turns it further: both nearly the identity,
+    /// except where sessions have bases of their own.
+    pub(super) base_turned: Matrix3<f64>,
+    pub(super) turn_by_vector: Matrix3<f64>,
 }
+
+/// How a rotation turns further when its vector `turn` (rad) changes a little: the left Jacobian of the rotations (Chirikjian,
+/// Stochastic Models, Information Theory, and Lie Groups, volume 2, 2011, equation 10.86).
+fn left_jacobian(turn: &Vector3<f64>) -> Matrix3<f64> {
+    let angle = turn.norm();
+    if angle < SMALL_TURN {
+        return Matrix3::identity();
+    }
+    let axis = turn / angle;
+    let (sine, cosine) = angle.sin_cos();
+    Matrix3::identity() * (sine / angle)
+        + axis * axis.transpose() * (1.0 - sine / angle)
+        + axis.cross_matrix() * ((1.0 - cosine) / angle)
+}
+
+/// Below this angle (rad) rounding is larger than what the left Jacobian differs from the identity by.
+const SMALL_TURN: f64 = 1e-9;
 
 impl ArmPose {
     /// Places the base, which effects may have moved.
     pub(super) fn place_base(&mut self, believed: &IsometryMatrix3<f64>) {
-        let turned = Rotation3::new(self.changes.base_turn) * believed.rotation;
-        self.base = turned.into_inner();
+        let turn = Rotation3::new(self.changes.base_turn);
+        self.base_turned = turn.into_inner();
+        self.turn_by_vector = left_jacobian(&self.changes.base_turn);
+        self.base = (turn * believed.rotation).into_inner();
         self.origin = believed.translation.vector + self.changes.base_shift;
     }
 

@@ -15,6 +15,7 @@ mod sensor;
 mod state;
 mod subject_motion;
 mod tangent;
+mod variance_components;
 mod view_of_table;
 
 pub use gauge::Gauge;
@@ -26,6 +27,7 @@ pub use arm_pose::ArmPose;
 pub use beliefs::RowDetails;
 pub use residual_model::{Part, ResidualModel, RowBlock};
 pub use robust::Distances;
+pub use variance_components::{NoiseEstimateError, estimate_noise};
 pub(crate) use view_of_table::ViewOfTable;
 
 use plumb_estimation::Progress;

@@ -38,6 +38,8 @@ pub struct ResidualModel<'a> {
     pub(super) previous: Vec<Option<usize>>,
     /// The first time that was logged, s.
     pub(super) first_time: f64,
+    /// The epoch of each row, from 0.
+    pub(super) epochs: Vec<usize>,
 }
 
 /// Residuals and derivatives of a few rows. `jacobian` is slots by equations; both are divided by each equation's
@@ -69,6 +71,9 @@ impl<'a> ResidualModel<'a> {
             start_values: Vec::new(),
             previous: rows_before(table),
             first_time: first_time(table),
+            epochs: model.epochs.as_ref().map_or_else(Vec::new, |epochs| {
+                (0..table.len()).map(|row| epochs.of_row(table, row)).collect()
+            }),
         };
         for added in effects {
             let effect = effect::build(&added.id, model.model)?;
@@ -107,6 +112,11 @@ impl<'a> ResidualModel<'a> {
             slots.extend((0..part.effect.parameters().len()).map(|parameter| Slot::Effect(index, parameter)));
         }
         slots
+    }
+
+    /// The epoch of a row, from 0.
+    pub fn epoch(&self, row: usize) -> usize {
+        self.epochs.get(row).copied().unwrap_or(0)
     }
 
     /// The free numbers, in the order of steps and covariances.
@@ -178,7 +188,9 @@ impl<'a> ResidualModel<'a> {
             };
             known = Some((subject, read));
             let context = self.context(state, row, scratch, read);
-            out.push(equation.measured - equation.measurand.kind.predict(equation.measurand, &context).value);
+            let what = equation.measurand;
+            let (zero, scale) = scratch.pose.reading(what.kind.channel(what));
+            out.push(equation.measured - what.kind.predict(what, &context).value * (1.0 + scale) - zero);
         }
     }
 
@@ -265,8 +277,10 @@ impl<'a> ResidualModel<'a> {
             known = Some((subject, read));
             let context = self.context(state, row, scratch, read);
             let prediction = equation.measurand.kind.predict(equation.measurand, &context);
+            let channel = equation.measurand.kind.channel(equation.measurand);
+            let (zero, stretch) = scratch.pose.reading(channel);
             let scale = weight / equation.sigma;
-            block.residuals.push((equation.measured - prediction.value) * scale);
+            block.residuals.push((equation.measured - prediction.value * (1.0 + stretch) - zero) * scale);
             if column < block.jacobian.ncols() {
                 let mut entries = block.jacobian.column_mut(column);
                 let (by_point, by_turn) = (prediction.by_point * scale, prediction.by_turn * scale);
@@ -275,7 +289,15 @@ impl<'a> ResidualModel<'a> {
                 let motion = &scratch.motion;
                 let motions = motion.linear.iter().zip(&motion.angular).zip(&motion.sensor);
                 for (entry, ((linear, angular), sensor)) in entries.iter_mut().zip(motions) {
-                    *entry = by_point.dot(linear) + by_turn.dot(angular) - by_sensor * sensor;
+                    *entry =
+                        (by_point.dot(linear) + by_turn.dot(angular)) * (1.0 + stretch) - by_sensor * sensor;
+                }
+                for (entry, read_out) in entries.iter_mut().zip(&motion.reading) {
+                    if let Some((own, zero, stretch)) = read_out
+                        && channel == Some(*own)
+                    {
+                        *entry += (zero + stretch * prediction.value) * scale;
+                    }
                 }
                 what.kind.own_derivatives(what, &context, &mut |wanted, value| {
                     let index = self.slots.iter().position(|slot| *slot == wanted);

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::arm_pose::ArmPose;
-use crate::effect::Drive;
+use crate::effect::{Channel, Drive, Handle};
 
 /// A small motion of the subject: of its point (mm) and attitude (rad), frame of the measurements.
 pub(super) type Motion = (Vector3<f64>, Vector3<f64>);
@@ -15,6 +15,8 @@ pub(crate) struct SubjectMotion {
     pub(super) angular: Vec<Vector3<f64>>,
     /// How the sensor's own number (its height, at an edge the place left of it) grows, mm.
     pub(super) sensor: Vec<f64>,
+    /// The number that is read that it changes, and how fast its zero (mm or rad) and its scale grow.
+    pub(super) reading: Vec<Option<(Channel, f64, f64)>>,
 }
 
 impl SubjectMotion {
@@ -22,6 +24,7 @@ impl SubjectMotion {
         self.linear.clear();
         self.angular.clear();
         self.sensor.clear();
+        self.reading.clear();
     }
 
     /// Makes room for so many more numbers, none of which moves anything yet; returns the first of them.
@@ -30,7 +33,21 @@ impl SubjectMotion {
         self.linear.resize(first + by, Vector3::zeros());
         self.angular.resize(first + by, Vector3::zeros());
         self.sensor.resize(first + by, 0.0);
+        self.reading.resize(first + by, None);
         first
+    }
+
+    /// Adds what a number changes of what is read out.
+    pub(super) fn add_reading(&mut self, index: usize, handle: Handle, rate: f64) {
+        let (channel, zero, scale) = match handle {
+            Handle::ReadingZero(channel) => (channel, rate, 0.0),
+            Handle::ReadingScale(channel) => (channel, 0.0, rate),
+            _ => return,
+        };
+        if let Some(entry) = self.reading.get_mut(index) {
+            let (_, known_zero, known_scale) = entry.unwrap_or((channel, 0.0, 0.0));
+            *entry = Some((channel, known_zero + zero, known_scale + scale));
+        }
     }
 
     pub(super) fn add(&mut self, index: usize, (moved, turned): Motion, rate: f64) {

@@ -38,6 +38,7 @@ impl ResidualModel<'_> {
             approach: approach.unwrap_or(&[]),
             time: cell(&self.table.time).map_or(f64::NAN, |time| time - self.first_time),
             clock: cell(&self.table.time).unwrap_or(row as f64),
+            epoch: self.epoch(row),
             temperature: cell(&self.table.temperature).unwrap_or(f64::NAN),
             weights: self.weights(state, row),
             moments,

@@ -65,11 +65,19 @@ impl SubjectFrames<'_> {
                 (Vector3::ith(axis.min(2), 1.0), Vector3::zeros())
             }
             Handle::BaseTurn(axis) => {
-                let axis = Vector3::ith(axis.min(2), 1.0);
-                (axis.cross(&(self.point - pose.origin)), axis)
+                self.with_base_turned_about(pose.turn_by_vector.column(axis.min(2)).into())
             }
-            Handle::Target(..) | Handle::Trigger | Handle::Edge => STILL,
+            Handle::Target(..)
+            | Handle::Trigger
+            | Handle::Edge
+            | Handle::ReadingZero(_)
+            | Handle::ReadingScale(_) => STILL,
         }
+    }
+
+    /// How the subject moves when the base turns about an axis through its origin.
+    fn with_base_turned_about(&self, axis: Vector3<f64>) -> Motion {
+        (axis.cross(&(self.point - self.pose.origin)), axis)
     }
 
     /// Adds how the subject moves with an effect's parameters.
@@ -92,6 +100,7 @@ impl SubjectFrames<'_> {
                 *own += drive.rate;
             }
             motion.add(index, self.with(drive.handle), drive.rate);
+            motion.add_reading(index, drive.handle, drive.rate);
         }
     }
 }
@@ -123,7 +132,13 @@ impl ResidualModel<'_> {
         for slot in &self.slots {
             let handle = match *slot {
                 Slot::BaseShift(axis) => Handle::BaseShift(axis),
-                Slot::BaseTurn(axis) => Handle::BaseTurn(axis),
+                Slot::BaseTurn(axis) => {
+                    // What effects turn the base by comes on top of where it is believed to stand.
+                    let about = pose.base_turned.column(axis.min(2)).into();
+                    let index = motion.extend(1);
+                    motion.add(index, frames.with_base_turned_about(about), 1.0);
+                    continue;
+                }
                 Slot::Target(target, axis) => Handle::Target(target, axis),
                 // Places and surfaces do not move the subject; see `own_derivatives`.
                 Slot::Place(..) | Slot::Surface(..) => {

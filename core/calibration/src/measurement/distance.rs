@@ -9,6 +9,7 @@ use super::error::ObservationsError;
 use super::kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext};
 use super::row::{Named, RowReader};
 use crate::arm_model::SurfaceShape;
+use crate::effect::Channel;
 use crate::fit::Slot;
 
 /// Distances: column `distance_mm`, to the point named in `distance_to`.
@@ -18,6 +19,10 @@ pub(super) struct Distance;
 impl MeasurementKind for Distance {
     fn name(&self) -> &'static str {
         "distance"
+    }
+
+    fn channel(&self, _what: Measurand) -> Option<Channel> {
+        Some(Channel::Distance)
     }
 
     fn columns(&self) -> &'static str {

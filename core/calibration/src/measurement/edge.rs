@@ -35,6 +35,10 @@ impl MeasurementKind for Edge {
         "trigger"
     }
 
+    fn noise_key(&self, _model: &Model, _what: Measurand) -> String {
+        "height_mm".to_owned()
+    }
+
     fn is_trigger(&self) -> bool {
         true
     }

@@ -8,6 +8,7 @@ use super::kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext};
 use super::row::{Named, RowReader};
 use crate::arm_model::Model;
 use crate::arm_model::SurfaceShape;
+use crate::effect::Channel;
 use crate::fit::Slot;
 
 /// Heights: column `height_mm`, over the surface in column `on`, else over the model's first plane.
@@ -17,6 +18,10 @@ pub(super) struct Height;
 impl MeasurementKind for Height {
     fn name(&self) -> &'static str {
         "height"
+    }
+
+    fn channel(&self, _what: Measurand) -> Option<Channel> {
+        Some(Channel::Height)
     }
 
     fn columns(&self) -> &'static str {

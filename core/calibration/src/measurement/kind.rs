@@ -8,7 +8,7 @@ use super::error::ObservationsError;
 use super::row::RowReader;
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{Frame, Model};
-use crate::effect::Handle;
+use crate::effect::{Channel, Handle};
 use crate::fit::{ArmPose, Slot, State};
 use crate::table::Table;
 
@@ -33,6 +33,16 @@ pub trait MeasurementKind: fmt::Debug + Sync {
     /// The instrument that reads it: kinds that share one share its scatter.
     fn instrument(&self) -> &'static str {
         self.name()
+    }
+
+    /// The key under `noise:` in a model file that declares its noise: readings of one key have one noise.
+    fn noise_key(&self, _model: &Model, _what: Measurand) -> String {
+        format!("{}_{}", self.name(), if self.is_length() { "mm" } else { "deg" })
+    }
+
+    /// The number of an instrument that it is, if an instrument reads it out.
+    fn channel(&self, _what: Measurand) -> Option<Channel> {
+        None
     }
 
     /// The target whose coordinate an instrument saw, where that is what was measured: from three of them base and targets

@@ -57,6 +57,10 @@ impl Observations {
         if equations.is_empty() {
             return Err(ObservationsError::Nothing { table: table.source.clone(), columns: known_columns() });
         }
+        for equation in equations.iter_mut().filter(|equation| !equation.is_declared) {
+            let key = equation.measurand.kind.noise_key(model, equation.measurand);
+            equation.sigma = model.noise.estimated_of(&key).unwrap_or(equation.sigma);
+        }
         Ok(Self {
             starts,
             declared: equations.iter().all(|equation| equation.is_declared),
@@ -152,6 +156,7 @@ fn place_distance(
         let reason = format!("touch distance between `{one}` and itself");
         return Some(Err(ObservationsError::Incomplete { table: table.source.clone(), reason }));
     }
-    let sigma = model.noise.touch.unwrap_or(1.0) * KNOWN_DISTANCE;
+    let touching = model.noise.touch.or_else(|| model.noise.estimated_of("touch_mm"));
+    let sigma = touching.unwrap_or(1.0) * KNOWN_DISTANCE;
     Some(Ok(PlaceDistance { first, second, length: distance.length, sigma }))
 }

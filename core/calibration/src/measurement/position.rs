@@ -10,6 +10,7 @@ use super::error::ObservationsError;
 use super::kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext, Subject};
 use super::row::RowReader;
 use crate::arm_model::Model;
+use crate::effect::Channel;
 use crate::table::Table;
 
 /// Positions of targets: columns `p1_x_mm ...`, with `std_x_mm ...` for a row's own sigma.
@@ -21,12 +22,21 @@ impl MeasurementKind for Position {
         "position"
     }
 
+    fn channel(&self, what: Measurand) -> Option<Channel> {
+        [Channel::X, Channel::Y, Channel::Z].get(what.axis()).copied()
+    }
+
     fn columns(&self) -> &'static str {
         "p1_x_mm ..."
     }
 
     fn coordinate(&self, what: Measurand) -> Option<usize> {
         Some(what.axis())
+    }
+
+    fn noise_key(&self, model: &Model, what: Measurand) -> String {
+        let name = model.targets.get(what.index()).map_or("p?", |target| target.name.as_str());
+        format!("{name}_mm")
     }
 
     fn seen_target(&self, what: Measurand) -> Option<usize> {

@@ -11,6 +11,7 @@ use super::error::ObservationsError;
 use super::kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext, Subject};
 use super::row::RowReader;
 use crate::arm_model::{Frame, Model};
+use crate::effect::Channel;
 
 /// Tilts: columns `tilt_x_deg` and `tilt_y_deg`, of the level named in `level`.
 #[derive(Debug)]
@@ -22,6 +23,10 @@ const UNDEFINED: f64 = 1e-30;
 impl MeasurementKind for Tilt {
     fn name(&self) -> &'static str {
         "tilt"
+    }
+
+    fn channel(&self, what: Measurand) -> Option<Channel> {
+        Some(if what.component == 0 { Channel::TiltX } else { Channel::TiltY })
     }
 
     fn columns(&self) -> &'static str {

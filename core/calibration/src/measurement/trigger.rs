@@ -25,6 +25,10 @@ impl MeasurementKind for Trigger {
         "on"
     }
 
+    fn noise_key(&self, _model: &Model, _what: Measurand) -> String {
+        "height_mm".to_owned()
+    }
+
     fn is_trigger(&self) -> bool {
         true
     }

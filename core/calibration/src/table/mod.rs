@@ -4,9 +4,11 @@ mod columns;
 mod header;
 mod number;
 mod read;
+mod write;
 
 pub use columns::{Covariate, CovariateValues, MOST_LEVELS, Names, PositionColumns, Table};
 pub use read::TableError;
+pub use write::table_text;
 
 #[cfg(test)]
 mod tests;

@@ -65,6 +65,9 @@ impl Laboratory {
         more: Vec<AddedEffect>,
         progress: &Progress,
     ) -> Result<Addition, LaboratoryError> {
+        if let Some(dated) = self.dated_for(more.iter().map(|added| &added.id), progress)? {
+            return dated.take_in(more, progress);
+        }
         progress.report(0.0, "fitting without it")?;
         let before = self.fit_with(&[], None, progress)?;
         progress.report(0.3, "fitting with it")?;

@@ -10,7 +10,9 @@ use crate::cross_validation::blocked_errors;
 use crate::explainable::{Explainable, explainable};
 use crate::noise_floor::Floor;
 use crate::thresholds::OUTLIER_WEIGHT;
-use plumb_calibration::fit::{Convergence, Fit, Gauge, ResidualModel, Slot};
+use plumb_calibration::effect::LooksAt;
+use plumb_calibration::fit::{Convergence, Fit, Gauge, Part, ResidualModel, Slot};
+use plumb_calibration::measurement::ReadingNoise;
 use plumb_estimation::Progress;
 
 /// Root mean squares of the error of one measured point, mm: of its 3-D residual, or of the scalar one.
@@ -52,6 +54,9 @@ pub struct EffectValue {
     pub plausible: bool,
     /// Whether the data cannot tell it (part of a gauge freedom).
     pub held: bool,
+    /// Why the data cannot tell it, where that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub held_because: Option<String>,
     /// Whether the user added it (else it is one of `free`).
     pub added: bool,
     /// Whether its mechanism is identified.
@@ -74,6 +79,8 @@ pub struct Comparison {
     pub check_rows: usize,
     /// The noise floor.
     pub floor: Floor,
+    /// The noise of every kind of reading: declared, or estimated from the fit.
+    pub noise: Vec<ReadingNoise>,
     /// RMS of the residual of one measured point.
     pub rms_mm: Rms,
     /// The same with mean, 95 % and maximum beside it.
@@ -156,6 +163,16 @@ impl Laboratory {
         Ok(explainable(&machine, &fit, progress)?)
     }
 
+    /// What a fit of everything free leaves of the fitted rows, mm RMS; nothing else is asked.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn left_by_fit(&self, progress: &Progress) -> Result<f64, LaboratoryError> {
+        let machine = self.machine(&[])?;
+        let fit = self.fit(&machine, progress)?;
+        Ok(ErrorSummary::or_zero(errors_in(&machine, &fit.residuals, &fit.rows)).rms)
+    }
+
     pub(crate) fn comparison(
         &self,
         machine: &ResidualModel<'_>,
@@ -179,6 +196,7 @@ impl Laboratory {
         Ok(Comparison {
             arm: self.model.arm.clone(),
             data: self.table.source.clone(),
+            noise: self.noise(),
             fit_rows: fit.rows.len(),
             check_rows: self.split.check_rows().len(),
             largest_mm: error_mm.fit.max,
@@ -221,7 +239,7 @@ impl Laboratory {
 
     pub(crate) fn effect_values(&self, machine: &ResidualModel<'_>, fit: &Fit) -> Vec<EffectValue> {
         let free = machine.parts.len().saturating_sub(self.model.effects.len());
-        let value = |(index, part): (usize, &plumb_calibration::fit::Part)| {
+        let value = |(index, part): (usize, &Part)| {
             let slots: Vec<usize> = (0..machine.slots().len())
                 .filter(|slot| matches!(machine.slots().get(*slot), Some(Slot::Effect(effect, _)) if *effect == index))
                 .collect();
@@ -229,6 +247,7 @@ impl Laboratory {
             let values = fit.state.effects.get(index).map_or(&[][..], Vec::as_slice);
             let size = part.effect.size(values, &covariance);
             let correction = self.model.correction(&part.id).filter(|_| index >= free);
+            let held = slots.iter().all(|slot| fit.factor.dependent.contains(slot));
             EffectValue {
                 effect: part.id.name.clone(),
                 place: self.model.site_name(part.id.spot),
@@ -237,13 +256,39 @@ impl Laboratory {
                 unit: size.unit.to_owned(),
                 se: size.error,
                 plausible: part.effect.plausible(values),
-                held: slots.iter().all(|slot| fit.factor.dependent.contains(slot)),
+                held,
+                held_because: held.then(|| self.why_held(machine, fit, part, &slots)).flatten(),
                 added: index >= free,
                 claim: correction.map_or(Claim::Mechanism, |_| Claim::Correction),
                 may_be: correction.map_or_else(Vec::new, |correction| correction.may_be.clone()),
             }
         };
         machine.parts.iter().enumerate().map(value).collect()
+    }
+}
+
+impl Laboratory {
+    /// Why the data cannot tell an effect whose numbers were all left where they were.
+    fn why_held(
+        &self,
+        machine: &ResidualModel<'_>,
+        fit: &Fit,
+        part: &Part,
+        slots: &[usize],
+    ) -> Option<String> {
+        if part.effect.looks_at() == LooksAt::Gravity && !self.survey().has_weight() {
+            return Some(
+                "no masses are declared, so gravity moves nothing: declare `links:`, or log the load in `payload_kg`"
+                    .to_owned(),
+            );
+        }
+        let first = machine.slots().get(*slots.first()?)?;
+        let name = machine.slot_name(*first);
+        let gauge = fit.gauges.iter().find(|gauge| gauge.held == name)?;
+        Some(match gauge.same_as.is_empty() {
+            true => "it changes nothing that was measured".to_owned(),
+            false => format!("it cannot be told from {}", gauge.same_as.join(", ")),
+        })
     }
 }
 

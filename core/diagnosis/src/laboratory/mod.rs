@@ -21,12 +21,11 @@ use std::path::Path;
 use thiserror::Error;
 
 use crate::split::{Holdout, HoldoutError, Split};
-use plumb_calibration::arm_model::{AddedEffect, Model};
-use plumb_calibration::effect::{self, DefinitionError, EffectNameError, Passport, Survey};
+use plumb_calibration::arm_model::{AddedEffect, Epochs, Model};
+use plumb_calibration::effect::{self, DefinitionError, EffectId, EffectNameError, Passport, Spot, Survey};
 use plumb_calibration::file::ModelFileError;
-use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel};
-use plumb_calibration::measurement::Observations;
-use plumb_calibration::measurement::ObservationsError;
+use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel, estimate_noise};
+use plumb_calibration::measurement::{Observations, ObservationsError, ReadingNoise};
 use plumb_calibration::table::{Table, TableError};
 use plumb_estimation::{Cancelled, Progress};
 
@@ -84,6 +83,31 @@ pub enum LaboratoryError {
     Refused(String),
 }
 
+/// The sessions of a table, those that a model knows already first.
+fn sessions(model: &Model, table: &Table, holdout: Holdout) -> Result<Epochs, LaboratoryError> {
+    let refused = |reason: &str| Err(LaboratoryError::Refused(format!("{}: {reason}", table.source)));
+    if table.session.names.is_empty() {
+        return refused(
+            "`base: {per: session}` needs the column `session`, which names the session of each row",
+        );
+    }
+    if holdout == Holdout::Session {
+        return refused(
+            "with `base: {per: session}` nobody knows the base of a session that is locked away; choose another `--holdout`",
+        );
+    }
+    let mut names = match &model.epochs {
+        Some(Epochs::Sessions(names)) => names.clone(),
+        _ => Vec::new(),
+    };
+    for name in &table.session.names {
+        if !names.contains(name) {
+            names.push(name.clone());
+        }
+    }
+    Ok(Epochs::Sessions(names))
+}
+
 /// A model and a table.
 #[derive(Debug, Clone)]
 pub struct Laboratory {
@@ -115,6 +139,10 @@ impl Laboratory {
             }
             model.free.clone_from(free);
         }
+        model.noise.estimated.clear();
+        if model.base.per_session {
+            model.epochs = Some(sessions(&model, &table, options.holdout)?);
+        }
         let observations = Observations::new(&model, &table)?;
         for odd in plausible::check(&model, &table)? {
             if !table.warnings.contains(&odd) {
@@ -124,7 +152,28 @@ impl Laboratory {
         ResidualModel::new(&model, &table, &observations, &[])?.check_formulas()?;
         let split = Split::new(&table, options.holdout)?;
         let passport = Passport::of(&model, &table);
-        Ok(Self { model, table, observations, passport, split, options })
+        let mut laboratory = Self { model, table, observations, passport, split, options };
+        laboratory.estimate_noise()?;
+        Ok(laboratory)
+    }
+
+    /// Gives readings whose noise nobody declared, beside others, the one that the fit shows. Where nothing can be fitted they
+    /// keep what they have: the first fit that is asked for says why.
+    fn estimate_noise(&mut self) -> Result<(), LaboratoryError> {
+        let effects = self.fitted_effects()?;
+        let (model, table, observations) = (&self.model, &self.table, &self.observations);
+        let progress = Progress::unwatched();
+        let found = estimate_noise(model, table, observations, &effects, &self.split.fit, &progress);
+        if let Some(estimated) = found.ok().filter(|estimated| !estimated.is_empty()) {
+            self.model.noise.estimated = estimated;
+            self.observations = Observations::new(&self.model, &self.table)?;
+        }
+        Ok(())
+    }
+
+    /// The noise of every kind of reading, and who says so.
+    pub fn noise(&self) -> Vec<ReadingNoise> {
+        self.observations.noise(&self.model)
     }
 
     /// The model.
@@ -180,6 +229,13 @@ impl Laboratory {
                 let values = known.map_or_else(|| vec![0.0; parameters], |known| known.values.clone());
                 effects.push(AddedEffect { id, values });
             }
+        }
+        let reset = EffectId::at("base_reset", Spot::Base);
+        let taken = effects.iter().chain(&self.model.effects).any(|other| other.id.same_as(&reset));
+        if self.model.base.per_session && self.model.epoch_count() > 1 && !taken {
+            let known = self.model.fitted.iter().find(|other| other.id.same_as(&reset));
+            let values = known.map_or_else(Vec::new, |known| known.values.clone());
+            effects.push(AddedEffect { id: reset, values });
         }
         Ok(effects)
     }

@@ -203,8 +203,11 @@ fn beyond_limits(model: &Model, table: &Table) -> Option<String> {
 }
 
 /// Rows in which the whole position of a target was read, some of them spread over the table.
-fn samples(table: &Table, positions: &[[f64; 3]]) -> Vec<Sample> {
+fn samples(model: &Model, table: &Table, positions: &[[f64; 3]]) -> Vec<Sample> {
+    // Distances between points of two sessions say nothing where each session has a base of its own.
+    let session = |row: usize| table.session.of_row.get(row).copied().flatten();
     let whole: Vec<usize> = (0..table.len())
+        .filter(|row| !model.base.per_session || session(*row) == session(0))
         .filter(|row| positions.get(*row).is_some_and(|xyz| xyz.iter().all(|part| part.is_finite())))
         .collect();
     let step = whole.len().div_ceil(LOOKED_AT).max(1);
@@ -275,7 +278,7 @@ fn angle_slips(model: &Model, target: usize, samples: &[Sample], measured: &[Vec
 fn units(model: &Model, table: &Table) -> Result<Option<String>, ImplausibleError> {
     let Some(columns) = table.positions.first() else { return Ok(None) };
     let Some(target) = model.target_position(&columns.target) else { return Ok(None) };
-    let samples = samples(table, &columns.xyz);
+    let samples = samples(model, table, &columns.xyz);
     if samples.len() < FEWEST {
         return Ok(None);
     }

@@ -36,6 +36,9 @@ impl Laboratory {
     /// The effect is not known or is in the model already, nothing can be fitted, or cancellation.
     pub fn preview(&self, text: &str, progress: &Progress) -> Result<Preview, LaboratoryError> {
         let more = self.wanted(text, progress)?;
+        if let Some(dated) = self.dated_for(more.iter().map(|added| &added.id), progress)? {
+            return dated.preview(text, progress);
+        }
         progress.report(0.0, "fitting without it")?;
         let before = self.fit_with(&[], None, progress)?;
         progress.report(0.5, "fitting with it")?;
@@ -61,6 +64,9 @@ impl Laboratory {
         text: &str,
         progress: &Progress,
     ) -> Result<Vec<AddedEffect>, LaboratoryError> {
+        if let Some(dated) = self.dated_for(effect::expand(text, self.model())?.iter(), progress)? {
+            return dated.wanted(text, progress);
+        }
         let fitted = self.fitted_effects()?;
         let mut more = Vec::new();
         for id in effect::expand(text, self.model())? {

@@ -43,6 +43,7 @@ fn contender(name: &str, joint: usize, bic: f64) -> Contender {
         strength: 1.0,
     };
     Contender {
+        row_squares: Vec::new(),
         id: EffectId::at(name, Spot::Joint(joint)),
         score,
         holm_p: 1e-10,

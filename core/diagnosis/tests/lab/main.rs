@@ -17,5 +17,7 @@ mod remainders;
 mod reports;
 mod returns;
 mod sensor_effects;
+mod sessions;
 mod spreadsheets;
+mod undeclared_noise;
 mod urdf_files;

@@ -7,7 +7,7 @@ use plumb_diagnosis::laboratory::Comparison;
 use plumb_diagnosis::plot;
 
 use super::arguments::{CompareArguments, PlotFormat};
-use super::text::{effects_table, error_lines, explainable_line, floor_line};
+use super::text::{effects_table, error_lines, explainable_line, floor_line, noise_lines};
 use crate::progress::watched;
 
 /// Fits, compares, prints.
@@ -38,6 +38,7 @@ fn tell(comparison: &Comparison) -> String {
     text.push_str(&error_lines(&comparison.error_mm));
     text.push_str(&floor_line(&comparison.floor));
     text.push_str(&explainable_line(comparison.explainable.as_ref()));
+    text.push_str(&noise_lines(&comparison.noise));
     text.push_str(&effects_table(&comparison.effects));
     for gauge in &comparison.gauges {
         match gauge.same_as.is_empty() {

@@ -5,7 +5,7 @@ use std::error::Error;
 use plumb_diagnosis::{Candidate, Diagnosis, Verdict};
 
 use super::arguments::DiagnoseArguments;
-use super::text::{error_lines, explainable_line, figure, floor_line};
+use super::text::{error_lines, explainable_line, figure, floor_line, noise_lines};
 use crate::progress::watched;
 
 /// Diagnoses, prints.
@@ -34,6 +34,7 @@ pub(super) fn tell(diagnosis: &Diagnosis) -> String {
     let mut text = error_lines(&diagnosis.error_mm);
     text.push_str(&floor_line(&diagnosis.floor));
     text.push_str(&explainable_line(diagnosis.explainable.as_ref()));
+    text.push_str(&noise_lines(&diagnosis.noise));
     text.push_str(&candidates(&diagnosis.candidates));
     if !diagnosis.besides.is_empty() {
         text.push_str(&format!("also at work: {}\n", diagnosis.besides.join(", ")));

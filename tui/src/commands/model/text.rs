@@ -1,5 +1,6 @@
 //! Parts that several reports share.
 
+use plumb_calibration::measurement::{NoiseSource, ReadingNoise};
 use plumb_diagnosis::laboratory::{EffectValue, ErrorSummary, Errors, Rms};
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
 use plumb_diagnosis::{Claim, Explainable};
@@ -65,13 +66,30 @@ pub(super) fn floor_line(floor: &Floor) -> String {
     }
 }
 
+/// Which noise was declared and which is estimated, where not all of it was declared; else nothing.
+pub(super) fn noise_lines(noise: &[ReadingNoise]) -> String {
+    if !noise.iter().any(|one| one.source == NoiseSource::Estimated) {
+        return String::new();
+    }
+    let line = |one: &ReadingNoise| {
+        let said = match one.source {
+            NoiseSource::Declared => "declared",
+            NoiseSource::Estimated => "estimated from the fit",
+            NoiseSource::Unknown => "not known",
+        };
+        format!("  noise of {}: {}, {said}\n", one.reading, figure(one.sigma))
+    };
+    noise.iter().map(line).collect()
+}
+
 /// The fitted effects, one a line.
 pub(super) fn effects_table(effects: &[EffectValue]) -> String {
     let width = effects.iter().map(|effect| effect.label.len()).max().unwrap_or(0);
     let line = |effect: &EffectValue| {
         let label = format!("{:width$}", effect.label);
         if effect.held {
-            return format!("  {label}  held\n");
+            let why = effect.held_because.as_ref().map_or_else(String::new, |why| format!(": {why}"));
+            return format!("  {label}  held{why}\n");
         }
         let mut odd = if effect.plausible { String::new() } else { "  (implausible value)".to_owned() };
         if effect.claim == Claim::Correction {

@@ -36,6 +36,12 @@ const SKETCHES: &[(&str, [&str; 3])] = &[
     ("trigger_spot", ["     ▽", "    ( ) half the spot", "  ████━━━━ over the edge"]),
     ("trigger_hysteresis", ["  on   ┌────", "     ↑ │↓", "  off ─┘  not the same"]),
     ("reflectance", ["     ▽", "    ╱ ╲ less comes back", "  ▒▒▒▒▒▒▒▒"]),
+    ("reading_reset", ["  reads ──╮  ╭── 0 moved", "          ╰──╯", "  rows  1   2   3"]),
+    ("reading_rescaled", ["  reads ├──┼──┼──┤", "  later ├───┼───┼───┤", "  another scale"]),
+    ("base_shifted", ["  ╌╌◯   ◯ ← anchor", "    ╎ → ┃   or foot", "  before after"]),
+    ("base_reset", ["    △ →    ◁ set up", "   before   anew", "  ━━━━━━━━━━━━━"]),
+    ("target_reset", ["  ━━━━┓ before", "      ╵○ → • put back", "           elsewhere"]),
+    ("joint_zero_reset", ["      ╭──╮   ╭── zero", "  ────╯  ╰───╯", "  found anew each time"]),
     ("sensor_tilt", ["      ▷ leans", "     ╱", "  ━━━━━━━━"]),
 ];
 

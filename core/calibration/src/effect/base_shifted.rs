@@ -1,0 +1,55 @@
+//! Base or instrument was shifted along one axis between two stretches of rows.
+
+use nalgebra::DMatrix;
+
+use super::epoch_steps::{EpochSteps, Step};
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
+
+#[derive(Debug)]
+struct BaseShifted(EpochSteps);
+
+impl Effect for BaseShifted {
+    fn parameters(&self) -> &[Parameter] {
+        self.0.parameters()
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        self.0.drive(situation, drives);
+    }
+
+    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
+        self.0.size(values, covariance, 1)
+    }
+}
+
+/// Greatest plausible shift of what is not taken away and set up anew, mm.
+const MOST: f64 = 200.0;
+
+pub(super) const KIND: Kind = Kind {
+    name: "base_shifted",
+    family: Family::Epoch,
+    places: Places::Axes,
+    geometry_group: false,
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: true,
+    is_event: true,
+    search: Search::Nothing,
+    sentence: "The base was shifted against the instrument along one axis at some row: its foot, or the anchor of a wire.",
+    how_to_see: "A fixed point of the cell read after every pause.",
+    build: |setting: &Setting<'_>| {
+        let Spot::Axis(axis) = setting.id.spot else {
+            return Err(setting.unusable("needs an axis: x, y or z"));
+        };
+        let handle = Handle::BaseShift(axis);
+        let step = Step { handle, rate: 1.0, name: "mm", unit: Unit::MM, most: MOST };
+        Ok(Box::new(BaseShifted(EpochSteps::new(setting, vec![step])?)))
+    },
+    candidates: |survey| match survey.model.epoch_count() {
+        0 | 1 => Vec::new(),
+        // Of measured points a shift along one axis is the zero of that coordinate.
+        _ if survey.passport.measures_points => Vec::new(),
+        _ => (0..3).map(|axis| EffectId::at("base_shifted", Spot::Axis(axis))).collect(),
+    },
+};

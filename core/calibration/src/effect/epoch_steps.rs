@@ -1,0 +1,114 @@
+//! What effects by epoch share: some numbers of their own in every epoch but the first, with which they are compared.
+
+use nalgebra::DMatrix;
+
+use super::kind::{Family, Setting};
+use super::{Drive, EffectNameError, Handle, Parameter, Situation, Size, Unit};
+
+/// A number that changes from epoch to epoch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Step {
+    /// What it moves.
+    pub(super) handle: Handle,
+    /// Handle's unit per unit of the number.
+    pub(super) rate: f64,
+    /// The end of its name: `mm`, `x_mm`.
+    pub(super) name: &'static str,
+    /// Its unit.
+    pub(super) unit: Unit,
+    /// Greatest plausible change, internal unit.
+    pub(super) most: f64,
+}
+
+/// Some numbers, each anew in every epoch but the first.
+#[derive(Debug)]
+pub(super) struct EpochSteps {
+    steps: Vec<Step>,
+    parameters: Vec<Parameter>,
+}
+
+/// Whether an effect has numbers of its own in every epoch.
+pub fn acts_by_epoch(name: &str) -> bool {
+    super::kind(name).is_some_and(|kind| kind.family == Family::Epoch)
+}
+
+impl EpochSteps {
+    /// These numbers in every epoch of a model.
+    ///
+    /// # Errors
+    /// The model has but one epoch.
+    pub(super) fn new(setting: &Setting<'_>, steps: Vec<Step>) -> Result<Self, EffectNameError> {
+        let epochs = setting.model.epoch_count();
+        if epochs < 2 {
+            return Err(setting.unusable(
+                "needs rows among which something was re-set: say so under `epochs:`, or in a column `session`",
+            ));
+        }
+        let parameters = (2..=epochs).flat_map(|epoch| {
+            let name = move |step: &Step| {
+                Parameter::new(&format!("epoch_{epoch}_{}", step.name), step.unit, (-step.most, step.most))
+            };
+            steps.iter().map(name).collect::<Vec<_>>()
+        });
+        Ok(Self { parameters: parameters.collect(), steps })
+    }
+
+    /// One parameter a number and epoch, epoch by epoch.
+    pub(super) fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    /// What moves in a row: nothing in the first epoch.
+    pub(super) fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let Some(before) = situation.epoch.checked_sub(1) else { return };
+        let first = before * self.steps.len();
+        if first + self.steps.len() > self.parameters.len() {
+            return;
+        }
+        drives.extend(self.steps.iter().enumerate().map(|(index, step)| Drive {
+            parameter: first + index,
+            handle: step.handle,
+            rate: step.rate,
+        }));
+    }
+
+    /// The greatest change between two epochs in a row, by the first `counted` numbers of each: its length, with the error
+    /// of that.
+    pub(super) fn size(&self, values: &[f64], covariance: &DMatrix<f64>, counted: usize) -> Size {
+        let unit = self.parameters.first().map_or(Unit::RATIO, |parameter| parameter.unit);
+        let width = self.steps.len();
+        let mut greatest = (0.0, 0.0);
+        for epoch in 0..values.len() / width.max(1) {
+            // How the length changes with each value: the change against the epoch before.
+            let at = |epoch: usize, index: usize| values.get(epoch * width + index).copied().unwrap_or(0.0);
+            let before = |index: usize| epoch.checked_sub(1).map_or(0.0, |before| at(before, index));
+            let change: Vec<f64> = (0..counted).map(|index| at(epoch, index) - before(index)).collect();
+            let length = change.iter().map(|part| part * part).sum::<f64>().sqrt();
+            if length < greatest.0 {
+                continue;
+            }
+            let mut slope = vec![0.0; values.len()];
+            for (index, part) in change.iter().enumerate() {
+                let share = if length > 0.0 { part / length } else { 1.0 };
+                slope[epoch * width + index] += share;
+                if let Some(before) = epoch.checked_sub(1) {
+                    slope[before * width + index] -= share;
+                }
+            }
+            greatest = (length, error_along(&slope, covariance));
+        }
+        let (value, error) = greatest;
+        Size { value: value * unit.factor, unit: unit.name, error: error * unit.factor }
+    }
+}
+
+/// The standard error of a linear function of some values.
+fn error_along(slope: &[f64], covariance: &DMatrix<f64>) -> f64 {
+    let mut variance = 0.0;
+    for (row, left) in slope.iter().enumerate() {
+        for (column, right) in slope.iter().enumerate() {
+            variance += left * right * covariance.get((row, column)).copied().unwrap_or(0.0);
+        }
+    }
+    variance.max(0.0).sqrt()
+}

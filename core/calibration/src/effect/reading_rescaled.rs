@@ -1,0 +1,56 @@
+//! The scale of a reading changed between two stretches of rows.
+
+use nalgebra::DMatrix;
+
+use super::epoch_steps::{EpochSteps, Step};
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
+
+#[derive(Debug)]
+struct ReadingRescaled(EpochSteps);
+
+impl Effect for ReadingRescaled {
+    fn parameters(&self) -> &[Parameter] {
+        self.0.parameters()
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        self.0.drive(situation, drives);
+    }
+
+    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
+        self.0.size(values, covariance, 1)
+    }
+}
+
+/// Greatest plausible change of a scale: more would be another unit.
+const MOST: f64 = 0.05;
+
+pub(super) const KIND: Kind = Kind {
+    name: "reading_rescaled",
+    family: Family::Epoch,
+    places: Places::Readings,
+    geometry_group: false,
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: true,
+    is_event: true,
+    search: Search::Nothing,
+    sentence: "The scale of one reading changed at some row: another setting, another instrument.",
+    how_to_see: "Two fixed points far apart read again after every pause.",
+    build: |setting: &Setting<'_>| {
+        let Spot::Reading(channel) = setting.id.spot else {
+            return Err(setting.unusable("needs a reading, such as distance"));
+        };
+        let handle = Handle::ReadingScale(channel);
+        let step = Step { handle, rate: 1.0, name: "excess", unit: Unit::RATIO, most: MOST };
+        Ok(Box::new(ReadingRescaled(EpochSteps::new(setting, vec![step])?)))
+    },
+    candidates: |survey| match survey.model.epoch_count() {
+        0 | 1 => Vec::new(),
+        _ => {
+            let lengths = survey.passport.channels.iter().filter(|channel| channel.is_length());
+            lengths.map(|channel| EffectId::at("reading_rescaled", Spot::Reading(*channel))).collect()
+        }
+    },
+};

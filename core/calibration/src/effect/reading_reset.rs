@@ -1,0 +1,62 @@
+//! The zero of a reading was set anew between two stretches of rows.
+
+use nalgebra::DMatrix;
+
+use super::epoch_steps::{EpochSteps, Step};
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
+
+#[derive(Debug)]
+struct ReadingReset(EpochSteps);
+
+impl Effect for ReadingReset {
+    fn parameters(&self) -> &[Parameter] {
+        self.0.parameters()
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        self.0.drive(situation, drives);
+    }
+
+    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
+        self.0.size(values, covariance, 1)
+    }
+}
+
+/// Greatest plausible change of a zero: the travel of a gauge, mm; what a level may be turned by, rad.
+const MOST_MM: f64 = 200.0;
+const MOST_RAD: f64 = 0.2;
+
+pub(super) const KIND: Kind = Kind {
+    name: "reading_reset",
+    family: Family::Epoch,
+    places: Places::Readings,
+    geometry_group: false,
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: true,
+    is_event: true,
+    search: Search::Nothing,
+    sentence: "The zero of one reading changed at some row: the instrument was switched off, re-zeroed or knocked.",
+    how_to_see: "A fixed point read again after every pause, whatever the arm does.",
+    build: |setting: &Setting<'_>| {
+        let Spot::Reading(channel) = setting.id.spot else {
+            return Err(setting.unusable("needs a reading, such as distance"));
+        };
+        let (name, unit, most) = match channel.is_length() {
+            true => ("mm", Unit::MM, MOST_MM),
+            false => ("deg", Unit::DEG, MOST_RAD),
+        };
+        let step = Step { handle: Handle::ReadingZero(channel), rate: 1.0, name, unit, most };
+        Ok(Box::new(ReadingReset(EpochSteps::new(setting, vec![step])?)))
+    },
+    candidates: |survey| match survey.model.epoch_count() {
+        0 | 1 => Vec::new(),
+        _ => survey
+            .passport
+            .channels
+            .iter()
+            .map(|channel| EffectId::at("reading_reset", Spot::Reading(*channel)))
+            .collect(),
+    },
+};

@@ -1,0 +1,60 @@
+//! A target was taken off and put back between two stretches of rows.
+
+use nalgebra::DMatrix;
+
+use super::epoch_steps::{EpochSteps, Step};
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
+
+#[derive(Debug)]
+struct TargetReset(EpochSteps);
+
+impl Effect for TargetReset {
+    fn parameters(&self) -> &[Parameter] {
+        self.0.parameters()
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        self.0.drive(situation, drives);
+    }
+
+    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
+        self.0.size(values, covariance, 3)
+    }
+}
+
+/// Greatest plausible shift of a target that is put back where it was, mm.
+const MOST: f64 = 50.0;
+
+pub(super) const KIND: Kind = Kind {
+    name: "target_reset",
+    family: Family::Epoch,
+    places: Places::Targets,
+    geometry_group: false,
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: true,
+    is_event: true,
+    search: Search::Nothing,
+    sentence: "The target sat elsewhere on the flange from some row on: it was re-seated.",
+    how_to_see: "Poses that turn the wrist into many directions, before and after.",
+    build: |setting: &Setting<'_>| {
+        let target = setting.target()?;
+        let along = |(axis, name)| Step {
+            handle: Handle::Target(target, axis),
+            rate: 1.0,
+            name,
+            unit: Unit::MM,
+            most: MOST,
+        };
+        let steps = ["x_mm", "y_mm", "z_mm"].into_iter().enumerate().map(along).collect();
+        Ok(Box::new(TargetReset(EpochSteps::new(setting, steps)?)))
+    },
+    candidates: |survey| match survey.model.epoch_count() {
+        0 | 1 => Vec::new(),
+        _ => {
+            let targets = 0..survey.model.targets.len();
+            targets.map(|target| EffectId::at("target_reset", Spot::Target(target))).collect()
+        }
+    },
+};

@@ -1,0 +1,168 @@
+//! Writing a measurement table: every column the reader knows, with units in the header.
+
+use std::fmt::Write as _;
+
+use super::{Covariate, CovariateValues, Names, Table};
+
+/// One column: its header, and its cells.
+struct Column<'t> {
+    header: String,
+    cell: Box<dyn Fn(usize) -> String + 't>,
+}
+
+impl<'t> Column<'t> {
+    fn new(header: impl Into<String>, cell: impl Fn(usize) -> String + 't) -> Self {
+        Self { header: header.into(), cell: Box::new(cell) }
+    }
+}
+
+/// The table as CSV; a number that was not measured is an empty cell.
+pub fn table_text(table: &Table) -> String {
+    let mut columns = coordinates(table);
+    columns.extend(positions(table));
+    columns.extend(numbers(table));
+    columns.extend(words(table));
+    columns.extend(
+        table
+            .covariates
+            .iter()
+            .map(|covariate| Column::new(word(&covariate.name), move |row| covariate_cell(covariate, row))),
+    );
+    let headers: Vec<&str> = columns.iter().map(|column| column.header.as_str()).collect();
+    let mut text = headers.join(",") + "\n";
+    for row in 0..table.len() {
+        let cells: Vec<String> = columns.iter().map(|column| (column.cell)(row)).collect();
+        // Writing to a text cannot fail.
+        let _ = writeln!(text, "{}", cells.join(","));
+    }
+    text
+}
+
+fn number(value: f64) -> String {
+    if value.is_finite() { format!("{value}") } else { String::new() }
+}
+
+/// A word as a cell: quoted where it holds what separates cells.
+fn word(text: &str) -> String {
+    match text.contains([',', '"', ';', '\n']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
+}
+
+/// Joint coordinates, and the sides they arrived from.
+fn coordinates(table: &Table) -> Vec<Column<'_>> {
+    let coordinate = |joint: usize| {
+        let slides = table.coordinate_columns.get(joint).is_some_and(|(_, is_length)| *is_length);
+        let cell = move |row: usize| {
+            let q = table.q_of(row).get(joint).copied().unwrap_or(f64::NAN);
+            number(if slides { q } else { q.to_degrees() })
+        };
+        Column::new(format!("q{}_{}", joint + 1, if slides { "mm" } else { "deg" }), cell)
+    };
+    let side = |joint: usize| {
+        let cell = move |row: usize| table.approach_of(row, joint).to_string();
+        Column::new(format!("approach_q{}", joint + 1), cell)
+    };
+    let sides = if table.approach.is_some() { table.joints } else { 0 };
+    (0..table.joints).map(coordinate).chain((0..sides).map(side)).collect()
+}
+
+/// Positions of targets with their sigmas, and tilts.
+fn positions(table: &Table) -> Vec<Column<'_>> {
+    let mut columns = Vec::new();
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        for position in &table.positions {
+            let cell = move |row: usize| {
+                number(position.xyz.get(row).and_then(|xyz| xyz.get(axis)).copied().unwrap_or(f64::NAN))
+            };
+            columns.push(Column::new(format!("{}_{name}_mm", position.target), cell));
+        }
+        if let Some(std) = &table.std {
+            let cell = move |row: usize| {
+                number(std.get(row).and_then(|std| std.get(axis)).copied().unwrap_or(f64::NAN))
+            };
+            columns.push(Column::new(format!("std_{name}_mm"), cell));
+        }
+        if let Some(tilt) = table.tilt.as_ref().filter(|_| axis < 2) {
+            let cell = move |row: usize| {
+                let radians = tilt.get(row).and_then(|tilt| tilt.get(axis)).copied();
+                number(radians.unwrap_or(f64::NAN).to_degrees())
+            };
+            columns.push(Column::new(format!("tilt_{name}_deg"), cell));
+        }
+    }
+    columns
+}
+
+/// Other numbers, and what the arm's own sensor did.
+fn numbers(table: &Table) -> Vec<Column<'_>> {
+    let known = [
+        ("height_mm", &table.height),
+        ("distance_mm", &table.distance),
+        ("time_s", &table.time),
+        ("temperature_c", &table.temperature),
+        ("payload_kg", &table.payload),
+    ];
+    let there = known.into_iter().filter_map(|(header, values)| Some((header, values.as_ref()?)));
+    let mut columns: Vec<Column<'_>> = there
+        .map(|(header, values)| {
+            Column::new(header, move |row| number(values.get(row).copied().unwrap_or(f64::NAN)))
+        })
+        .collect();
+    if let Some(signal) = &table.signal {
+        let cell = move |row: usize| match signal.get(row).copied().flatten() {
+            Some(true) => "on".to_owned(),
+            Some(false) => "off".to_owned(),
+            None => String::new(),
+        };
+        columns.push(Column::new("signal", cell));
+    }
+    columns
+}
+
+/// Names of surfaces, levels, places, sessions and returns.
+fn words(table: &Table) -> Vec<Column<'_>> {
+    let known: [(&str, &Names); 6] = [
+        ("on", &table.on),
+        ("level", &table.level),
+        ("distance_to", &table.distance_to),
+        ("touch", &table.touch),
+        ("session", &table.session),
+        ("repeat", &table.repeat),
+    ];
+    let there = known.into_iter().filter(|(_, names)| !names.names.is_empty());
+    there.map(|(header, names)| Column::new(header, move |row| word(names.name(row).unwrap_or("")))).collect()
+}
+
+fn covariate_cell(covariate: &Covariate, row: usize) -> String {
+    match &covariate.values {
+        CovariateValues::Numeric(values) => number(values.get(row).copied().unwrap_or(f64::NAN)),
+        CovariateValues::Categorical { levels, of_row } => {
+            let level = of_row.get(row).copied().flatten().and_then(|level| levels.get(usize::from(level)));
+            level.map_or_else(String::new, |level| word(level))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_that_is_written_reads_as_it_was() {
+        let text = "q1_deg,q2_mm,p1_x_mm,p1_y_mm,p1_z_mm,std_x_mm,std_y_mm,std_z_mm,distance_mm,distance_to,time_s,temperature_c,\
+                    payload_kg,session,approach_q1,approach_q2,repeat,humidity,fixture\n\
+                    10,20,1,2,,0.1,0.1,0.1,500.25,anchor,5,21.5,0.5,a,1,-1,r1,40,left\n\
+                    -30.5,25.125,1.5,2.5,3.5,0.1,0.1,0.2,,,6,22,0.5,b,0,1,,41,right\n";
+        let table = Table::parse("table.csv", text).unwrap();
+        let written = table_text(&table);
+        let again = Table::parse("again.csv", &written).unwrap();
+        assert_eq!(table_text(&again), written);
+        let cells = |text: &str| text.lines().map(|line| line.split(',').count()).collect::<Vec<_>>();
+        assert_eq!(cells(&written), cells(text));
+        assert_eq!(again.q_of(1).to_vec(), table.q_of(1).to_vec());
+        assert!(written.contains("500.25") && written.contains("left") && written.contains("approach_q2"));
+        assert!(again.positions[0].xyz[0][2].is_nan());
+    }
+}

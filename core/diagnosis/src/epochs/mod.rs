@@ -1,0 +1,198 @@
+//! Epochs: something was re-set between two rows. Which rows, found from what a fit leaves.
+
+mod columns;
+mod rivals;
+mod search;
+#[cfg(test)]
+mod tests;
+
+use serde::Serialize;
+
+use crate::fitted::Fitted;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::thresholds::{CURVE_LEVEL, CURVE_ROWS, JUMP_ROWS, SEARCH_ROWS};
+use crate::wording::listed;
+use columns::Columns;
+use plumb_calibration::arm_model::{AddedEffect, Epochs};
+use plumb_calibration::effect::{EffectId, acts_by_epoch};
+use plumb_calibration::table::MOST_LEVELS;
+use plumb_estimation::{Progress, for_each};
+pub(crate) use rivals::with_rivals;
+use search::{Changes, Search, step_beside_a_curve};
+
+/// A place in the order of the rows where something was re-set.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Jump {
+    /// The last row before it and the first after it; rows count from 1, in the order of the table.
+    pub between_rows: [usize; 2],
+    /// The same as lines of the file.
+    pub between_lines: [u32; 2],
+    /// Time of the first row after it, s; nothing where no time is logged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_s: Option<f64>,
+}
+
+/// What was found of epochs.
+#[derive(Debug, Clone, PartialEq)]
+struct Found {
+    epochs: Epochs,
+    jumps: Vec<Jump>,
+    /// What explains the jumps best; nothing where the epochs are sessions without a jump.
+    effect: Option<EffectId>,
+}
+
+/// Rounds of looking for jumps and fitting with those that were found: jumps that are not in the fit bend the arm's geometry, and a
+/// bent arm hides other jumps.
+const ROUNDS: usize = 4;
+
+impl Laboratory {
+    /// The same laboratory with the epochs that its rows show, and the jumps between them; nothing where the model has epochs
+    /// already, or the rows show none.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub(crate) fn dated(&self, progress: &Progress) -> Result<Option<(Self, Vec<Jump>)>, LaboratoryError> {
+        if self.model().epochs.is_some() {
+            return Ok(None);
+        }
+        let thin = self.thinned(SEARCH_ROWS);
+        let looked_at = thin.as_ref().unwrap_or(self);
+        let fitted = looked_at.fit_with(&[], None, progress)?;
+        let mut found = looked_at.find_epochs(&fitted, progress)?;
+        for _ in 1..ROUNDS {
+            let Some(last) = found.as_ref() else { return Ok(None) };
+            let Some(effect) = last.effect.clone() else { break };
+            let with_epochs = looked_at.with_epochs(last.epochs.clone());
+            let better = with_epochs.fit_beside_jumps(effect, &fitted, progress)?;
+            let next = looked_at.find_epochs(&better, progress)?;
+            let settled = next.as_ref().is_none_or(|next| next.jumps == last.jumps);
+            if next.is_some() {
+                found = next;
+            }
+            if settled {
+                break;
+            }
+        }
+        Ok(found.map(|found| (self.with_epochs(found.epochs), found.jumps)))
+    }
+
+    fn with_epochs(&self, epochs: Epochs) -> Self {
+        let mut model = self.model().clone();
+        model.epochs = Some(epochs);
+        self.with_model(model)
+    }
+
+    /// A fit with what explains the jumps best, from where the fit without it arrived or from the model's own start, whichever leaves less.
+    fn fit_beside_jumps(
+        &self,
+        effect: EffectId,
+        without: &Fitted<'_>,
+        progress: &Progress,
+    ) -> Result<Fitted<'_>, LaboratoryError> {
+        let more = [AddedEffect { id: effect, values: Vec::new() }];
+        let near = self.fit_with(&more, Some(without), progress)?;
+        let anew = self.fit_with(&more, None, progress)?;
+        let scale = near.fit.scale.min(anew.fit.scale);
+        Ok(if anew.loss(scale) < near.loss(scale) { anew } else { near })
+    }
+
+    /// The laboratory with the epochs its rows show, where some of these effects need epochs that the model does not have.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub(crate) fn dated_for<'i>(
+        &self,
+        mut ids: impl Iterator<Item = &'i EffectId>,
+        progress: &Progress,
+    ) -> Result<Option<Self>, LaboratoryError> {
+        match ids.any(|id| acts_by_epoch(&id.name)) {
+            true => Ok(self.dated(progress)?.map(|(dated, _)| dated)),
+            false => Ok(None),
+        }
+    }
+
+    /// The epochs that the rows of a fit show.
+    fn find_epochs(
+        &self,
+        fitted: &Fitted<'_>,
+        progress: &Progress,
+    ) -> Result<Option<Found>, LaboratoryError> {
+        let columns = Columns::of(self, fitted, progress)?;
+        if columns.rows.len() >= 2 * JUMP_ROWS + fitted.fit.rank()
+            && let Some((number, starts)) = starts(&columns)
+        {
+            return Ok(Some(self.named_epochs(&columns, number, &starts)));
+        }
+        let sessions = self.sessions_as_epochs();
+        Ok(sessions.map(|epochs| Found { epochs, jumps: Vec::new(), effect: None }))
+    }
+
+    /// Found epochs as sessions where each jump lies between two of them, else by time where it is logged, else by row.
+    fn named_epochs(&self, columns: &Columns, number: usize, starts: &[usize]) -> Found {
+        let table = self.table();
+        let around =
+            |start: &usize| Some((*columns.rows.get(start.checked_sub(1)?)?, *columns.rows.get(*start)?));
+        let pairs: Vec<(usize, usize)> = starts.iter().filter_map(around).collect();
+        let session = |row: usize| table.session.of_row.get(row).copied().flatten();
+        let between_sessions = |(before, after): &(usize, usize)| session(*before) != session(*after);
+        let time = |row: usize| table.time.as_ref().and_then(|times| times.get(row)).copied();
+        let line = |row: usize| table.lines.get(row).copied().unwrap_or(0);
+        let jumps: Vec<Jump> = pairs
+            .iter()
+            .map(|(before, after)| Jump {
+                between_rows: [before + 1, after + 1],
+                between_lines: [line(*before), line(*after)],
+                at_s: time(*after),
+            })
+            .collect();
+        let epochs = match self.sessions_as_epochs() {
+            Some(sessions) if pairs.iter().all(between_sessions) => sessions,
+            _ if table.time.is_some() => Epochs::Times(jumps.iter().filter_map(|jump| jump.at_s).collect()),
+            _ => Epochs::Rows(pairs.iter().map(|(_, after)| after + 1).collect()),
+        };
+        Found { epochs, jumps, effect: columns.ids.get(number).cloned() }
+    }
+
+    /// The table's sessions, where there are several and not too many.
+    fn sessions_as_epochs(&self) -> Option<Epochs> {
+        let names = &self.table().session.names;
+        (2..=MOST_LEVELS).contains(&names.len()).then(|| Epochs::Sessions(names.clone()))
+    }
+}
+
+/// The number that explains the rows best when it changes at some of them, and these change points, those left out that a smooth drift
+/// would explain as well; nothing where no number does.
+fn starts(columns: &Columns) -> Option<(usize, Vec<usize>)> {
+    let numbers: Vec<usize> = (0..columns.steps.nrows()).collect();
+    let found: Vec<(usize, Changes)> =
+        for_each(&numbers, |number| (*number, Search::new(columns, *number).changes()));
+    let best = found
+        .into_iter()
+        .filter(|(_, changes)| !changes.starts.is_empty())
+        .min_by(|one, other| one.1.bic.total_cmp(&other.1.bic));
+    let (number, changes) = best?;
+    let starts = &changes.starts;
+    let is_abrupt = |(index, start): (usize, &usize)| {
+        let before = index.checked_sub(1).and_then(|before| starts.get(before)).copied().unwrap_or(0);
+        let after = starts.get(index + 1).copied().unwrap_or(columns.rows.len());
+        let span = (before.max(start.saturating_sub(CURVE_ROWS)), after.min(start + CURVE_ROWS));
+        step_beside_a_curve(columns, number, *start, span) < CURVE_LEVEL
+    };
+    let abrupt = starts.iter().enumerate().filter(|one| is_abrupt(*one)).map(|(_, start)| *start);
+    let abrupt: Vec<usize> = abrupt.collect();
+    (!abrupt.is_empty()).then_some((number, abrupt))
+}
+
+/// Where something was re-set, in words; nothing where nothing was.
+pub(crate) fn told(jumps: &[Jump]) -> String {
+    let place = |jump: &Jump| {
+        let [before, after] = jump.between_rows;
+        let [_, line] = jump.between_lines;
+        let time = jump.at_s.map_or_else(String::new, |at| format!(", {at:.0} s"));
+        format!("between rows {before} and {after} (line {line}{time})")
+    };
+    match jumps {
+        [] => String::new(),
+        some => format!("Something jumped {}. ", listed(&some.iter().map(place).collect::<Vec<_>>(), "and")),
+    }
+}

@@ -1,0 +1,294 @@
+//! Several change points of one number: where along the rows it was re-set, how often, and how sure that is.
+//!
+//! Change points are added one by one, each where it explains most beyond everything fitted and the change points so far,
+//! and moved to better places when another has come in (Bai, Estimating multiple breaks one at a time, Econometric Theory 13,
+//! 1997; Bai and Perron, Econometrica 66, 1998). How many there are is decided by Schwarz's criterion, in which the place of
+//! each costs as much as two parameters (Yao 1988; Killick, Fearnhead and Eckley 2012 on penalties), and by an F test of each
+//! against all the rest, after Bonferroni for the places and numbers tried, with the variance of neighbours that err alike
+//! (Newey and West 1987).
+
+use nalgebra::{DMatrix, DVector};
+
+use super::columns::Columns;
+use crate::thresholds::{JUMP_LEVEL, JUMP_ROWS, MOST_JUMPS};
+use plumb_estimation::{RankRevealingCholesky, bic, f_tail};
+
+/// Share of a step's squares that must be left beyond what is fitted for it to be seen at all.
+const LEAST_BEYOND: f64 = 1e-6;
+
+/// Rounds of moving change points to better places.
+const ROUNDS: usize = 2;
+
+/// Change points that may show only together: what is left of the others makes each of them look like chance.
+const AT_ONCE: usize = 3;
+
+/// Change points of one number.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Changes {
+    /// The first row of each new epoch, as places among the rows looked at, in order.
+    pub(super) starts: Vec<usize>,
+    /// Schwarz's criterion with them in, searching charged.
+    pub(super) bic: f64,
+    /// Greatest probability of one of them by chance, after Bonferroni.
+    pub(super) p: f64,
+}
+
+/// One number's search: sums over the rows from a place on, of everything an F test needs.
+pub(super) struct Search<'c> {
+    columns: &'c Columns,
+    /// Which number.
+    number: usize,
+    /// How many numbers are searched.
+    numbers: usize,
+    /// Sums of products with the fitted derivatives from each place on: fitted numbers by places.
+    with_fitted: DMatrix<f64>,
+    /// Sums of its own squares, and of its products with the residuals, from each place on.
+    own: Vec<f64>,
+    with_residuals: Vec<f64>,
+    /// Normal equations of what is fitted.
+    normal: DMatrix<f64>,
+    gradient: DVector<f64>,
+    squares: f64,
+}
+
+/// What is known with some change points in.
+struct Standing {
+    /// Fall of the sum of squares by what is fitted and the change points.
+    explained: f64,
+    rank: f64,
+    factor: RankRevealingCholesky,
+    gradient: DVector<f64>,
+}
+
+impl<'c> Search<'c> {
+    /// Prepares the search for one number.
+    pub(super) fn new(columns: &'c Columns, number: usize) -> Self {
+        let step = columns.steps.row(number);
+        let places = columns.rows.len();
+        let size = columns.fitted.nrows();
+        let mut with_fitted = DMatrix::zeros(size, places + 1);
+        let (mut own, mut with_residuals) = (vec![0.0; places + 1], vec![0.0; places + 1]);
+        for (place, range) in columns.ranges.iter().enumerate().rev() {
+            let mut sum = with_fitted.column(place + 1).into_owned();
+            let (mut squares, mut product) = (own[place + 1], with_residuals[place + 1]);
+            for equation in range.clone() {
+                let value = step[equation];
+                sum.axpy(value, &columns.fitted.column(equation), 1.0);
+                squares += value * value;
+                product += value * columns.residuals[equation];
+            }
+            with_fitted.set_column(place, &sum);
+            (own[place], with_residuals[place]) = (squares, product);
+        }
+        let residuals = DVector::from_column_slice(&columns.residuals);
+        Self {
+            columns,
+            number,
+            numbers: columns.steps.nrows(),
+            with_fitted,
+            own,
+            with_residuals,
+            normal: &columns.fitted * columns.fitted.transpose(),
+            gradient: &columns.fitted * &residuals,
+            squares: residuals.norm_squared(),
+        }
+    }
+
+    /// Normal equations with change points at these places, and what they explain.
+    fn standing(&self, starts: &[usize]) -> Standing {
+        let known = self.normal.nrows();
+        let size = known + starts.len();
+        let mut matrix = self.normal.clone().resize(size, size, 0.0);
+        let mut gradient = self.gradient.clone().resize_vertically(size, 0.0);
+        for (index, start) in starts.iter().enumerate() {
+            for row in 0..known {
+                matrix[(row, known + index)] = self.with_fitted[(row, *start)];
+                matrix[(known + index, row)] = self.with_fitted[(row, *start)];
+            }
+            for (other, second) in starts.iter().enumerate() {
+                matrix[(known + index, known + other)] = self.own[*start.max(second)];
+            }
+            gradient[known + index] = self.with_residuals[*start];
+        }
+        let factor = RankRevealingCholesky::new(&matrix);
+        let explained = gradient.dot(&factor.solve(&gradient)).max(0.0);
+        Standing { explained, rank: factor.rank() as f64, factor, gradient }
+    }
+
+    /// The place at which one more change point explains most beyond these, and how much.
+    fn best_beyond(&self, starts: &[usize]) -> Option<(usize, f64)> {
+        let standing = self.standing(starts);
+        let known = self.normal.nrows();
+        let size = known + starts.len();
+        let places: Vec<usize> = (JUMP_ROWS..(self.columns.rows.len() + 1).saturating_sub(JUMP_ROWS))
+            .filter(|place| starts.iter().all(|start| place.abs_diff(*start) >= JUMP_ROWS))
+            .collect();
+        let mut products = DMatrix::zeros(size, places.len());
+        for (index, place) in places.iter().enumerate() {
+            products.view_mut((0, index), (known, 1)).copy_from(&self.with_fitted.column(*place));
+            for (other, start) in starts.iter().enumerate() {
+                products[(known + other, index)] = self.own[*start.max(place)];
+            }
+        }
+        let white = standing.factor.whiten(&products);
+        let left = standing.factor.whiten(&DMatrix::from_column_slice(size, 1, standing.gradient.as_slice()));
+        let gain = |(index, place): (usize, &usize)| {
+            let column = white.column(index);
+            let beyond = self.own[*place] - column.norm_squared();
+            let score = self.with_residuals[*place] - column.dot(&left.column(0));
+            (beyond > LEAST_BEYOND * self.own[*place]).then(|| (*place, score * score / beyond))
+        };
+        let gains = places.iter().enumerate().filter_map(gain);
+        gains.max_by(|one, other| one.1.total_cmp(&other.1))
+    }
+
+    /// All change points that stand.
+    pub(super) fn changes(&self) -> Changes {
+        let none = self.judged(Vec::new());
+        let mut best = none;
+        let mut starts: Vec<usize> = Vec::new();
+        while starts.len() < MOST_JUMPS {
+            let Some((place, _)) = self.best_beyond(&starts) else { break };
+            starts.push(place);
+            self.move_to_better_places(&mut starts);
+            let judged = self.judged(starts.clone());
+            if judged.p < JUMP_LEVEL && judged.bic < best.bic {
+                best = judged;
+            } else if starts.len() > best.starts.len() + AT_ONCE || self.is_hopeless(&starts) {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Whether one change point, the first, explains no more than the best of so many places does by chance.
+    fn is_hopeless(&self, starts: &[usize]) -> bool {
+        let [_] = starts else { return false };
+        let (none, one) = (self.standing(&[]), self.standing(starts));
+        let freedom = (self.columns.residuals.len() as f64 - one.rank).max(1.0);
+        let left = (self.squares - one.explained).max(self.squares * 1e-12) / freedom;
+        let p = f_tail((one.explained - none.explained).max(0.0) / left, 1.0, freedom);
+        p * self.columns.rows.len() as f64 > 1.0
+    }
+
+    /// Each change point in turn is taken out and put where it explains most beside the others, until none moves.
+    fn move_to_better_places(&self, starts: &mut [usize]) {
+        for _ in 0..ROUNDS {
+            let mut moved = false;
+            for index in 0..starts.len() {
+                let others: Vec<usize> = starts
+                    .iter()
+                    .enumerate()
+                    .filter(|(other, _)| *other != index)
+                    .map(|(_, at)| *at)
+                    .collect();
+                if let (Some((place, _)), Some(start)) = (self.best_beyond(&others), starts.get_mut(index)) {
+                    moved |= place != *start;
+                    *start = place;
+                }
+            }
+            if !moved {
+                return;
+            }
+        }
+    }
+
+    /// What these change points come to.
+    fn judged(&self, mut starts: Vec<usize>) -> Changes {
+        starts.sort_unstable();
+        let equations = self.columns.residuals.len() as f64;
+        let full = self.standing(&starts);
+        let left = (self.squares - full.explained).max(self.squares * 1e-12);
+        let cost = 2.0 * starts.len() as f64 * equations.ln();
+        let freedom = (equations - full.rank).max(1.0);
+        let inflation = self.inflation(&starts, &full);
+        let tried = (self.columns.rows.len() * self.numbers) as f64;
+        let chance = |index: usize| {
+            let mut others = starts.clone();
+            others.remove(index);
+            let gain = full.explained - self.standing(&others).explained;
+            let p = f_tail(gain.max(0.0) / (left / freedom) / inflation, 1.0, freedom / inflation);
+            (p * tried).min(1.0)
+        };
+        let p = (0..starts.len()).map(chance).fold(0.0, f64::max);
+        Changes { bic: bic(left, equations, full.rank, cost), p, starts }
+    }
+
+    /// By how much the variance of a sum over rows in a row exceeds what rows would give that err independently: at least 1.
+    fn inflation(&self, starts: &[usize], standing: &Standing) -> f64 {
+        let solution = standing.factor.solve(&standing.gradient);
+        let known = self.normal.nrows();
+        let mut products = Vec::with_capacity(self.columns.rows.len());
+        for (place, range) in self.columns.ranges.iter().enumerate() {
+            let mut sum = 0.0;
+            for equation in range.clone() {
+                let step = self.columns.steps[(self.number, equation)];
+                let mut left = self.columns.residuals[equation]
+                    - solution.rows(0, known).dot(&self.columns.fitted.column(equation));
+                for (index, start) in starts.iter().enumerate() {
+                    left -= if place >= *start { solution[known + index] * step } else { 0.0 };
+                }
+                sum += step * left;
+            }
+            products.push(sum);
+        }
+        long_run_variance_ratio(&products)
+    }
+}
+
+/// Variance of the sum of a series over that of independent numbers: Bartlett's window of the root of their number (Newey
+/// and West 1987), at least 1.
+pub(super) fn long_run_variance_ratio(series: &[f64]) -> f64 {
+    let own: f64 = series.iter().map(|value| value * value).sum();
+    if own <= 0.0 {
+        return 1.0;
+    }
+    let width = (series.len() as f64).sqrt() as usize;
+    let mut ratio = 1.0;
+    for lag in 1..=width {
+        let product: f64 = series.iter().zip(series.iter().skip(lag)).map(|(one, other)| one * other).sum();
+        ratio += 2.0 * (1.0 - lag as f64 / (width as f64 + 1.0)) * product / own;
+    }
+    f64::max(ratio, 1.0)
+}
+
+/// Probability that a step at a place is chance, where the number also follows a smooth curve (a cubic of the row) among the
+/// rows between `from` and `to`: a drift is no jump.
+pub(super) fn step_beside_a_curve(
+    columns: &Columns,
+    number: usize,
+    at: usize,
+    (from, to): (usize, usize),
+) -> f64 {
+    const CURVE: usize = 4;
+    let half = (to - from).max(1) as f64 / 2.0;
+    let mut normal = DMatrix::zeros(CURVE + 1, CURVE + 1);
+    let mut gradient = DVector::zeros(CURVE + 1);
+    let (mut squares, mut equations) = (0.0, 0.0);
+    for place in from..to {
+        let Some(range) = columns.ranges.get(place) else { break };
+        let x = (place as f64 - at as f64) / half;
+        let after = if place >= at { 1.0 } else { 0.0 };
+        let shape = DVector::from_column_slice(&[1.0, x, x * x, x * x * x, after]);
+        for equation in range.clone() {
+            let (step, residual) = (columns.steps[(number, equation)], columns.residuals[equation]);
+            normal.ger(step * step, &shape, &shape, 1.0);
+            gradient.axpy(step * residual, &shape, 1.0);
+            squares += residual * residual;
+            equations += 1.0;
+        }
+    }
+    let explained = |size: usize| {
+        let part = normal.view((0, 0), (size, size)).into_owned();
+        let right = gradient.rows(0, size).into_owned();
+        let factor = RankRevealingCholesky::new(&part);
+        (right.dot(&factor.solve(&right)), factor.rank() as f64)
+    };
+    let ((with, rank), (without, less)) = (explained(CURVE + 1), explained(CURVE));
+    let freedom = equations - rank;
+    if freedom < 1.0 || rank <= less {
+        return 1.0;
+    }
+    let left = (squares - with).max(squares * 1e-12) / freedom;
+    f_tail((with - without).max(0.0) / left, 1.0, freedom)
+}

@@ -1,0 +1,180 @@
+//! Jumps in made-up readings of a draw wire and of a tracker.
+
+use super::*;
+use crate::laboratory::Options;
+use crate::outcome::Verdict;
+use crate::split::Holdout;
+use plumb_calibration::arm_model::Model;
+use plumb_calibration::table::Table;
+use plumb_estimation::Random;
+
+/// A column arm: waist, shoulder, elbow; lengths 200 and 150 mm over a foot of 300 mm.
+const ARM: &str = "
+arm: column
+convention: distal
+joints:
+  - {name: waist, d_mm: 300, alpha_deg: 90}
+  - {name: shoulder, a_mm: 200}
+  - {name: elbow, a_mm: 150}
+base: {free: false}
+measured_from: world
+targets: {p1: {xyz_mm: [0, 0, 0], free: false}}
+surfaces: {anchor: {point_mm: [500, 100, 50], free: true}}
+free: [joint_zero(*)]
+noise: {p1_mm: 0.05, distance_mm: 0.05}
+";
+
+/// What is wrong in a row, rad and mm: of the joints, of the base, of a reading of length.
+#[derive(Clone, Copy, Default)]
+struct Wrong {
+    joints: [f64; 3],
+    base: [f64; 3],
+    length: f64,
+}
+
+fn tip(q: [f64; 3], wrong: &Wrong) -> [f64; 3] {
+    let [waist, shoulder, elbow] = [0, 1, 2].map(|joint| q[joint].to_radians() + wrong.joints[joint]);
+    let radius = 200.0 * shoulder.cos() + 150.0 * (shoulder + elbow).cos();
+    let height = 300.0 + 200.0 * shoulder.sin() + 150.0 * (shoulder + elbow).sin();
+    let [x, y, z] = [radius * waist.cos(), radius * waist.sin(), height];
+    [x + wrong.base[0], y + wrong.base[1], z + wrong.base[2]]
+}
+
+/// A table of `rows` poses, each with something wrong: lengths of a wire, or positions.
+fn laboratory(rows: usize, wire: bool, seed: u64, wrong: impl Fn(usize) -> Wrong) -> Laboratory {
+    let mut random = Random::seeded(seed);
+    let mut text = "q1_deg,q2_deg,q3_deg,".to_owned();
+    text.push_str(if wire { "distance_mm,distance_to\n" } else { "p1_x_mm,p1_y_mm,p1_z_mm\n" });
+    for row in 0..rows {
+        let q = [
+            240.0 * random.uniform() - 120.0,
+            70.0 * random.uniform() + 10.0,
+            90.0 * random.uniform() - 100.0,
+        ];
+        let wrong = wrong(row);
+        let [x, y, z] = tip(q, &wrong);
+        text.push_str(&format!("{},{},{}", q[0], q[1], q[2]));
+        let mut noise = || 0.05 * random.normal();
+        if wire {
+            let length = ((x - 500.0).powi(2) + (y - 100.0).powi(2) + (z - 50.0).powi(2)).sqrt();
+            text.push_str(&format!(",{},anchor\n", length + wrong.length + noise()));
+        } else {
+            text.push_str(&format!(",{},{},{}\n", x + noise(), y + noise(), z + noise()));
+        }
+    }
+    let model = Model::parse("model.yaml", ARM).unwrap();
+    let table = Table::parse("table.csv", &text).unwrap();
+    Laboratory::new(model, table, Options { holdout: Holdout::None, ..Options::default() }).unwrap()
+}
+
+/// The first rows after the jumps that are found, from 1.
+fn found(lab: &Laboratory) -> Vec<usize> {
+    let dated = lab.dated(&Progress::unwatched()).unwrap();
+    dated.map_or_else(Vec::new, |(_, jumps)| jumps.iter().map(|jump| jump.between_rows[1]).collect())
+}
+
+fn length(length: f64) -> Wrong {
+    Wrong { length, ..Wrong::default() }
+}
+
+/// The value of an epoch: `starts` are rows from 0.
+fn by_epoch(row: usize, starts: &[usize], values: &[f64]) -> f64 {
+    values[starts.iter().filter(|start| row >= **start).count()]
+}
+
+#[test]
+fn one_two_and_three_jumps_of_a_wires_zero_are_dated_to_the_row() {
+    let one = laboratory(200, true, 1, |row| length(by_epoch(row, &[80], &[0.0, 0.3])));
+    assert_eq!(found(&one), [81]);
+    let two = laboratory(240, true, 2, |row| length(by_epoch(row, &[60, 150], &[0.0, 0.4, 0.0])));
+    assert_eq!(found(&two), [61, 151]);
+    let three =
+        laboratory(300, true, 3, |row| length(by_epoch(row, &[40, 140, 220], &[0.0, 0.4, -0.2, 0.3])));
+    assert_eq!(found(&three), [41, 141, 221]);
+}
+
+#[test]
+fn jumps_of_a_joints_zero_and_of_the_base_are_dated() {
+    let of_joint = |row| Wrong {
+        joints: [0.0, by_epoch(row, &[70, 130], &[0.0, 0.002, -0.001]), 0.0],
+        ..Wrong::default()
+    };
+    assert_eq!(found(&laboratory(200, false, 4, of_joint)), [71, 131]);
+    let of_base = |row| Wrong { base: [0.0, by_epoch(row, &[90], &[0.0, 0.25]), 0.0], ..Wrong::default() };
+    assert_eq!(found(&laboratory(200, false, 5, of_base)), [91]);
+}
+
+#[test]
+fn without_a_jump_none_is_found_in_98_of_100_tables() {
+    let false_finds = (0..100).filter(|seed| {
+        let wire = seed % 2 == 0;
+        !found(&laboratory(150, wire, 100 + seed, |_| Wrong::default())).is_empty()
+    });
+    assert!(false_finds.count() <= 2);
+}
+
+#[test]
+fn a_slow_drift_is_no_jump() {
+    for seed in 0..10 {
+        let drift = laboratory(240, true, 300 + seed, |row| length(0.6 * row as f64 / 240.0));
+        assert_eq!(found(&drift), [0_usize; 0], "a straight drift, seed {seed}");
+        let warming =
+            laboratory(240, true, 400 + seed, |row| length(0.6 * (1.0 - (-(row as f64) / 60.0).exp())));
+        assert_eq!(found(&warming), [0_usize; 0], "warming up, seed {seed}");
+    }
+}
+
+#[test]
+fn a_wires_zero_that_jumps_twice_is_in_the_verdict_with_its_rows() {
+    let lab = laboratory(240, true, 6, |row| length(by_epoch(row, &[60, 150], &[0.0, 0.4, -0.3])));
+    let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+    let rows: Vec<[usize; 2]> = diagnosis.jumps.iter().map(|jump| jump.between_rows).collect();
+    assert_eq!(rows, [[60, 61], [150, 151]]);
+    assert!(diagnosis.sentence.contains("between rows 60 and 61"), "{}", diagnosis.sentence);
+    let told = diagnosis.named.iter().map(|named| &named.effect).chain(&diagnosis.tied);
+    let told: Vec<(&str, &str)> = told.map(|one| (one.effect.as_str(), one.place.as_str())).collect();
+    assert!(told.contains(&("reading_reset", "distance")), "{told:?}: {}", diagnosis.sentence);
+}
+
+#[test]
+fn a_joints_zero_that_jumps_twice_under_a_tracker_is_named() {
+    let of_joint = |row| Wrong {
+        joints: [0.0, by_epoch(row, &[70, 130], &[0.0, 0.003, -0.002]), 0.0],
+        ..Wrong::default()
+    };
+    let diagnosis = laboratory(200, false, 7, of_joint).diagnose(&Progress::unwatched()).unwrap();
+    assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis.sentence);
+    let named = diagnosis.named.unwrap();
+    assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("joint_zero_reset", "shoulder"));
+    let size = 0.005_f64.to_degrees();
+    assert!((named.size - size).abs() < 4.0 * named.se, "{} +- {} for {size}", named.size, named.se);
+}
+
+#[test]
+fn a_last_joint_whose_zero_jumps_is_tied_with_the_target() {
+    // The target sits on the elbow's link: a turn of the elbow is a shift of the target.
+    let of_joint = |row| Wrong {
+        joints: [0.0, 0.0, by_epoch(row, &[70, 130], &[0.0, 0.003, -0.002])],
+        ..Wrong::default()
+    };
+    let diagnosis = laboratory(200, false, 7, of_joint).diagnose(&Progress::unwatched()).unwrap();
+    assert_eq!(diagnosis.verdict, Verdict::Tied, "{}", diagnosis.sentence);
+    let tied: Vec<&str> = diagnosis.tied.iter().map(|one| one.effect.as_str()).collect();
+    for effect in ["joint_zero_reset", "target_reset"] {
+        assert!(tied.contains(&effect), "{effect} is not in {tied:?}");
+    }
+}
+
+#[test]
+fn what_was_added_by_epoch_is_in_the_written_model_with_its_epochs() {
+    let lab = laboratory(240, true, 8, |row| length(by_epoch(row, &[60, 150], &[0.0, 0.4, -0.3])));
+    let added = lab.add("reading_reset(distance)", &Progress::unwatched()).unwrap();
+    assert_eq!(added.model.epochs, Some(Epochs::Rows(vec![61, 151])));
+    assert!(added.rms_mm.fit < 0.06 && added.before.fit > 0.1, "{:?} {:?}", added.before, added.rms_mm);
+    let text = plumb_calibration::file::model_text(&added.model);
+    let again = Model::parse("again.yaml", &text).unwrap();
+    assert_eq!(again.epochs, added.model.epochs);
+    let values = |model: &Model| model.effects[0].values.clone();
+    let pairs = values(&again).into_iter().zip(values(&added.model));
+    assert!(pairs.into_iter().all(|(read, written)| (read - written).abs() < 1e-8));
+}
