@@ -262,3 +262,47 @@ fn said_of_seal(home: &Path) -> f64 {
     let size = told.split(", ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap_or_default();
     size.parse().unwrap_or_else(|_| panic!("no size in: {told}"))
 }
+
+#[test]
+fn an_effect_is_hidden_in_a_users_own_measurements_and_the_size_that_would_be_found_is_told() {
+    let home = tempfile::tempdir().unwrap();
+    let own = ["trial", "new", "--seed", "11", "--arm", "ur5", "--effect", "none", "-o", "own"];
+    assert_eq!(plumb(&own, home.path()).status.code(), Some(0));
+    let inject = |effect: &str, to: &str| {
+        let options = [
+            "trial",
+            "inject",
+            "own/model.yaml",
+            "--data",
+            "own/table.csv",
+            "--effect",
+            effect,
+            "--size",
+            "4x",
+            "-o",
+            to,
+        ];
+        plumb(&options, home.path())
+    };
+    let hidden = inject("joint_compliance(lift)", "with");
+    assert_eq!(hidden.status.code(), Some(0), "{}", complained(&hidden));
+    let told = said(&hidden);
+    assert!(told.contains("joint_compliance(lift)") && told.contains("it is named"), "{told}");
+    assert!(told.contains("The lab would name it from about"), "{told}");
+    let answer: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(home.path().join("with/answer.json")).unwrap()).unwrap();
+    let (visible, left) = (answer["visible_mm"].as_f64().unwrap(), answer["left_mm"].as_f64().unwrap());
+    assert!((visible / left / 4.0 - 1.0).abs() < 0.05, "{answer}");
+    let diagnosis =
+        plumb(&["model", "diagnose", "with/model.yaml", "--data", "with/table.csv", "--json"], home.path());
+    let diagnosis: serde_json::Value = serde_json::from_str(&said(&diagnosis)).unwrap();
+    assert_eq!(diagnosis["named"]["effect"], "joint_compliance", "{}", diagnosis["sentence"]);
+    let again = inject("joint_compliance(lift)", "with");
+    assert!(complained(&again).contains("stands there already"), "{}", complained(&again));
+    let unknown = inject("joint_complience(lift)", "other");
+    assert!(
+        complained(&unknown).contains("there is no effect `joint_complience`"),
+        "{}",
+        complained(&unknown)
+    );
+}

@@ -11,6 +11,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 mod benchmark;
+mod inject;
 mod method;
 mod stripes;
 
@@ -38,6 +39,8 @@ enum Study {
     Methods(method::Chosen),
     /// The reviewer's doubts, a figure each.
     Doubts(method::Chosen),
+    /// Hide effects in measurements of real machines: how often are they named, in the set, or something else named.
+    Inject(inject::Arguments),
     /// Hide an effect in sealed worlds, find it from stripes, and measure the direction-dependent error before and after.
     Stripes(stripes::Arguments),
 }
@@ -54,6 +57,7 @@ fn main() -> ExitCode {
     let folder = output.as_deref();
     let result = match &study {
         Study::Benchmark(arguments) => benchmark::run(arguments).map_err(Into::into),
+        Study::Inject(arguments) => inject::run(arguments).map_err(Into::into),
         Study::Paper => method::ended(method::paper::run(folder)),
         Study::Repeatability(arguments) => method::ended(method::repeatability::run(arguments, folder)),
         Study::Imperfections(chosen) => {

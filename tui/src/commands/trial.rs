@@ -4,6 +4,8 @@ pub mod arguments;
 mod cell;
 mod error;
 mod files;
+mod inject;
+pub mod injection;
 mod measure;
 mod outcome;
 mod rehearsal;
@@ -22,6 +24,7 @@ use crate::failure::CommandResult;
 use arguments::CampaignArguments;
 pub use error::TrialError;
 use files::{ANSWERS, MODEL, TABLE, answer, write, write_case};
+use inject::InjectArguments;
 use measure::MeasureArguments;
 use outcome::Outcome;
 use rehearsal::RehearsalArguments;
@@ -36,6 +39,8 @@ pub(crate) enum TrialCommand {
     Batch(BatchArguments),
     /// Measure further poses on the arm of a trial, such as those the lab asks for.
     Measure(MeasureArguments),
+    /// Hide an effect in measurements of your own, and say whether the lab would find it, and from which size on.
+    Inject(InjectArguments),
     /// Open the seal, and score a diagnosis against it.
     Reveal(RevealArguments),
     /// Work through trials in a cell unattended, each from its first run to the last: what was found, and how far the true error fell.
@@ -93,6 +98,7 @@ pub(crate) fn run(command: &TrialCommand) -> CommandResult {
         TrialCommand::New(arguments) => new(arguments),
         TrialCommand::Batch(arguments) => batch(arguments),
         TrialCommand::Measure(arguments) => measure::run(arguments),
+        TrialCommand::Inject(arguments) => inject::run(arguments),
         TrialCommand::Reveal(arguments) => reveal::run(arguments),
         TrialCommand::Rehearse(arguments) => rehearsal::run(arguments),
     }?;

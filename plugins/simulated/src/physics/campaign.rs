@@ -2,6 +2,7 @@
 
 mod at_poses;
 pub mod audit;
+pub mod carried;
 pub mod case;
 pub mod catalogue;
 mod drive_through;

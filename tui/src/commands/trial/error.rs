@@ -8,6 +8,7 @@ use plumb_simulated::physics::campaign::seal::OpenError;
 use plumb_simulated::physics::description::DescriptionError;
 use thiserror::Error;
 
+use super::injection::InjectionError;
 use super::wish::WishError;
 
 /// Why a trial command failed.
@@ -152,6 +153,9 @@ pub enum TrialError {
         /// What it said last.
         cause: String,
     },
+    /// Nothing can be hidden in these measurements.
+    #[error(transparent)]
+    Injection(Box<InjectionError>),
     /// A diagnosis that is none.
     #[error("{path}: not a diagnosis as `plumb model diagnose --json` writes it: {source}")]
     Diagnosis {
@@ -160,4 +164,10 @@ pub enum TrialError {
         /// Why.
         source: serde_json::Error,
     },
+}
+
+impl From<InjectionError> for TrialError {
+    fn from(error: InjectionError) -> Self {
+        Self::Injection(Box::new(error))
+    }
 }

@@ -1,0 +1,272 @@
+//! `plumb-studies inject`: effects hidden in measurements of real machines, as `plumb trial inject` hides them: how often the lab names them, has them
+//! in its set, or names something else.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use plumb::commands::trial::injection::{Found, InjectionError, Measurements};
+use plumb_calibration::arm_model::Model;
+use plumb_calibration::table::{Table, table_text};
+use plumb_diagnosis::laboratory::{LaboratoryError, Options};
+use plumb_estimation::{Progress, Random};
+use plumb_simulated::physics::campaign::catalogue::Choice;
+
+/// Model files and tables that are looked for in the folder; those that are not there are left out, and said.
+const SETS: [(&str, &str); 6] = [
+    ("ur5.yaml", "ur5-grid.csv"),
+    ("ur10.yaml", "ur10-a.csv"),
+    ("ur10.yaml", "ur10-b.csv"),
+    ("mount.yaml", "mount-gem-28.csv"),
+    ("mount.yaml", "mount-warp-astron.csv"),
+    ("panda_1-sockets.yaml", "panda_1-sockets.csv"),
+];
+
+/// Effects that are hidden: of the library, what a fit of the geometry does not absorb.
+const EFFECTS: [&str; 11] = [
+    "joint_gain",
+    "joint_compliance",
+    "joint_stiffening",
+    "joint_harmonic",
+    "joint_backlash",
+    "joint_settling",
+    "joint_coupling",
+    "joint_step",
+    "link_sag",
+    "thermal_growth",
+    "warm_up",
+];
+
+/// Lots drawn for one injection before the effect is said not to show in a set.
+const LOTS: u64 = 4;
+
+/// Options of `plumb-studies inject`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// The folder with the measurements.
+    data: PathBuf,
+    /// A set of your own, as MODEL:TABLE within the folder, instead of those that are known; may be repeated.
+    #[arg(long = "set", value_name = "MODEL:TABLE")]
+    sets: Vec<String>,
+    /// Only these effects; all when not given.
+    #[arg(long = "effect", value_name = "EFFECT")]
+    effects: Vec<String>,
+    /// Injections of each effect in each set.
+    #[arg(short = 'n', long, default_value_t = 3)]
+    count: u64,
+    /// How many times what the model leaves is to be seen of what is hidden.
+    #[arg(long, default_value_t = 2.0)]
+    times: f64,
+    /// Rows used of each table, drawn by lot.
+    #[arg(long, default_value_t = 300)]
+    rows: usize,
+    /// What is fitted, instead of the model file's `free:`.
+    #[arg(long, value_delimiter = ';', default_value = "joint_zero(*);geometry(*)")]
+    free: Vec<String>,
+    /// The first seed.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// Why a study ends.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum StudyError {
+    #[error(transparent)]
+    Injection(#[from] InjectionError),
+    #[error("none of the sets is in {}", .0.display())]
+    NoSets(PathBuf),
+    #[error("--set {0}: write MODEL:TABLE")]
+    Set(String),
+    #[error("nobody reads what it prints: {0}")]
+    Output(#[from] io::Error),
+}
+
+/// How often each came out, of one effect in one set.
+#[derive(Debug, Default)]
+struct Counts {
+    found: BTreeMap<Found, usize>,
+    /// Lots that do not show, or only beyond belief.
+    without: usize,
+}
+
+impl Counts {
+    fn at_least(&self, least: Found) -> usize {
+        self.found.iter().filter(|(found, _)| **found >= least).map(|(_, count)| count).sum()
+    }
+
+    fn exactly(&self, found: Found) -> usize {
+        self.found.get(&found).copied().unwrap_or(0)
+    }
+
+    fn all(&self) -> usize {
+        self.found.values().sum()
+    }
+
+    fn take(&mut self, other: &Self) {
+        for (found, count) in &other.found {
+            *self.found.entry(*found).or_default() += count;
+        }
+        self.without += other.without;
+    }
+
+    fn line(&self, name: &str, effect: &str) -> String {
+        format!(
+            "| {name} | {effect} | {} | {} | {} | {} | {} | {} |\n",
+            self.all(),
+            self.exactly(Found::Named),
+            self.at_least(Found::InSet),
+            self.at_least(Found::Listed),
+            self.exactly(Found::NamedWrong),
+            self.without
+        )
+    }
+}
+
+/// Runs the study; each effect of each set is told as soon as it is done.
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, StudyError> {
+    say(
+        "| set | effect | injected | named right | in set | listed | named wrong | did not show |\n|---|---|---|---|---|---|---|---|\n",
+    )?;
+    let mut total = Counts::default();
+    for (model, table) in sets(arguments)? {
+        let name = table.trim_end_matches(".csv").to_owned();
+        let own = match open(arguments, &arguments.data.join(&model), &arguments.data.join(&table)) {
+            Ok(own) => own,
+            Err(error) => {
+                say(&format!("| {name} | left out: {error} | | | | | | |\n"))?;
+                continue;
+            }
+        };
+        let progress = Progress::unwatched();
+        let plain = own.diagnose(None, &progress)?;
+        say(&format!("| {name} | nothing hidden; geometry leaves {:.3} mm | | | | | | |\n", own.left_mm()))?;
+        let before = plain.named.as_ref().map(|one| (one.effect.effect.as_str(), one.effect.place.as_str()));
+        for effect in EFFECTS.iter().filter(|effect| is_wanted(arguments, effect)) {
+            let counts = injections(arguments, &own, effect, before)?;
+            say(&counts.line(&name, effect))?;
+            total.take(&counts);
+        }
+    }
+    say(&total.line("all", "all"))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn is_wanted(arguments: &Arguments, effect: &str) -> bool {
+    arguments.effects.is_empty() || arguments.effects.iter().any(|wanted| wanted == effect)
+}
+
+/// The sets that are there.
+fn sets(arguments: &Arguments) -> Result<Vec<(String, String)>, StudyError> {
+    let named: Vec<(String, String)> = match arguments.sets.is_empty() {
+        true => SETS.iter().map(|(model, table)| ((*model).to_owned(), (*table).to_owned())).collect(),
+        false => {
+            let pair = |set: &String| {
+                let (model, table) = set.split_once(':').ok_or_else(|| StudyError::Set(set.clone()))?;
+                Ok((model.to_owned(), table.to_owned()))
+            };
+            arguments.sets.iter().map(pair).collect::<Result<_, StudyError>>()?
+        }
+    };
+    let there = |file: &String| arguments.data.join(file).exists();
+    let found: Vec<_> = named.into_iter().filter(|(model, table)| there(model) && there(table)).collect();
+    if found.is_empty() { Err(StudyError::NoSets(arguments.data.clone())) } else { Ok(found) }
+}
+
+/// A set with so many of its rows, fitted.
+fn open(arguments: &Arguments, model: &Path, table: &Path) -> Result<Measurements, InjectionError> {
+    let model = Model::read(model).map_err(LaboratoryError::from)?;
+    let table = thinned(&Table::read(table).map_err(LaboratoryError::from)?, arguments.rows, arguments.seed)?;
+    let options = Options { free: Some(arguments.free.clone()), ..Options::default() };
+    Measurements::new(model, table, options, &Progress::unwatched())
+}
+
+/// So many rows of a table, drawn by lot, in their order.
+fn thinned(table: &Table, most: usize, seed: u64) -> Result<Table, LaboratoryError> {
+    let mut rows: Vec<usize> = (0..table.len()).collect();
+    Random::seeded(seed).shuffle(&mut rows);
+    rows.truncate(most);
+    rows.sort_unstable();
+    let text = table_text(table);
+    let lines: Vec<&str> = text.lines().collect();
+    let mut kept = lines.first().map_or_else(String::new, |header| format!("{header}\n"));
+    for line in rows.iter().filter_map(|row| lines.get(row + 1)) {
+        // Writing to a text cannot fail.
+        let _ = writeln!(kept, "{line}");
+    }
+    Ok(Table::parse(&table.source, &kept)?)
+}
+
+/// Hides an effect so many times, at places drawn by lot.
+fn injections(
+    arguments: &Arguments,
+    own: &Measurements,
+    effect: &str,
+    before: Option<(&str, &str)>,
+) -> Result<Counts, StudyError> {
+    let progress = Progress::unwatched();
+    let mut counts = Counts::default();
+    let mut lot = arguments.seed.wrapping_mul(1000);
+    for _ in 0..arguments.count {
+        let mut hidden = None;
+        for _ in 0..LOTS {
+            lot = lot.wrapping_add(1);
+            let Ok(mechanism) = own.draw(&Choice::named(effect), lot) else { break };
+            match own.sized(&mechanism, arguments.times, &progress) {
+                Ok(found) => hidden = Some(found),
+                Err(InjectionError::DoesNotShow { .. } | InjectionError::Unbelievable { .. }) => {}
+                Err(error) => return Err(error.into()),
+            }
+            if hidden.is_some() {
+                break;
+            }
+        }
+        let Some(hidden) = hidden else {
+            counts.without += 1;
+            continue;
+        };
+        let diagnosis = own.diagnose(Some(&hidden), &progress)?;
+        let place = hidden.mechanism.place(own.arm());
+        let found = Found::of(&diagnosis, (hidden.mechanism.name(), &place), before);
+        *counts.found.entry(found).or_default() += 1;
+    }
+    Ok(counts)
+}
+
+fn say(text: &str) -> Result<(), StudyError> {
+    let mut out = io::stdout();
+    out.write_all(text.as_bytes())?;
+    Ok(out.flush()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_add_up_and_a_better_find_counts_among_the_lesser() {
+        let mut counts = Counts::default();
+        for found in [Found::Named, Found::InSet, Found::Listed, Found::Missed, Found::NamedWrong] {
+            *counts.found.entry(found).or_default() += 1;
+        }
+        counts.without = 2;
+        assert_eq!(counts.line("a", "b"), "| a | b | 5 | 1 | 2 | 3 | 1 | 2 |\n");
+        let mut all = Counts::default();
+        all.take(&counts);
+        all.take(&counts);
+        assert_eq!(all.line("a", "b"), "| a | b | 10 | 2 | 4 | 6 | 2 | 4 |\n");
+    }
+
+    #[test]
+    fn a_thinned_table_keeps_whole_rows_in_their_order() {
+        let rows: Vec<String> = (0..50).map(|row| format!("{row},{},a", 10 * row)).collect();
+        let text = format!("q1_deg,p1_x_mm,session\n{}\n", rows.join("\n"));
+        let table = Table::parse("table.csv", &text).unwrap();
+        let thin = thinned(&table, 20, 3).unwrap();
+        assert_eq!(thin.len(), 20);
+        let rows: Vec<f64> = (0..20).map(|row| thin.positions[0].xyz[row][0]).collect();
+        assert!(rows.windows(2).all(|two| two[0] < two[1]));
+        assert!((0..20).all(|row| (thin.q_of(row)[0].to_degrees() * 10.0 - rows[row]).abs() < 1e-9));
+    }
+}

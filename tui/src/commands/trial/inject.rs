@@ -1,0 +1,153 @@
+//! `plumb trial inject`: would the lab have seen it? Hides an effect in somebody's own measurements.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::PathBuf;
+
+use plumb_calibration::arm_model::Model;
+use plumb_calibration::table::{Table, table_text};
+use plumb_diagnosis::Diagnosis;
+use plumb_diagnosis::laboratory::{LaboratoryError, Options};
+use plumb_estimation::Progress;
+use plumb_simulated::physics::campaign::specification::{Size, Wanted};
+use plumb_simulated::physics::imperfection::Imperfection;
+
+use super::error::TrialError;
+use super::files::{MODEL, TABLE, write};
+use super::injection::{Found, InjectionError, Measurements};
+use super::outcome::Outcome;
+use super::wish::{Wish, WishError};
+use crate::progress::watched;
+
+/// The truth in the open, beside the measurements it is hidden in.
+const ANSWER: &str = "answer.json";
+
+/// Sizes that are tried beside the one that was asked for, each twice or half the one before.
+const FURTHER_SIZES: usize = 3;
+
+/// Options of `plumb trial inject`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct InjectArguments {
+    /// The model file of your arm.
+    model: PathBuf,
+    /// Your measurements of it.
+    #[arg(long, value_name = "FILE")]
+    data: PathBuf,
+    /// What to hide: an effect of an arm, such as `joint_backlash(elbow)`; its place by lot when not given.
+    #[arg(long, value_name = "EFFECT")]
+    effect: String,
+    /// How much: `2x` for so much that what of it can be seen is twice what your model leaves, or a size such as 0.05deg.
+    #[arg(long, default_value = "2x", value_name = "SIZE")]
+    size: String,
+    /// Seed of what is left to chance: the place, the phase of a wave.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Directory to write table.csv with the effect in it, model.yaml and answer.json to; made if need be.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+}
+
+/// What came out at one size.
+struct Tried {
+    hidden: Imperfection,
+    visible_mm: f64,
+    found: Found,
+    sentence: String,
+}
+
+/// Hides, diagnoses, and says from which size on it would be found.
+pub(super) fn run(arguments: &InjectArguments) -> Result<Outcome, TrialError> {
+    let wish: Wish = format!("{}={}", arguments.effect, arguments.size).parse()?;
+    let wanted = wish.0.ok_or_else(|| WishError::Form(arguments.effect.clone()))?;
+    for name in [TABLE, MODEL, ANSWER] {
+        let path = arguments.output.join(name);
+        if path.exists() {
+            return Err(TrialError::Exists(path));
+        }
+    }
+    let model = Model::read(&arguments.model).map_err(LaboratoryError::from).map_err(InjectionError::from)?;
+    let table = Table::read(&arguments.data).map_err(LaboratoryError::from).map_err(InjectionError::from)?;
+    let (said, truth, injected) = watched(|progress| inject(arguments, &wanted, model, table, progress))?;
+    let failed = |source| TrialError::Write { path: arguments.output.clone(), source };
+    fs::create_dir_all(&arguments.output).map_err(failed)?;
+    write(&arguments.output.join(TABLE), &table_text(&injected))?;
+    fs::copy(&arguments.model, arguments.output.join(MODEL)).map_err(failed)?;
+    write(&arguments.output.join(ANSWER), &format!("{truth:#}\n"))?;
+    Ok(Outcome::done(said))
+}
+
+/// What is said, the truth, and the measurements with the effect in them.
+fn inject(
+    arguments: &InjectArguments,
+    wanted: &Wanted,
+    model: Model,
+    table: Table,
+    progress: &Progress,
+) -> Result<(String, serde_json::Value, Table), TrialError> {
+    let own = Measurements::new(model, table, Options::default(), progress)?;
+    let mechanism = own.draw(&wanted.choice, arguments.seed)?;
+    let hidden = match wanted.size {
+        Size::OverNoise(times) => own.sized(&mechanism, times, progress)?,
+        Size::Exact(size) => Imperfection { mechanism, size },
+    };
+    let plain = own.diagnose(None, progress)?;
+    let first = tried(&own, hidden, &plain, progress)?;
+    let (effect, place) = (first.hidden.mechanism.name(), first.hidden.mechanism.place(own.arm()));
+    let unit = first.hidden.mechanism.unit_on(own.arm());
+    let (size, shown, left) = (first.hidden.size, first.visible_mm, own.left_mm());
+    let directory = arguments.output.display();
+    let mut said = format!(
+        "{effect}({place}) of {size:.3e} {unit} is hidden in {directory}: {shown:.3} mm of it can be seen beside the {left:.3} mm that the model leaves.\n"
+    );
+    let mut tell = |one: &Tried| {
+        let times = one.visible_mm / own.left_mm().max(f64::MIN_POSITIVE);
+        // Writing to a text cannot fail.
+        let _ = writeln!(
+            said,
+            "  {times:5.2} times ({:.3e} {unit}): {}. {}",
+            one.hidden.size,
+            one.found.words(),
+            one.sentence
+        );
+    };
+    tell(&first);
+    let factor = if first.found == Found::Named { 0.5 } else { 2.0 };
+    let mut least: Option<f64> = (first.found == Found::Named).then_some(first.hidden.size);
+    let mut size = first.hidden.size;
+    for _ in 0..FURTHER_SIZES {
+        size *= factor;
+        let mechanism = first.hidden.mechanism.clone();
+        let one = tried(&own, Imperfection { mechanism, size }, &plain, progress)?;
+        tell(&one);
+        let named = one.found == Found::Named;
+        least = if named { Some(size) } else { least };
+        if named != (factor < 1.0) {
+            break;
+        }
+    }
+    let last = match least {
+        Some(size) => format!("The lab would name it from about {size:.2e} {unit} on.\n"),
+        None => format!("The lab would not name it in these measurements, up to {size:.2e} {unit}.\n"),
+    };
+    said.push_str(&last);
+    let truth = serde_json::json!({
+        "effect": effect, "where": place, "size": first.hidden.size, "unit": unit,
+        "visible_mm": first.visible_mm, "left_mm": own.left_mm(), "named_from": least,
+    });
+    let injected = own.with(&first.hidden)?;
+    Ok((said, truth, injected))
+}
+
+fn tried(
+    own: &Measurements,
+    hidden: Imperfection,
+    plain: &Diagnosis,
+    progress: &Progress,
+) -> Result<Tried, InjectionError> {
+    let diagnosis = own.diagnose(Some(&hidden), progress)?;
+    let place = hidden.mechanism.place(own.arm());
+    let before =
+        plain.named.as_ref().map(|named| (named.effect.effect.as_str(), named.effect.place.as_str()));
+    let found = Found::of(&diagnosis, (hidden.mechanism.name(), &place), before);
+    Ok(Tried { visible_mm: own.visible_mm(&hidden, progress)?, hidden, found, sentence: diagnosis.sentence })
+}
