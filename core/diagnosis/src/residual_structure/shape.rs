@@ -246,7 +246,7 @@ impl fmt::Display for Description {
             Self::Categories(means) => means.fmt(formatter),
             Self::Unrelated(conditions) => write!(
                 formatter,
-                "it goes with no joint, moment or condition on record ({}); return to some poses from either side, after waiting, and under load",
+                "no single joint, moment or condition on record goes with it ({}); return to some poses from either side, after waiting, and under load",
                 listed(conditions, "and")
             ),
         }

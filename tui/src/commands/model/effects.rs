@@ -20,6 +20,7 @@ links: [{after: elbow, mass_kg: 2, centre_mm: [-100, 0, 0]}]
 targets: {p1: {xyz_mm: [0, 0, 50]}}
 surfaces: {table: {plane: {normal: [0, 0, 1], offset_mm: 0}}}
 sensor: {working_mm: 8, peak_mm: 5}
+epochs: {rows: [11]}
 ";
 
 /// The library in a list, or one effect with its parameters.
@@ -46,12 +47,13 @@ fn unknown(name: &str) -> String {
 }
 
 /// The families in the order they are listed.
-const FAMILIES: [(Family, &str); 5] = [
+const FAMILIES: [(Family, &str); 6] = [
     (Family::Geometry, "Geometry: constant errors of shape"),
     (Family::Joint, "Joints: what a drive does"),
     (Family::LinkAndTime, "Links, base and time: what bends, grows or drifts"),
     (Family::Sensor, "The sensor in the arm's hand"),
     (Family::Instrument, "The measuring instrument"),
+    (Family::Epoch, "Between two stretches of rows (epochs): what was re-set"),
 ];
 
 fn list() -> String {
@@ -81,6 +83,7 @@ fn signature(kind: &Kind) -> String {
         Places::Targets => "(TARGET)",
         Places::Axes => "(AXIS)",
         Places::Surfaces => "(SURFACE)",
+        Places::Readings => "(READING)",
         Places::Base | Places::Instrument | Places::Sensor => "",
     };
     format!("{}{places}", kind.name)
@@ -96,6 +99,7 @@ fn example(kind: &Kind) -> String {
         Places::Targets => "(p1)",
         Places::Axes => "(x)",
         Places::Surfaces => "(table)",
+        Places::Readings => "(distance)",
         Places::Base | Places::Instrument | Places::Sensor => "",
     };
     format!("{}{place}", kind.name)
@@ -139,7 +143,7 @@ fn properties(kind: &Kind) -> Vec<&'static str> {
         lines.push("It is part of `geometry(*)`.");
     }
     if kind.is_event {
-        lines.push("It happened once: finding the zeros anew puts it right, so it is not used to predict.");
+        lines.push("It is something that happened, not a property of the arm, so it is not used to predict.");
     }
     if kind.imitates_anything {
         lines.push("Several of it at one joint can take the form of any other effect there; the diagnosis is then careful with names.");
