@@ -233,16 +233,28 @@ fn wild_rows_make_no_harmonic_where_nothing_is_hidden() {
 #[test]
 fn a_joint_that_jumped_once_is_dated_and_not_called_unrepeatable() {
     let home = tempfile::tempdir().unwrap();
-    for (seed, arm, joint) in
-        [("770206031772917615", "irb1600", "axis1"), ("3626386745217948269", "iiwa7", "a5")]
-    {
-        let said = diagnosed(home.path(), seed, &["--seed", seed, "--arm", arm, "--effect", "joint_step=3x"]);
-        assert_eq!(said["verdict"], "named", "{arm}: {}", said["sentence"]);
-        assert_eq!(
-            (&said["named"]["effect"], &said["named"]["where"]),
-            (&"joint_step".into(), &joint.into())
-        );
+    let options = ["--seed", "3626386745217948269", "--arm", "iiwa7", "--effect", "joint_step=3x"];
+    let diagnosis = diagnosed(home.path(), "wrist", &options);
+    assert_eq!(diagnosis["verdict"], "named", "{}", diagnosis["sentence"]);
+    assert_eq!(
+        (&diagnosis["named"]["effect"], &diagnosis["named"]["where"]),
+        (&"joint_step".into(), &"a5".into())
+    );
+}
+
+#[test]
+fn a_jump_of_the_first_joint_is_dated_and_tied_with_a_base_that_was_turned() {
+    // No row tells a turn of the base about the first joint's axis from a jump of that joint: an honest tie holds both.
+    let home = tempfile::tempdir().unwrap();
+    let options = ["--seed", "770206031772917615", "--arm", "irb1600", "--effect", "joint_step=3x"];
+    let diagnosis = diagnosed(home.path(), "waist", &options);
+    assert_eq!(diagnosis["verdict"], "tied", "{}", diagnosis["sentence"]);
+    let tied = diagnosis["tied"].as_array().unwrap();
+    for (effect, place) in [("joint_step", "axis1"), ("base_reset", "base")] {
+        let is_there = tied.iter().any(|one| one["effect"] == effect && one["where"] == place);
+        assert!(is_there, "{effect} is not in {tied:?}");
     }
+    assert!(diagnosis["sentence"].as_str().unwrap().contains("jumped between rows"));
 }
 
 #[test]

@@ -93,7 +93,7 @@ fn sessions(model: &Model, table: &Table, holdout: Holdout) -> Result<Epochs, La
     }
     if holdout == Holdout::Session {
         return refused(
-            "with `base: {per: session}` nobody knows the base of a session that is locked away; choose another `--holdout`",
+            "with `base: {per: session}` the base of a session that is held out cannot be fitted; choose another `--holdout`",
         );
     }
     let mut names = match &model.epochs {

@@ -2,43 +2,12 @@
 
 use nalgebra::{DVector, Isometry3};
 
+use super::options::{AdjustError, Options};
 use super::problem::{Problem, State, base_from_flange, built};
 use super::spread::spread;
 use super::{RigParameter, StripePixel, StripeRig, Surface, View};
 use plumb_calibration::arm_model::{AddedEffect, Model};
-use plumb_calibration::effect::{EffectId, EffectNameError};
-
-/// What is adjusted, beside the surfaces' places.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Options {
-    /// Numbers of the rig.
-    pub rig: Vec<RigParameter>,
-    /// Effects of the library that act in joints.
-    pub effects: Vec<EffectId>,
-}
-
-/// Why there is no adjustment.
-#[derive(Debug, thiserror::Error)]
-pub enum AdjustError {
-    /// An effect cannot act in this model.
-    #[error(transparent)]
-    Effect(#[from] EffectNameError),
-    /// Too few points lie near any surface.
-    #[error(
-        "only {near} of {all} points lie near a surface, for {unknowns} unknowns: do the surfaces stand about where they are said to?"
-    )]
-    TooFew {
-        /// Points near a surface.
-        near: usize,
-        /// All points.
-        all: usize,
-        /// Numbers sought.
-        unknowns: usize,
-    },
-    /// It does not come to an end.
-    #[error("the adjustment does not settle; adjust fewer things at once")]
-    Diverged,
-}
+use plumb_calibration::effect::EffectId;
 
 /// A number that was found.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::adjust::{AdjustError, Adjustment, SETTLED, adjust, huber, weight};
+use super::adjust::{Adjustment, SETTLED, adjust, huber, weight};
+use super::options::AdjustError;
 use super::problem::{Member, Problem, State};
 use super::suspect::{Suspect, classical, suspect_of, suspects, variants};
 use super::{Options, Scans, StripeRig, Surface};

@@ -7,6 +7,7 @@
 
 mod adjust;
 mod diagnose;
+mod options;
 mod parameter;
 mod problem;
 mod rig;
@@ -18,8 +19,9 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub use adjust::{AdjustError, Adjustment, Found, Options, adjust};
+pub use adjust::{Adjustment, Found, adjust};
 pub use diagnose::{StripeDiagnosis, StripeVerdict, Tried, diagnose, resolved, with_added};
+pub use options::{AdjustError, Options};
 pub use parameter::RigParameter;
 pub use rig::StripeRig;
 pub use scene::{SceneError, read_scene};

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Isometry3, Point3};
 
-use super::adjust::{AdjustError, Options};
+use super::options::{AdjustError, Options};
 use super::surface::Away;
 use super::{RigParameter, StripePixel, StripeRig, Surface, View};
 use plumb_calibration::arm_model::Model;
