@@ -5,7 +5,7 @@ use nalgebra::{DVector, Isometry3};
 use super::options::{AdjustError, Options};
 use super::problem::{Problem, State, base_from_flange, built};
 use super::spread::spread;
-use super::{RigParameter, StripePixel, StripeRig, Surface, View};
+use super::{StripePixel, StripeRig, Surface, View};
 use plumb_calibration::arm_model::{AddedEffect, Model};
 use plumb_calibration::effect::EffectId;
 
