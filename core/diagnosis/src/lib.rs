@@ -1,5 +1,5 @@
 //! Diagnosis: which physical effect a model lacks, if any. The README tells the procedure in the order of its decisions;
-//! [`thresholds`] holds every constant that decides. Knows no device.
+//! `thresholds.rs` holds every constant that decides. Knows no device.
 
 mod batch;
 mod candidates;

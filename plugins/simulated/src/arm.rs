@@ -1,5 +1,5 @@
 //! An arm of any build on a table, a tool on its flange, an operator with a spirit level, a ruler and a laser tracker, and a clock of its own.
-//! A PUMA 560 is one of these ([`puma560`]); any other is described by files ([`file`]).
+//! A PUMA 560 is one of these ([`puma560`]); any other is described by files ([`mod@file`]).
 //!
 //! The arm is a product of exponentials with the mechanics of [`crate::physics`]: what its controller believes goes through gears that run out of
 //! true, play and coupled wrists, and its links stand where their weight and the tool's balance what yields. The controller's zeros are its own

@@ -1,6 +1,6 @@
 //! World files with an arm on a table: YAML a person writes, read as it was typed and then checked. Every key carries its unit.
 //!
-//! The arm is a PUMA 560 (`arm: {puma560: ...}`), or one that an arm file describes (`arm: {described: {by: FILE, ...}}`, [`arm_file`]).
+//! The arm is a PUMA 560 (`arm: {puma560: ...}`), or one that an arm file describes (`arm: {described: {by: FILE, ...}}`, `arm_file.rs`).
 
 use std::ops::RangeInclusive;
 use std::path::Path;
