@@ -27,7 +27,7 @@
 //! | `writes_when_seen reading: T` | the same, or `Status::EMPTY` when the inputs have not been seen far enough |
 //! | `asked 5 ReadJoints "read joints"` | the request: its code, its variant of `Request`, and its name in messages |
 //! | `-> JointState` | what the orchestrator gets; a type of the table of replies in `plumb-plugin/src/reply.rs` |
-//! | `within SHORT` | the time limit, a constant of `plumb-host/src/time_limits.rs`; `CALLER`: whoever asks gives it |
+//! | `within SHORT` | the time limit, a constant of `plumb-host/src/time_limits.rs`; `CALLER`: the caller gives it |
 //! | `direct` | the host passes it on as it is |
 //! | `checked` | the host's `Service` has a method of that name that checks it first |
 //! | `awaited` | as `checked`, and it may wait for inputs until its time is up |

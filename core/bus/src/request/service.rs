@@ -17,7 +17,7 @@ const MAX_NODES: usize = 16;
 
 pub(super) type RequestService = PortFactory<Service, [u64], (), [u64], ()>;
 
-/// The service of a device's requests, made by whoever comes first.
+/// The service of a device's requests, created by the process that opens it first.
 pub(super) fn request_service(node: &Node, device: &str) -> Result<RequestService, OpenError> {
     let what = format!("the requests of {device}");
     node.service(&what, &format!("request/{device}"))?

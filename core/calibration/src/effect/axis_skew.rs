@@ -4,23 +4,8 @@
 use plumb_kinematics::Knob;
 
 use super::kind::{Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, Handle, Parameter, Situation, Unit};
-
-#[derive(Debug)]
-struct AxisSkew {
-    joint: usize,
-    parameters: [Parameter; 1],
-}
-
-impl Effect for AxisSkew {
-    fn parameters(&self) -> &[Parameter] {
-        &self.parameters
-    }
-
-    fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
-        drives.push(Drive { parameter: 0, handle: Handle::Joint(self.joint, Knob::Beta), rate: 1.0 });
-    }
-}
+use super::row_error::RowError;
+use super::{Parameter, Unit};
 
 pub(super) const KIND: Kind = Kind {
     name: "axis_skew",
@@ -35,8 +20,8 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The joint's axis leans in the plane of the link before it, so that nominally parallel axes are not.",
     how_to_see: "Wide turns of the joint, at several angles of the one before.",
     build: |setting: &Setting<'_>| {
-        let parameters = [Parameter::new("skew_deg", Unit::DEG, (-0.1, 0.1))];
-        Ok(Box::new(AxisSkew { joint: setting.joint()?, parameters }))
+        let parameter = Parameter::new("skew_deg", Unit::DEG, (-0.1, 0.1));
+        Ok(Box::new(RowError::new(setting, Knob::Beta, parameter)?))
     },
     candidates: |survey| survey.every_joint("axis_skew"),
 };

@@ -1,27 +1,8 @@
 //! Base or instrument was shifted along one axis between two stretches of rows.
 
-use nalgebra::DMatrix;
-
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
-
-#[derive(Debug)]
-struct BaseShifted(EpochSteps);
-
-impl Effect for BaseShifted {
-    fn parameters(&self) -> &[Parameter] {
-        self.0.parameters()
-    }
-
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        self.0.drive(situation, drives);
-    }
-
-    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
-        self.0.size(values, covariance, 1)
-    }
-}
+use super::{EffectId, Handle, Spot, Unit};
 
 /// Greatest plausible shift of what is not taken away and set up anew, mm.
 const MOST: f64 = 200.0;
@@ -44,7 +25,7 @@ pub(super) const KIND: Kind = Kind {
         };
         let handle = Handle::BaseShift(axis);
         let step = Step { handle, rate: 1.0, name: "mm", unit: Unit::MM, most: MOST };
-        Ok(Box::new(BaseShifted(EpochSteps::new(setting, vec![step])?)))
+        Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))
     },
     candidates: |survey| match survey.model.epoch_count() {
         0 | 1 => Vec::new(),

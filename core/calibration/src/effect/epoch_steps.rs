@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::kind::{Family, Setting};
-use super::{Drive, EffectNameError, Handle, Parameter, Situation, Size, Unit};
+use super::{Drive, Effect, EffectNameError, Handle, Parameter, Situation, Size, Unit};
 
 /// A number that changes from epoch to epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,10 +20,12 @@ pub(super) struct Step {
     pub(super) most: f64,
 }
 
-/// Some numbers, each anew in every epoch but the first.
+/// An effect of some numbers, each anew in every epoch but the first.
 #[derive(Debug)]
 pub(super) struct EpochSteps {
     steps: Vec<Step>,
+    /// How many of the first numbers of an epoch make up the effect's size: those of one unit.
+    counted: usize,
     parameters: Vec<Parameter>,
 }
 
@@ -33,11 +35,15 @@ pub fn acts_by_epoch(name: &str) -> bool {
 }
 
 impl EpochSteps {
-    /// These numbers in every epoch of a model.
+    /// These numbers in every epoch of a model, of which the first `counted` make up the size.
     ///
     /// # Errors
     /// The model has but one epoch.
-    pub(super) fn new(setting: &Setting<'_>, steps: Vec<Step>) -> Result<Self, EffectNameError> {
+    pub(super) fn new(
+        setting: &Setting<'_>,
+        steps: Vec<Step>,
+        counted: usize,
+    ) -> Result<Self, EffectNameError> {
         let epochs = setting.model.epoch_count();
         if epochs < 2 {
             return Err(setting.unusable(
@@ -50,16 +56,18 @@ impl EpochSteps {
             };
             steps.iter().map(name).collect::<Vec<_>>()
         });
-        Ok(Self { parameters: parameters.collect(), steps })
+        Ok(Self { parameters: parameters.collect(), steps, counted })
     }
+}
 
+impl Effect for EpochSteps {
     /// One parameter a number and epoch, epoch by epoch.
-    pub(super) fn parameters(&self) -> &[Parameter] {
+    fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
 
     /// What moves in a row: nothing in the first epoch.
-    pub(super) fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         let Some(before) = situation.epoch.checked_sub(1) else { return };
         let first = before * self.steps.len();
         if first + self.steps.len() > self.parameters.len() {
@@ -72,9 +80,8 @@ impl EpochSteps {
         }));
     }
 
-    /// The greatest change between two epochs in a row, by the first `counted` numbers of each: its length, with the error
-    /// of that.
-    pub(super) fn size(&self, values: &[f64], covariance: &DMatrix<f64>, counted: usize) -> Size {
+    /// The greatest change between two epochs in a row, by the counted numbers of each: its length, with the error of that.
+    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
         let unit = self.parameters.first().map_or(Unit::RATIO, |parameter| parameter.unit);
         let width = self.steps.len();
         let mut greatest = (0.0, 0.0);
@@ -82,7 +89,7 @@ impl EpochSteps {
             // How the length changes with each value: the change against the epoch before.
             let at = |epoch: usize, index: usize| values.get(epoch * width + index).copied().unwrap_or(0.0);
             let before = |index: usize| epoch.checked_sub(1).map_or(0.0, |before| at(before, index));
-            let change: Vec<f64> = (0..counted).map(|index| at(epoch, index) - before(index)).collect();
+            let change: Vec<f64> = (0..self.counted).map(|index| at(epoch, index) - before(index)).collect();
             let length = change.iter().map(|part| part * part).sum::<f64>().sqrt();
             if length < greatest.0 {
                 continue;

@@ -1,29 +1,11 @@
 //! A joint's zero was found anew between two stretches of rows.
 
-use nalgebra::DMatrix;
 use plumb_kinematics::Knob;
 
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, Handle, Parameter, Situation, Size, Unit};
+use super::{Handle, Unit};
 use crate::arm_model::Epochs;
-
-#[derive(Debug)]
-struct JointZeroReset(EpochSteps);
-
-impl Effect for JointZeroReset {
-    fn parameters(&self) -> &[Parameter] {
-        self.0.parameters()
-    }
-
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        self.0.drive(situation, drives);
-    }
-
-    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
-        self.0.size(values, covariance, 1)
-    }
-}
 
 /// Greatest plausible change of a zero, rad; mm of a slide.
 const MOST_RAD: f64 = 0.35;
@@ -45,12 +27,12 @@ pub(super) const KIND: Kind = Kind {
         let joint = setting.joint()?;
         let row = setting.model.chain.joints.get(joint);
         let rate = row.map_or(1.0, |row| row.sign);
-        let (knob, name, unit, most) = match setting.slides(joint) {
+        let (number, name, unit, most) = match setting.slides(joint) {
             false => (Knob::Theta, "deg", Unit::DEG, MOST_RAD),
             true => (Knob::D, "mm", Unit::MM, MOST_MM),
         };
-        let step = Step { handle: Handle::Joint(joint, knob), rate, name, unit, most };
-        Ok(Box::new(JointZeroReset(EpochSteps::new(setting, vec![step])?)))
+        let step = Step { handle: Handle::Joint(joint, number), rate, name, unit, most };
+        Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))
     },
     // One jump of one joint is `joint_step`.
     candidates: |survey| match survey.model.epochs {

@@ -34,6 +34,7 @@ mod passport;
 mod reading_rescaled;
 mod reading_reset;
 mod reflectance;
+mod row_error;
 mod scale;
 mod sensor_tilt;
 mod sites;

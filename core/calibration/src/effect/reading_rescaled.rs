@@ -1,27 +1,8 @@
 //! The scale of a reading changed between two stretches of rows.
 
-use nalgebra::DMatrix;
-
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
-
-#[derive(Debug)]
-struct ReadingRescaled(EpochSteps);
-
-impl Effect for ReadingRescaled {
-    fn parameters(&self) -> &[Parameter] {
-        self.0.parameters()
-    }
-
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        self.0.drive(situation, drives);
-    }
-
-    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
-        self.0.size(values, covariance, 1)
-    }
-}
+use super::{EffectId, Handle, Spot, Unit};
 
 /// Greatest plausible change of a scale: more would be another unit.
 const MOST: f64 = 0.05;
@@ -44,7 +25,7 @@ pub(super) const KIND: Kind = Kind {
         };
         let handle = Handle::ReadingScale(channel);
         let step = Step { handle, rate: 1.0, name: "excess", unit: Unit::RATIO, most: MOST };
-        Ok(Box::new(ReadingRescaled(EpochSteps::new(setting, vec![step])?)))
+        Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))
     },
     candidates: |survey| match survey.model.epoch_count() {
         0 | 1 => Vec::new(),

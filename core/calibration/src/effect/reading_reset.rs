@@ -1,27 +1,8 @@
 //! The zero of a reading was set anew between two stretches of rows.
 
-use nalgebra::DMatrix;
-
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
-
-#[derive(Debug)]
-struct ReadingReset(EpochSteps);
-
-impl Effect for ReadingReset {
-    fn parameters(&self) -> &[Parameter] {
-        self.0.parameters()
-    }
-
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        self.0.drive(situation, drives);
-    }
-
-    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
-        self.0.size(values, covariance, 1)
-    }
-}
+use super::{EffectId, Handle, Spot, Unit};
 
 /// Greatest plausible change of a zero: the travel of a gauge, mm; what a level may be turned by, rad.
 const MOST_MM: f64 = 200.0;
@@ -48,7 +29,7 @@ pub(super) const KIND: Kind = Kind {
             false => ("deg", Unit::DEG, MOST_RAD),
         };
         let step = Step { handle: Handle::ReadingZero(channel), rate: 1.0, name, unit, most };
-        Ok(Box::new(ReadingReset(EpochSteps::new(setting, vec![step])?)))
+        Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))
     },
     candidates: |survey| match survey.model.epoch_count() {
         0 | 1 => Vec::new(),

@@ -1,27 +1,8 @@
 //! A target was taken off and put back between two stretches of rows.
 
-use nalgebra::DMatrix;
-
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
-
-#[derive(Debug)]
-struct TargetReset(EpochSteps);
-
-impl Effect for TargetReset {
-    fn parameters(&self) -> &[Parameter] {
-        self.0.parameters()
-    }
-
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        self.0.drive(situation, drives);
-    }
-
-    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
-        self.0.size(values, covariance, 3)
-    }
-}
+use super::{EffectId, Handle, Spot, Unit};
 
 /// Greatest plausible shift of a target that is put back where it was, mm.
 const MOST: f64 = 50.0;
@@ -48,7 +29,7 @@ pub(super) const KIND: Kind = Kind {
             most: MOST,
         };
         let steps = ["x_mm", "y_mm", "z_mm"].into_iter().enumerate().map(along).collect();
-        Ok(Box::new(TargetReset(EpochSteps::new(setting, steps)?)))
+        Ok(Box::new(EpochSteps::new(setting, steps, 3)?))
     },
     candidates: |survey| match survey.model.epoch_count() {
         0 | 1 => Vec::new(),
