@@ -30,7 +30,7 @@ pub(crate) fn root() -> PathBuf {
 }
 
 /// The folders below the root that hold crates; `tests/studies` among the crates, the rest of `tests` not.
-const FOLDERS: [&str; 4] = ["core", "plugins", "tui", "tests/studies"];
+const FOLDERS: [&str; 5] = ["core", "plugins", "tui", "tests/studies", "xtask"];
 
 /// Every source file of the product and the studies.
 pub(crate) fn sources() -> Vec<Source> {

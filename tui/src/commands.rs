@@ -3,10 +3,13 @@
 pub(crate) mod answer;
 pub(crate) mod certificate;
 pub(crate) mod check;
+pub(crate) mod completions;
 pub(crate) mod doctor;
 pub(crate) mod emulate;
 pub(crate) mod history;
 pub(crate) mod host;
+pub(crate) mod init;
+pub(crate) mod man;
 pub(crate) mod model;
 pub(crate) mod note;
 pub(crate) mod plugins;

@@ -8,9 +8,9 @@
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
-
+mod command_line;
 pub mod commands;
+mod completion;
 pub mod failure;
 pub mod interrupt;
 pub mod progress;
@@ -19,61 +19,23 @@ mod say;
 mod screens;
 pub mod signals;
 
+use command_line::Command;
 use commands::{
-    answer, certificate, check, doctor, emulate, history, host, model, note, plugins, record, run, schema,
-    show, stripe, study, trial, watch, world,
+    answer, certificate, check, completions, doctor, emulate, history, host, init, man, model, note, plugins,
+    record, run, schema, show, stripe, study, trial, watch, world,
 };
 use failure::CommandResult;
 
-/// Brings lab robots true: runs workcells and their calibration procedures, and shows where the model of a machine fails.
-#[derive(Parser)]
-#[command(version, about)]
-struct Arguments {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Subcommand)]
-enum Command {
-    /// Compare a model with measurements, see what it lacks, add it, watch the error fall.
-    #[command(subcommand)]
-    Model(model::ModelCommand),
-    /// The controller of an arm on a pseudo-terminal, to try its driver without the arm.
-    #[command(subcommand)]
-    Emulate(emulate::EmulateCommand),
-    Answer(answer::Arguments),
-    Certificate(certificate::Arguments),
-    Check(check::Arguments),
-    Doctor(doctor::Arguments),
-    History(history::Arguments),
-    Note(note::Arguments),
-    /// Look after the record: copy it, check it, list corrections and bring earlier ones back.
-    #[command(subcommand)]
-    Record(record::RecordCommand),
-    Run(run::Arguments),
-    Schema(schema::Arguments),
-    Show(show::Arguments),
-    /// What the stripes of a light stripe sensor say of the arm that carries it.
-    #[command(subcommand)]
-    Stripe(stripe::StripeCommand),
-    Study(study::StudyArguments),
-    /// Blind trials: measurements of an arm that hides something, and the answer under seal.
-    #[command(subcommand)]
-    Trial(trial::TrialCommand),
-    /// The plugins that can be found, and whether they can be used.
-    #[command(subcommand)]
-    Plugins(plugins::PluginsCommand),
-    #[command(hide = true)]
-    Host(host::Arguments),
-    #[command(hide = true)]
-    World(world::Arguments),
-    Watch(watch::Arguments),
-}
+pub use command_line::command;
 
 /// Runs the program with the arguments of its process.
 pub fn program() -> ExitCode {
     signals::let_through();
-    let result: CommandResult = match Arguments::parse().command {
+    completion::serve(command_line::command);
+    let result: CommandResult = match command_line::parse().command {
+        Command::Completions(arguments) => completions::run(&arguments),
+        Command::Init(arguments) => init::run(&arguments),
+        Command::Man(arguments) => man::run(&arguments, command_line::command()),
         Command::Model(command) => model::run(&command),
         Command::Emulate(command) => emulate::run(&command),
         Command::Answer(arguments) => answer::run(&arguments),

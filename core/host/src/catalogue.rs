@@ -1,5 +1,6 @@
 //! The plugins that can be found, read from their manifests without loading anything.
 
+use std::collections::BTreeSet;
 use std::env;
 use std::fs;
 use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
@@ -41,7 +42,12 @@ pub enum CatalogueError {
     #[error(transparent)]
     Manifest(#[from] ManifestError),
     /// The library is not there.
-    #[error("{}: library {library} of plugin '{id}' is not there; looked in {}", manifest.display(), list(looked_in))]
+    #[error(
+        "{}: library {library} of plugin '{id}' is not there; looked in {}; build the plugins with `cargo build --release`, or install plumb with them: \
+         `cargo xtask package`",
+        manifest.display(),
+        list(looked_in)
+    )]
     NoLibrary {
         /// The manifest file.
         manifest: PathBuf,
@@ -108,22 +114,41 @@ const LEVELS_ABOVE: usize = 4;
 /// The plugins of the source this was built from.
 const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../plugins");
 
+/// Where cargo puts what it builds with this: `target/release` or `target/debug`, three levels above the folder of a build script.
+const BUILT: &str = concat!(env!("OUT_DIR"), "/../../..");
+
+/// Where an installed program has its plugins, from the folder it lies in.
+const INSTALLED: &str = "../lib/plumb/plugins";
+
 impl Catalogue {
-    /// The plugins in the directories that somebody `named`, beside the program, in a directory `plugins` beside or above it, and in that of the source
-    /// it was built from, where that is still there: a program may be built into a folder anywhere. The first of a name counts.
+    /// The plugins in the directories that somebody `named`, beside the program, in `lib/plumb/plugins` of the prefix it is installed in, and in a
+    /// directory `plugins` beside or above it. A program that is not installed with its plugins takes those of the source it was built from,
+    /// where that is still there: `cargo install` and a target directory elsewhere leave them there. The first of a name counts.
     ///
     /// What lies in a directory that nobody named is loaded only when nobody but the user and root may change it.
     pub fn search(named: &[PathBuf]) -> Self {
+        Self::search_for_cell(named, None)
+    }
+
+    /// The same, with what lies in the folder of a cell's file and in `plugins` there. These come last: no plugin of the program's own is replaced
+    /// unless somebody names the other.
+    pub fn search_for_cell(named: &[PathBuf], cell: Option<&Path>) -> Self {
         let mut directories = named.to_vec();
-        let program_directory =
-            env::current_exe().ok().and_then(|program| Some(program.parent()?.to_owned()));
+        let program_directory = program_directory();
         if let Some(directory) = &program_directory {
             directories.push(directory.clone());
+            directories.extend(fs::canonicalize(directory.join(INSTALLED)));
             directories.extend(directory.ancestors().take(LEVELS_ABOVE).map(|above| above.join("plugins")));
         }
-        let of_the_source = fs::canonicalize(SOURCE).ok().filter(|known| !directories.contains(known));
+        let is_installed = program_directory.as_ref().is_some_and(|place| place.join(INSTALLED).is_dir());
+        let of_the_source = fs::canonicalize(SOURCE).ok().filter(|_| !is_installed);
         directories.extend(of_the_source);
+        if let Some(folder) = cell.and_then(Path::parent).map(|folder| Path::new(".").join(folder)) {
+            directories.extend([folder.join("plugins"), folder]);
+        }
         directories.retain(|directory| directory.is_dir());
+        let mut seen = BTreeSet::new();
+        directories.retain(|directory| seen.insert(fs::canonicalize(directory).ok()));
         let mut catalogue = Self::of(directories, program_directory.as_deref());
         for row in &mut catalogue.rows {
             let is_named = named.iter().any(|directory| row.manifest_path.starts_with(directory));
@@ -222,9 +247,7 @@ impl Plugin {
     /// # Errors
     /// [`CatalogueError`].
     pub fn at(manifest_path: &Path) -> Result<Self, CatalogueError> {
-        let program_directory =
-            env::current_exe().ok().and_then(|program| Some(program.parent()?.to_owned()));
-        read(manifest_path, program_directory.as_deref())
+        read(manifest_path, program_directory().as_deref())
     }
 }
 
@@ -262,6 +285,11 @@ fn may_be_changed(path: &Path) -> Option<String> {
     (found.permissions().mode() & EVERYBODY_WRITES != 0).then(|| format!("everybody may write to {place}"))
 }
 
+/// The folder this program lies in.
+fn program_directory() -> Option<PathBuf> {
+    env::current_exe().ok().and_then(|program| Some(program.parent()?.to_owned()))
+}
+
 /// The manifests in a directory and in those directly below it, in order of name.
 fn manifests_in(directory: &Path) -> Vec<PathBuf> {
     let mut places = vec![directory.to_owned()];
@@ -279,6 +307,13 @@ fn read(manifest_path: &Path, program_directory: Option<&Path>) -> Result<Plugin
     if let Some(program) = program_directory {
         // Cargo's tests bring only the libraries in `deps` up to date, so these come before those beside the program.
         places.extend([program.join("deps"), program.to_owned()]);
+    }
+    let of_the_source = fs::canonicalize(SOURCE).is_ok_and(|source| manifest_path.starts_with(source));
+    if let (true, Ok(built)) = (of_the_source, fs::canonicalize(BUILT)) {
+        let more = [built.join("deps"), built];
+        places.extend(
+            more.into_iter().filter(|place| program_directory.is_none_or(|known| !place.starts_with(known))),
+        );
     }
     let library = places.iter().map(|place| place.join(&manifest.library)).find(|path| path.is_file());
     match library {

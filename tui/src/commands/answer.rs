@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
     /// `confirm`, or `retry`, `skip`, `abort`.
     #[arg(value_name = "[RUN] ANSWER", num_args = 0..=2, allow_negative_numbers = true)]
     words: Vec<String>,
-    /// Where the record lies.
+    /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
     /// Who answers, for the record; your login name if left out.

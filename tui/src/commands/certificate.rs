@@ -13,8 +13,8 @@ use crate::say::say;
 use page::{Certificate, page};
 use plumb_report::run_words::state_in_words;
 
-/// Write a certificate of a run: the machine as it was found and as it was left, with uncertainties, instruments, trigger poses, and the hashes
-/// of what was loaded. One HTML file that needs nothing else; print it to have it as PDF.
+/// Write a certificate of a run, to print. It shows the machine as it was found and as it was left, with uncertainties, instruments, trigger
+/// poses, and the hashes of what was loaded. One HTML file that needs nothing else; print it to have it as PDF.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// The run's number, as `plumb history` gives it.
@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
     /// The HTML file to write.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Where the record lies.
+    /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
 }

@@ -18,7 +18,7 @@ use finding::Mark;
 use crate::failure::CommandResult;
 use crate::say::say;
 
-/// Look at the system's limits, shared memory, cells and their processes, serial ports, the terminal, plugins and the record, and say how to mend what is wrong.
+/// Look for what is wrong with this computer, and say how to mend it. It looks at the system's limits, shared memory, cells and their processes, serial ports, the terminal, plugins and the record.
 /// Nothing is changed without --clean. Ends with 1 when something is wrong.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -30,7 +30,7 @@ pub(crate) struct Arguments {
     /// One finding a line, as JSON.
     #[arg(long)]
     json: bool,
-    /// Where the record lies.
+    /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
     /// Look for plugins here too.

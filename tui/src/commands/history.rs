@@ -17,7 +17,7 @@ use crate::screens;
 /// List the runs in the record, the newest first; or, with --trend, what runs found for one joint over time.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Where the record lies.
+    /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
     /// At most so many.

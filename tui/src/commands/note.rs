@@ -18,7 +18,7 @@ pub(crate) struct Arguments {
     /// What is to be remembered.
     #[arg(required = true)]
     text: Vec<String>,
-    /// Where the record lies.
+    /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
     /// Who writes it; your login name if left out.

@@ -6,8 +6,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Subcommand;
+use clap_complete::ArgValueCandidates;
 use plumb_record::Record;
 
+use crate::completion;
 use crate::failure::CommandResult;
 use crate::record_directory::record_directory;
 use crate::say::say;
@@ -30,6 +32,7 @@ pub(crate) enum RecordCommand {
 #[derive(clap::Args)]
 pub(crate) struct Zeros {
     /// The cell's name, as `plumb history` shows it.
+    #[arg(add = ArgValueCandidates::new(completion::recorded_cells))]
     cell: String,
     /// As JSON, one revision a line.
     #[arg(long)]
@@ -42,6 +45,7 @@ pub(crate) struct Zeros {
 #[derive(clap::Args)]
 pub(crate) struct Rollback {
     /// The cell's name, as `plumb history` shows it.
+    #[arg(add = ArgValueCandidates::new(completion::recorded_cells))]
     cell: String,
     /// The revision that is to be in force again, as `plumb record zeros` numbers them; 0 for what was before the first.
     revision: i64,
@@ -71,7 +75,7 @@ pub(crate) struct Check {
 /// Where the record lies.
 #[derive(clap::Args)]
 struct Place {
-    /// Where the record lies.
+    /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
 }

@@ -7,11 +7,13 @@ mod tables;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use clap_complete::ArgValueCandidates;
 use plumb_record::{Record, RecordError, RunFilter, RunId, RunSummary};
 use serde_json::json;
 
 pub(crate) use tables::{answer_in_words, by_size, correlations};
 
+use crate::completion;
 use crate::failure::CommandResult;
 use crate::record_directory::record_directory;
 use crate::say::say;
@@ -23,12 +25,12 @@ pub(crate) struct Arguments {
     /// Its number, as `plumb history` gives it; the newest if left out. With --table, several, whose rows stand in one table then.
     run: Vec<i64>,
     /// The newest run of this cell, by the cell's name.
-    #[arg(long, value_name = "NAME", conflicts_with = "run")]
+    #[arg(long, value_name = "NAME", conflicts_with = "run", add = ArgValueCandidates::new(completion::recorded_cells))]
     cell: Option<String>,
     /// The newest run of this procedure, by its name.
     #[arg(long, value_name = "NAME", conflicts_with = "run")]
     procedure: Option<String>,
-    /// Where the record lies.
+    /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
     /// Everything as one JSON object.

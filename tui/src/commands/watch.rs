@@ -21,7 +21,7 @@ pub(crate) struct Arguments {
     /// The number of a run, as `plumb history` gives it; or a file of events, as `plumb run --json` writes them (`-` reads standard input).
     #[arg(value_name = "RUN|EVENTS")]
     events: PathBuf,
-    /// Where the record lies.
+    /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
 }

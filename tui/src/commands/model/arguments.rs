@@ -3,12 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use clap_complete::ArgValueCandidates;
 use plumb_calibration::revision::{Entry, Family, RevisionError};
 use plumb_calibration::table::Table;
 use plumb_cell::measurement_table::{HASH_COMMENT, MODEL_COMMENT};
 use plumb_diagnosis::laboratory::{Laboratory, LaboratoryError, Options};
 use plumb_diagnosis::split::Holdout;
 use plumb_kinematics::HalfSpace;
+
+use crate::completion;
 
 /// A model, a table, and how to bring them together.
 #[derive(Debug, Args)]
@@ -169,6 +172,7 @@ pub(crate) struct ChangeArguments {
     #[command(flatten)]
     pub(crate) pair: PairArguments,
     /// The effect: `joint_compliance(shoulder)`, a wildcard `joint_zero(*)`, or the group `geometry(*)`.
+    #[arg(add = ArgValueCandidates::new(completion::effects))]
     pub(crate) effect: String,
 }
 
@@ -228,6 +232,7 @@ fn keep_out(text: &str) -> Result<HalfSpace, String> {
 #[derive(Debug, Args)]
 pub(crate) struct EffectsArguments {
     /// One effect: `joint_backlash`.
+    #[arg(add = ArgValueCandidates::new(completion::effects))]
     pub(crate) name: Option<String>,
 }
 

@@ -27,7 +27,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "RUN", num_args = 0..=1)]
     #[expect(clippy::option_option, reason = "given, given with a number, or not given")]
     pub(super) resume: Option<Option<i64>>,
-    /// Where the record lies.
+    /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
     #[arg(long, value_name = "DIR")]
     pub(super) record: Option<PathBuf>,
     /// How the time of a simulated cell goes; without screens it is fast if left out.

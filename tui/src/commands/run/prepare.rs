@@ -133,10 +133,10 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
     }
 }
 
-/// The plugins that a cell may use: those named on the command line, those of its own folders, and those of the program.
+/// The plugins that a cell may use: those named on the command line, those of its own folders, those of the program, and those beside its file.
 pub(crate) fn plugins_of(cell: &Workcell, named: &[PathBuf]) -> Catalogue {
     let directories: Vec<PathBuf> = named.iter().chain(&cell.plugins).cloned().collect();
-    Catalogue::search(&directories)
+    Catalogue::search_for_cell(&directories, Some(&cell.file))
 }
 
 /// The run to go on with, if that is asked for.

@@ -23,7 +23,7 @@ use crate::record_directory::record_directory;
 pub(crate) struct Arguments {
     /// The cell whose rig was calibrated.
     cell: PathBuf,
-    /// Where the record lies.
+    /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
     /// Write this cell beside the other, with its rig file beside it; nothing is overwritten.

@@ -1,0 +1,180 @@
+//! `plumb init`, and plugins that lie where an installed program and a cell have them.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use tempfile::TempDir;
+
+use crate::lab::Said;
+
+/// An empty folder, with a place for the record that no test shares.
+struct Elsewhere(TempDir);
+
+impl Elsewhere {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn command(&self, program: &Path, arguments: &[&str]) -> Said {
+        let mut command = Command::new(program);
+        command.args(arguments).current_dir(self.0.path()).env("XDG_STATE_HOME", self.path("state"));
+        Said::of(command.env("NO_COLOR", "1").stdin(Stdio::null()).output().unwrap())
+    }
+
+    fn plumb(&self, arguments: &[&str]) -> Said {
+        self.command(Path::new(env!("CARGO_BIN_EXE_plumb")), arguments)
+    }
+}
+
+/// Every YAML file with a key at its beginning, under a folder.
+fn files_with(folder: &Path, key: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(files_with(&path, key));
+        } else if path.extension().is_some_and(|ending| ending == "yaml")
+            && fs::read_to_string(&path).is_ok_and(|text| text.lines().any(|line| line.starts_with(key)))
+        {
+            found.push(path);
+        }
+    }
+    found
+}
+
+#[test]
+fn an_example_cell_is_put_where_the_user_is_and_the_printed_commands_run() {
+    let place = Elsewhere::new();
+    let said = place.plumb(&["init", "my lab"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    assert!(
+        said.out().starts_with("my lab/teachmover: TeachMover over a T target, simulated\n"),
+        "{}",
+        said.out()
+    );
+    let lines: Vec<String> =
+        said.out().lines().filter(|line| line.contains("plumb ")).map(str::to_owned).collect();
+    assert_eq!(lines.len(), 3, "{}", said.out());
+    for line in lines {
+        assert!(line.contains("'my lab/teachmover/cell.yaml'"), "a path with a blank is quoted: {line}");
+        let verb = line.split_whitespace().nth(1).unwrap();
+        let mut arguments = vec![verb, "my lab/teachmover/cell.yaml"];
+        arguments.extend(line.contains("--dry-run").then_some("--dry-run"));
+        let ran = place.plumb(&arguments);
+        assert_eq!(ran.code(), 0, "{line}\n{}", ran.all());
+    }
+}
+
+#[test]
+fn every_example_comes_with_what_it_needs_and_is_in_order() {
+    let place = Elsewhere::new();
+    let list = place.plumb(&["init", "--list"]).out();
+    let names: Vec<&str> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    assert_eq!(names, ["arms", "light-stripe", "puma", "scara", "teachmover", "ur5"], "{list}");
+    assert!(list.lines().all(|line| line.len() > 20), "each has a title: {list}");
+    for name in &names {
+        let said = place.plumb(&["init", name, "--cell", name]);
+        assert_eq!(said.code(), 0, "{name}: {}", said.all());
+        let cells = files_with(&place.path(name), "cell: ");
+        assert!(!cells.is_empty() || *name == "arms", "{name} holds a cell");
+        for cell in cells {
+            let checked = place.plumb(&["check", cell.to_str().unwrap()]);
+            assert_eq!(checked.code(), 0, "{}: {}", cell.display(), checked.all());
+        }
+    }
+}
+
+#[test]
+fn what_is_there_is_not_overwritten_and_nothing_else_is_written_then() {
+    let place = Elsewhere::new();
+    fs::create_dir_all(place.path("lab/puma")).unwrap();
+    let said = place.plumb(&["init", "lab", "--cell", "ur5", "--cell", "light-stripe"]);
+    assert_eq!(said.code(), 2);
+    assert!(
+        said.err().starts_with("plumb: lab/puma is there already, and nothing is overwritten"),
+        "{}",
+        said.err()
+    );
+    assert!(!place.path("lab/ur5").exists() && !place.path("lab/light-stripe").exists());
+    assert_eq!(fs::read_dir(place.path("lab/puma")).unwrap().count(), 0);
+}
+
+#[test]
+fn a_misspelled_example_and_a_folder_without_examples_are_refused_with_what_would_be_right() {
+    let place = Elsewhere::new();
+    let said = place.plumb(&["init", "--cell", "teachmoover"]);
+    assert_eq!(said.code(), 2);
+    assert_eq!(said.err(), "plumb: there is no example `teachmoover`: did you mean `teachmover`?\n");
+    fs::create_dir(place.path("empty")).unwrap();
+    let said = place.plumb(&["init", "--from", "empty"]);
+    assert_eq!(said.code(), 2);
+    assert!(said.err().contains("looked in empty; name their folder"), "{}", said.err());
+}
+
+/// A prefix as an installation makes it, with one plugin and one example.
+fn installed(place: &Elsewhere) -> PathBuf {
+    let built = Path::new(env!("CARGO_BIN_EXE_plumb"));
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let plugin = place.path("usr/lib/plumb/plugins/ir-proximity");
+    let example = place.path("usr/share/plumb/workcells/only");
+    for folder in [&place.path("usr/bin"), &plugin, &example] {
+        fs::create_dir_all(folder).unwrap();
+    }
+    fs::copy(source.join("plugins/ir-proximity/plugin.yaml"), plugin.join("plugin.yaml")).unwrap();
+    let library = "libplumb_ir_proximity.so";
+    fs::copy(built.parent().unwrap().join("deps").join(library), plugin.join(library)).unwrap();
+    fs::write(example.join("cell.yaml"), "title: The only one\ncell: only\n").unwrap();
+    let program = place.path("usr/bin/plumb");
+    fs::copy(built, &program).unwrap();
+    program
+}
+
+#[test]
+fn an_installed_program_has_the_plugins_and_examples_of_its_prefix_and_no_others() {
+    let place = Elsewhere::new();
+    let program = installed(&place);
+    let list = place.command(&program, &["plugins", "list"]).out();
+    assert_eq!(list.lines().count(), 1, "the source's are left alone: {list}");
+    assert!(list.starts_with("ir-proximity"), "{list}");
+    assert_eq!(place.command(&program, &["plugins", "verify"]).out(), "ir-proximity: good\n");
+    assert_eq!(place.command(&program, &["init", "--list"]).out(), "only          The only one\n");
+}
+
+/// As `cargo install` leaves it: the program alone, and the source with what was built there.
+#[test]
+fn a_program_without_its_plugins_takes_those_that_were_built_with_it() {
+    let place = Elsewhere::new();
+    let program = place.path("plumb");
+    fs::copy(env!("CARGO_BIN_EXE_plumb"), &program).unwrap();
+    let verified = place.command(&program, &["plugins", "verify", "simulated", "teachmover"]);
+    assert_eq!(verified.out(), "simulated: good\nteachmover: good\n", "{}", verified.all());
+    let listed = place.command(&program, &["init", "--list"]);
+    assert!(listed.out().contains("teachmover"), "{}", listed.all());
+}
+
+#[test]
+fn a_plugin_beside_the_cell_file_is_found_and_one_that_others_may_change_is_not() {
+    let place = Elsewhere::new();
+    assert_eq!(place.plumb(&["init", "."]).code(), 0);
+    let folder = place.path("teachmover/plugins/my-eye");
+    fs::create_dir_all(&folder).unwrap();
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins/ir-proximity/plugin.yaml");
+    let manifest = fs::read_to_string(source).unwrap().replace("id: ir-proximity", "id: my-eye");
+    fs::write(folder.join("plugin.yaml"), manifest).unwrap();
+    let cell = place.path("teachmover/cell.yaml");
+    let text = fs::read_to_string(&cell).unwrap();
+    assert!(text.contains("plugin: ir-proximity"));
+    fs::write(&cell, text.replace("plugin: ir-proximity", "plugin: my-eye")).unwrap();
+    let checked = place.plumb(&["check", "teachmover/cell.yaml"]);
+    assert_eq!(checked.code(), 0, "{}", checked.all());
+    fs::set_permissions(&folder, fs::Permissions::from_mode(0o777)).unwrap();
+    let refused = place.plumb(&["check", "teachmover/cell.yaml"]);
+    assert_eq!(refused.code(), 2);
+    assert!(refused.err().contains("everybody may write to"), "{}", refused.err());
+}

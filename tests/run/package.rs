@@ -1,0 +1,86 @@
+//! What `cargo xtask package` writes, made of the programs these tests were built with: unpacked elsewhere, it works without the source.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use plumb_xtask::package::{Options, package};
+
+use crate::lab::Said;
+
+/// Runs a program in a folder, with nothing of this test's environment but the search path.
+fn run(folder: &Path, program: &str, arguments: &[&str]) -> Said {
+    let mut command = Command::new(program);
+    command.args(arguments).current_dir(folder).env_clear().env("PATH", "/usr/bin:/bin").env("HOME", folder);
+    Said::of(command.stdin(Stdio::null()).output().unwrap())
+}
+
+#[test]
+fn the_archive_runs_wherever_it_is_unpacked_and_the_debian_package_holds_the_same() {
+    let place = tempfile::tempdir().unwrap();
+    let built = Path::new(env!("CARGO_BIN_EXE_plumb")).parent().unwrap();
+    let has_dpkg = Command::new("dpkg-deb").arg("--version").output().is_ok();
+    let options = Options {
+        output: Some(place.path().join("packages")),
+        built: Some(built.to_owned()),
+        archive_only: !has_dpkg,
+    };
+    let files = package(&options).unwrap_or_else(|error| panic!("{error}"));
+    let unpacked = run(place.path(), "tar", &["-xzf", files[0].to_str().unwrap()]);
+    assert_eq!(unpacked.code(), 0, "{}", unpacked.all());
+    let name = files[0].file_name().unwrap().to_str().unwrap().trim_end_matches(".tar.gz");
+    let tree = place.path().join(name);
+
+    let program = tree.join("bin/plumb");
+    let plumb = |arguments: &[&str]| run(place.path(), program.to_str().unwrap(), arguments);
+    let verified = plumb(&["plugins", "verify"]);
+    assert_eq!(verified.code(), 0, "{}", verified.all());
+    assert_eq!(verified.out().lines().count(), 7, "each plugin: {}", verified.out());
+    let listed = plumb(&["plugins", "list"]).all();
+    assert!(!listed.contains("unusable"), "{listed}");
+    assert_eq!(plumb(&["init", "lab"]).code(), 0);
+    let ran = plumb(&["run", "lab/teachmover/cell.yaml", "--headless"]);
+    assert_eq!(ran.code(), 0, "{}", ran.all());
+
+    for file in [
+        "share/man/man1/plumb-run.1",
+        "share/bash-completion/completions/plumb",
+        "share/plumb/schemas/cell.schema.json",
+        "share/doc/plumb/INSTALL.md",
+        "lib/udev/rules.d/70-plumb-serial.rules",
+    ] {
+        assert!(tree.join(file).is_file(), "{file}");
+    }
+    let licences = fs::read_to_string(tree.join("share/doc/plumb/THIRD-PARTY-LICENSES")).unwrap();
+    assert!(
+        licences.contains("iceoryx2 0.10.0") && !licences.contains("insta 1."),
+        "what is built in, and no more"
+    );
+
+    let Some(debian) = files.get(1) else {
+        eprintln!("skipped: dpkg-deb is not there, so no Debian package was made");
+        return;
+    };
+    let debian = debian.to_str().unwrap();
+    let extracted = run(place.path(), "dpkg-deb", &["-x", debian, "installed"]);
+    assert_eq!(extracted.code(), 0, "{}", extracted.all());
+    let installed = run(place.path(), "installed/usr/bin/plumb", &["plugins", "verify"]);
+    assert_eq!(installed.out(), verified.out(), "{}", installed.all());
+    let information = run(place.path(), "dpkg-deb", &["-f", debian, "Package", "Depends"]).out();
+    assert!(information.contains("Package: plumb") && information.contains("libc6 (>= 2."), "{information}");
+}
+
+#[test]
+fn what_is_not_built_is_named_with_the_command_that_builds_it() {
+    let place = tempfile::tempdir().unwrap();
+    let options = Options {
+        output: Some(place.path().join("packages")),
+        built: Some(place.path().join("nothing")),
+        archive_only: true,
+    };
+    let error = package(&options).unwrap_err().to_string();
+    assert!(
+        error.ends_with("nothing/plumb is not there; build it first: cargo build --release --locked"),
+        "{error}"
+    );
+}

@@ -1,0 +1,76 @@
+//! The command line as a whole: the commands, grouped by what a person wants to do, each with examples. Help, manual pages and completions are
+//! made from this.
+
+mod examples;
+mod groups;
+
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+
+use crate::commands::{
+    answer, certificate, check, completions, doctor, emulate, history, host, init, man, model, note, plugins,
+    record, run, schema, show, stripe, study, trial, watch, world,
+};
+
+/// Calibrates lab robots: runs the procedures of workcells, and shows where the model of a machine fails and what it lacks.
+#[derive(Parser)]
+#[command(name = "plumb", version)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    Init(init::Arguments),
+    Run(run::Arguments),
+    Watch(watch::Arguments),
+    Answer(answer::Arguments),
+    Check(check::Arguments),
+    Doctor(doctor::Arguments),
+    History(history::Arguments),
+    Show(show::Arguments),
+    Certificate(certificate::Arguments),
+    Note(note::Arguments),
+    /// Look after the record: copy it, check it, list corrections and bring earlier ones back.
+    #[command(subcommand)]
+    Record(record::RecordCommand),
+    /// Compare a model with measurements, see what it lacks, add it, watch the error fall.
+    #[command(subcommand)]
+    Model(model::ModelCommand),
+    /// What the stripes of a light stripe sensor say of the arm that carries it.
+    #[command(subcommand)]
+    Stripe(stripe::StripeCommand),
+    /// Blind trials: measurements of an arm that hides something, and the answer under seal.
+    #[command(subcommand)]
+    Trial(trial::TrialCommand),
+    /// The controller of an arm on a pseudo-terminal, to try its driver without the arm.
+    #[command(subcommand)]
+    Emulate(emulate::EmulateCommand),
+    Study(study::StudyArguments),
+    /// The plugins that can be found, and whether they can be used.
+    #[command(subcommand)]
+    Plugins(plugins::PluginsCommand),
+    Schema(schema::Arguments),
+    Completions(completions::Arguments),
+    Man(man::Arguments),
+    #[command(hide = true)]
+    Host(host::Arguments),
+    #[command(hide = true)]
+    World(world::Arguments),
+}
+
+/// The command line, with its overview and its examples.
+pub fn command() -> clap::Command {
+    let with_examples = examples::add(Arguments::command(), "");
+    let overview = groups::overview(&with_examples);
+    with_examples.help_template(format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{overview}Options:\n{{options}}"
+    ))
+}
+
+/// Reads the arguments of this process; prints help and mistakes and ends the program, as clap does.
+pub(crate) fn parse() -> Arguments {
+    let mut command = command();
+    let matches = command.get_matches_mut();
+    Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut command).exit())
+}

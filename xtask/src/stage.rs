@@ -1,0 +1,177 @@
+//! The tree of what is installed, as it lies under a prefix such as `/usr`.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::error::PackageError;
+use crate::run::output;
+
+/// The source, and what was built of it.
+pub(crate) struct Built<'a> {
+    pub(crate) root: &'a Path,
+    /// `target/release`, or another folder of cargo's.
+    pub(crate) folder: &'a Path,
+}
+
+/// Files of the source that are installed as they are.
+const FILES: [(&str, &str); 6] = [
+    ("README.md", "share/doc/plumb/README.md"),
+    ("CHANGELOG.md", "share/doc/plumb/CHANGELOG.md"),
+    ("LICENSE-MIT", "share/doc/plumb/LICENSE-MIT"),
+    ("LICENSE-APACHE", "share/doc/plumb/LICENSE-APACHE"),
+    ("xtask/files/INSTALL.md", "share/doc/plumb/INSTALL.md"),
+    ("xtask/files/70-plumb-serial.rules", "lib/udev/rules.d/70-plumb-serial.rules"),
+];
+
+/// Where each shell looks for completions.
+const COMPLETIONS: [(&str, &str); 3] = [
+    ("bash", "share/bash-completion/completions/plumb"),
+    ("zsh", "share/zsh/vendor-completions/_plumb"),
+    ("fish", "share/fish/vendor_completions.d/plumb.fish"),
+];
+
+/// The kinds of files that `plumb schema` knows.
+const SCHEMAS: [&str; 3] = ["cell", "procedure", "answers"];
+
+/// Lays everything out under `tree`; the version of the C library that it needs.
+pub(crate) fn stage(built: &Built<'_>, tree: &Path, third_party: &str) -> Result<String, PackageError> {
+    let program = tree.join("bin/plumb");
+    copy(&there(built.folder.join("plumb"))?, &program)?;
+    let mut binaries = vec![program.clone()];
+    binaries.extend(plugins(built, tree)?);
+    for binary in &binaries {
+        output(Command::new("strip").arg("--strip-unneeded").arg(binary))?;
+    }
+    copy_tree(&built.root.join("workcells"), &tree.join("share/plumb/workcells"))?;
+    for (from, to) in FILES {
+        copy(&built.root.join(from), &tree.join(to))?;
+    }
+    write(&tree.join("share/doc/plumb/THIRD-PARTY-LICENSES"), third_party.as_bytes())?;
+    rights(tree, &binaries)?;
+    // From here on the program itself says what it has: it runs where it will lie.
+    let said = |arguments: &[&str]| output(Command::new(&program).args(arguments).current_dir("/"));
+    for kind in SCHEMAS {
+        write(&tree.join(format!("share/plumb/schemas/{kind}.schema.json")), &said(&["schema", kind])?)?;
+    }
+    for (shell, to) in COMPLETIONS {
+        write(&tree.join(to), &said(&["completions", shell])?)?;
+    }
+    let pages = tree.join("share/man/man1");
+    said(&["man", "-o", &pages.to_string_lossy()])?;
+    said(&["plugins", "verify"])?;
+    rights(tree, &binaries)?;
+    newest_glibc(&binaries)
+}
+
+/// Each plugin's manifest and library in a folder of its own; the libraries.
+fn plugins(built: &Built<'_>, tree: &Path) -> Result<Vec<PathBuf>, PackageError> {
+    let mut libraries = Vec::new();
+    for folder in sorted(&built.root.join("plugins"))? {
+        let manifest = folder.join("plugin.yaml");
+        if !manifest.is_file() {
+            continue;
+        }
+        let text = fs::read_to_string(&manifest).map_err(PackageError::io(&manifest))?;
+        let key = |name: &str| {
+            let line = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'));
+            line.map(|value| value.trim().to_owned()).ok_or_else(|| PackageError::Unexpected {
+                path: manifest.clone(),
+                what: format!("it has no line `{name}: ...`"),
+            })
+        };
+        let (id, library) = (key("id")?, key("library")?);
+        let to = tree.join("lib/plumb/plugins").join(id);
+        copy(&manifest, &to.join("plugin.yaml"))?;
+        // `cargo test` brings only those in `deps` up to date.
+        let places = [built.folder.join("deps").join(&library), built.folder.join(&library)];
+        let newest = places.iter().filter(|path| path.is_file()).max_by_key(|path| modified(path));
+        let from = newest.ok_or_else(|| PackageError::NotBuilt(built.folder.join(&library)))?;
+        copy(from, &to.join(&library))?;
+        libraries.push(to.join(&library));
+    }
+    Ok(libraries)
+}
+
+fn modified(path: &Path) -> Option<std::time::SystemTime> {
+    fs::metadata(path).ok()?.modified().ok()
+}
+
+fn there(path: PathBuf) -> Result<PathBuf, PackageError> {
+    if path.is_file() { Ok(path) } else { Err(PackageError::NotBuilt(path)) }
+}
+
+/// What lies in a folder, in order of name.
+pub(crate) fn sorted(folder: &Path) -> Result<Vec<PathBuf>, PackageError> {
+    let entries = fs::read_dir(folder).map_err(PackageError::io(folder))?;
+    let mut paths = Vec::new();
+    for entry in entries {
+        paths.push(entry.map_err(PackageError::io(folder))?.path());
+    }
+    paths.sort();
+    Ok(paths)
+}
+
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), PackageError> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(PackageError::io(folder))?;
+    }
+    fs::write(path, bytes).map_err(PackageError::io(path))
+}
+
+pub(crate) fn copy(from: &Path, to: &Path) -> Result<(), PackageError> {
+    write(to, &fs::read(from).map_err(PackageError::io(from))?)
+}
+
+pub(crate) fn copy_tree(from: &Path, to: &Path) -> Result<(), PackageError> {
+    for path in sorted(from)? {
+        let target = to.join(path.file_name().unwrap_or_default());
+        if path.is_dir() { copy_tree(&path, &target)? } else { copy(&path, &target)? }
+    }
+    Ok(())
+}
+
+/// Everybody may read; programs and libraries may be run; nobody but their owner may change them, or plumb would refuse to load them.
+fn rights(place: &Path, binaries: &[PathBuf]) -> Result<(), PackageError> {
+    let is_program = binaries.iter().any(|binary| binary == place);
+    let mode = if place.is_dir() || is_program { 0o755 } else { 0o644 };
+    fs::set_permissions(place, fs::Permissions::from_mode(mode)).map_err(PackageError::io(place))?;
+    if place.is_dir() {
+        for path in sorted(place)? {
+            rights(&path, binaries)?;
+        }
+    }
+    Ok(())
+}
+
+/// The newest version of the C library whose symbols these use, as `2.34`: their tables of names hold `GLIBC_2.34`.
+fn newest_glibc(binaries: &[PathBuf]) -> Result<String, PackageError> {
+    const MARK: &[u8] = b"GLIBC_2.";
+    let mut newest = 0;
+    for binary in binaries {
+        let bytes = fs::read(binary).map_err(PackageError::io(binary))?;
+        for at in
+            bytes.windows(MARK.len()).enumerate().filter(|(_, window)| *window == MARK).map(|(at, _)| at)
+        {
+            let digits = bytes.iter().skip(at + MARK.len()).take_while(|byte| byte.is_ascii_digit());
+            let number = digits
+                .fold(0_u32, |sum, digit| sum.saturating_mul(10).saturating_add(u32::from(digit - b'0')));
+            newest = newest.max(number);
+        }
+    }
+    Ok(format!("2.{newest}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_newest_symbol_version_counts_as_a_number() {
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("library");
+        fs::write(&file, b"\0GLIBC_2.4\0GLIBC_2.34\0GLIBC_2.5\0GLIBC_PRIVATE\0").unwrap();
+        assert_eq!(newest_glibc(&[file]).unwrap(), "2.34");
+    }
+}
