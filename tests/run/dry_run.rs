@@ -66,3 +66,25 @@ fn a_mistake_ends_a_dry_run_as_it_ends_a_run() {
     assert_eq!(plan.code(), 2, "{}", plan.all());
     assert!(plan.err().contains("`Br_deg` is 200; it lies between 1 and 15"), "{}", plan.err());
 }
+
+#[test]
+fn a_place_beyond_the_limits_is_found_before_anything_moves_written_out_or_by_a_parameter() {
+    let lab = Lab::new();
+    lab.edit("cell.yaml", "    initialize:", "    limits_deg: {waist: [-40, 40]}\n    initialize:");
+    let plan = lab.plumb(&["run", "cell.yaml", "--dry-run", "--set", "line_a_deg=35"]);
+    assert_eq!(plan.code(), 2, "{}", plan.all());
+    assert!(plan.out().contains("waist to 43 deg") && plan.out().contains(": BEYOND THEM"), "{}", plan.out());
+    let told = "step `waist.aside` would send arm waist to 43 deg, beyond its limits: -40 to 40 deg";
+    assert!(plan.err().contains(told), "{}", plan.err());
+
+    let written = "to_deg: {waist: line_a_deg + offset_deg}";
+    lab.edit("procedures/waist-initialization.yaml", written, "to_deg: {waist: 60}");
+    let check = lab.plumb(&["check", "cell.yaml"]);
+    assert_eq!(check.code(), 2, "{}", check.all());
+    for words in ["waist-initialization.yaml:", "waist cannot go to 60 deg", "within -40 to 40 deg"] {
+        assert!(check.all().contains(words), "{words}: {}", check.all());
+    }
+    // Just as far as it may go is not beyond.
+    lab.edit("procedures/waist-initialization.yaml", "to_deg: {waist: 60}", "to_deg: {waist: 40}");
+    assert_eq!(lab.plumb(&["check", "cell.yaml"]).code(), 0);
+}

@@ -40,3 +40,4 @@ mod serial;
 mod stripe_bad_input;
 mod stripe_serial;
 mod stripes;
+mod target;

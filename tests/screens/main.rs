@@ -2,6 +2,7 @@
 
 mod bench;
 mod exploring;
+mod newcomer;
 mod operating;
 mod scanning;
 mod terminal;

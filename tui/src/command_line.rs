@@ -8,7 +8,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::commands::{
     answer, certificate, check, completions, doctor, emulate, history, host, init, man, model, note, plugins,
-    record, run, schema, show, stripe, study, trial, watch, world,
+    record, run, schema, show, stripe, study, target, trial, watch, world,
 };
 
 /// Calibrates lab robots: runs the procedures of workcells, and shows where the model of a machine fails and what it lacks.
@@ -25,6 +25,7 @@ pub(crate) enum Command {
     Run(run::Arguments),
     Watch(watch::Arguments),
     Answer(answer::Arguments),
+    Target(target::Arguments),
     Check(check::Arguments),
     Doctor(doctor::Arguments),
     History(history::Arguments),

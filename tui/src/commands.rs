@@ -19,6 +19,7 @@ pub(crate) mod schema;
 pub(crate) mod show;
 pub mod stripe;
 pub mod study;
+pub(crate) mod target;
 pub mod trial;
 pub(crate) mod watch;
 pub(crate) mod world;

@@ -22,7 +22,7 @@ pub mod signals;
 use command_line::Command;
 use commands::{
     answer, certificate, check, completions, doctor, emulate, history, host, init, man, model, note, plugins,
-    record, run, schema, show, stripe, study, trial, watch, world,
+    record, run, schema, show, stripe, study, target, trial, watch, world,
 };
 use failure::CommandResult;
 
@@ -50,6 +50,7 @@ pub fn program() -> ExitCode {
         Command::Show(arguments) => show::run(&arguments),
         Command::Stripe(command) => stripe::run(&command),
         Command::Study(arguments) => study::run(&arguments),
+        Command::Target(arguments) => target::run(&arguments),
         Command::Trial(command) => trial::run(&command),
         Command::Plugins(command) => plugins::run(&command),
         Command::Host(_) => host::run(),

@@ -19,6 +19,8 @@ pub(crate) struct CheckContext<'a> {
 pub(crate) struct RobotNames {
     pub(crate) name: String,
     pub(crate) joints: Vec<(String, DegOrMm)>,
+    /// Limits that the cell gives joints: joint, least, most; rad or mm.
+    pub(crate) limits: Vec<(String, f64, f64)>,
     /// Surfaces of its model file.
     pub(crate) surfaces: Vec<String>,
     /// Levels of its model file.

@@ -146,6 +146,15 @@ pub enum Event {
         /// For each plane how far the nearest end of a link is on its free side, by the zeros now believed.
         planes: Vec<PlaneClearance>,
     },
+    /// What the instrument shows that stands on the arm, while the arm of a simulated cell is jogged: where the world is real, the operator looks.
+    InstrumentRead {
+        /// The step that asks for the arm to be jogged.
+        step: StepPath,
+        /// What it shows; none where it is beyond its range.
+        value: Option<f64>,
+        /// Unit of the value.
+        unit: String,
+    },
     /// A robot's zeros no longer hold: its drive reads elsewhere than the record left it. Until a run has found them again its joints stand somewhere
     /// else than its numbers say, and its keep-out planes are not watched.
     ZerosLost {
@@ -189,6 +198,13 @@ pub enum Event {
         correction: Correction,
         /// Number of the revision it made for this device; rolling back makes a new one.
         revision: i64,
+    },
+    /// The operator goes back to an earlier step: it and all that came after it are to be done again.
+    WentBack {
+        /// The step that failed.
+        from: StepPath,
+        /// The step that comes next.
+        to: StepPath,
     },
     /// The run waits; nothing moves until an explicit resume.
     Paused {

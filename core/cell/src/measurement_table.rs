@@ -1,6 +1,6 @@
 //! What a run measured, as a measurement table of the model lab: trigger poses of its searches, and the rows its procedures write.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use plumb_record::{CONTROLLER_ZERO, StoredCorrection, StoredStep, StoredTrigger};
 use serde_json::Value;
@@ -152,7 +152,18 @@ impl Maker<'_> {
     /// What steps of kind `row` have written: nothing else ends with such a result.
     fn written_rows(&self) -> Result<Vec<Row>, TableError> {
         let mut rows = Vec::new();
+        let newest: BTreeMap<&str, usize> = self
+            .recorded
+            .steps
+            .iter()
+            .enumerate()
+            .map(|(position, step)| (step.step.as_str(), position))
+            .collect();
         for (position, step) in self.recorded.steps.iter().enumerate() {
+            // A row that was written again, or was to be when the run ended, no longer counts.
+            if newest.get(step.step.as_str()) != Some(&position) {
+                continue;
+            }
             let of = |key: &str| step.result.get(key);
             let (Some(joints), Some(Value::Object(columns))) = (of("joints"), of("columns")) else {
                 continue;

@@ -80,6 +80,12 @@ pub enum PromptKind {
         /// back then.
         #[serde(default)]
         hand_over: bool,
+        /// The joint to offer first, where `goals` name none.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        joint: Option<String>,
+        /// A sensor that is read while the arm is moved: its [`Event::Signal`](crate::event::Event::Signal) tells whether it has fired.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        sensor: Option<String>,
     },
     /// A run goes on after an interruption: does the arm stand where it was left?
     ConfirmPose {
@@ -96,7 +102,23 @@ pub enum PromptKind {
         error: String,
         /// What may be decided, in the order to show them.
         options: Vec<Decision>,
+        /// What each of them does in this case, for people; in the same order.
+        #[serde(default)]
+        labels: Vec<String>,
     },
+}
+
+impl PromptKind {
+    /// The same question as `before` with what has changed since: a jog keeps what it offers first and the sensor it shows.
+    pub(crate) fn as_before(mut self, before: &Self) -> Self {
+        if let (Self::JogTo { joint, sensor, .. }, Self::JogTo { joint: first, sensor: shown, .. }) =
+            (&mut self, before)
+        {
+            joint.clone_from(first);
+            sensor.clone_from(shown);
+        }
+        self
+    }
 }
 
 /// One option of a choice.
@@ -125,8 +147,12 @@ pub struct JogGoal {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Decision {
-    /// Begin the step again (a lost device is started again first).
+    /// Begin the step again (a lost device is started again first); a check again with what it judges, so that an answer can be given anew.
     Retry,
+    /// Move the arm by hand, in a jog prompt, then do as for `Retry`, from where the arm stands then.
+    Move,
+    /// Go back to the step before that placed the arm, or asked something, and go on from there.
+    Back,
     /// Go on without it.
     Skip,
     /// End the run.
@@ -138,6 +164,8 @@ impl Decision {
     pub fn name(self) -> &'static str {
         match self {
             Decision::Retry => "retry",
+            Decision::Move => "move",
+            Decision::Back => "back",
             Decision::Skip => "skip",
             Decision::Abort => "abort",
         }

@@ -23,6 +23,8 @@ mod support;
 mod uncertainties;
 #[path = "engine_steps/unsteady_light.rs"]
 mod unsteady_light;
+#[path = "engine_steps/ways_out.rs"]
+mod ways_out;
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -139,7 +141,7 @@ steps:
         _ => None,
     });
     let error = error.expect("an error");
-    assert!(error.starts_with("eye never came on within 2.00 deg of shoulder"), "{error}");
+    assert!(error.starts_with("eye stayed OFF while shoulder went from"), "{error}");
     let lower: Vec<_> = outcomes(&events)
         .into_iter()
         .filter(|(step, _)| step == "lower")
@@ -163,7 +165,7 @@ steps:
     let (outcome, events, _, _) = run_attended(&search(""), operator(Decision::Abort));
     assert_eq!(outcome, RunOutcome::Error);
     assert!(
-        message_of(&events).contains("eye is on already where the search begins"),
+        message_of(&events).contains("eye is already ON at the start of the search"),
         "{}",
         message_of(&events)
     );

@@ -56,6 +56,19 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
     (
+        "target",
+        &[
+            example(
+                "plumb target teachmover/cell.yaml -o target.pdf",
+                "the T to print, with rulers to check the print",
+            ),
+            example(
+                "plumb target teachmover/cell.yaml -o target.svg --paper a3",
+                "the same as SVG, on larger paper",
+            ),
+        ],
+    ),
+    (
         "check",
         &[
             example("plumb check teachmover/cell.yaml", "a cell and everything it names"),

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 /// A task, and the commands for it in the order in which they are met.
 const GROUPS: [(&str, &[&str]); 6] = [
-    ("Operate", &["init", "run", "watch", "answer", "check", "doctor"]),
+    ("Operate", &["init", "run", "watch", "answer", "target", "check", "doctor"]),
     ("Look back", &["history", "show", "certificate", "note", "record"]),
     ("Model lab", &["model"]),
     ("Scans", &["stripe"]),

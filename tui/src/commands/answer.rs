@@ -183,9 +183,10 @@ pub(crate) fn ways_to_answer(kind: &PromptKind) -> String {
         PromptKind::Photo => "FILE   (the picture you took, PNG or JPEG)".to_owned(),
         PromptKind::JogTo { .. } => "done   (or where it is to go, as in shoulder=45,elbow=-70)".to_owned(),
         PromptKind::ConfirmPose { .. } => "confirm".to_owned(),
-        PromptKind::Decision { options, .. } => {
+        PromptKind::Decision { options, labels, .. } => {
             let words: Vec<&str> = options.iter().map(|decision| decision.name()).collect();
-            words.join(" | ")
+            let meanings = words.iter().zip(labels).map(|(word, label)| format!("\n  {word:<6} {label}"));
+            format!("{}{}", words.join(" | "), meanings.collect::<String>())
         }
     }
 }
@@ -229,6 +230,8 @@ fn read(text: &str, kind: &PromptKind) -> Result<Answer, String> {
         PromptKind::ConfirmPose { .. } if text == "confirm" => Ok(Answer::Confirmed),
         PromptKind::Decision { .. } => match text {
             "retry" => Ok(Answer::Decision { decision: Decision::Retry }),
+            "move" => Ok(Answer::Decision { decision: Decision::Move }),
+            "back" => Ok(Answer::Decision { decision: Decision::Back }),
             "skip" => Ok(Answer::Decision { decision: Decision::Skip }),
             "abort" => Ok(Answer::Decision { decision: Decision::Abort }),
             _ => Err(right()),
@@ -270,6 +273,8 @@ mod tests {
             device: "arm".into(),
             goals: Vec::new(),
             hand_over: false,
+            joint: None,
+            sensor: None,
             joints: vec![joint("shoulder", "deg"), joint("gripper", "mm")],
         };
         let Ok(Answer::Pose { joints }) = read("shoulder=45, gripper=-1.5", &kind) else { panic!("a pose") };

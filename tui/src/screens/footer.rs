@@ -107,13 +107,18 @@ fn first_key(binding: &Binding) -> &'static str {
 fn applies(state: &State, command: Command) -> bool {
     let phase = state.run.as_ref().map(|run| &run.phase).filter(|_| !state.only_watches());
     match command {
-        Command::Answer | Command::Retry | Command::Skip | Command::JogForwards | Command::JogLess => {
-            phase.is_some()
-        }
+        Command::Answer
+        | Command::Retry
+        | Command::MoveArm
+        | Command::GoBack
+        | Command::Skip
+        | Command::JogForwards
+        | Command::JogLess => phase.is_some(),
         Command::Pause => matches!(phase, Some(Phase::Running)),
         Command::Resume => matches!(phase, Some(Phase::Paused { .. })),
         Command::Abort => matches!(phase, Some(Phase::Running | Phase::Paused { .. })),
         Command::Large => state.run.as_ref().is_some_and(|run| run.prompt.is_some()),
+        Command::SwapViews => state.cell.shape.is_some(),
         Command::NextScreen => state.screens().len() > 1,
         Command::Cancel => state.model.as_ref().is_some_and(|model| model.busy.is_some()),
         Command::Judge => state.model.as_ref().is_some_and(|model| model.can_judge()),

@@ -193,11 +193,17 @@ impl State {
             (Screen::Log, _) => vec![Context::Log],
             (Screen::Scan, _) => vec![Context::Scan],
         };
+        places.extend(self.has_run_keys().then_some(Context::Run));
         if !self.is_typing() {
             places.push(Context::NotTyping);
         }
         places.extend([Context::NotWriting, Context::Everywhere]);
         places
+    }
+
+    /// Whether the keys that steer a run hold. They do on every page, so that none of them means something else while an arm may move.
+    fn has_run_keys(&self) -> bool {
+        self.run.as_ref().is_some_and(RunState::is_open)
     }
 
     /// Whether letters go into the name of an effect.

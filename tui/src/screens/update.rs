@@ -172,7 +172,7 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
 
 /// Does what concerns the run.
 fn obey_in_run(state: &mut State, command: Command) -> Vec<Action> {
-    if state.only_watches() && command != Command::Large {
+    if state.only_watches() && !matches!(command, Command::Large | Command::SwapViews) {
         state.say(Gravity::Calm, "Watching only: the run is controlled where it was started.");
         return Vec::new();
     }
@@ -180,6 +180,8 @@ fn obey_in_run(state: &mut State, command: Command) -> Vec<Action> {
     match command {
         Command::Answer => return answer(state, |prompt| prompt.answer()),
         Command::Retry => return answer(state, |prompt| decided(prompt, Decision::Retry)),
+        Command::MoveArm => return answer(state, |prompt| decided(prompt, Decision::Move)),
+        Command::GoBack => return answer(state, |prompt| decided(prompt, Decision::Back)),
         Command::Skip => return answer(state, |prompt| decided(prompt, Decision::Skip)),
         Command::Pause if paused => state.say(Gravity::Calm, "The run is paused already: r goes on."),
         Command::Pause => {
@@ -194,9 +196,16 @@ fn obey_in_run(state: &mut State, command: Command) -> Vec<Action> {
             return vec![Action::Tell(Tell::Abort)];
         }
         Command::Finish => return vec![Action::Tell(Tell::Finish)],
-        Command::Large => {
+        Command::SwapViews => {
             if let Some(run) = &mut state.run {
-                run.large = !run.large;
+                run.views_swapped = !run.views_swapped;
+            }
+        }
+        Command::Large => {
+            let is_shown = state.screen == Screen::Run;
+            if let Some(run) = &mut state.run {
+                run.large = !(is_shown && run.large);
+                state.screen = Screen::Run;
             }
         }
         Command::JogForwards => return jog(state, 1.0),
@@ -232,7 +241,11 @@ fn answer(state: &mut State, make: impl Fn(&mut OpenPrompt) -> Result<Answer, St
 }
 
 fn decided(prompt: &mut OpenPrompt, decision: Decision) -> Result<Answer, String> {
-    prompt.decide(decision).ok_or_else(|| format!("this step cannot be answered with {}", decision.name()))
+    prompt.decide(decision).ok_or_else(|| match decision {
+        Decision::Move => "no arm can be moved here".to_owned(),
+        Decision::Back => "no step before this one asked anything".to_owned(),
+        other => format!("{} is not offered here", other.name()),
+    })
 }
 
 fn jog(state: &mut State, sign: f64) -> Vec<Action> {
@@ -326,7 +339,7 @@ fn note_stop(state: &mut State, leave: bool) -> Vec<Action> {
     } else {
         state.overlay
     };
-    if state.only_watches() {
+    if state.only_watches() && state.run.is_some() {
         state.say(Gravity::Attention, "Nothing was stopped: this program only watches.");
     } else if state.run.is_some() {
         let text = if state.cell.is_moving() {
@@ -345,6 +358,8 @@ fn engine(state: &mut State, stamped: &StampedEvent) -> Vec<Action> {
     scan::take(state, &stamped.event);
     let now = state.now;
     let needed = state.run.as_mut().is_some_and(|run| run.take(&stamped.event, now));
+    let simulated = state.cell.simulated;
+    prompt(state).into_iter().for_each(|prompt| prompt.simulated = simulated);
     tell_news(state, &stamped.event);
     let mut actions = leave_when_at_rest(state);
     if needed {

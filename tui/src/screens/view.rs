@@ -67,7 +67,7 @@ pub(crate) fn view(state: &State, frame: &mut Frame) {
     footer::stop_bar(state, frame, rows.stop);
     match state.overlay {
         Some(Overlay::Help { scrolled }) => help::view(state, frame, rows.body, scrolled),
-        Some(Overlay::Leave) => question(state, frame, rows.body, "Leave?", LEAVE),
+        Some(Overlay::Leave) => question(state, frame, rows.body, "Leave?", &leaving(state)),
         Some(Overlay::Abort) => question(state, frame, rows.body, "Abort the run?", ABORT),
         Some(Overlay::BringBack) => {
             let asked = state.history.as_ref().and_then(|history| history.bring_back.as_ref());
@@ -78,8 +78,15 @@ pub(crate) fn view(state: &State, frame: &mut Frame) {
     }
 }
 
-const LEAVE: &str = "A run is open.\n\n  k  keep it and leave: plumb run --resume takes it up again\n  \
-                     a  abort it and leave\n  s  stay";
+/// What leaving an open run comes to, with the command that takes it up again.
+fn leaving(state: &State) -> String {
+    let run = state.run.as_ref().and_then(|run| run.number).map_or_else(String::new, |run| format!(" {run}"));
+    format!(
+        "A run is open.\n\n  k  keep it and leave; what takes it up again:\n     plumb run --resume{run}{}\n  a  abort it and leave\n  s  stay",
+        state.record_option
+    )
+}
+
 const ABORT: &str = "The run ends here. What was found so far stays in the record; corrections that are not in force \
                      yet are dropped.\n\n  y  abort the run\n  n  go back; nothing moves by going back";
 

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::Engine;
 use super::journal::{Attempt, AttemptEnd};
 use super::plan::Entry;
-use super::run_loop::{RunEnd, describe};
+use super::run_loop::{LeafEnd, RunEnd, describe};
 use super::step_context::{Done, StepContext, TimeLimit};
 use super::step_error::StepError;
 use crate::event::{LogLevel, RunOutcome, StepOutcome, StepPath};
@@ -20,16 +20,17 @@ use crate::step::OnError;
 enum AfterFailure {
     Again,
     GoOn,
+    Back(usize),
     End(RunEnd),
 }
 
 impl Engine {
-    /// Carries out one step, again where that is decided; gives the end of the run if it ends here.
-    pub(crate) fn run_leaf(&mut self, entry: &Entry) -> Result<Option<RunEnd>, RecordError> {
+    /// Carries out one step, again where that is decided.
+    pub(crate) fn run_leaf(&mut self, entry: &Entry) -> Result<LeafEnd, RecordError> {
         loop {
             self.take_in_log(Some(&entry.path))?;
             if let Some(end) = self.wait_where_asked(entry)? {
-                return Ok(Some(end));
+                return Ok(LeafEnd::End(end));
             }
             let attempt = self.journal.begin(&entry.path)?;
             let intent = if attempt.number > 1 {
@@ -60,16 +61,17 @@ impl Engine {
             match carried_out {
                 Ok(Some(done)) => {
                     self.passed(entry, attempt, done)?;
-                    return Ok(None);
+                    return Ok(LeafEnd::Done);
                 }
                 Ok(None) => {
                     self.end_not_needed(entry, attempt)?;
-                    return Ok(None);
+                    return Ok(LeafEnd::Done);
                 }
                 Err(error) => match self.not_passed(entry, &at, error)? {
                     AfterFailure::Again => {}
-                    AfterFailure::GoOn => return Ok(None),
-                    AfterFailure::End(end) => return Ok(Some(end)),
+                    AfterFailure::GoOn => return Ok(LeafEnd::Done),
+                    AfterFailure::Back(to) => return Ok(LeafEnd::Back(to)),
+                    AfterFailure::End(end) => return Ok(LeafEnd::End(end)),
                 },
             }
         }
@@ -148,7 +150,14 @@ impl Engine {
         outcome: StepOutcome,
         message: &str,
     ) -> Result<AfterFailure, RecordError> {
-        let decision = match self.decide(&entry.step, at, message) {
+        let ways_out = self.ways_out(entry);
+        let decided = self.decide(&entry.step, at, message, &ways_out).and_then(|decision| {
+            if decision == Decision::Move {
+                self.move_by_hand(&ways_out, at)?;
+            }
+            Ok(decision)
+        });
+        let decision = match decided {
             Ok(decision) => decision,
             Err(StepError::Record(error)) => return Err(error),
             Err(StepError::Interrupted { interrupt, reason }) => {
@@ -158,25 +167,27 @@ impl Engine {
                     None => return self.after_failure(entry, at, outcome, message),
                 });
             }
+            // The arm could not be moved by hand: what went wrong then is asked about in its turn.
+            Err(other) if !self.unattended => {
+                return self.after_failure(entry, at, outcome, &describe(&other));
+            }
             Err(other) => {
                 let message = describe(&other);
                 return Ok(AfterFailure::End(RunEnd { outcome: RunOutcome::Error, message }));
             }
         };
         match decision {
-            Decision::Retry => self.retry(entry, at, outcome),
+            Decision::Retry => match ways_out.again_from.filter(|_| !self.unattended) {
+                Some(from) => Ok(AfterFailure::Back(from)),
+                None => self.retry(entry, at, outcome),
+            },
+            Decision::Move => Ok(ways_out.again_from.map_or(AfterFailure::Again, AfterFailure::Back)),
+            Decision::Back => Ok(ways_out.back_to.map_or(AfterFailure::Again, AfterFailure::Back)),
             Decision::Skip => {
                 if outcome == StepOutcome::Failed {
-                    self.failed_check.get_or_insert_with(|| message.to_owned());
+                    self.failed_check.get_or_insert_with(|| (entry.index, message.to_owned()));
                 }
-                let attempt = self.journal.begin(&entry.path)?;
-                let end = AttemptEnd {
-                    outcome: StepOutcome::Skipped,
-                    message: "left out",
-                    result: &Value::Null,
-                    values: Vec::new(),
-                };
-                self.journal.end(&entry.path, attempt, end)?;
+                self.skip(entry)?;
                 Ok(AfterFailure::GoOn)
             }
             Decision::Abort => {
@@ -187,6 +198,18 @@ impl Engine {
                 }))
             }
         }
+    }
+
+    /// Writes down that a step was left out.
+    fn skip(&mut self, entry: &Entry) -> Result<(), RecordError> {
+        let attempt = self.journal.begin(&entry.path)?;
+        let end = AttemptEnd {
+            outcome: StepOutcome::Skipped,
+            message: "left out",
+            result: &Value::Null,
+            values: Vec::new(),
+        };
+        self.journal.end(&entry.path, attempt, end)
     }
 
     /// Starts lost devices again before the step is tried again; what to do is asked once more where that fails.

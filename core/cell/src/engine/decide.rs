@@ -4,6 +4,7 @@ use super::Engine;
 use super::journal::Question;
 use super::step_context::StepContext;
 use super::step_error::StepError;
+use super::ways_out::WaysOut;
 use crate::prompt::{Answer, Decision, PromptKind};
 use crate::step::{OnError, Step};
 
@@ -14,6 +15,7 @@ impl Engine {
         step: &Step,
         at: &StepContext,
         error: &str,
+        ways_out: &WaysOut,
     ) -> Result<Decision, StepError> {
         let decided = match step.on_error {
             Some(OnError::Decide(decision)) => Some(decision),
@@ -27,15 +29,13 @@ impl Engine {
             Some(Decision::Retry) if at.attempt.number > step.retries => Ok(Decision::Abort),
             Some(decision) => Ok(decision),
             None => {
+                let (options, labels) = self.offered_decisions(ways_out);
                 let question = Question {
                     step: &at.path,
                     title: &at.title,
                     text: error.to_owned(),
                     help: None,
-                    kind: PromptKind::Decision {
-                        error: error.to_owned(),
-                        options: vec![Decision::Retry, Decision::Skip, Decision::Abort],
-                    },
+                    kind: PromptKind::Decision { error: error.to_owned(), options, labels },
                 };
                 let prompt = self.journal.ask(question)?;
                 let patient = StepContext { limit: None, ..at.clone() };

@@ -100,7 +100,11 @@ pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
 
 fn motions(entry: &Entry, cell: &Workcell, estimator: &Estimator<'_>) -> Vec<PlannedMotion> {
     let limits = |robot: &str, joint: &str| limits(cell, robot, joint);
-    let context = MotionContext { time: &estimator.context(entry), limits: &limits };
+    let range = |robot: &str, joint: &str| {
+        let limits = cell.robot(robot)?.limits.iter().find(|(name, ..)| name == joint);
+        limits.map(|(_, least, most)| (*least, *most))
+    };
+    let context = MotionContext { time: &estimator.context(entry), limits: &limits, range: &range };
     entry.step.action.planned_motions(&context)
 }
 

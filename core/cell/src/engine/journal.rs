@@ -98,6 +98,14 @@ impl Journal {
         Ok(())
     }
 
+    /// Notes that what was done of a step no longer counts, nor where it was to end: an attempt that nobody sees, as [`Event::WentBack`] tells of it.
+    pub(crate) fn take_back(&mut self, step: &StepPath, why: &str) -> Written {
+        let (row, _) = self.record.start_step(self.run, &step.0)?;
+        self.record.note_intent(row, &Value::Null)?;
+        let outcome = outcome_name(StepOutcome::Interrupted);
+        self.record.end_step(row, &StepEnd { outcome, message: why, result: &Value::Null })
+    }
+
     pub(crate) fn progress(&self, step: &StepPath, fraction: Option<f64>, text: String) {
         self.show(Event::StepProgress { step: step.clone(), fraction, text });
     }

@@ -38,10 +38,11 @@ pub(crate) mod step_error;
 #[cfg(test)]
 mod test_arm;
 pub(crate) mod uncertainty;
+mod ways_out;
 mod zero_check;
 mod zero_trust;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -108,8 +109,10 @@ pub(crate) struct Engine {
     pub(crate) outputs: PathBuf,
     /// The scan a pause has interrupted, with what it has made.
     pub(crate) paused_scan: Option<(StepPath, Scan, ScanProgress)>,
-    /// A check did not hold and the run went on all the same.
-    pub(crate) failed_check: Option<String>,
+    /// A step failed, as a check that does not hold, and the run went on all the same: which entry of the plan, and what it said.
+    pub(crate) failed_check: Option<(usize, String)>,
+    /// The entries of the plan whose results expressions see.
+    pub(crate) with_results: BTreeSet<usize>,
 }
 
 /// A connected sensor.

@@ -53,6 +53,8 @@ pub(crate) struct Plan {
 /// One row.
 #[derive(Debug, Clone)]
 pub(crate) struct Entry {
+    /// Its place in the plan.
+    pub(crate) index: usize,
     pub(crate) path: StepPath,
     /// As answers name it: without turns, with the ids of calls before it.
     pub(crate) answer_name: String,
@@ -198,6 +200,7 @@ impl Planner<'_> {
             return Err(PlanError::TooLong);
         }
         self.plan.entries.push(Entry {
+            index: self.plan.entries.len(),
             path: StepPath(format!("{}{}", at.path, step.id)),
             answer_name: format!("{}{}", at.answers, step.id),
             depth: at.depth,

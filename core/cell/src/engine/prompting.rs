@@ -342,7 +342,8 @@ mod tests {
         let kind = PromptKind::Choice { options: vec![option("accept"), option("reject")], default: None };
         assert_eq!(check_answer(&Answer::Choice { key: "reject".into() }, &kind), Ok(()));
         assert!(refused(Answer::Choice { key: "acept".into() }, &kind).contains("accept"));
-        let decision = PromptKind::Decision { error: String::new(), options: vec![Decision::Abort] };
+        let decision =
+            PromptKind::Decision { error: String::new(), options: vec![Decision::Abort], labels: Vec::new() };
         assert_eq!(check_answer(&Answer::Decision { decision: Decision::Abort }, &decision), Ok(()));
         assert_eq!(
             refused(Answer::Decision { decision: Decision::Skip }, &decision),

@@ -17,6 +17,9 @@ use crate::step::MovedJoints;
 /// Joints that differ by no more are where they were, deg or mm: what a number loses on its way through the record.
 const SAME: f64 = 1e-6;
 
+/// Differences that are too small to be told to a person, deg or mm: half of the last digit that is shown.
+const SHOWN: f64 = 5e-4;
+
 /// Where a resumed run goes on.
 pub(crate) struct ResumePoint {
     /// Entry of the plan.
@@ -83,7 +86,8 @@ impl Engine {
                     attempt.step == entry.path.0 && attempt.outcome.as_deref() == Some("failed")
                 };
                 if let Some(failed) = stored.iter().find(failed) {
-                    self.failed_check.get_or_insert(failed.message.clone().unwrap_or_default());
+                    self.failed_check
+                        .get_or_insert((entry.index, failed.message.clone().unwrap_or_default()));
                 }
                 StepOutcome::Skipped
             }
@@ -143,7 +147,7 @@ impl Engine {
             if self.unattended {
                 self.confirm_unattended(&name, &pose.joints, &reported, position)?;
             } else {
-                self.confirm_by_asking(&name, &pose.joints, &reported)?;
+                self.confirm_by_asking(&name, &pose.joints, &reported, position)?;
             }
         }
         Ok(())
@@ -180,14 +184,16 @@ impl Engine {
         robot: &str,
         recorded: &Value,
         reported: &Value,
+        position: usize,
     ) -> Result<(), StepError> {
         let path = StepPath("resume".to_owned());
+        let moved_by_step = self.joints_moved_at(position, robot);
         let question = Question {
             step: &path,
             title: "Does the arm stand where the run left it?",
             text: format!(
-                "The run was interrupted. Look at {robot}: nothing may have moved it since, and its way on has to be free.\n\
-                 Confirm only when it stands as it was left; otherwise abort and begin a new run."
+                "The run was interrupted. {}\nLook at {robot}: confirm if it stands so, nobody has moved it since, and its way on is free; otherwise abort and begin a new run.",
+                differences_in_words(recorded, reported, &moved_by_step)
             ),
             help: None,
             kind: PromptKind::ConfirmPose {
@@ -206,6 +212,12 @@ impl Engine {
         }
     }
 
+    /// The joints that the step with which the run goes on moves.
+    fn joints_moved_at(&self, position: usize, robot: &str) -> MovedJoints {
+        let step = self.plan.entries.get(position).map(|entry| &entry.step);
+        step.map_or(MovedJoints::None, |step| step.action.moved_joints(robot))
+    }
+
     /// Without a person, the robot has to say it stands where the record left it; only the joints that the interrupted step was moving may
     /// stand elsewhere.
     fn confirm_unattended(
@@ -218,8 +230,7 @@ impl Engine {
         if self.answers.as_ref().is_some_and(|answers| answers.confirm_pose) {
             return Ok(());
         }
-        let step = self.plan.entries.get(position).map(|entry| &entry.step);
-        let moved_by_step = step.map_or(MovedJoints::None, |step| step.action.moved_joints(robot));
+        let moved_by_step = self.joints_moved_at(position, robot);
         for (before, now) in drive_numbers(recorded).into_iter().zip(drive_numbers(reported)) {
             // What the record or the robot does not tell is no number, and not the same either.
             let is_same = (before.1 - now.1).abs() <= SAME;
@@ -239,6 +250,33 @@ impl Engine {
             }
         }
         Ok(())
+    }
+}
+
+/// Which joints stand elsewhere than they were recorded last, and why that may be.
+fn differences_in_words(recorded: &Value, reported: &Value, moved_by_step: &MovedJoints) -> String {
+    let now = named(reported);
+    let differences: Vec<String> = named(recorded)
+        .iter()
+        .filter_map(|joint| {
+            let by = now.iter().find(|now| now.name == joint.name)?.value - joint.value;
+            if by.abs() <= SHOWN {
+                return None;
+            }
+            let why = match moved_by_step.contains(&joint.name) {
+                true => "it was moving when the run was interrupted.",
+                false => "the run was not moving it: did somebody?",
+            };
+            Some(format!(
+                "Its {} reads {by:+.3} {} from where it was recorded last: {why}",
+                joint.name, joint.unit
+            ))
+        })
+        .collect();
+    if differences.is_empty() {
+        "All joints read as they were left.".to_owned()
+    } else {
+        differences.join("\n")
     }
 }
 
@@ -266,4 +304,27 @@ fn drive_numbers(joints: &Value) -> Vec<(String, f64)> {
     rows(joints)
         .map(|row| (text(row, "name"), row.get("drive").and_then(Value::as_f64).unwrap_or(f64::NAN)))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn a_person_is_told_which_joint_stands_elsewhere_and_whether_the_run_moved_it() {
+        let joints = |waist: f64| json!([{"name": "waist", "value": waist, "unit": "deg"}, {"name": "elbow", "value": -80.0, "unit": "deg"}]);
+        let told = |moved: &MovedJoints| differences_in_words(&joints(9.3), &joints(5.7), moved);
+        let waist = MovedJoints::Named(vec!["waist".to_owned()]);
+        assert_eq!(
+            told(&waist),
+            "Its waist reads -3.600 deg from where it was recorded last: it was moving when the run was interrupted."
+        );
+        assert!(told(&MovedJoints::None).ends_with("the run was not moving it: did somebody?"));
+        assert_eq!(
+            differences_in_words(&joints(9.3), &joints(9.3), &waist),
+            "All joints read as they were left."
+        );
+    }
 }

@@ -18,6 +18,16 @@ pub(crate) struct RunEnd {
     pub(crate) message: String,
 }
 
+/// What comes after a step.
+pub(crate) enum LeafEnd {
+    /// The next one.
+    Done,
+    /// This entry of the plan, which was done before.
+    Back(usize),
+    /// Nothing: the run ends.
+    End(RunEnd),
+}
+
 /// What comes after an entry.
 enum Next {
     Entry(usize),
@@ -42,7 +52,7 @@ impl Engine {
             }
         }
         Ok(match self.failed_check.take() {
-            Some(message) => RunEnd { outcome: RunOutcome::Failed, message },
+            Some((_, message)) => RunEnd { outcome: RunOutcome::Failed, message },
             None => {
                 let skipped = self.journal.record.run(self.journal.run)?.skipped;
                 RunEnd { outcome: RunOutcome::Passed, message: passed_in_words(&skipped) }
@@ -74,8 +84,12 @@ impl Engine {
     ) -> Result<Next, RecordError> {
         match &entry.work {
             Work::Leaf => Ok(match self.run_leaf(entry)? {
-                Some(end) => Next::End(end),
-                None => Next::Entry(position + 1),
+                LeafEnd::End(end) => Next::End(end),
+                LeafEnd::Done => Next::Entry(position + 1),
+                LeafEnd::Back(to) => {
+                    self.go_back(entry, to, open)?;
+                    Next::Entry(to)
+                }
             }),
             Work::Begin { end } => self.begin_entry(entry, position, *end, open),
             Work::Turn { turn, turns } => {
@@ -179,6 +193,7 @@ impl Engine {
     pub(crate) fn set_result(&mut self, entry: &Entry, result: Value) {
         if let Some(scope) = self.plan.scopes.get_mut(entry.scope) {
             scope.set_result(&entry.step.id, result);
+            self.with_results.insert(entry.index);
         }
     }
 

@@ -32,6 +32,22 @@ impl Scope {
         self.results.insert(id.to_owned(), result);
     }
 
+    /// Takes the newest result of a step away, because the step is to be done again. Where older ones are kept, the one before holds; else none
+    /// does, so that an expression that needs it says so in place of working with what is out of date.
+    pub(crate) fn take_back_result(&mut self, id: &str) {
+        let before = match self.all.get_mut(id) {
+            Some(Value::Array(list)) => {
+                list.pop();
+                list.last().cloned()
+            }
+            _ => None,
+        };
+        match before {
+            Some(result) => self.results.insert(id.to_owned(), result),
+            None => self.results.remove(id),
+        };
+    }
+
     /// Changes the present result of a step without adding to the list of results.
     pub(crate) fn set_state(&mut self, id: &str, state: Value) {
         self.results.insert(id.to_owned(), state);

@@ -200,6 +200,7 @@ impl Engine {
             outputs,
             paused_scan: None,
             failed_check: None,
+            with_results: std::collections::BTreeSet::new(),
         }
     }
 }

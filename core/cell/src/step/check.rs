@@ -41,6 +41,10 @@ impl Action for CheckStep {
         numbers_shape(&["holds"])
     }
 
+    fn judged(&self) -> Vec<&str> {
+        vec![self.that.text()]
+    }
+
     fn estimated_time_s(&self, _context: &TimeContext<'_>) -> Option<f64> {
         Some(CALCULATION_S)
     }

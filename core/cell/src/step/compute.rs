@@ -82,6 +82,11 @@ impl Action for ComputeStep {
         Shape::Map(each().chain((!self.errors.is_empty()).then_some(budgets)).collect())
     }
 
+    fn judged(&self) -> Vec<&str> {
+        let values = self.values.iter().map(|(_, expression)| expression.text());
+        values.chain(self.script.as_ref().map(Script::text)).collect()
+    }
+
     fn estimated_time_s(&self, _context: &TimeContext<'_>) -> Option<f64> {
         Some(CALCULATION_S)
     }

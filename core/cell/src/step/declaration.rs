@@ -64,6 +64,16 @@ pub(crate) trait Action: Any + Debug + Send + Sync {
         None
     }
 
+    /// The expressions whose values it judges or works with, where these were found by earlier steps: to judge anew is to find them anew.
+    fn judged(&self) -> Vec<&str> {
+        Vec::new()
+    }
+
+    /// The joint it moves and the sensor it watches meanwhile, where it is about one of each.
+    fn searched(&self) -> Option<Searched<'_>> {
+        None
+    }
+
     /// Robots it may move.
     fn moved_robots(&self) -> Vec<String> {
         Vec::new()
@@ -97,6 +107,15 @@ pub(crate) enum StepQuestion<'a> {
     Prompt(&'a PromptQuestion),
     /// Whether corrections are accepted.
     Acceptance,
+}
+
+/// What a search is about.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Searched<'a> {
+    /// The joint that moves.
+    pub(crate) joint: &'a str,
+    /// The sensor that is watched.
+    pub(crate) sensor: &'a str,
 }
 
 /// Joints that a step may have moved.

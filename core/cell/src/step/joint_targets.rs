@@ -1,5 +1,6 @@
 //! Joints with a number each: where to go, or by how much.
 
+use super::motions::rounded;
 use crate::check_context::{CheckContext, RobotNames};
 use crate::deg_or_mm::DegOrMm;
 use crate::expression::Expression;
@@ -45,7 +46,31 @@ pub(super) fn read_pair(
     targets
 }
 
+/// A place beyond limits by no more than this is within them, rad or mm: what a number loses on its way from degrees.
+const ROUNDING: f64 = 1e-9;
+
+/// Where a place (rad or mm) lies beyond the limits of a joint, these limits in words.
+pub(super) fn beyond_limits(place: f64, (least, most): (f64, f64), unit: DegOrMm) -> Option<String> {
+    let number = |internal: f64| rounded(unit.from_internal(internal));
+    let within = (least - ROUNDING..=most + ROUNDING).contains(&place);
+    (!within).then(|| format!("{} to {} {}", number(least), number(most), unit.symbol()))
+}
+
 impl JointTarget {
+    /// Checks a place that is written as a number against the limits that the cell gives the joint.
+    pub(super) fn check_limits(&self, robot: Option<&RobotNames>, context: &CheckContext<'_>) {
+        let Ok(place) = self.value.text().trim().parse::<f64>() else { return };
+        let limits = robot.and_then(|robot| robot.limits.iter().find(|(joint, ..)| *joint == self.joint));
+        let Some((_, least, most)) = limits else { return };
+        if let Some(limits) = beyond_limits(self.unit.to_internal(place), (*least, *most), self.unit) {
+            let message = format!("{} cannot go to {place} {}", self.joint, self.unit.symbol());
+            let help = format!(
+                "the cell keeps it within {limits}: give a place there, or widen its limits in the cell file"
+            );
+            context.problems.add(self.place, message, help);
+        }
+    }
+
     /// Checks that the robot has the joint, that the unit fits it, and the names in the number.
     pub(super) fn check(&self, robot: Option<&RobotNames>, context: &CheckContext<'_>) {
         context.check_expression(&self.value);

@@ -29,7 +29,7 @@ mod search;
 mod time;
 mod turns;
 
-pub(crate) use declaration::{Action, Inside, MovedJoints, OnError, Step, StepQuestion};
+pub(crate) use declaration::{Action, Inside, MovedJoints, OnError, Searched, Step, StepQuestion};
 pub(crate) use error_terms::{ErrorTerm, INSTRUMENTS, TOLERANCES};
 pub(crate) use library::{KINDS, kind, read_action};
 pub use motions::PlannedMotion;

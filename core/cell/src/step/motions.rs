@@ -19,6 +19,8 @@ pub struct PlannedMotion {
     pub speed: f64,
     /// Within what, in words.
     pub limits: String,
+    /// It would go beyond the limits that the cell gives the joint: which these are. The run would end there.
+    pub beyond: Option<String>,
 }
 
 /// What the motions of a step are worked out from.
@@ -26,6 +28,8 @@ pub(crate) struct MotionContext<'a> {
     pub(crate) time: &'a TimeContext<'a>,
     /// The limits of a robot's joint, in words.
     pub(crate) limits: &'a dyn Fn(&str, &str) -> String,
+    /// The limits that the cell gives a robot's joint, rad or mm.
+    pub(crate) range: &'a dyn Fn(&str, &str) -> Option<(f64, f64)>,
 }
 
 impl MotionContext<'_> {

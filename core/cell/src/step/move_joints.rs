@@ -6,7 +6,7 @@ use plumb_plugin::JointVector;
 use serde_json::json;
 
 use super::declaration::{Action, MovedJoints};
-use super::joint_targets::{JointTarget, JointTargets, read_pair};
+use super::joint_targets::{JointTarget, JointTargets, beyond_limits, read_pair};
 use super::kind::{Kind, StepKind};
 use super::motions::{MotionContext, PlannedMotion};
 use super::point::read_place;
@@ -150,6 +150,15 @@ fn read_point(node: &Node, context: &ReadContext<'_>) -> Option<PointTarget> {
     Some(PointTarget { xyz: [x?, y?, z?], target, payload, by })
 }
 
+impl MoveStep {
+    /// The limits that a place known before the run lies beyond, in words.
+    fn beyond(&self, target: &JointTarget, context: &MotionContext<'_>) -> Option<String> {
+        let place = context.time.known(&target.value).filter(|_| !self.relative)?;
+        let range = (context.range)(&self.robot, &target.joint)?;
+        beyond_limits(target.unit.to_internal(place), range, target.unit)
+    }
+}
+
 impl Action for MoveStep {
     fn check(&self, context: &CheckContext<'_>) {
         let robot = context.robot(&self.robot, self.robot_place);
@@ -185,6 +194,9 @@ impl Action for MoveStep {
         }
         for target in &self.targets {
             target.check(robot, context);
+            if !self.relative {
+                target.check_limits(robot, context);
+            }
         }
     }
 
@@ -215,6 +227,7 @@ impl Action for MoveStep {
             how: format!("{way} {}", context.amount(&target.value, target.unit)),
             speed: self.speed,
             limits: (context.limits)(&self.robot, &target.joint),
+            beyond: self.beyond(target, context),
         };
         self.targets.iter().map(motion).collect()
     }

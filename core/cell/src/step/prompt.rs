@@ -167,6 +167,7 @@ impl Action for PromptStep {
             how: "where the operator jogs it".to_owned(),
             speed: JOG_SPEED,
             limits: "the limits of each joint".to_owned(),
+            beyond: None,
         }]
     }
 }
@@ -265,24 +266,28 @@ impl Engine {
         let help = step.help.as_ref().map(|help| help.fill(&self.calculator, &values)).transpose()?;
         let mut kind = self.prompt_kind(&step.question, at)?;
         if let PromptKind::Number { default, .. } = &mut kind
-            && let Some(read) = self.simulate(step, at)?
+            && let Some(read) = self.simulate(step.simulated.as_ref(), at)?
         {
             *default = Some(read);
         }
         let question = Asked { step: &at.path, title: &at.title, text, help, kind };
-        if let PromptQuestion::JogTo { robot, .. } = &step.question {
-            return self.jog_to(robot, step, question, at);
+        if matches!(step.question, PromptQuestion::JogTo { .. }) {
+            return self.jog_to(&step.question, step.simulated.as_ref(), question, at);
         }
         let answer = self.ask(question, at)?;
         if !matches!(step.question, PromptQuestion::Number { .. }) {
-            self.simulate(step, at)?;
+            self.simulate(step.simulated.as_ref(), at)?;
         }
         answered(answer, &step.question)
     }
 
     /// In a simulated cell, does what the operator does there, and tells what an instrument reads.
-    pub(crate) fn simulate(&mut self, step: &PromptStep, at: &StepContext) -> Result<Option<f64>, StepError> {
-        let Some(simulated) = &step.simulated else { return Ok(None) };
+    pub(crate) fn simulate(
+        &mut self,
+        simulated: Option<&SimulatedAct>,
+        at: &StepContext,
+    ) -> Result<Option<f64>, StepError> {
+        let Some(simulated) = simulated else { return Ok(None) };
         let mut numbers = Vec::new();
         for (name, value) in &simulated.numbers {
             numbers.push((name.clone(), self.number(at.scope, value)?));
@@ -337,7 +342,8 @@ impl Engine {
                 let joints = self.arm(robot)?.named(&state.joints);
                 let arm = self.arm(robot)?;
                 let hand_over = Pendant::for_robot(&arm.description.capabilities).is_on_request();
-                PromptKind::JogTo { device: robot.clone(), goals: bounds, joints, hand_over }
+                let device = robot.clone();
+                PromptKind::JogTo { device, goals: bounds, joints, hand_over, joint: None, sensor: None }
             }
         })
     }

@@ -2,7 +2,7 @@
 
 use plumb_document::{MapReader, Node, Span, did_you_mean};
 
-use super::declaration::{Action, MovedJoints};
+use super::declaration::{Action, MovedJoints, Searched};
 use super::kind::{Kind, StepKind};
 use super::motions::{MotionContext, PlannedMotion};
 use super::row::CIRCUMSTANCES as COLUMNS;
@@ -224,6 +224,10 @@ impl Action for SearchStep {
         )
     }
 
+    fn searched(&self) -> Option<Searched<'_>> {
+        Some(Searched { joint: &self.joint, sensor: &self.sensor })
+    }
+
     fn moved_robots(&self) -> Vec<String> {
         vec![self.robot.clone()]
     }
@@ -237,6 +241,7 @@ impl Action for SearchStep {
             how: format!("by at most {travel} until {} is {state}", self.sensor),
             speed: self.fast.speed,
             limits: (context.limits)(&self.robot, &self.joint),
+            beyond: None,
         }]
     }
 

@@ -101,6 +101,7 @@ impl Loader<'_> {
             devices,
             robots,
             keep_out,
+            target: raw.target,
             instruments: raw.instruments,
             tolerances: raw.tolerances.into_iter().map(|(name, value)| (name.name, value)).collect(),
             procedures,

@@ -9,6 +9,7 @@ mod load;
 mod model_file;
 mod raw;
 mod robot;
+mod target;
 mod tolerances;
 
 use std::path::PathBuf;
@@ -23,6 +24,7 @@ pub use load::load_workcell;
 pub use model_file::ModelFile;
 pub(crate) use model_file::check_model;
 pub use robot::RobotSetting;
+pub use target::{OverTarget, TTarget, Under};
 
 use crate::cell_names::CellNames;
 use crate::procedure::Procedure;
@@ -49,6 +51,8 @@ pub struct Workcell {
     pub robots: Vec<RobotSetting>,
     /// Where no part of a robot may go.
     pub keep_out: Vec<KeepOutPlane>,
+    /// The T target on its table, as it is meant to lie.
+    pub target: Option<TTarget>,
     /// What the operator measures with.
     pub instruments: Vec<Instrument>,
     /// What is known of the cell's parts, and how well: sizes of errors that procedures refer to. The unit is the end of the name.

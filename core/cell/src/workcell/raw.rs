@@ -3,7 +3,7 @@
 use plumb_record::Instrument;
 use serde_json::Value;
 
-use super::{Pace, instruments, tolerances};
+use super::{Pace, TTarget, instruments, target, tolerances};
 use crate::deg_or_mm::DegOrMm;
 use crate::read_context::ReadContext;
 use plumb_document::{Key, MapReader, Node, Problems, Span};
@@ -19,6 +19,7 @@ pub(super) struct RawWorkcell {
     /// None when nothing is known of them.
     pub(super) robots: Option<Vec<RawRobot>>,
     pub(super) keep_out: Vec<RawKeepOut>,
+    pub(super) target: Option<TTarget>,
     pub(super) instruments: Vec<Instrument>,
     pub(super) tolerances: Vec<(Key, f64)>,
     pub(super) procedures: Vec<(String, Span)>,
@@ -67,6 +68,7 @@ pub(super) fn read(root: &Node, context: &ReadContext<'_>) -> Option<RawWorkcell
     let robots = map.known_entries("robots");
     let keep_out =
         map.optional("keep_out").and_then(|node| node.list("`keep_out`", problems)).unwrap_or_default();
+    let target = map.optional("target").and_then(|node| target::read(node, context));
     let instruments = map
         .optional("instruments")
         .and_then(|node| node.entries("`instruments`", problems))
@@ -94,6 +96,7 @@ pub(super) fn read(root: &Node, context: &ReadContext<'_>) -> Option<RawWorkcell
         devices: devices.map(read_devices),
         robots: robots.map(read_robots),
         keep_out: keep_out.iter().filter_map(|node| read_keep_out(node, context)).collect(),
+        target,
         instruments: instruments
             .iter()
             .filter_map(|(key, node)| instruments::read(key, node, context))

@@ -25,7 +25,14 @@ impl RobotSetting {
         let levels = self.model.as_ref().map(|model| model.levels.clone()).unwrap_or_default();
         let targets = self.model.iter().flat_map(|model| &model.model.targets);
         let targets = targets.map(|target| target.name.clone()).collect();
-        RobotNames { name: self.device.clone(), joints: self.joints.clone(), surfaces, levels, targets }
+        RobotNames {
+            name: self.device.clone(),
+            joints: self.joints.clone(),
+            limits: self.limits.clone(),
+            surfaces,
+            levels,
+            targets,
+        }
     }
 
     /// How people write a joint's numbers.

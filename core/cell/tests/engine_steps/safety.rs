@@ -20,7 +20,7 @@ fn shifted_then_sent(zero: f64, to: f64) -> (RunOutcome, String, Arc<World>) {
     let steps = format!("
 steps:
   - {{id: shift, do: {{apply: {{robot: arm, ask: false, joint_zero: {{waist: {{shift_deg: {zero}, uncertainty_deg: 0.1}}}}}}}}}}
-  - {{id: out, do: {{move: {{robot: arm, to_deg: {{waist: {to}}}}}}}}}
+  - {{id: out, do: {{move: {{robot: arm, to_deg: {{waist: {to} + 0}}}}}}}}
 ");
     let cell = with_limits(&place, &steps);
     let world = World::new([0.0; 3]);

@@ -74,3 +74,24 @@ steps:
     assert_eq!(outcome, RunOutcome::Error);
     assert!(message_of(&events).contains("does not know `dance`"), "{}", message_of(&events));
 }
+
+#[test]
+fn whoever_jogs_a_simulated_arm_to_a_level_is_shown_what_it_reads_after_each_jog() {
+    let steps = "
+steps:
+  - {id: over, do: {prompt: {text: To the bubble., jog_to: {robot: arm}, simulated: {drive_to_level: {joint: waist, at: hand, turned: true}}}}}
+";
+    let (outcome, events, _, world) = run_attended(steps, jogs_first());
+    assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
+    let read: Vec<Option<f64>> = events
+        .iter()
+        .filter_map(|event| match event {
+            Event::InstrumentRead { step, value, unit } if step.0 == "over" && unit == "deg" => Some(*value),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(read, [Some(0.25), Some(0.25)], "when it is asked, and after the jog");
+    let acts = world.acts.lock().expect("no test panicked").clone();
+    let words = [("at".to_owned(), "hand".to_owned()), ("turned".to_owned(), "true".to_owned())];
+    assert!(acts.iter().all(|act| act.name == "read_level" && act.words == words), "{acts:?}");
+}

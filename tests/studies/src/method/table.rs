@@ -146,11 +146,7 @@ mod tests {
     #[test]
     fn runs_that_did_not_pass_count_in_no_mean_and_their_reason_is_told_once() {
         let lost = |turn: u32| {
-            run(
-                RunOutcome::Error,
-                0.0,
-                &format!("step `cycle[{turn}].edge`: eye never went off (go on with: x)"),
-            )
+            run(RunOutcome::Error, 0.0, &format!("step `cycle[{turn}].edge`: eye stayed ON (go on with: x)"))
         };
         let passed = |radial| run(RunOutcome::Passed, radial, "all steps passed");
         let rows =
@@ -160,7 +156,7 @@ mod tests {
             table.contains("2/4") && table.contains("+0.200 +- 0.141") && table.contains("0.300"),
             "{table}"
         );
-        assert_eq!(failures(&rows), "noise: 2 of 4 did not pass: step `cycle.edge`: eye never went off\n");
+        assert_eq!(failures(&rows), "noise: 2 of 4 did not pass: step `cycle.edge`: eye stayed ON\n");
         assert_eq!(csv(&rows).lines().count(), 5);
     }
 }

@@ -20,6 +20,20 @@ pub(super) fn plan(arguments: &Arguments) -> Result<ExitCode, Refused> {
     } else {
         print(&plan)?;
     }
+    let beyond = plan.steps.iter().flat_map(|step| step.moves.iter().map(move |motion| (step, motion)));
+    let mut is_possible = true;
+    for (step, PlannedMotion { robot, joint, how, beyond, .. }) in beyond {
+        if let (Some(limits), Some(joint)) = (beyond, joint) {
+            is_possible = false;
+            eprintln!(
+                "plumb: step `{}` would send {robot} {joint} {how}, beyond its limits: {limits}",
+                step.step
+            );
+        }
+    }
+    if !is_possible {
+        return Ok(ExitCode::from(RunOutcome::Error.exit_code()));
+    }
     Ok(match &plan.needs_operator {
         None => ExitCode::SUCCESS,
         Some(reason) => {
@@ -73,7 +87,8 @@ fn print_step(number: usize, all: usize, step: &DryStep) -> io::Result<()> {
 }
 
 fn moved(motion: &PlannedMotion) -> String {
-    let PlannedMotion { robot, joint, how, speed, limits } = motion;
+    let PlannedMotion { robot, joint, how, speed, limits, beyond } = motion;
     let joint = joint.as_ref().map(|joint| format!("{joint} ")).unwrap_or_default();
-    format!("moves {robot} {joint}{how}, at {:.0} % of full speed, within {limits}", speed * 100.0)
+    let beyond = if beyond.is_some() { ": BEYOND THEM" } else { "" };
+    format!("moves {robot} {joint}{how}, at {:.0} % of full speed, within {limits}{beyond}", speed * 100.0)
 }

@@ -55,7 +55,8 @@ pub(crate) fn side_view(cell: &CellState, theme: &Theme, frame: &mut Frame, area
     frame.render_widget(canvas, area);
 }
 
-fn say(text: &str, theme: &Theme, frame: &mut Frame, area: Rect) {
+/// Says why nothing is drawn.
+pub(super) fn say(text: &str, theme: &Theme, frame: &mut Frame, area: Rect) {
     let line = Paragraph::new(TextLine::styled(text.to_owned(), theme.faint));
     frame.render_widget(line.wrap(ratatui::widgets::Wrap { trim: true }), area);
 }
@@ -104,8 +105,11 @@ fn paint(
         context.print(*distance, scene.y[0], TextLine::styled(name.clone(), theme.measured));
     }
     context.layer();
+    let bad = colour(theme.bad);
     for pair in points.windows(2) {
-        thick(context, pair[0], pair[1], scene.dot, machine);
+        // What is below the table by the zeros believed is drawn as the fault it would be.
+        let color = if pair[1].1 < 0.0 { bad } else { machine };
+        thick(context, pair[0], pair[1], scene.dot, color);
     }
     for point in points {
         context.draw(&Circle { x: point.0, y: point.1, radius: 1.6 * scene.dot, color: machine });
@@ -115,7 +119,8 @@ fn paint(
     context.draw(&Points { coords: &crosses, color: measured });
     if let Some(tip) = points.last() {
         let text = format!("{:.1} mm out, {:.1} mm up", tip.0, tip.1);
-        context.print(scene.x[0], scene.y[1], TextLine::styled(format!(" tip {text}"), theme.machine));
+        let style = if tip.1 < 0.0 { theme.bad } else { theme.machine };
+        context.print(scene.x[0], scene.y[1], TextLine::styled(format!(" tip {text}"), style));
     }
 }
 

@@ -2,13 +2,16 @@
 
 mod arm_drawing;
 mod arm_shape;
+mod plan_view;
 mod state;
 mod trace;
 mod view;
 mod words;
 
-pub(crate) use arm_drawing::side_view;
+use arm_drawing::side_view;
 pub(crate) use arm_shape::ArmShape;
+pub(crate) use plan_view::HandPlace;
+use plan_view::plan_view;
 pub(crate) use state::CellState;
-pub(crate) use view::{joint_line, view};
+pub(crate) use view::{joint_line, view, views};
 pub(crate) use words::state_word;

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use plumb_cell::event::{DeviceState, Event, NamedValue};
+use plumb_cell::workcell::TTarget;
 
 use super::ArmShape;
 use super::trace::Trace;
@@ -25,6 +26,10 @@ pub(crate) struct CellState {
     pub triggers: VecDeque<Vec<NamedValue>>,
     /// The arm to draw, where its lengths are known.
     pub shape: Option<ArmShape>,
+    /// The target on the table, where the cell describes one.
+    pub target: Option<TTarget>,
+    /// The cell stands in a simulated world: what hands do is done there.
+    pub simulated: bool,
     /// Clock of the cell at the newest reading, nanoseconds.
     pub now_ns: u64,
 }
@@ -111,6 +116,12 @@ impl CellState {
             }
             _ => {}
         }
+    }
+
+    /// Where the joints of a robot are, once it has said so.
+    pub(crate) fn joints_of(&self, device: &str) -> Option<&[NamedValue]> {
+        let device = self.devices.iter().find(|known| known.name == device && !known.joints.is_empty())?;
+        Some(&device.joints)
     }
 
     /// The robot to draw: the first device with joints.

@@ -10,7 +10,7 @@ use ratatui::widgets::Paragraph;
 use super::state::Device;
 use super::trace::Trace;
 use super::words::state_word;
-use super::{CellState, side_view};
+use super::{CellState, plan_view, side_view};
 use crate::screens::pane;
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
@@ -44,9 +44,23 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
         signal_lines(cell, &state.theme, room, usize::from(bottom.width)),
     );
     if let Some(area) = drawing {
-        let inner = pane::open(frame, area, &state.theme, "Arm from the side", false);
-        side_view(cell, &state.theme, frame, inner);
+        views(state, frame, area, false);
     }
+}
+
+/// The arm from the side and, where the cell has a target, from above: one over the other, or `beside` each other.
+pub(crate) fn views(state: &State, frame: &mut Frame, area: Rect, beside: bool) {
+    let (cell, theme) = (&state.cell, &state.theme);
+    let above = if cell.target.is_some() { Constraint::Fill(1) } else { Constraint::Length(0) };
+    let halves = [above, Constraint::Fill(1)];
+    let [plan, side] =
+        if beside { Layout::horizontal(halves).areas(area) } else { Layout::vertical(halves).areas(area) };
+    if !plan.is_empty() {
+        let inner = pane::open(frame, plan, theme, "Arm from above", false);
+        plan_view(cell, theme, frame, inner);
+    }
+    let inner = pane::open(frame, side, theme, "Arm from the side", false);
+    side_view(cell, theme, frame, inner);
 }
 
 /// Rows of a pane with `lines` lines in it.

@@ -28,8 +28,10 @@ pub(crate) enum Context {
     BringingBack,
     /// On the Cell screen.
     Cell,
-    /// On the Run screen.
+    /// On every page while a run is open.
     Run,
+    /// On the Run screen.
+    RunPage,
     /// On the Run screen while a prompt waits for an answer.
     Prompt,
     /// On the Run screen while a prompt asks for a pose that can be jogged to.
@@ -64,7 +66,8 @@ impl Context {
             Self::Aborting => "aborting",
             Self::BringingBack => "History, bringing back",
             Self::Cell => "Cell",
-            Self::Run => "Run",
+            Self::Run => "while a run is open",
+            Self::RunPage => "Run",
             Self::Prompt => "Run, prompt",
             Self::Jog => "Run, jogging",
             Self::Decision => "Run, failed step",
@@ -122,6 +125,10 @@ pub(crate) enum Command {
     AbortNow,
     /// Do the failed step again.
     Retry,
+    /// Move the arm by hand, then do the failed step again.
+    MoveArm,
+    /// Go back to the step that placed the arm.
+    GoBack,
     /// Go on without the failed step.
     Skip,
     /// End the run early in good order.
@@ -138,6 +145,8 @@ pub(crate) enum Command {
     HandOver,
     /// Show the prompt in letters to be read from the arm.
     Large,
+    /// Show the arm in the place of the steps, or the steps again.
+    SwapViews,
     /// Look at errors in the next plane.
     NextPlane,
     /// Look at errors in the plane before.

@@ -97,7 +97,12 @@ fn line_of(event: &Event) -> Option<(LogLevel, String, String)> {
         // The line that says how a step ended says that it had begun, and what it found.
         Event::StepStarted { .. } | Event::TriggerFound { .. } => None,
         Event::StepProgress { .. } | Event::StripeTaken { .. } => None,
-        Event::Joints { .. } | Event::Clearance { .. } | Event::Signal { .. } => None,
+        // Going back has a line of the engine's own.
+        Event::Joints { .. }
+        | Event::Clearance { .. }
+        | Event::Signal { .. }
+        | Event::WentBack { .. }
+        | Event::InstrumentRead { .. } => None,
     }
 }
 

@@ -26,7 +26,7 @@ const QUARTERS: [char; 16] = [
 pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
     let inner = pane::open(frame, area, theme, &prompt.prompt.title, true);
     let width = usize::from(inner.width);
-    let controls = controls(prompt, theme, width);
+    let controls = controls(prompt, None, theme, width);
     let rows = u16::try_from(controls.len()).unwrap_or(u16::MAX).min(inner.height);
     let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(rows)]).areas(inner);
     let letters = usize::from(above.width) / LETTER.0;
@@ -40,7 +40,7 @@ pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, hits: &Hits, frame: &mut 
         .collect();
     frame.render_widget(Paragraph::new(lines), above);
     frame.render_widget(Paragraph::new(controls), below);
-    note_hits(prompt, 0, hits, below);
+    note_hits(prompt, 0, 0, hits, below);
 }
 
 /// For a jog, the joint and where it stands, which is what one wants to read at the arm.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use plumb_cell::answers::level_readings;
 use plumb_cell::command::Command;
-use plumb_cell::event::{NamedValue, PlaneClearance};
+use plumb_cell::event::{Event, NamedValue, PlaneClearance};
 use plumb_cell::prompt::{Answer, Decision, Prompt, PromptKind};
 
 /// Steps a jog can make, in degrees (mm for a linear joint).
@@ -35,6 +35,12 @@ pub(crate) struct OpenPrompt {
     pub refused: Option<String>,
     /// An answer was given and the engine has not replied yet.
     pub answered: bool,
+    /// Whether the sensor that is shown with a jog has fired, once it was read.
+    pub fired: Option<bool>,
+    /// What the spirit level shows that a simulated arm is jogged to, deg; none within where its bubble stands at an end.
+    pub level: Option<Option<f64>>,
+    /// The cell is simulated: what hands do is done there.
+    pub simulated: bool,
     /// How far the robot of a jog is clear of its keep-out planes, mm; negative beyond one.
     pub clearances: Vec<PlaneClearance>,
 }
@@ -51,8 +57,8 @@ impl OpenPrompt {
                 options.iter().position(|option| option.key == *key).unwrap_or(0)
             }
             // The joint that has to come somewhere is the one to be jogged.
-            PromptKind::JogTo { goals, joints, .. } => {
-                let asked_for = goals.first().map(|goal| goal.joint.as_str());
+            PromptKind::JogTo { goals, joints, joint, .. } => {
+                let asked_for = goals.first().map(|goal| goal.joint.as_str()).or(joint.as_deref());
                 joints.iter().position(|joint| Some(joint.name.as_str()) == asked_for).unwrap_or(0)
             }
             _ => 0,
@@ -67,6 +73,9 @@ impl OpenPrompt {
             handing_over: None,
             refused: None,
             answered: false,
+            fired: None,
+            simulated: false,
+            level: None,
             clearances: Vec::new(),
         }
     }
@@ -76,6 +85,19 @@ impl OpenPrompt {
         if matches!(self.prompt.kind, PromptKind::JogTo { .. }) {
             self.choose_at(joint);
             self.jog_step = size.min(JOG_STEPS.len() - 1);
+        }
+    }
+
+    /// Whether an arm is jogged in it.
+    pub(crate) fn is_jog(&self) -> bool {
+        self.jogged_robot().is_some()
+    }
+
+    /// The robot that is jogged in it.
+    pub(crate) fn jogged_robot(&self) -> Option<&str> {
+        match &self.prompt.kind {
+            PromptKind::JogTo { device, .. } => Some(device),
+            _ => None,
         }
     }
 
@@ -221,14 +243,34 @@ impl OpenPrompt {
     }
 
     /// Keeps the clearances of a jog's robot up to date.
-    pub(crate) fn take_clearance(&mut self, moved: &str, planes: &[PlaneClearance]) {
+    fn take_clearance(&mut self, moved: &str, planes: &[PlaneClearance]) {
         if matches!(&self.prompt.kind, PromptKind::JogTo { device, .. } if device == moved) {
             self.clearances = planes.to_vec();
         }
     }
 
+    /// Keeps what is shown of devices with a prompt up to date.
+    pub(crate) fn take_live(&mut self, event: &Event) {
+        match event {
+            Event::Joints { device, joints, .. } => self.take_joints(device, joints),
+            Event::Clearance { device, planes } => self.take_clearance(device, planes),
+            Event::Signal { device, on, .. } => self.take_signal(device, *on),
+            Event::InstrumentRead { step, value, .. } if *step == self.prompt.step => {
+                self.level = Some(*value)
+            }
+            _ => {}
+        }
+    }
+
+    /// Keeps the sensor that is shown with a jog up to date.
+    fn take_signal(&mut self, device: &str, on: bool) {
+        if matches!(&self.prompt.kind, PromptKind::JogTo { sensor: Some(sensor), .. } if sensor == device) {
+            self.fired = Some(on);
+        }
+    }
+
     /// Keeps the joints of a jog, or of a pose to be confirmed, up to date.
-    pub(crate) fn take_joints(&mut self, moved: &str, now: &[NamedValue]) {
+    fn take_joints(&mut self, moved: &str, now: &[NamedValue]) {
         let (device, shown) = match &mut self.prompt.kind {
             PromptKind::JogTo { device, joints, .. } => (device, joints),
             PromptKind::ConfirmPose { device, reported, .. } => (device, reported),

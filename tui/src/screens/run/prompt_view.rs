@@ -10,15 +10,23 @@ use ratatui::widgets::Paragraph;
 use super::level_view::level;
 use super::prompt::{OpenPrompt, bounds};
 use super::words::padded;
+use crate::screens::cell::HandPlace;
 use crate::screens::hits::{Hit, Hits};
 use crate::screens::pane::{columns, fitted, reflowed, wrapped};
 use crate::screens::theme::Theme;
 
 /// Draws the prompt into the room inside its pane. Where room is short the controls stay and the text is cut.
-pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
+pub(crate) fn view(
+    prompt: &OpenPrompt,
+    hand: Option<&HandPlace>,
+    theme: &Theme,
+    hits: &Hits,
+    frame: &mut Frame,
+    area: Rect,
+) {
     let area = padded(area);
     let width = usize::from(area.width);
-    let controls = controls(prompt, theme, width);
+    let controls = controls(prompt, hand, theme, width);
     let style =
         if matches!(prompt.prompt.kind, PromptKind::Decision { .. }) { theme.bad } else { theme.text };
     let mut text: Vec<Line> =
@@ -41,13 +49,14 @@ pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, hits: &Hits, frame: &mut 
     let hidden = controls.len().saturating_sub(usize::from(below.height));
     let scrolled = prompt.chosen.saturating_sub(usize::from(below.height) / 2).min(hidden);
     frame.render_widget(Paragraph::new(controls).scroll((rows(scrolled), 0)), below);
-    note_hits(prompt, scrolled, hits, below);
+    let about_hand = hand.map_or(0, |hand| hand_lines(hand, theme, width).len());
+    note_hits(prompt, scrolled, about_hand, hits, below);
 }
 
 /// Notes which rows of the controls can be clicked.
-pub(crate) fn note_hits(prompt: &OpenPrompt, scrolled: usize, hits: &Hits, area: Rect) {
+pub(crate) fn note_hits(prompt: &OpenPrompt, scrolled: usize, about_hand: usize, hits: &Hits, area: Rect) {
     let (options, button) = match &prompt.prompt.kind {
-        PromptKind::Acknowledge { .. } => (0, Some(0)),
+        PromptKind::Acknowledge { .. } => (0, Some(usize::from(prompt.simulated))),
         PromptKind::Choice { options, .. } => (options.len(), None),
         PromptKind::Decision { options, .. } => (options.len(), None),
         PromptKind::Number { .. }
@@ -55,7 +64,12 @@ pub(crate) fn note_hits(prompt: &OpenPrompt, scrolled: usize, hits: &Hits, area:
         | PromptKind::Level { .. }
         | PromptKind::Photo => (0, None),
         PromptKind::JogTo { goals, joints, hand_over, .. } => {
-            let before_the_keys = joints.len() + goals.len() + prompt.clearances.len();
+            let before_the_keys = joints.len()
+                + goals.len()
+                + prompt.clearances.len()
+                + about_hand
+                + usize::from(prompt.fired.is_some())
+                + usize::from(prompt.level.is_some());
             (joints.len(), Some(before_the_keys + 1 + usize::from(*hand_over)))
         }
         PromptKind::ConfirmPose { recorded, .. } => (0, Some(recorded.len() + 1)),
@@ -80,10 +94,15 @@ pub(crate) fn question(prompt: &OpenPrompt, width: usize) -> Vec<String> {
     lines
 }
 
-/// What the operator works with, below the question.
-pub(crate) fn controls(prompt: &OpenPrompt, theme: &Theme, width: usize) -> Vec<Line<'static>> {
+/// What the operator works with, below the question. `hand` is where the hand of a jogged arm is.
+pub(crate) fn controls(
+    prompt: &OpenPrompt,
+    hand: Option<&HandPlace>,
+    theme: &Theme,
+    width: usize,
+) -> Vec<Line<'static>> {
     let mut lines = match &prompt.prompt.kind {
-        PromptKind::Acknowledge { label } => vec![button(label, theme)],
+        PromptKind::Acknowledge { label } => acknowledge(label, prompt.simulated, theme),
         PromptKind::Choice { options, .. } => choices(options, prompt.chosen, theme, width),
         PromptKind::Number { unit, minimum, maximum, .. } => {
             field(prompt, unit, *minimum, *maximum, theme, width)
@@ -95,9 +114,14 @@ pub(crate) fn controls(prompt: &OpenPrompt, theme: &Theme, width: usize) -> Vec<
         PromptKind::Photo => {
             line_of_text(prompt, "the path of the picture you took, PNG or JPEG", theme, width)
         }
-        PromptKind::JogTo { goals, joints, .. } => jog(prompt, goals, joints, theme),
+        PromptKind::JogTo { goals, joints, sensor, .. } => {
+            let hand = hand.map_or_else(Vec::new, |hand| hand_lines(hand, theme, width));
+            jog(prompt, goals, joints, sensor.as_deref(), hand, theme)
+        }
         PromptKind::ConfirmPose { recorded, reported, .. } => poses(recorded, reported, theme),
-        PromptKind::Decision { options, .. } => decisions(options, prompt.chosen, theme),
+        PromptKind::Decision { options, labels, .. } => {
+            decisions(options, labels, prompt.chosen, theme, width)
+        }
     };
     if let Some(reason) = &prompt.refused {
         let reason = wrapped(&format!("\u{2717} {reason}"), width);
@@ -105,6 +129,47 @@ pub(crate) fn controls(prompt: &OpenPrompt, theme: &Theme, width: usize) -> Vec<
     } else if prompt.answered {
         lines.push(Line::styled("Answer given.", theme.faint));
     }
+    lines
+}
+
+fn acknowledge(label: &str, simulated: bool, theme: &Theme) -> Vec<Line<'static>> {
+    let done_already = "Simulated: done already, Enter goes on.";
+    let told = simulated.then(|| Line::styled(done_already, theme.good));
+    told.into_iter().chain([button(label, theme)]).collect()
+}
+
+/// What a tilt puts the bubble at the end of its tube, deg.
+const END_OF_THE_TUBE_DEG: f64 = 2.0;
+/// Characters from the middle of the tube to its end.
+const HALF_TUBE: i32 = 10;
+
+/// The bubble of the simulated spirit level: to the right where the end its arrow points to is the higher one.
+fn bubble_line(level: Option<f64>, theme: &Theme) -> Line<'static> {
+    let Some(tilt) = level else {
+        return Line::styled("level: the bubble stands at an end", theme.warning);
+    };
+    let share = (tilt / END_OF_THE_TUBE_DEG).clamp(-1.0, 1.0);
+    let bubble = (share * f64::from(HALF_TUBE)).round() as i32;
+    let sign = |place: i32| match place {
+        place if place == bubble => '\u{25cf}',
+        0 => '|',
+        _ => '\u{2500}',
+    };
+    let tube: String = (-HALF_TUBE..=HALF_TUBE).map(sign).collect();
+    let style = if bubble == 0 { theme.good } else { theme.text };
+    Line::styled(format!("level [{tube}] {tilt:+.2} deg"), style)
+}
+
+/// Where the hand is over the target, and where it has to go.
+fn hand_lines(hand: &HandPlace, theme: &Theme, width: usize) -> Vec<Line<'static>> {
+    let style = if hand.is_below_the_table() { theme.bad } else { theme.text };
+    let mut lines: Vec<Line<'static>> =
+        wrapped(&hand.in_words(), width).into_iter().map(|line| Line::styled(line, style)).collect();
+    let (advice, style) = match hand.advice() {
+        Ok(advice) => (format!("\u{2713} {advice}"), theme.good),
+        Err(advice) => (format!("\u{2717} {advice}"), theme.warning),
+    };
+    lines.extend(wrapped(&advice, width).into_iter().map(|line| Line::styled(line, style)));
     lines
 }
 
@@ -175,7 +240,14 @@ fn line_of_text(prompt: &OpenPrompt, what: &str, theme: &Theme, width: usize) ->
     lines
 }
 
-fn jog(prompt: &OpenPrompt, goals: &[JogGoal], joints: &[NamedValue], theme: &Theme) -> Vec<Line<'static>> {
+fn jog(
+    prompt: &OpenPrompt,
+    goals: &[JogGoal],
+    joints: &[NamedValue],
+    sensor: Option<&str>,
+    hand: Vec<Line<'static>>,
+    theme: &Theme,
+) -> Vec<Line<'static>> {
     let mut lines: Vec<Line<'static>> = joints
         .iter()
         .enumerate()
@@ -190,6 +262,12 @@ fn jog(prompt: &OpenPrompt, goals: &[JogGoal], joints: &[NamedValue], theme: &Th
         .collect();
     lines.extend(goals.iter().map(|goal| goal_line(goal, joints, theme)));
     lines.extend(prompt.clearances.iter().map(|clearance| clearance_line(clearance, theme)));
+    lines.extend(hand);
+    lines.extend(prompt.level.map(|level| bubble_line(level, theme)));
+    lines.extend(prompt.fired.zip(sensor).map(|(on, sensor)| {
+        let (sign, word) = if on { ("\u{25a0}", "ON") } else { ("\u{25a1}", "OFF") };
+        Line::styled(format!("{sign} {sensor} is {word}"), if on { theme.good } else { theme.text })
+    }));
     let unit = joints.get(prompt.chosen).map_or("", |joint| joint.unit.as_str());
     lines.push(Line::from(vec![
         Span::styled("\u{2190} \u{2192}", theme.key),
@@ -230,30 +308,48 @@ fn clearance_line(clearance: &PlaneClearance, theme: &Theme) -> Line<'static> {
     }
 }
 
+/// Differences of no more than this are not marked, deg or mm: the digits that are shown.
+const SAME: f64 = 5e-4;
+
+/// Where each joint was recorded and is reported, with the difference where there is one.
 fn poses(recorded: &[NamedValue], reported: &[NamedValue], theme: &Theme) -> Vec<Line<'static>> {
-    let mut lines =
-        vec![Line::styled(format!("{:<12}{:>11}{:>11}", "joint", "recorded", "reported"), theme.faint)];
+    let head = format!("{:<11}{:>10}{:>10}{:>11}", "joint", "recorded", "reported", "difference");
+    let mut lines = vec![Line::styled(head, theme.faint)];
     lines.extend(recorded.iter().map(|joint| {
-        let now = reported.iter().find(|value| value.name == joint.name);
-        let reported = now.map_or_else(|| "?".to_owned(), |value| format!("{:.3}", value.value));
-        Line::styled(
-            format!("{:<12}{:>11.3}{reported:>11} {}", joint.name, joint.value, joint.unit),
-            theme.text,
-        )
+        let now = reported.iter().find(|value| value.name == joint.name).map(|value| value.value);
+        let by = now.map(|now| now - joint.value).filter(|by| by.abs() > SAME || by.is_nan());
+        let shown = now.map_or_else(|| "?".to_owned(), |now| format!("{now:.3}"));
+        let text = format!("{:<11}{:>10.3}{shown:>10}", joint.name, joint.value);
+        let (style, difference) = match (now, by) {
+            (Some(_), None) => (theme.text, format!("{:>11}", "same")),
+            (_, by) => {
+                (theme.warning, format!("{:>11}", by.map_or("?".to_owned(), |by| format!("{by:+.3}"))))
+            }
+        };
+        Line::styled(format!("{text}{difference} {}", joint.unit), style)
     }));
     lines.push(button("the arm is there: continue", theme));
     lines
 }
 
-fn decisions(options: &[Decision], chosen: usize, theme: &Theme) -> Vec<Line<'static>> {
-    let label = |decision: &Decision| match decision {
-        Decision::Retry => "t  Do the step again",
-        Decision::Skip => "k  Go on without it",
-        Decision::Abort => "a  Abort the run",
+/// What may be decided, each behind its key. `labels` say what each does; who asks without them gets the usual words.
+fn decisions(
+    options: &[Decision],
+    labels: &[String],
+    chosen: usize,
+    theme: &Theme,
+    width: usize,
+) -> Vec<Line<'static>> {
+    let row = |(place, decision): (usize, &Decision)| {
+        let (key, usual) = match decision {
+            Decision::Retry => ("t", "Do the step again"),
+            Decision::Move => ("m", "Move the arm yourself, then do the step again"),
+            Decision::Back => ("b", "Go back to the step that placed the arm"),
+            Decision::Skip => ("k", "Go on without it"),
+            Decision::Abort => ("a", "Abort the run"),
+        };
+        let label = labels.get(place).map_or(usual, String::as_str);
+        choice(&fitted(&format!("{key}  {label}"), width.saturating_sub(4)), place == chosen, theme)
     };
-    options
-        .iter()
-        .enumerate()
-        .map(|(place, decision)| choice(label(decision), place == chosen, theme))
-        .collect()
+    options.iter().enumerate().map(row).collect()
 }

@@ -26,6 +26,8 @@ pub(crate) struct RunState {
     /// The joint and the size of a jog as they were chosen last, for the prompt of that step when it is asked again: a key that is pressed then moves
     /// the same joint as before.
     pub jogged: Option<(StepPath, usize, usize)>,
+    /// Where there is no room for both, the other of steps and arm is shown than would be.
+    pub views_swapped: bool,
     /// The prompt is shown in large letters.
     pub large: bool,
     /// Trigger poses, in the order they were found.
@@ -119,6 +121,12 @@ pub(crate) enum Fate {
     Discarded,
 }
 
+/// Kinds of steps whose results are told at the end.
+const RESULTS: [&str; 4] = ["scan", "measure", "correct", "read"];
+
+/// How many results are told at the end: the last, which are what the others led to.
+const MOST_RESULTS: usize = 6;
+
 impl RunState {
     /// Takes in an event at `now`. Says whether somebody is needed.
     pub(crate) fn take(&mut self, event: &Event, now: Duration) -> bool {
@@ -154,12 +162,13 @@ impl RunState {
                     open.refuse(reason);
                 }
             }
-            Event::Joints { device, joints, .. } => {
-                self.prompt.iter_mut().for_each(|open| open.take_joints(device, joints));
+            Event::Joints { .. }
+            | Event::Clearance { .. }
+            | Event::Signal { .. }
+            | Event::InstrumentRead { .. } => {
+                self.prompt.iter_mut().for_each(|open| open.take_live(event));
             }
-            Event::Clearance { device, planes } => {
-                self.prompt.iter_mut().for_each(|open| open.take_clearance(device, planes));
-            }
+            Event::WentBack { from, to } => self.go_back(from, to),
             Event::TriggerFound { .. }
             | Event::CorrectionProposed { .. }
             | Event::CorrectionApplied { .. } => self.take_found(event),
@@ -215,6 +224,16 @@ impl RunState {
                 }
             }
             _ => {}
+        }
+    }
+
+    /// Steps that are to be done again have not been begun, and found nothing.
+    fn go_back(&mut self, from: &StepPath, to: &StepPath) {
+        let place = |path: &StepPath| self.steps.iter().position(|step| step.planned.step == *path);
+        let (Some(to), Some(from)) = (place(to), place(from)) else { return };
+        for step in self.steps.iter_mut().skip(to).take((from + 1).saturating_sub(to)) {
+            *step = Step { attempt: step.attempt, ..Step::planned(step.planned.clone()) };
+            self.triggers.retain(|trigger| trigger.step != step.planned.step);
         }
     }
 
@@ -303,6 +322,22 @@ impl RunState {
         self.began.map_or(Duration::ZERO, |began| self.ended.unwrap_or(now).saturating_sub(began))
     }
 
+    /// What steps have found, a sentence each: of scans and measurements, and what was worked out where nothing was corrected.
+    pub(crate) fn results(&self) -> Vec<String> {
+        let computed = if self.corrections.is_empty() { &["compute"][..] } else { &[] };
+        let tells = |step: &&Step| {
+            let kind = step.planned.kind.as_str();
+            let passed = step.status == Status::Over(StepOutcome::Passed) && !step.message.is_empty();
+            passed && (RESULTS.contains(&kind) || computed.contains(&kind))
+        };
+        let told: Vec<String> = self
+            .leaves()
+            .filter(tells)
+            .map(|step| format!("{}: {}", step.planned.title, step.message))
+            .collect();
+        told.iter().skip(told.len().saturating_sub(MOST_RESULTS)).cloned().collect()
+    }
+
     /// Where keys are looked up on the Run screen, the narrowest place first.
     pub(crate) fn places(&self) -> Vec<Context> {
         let mut places = Vec::new();
@@ -312,9 +347,7 @@ impl RunState {
             Some(_) => places.push(Context::Prompt),
             None => {}
         }
-        if self.is_open() {
-            places.push(Context::Run);
-        }
+        places.push(Context::RunPage);
         places
     }
 }

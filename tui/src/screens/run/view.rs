@@ -7,16 +7,17 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{LineGauge, Paragraph, Wrap};
 
+use super::prompt::OpenPrompt;
 use super::state::{Phase, RunState};
 use super::words::{padded, spoken};
 use super::{found, large, prompt_view, steps};
-use crate::screens::cell::{joint_line, side_view};
+use crate::screens::cell::{HandPlace, joint_line, views};
 use crate::screens::pane;
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
 
 /// Rows of the pane that matters most where the arm is drawn below it.
-const ATTENTION: u16 = 18;
+const ATTENTION: u16 = 20;
 /// Rows from which there is room for both.
 const ROOM_TO_DRAW: u16 = ATTENTION + 9;
 
@@ -35,22 +36,27 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
         return;
     }
     let [left, right] = Layout::horizontal([Constraint::Percentage(38), Constraint::Fill(1)]).areas(body);
-    let live = if body.height >= 16 { joint_rows(state).min(8) } else { 0 };
-    let [plan, values] = Layout::vertical([Constraint::Fill(1), Constraint::Length(live)]).areas(left);
-    steps::view(state, run, frame, plan);
-    live_values(state, frame, values);
     // A prompt needs its room; what was found can wait for the end.
     let least = if run.prompt.is_some() { 12 } else { 7 };
     let found_rows = found::rows(run, body.height.saturating_sub(least));
     let drawn = state.cell.shape.is_some() && right.height.saturating_sub(found_rows) >= ROOM_TO_DRAW;
+    // Where there is no room for both, the arm takes the place of the steps while it is jogged, or when asked for.
+    let jogged = run.prompt.as_ref().is_some_and(OpenPrompt::is_jog);
+    if !drawn && state.cell.shape.is_some() && jogged != run.views_swapped {
+        views(state, frame, left, false);
+    } else {
+        let live = if body.height >= 16 { joint_rows(state).min(8) } else { 0 };
+        let [plan, values] = Layout::vertical([Constraint::Fill(1), Constraint::Length(live)]).areas(left);
+        steps::view(state, run, frame, plan);
+        live_values(state, frame, values);
+    }
     let above = if drawn { Constraint::Length(ATTENTION) } else { Constraint::Fill(1) };
     let between = if drawn { Constraint::Fill(1) } else { Constraint::Length(0) };
     let [above, between, below] =
         Layout::vertical([above, between, Constraint::Length(found_rows)]).areas(right);
     attention(state, run, frame, above);
     if drawn {
-        let inner = pane::open(frame, between, &state.theme, "Arm from the side", false);
-        side_view(&state.cell, &state.theme, frame, inner);
+        views(state, frame, between, true);
     }
     found::view(run, &state.theme, frame, below);
 }
@@ -79,7 +85,8 @@ fn attention(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
     let theme = &state.theme;
     if let Some(prompt) = &run.prompt {
         let inner = pane::open(frame, area, theme, &prompt.prompt.title, true);
-        prompt_view::view(prompt, theme, &state.hits, frame, inner);
+        let hand = prompt.jogged_robot().and_then(|robot| HandPlace::of(&state.cell, robot));
+        prompt_view::view(prompt, hand.as_ref(), theme, &state.hits, frame, inner);
         return;
     }
     match &run.phase {
@@ -102,8 +109,11 @@ fn attention(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
             });
             let history =
                 if state.history.is_some() { " 4 shows it among the others in the record." } else { "" };
-            let text =
-                format!("{}.\n\nq leaves.{history}{number}", sentence_case(message.trim_end_matches('.')));
+            let results: String = run.results().iter().map(|result| format!("\n{result}")).collect();
+            let text = format!(
+                "{}.{results}\n\nq leaves.{history}{number}",
+                sentence_case(message.trim_end_matches('.'))
+            );
             paragraph(frame, area, theme, &format!("{sign} {word}"), &text, true);
         }
     }

@@ -160,6 +160,8 @@ pub(super) fn jog_asked() -> Event {
             }],
             joints: joints(35.5, -60.0),
             hand_over: false,
+            joint: None,
+            sensor: None,
         },
     )
 }
@@ -171,7 +173,16 @@ pub(super) fn decision_asked() -> Event {
         "Nothing found within 40 deg of shoulder.",
         PromptKind::Decision {
             error: "Nothing found within 40 deg of shoulder. Is the hand over the white of the sheet, 10 to 50 mm up?".to_owned(),
-            options: vec![Decision::Retry, Decision::Skip, Decision::Abort],
+            options: vec![Decision::Retry, Decision::Move, Decision::Back, Decision::Skip, Decision::Abort],
+            labels: [
+                "Do the step again",
+                "Move arm yourself, then do the step again",
+                "Go back to \u{201c}Set the target\u{201d}",
+                "Go on without it",
+                "Abort the run",
+            ]
+            .map(str::to_owned)
+            .into(),
         },
     )
 }
@@ -199,6 +210,16 @@ pub(super) fn begun() -> State {
         tell(&mut state, event);
     }
     tell(&mut state, posed(35.5, -84.2, false));
+    state.cell.target = Some(plumb_cell::workcell::TTarget {
+        line_a: 0.0,
+        line_b_distance: 140.0,
+        line_b_offset: 8_f64.to_radians(),
+        head_depth: 25.0,
+        head_width: 120.0,
+        body_radius: 210.0,
+        body_angle: 12_f64.to_radians(),
+        margin: 20.0,
+    });
     state.cell.shape = Some(ArmShape::new("arm", teachmover, vec![("target".to_owned(), 140.0)]));
     state
 }

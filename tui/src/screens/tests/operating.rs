@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use plumb_cell::command::{Command as Tell, PauseWhen};
-use plumb_cell::event::{Event, PlaneClearance, RunOutcome};
+use plumb_cell::event::{Event, PlaneClearance, RunOutcome, StepOutcome};
 use plumb_cell::prompt::{Answer, Decision, PromptId, PromptKind};
 use ratatui::crossterm::event::KeyCode;
 
 use super::fixtures::{
-    begun, choice_asked, decision_asked, examined, jog_asked, number_asked, page, passed, posed, press,
-    searching, tell,
+    begun, choice_asked, decision_asked, examined, finished, jog_asked, number_asked, page, passed, path,
+    posed, press, searching, tell,
 };
 use crate::screens::keys::{BINDINGS, Context, command_for};
 use crate::screens::message::{Action, Message};
@@ -204,6 +204,154 @@ fn a_failed_step_is_tried_again_with_one_key() {
     tell(&mut state, decision_asked());
     let actions = press(&mut state, KeyCode::Char('t'));
     assert_eq!(answers(&actions), [&Answer::Decision { decision: Decision::Retry }]);
+}
+
+#[test]
+fn a_failed_step_offers_to_move_the_arm_and_to_go_back_and_says_what_each_does() {
+    for (key, wanted) in [('m', Decision::Move), ('b', Decision::Back)] {
+        let mut state = searching();
+        tell(&mut state, decision_asked());
+        let shown = page(&state, 120, 40);
+        assert!(shown.contains("m  Move arm yourself, then do the step again"), "{shown}");
+        assert!(shown.contains("b  Go back to \u{201c}Set the target\u{201d}"), "{shown}");
+        let actions = press(&mut state, KeyCode::Char(key));
+        assert_eq!(answers(&actions), [&Answer::Decision { decision: wanted }]);
+    }
+}
+
+#[test]
+fn steps_that_are_done_again_wait_again_and_their_trigger_poses_are_gone() {
+    let mut state = searching();
+    let run = state.run.as_ref().expect("a run");
+    assert_eq!(run.triggers.len(), 5);
+    let (before, all) = run.count();
+    tell(&mut state, Event::WentBack { from: path("cycle[3].reach"), to: path("cycle[2].lower") });
+    let run = state.run.as_ref().expect("a run");
+    assert_eq!(run.triggers.len(), 2, "those of the first turn are left");
+    assert_eq!(run.count(), (before - 4, all));
+}
+
+#[test]
+fn the_keys_of_a_run_do_the_same_on_every_page_and_no_page_has_another_use_for_them() {
+    for screen in Screen::ALL {
+        let mut state = searching();
+        state.scan = Some(crate::screens::scan::ScanState::of_step(&path("scan")));
+        state.screen = screen;
+        if !state.screens().contains(&screen) {
+            continue;
+        }
+        let paused = Event::Paused { step: None, reason: "stopped by the operator".to_owned() };
+        tell(&mut state, paused);
+        assert_eq!(press(&mut state, KeyCode::Char('r')), [Action::Tell(Tell::Resume)], "{screen:?}");
+        tell(&mut state, Event::Resumed);
+        let pause = Tell::Pause { when: PauseWhen::BeforeNextStep };
+        assert_eq!(press(&mut state, KeyCode::Char('p')), [Action::Tell(pause)], "{screen:?}");
+        press(&mut state, KeyCode::Char('a'));
+        assert_eq!(state.overlay, Some(Overlay::Abort), "{screen:?}");
+    }
+    let run: Vec<_> =
+        BINDINGS.iter().filter(|row| row.context == Context::Run).flat_map(|row| row.keys).collect();
+    // No run and no model are open on the Model page at once.
+    let pages = [Context::Cell, Context::History, Context::OpenedRun, Context::Log, Context::Scan];
+    for row in BINDINGS.iter().filter(|row| pages.contains(&row.context)) {
+        assert!(!row.keys.iter().any(|key| run.contains(&key)), "{} on {}", row.shown, row.context.name());
+    }
+}
+
+#[test]
+fn a_resume_marks_the_joint_that_stands_elsewhere_with_the_difference() {
+    let mut state = begun();
+    let joint = |name: &str, value: f64| plumb_cell::event::NamedValue {
+        name: name.to_owned(),
+        value,
+        unit: "deg".to_owned(),
+        uncertainty: None,
+    };
+    let Event::PromptAsked { mut prompt } = jog_asked() else { panic!("a prompt") };
+    prompt.kind = PromptKind::ConfirmPose {
+        device: "arm".to_owned(),
+        recorded: vec![joint("waist", 9.3), joint("shoulder", 41.0)],
+        reported: vec![joint("waist", 5.7), joint("shoulder", 41.0)],
+    };
+    tell(&mut state, Event::PromptAsked { prompt });
+    let shown = page(&state, 80, 24);
+    let line = |name: &str| {
+        let line = shown.lines().find(|line| line.contains(name) && line.matches("deg").count() > 0);
+        line.unwrap_or_default().to_owned()
+    };
+    assert!(line("9.300").contains("-3.600 deg"), "{shown}");
+    assert!(shown.lines().any(|line| line.contains("41.000") && line.contains("same")), "{shown}");
+}
+
+#[test]
+fn the_last_page_tells_what_scans_found_and_leaving_names_the_run_and_its_record() {
+    let mut state = begun();
+    state.record_option = " --record bench".to_owned();
+    press(&mut state, KeyCode::Char('q'));
+    let shown = page(&state, 80, 24);
+    assert!(shown.contains("plumb run --resume 12 --record bench"), "{shown}");
+    press(&mut state, KeyCode::Char('s'));
+    let mut planned = state.run.as_ref().expect("a run").steps[0].planned.clone();
+    planned.kind = "scan".to_owned();
+    let step = planned.step.0.clone();
+    tell(&mut state, Event::Planned { steps: vec![planned], estimate_s: 1.0 });
+    tell(&mut state, finished(&step, StepOutcome::Passed, "apex at 60.0, 530.1, 71.2 mm, 0.043 mm rms"));
+    let ended =
+        Event::RunEnded { run: 12, outcome: RunOutcome::Passed, message: "all steps passed".to_owned() };
+    tell(&mut state, ended);
+    let shown = page(&state, 120, 40);
+    assert!(shown.contains("apex at 60.0, 530.1, 71.2 mm, 0.043 mm"), "{shown}");
+}
+
+#[test]
+fn who_jogs_is_told_where_the_hand_is_over_the_target_and_shown_it_from_above() {
+    let mut state = begun();
+    tell(&mut state, jog_asked());
+    tell(&mut state, posed(35.5, -84.2, false));
+    let shown = page(&state, 80, 24);
+    assert!(shown.contains("Arm from above") && shown.contains("Arm from the side"), "{shown}");
+    assert!(shown.contains("beyond B") && shown.contains("over the table"), "{shown}");
+    press(&mut state, KeyCode::Char('v'));
+    let shown = page(&state, 80, 24);
+    assert!(shown.contains("Steps") && !shown.contains("Arm from above"), "{shown}");
+    // Through the table, and in words too.
+    tell(&mut state, posed(-10.0, -84.2, false));
+    let shown = page(&state, 80, 24);
+    assert!(shown.contains("BELOW the table"), "{shown}");
+}
+
+#[test]
+fn who_jogs_a_simulated_arm_to_a_level_sees_its_bubble() {
+    let mut state = begun();
+    tell(&mut state, jog_asked());
+    let Event::PromptAsked { prompt } = jog_asked() else { panic!("a prompt") };
+    let read = |value: Option<f64>, step: &plumb_cell::event::StepPath| Event::InstrumentRead {
+        step: step.clone(),
+        value,
+        unit: "deg".to_owned(),
+    };
+    tell(&mut state, read(Some(1.0), &path("another")));
+    assert!(!page(&state, 80, 24).contains("level ["), "of another step");
+    tell(&mut state, read(Some(-1.0), &prompt.step));
+    let shown = page(&state, 80, 24);
+    assert!(
+        shown.contains("\u{25cf}\u{2500}\u{2500}\u{2500}\u{2500}|") && shown.contains("-1.00 deg"),
+        "{shown}"
+    );
+    tell(&mut state, read(None, &prompt.step));
+    assert!(page(&state, 80, 24).contains("the bubble stands at an end"));
+}
+
+#[test]
+fn in_a_simulated_cell_a_prompt_says_that_nothing_is_to_be_done_by_hand() {
+    for simulated in [true, false] {
+        let mut state = begun();
+        state.cell.simulated = simulated;
+        let Event::PromptAsked { mut prompt } = jog_asked() else { panic!("a prompt") };
+        prompt.kind = PromptKind::Acknowledge { label: "It lies there".to_owned() };
+        tell(&mut state, Event::PromptAsked { prompt });
+        assert_eq!(page(&state, 80, 24).contains("Simulated: done already, Enter goes on."), simulated);
+    }
 }
 
 #[test]

@@ -3,11 +3,12 @@
 //! A jog moves the arm at once or not at all. At most one step is in flight; whatever comes meanwhile is dropped, an answer with words. So the arm
 //! stands still at most one step after the key is let go.
 
-use plumb_plugin::JointVector;
+use plumb_plugin::{JointVector, Reading};
 use serde_json::{Value, json};
 
 use super::pendant::Pendant;
-use super::{JOG_SPEED, PromptStep};
+use super::{JOG_SPEED, SimulatedAct};
+use crate::device::Act;
 use crate::engine::arm::believed_trespass_in_words;
 use crate::engine::journal::Question as Asked;
 use crate::engine::prompting::Received;
@@ -15,7 +16,7 @@ use crate::engine::scope::joints_value;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::engine::{Engine, interrupted};
-use crate::event::StepPath;
+use crate::event::{Event, StepPath};
 use crate::prompt::{Answer, ChoiceOption, JogGoal, Prompt, PromptKind};
 use crate::step::question::{Arrival, PromptQuestion};
 use crate::workcell::Trespass;
@@ -27,7 +28,10 @@ const STILL_MOVING: &str =
 /// One `jog_to` prompt while it is open.
 struct Jogging<'a> {
     robot: &'a str,
-    step: &'a PromptStep,
+    /// As it is declared.
+    declared: &'a PromptQuestion,
+    /// What a simulated operator does.
+    simulated: Option<&'a SimulatedAct>,
     at: &'a StepContext,
     /// As it is asked, and asked again after a warning.
     question: Asked<'a>,
@@ -41,6 +45,17 @@ struct Jogging<'a> {
     before: JointVector,
     /// The operator was warned that the arm seems to pass a keep-out plane, and went on.
     may_pass_planes: bool,
+    /// A sensor that is read meanwhile, until it cannot be.
+    sensor: Option<String>,
+    /// The simulated spirit level that is read meanwhile.
+    level: Option<Act>,
+}
+
+/// The reading of the level to which a simulated operator would drive the arm.
+fn level_reading(simulated: Option<&SimulatedAct>) -> Option<Act> {
+    let SimulatedAct { words, .. } = simulated.filter(|act| act.act == "drive_to_level")?;
+    let words = words.iter().filter(|(key, _)| key == "at" || key == "turned").cloned().collect();
+    Some(Act { name: "read_level".to_owned(), numbers: Vec::new(), words })
 }
 
 /// What came of a jog.
@@ -55,25 +70,24 @@ impl Engine {
     /// Waits until the operator says that the arm stands where it should.
     pub(crate) fn jog_to(
         &mut self,
-        robot: &str,
-        step: &PromptStep,
+        declared: &PromptQuestion,
+        simulated: Option<&SimulatedAct>,
         question: Asked<'_>,
         at: &StepContext,
     ) -> Result<Done, StepError> {
+        let PromptQuestion::JogTo { robot, arrivals, .. } = declared else {
+            return Err(StepError::error("this prompt asks for no place of a robot"));
+        };
         let before = self.read_pose_anywhere(robot)?.joints;
         self.arm(robot)?.begin_manual(&before);
-        let goals = match &question.kind {
-            PromptKind::JogTo { goals, .. } => goals.clone(),
-            _ => Vec::new(),
-        };
-        let arrivals = match &step.question {
-            PromptQuestion::JogTo { arrivals, .. } => arrivals.as_slice(),
-            _ => &[],
+        let (goals, sensor) = match &question.kind {
+            PromptKind::JogTo { goals, sensor, .. } => (goals.clone(), sensor.clone()),
+            _ => (Vec::new(), None),
         };
         let prompt = self.journal.ask(question.clone())?;
         if self.unattended {
             let (answer, by) = self.answer_from_file(&prompt, at)?;
-            self.simulate_unless_moved(robot, step, &before, &answer, at)?;
+            self.simulate_unless_moved(robot, simulated, &before, &answer, at)?;
             self.refuse_unattended_trespass(robot, &answer)?;
             let here = self.bring_to(robot, &answer, at)?;
             self.goals_met(robot, &here, &goals).map_err(StepError::Error)?;
@@ -85,7 +99,8 @@ impl Engine {
         let open = Some(prompt);
         let mut jogging = Jogging {
             robot,
-            step,
+            declared,
+            simulated,
             at,
             question,
             goals,
@@ -94,7 +109,11 @@ impl Engine {
             pendant,
             before,
             may_pass_planes: false,
+            sensor,
+            level: level_reading(simulated),
         };
+        self.look_while_jogging(&mut jogging)?;
+        self.read_level_while_jogging(&mut jogging);
         let done = self.jog_until_done(&mut jogging);
         if let (Err(_), Some(prompt)) = (&done, jogging.open.take()) {
             // A prompt that nobody waits for any more must not look as if it were.
@@ -106,7 +125,7 @@ impl Engine {
     fn jog_until_done(&mut self, jogging: &mut Jogging<'_>) -> Result<Done, StepError> {
         loop {
             let Some(prompt) = jogging.open.clone() else {
-                let kind = self.prompt_kind(&jogging.step.question, jogging.at)?;
+                let kind = self.prompt_kind(jogging.declared, jogging.at)?.as_before(&jogging.question.kind);
                 jogging.open = Some(self.journal.ask(Asked { kind, ..jogging.question.clone() })?);
                 continue;
             };
@@ -125,6 +144,7 @@ impl Engine {
                         }
                         Err(other) => return Err(other),
                     };
+                    self.read_level_while_jogging(jogging);
                     self.drop_what_came_meanwhile(&prompt)?;
                     if let Jogged::Trespass(trespass) = jogged {
                         self.journal.withdrawn(&prompt)?;
@@ -133,7 +153,10 @@ impl Engine {
                     }
                 }
                 Ok(Received::HandOver) => self.hand_over(jogging.robot, &mut jogging.pendant, &prompt)?,
-                Ok(Received::Silence) => self.look_on(jogging.robot, &mut jogging.pendant, &prompt)?,
+                Ok(Received::Silence) => {
+                    self.look_on(jogging.robot, &mut jogging.pendant, &prompt)?;
+                    self.look_while_jogging(jogging)?;
+                }
                 Err(error) => {
                     // It was withdrawn already. What ends the prompt counts, not whether the pendant gives the robot back.
                     jogging.open = None;
@@ -155,7 +178,7 @@ impl Engine {
         let (robot, at) = (jogging.robot, jogging.at);
         let brought = self
             .take_back(robot, &mut jogging.pendant)
-            .and_then(|()| self.simulate_unless_moved(robot, jogging.step, &jogging.before, answer, at))
+            .and_then(|()| self.simulate_unless_moved(robot, jogging.simulated, &jogging.before, answer, at))
             .and_then(|()| self.bring_to(robot, answer, at));
         let here = match brought {
             Ok(here) => here,
@@ -180,14 +203,12 @@ impl Engine {
     fn simulate_unless_moved(
         &mut self,
         robot: &str,
-        step: &PromptStep,
+        simulated: Option<&SimulatedAct>,
         before: &JointVector,
         answer: &Answer,
         at: &StepContext,
     ) -> Result<(), StepError> {
-        if step.simulated.is_none()
-            || *answer != Answer::Done
-            || self.read_pose_anywhere(robot)?.joints != *before
+        if simulated.is_none() || *answer != Answer::Done || self.read_pose_anywhere(robot)?.joints != *before
         {
             return Ok(());
         }
@@ -195,9 +216,39 @@ impl Engine {
         if matches!(pendant, Pendant::Shared) {
             self.jog(robot, true)?;
         }
-        let done = self.simulate(step, at);
+        let done = self.simulate(simulated, at);
         self.take_back(robot, &mut pendant)?;
         done.map(drop)
+    }
+
+    /// Shows whether the sensor has fired where the arm stands now. One that cannot be read is not asked again: the step that needs it will say why.
+    fn look_while_jogging(&mut self, jogging: &mut Jogging<'_>) -> Result<(), StepError> {
+        let Some(sensor) = jogging.sensor.clone() else { return Ok(()) };
+        let looked = self
+            .read_pose_anywhere(jogging.robot)
+            .and_then(|state| self.read_sensor(&sensor, state.time_ns, state.time_ns));
+        match looked {
+            Ok(Reading { fired: Some(on), time_ns, .. }) => {
+                self.journal.show(Event::Signal { device: sensor, signal: "fired".to_owned(), on, time_ns });
+            }
+            Err(error @ (StepError::Record(_) | StepError::Interrupted { .. })) => return Err(error),
+            Ok(_) | Err(_) => jogging.sensor = None,
+        }
+        Ok(())
+    }
+
+    /// Shows what the spirit level of a simulated cell shows where the arm stands now. No world, no simulated level.
+    fn read_level_while_jogging(&mut self, jogging: &mut Jogging<'_>) {
+        let Some(act) = &jogging.level else { return };
+        match self.links.simulate(act) {
+            Ok(None) => jogging.level = None,
+            read => self.journal.show(Event::InstrumentRead {
+                step: jogging.at.path.clone(),
+                // It refuses to be read where its bubble stands at an end.
+                value: read.ok().flatten(),
+                unit: "deg".to_owned(),
+            }),
+        }
     }
 
     /// Moves one joint by one step.

@@ -151,10 +151,11 @@ impl Engine {
             if !self.is_there(search)? {
                 return Ok(here);
             }
-            let state = if step.until_on { "on" } else { "off" };
+            let (state, other) = if step.until_on { ("ON", "OFF") } else { ("OFF", "ON") };
+            let towards = if search.direction < 0.0 { "greater" } else { "smaller" };
             let message = format!(
-                "{} is {state} already where the search begins, so there is nothing to find: move {} {} away first",
-                step.sensor, step.robot, step.joint
+                "{} is already {state} at the start of the search. Move {}'s {} towards {towards} values until {} is {other}, then do the step again",
+                step.sensor, step.robot, step.joint, step.sensor
             );
             return Err(StepError::error(message));
         }
@@ -237,17 +238,27 @@ impl Engine {
         let step = search.step;
         let unit = step.unit;
         let here = self.read_pose(&step.robot)?.joints;
-        let moved = search.joint.value(&here)? - search.joint.value(&start)?;
-        let way = unit.from_internal(moved.abs());
-        let state = if step.until_on { "came on" } else { "went off" };
+        let arm = self.arm(&step.robot)?;
+        let shown = |at: f64| arm.named_value(search.joint, at + arm.zero(search.joint)).value;
+        let (from, to) = (shown(search.joint.value(&start)?), shown(search.joint.value(&here)?));
+        let state = if step.until_on { "OFF" } else { "ON" };
         let why = match search.ends_at_limit {
             true => format!(", and {} goes no further", step.joint),
             false => String::new(),
         };
-        let what =
-            format!("{} never {state} within {way:.2} {} of {}{why}", step.sensor, unit.symbol(), step.joint);
+        let sought =
+            step.finds.as_ref().map(|finds| format!("{} not found: ", finds.surface.replace('_', " ")));
+        let what = format!(
+            "{}{} stayed {state} while {} went from {from:.2} to {to:.2} {}{why}",
+            sought.unwrap_or_default(),
+            step.sensor,
+            step.joint,
+            unit.symbol()
+        );
         if !step.may_find_nothing {
-            return Err(StepError::Failed(format!("{what}: bring the arm nearer, or allow a longer travel")));
+            let advice =
+                "Move the arm nearer to what is sought and do the step again, or allow a longer travel";
+            return Err(StepError::Failed(format!("{what}. {advice}")));
         }
         let joints = joints_value(&self.arm(&step.robot)?.named(&here));
         let half_width = format!("half_width_{}", unit.symbol());
