@@ -4,6 +4,8 @@
 mod examples;
 mod groups;
 
+use std::path::PathBuf;
+
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::commands::{
@@ -17,6 +19,10 @@ use crate::commands::{
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
+    /// Write what happens inside into this file, at its end. RUST_LOG says how much, as in RUST_LOG=debug, and puts it on standard error too. A
+    /// run has a log of its own: `logs/run-NUMBER.log` beside the record.
+    #[arg(long, value_name = "FILE", global = true)]
+    pub(crate) log: Option<PathBuf>,
 }
 
 #[derive(Subcommand)]

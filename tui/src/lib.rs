@@ -13,6 +13,7 @@ pub mod commands;
 mod completion;
 pub mod failure;
 pub mod interrupt;
+mod logging;
 pub mod progress;
 mod record_directory;
 mod say;
@@ -32,7 +33,14 @@ pub use command_line::command;
 pub fn program() -> ExitCode {
     signals::let_through();
     completion::serve(command_line::command);
-    let result: CommandResult = match command_line::parse().command {
+    let arguments = command_line::parse();
+    // A host passes on what it logs to the program that started it.
+    if !matches!(arguments.command, Command::Host(_))
+        && let Err(error) = logging::start(arguments.log.as_deref())
+    {
+        return failure::exit_code(Err(error.into()));
+    }
+    let result: CommandResult = match arguments.command {
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),
         Command::Man(arguments) => man::run(&arguments, command_line::command()),

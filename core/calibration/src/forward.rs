@@ -4,7 +4,7 @@ use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 use plumb_kinematics::{Deviation, Posture, Weights};
 
 use crate::arm_model::Model;
-use crate::effect::{self, Effect, EffectNameError, Handle, LooksAt, Situation};
+use crate::effect::{self, Drive, Effect, EffectNameError, Handle, LooksAt, Situation};
 
 /// A model with everything that has been added to it, ready to be asked.
 #[derive(Debug)]
@@ -106,6 +106,15 @@ fn done(
         }
     });
     done
+}
+
+/// What an effect moves that does the same in every pose: looked at where all joints stand at zero.
+pub(crate) fn constant_drives(model: &Model, effect: &dyn Effect) -> Vec<Drive> {
+    let q = vec![0.0; model.chain.len()];
+    let posture = Posture::of(&model.chain, &q, &[]);
+    let mut drives = Vec::new();
+    in_pose(model, &q, &[], &posture, |situation| effect.drive(situation, &mut drives));
+    drives
 }
 
 /// How fast each of an effect's parameters changes a joint's coordinate in a pose; for an effect that does nothing else.

@@ -3,6 +3,7 @@
 
 pub mod arm_model;
 pub mod effect;
+pub mod export;
 pub mod file;
 pub mod fit;
 pub mod forward;

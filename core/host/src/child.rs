@@ -4,6 +4,7 @@ mod ending;
 mod lifeline;
 mod memory;
 mod output;
+mod own_log;
 mod rest_report;
 mod serve;
 mod service;

@@ -251,6 +251,19 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
     (
+        "model export",
+        &[
+            example(
+                "plumb model export ur5/ur5.model.yaml --as urdf > ur5.urdf",
+                "its newest revision for ROS or a planner",
+            ),
+            example(
+                "plumb model export ur5/ur5.model.yaml --as ros-calibration --leave-out > calibration.yaml",
+                "for the driver of a UR, without what it cannot hold",
+            ),
+        ],
+    ),
+    (
         "model template",
         &[
             example("plumb model template ur5", "model and table of a known robot"),

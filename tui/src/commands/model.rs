@@ -4,6 +4,7 @@ pub(crate) mod arguments;
 mod compare;
 mod diagnose;
 mod effects;
+mod export;
 mod history;
 mod next;
 mod report;
@@ -21,8 +22,8 @@ use serde::Serialize;
 
 use crate::failure::CommandResult;
 use arguments::{
-    AcceptArguments, ChangeArguments, CompareArguments, DiagnoseArguments, EffectsArguments, FamilyArguments,
-    GrowArguments, NextArguments, ReportArguments, ScreenArguments, TemplateArguments,
+    AcceptArguments, ChangeArguments, CompareArguments, DiagnoseArguments, EffectsArguments, ExportArguments,
+    FamilyArguments, GrowArguments, NextArguments, ReportArguments, ScreenArguments, TemplateArguments,
 };
 
 /// What to do with a model.
@@ -52,6 +53,8 @@ pub(crate) enum ModelCommand {
     Template(TemplateArguments),
     /// Write all of it as one page that needs no other file: the story, the plots, the candidates, the fall of the error.
     Report(ReportArguments),
+    /// Write the calibrated arm for other programs: a URDF, the calibration of a UR's ROS driver, or a table of Denavit-Hartenberg rows.
+    Export(ExportArguments),
     /// Look at all this on the screen, with a preview of every candidate before it is added.
     Screen(ScreenArguments),
 }
@@ -68,6 +71,7 @@ pub(crate) fn run(command: &ModelCommand) -> CommandResult {
         ModelCommand::Grow(arguments) => revise::grow(arguments)?,
         ModelCommand::Next(arguments) => next::run(arguments)?,
         ModelCommand::Effects(arguments) => effects::run(arguments)?,
+        ModelCommand::Export(arguments) => export::run(arguments)?,
         ModelCommand::Template(arguments) => template::run(arguments)?,
         ModelCommand::Report(arguments) => report::run(arguments)?,
         ModelCommand::History(arguments) => history::list(arguments)?,

@@ -3,6 +3,7 @@
 mod arguments;
 mod dry;
 mod emulated_controller;
+mod event_log;
 mod headless;
 pub(crate) mod prepare;
 mod simulated_operator;

@@ -14,6 +14,8 @@ use ratatui::crossterm::terminal::{
 use ratatui::prelude::CrosstermBackend;
 use ratatui::{Frame, Terminal};
 
+use crate::logging;
+
 /// The open terminal; dropping it gives it back.
 pub(crate) struct OpenTerminal(Terminal<CrosstermBackend<Stdout>>);
 
@@ -24,6 +26,7 @@ impl OpenTerminal {
     /// Standard output is no terminal, or does not take the settings.
     pub(crate) fn open(title: &str) -> io::Result<Self> {
         restore_on_panic();
+        logging::behind_screens(true);
         // From here on a failure has something to undo, which dropping does.
         let terminal = Self(Terminal::new(CrosstermBackend::new(stdout()))?);
         enable_raw_mode()?;
@@ -70,6 +73,7 @@ impl Drop for OpenTerminal {
 fn restore() {
     let _gone = execute!(stdout(), EndSynchronizedUpdate, DisableMouseCapture, LeaveAlternateScreen, Show);
     let _gone = disable_raw_mode();
+    logging::behind_screens(false);
 }
 
 /// Gives the terminal back before a panic prints its message, once for all later panics.

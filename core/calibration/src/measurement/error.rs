@@ -72,12 +72,14 @@ pub enum ObservationsError {
         reason: String,
     },
     /// No number was measured at all.
-    #[error("{table}: nothing was measured; the table needs {columns}")]
+    #[error("{table}: nothing was measured; the table needs {columns}{hint}")]
     Nothing {
         /// The table.
         table: String,
         /// The columns that hold measurements: `p1_x_mm ..., touch or height_mm`.
         columns: String,
+        /// The option that would read its other columns, on a line of its own; empty where their names suggest nothing.
+        hint: String,
     },
 }
 

@@ -7,7 +7,7 @@ use super::kind::Equation;
 use super::library::kinds;
 use super::row::RowReader;
 use crate::arm_model::{Model, TouchDistance};
-use crate::table::Table;
+use crate::table::{Table, suggestion};
 
 /// A known distance between two touched places.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,7 +55,13 @@ impl Observations {
             starts.push(equations.len() as u32);
         }
         if equations.is_empty() {
-            return Err(ObservationsError::Nothing { table: table.source.clone(), columns: known_columns() });
+            let covariates = table.covariates.iter().map(|covariate| covariate.name.as_str());
+            let hint = suggestion(covariates).map(|option| format!("\n  {option}")).unwrap_or_default();
+            return Err(ObservationsError::Nothing {
+                table: table.source.clone(),
+                columns: known_columns(),
+                hint,
+            });
         }
         for equation in equations.iter_mut().filter(|equation| !equation.is_declared) {
             let key = equation.measurand.kind.noise_key(model, equation.measurand);

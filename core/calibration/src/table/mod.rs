@@ -2,12 +2,15 @@
 
 mod columns;
 mod header;
+mod naming;
 mod number;
 mod read;
 mod write;
 
 pub use columns::{Covariate, CovariateValues, MOST_LEVELS, Names, PositionColumns, Table};
-pub use read::TableError;
+pub(crate) use naming::suggestion;
+pub use naming::{Naming, Rename};
+pub use read::{HeaderProblem, TableError};
 pub use write::table_text;
 
 #[cfg(test)]

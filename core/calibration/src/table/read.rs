@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use super::columns::{Covariate, MOST_LEVELS, Names, PositionColumns, Table};
 use super::header::{self, Meaning};
+use super::naming::{self, Naming};
 use super::number::{self, DecimalMark};
 use crate::opened::why;
 
@@ -41,6 +42,14 @@ pub enum TableError {
         name: String,
         /// What is wrong and what would be right.
         reason: String,
+    },
+    /// Several headers cannot be understood.
+    #[error("{path}: {} columns of line 1 cannot be read{}", problems.len(), problems.iter().map(ToString::to_string).collect::<String>())]
+    Headers {
+        /// The file.
+        path: String,
+        /// Each of them.
+        problems: Vec<HeaderProblem>,
     },
     /// A cell cannot be understood.
     #[error("{path}: line {line}, column {column} (`{name}`): {reason}")]
@@ -80,11 +89,26 @@ pub enum TableError {
     },
 }
 
+/// A header that cannot be understood.
+#[derive(Debug, Error)]
+#[error("\n  column {column} (`{name}`): {reason}")]
+pub struct HeaderProblem {
+    /// Counted from 1.
+    pub column: usize,
+    /// The header's text.
+    pub name: String,
+    /// What is wrong and what would be right.
+    pub reason: String,
+}
+
 /// A line that begins with this is no row: it says something about the file.
 const COMMENT: char = '#';
 
 struct Column {
+    /// As the file has it.
     name: String,
+    /// As it is read: the file's own, or what it stands for.
+    read_as: String,
     meaning: Meaning,
 }
 
@@ -115,10 +139,18 @@ impl Table {
     /// # Errors
     /// See [`TableError`].
     pub fn read(path: &Path) -> Result<Self, TableError> {
+        Self::read_named(path, &Naming::default())
+    }
+
+    /// The same, with headers that are written otherwise.
+    ///
+    /// # Errors
+    /// See [`TableError`].
+    pub fn read_named(path: &Path, naming: &Naming) -> Result<Self, TableError> {
         let shown = path.display().to_string();
         let bytes = read_bytes(path, FileKind::TABLE)
             .map_err(|cause| TableError::Open { path: shown.clone(), cause: cause.into() })?;
-        Self::parse(&shown, &decoded(bytes))
+        Self::parse_named(&shown, &decoded(bytes), naming)
     }
 
     /// Reads a table from text; `source` is the name used in messages.
@@ -126,6 +158,14 @@ impl Table {
     /// # Errors
     /// See [`TableError`].
     pub fn parse(source: &str, text: &str) -> Result<Self, TableError> {
+        Self::parse_named(source, text, &Naming::default())
+    }
+
+    /// The same, with headers that are written otherwise.
+    ///
+    /// # Errors
+    /// See [`TableError`].
+    pub fn parse_named(source: &str, text: &str, naming: &Naming) -> Result<Self, TableError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         within_limits(source, text)?;
         let is_comment = |line: &&str| line.starts_with(COMMENT);
@@ -143,7 +183,7 @@ impl Table {
             .from_reader(text.as_bytes());
         let malformed =
             |error: csv::Error| TableError::Malformed { path: source.to_owned(), reason: error.to_string() };
-        let columns = columns(source, &reader.headers().map_err(malformed)?.clone())?;
+        let columns = columns(source, &reader.headers().map_err(malformed)?.clone(), naming)?;
         let mut table = empty_table(source, &columns)?;
         let mut record = StringRecord::new();
         while reader.read_record(&mut record).map_err(malformed)? {
@@ -179,7 +219,7 @@ fn within_limits(path: &str, text: &str) -> Result<(), TableError> {
     }
 }
 
-fn columns(path: &str, headers: &StringRecord) -> Result<Vec<Column>, TableError> {
+fn columns(path: &str, headers: &StringRecord, naming: &Naming) -> Result<Vec<Column>, TableError> {
     if headers.len() > MOST_COLUMNS {
         let reason = format!("it has {} columns; a table has at most {MOST_COLUMNS}", headers.len());
         return Err(TableError::Malformed { path: path.to_owned(), reason });
@@ -188,25 +228,47 @@ fn columns(path: &str, headers: &StringRecord) -> Result<Vec<Column>, TableError
         let reason = "the file is empty; the first line must name the columns".to_owned();
         return Err(TableError::Empty { path: path.to_owned(), reason });
     }
-    let mut columns: Vec<Column> = Vec::with_capacity(headers.len());
-    for (index, name) in headers.iter().enumerate() {
-        let fail = |reason: String| TableError::Header {
-            path: path.to_owned(),
-            column: index + 1,
-            name: name.to_owned(),
-            reason,
-        };
-        let meaning = header::parse(name).map_err(fail)?;
-        if let Some(other) = columns.iter().find(|other| other.name == name && !name.is_empty()) {
-            return Err(fail(format!("the column `{}` stands twice", other.name)));
-        }
-        let slot = meaning.slot();
-        if let Some(other) = columns.iter().find(|other| slot.is_some() && other.meaning.slot() == slot) {
-            return Err(fail(format!("it says the same as `{}`, in another unit; keep one", other.name)));
-        }
-        columns.push(Column { name: name.to_owned(), meaning });
+    if let Some(reason) = naming.missing(headers.iter()) {
+        return Err(TableError::Malformed { path: path.to_owned(), reason });
     }
-    Ok(columns)
+    let mut columns: Vec<Column> = Vec::with_capacity(headers.len());
+    // All that is wrong is told at once: a table of seven joints without units is one message.
+    let mut problems: Vec<HeaderProblem> = Vec::new();
+    for (index, name) in headers.iter().enumerate() {
+        match column(name, naming, &columns) {
+            Ok(column) => columns.push(column),
+            Err(reason) => problems.push(HeaderProblem { column: index + 1, name: name.to_owned(), reason }),
+        }
+    }
+    if problems.len() > 1 {
+        return Err(TableError::Headers { path: path.to_owned(), problems });
+    }
+    match problems.pop() {
+        Some(HeaderProblem { column, name, reason }) => {
+            Err(TableError::Header { path: path.to_owned(), column, name, reason })
+        }
+        None => Ok(columns),
+    }
+}
+
+/// One column, beside those before it; or what is wrong with its header.
+fn column(name: &str, naming: &Naming, before: &[Column]) -> Result<Column, String> {
+    let read_as = naming.canonical(name);
+    if let Some(refused) = naming::refused_orientation(&read_as) {
+        return Err(refused);
+    }
+    let meaning = header::parse(&read_as)?;
+    if let Some(other) = before.iter().find(|other| other.read_as == read_as && !read_as.is_empty()) {
+        return Err(match other.name == name {
+            true => format!("the column `{name}` stands twice"),
+            false => format!("it says the same as `{}`; keep one", other.name),
+        });
+    }
+    let slot = meaning.slot();
+    if let Some(other) = before.iter().find(|other| slot.is_some() && other.meaning.slot() == slot) {
+        return Err(format!("it says the same as `{}`, in another unit; keep one", other.name));
+    }
+    Ok(Column { name: name.to_owned(), read_as, meaning })
 }
 
 /// What to say of a header that names no joints.
@@ -217,7 +279,11 @@ fn without_joints(columns: &[Column]) -> String {
         _ if names.all(|name| name.parse::<f64>().is_ok()) => "line 1 holds numbers where names belong",
         _ => "no joint columns",
     };
-    format!("{what}; the header needs q1_deg ... qn_deg, and what was measured, such as p1_x_mm")
+    let needed = "the header needs q1_deg ... qn_deg or the model's names of its joints, and what was measured, such as p1_x_mm";
+    match naming::suggestion(columns.iter().map(|column| column.read_as.as_str())) {
+        Some(option) => format!("{what}; {needed}\n  {option}"),
+        None => format!("{what}; {needed}"),
+    }
 }
 
 fn joint_count(path: &str, columns: &[Column]) -> Result<usize, TableError> {
@@ -247,7 +313,7 @@ fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
         match &column.meaning {
             Meaning::Coordinate { joint, .. } => {
                 if let Some(known) = table.coordinate_columns.get_mut(*joint) {
-                    *known = (column.name.clone(), header::is_in_length(&column.name));
+                    *known = (column.name.clone(), header::is_in_length(&column.read_as));
                 }
             }
             Meaning::Position { target, .. }
@@ -274,13 +340,13 @@ fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
                 });
             }
             Meaning::Approach { .. } => table.approach = Some(Vec::new()),
-            Meaning::Covariate if !column.name.is_empty() => {
-                table.covariates.push(Covariate::empty(&column.name));
-                if let Some(known) = header::near_miss(&column.name, joints) {
-                    table.warnings.push(format!(
-                        "column `{}` is kept as a covariate; was `{known}` meant?",
-                        column.name
-                    ));
+            Meaning::Covariate if !column.read_as.is_empty() => {
+                let name = &column.read_as;
+                table.covariates.push(Covariate::empty(name));
+                if let Some(known) = header::near_miss(name, joints).or_else(|| naming::likely(name)) {
+                    table
+                        .warnings
+                        .push(format!("column `{name}` is kept as a covariate; was `{known}` meant? --columns {name}={known}"));
                 }
             }
             _ => {}
@@ -356,7 +422,7 @@ fn push_cell(
                 *known = came_on;
             }
         }
-        Meaning::Covariate if column.name.is_empty() => {}
+        Meaning::Covariate if column.read_as.is_empty() => {}
         Meaning::Covariate => {
             if let Some(known) = table.covariates.get_mut(*covariate) {
                 known.push(cell, number::parse(cell, mark).ok());

@@ -22,7 +22,7 @@ use super::lifeline::{Ending, EndingFlag};
 use super::rest_report::RestReport;
 use super::service::{HEALTH_PERIOD, HEALTH_STREAM, Service};
 use super::watchdog::Watchdog;
-use super::{lifeline, memory, output, stop};
+use super::{lifeline, memory, output, own_log, stop};
 use crate::channel::{FromHost, exit_code};
 use crate::context::{Clock, Context, Lines};
 use crate::guard::Limits;
@@ -54,6 +54,7 @@ pub fn serve(
         Err(error) => (Clock::default(), Some(format!("the clock of the cell's simulated world: {error}"))),
     };
     let context: &'static Context = Box::leak(Box::new(Context::new(lines, &arguments.device, clock)));
+    own_log::pass_on(context);
     if let Some(text) = no_clock {
         context.send(FromHost::Failed { text });
         end_at_once(context, exit_code::FAILED);

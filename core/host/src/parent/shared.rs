@@ -75,7 +75,7 @@ impl Shared {
                     LogLevel::Debug => tracing::debug!(device, "{text}"),
                 },
                 HostEvent::Output { text } => tracing::info!(device, "wrote: {text}"),
-                HostEvent::Progress { fraction, text } => tracing::debug!(device, fraction, "{text}"),
+                HostEvent::Progress { fraction, text } => tracing::trace!(device, fraction, "{text}"),
                 HostEvent::Ended { reason } if reason.is_orderly() => {
                     tracing::info!(device, "its host {reason}")
                 }

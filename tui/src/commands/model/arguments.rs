@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use clap_complete::ArgValueCandidates;
+use plumb_calibration::arm_model::Model;
 use plumb_calibration::revision::{Entry, Family, RevisionError};
-use plumb_calibration::table::Table;
+use plumb_calibration::table::{Naming, Rename, Table};
 use plumb_cell::measurement_table::{HASH_COMMENT, MODEL_COMMENT};
 use plumb_diagnosis::laboratory::{Laboratory, LaboratoryError, Options};
 use plumb_diagnosis::split::Holdout;
@@ -33,9 +34,19 @@ pub(crate) struct PairArguments {
     /// Take a table that says it was measured with another model.
     #[arg(long)]
     any_model: bool,
+    /// Read a column by another name, as in J1=q1_deg,X=p1_x_mm; OLD= leaves the column out. The joints may also be called as the model calls
+    /// them, as in shoulder_deg.
+    #[arg(long, value_name = "OLD=NEW", value_delimiter = ',')]
+    columns: Vec<Rename>,
     /// Print JSON.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// How the headers of a model's table are read.
+pub(crate) fn naming(model: &Model, renamed: &[Rename]) -> Naming {
+    let joints = model.chain.joints.iter().map(|joint| joint.name.clone()).collect();
+    Naming { joints, renamed: renamed.to_vec() }
 }
 
 /// A list of effects, split at the commas outside brackets.
@@ -85,7 +96,8 @@ impl PairArguments {
     /// Reads both files.
     pub(crate) fn open(&self) -> Result<Opened, OpenError> {
         let entry = Family::resolve(&self.model)?;
-        let table = Table::read(&self.data).map_err(LaboratoryError::from)?;
+        let naming = naming(&entry.model, &self.columns);
+        let table = Table::read_named(&self.data, &naming).map_err(LaboratoryError::from)?;
         if !self.any_model {
             self.require_own_table(&table)?;
         }
@@ -234,6 +246,30 @@ pub(crate) struct EffectsArguments {
     /// One effect: `joint_backlash`.
     #[arg(add = ArgValueCandidates::new(completion::effects))]
     pub(crate) name: Option<String>,
+}
+
+/// Options of `export`.
+#[derive(Debug, Args)]
+pub(crate) struct ExportArguments {
+    /// The model file. model.yaml means its newest revision (model.rev2.yaml for a given one).
+    pub(crate) model: PathBuf,
+    /// What to write; it goes to standard output.
+    #[arg(long = "as", value_enum, value_name = "FORM")]
+    pub(crate) form: ExportForm,
+    /// Leave out effects that the form cannot hold, and say how much that makes. Otherwise they are refused.
+    #[arg(long)]
+    pub(crate) leave_out: bool,
+}
+
+/// What other programs read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ExportForm {
+    /// Links and joints for ROS, simulators and planners; no shapes. Lengths in metres.
+    Urdf,
+    /// The `kinematics_params_file` of the ROS driver of Universal Robots.
+    RosCalibration,
+    /// The rows of Denavit and Hartenberg as a table, with Hayati's fifth number.
+    Dh,
 }
 
 /// Options of `template`.

@@ -17,7 +17,9 @@ use plumb_record::{CellLock, Record, RunEnd, RunId, RunState, RunSummary};
 use serde_json::json;
 
 use super::arguments::{Arguments, PaceArgument};
+use super::event_log::logged;
 use super::simulated_world::SimulatedWorld;
+use crate::logging;
 use crate::record_directory::record_directory;
 
 /// A run that goes on.
@@ -125,7 +127,14 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
         Ok(Box::new(devices.under_debugger(under_debugger)))
     });
     match running {
-        Ok(running) => Ok(Prepared { running, operator, cell: shown, record, _lock: lock }),
+        Ok(mut running) => {
+            running.events = logged(running.events);
+            // A run goes on where its log cannot be written; the record counts.
+            if let Err(error) = logging::begin_run(&record, running.run.0) {
+                eprintln!("plumb: {error}; the run goes on without it");
+            }
+            Ok(Prepared { running, operator, cell: shown, record, _lock: lock })
+        }
         Err(StartError::NeedsOperator(reason)) => {
             Err(Refused::NeedsOperator(StartError::NeedsOperator(reason).to_string()))
         }

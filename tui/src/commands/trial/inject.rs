@@ -5,7 +5,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use plumb_calibration::arm_model::Model;
-use plumb_calibration::table::{Table, table_text};
+use plumb_calibration::table::{Rename, Table, table_text};
 use plumb_diagnosis::Diagnosis;
 use plumb_diagnosis::laboratory::{LaboratoryError, Options};
 use plumb_estimation::Progress;
@@ -17,6 +17,7 @@ use super::files::{MODEL, TABLE, write};
 use super::injection::{Found, InjectionError, Measurements};
 use super::outcome::Outcome;
 use super::wish::{Wish, WishError};
+use crate::commands::model::arguments::naming;
 use crate::progress::watched;
 
 /// The truth in the open, beside the measurements it is hidden in.
@@ -33,6 +34,9 @@ pub(crate) struct InjectArguments {
     /// Your measurements of it.
     #[arg(long, value_name = "FILE")]
     data: PathBuf,
+    /// Read a column by another name, as in J1=q1_deg; OLD= leaves the column out.
+    #[arg(long, value_name = "OLD=NEW", value_delimiter = ',')]
+    columns: Vec<Rename>,
     /// What to hide: an effect of an arm, such as `joint_backlash(elbow)`; its place by lot when not given.
     #[arg(long, value_name = "EFFECT")]
     effect: String,
@@ -66,7 +70,10 @@ pub(super) fn run(arguments: &InjectArguments) -> Result<Outcome, TrialError> {
         }
     }
     let model = Model::read(&arguments.model).map_err(LaboratoryError::from).map_err(InjectionError::from)?;
-    let table = Table::read(&arguments.data).map_err(LaboratoryError::from).map_err(InjectionError::from)?;
+    let named = naming(&model, &arguments.columns);
+    let table = Table::read_named(&arguments.data, &named)
+        .map_err(LaboratoryError::from)
+        .map_err(InjectionError::from)?;
     let (said, truth, injected) = watched(|progress| inject(arguments, &wanted, model, table, progress))?;
     let failed = |source| TrialError::Write { path: arguments.output.clone(), source };
     fs::create_dir_all(&arguments.output).map_err(failed)?;

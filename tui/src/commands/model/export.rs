@@ -1,0 +1,95 @@
+//! `plumb model export`: the calibrated model in the forms of other programs.
+
+use std::error::Error;
+
+use plumb_calibration::arm_model::Model;
+use plumb_calibration::export::{RigidArm, dh_table, ros_calibration, urdf};
+use plumb_calibration::forward::ForwardModel;
+use plumb_calibration::revision::Family;
+
+use super::arguments::{ExportArguments, ExportForm};
+
+/// What a form cannot hold.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "rigid links between joints cannot hold {}: without them the flange would be up to {off_mm:.3} mm and {off_deg:.4} deg elsewhere, over {POSES} poses \
+     within the limits; --leave-out writes the rest",
+    effects.join(", ")
+)]
+struct CannotHold {
+    effects: Vec<String>,
+    off_mm: f64,
+    off_deg: f64,
+}
+
+/// Poses at which the size of what is left out is looked at.
+const POSES: u32 = 1000;
+
+/// The model as another program reads it.
+///
+/// # Errors
+/// The file cannot be read, or holds what the form cannot and that is not to be left out.
+pub(super) fn run(arguments: &ExportArguments) -> Result<String, Box<dyn Error>> {
+    let model = Family::resolve(&arguments.model)?.model;
+    let arm = RigidArm::of(&model)?;
+    for effect in &arm.not_the_robot {
+        eprintln!("left aside: {effect} is no part of the robot");
+    }
+    if !arm.left_out.is_empty() {
+        let (off_mm, off_deg) = greatest_difference(&arm, &model)?;
+        let cannot = CannotHold { effects: arm.left_out.clone(), off_mm, off_deg };
+        if !arguments.leave_out {
+            return Err(cannot.into());
+        }
+        eprintln!("left out: {} (up to {off_mm:.3} mm and {off_deg:.4} deg)", cannot.effects.join(", "));
+    }
+    Ok(match arguments.form {
+        ExportForm::Urdf => urdf(&arm),
+        ExportForm::RosCalibration => ros_calibration(&arm)?,
+        ExportForm::Dh => dh_table(&arm, &model),
+    })
+}
+
+/// By how much the flange differs at most, mm and degrees, where the whole model and its rigid part stand in the same pose.
+fn greatest_difference(arm: &RigidArm, model: &Model) -> Result<(f64, f64), Box<dyn Error>> {
+    let forward = ForwardModel::new(model.clone())?;
+    let (mut off_mm, mut off_deg) = (0.0_f64, 0.0_f64);
+    for pose in 1..=POSES {
+        let q: Vec<f64> = arm
+            .joints
+            .iter()
+            .zip(PRIMES.iter().cycle())
+            .map(|(joint, prime)| {
+                joint.limits.0 + radical_inverse(pose, *prime) * (joint.limits.1 - joint.limits.0)
+            })
+            .collect();
+        let (rigid, whole) = (arm.flange(&q), forward.flange(&q, &[]));
+        off_mm = off_mm.max((rigid.translation.vector - whole.translation.vector).norm());
+        off_deg = off_deg.max(rigid.rotation.angle_to(&whole.rotation).to_degrees());
+    }
+    Ok((off_mm, off_deg))
+}
+
+/// Bases of the Halton sequence, one a joint (Halton 1960): poses spread evenly, the same each time.
+const PRIMES: [u32; 8] = [2, 3, 5, 7, 11, 13, 17, 19];
+
+/// A whole number's digits in some base, mirrored at the point: between 0 and 1.
+fn radical_inverse(mut number: u32, base: u32) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0 / f64::from(base));
+    while number > 0 {
+        value += f64::from(number % base) * digit;
+        number /= base;
+        digit /= f64::from(base);
+    }
+    value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::radical_inverse;
+
+    #[test]
+    fn digits_are_mirrored() {
+        assert_eq!([1, 2, 3, 4].map(|number| radical_inverse(number, 2)), [0.5, 0.25, 0.75, 0.125]);
+    }
+}
