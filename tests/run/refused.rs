@@ -8,7 +8,7 @@ fn a_start_outside_the_tolerance_is_refused_with_the_reason() {
     lab.edit("answers.yaml", "place: done", "place: {pose_deg: {shoulder: 50, elbow: -65}}");
     let run = lab.plumb(&["run", "cell.yaml"]);
     assert_eq!(run.code(), 1, "{}", run.all());
-    assert!(run.out().contains("the forearm stands at 295.00 degrees"), "{}", run.out());
+    assert!(run.out().contains("The forearm stands at 295.00 degrees"), "{}", run.out());
     assert!(run.out().contains("270 +- 17.25 degrees"), "{}", run.out());
     assert!(!run.out().contains("waist.lower"), "nothing was searched");
 }
@@ -20,7 +20,7 @@ fn a_hand_that_does_not_point_straight_down_is_noticed_before_anything_moves() {
     let run = lab.plumb(&["run", "cell.yaml"]);
     assert_eq!(run.code(), 1, "{}", run.all());
     assert!(
-        run.out().contains("the hand points 7.00 degrees from straight down, more than 1"),
+        run.out().contains("The hand points 7.00 degrees from straight down, more than 1"),
         "{}",
         run.out()
     );

@@ -43,7 +43,9 @@ impl Page {
     pub(super) fn of(cell: &str, target: &TTarget, size: [f64; 2]) -> Result<Self, PageError> {
         let patch = target.patch();
         let (near, far) = (patch[0][0], patch[1][0]);
-        let (wide, high) = (2.0 * patch[0][1], far - near);
+        // A body far out reaches to the side beyond the white.
+        let half = patch.iter().chain(&target.body()).map(|point| point[1].abs()).fold(0.0, f64::max);
+        let (wide, high) = (2.0 * half, far - near);
         let room = [size[0] - 2.0 * EDGE, size[1] - 2.0 * EDGE - HEAD];
         if wide > room[0] || high > room[1] {
             let [room_wide, room_high] = room;
@@ -212,7 +214,7 @@ mod tests {
 
     #[test]
     fn everything_stays_on_the_paper_and_what_does_not_fit_is_refused() {
-        for (distance, size) in [(140.0, [210.0, 297.0]), (140.0, [215.9, 279.4]), (300.0, [210.0, 297.0])] {
+        for (distance, size) in [(140.0, [210.0, 297.0]), (140.0, [215.9, 279.4]), (300.0, [297.0, 420.0])] {
             let page = Page::of("bench", &target(distance), size).expect("it fits");
             for mark in &page.marks {
                 let points = match mark {
@@ -228,6 +230,8 @@ mod tests {
             }
         }
         let wide = TTarget { head_width: 300.0, ..target(140.0) };
-        assert!(matches!(Page::of("bench", &wide, [210.0, 297.0]), Err(PageError::TooLarge { .. })));
+        for target in [wide, target(300.0)] {
+            assert!(matches!(Page::of("bench", &target, [210.0, 297.0]), Err(PageError::TooLarge { .. })));
+        }
     }
 }
