@@ -110,7 +110,7 @@ pub enum PromptKind {
 
 impl PromptKind {
     /// The same question as `before` with what has changed since: a jog keeps what it offers first and the sensor it shows.
-    pub(crate) fn as_before(mut self, before: &Self) -> Self {
+    pub(crate) fn with_offers_of(mut self, before: &Self) -> Self {
         if let (Self::JogTo { joint, sensor, .. }, Self::JogTo { joint: first, sensor: shown, .. }) =
             (&mut self, before)
         {

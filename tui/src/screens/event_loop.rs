@@ -101,7 +101,7 @@ async fn run(state: &mut State, sources: &mut Sources, outside: &Outside) -> io:
                 if count == 0 {
                     sources.events = None;
                 }
-                events.drain(..).flat_map(|event| update(state, Message::Engine(event))).collect()
+                events.drain(..).flat_map(|event| update(state, Message::Engine(Box::new(event)))).collect()
             },
             answer = answered(&mut sources.lab), if sources.lab.is_some() => match answer {
                 Some(answer) => update(state, Message::Lab(answer)),

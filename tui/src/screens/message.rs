@@ -54,7 +54,7 @@ pub(crate) enum Message {
         height: u16,
     },
     /// The engine says something.
-    Engine(StampedEvent),
+    Engine(Box<StampedEvent>),
     /// The model lab has finished a piece of work.
     Lab(LabAnswer),
     /// How far the lab is with the work in hand: a fraction, and what it does.

@@ -23,13 +23,16 @@ pub struct PlannedMotion {
     pub beyond: Option<String>,
 }
 
+/// Gives the least and the greatest place of a robot's joint, rad or mm; none where the cell does not say.
+pub(crate) type RangeOf<'a> = &'a dyn Fn(&str, &str) -> Option<(f64, f64)>;
+
 /// What the motions of a step are worked out from.
 pub(crate) struct MotionContext<'a> {
     pub(crate) time: &'a TimeContext<'a>,
     /// The limits of a robot's joint, in words.
     pub(crate) limits: &'a dyn Fn(&str, &str) -> String,
     /// The limits that the cell gives a robot's joint, rad or mm.
-    pub(crate) range: &'a dyn Fn(&str, &str) -> Option<(f64, f64)>,
+    pub(crate) range: RangeOf<'a>,
 }
 
 impl MotionContext<'_> {

@@ -33,7 +33,7 @@ pub(super) fn document(page: &Page) -> Vec<u8> {
     let _ = write!(text, "xref\n0 {count}\n0000000000 65535 f \n");
     for offset in offsets {
         // Each entry is twenty bytes.
-        let _ = write!(text, "{offset:010} 00000 n \n");
+        let _ = writeln!(text, "{offset:010} 00000 n ");
     }
     let _ = write!(text, "trailer\n<< /Size {count} /Root 1 0 R /Info 6 0 R >>\nstartxref\n{table}\n%%EOF\n");
     text.into_bytes()

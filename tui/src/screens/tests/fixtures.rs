@@ -78,7 +78,7 @@ pub(super) fn joints(shoulder: f64, elbow: f64) -> Vec<NamedValue> {
 
 pub(super) fn tell(state: &mut State, event: Event) -> Vec<Action> {
     let stamped = StampedEvent { sequence: 1, time: "2026-11-21T06:00:07.250Z".to_owned(), event };
-    update(state, Message::Engine(stamped))
+    update(state, Message::Engine(Box::new(stamped)))
 }
 
 pub(super) fn path(step: &str) -> StepPath {

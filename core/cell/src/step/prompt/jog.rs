@@ -125,7 +125,8 @@ impl Engine {
     fn jog_until_done(&mut self, jogging: &mut Jogging<'_>) -> Result<Done, StepError> {
         loop {
             let Some(prompt) = jogging.open.clone() else {
-                let kind = self.prompt_kind(jogging.declared, jogging.at)?.as_before(&jogging.question.kind);
+                let kind =
+                    self.prompt_kind(jogging.declared, jogging.at)?.with_offers_of(&jogging.question.kind);
                 jogging.open = Some(self.journal.ask(Asked { kind, ..jogging.question.clone() })?);
                 continue;
             };
