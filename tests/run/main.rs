@@ -20,6 +20,7 @@ mod help;
 mod hosts;
 mod init;
 mod interrupted;
+mod json_events;
 mod killed;
 mod lab;
 mod left_behind;

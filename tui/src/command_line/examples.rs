@@ -33,6 +33,10 @@ const EXAMPLES: &[Entry] = &[
                 "plumb run teachmover/cell.yaml shoulder-elbow-initialization --headless --set Br_deg=10",
                 "another procedure with another back rotation, unattended",
             ),
+            example(
+                "plumb run teachmover/cell.yaml --json --events step_finished,run_ended",
+                "its results, for another program",
+            ),
             example("plumb run --resume", "go on with the run that was interrupted last"),
         ],
     ),

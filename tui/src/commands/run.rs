@@ -5,6 +5,7 @@ mod dry;
 mod emulated_controller;
 mod event_log;
 mod headless;
+mod json_events;
 pub(crate) mod prepare;
 mod simulated_operator;
 pub mod simulated_world;
@@ -53,7 +54,8 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         Err(refused) => return told(refused),
     };
     if arguments.is_headless() {
-        let outcome = headless::watch(prepared.running, signals, arguments.json, arguments.attended)?;
+        let outcome =
+            headless::watch(prepared.running, signals, arguments.json_events(), arguments.attended)?;
         return Ok(ExitCode::from(outcome.exit_code()));
     }
     run_on_screens(prepared, signals)

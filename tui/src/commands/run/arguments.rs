@@ -3,6 +3,8 @@
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
 
+use super::json_events::Wanted;
+
 /// Run a procedure of a cell. In a terminal the screens open; without one, or with --headless, it runs by itself with answers from a file.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -20,9 +22,12 @@ pub(crate) struct Arguments {
     /// Set a parameter of the procedure; can be given several times.
     #[arg(long, value_name = "NAME=VALUE", value_parser = parameter)]
     pub(super) set: Vec<(String, f64)>,
-    /// Print every event as a line of JSON; implies --headless.
+    /// Print every event as a line of JSON; implies --headless. The first, `run_started`, has the `version` of the form.
     #[arg(long)]
     pub(super) json: bool,
+    /// With --json: only these events, as in step_finished,run_ended; or all but some, as in no:joints,no:clearance.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "json")]
+    events: Vec<Wanted>,
     /// Go on with a run that was interrupted: the newest of the cell, or the one of this number.
     #[arg(long, value_name = "RUN", num_args = 0..=1)]
     #[expect(clippy::option_option, reason = "given, given with a number, or not given")]
@@ -67,6 +72,11 @@ pub(super) enum PaceArgument {
 }
 
 impl Arguments {
+    /// Which events are printed as JSON; none where lines are printed for people.
+    pub(super) fn json_events(&self) -> Option<Vec<Wanted>> {
+        self.json.then(|| self.events.clone())
+    }
+
     /// There are no screens.
     pub(super) fn is_headless(&self) -> bool {
         self.headless || self.json || self.attended || !std::io::stdout().is_terminal()

@@ -8,6 +8,7 @@ use plumb_cell::event::{Event, LogLevel, PlannedStep, RunOutcome, StampedEvent, 
 use plumb_cell::prompt::Prompt;
 use plumb_cell::{change_in_words, corrected_quantity, give_or_take};
 
+use super::json_events::{self, Wanted};
 use crate::commands::answer::ways_to_answer;
 use crate::signals::EndingSignals;
 
@@ -18,7 +19,7 @@ use crate::signals::EndingSignals;
 pub(super) fn watch(
     mut running: RunningRun,
     signals: EndingSignals,
-    json: bool,
+    json: Option<Vec<Wanted>>,
     attended: bool,
 ) -> io::Result<RunOutcome> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
@@ -44,7 +45,8 @@ pub(super) fn watch(
 }
 
 struct Printer {
-    json: bool,
+    /// As JSON, and which events; none for lines that people read.
+    json: Option<Vec<Wanted>>,
     /// Somebody answers from another terminal.
     attended: bool,
     plan: Vec<PlannedStep>,
@@ -56,9 +58,8 @@ impl Printer {
             self.plan.clone_from(steps);
         }
         let mut out = io::stdout().lock();
-        if self.json {
-            serde_json::to_writer(&mut out, event)?;
-            writeln!(out)?;
+        if let Some(wanted) = &self.json {
+            json_events::write(event, wanted, &mut out)?;
         } else if let Some(line) = self.line(&event.event) {
             writeln!(out, "{line}")?;
         }
