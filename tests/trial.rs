@@ -217,6 +217,25 @@ fn what_the_library_has_no_name_for_is_located_by_its_direction_and_not_padded_w
 }
 
 #[test]
+fn an_effect_of_the_library_is_named_among_two_that_it_does_not_know() {
+    let home = tempfile::tempdir().unwrap();
+    let others = ["--effect", "worn_gear(pan)=3x", "--effect", "stick_slip(wrist3)=3x", "--poses", "150"];
+    let options = [&["--seed", "11", "--arm", "ur5", "--effect", "joint_coupling(elbow)=6x"], &others[..]];
+    let said = diagnosed(home.path(), "t", &options.concat());
+    assert_eq!(said["verdict"], "named", "{}", said["sentence"]);
+    assert_eq!(said["named"]["effect"], "joint_coupling", "{}", said["sentence"]);
+    assert_eq!(said["named"]["where"], "elbow", "{}", said["sentence"]);
+    let left = said["left_unexplained_mm"].as_f64().unwrap();
+    assert!((0.1..0.5).contains(&left), "two of 3 times 0.05 mm an axis: {left}");
+    assert!(said["sentence"].as_str().unwrap().ends_with("mm of the rest is not explained yet."));
+    assert!(said["probability"].as_f64().unwrap() > 0.9, "{}", said["probability"]);
+    // Without it the same two get no name.
+    let said = diagnosed(home.path(), "u", &[&["--seed", "11", "--arm", "ur5"], &others[..]].concat());
+    assert_ne!(said["verdict"], "named", "{}", said["sentence"]);
+    assert!(said.get("left_unexplained_mm").is_none());
+}
+
+#[test]
 fn wild_rows_make_no_harmonic_where_nothing_is_hidden() {
     let home = tempfile::tempdir().unwrap();
     for (seed, arm) in [

@@ -36,6 +36,8 @@ fn without_findings(verdict: Verdict, floor: Floor, comparison: Comparison) -> D
         named: None,
         located: None,
         tied: Vec::new(),
+        probability: None,
+        left_unexplained_mm: None,
         same: Vec::new(),
         alike: Vec::new(),
         candidates: Vec::new(),
@@ -157,6 +159,10 @@ impl Laboratory {
         diagnosis.named = finding.named();
         diagnosis.located = finding.located();
         diagnosis.tied = finding.tied();
+        diagnosis.left_unexplained_mm = finding.left_unexplained_mm;
+        if matches!(finding.verdict, Verdict::Named | Verdict::Located | Verdict::Tied) {
+            diagnosis.probability = finding.probability();
+        }
         diagnosis.alike = finding.alike();
         if finding.verdict == Verdict::AtFloor {
             diagnosis.not_shown = self.not_shown(&finding.stage.fitted, &diagnosis.floor)?;

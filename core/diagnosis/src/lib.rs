@@ -17,6 +17,7 @@ mod growth;
 mod joint_range;
 pub mod laboratory;
 mod lack_of_fit;
+mod mechanism_test;
 mod mixture_test;
 mod next_poses;
 pub mod noise_floor;

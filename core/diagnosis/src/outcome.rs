@@ -96,6 +96,9 @@ pub struct Candidate {
     pub holm_p: f64,
     /// Bayesian information criterion above that of the best.
     pub delta_bic: f64,
+    /// Posterior probability among all that were weighed, mechanisms without a name and none at all; nothing where it was not weighed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub probability: Option<f64>,
     /// Fall of the cross-validated RMS, mm; negative if it gets worse.
     pub cv_gain: Option<f64>,
     /// Expected size.
@@ -191,6 +194,13 @@ pub struct Diagnosis {
     pub located: Option<Located>,
     /// Effects that cannot be told apart.
     pub tied: Vec<EffectPlace>,
+    /// Posterior probability that it is what is named, or one of what is tied; nothing where neither is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub probability: Option<f64>,
+    /// Where something is named, located or tied although more than noise is left: the root mean square error of a point that is left with it in, less the noise
+    /// where that is known, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub left_unexplained_mm: Option<f64>,
     /// Effects that are the same thing as the first of those in these data: whichever is added, every reading is predicted alike.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub same: Vec<String>,

@@ -219,6 +219,23 @@ pub(crate) const EXPLAINABLE_ERRORS: f64 = 2.0;
 /// A component of columns with fewer effective degrees of freedom is given up (degrees of freedom). Why: it then explains less than a tenth of one parameter of noise.
 pub(crate) const EXPLAINABLE_FREEDOM: f64 = 0.1;
 
+// Mechanisms among structure that nothing explains
+
+/// Rows on which suspects are weighed beside a flexible part; of more a random part by pose (rows). Why: time; an effect as large as what is left shows in far fewer.
+pub(crate) const EVIDENCE_ROWS: usize = 500;
+
+/// Weighed so, of the library (effects). Why: time; those behind explain much less.
+pub(crate) const EVIDENCE_SUSPECTS: usize = 12;
+
+/// Weighed beside them, without a name (mechanisms). Why: time; those that explain most.
+pub(crate) const EVIDENCE_STRANGERS: usize = 6;
+
+/// Of what an effect explains may at most be left at its joint (fraction). Why: it then accounts for four fifths of what is there; the first harmonic of a sawtooth accounts for six tenths.
+pub(crate) const SITE_LEFT: f64 = 0.25;
+
+/// By which a size with the flexible part and without it may differ at most (standard errors, by blocks of rows). Why: three sigma.
+pub(crate) const SIZE_ERRORS: f64 = 3.0;
+
 // Next poses
 
 /// Drawn for each pose that is chosen (candidate poses). Why: random search, then refinement.

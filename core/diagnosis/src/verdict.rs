@@ -1,5 +1,7 @@
 //! From stages to one verdict.
 
+mod among_structure;
+
 use crate::candidates::{Candidates, best_variants};
 use crate::direction_test;
 use crate::epochs::with_rivals;
@@ -7,15 +9,16 @@ use crate::forward_selection::{Contender, Stage};
 use crate::found::CorrectionCandidate;
 use crate::laboratory::{Laboratory, LaboratoryError, points_in};
 use crate::lack_of_fit::{LackOfFit, probability_of_noise};
+use crate::mechanism_test::Mechanism;
 use crate::noise_floor::Floor;
 use crate::outcome::{Candidate, EffectPlace, Located, Named, Verdict};
-use crate::predictive_gain::Gain;
 use crate::score_test::{Probe, Score, score};
 use crate::thresholds::{
     ALIKE_CORRELATION, COMPARED_CANDIDATES, DETECTABLE_ERRORS, LACK_OF_FIT_LEVEL, NAMING_LEVEL,
     OVERWHELMING_GAIN, PRESENT_LEVEL, SAME_CORRELATION, SIGN_ERRORS, TIE_BIC, UNLISTED_LEVEL,
 };
-use crate::wording::{AS_WELL, NOT_LISTED, NOT_PREDICTED};
+use crate::wording::NOT_LISTED;
+use among_structure::is_dirty;
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{EffectId, Family, LooksAt, Search, Spot};
 use plumb_calibration::fit::ResidualModel;
@@ -39,6 +42,10 @@ pub(crate) struct Finding<'a> {
     pub(crate) besides: Vec<EffectId>,
     /// Places where, by its direction, all may sit that the model lacks; the likeliest first.
     pub(crate) places: Vec<Spot>,
+    /// What is left with the effect in question in, less the noise, mm; where it was named, located or tied although more than noise is left.
+    pub(crate) left_unexplained_mm: Option<f64>,
+    /// What was found beside a flexible part for what nothing explains; nothing where that was not asked.
+    mechanism: Option<Mechanism>,
 }
 
 impl Laboratory {
@@ -85,7 +92,9 @@ impl Laboratory {
         };
         let asked: Vec<&Contender> = close.iter().filter_map(|index| stage.contenders.get(*index)).collect();
         let (verdict, place) = judge(&asked, &evidence, floor);
-        Ok(Finding {
+        let dirty = is_dirty(asked.first().copied(), &evidence, floor);
+        let base = stages.into_iter().next().filter(|base| base.taken.is_empty() && !stage.taken.is_empty());
+        let finding = Finding {
             stage,
             left_over: evidence.left_over,
             left_now,
@@ -94,7 +103,15 @@ impl Laboratory {
             close,
             besides,
             places: evidence.alone,
-        })
+            left_unexplained_mm: None,
+            mechanism: None,
+        };
+        let named_in_the_dark = finding.verdict == Verdict::Named && floor.scale.is_none();
+        if !dirty || !(finding.verdict.is_nameless() || named_in_the_dark) {
+            return Ok(finding);
+        }
+        progress.report(0.8, "weighing it beside what nothing explains")?;
+        Ok(finding.among_structure(base, &candidates.unlisted, floor))
     }
 
     /// Of the effects a stage has taken in, the one it would miss most and that still passes with the others in: the stage
@@ -473,7 +490,8 @@ impl Finding<'_> {
         let best = self.stage.contenders.first().map_or(0.0, |contender| contender.bic);
         let points = points_in(machine, &self.stage.fitted.fit.rows).max(1) as f64;
         let unit = crate::noise_floor::typical_sigma(machine);
-        let candidate = |contender: &Contender| {
+        let probabilities = self.probabilities();
+        let candidate = |(index, contender): (usize, &Contender)| {
             let size = self.size(contender);
             let noise = self.stage.fitted.fit.scale;
             let visible = contender.score.strength * (1.0 - contender.score.absorbed).max(1e-12).sqrt();
@@ -482,6 +500,7 @@ impl Finding<'_> {
                 label: machine.model.label(&contender.id),
                 holm_p: contender.holm_p,
                 delta_bic: contender.bic - best,
+                probability: probabilities.iter().find(|(one, _)| *one == index).map(|(_, likely)| *likely),
                 cv_gain: contender.gains.first().map(|gain| signed_root(gain.total / points) * unit),
                 size: size.value,
                 unit: size.unit.to_owned(),
@@ -493,29 +512,7 @@ impl Finding<'_> {
                 rejected: self.rejected(contender),
             }
         };
-        self.stage.contenders.iter().take(count).map(candidate).collect()
-    }
-
-    fn rejected(&self, contender: &Contender) -> Option<String> {
-        let is_best = self.best().is_some_and(|best| best.id == contender.id);
-        let close =
-            self.close.iter().filter_map(|index| self.at(*index)).any(|other| other.id == contender.id);
-        if is_best && self.verdict == Verdict::Named {
-            return None;
-        }
-        Some(if contender.holm_p >= NAMING_LEVEL {
-            format!("chance alone would do as much (p {:.2} after Holm)", contender.holm_p)
-        } else if !contender.score.plausible {
-            "no real machine has such a size or sign".to_owned()
-        } else if close && self.close.len() > 1 {
-            AS_WELL.to_owned()
-        } else if contender.outvoted {
-            "it stands only when some rows are called wild".to_owned()
-        } else if contender.refitted && !contender.gains.iter().all(Gain::counts) {
-            NOT_PREDICTED.to_owned()
-        } else {
-            "another explains it better".to_owned()
-        })
+        self.stage.contenders.iter().enumerate().take(count).map(candidate).collect()
     }
 }
 

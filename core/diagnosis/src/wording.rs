@@ -20,7 +20,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
         .sigma_mm
         .map_or_else(|| "an unknown noise".to_owned(), |sigma| format!("the noise of {sigma:.3} mm an axis"));
     let miss = diagnosis.rms_mm.fit;
-    match diagnosis.verdict {
+    let told = match diagnosis.verdict {
         Verdict::Named => diagnosis.named.as_ref().map_or_else(String::new, |named| name(diagnosis, named)),
         Verdict::Located => diagnosis.located.as_ref().map_or_else(String::new, |located| {
             format!(
@@ -42,6 +42,10 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
         Verdict::FloorUnknown => format!(
             "Nothing can be named, and nobody knows how large the noise is: {miss:.3} mm may be all noise; return to some poses."
         ),
+    };
+    match diagnosis.left_unexplained_mm {
+        Some(left) => format!("{told} {left:.3} mm of the rest is not explained yet."),
+        None => told,
     }
 }
 

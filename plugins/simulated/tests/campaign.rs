@@ -203,6 +203,10 @@ fn accepted_verdicts_follow_from_what_is_hidden() {
         [Verdict::Unknown, Verdict::Located]
     );
     assert_eq!(
+        case(&hiding("puma560", &[("joint_backlash", 6.0), ("outside", 3.0)]), 1).truth.accept_verdict,
+        [Verdict::Unknown, Verdict::Located, Verdict::Named, Verdict::Tied]
+    );
+    assert_eq!(
         case(&hiding("puma560", &[("not_repeatable", 3.0)]), 1).truth.accept_verdict,
         [Verdict::NotRepeatable]
     );

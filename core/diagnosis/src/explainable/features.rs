@@ -44,15 +44,19 @@ pub(super) struct Group {
 }
 
 /// All columns: equations by fitted numbers (orthonormal), flexible columns, and the residuals last.
-pub(super) struct Features {
-    pub(super) design: DMatrix<f64>,
+pub(crate) struct Features {
+    pub(crate) design: DMatrix<f64>,
     /// Columns that are not penalised.
     pub(super) fixed: usize,
     /// Of the flexible columns.
     pub(super) components: Vec<Range<usize>>,
+    /// Of each component: the joint at which its errors are, if at one.
+    pub(crate) joints: Vec<Option<usize>>,
+    /// Of each joint: how an error of its coordinate moves the readings, by equations; nothing where it moves none.
+    pub(crate) carriers: Vec<Option<DVector<f64>>>,
     pub(super) groups: Vec<Group>,
     /// Per row of `rows`: its equations.
-    pub(super) equations: Vec<Range<usize>>,
+    pub(crate) equations: Vec<Range<usize>>,
     /// What is known of the fitted numbers besides the rows: distances between touched places.
     pub(super) knowledge: Products,
 }
@@ -97,6 +101,7 @@ struct Builder<'a> {
     row_of: Vec<usize>,
     columns: Vec<DVector<f64>>,
     components: Vec<Range<usize>>,
+    joints: Vec<Option<usize>>,
     groups: Vec<Group>,
 }
 
@@ -108,8 +113,8 @@ impl Builder<'_> {
         self.columns.push(DVector::from_iterator(carrier.len(), column));
     }
 
-    /// Ends a component: its columns together get mean square 1 a column.
-    fn close_component(&mut self) {
+    /// Ends a component of errors at one joint, or at several places: its columns together get mean square 1 a column.
+    fn close_component(&mut self, joint: Option<usize>) {
         let first = self.components.last().map_or(0, |last| last.end);
         let own = first..self.columns.len();
         let squares: f64 = self.columns.iter().skip(first).map(DVector::norm_squared).sum();
@@ -121,6 +126,7 @@ impl Builder<'_> {
         }
         self.columns.iter_mut().skip(first).for_each(|column| *column /= length);
         self.components.push(own);
+        self.joints.push(joint);
     }
 
     /// Ends a group.
@@ -141,14 +147,14 @@ impl Builder<'_> {
             for carrier in &carriers.shifts {
                 functions.iter().for_each(|function| self.push(carrier, function));
             }
-            self.close_component();
+            self.close_component(None);
         }
         for (joint, carrier) in carriers.moving() {
             let count = (poses / POSES_A_COSINE).clamp(COSINES.0, COSINES.1);
             for function in cosines(self.known.coordinate(joint), count) {
                 self.push(carrier, &function);
             }
-            self.close_component();
+            self.close_component(Some(joint));
         }
         self.close_group("pose");
     }
@@ -166,7 +172,7 @@ impl Builder<'_> {
             for function in cosines(self.known.last_move(joint), MOVE_COSINES) {
                 self.push(carrier, &function);
             }
-            self.close_component();
+            self.close_component(Some(joint));
         }
         self.close_group("last move");
     }
@@ -177,11 +183,11 @@ impl Builder<'_> {
         for carrier in &carriers.shifts {
             functions.iter().for_each(|function| self.push(carrier, function));
         }
-        self.close_component();
+        self.close_component(None);
         for (_, carrier) in carriers.moving() {
             functions.iter().for_each(|function| self.push(carrier, function));
         }
-        self.close_component();
+        self.close_component(None);
         if with_pose {
             let mut random = Random::seeded(29);
             let scale = LENGTH_SCALES[1];
@@ -190,13 +196,13 @@ impl Builder<'_> {
             for carrier in &carriers.shifts {
                 poses.iter().for_each(|function| self.push(carrier, &times(&centred, function)));
             }
-            self.close_component();
+            self.close_component(None);
             for (joint, carrier) in carriers.moving() {
                 for function in cosines(self.known.coordinate(joint), SIDE_COSINES) {
                     self.push(carrier, &times(&centred, &function));
                 }
             }
-            self.close_component();
+            self.close_component(None);
         }
         self.close_group(name);
     }
@@ -214,7 +220,7 @@ impl Builder<'_> {
             for carrier in part {
                 levels.iter().for_each(|level| self.push(carrier, level));
             }
-            self.close_component();
+            self.close_component(None);
         }
         self.close_group(name);
     }
@@ -234,7 +240,7 @@ fn knowledge(machine: &ResidualModel<'_>, fit: &Fit, columns: usize) -> Products
 
 impl Features {
     /// Of these rows of a fitted model.
-    pub(super) fn of(machine: &ResidualModel<'_>, fit: &Fit, rows: &[usize]) -> Self {
+    pub(crate) fn of(machine: &ResidualModel<'_>, fit: &Fit, rows: &[usize]) -> Self {
         let known = Known::of(machine, rows);
         let build = |id: EffectId| effect::build(&id, machine.model).ok();
         let shift = build(EffectId::at("base_position", Spot::Base));
@@ -264,6 +270,7 @@ impl Features {
             row_of,
             columns: Vec::new(),
             components: Vec::new(),
+            joints: Vec::new(),
             groups: Vec::new(),
         };
         builder.pose(&carriers);
@@ -275,7 +282,7 @@ impl Features {
         for (name, of_row) in &known.categories {
             builder.categories(name, of_row, &carriers);
         }
-        let Builder { columns, components, groups, .. } = builder;
+        let Builder { columns, components, joints, groups, .. } = builder;
         let fixed = fitted.nrows();
         let mut design = DMatrix::zeros(block.residuals.len(), fixed + columns.len() + 1);
         design.columns_mut(0, fixed).copy_from(&fitted.transpose());
@@ -284,6 +291,6 @@ impl Features {
         }
         design.set_column(fixed + columns.len(), &DVector::from_vec(block.residuals));
         let knowledge = knowledge(machine, fit, design.ncols());
-        Self { design, fixed, components, groups, equations, knowledge }
+        Self { design, fixed, components, joints, carriers: carriers.joints, groups, equations, knowledge }
     }
 }

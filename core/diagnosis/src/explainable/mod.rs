@@ -6,6 +6,7 @@
 //! variances come from the training rows alone. A group of columns counts only if unseen rows are predicted better with it, so nothing is ever made worse than
 //! by predicting zero.
 
+mod evidence;
 mod features;
 mod functions;
 mod known;
@@ -15,6 +16,8 @@ mod regression;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use evidence::{Mixed, MixedFit};
+pub(crate) use features::Features;
 pub use outcome::{BlockedExplainable, Explainable, ExplainableGroup};
 
 use nalgebra::DMatrix;
@@ -23,7 +26,7 @@ use crate::cross_validation::{pose_groups, region_blocks};
 use crate::laboratory::{ErrorSummary, point_squares};
 use crate::predictive_gain::Gain;
 use crate::thresholds::{EXPLAINABLE_ERRORS, EXPLAINABLE_ROWS, VALIDATION_BLOCKS};
-use features::{Features, Group};
+use features::Group;
 use plumb_calibration::fit::{Fit, ResidualModel};
 use plumb_estimation::{Cancelled, Progress, Random, for_each};
 use regression::{Products, Reduced};
@@ -158,16 +161,16 @@ impl<'a> Folds<'a> {
     }
 }
 
-/// Rows that are looked at: all that were fitted, of many a random part, whole poses.
-fn chosen_rows(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<usize> {
-    if fit.rows.len() <= EXPLAINABLE_ROWS {
+/// Rows that are looked at: all that were fitted, of more than `most` a random part, whole poses.
+pub(crate) fn chosen_rows(machine: &ResidualModel<'_>, fit: &Fit, most: usize) -> Vec<usize> {
+    if fit.rows.len() <= most {
         return fit.rows.clone();
     }
     let mut poses = pose_groups(machine.table, &fit.rows);
     Random::seeded(17).shuffle(&mut poses);
     let mut rows = Vec::new();
     for pose in poses {
-        if rows.len() + pose.len() > EXPLAINABLE_ROWS {
+        if rows.len() + pose.len() > most {
             break;
         }
         rows.extend(pose);
@@ -306,7 +309,7 @@ pub(crate) fn explainable(
     fit: &Fit,
     progress: &Progress,
 ) -> Result<Option<Explainable>, Cancelled> {
-    let rows = chosen_rows(machine, fit);
+    let rows = chosen_rows(machine, fit, EXPLAINABLE_ROWS);
     let poses = pose_groups(machine.table, &rows);
     if poses.len() < FEWEST_POSES {
         return Ok(None);

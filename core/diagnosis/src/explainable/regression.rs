@@ -18,14 +18,14 @@ const SETTLED: f64 = 0.01;
 const DAMPING: f64 = 1e-6;
 
 /// Least ratio of the noise's variance to a component's, relative to the number of equations: keeps the matrix invertible.
-const LEAST_RATIO: f64 = 1e-9;
+pub(super) const LEAST_RATIO: f64 = 1e-9;
 
 /// Size below which a matrix is inverted by Cholesky's method and not by blocks.
 const BLOCK: usize = 48;
 
 /// Products of the columns of some equations with each other and with the readings.
 #[derive(Debug, Clone)]
-pub(super) struct Products {
+pub(crate) struct Products {
     /// Columns by columns; the last column is the readings'.
     matrix: DMatrix<f64>,
     equations: f64,
@@ -51,6 +51,13 @@ impl Products {
         all
     }
 
+    /// The same with so many columns of which nothing is known before the last.
+    pub(super) fn widened(&self, count: usize) -> Self {
+        let last = self.matrix.nrows() - 1;
+        let matrix = self.matrix.clone().insert_rows(last, count, 0.0).insert_columns(last, count, 0.0);
+        Self { matrix, equations: self.equations }
+    }
+
     pub(super) fn add(&mut self, other: &Self) {
         self.matrix += &other.matrix;
         self.equations += other.equations;
@@ -64,10 +71,10 @@ impl Products {
 
 /// The same after the columns that are not penalised were taken out of the others (Frisch & Waugh 1933).
 pub(super) struct Reduced {
-    matrix: DMatrix<f64>,
-    right: DVector<f64>,
-    squares: f64,
-    freedom: f64,
+    pub(super) matrix: DMatrix<f64>,
+    pub(super) right: DVector<f64>,
+    pub(super) squares: f64,
+    pub(super) freedom: f64,
     /// Of the columns that are not penalised: their triangular factor, and what is left of the others and of the readings behind it.
     lower: DMatrix<f64>,
     behind: DMatrix<f64>,
@@ -154,7 +161,7 @@ impl Reduced {
             matrix[(index, index)] += ratio;
         }
         let right = self.right.select_rows(&columns);
-        let inverse = symmetric_inverse(&matrix)?;
+        let (inverse, _) = symmetric_inverse(&matrix)?;
         let values = &inverse * &right;
         let penalty: f64 = values.iter().zip(&ratio_of).map(|(value, ratio)| ratio * value * value).sum();
         let squares = (self.squares - values.dot(&right) - penalty).max(1e-12 * self.squares);
@@ -186,19 +193,22 @@ struct Round {
     freedom: f64,
 }
 
-/// The inverse of a symmetric positive definite matrix, by blocks, so that most of the work is products of matrices; nothing if it is none.
-fn symmetric_inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+/// The inverse of a symmetric positive definite matrix and the logarithm of its determinant, by blocks, so that most of the work is products of matrices; nothing
+/// if it is none.
+pub(super) fn symmetric_inverse(matrix: &DMatrix<f64>) -> Option<(DMatrix<f64>, f64)> {
     let size = matrix.nrows();
     if size <= BLOCK {
-        return Some(matrix.clone().cholesky()?.inverse());
+        let factor = matrix.clone().cholesky()?;
+        let logarithm = 2.0 * factor.l_dirty().diagonal().iter().map(|one| one.ln()).sum::<f64>();
+        return Some((factor.inverse(), logarithm));
     }
     let half = size / 2;
     let rest = size - half;
     let across = matrix.view((half, 0), (rest, half)).into_owned();
-    let first = symmetric_inverse(&matrix.view((0, 0), (half, half)).into_owned())?;
+    let (first, before) = symmetric_inverse(&matrix.view((0, 0), (half, half)).into_owned())?;
     let through = &across * &first;
     let beyond = matrix.view((half, half), (rest, rest)) - &through * across.transpose();
-    let second = symmetric_inverse(&beyond)?;
+    let (second, behind) = symmetric_inverse(&beyond)?;
     let lower = &second * &through;
     let upper = lower.transpose();
     let mut inverse = DMatrix::zeros(size, size);
@@ -206,7 +216,7 @@ fn symmetric_inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     inverse.view_mut((half, 0), (rest, half)).copy_from(&-lower);
     inverse.view_mut((0, half), (half, rest)).copy_from(&-upper);
     inverse.view_mut((half, half), (rest, rest)).copy_from(&second);
-    Some(inverse)
+    Some((inverse, before + behind))
 }
 
 #[cfg(test)]
@@ -223,8 +233,10 @@ mod tests {
     fn the_inverse_by_blocks_is_the_inverse() {
         let columns = random(300, 170, 1);
         let matrix = columns.transpose() * &columns;
-        let product = symmetric_inverse(&matrix).unwrap() * &matrix;
-        assert!((product - DMatrix::identity(170, 170)).amax() < 1e-9);
+        let (inverse, logarithm) = symmetric_inverse(&matrix).unwrap();
+        assert!((inverse * &matrix - DMatrix::identity(170, 170)).amax() < 1e-9);
+        let exact: f64 = matrix.symmetric_eigenvalues().iter().map(|one| one.ln()).sum();
+        assert!((logarithm - exact).abs() < 1e-7 * exact.abs(), "{logarithm} {exact}");
         assert!(symmetric_inverse(&-DMatrix::<f64>::identity(100, 100)).is_none());
     }
 

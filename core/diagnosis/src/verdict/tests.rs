@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use super::*;
 use crate::noise_floor::FloorSource;
+use crate::predictive_gain::Gain;
 use plumb_calibration::effect::Size;
 
 const FLOOR: Floor = Floor {

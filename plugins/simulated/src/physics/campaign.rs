@@ -188,7 +188,9 @@ fn accepted(imperfections: &[Imperfection], hidden: &[Hidden]) -> Vec<Verdict> {
     let mut right = if kind(Kind::NotRepeatable) {
         vec![Verdict::NotRepeatable]
     } else if kind(Kind::Outside) {
-        vec![Verdict::Unknown, Verdict::Located]
+        // What the library knows may be named among what it does not.
+        let among_others = kind(Kind::Library).then_some([Verdict::Named, Verdict::Tied]);
+        [Verdict::Unknown, Verdict::Located].into_iter().chain(among_others.into_iter().flatten()).collect()
     } else if hidden.is_empty() {
         return vec![Verdict::AtFloor];
     } else {

@@ -29,7 +29,15 @@ pub(super) struct Cell {
     outliers: f64,
     /// What the model leaves free.
     free: Free,
+    /// Poses visited once.
+    poses: usize,
 }
+
+/// Poses of a cell where nothing else is said.
+const USUAL_POSES: usize = 60;
+
+/// Errors of shape that are hidden together.
+const SHAPE: [&str; 6] = ["link_length", "link_offset", "link_twist", "axis_skew", "link_twist", "axis_skew"];
 
 /// What a cell hides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,16 +52,30 @@ pub(super) enum Hides {
     This(&'static str),
     /// Something the library does not know.
     Outside,
+    /// One effect of the library, twice as large as each of two things it does not know.
+    AmongOthers,
+    /// Errors of the arm's shape that the model does not leave free.
+    Shape,
     /// A machine that does not repeat.
     NotRepeatable,
 }
 
 const fn wide(name: &'static str, title: &'static str, trials: usize, hides: Hides, ratio: f64) -> Cell {
-    Cell { name, title, trials, hides, spread: Spread::Wide, ratio, outliers: 0.0, free: Free::Zeros }
+    Cell {
+        name,
+        title,
+        trials,
+        hides,
+        spread: Spread::Wide,
+        ratio,
+        outliers: 0.0,
+        free: Free::Zeros,
+        poses: USUAL_POSES,
+    }
 }
 
 /// All cells, in the order of the report.
-pub(super) const CELLS: [Cell; 12] = [
+pub(super) const CELLS: [Cell; 14] = [
     wide("nothing", "nothing hidden, wide", 2000, Hides::Nothing, 0.0),
     Cell {
         spread: Spread::Narrow,
@@ -83,6 +105,26 @@ pub(super) const CELLS: [Cell; 12] = [
     },
     wide("two-3x", "two effects, 3x noise each, wide", 300, Hides::Two, 3.0),
     wide("outside", "outside the library, 3x noise, wide", 400, Hides::Outside, 3.0),
+    Cell {
+        poses: 150,
+        ..wide(
+            "among-others",
+            "one effect, 6x noise, among two outside the library, 3x each, 150 poses",
+            400,
+            Hides::AmongOthers,
+            3.0,
+        )
+    },
+    Cell {
+        spread: Spread::Narrow,
+        ..wide(
+            "small-model",
+            "base model too small: shape not free, 2x noise each of six, narrow",
+            300,
+            Hides::Shape,
+            2.0,
+        )
+    },
     wide("not-repeatable", "does not repeat, 3x noise, wide", 200, Hides::NotRepeatable, 3.0),
 ];
 
@@ -179,11 +221,23 @@ impl Cell {
             Hides::Two => vec![known(lot), known(lot)],
             Hides::This(name) => vec![name],
             Hides::Outside => OUTSIDE.get(number % OUTSIDE.len()).copied().into_iter().collect(),
+            Hides::AmongOthers => {
+                let others = (0..2).map(|_| lot.pick(&OUTSIDE).copied().unwrap_or("worn_gear"));
+                let others: Vec<&str> = others.collect();
+                [&[known(lot)], others.as_slice()].concat()
+            }
+            Hides::Shape => SHAPE.to_vec(),
             Hides::NotRepeatable => vec![NOT_REPEATABLE],
         };
-        let wanted = |name: &str| Wanted { choice: Choice::named(name), size: Size::OverNoise(self.ratio) };
+        let larger = |name: &str| self.hides == Hides::AmongOthers && !OUTSIDE.contains(&name);
+        let times = |name: &str| if larger(name) { 2.0 } else { 1.0 };
+        let wanted = |name: &str| Wanted {
+            choice: Choice::named(name),
+            size: Size::OverNoise(self.ratio * times(name)),
+        };
         Specification {
             hidden: names.into_iter().map(wanted).collect(),
+            poses: self.poses,
             spread: self.spread,
             outliers: self.outliers,
             free: self.free,

@@ -1,0 +1,371 @@
+//! How likely the rows are with some effects in, beside everything that is fitted and the flexible regression: a linear mixed model. What is fitted has a flat prior
+//! that all models share and is integrated out (restricted likelihood, Patterson & Thompson 1971); each component of the flexible regression has the variance under
+//! which the rows are likeliest, estimated anew for each model (Rasmussen & Williams 2006, section 5.4.1); effects are not penalised.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::features::Features;
+use super::regression::{LEAST_RATIO, Products, Reduced, symmetric_inverse};
+use crate::thresholds::{ABSORBED_REST, EXPLAINABLE_FREEDOM};
+use plumb_estimation::for_each;
+
+/// Ratio of the noise's variance to a coefficient's at which the search begins, for each column of the component.
+const FIRST_RATIO: f64 = 4.0;
+
+/// Rounds of estimating the variances at most.
+const ROUNDS: usize = 16;
+
+/// Fall of twice the negative logarithm of the likelihood below which the rounds end.
+const SETTLED: f64 = 0.05;
+
+/// The columns of the flexible regression and of some suspects, ready to be fitted.
+pub(crate) struct Mixed {
+    /// Equations by what is fitted, flexible columns, suspects' columns, residuals.
+    design: DMatrix<f64>,
+    products: Products,
+    fixed: usize,
+    components: Vec<Range<usize>>,
+    flexible: usize,
+    reduced: Reduced,
+    /// One over the root mean square of each suspect's column.
+    units: Vec<f64>,
+}
+
+/// A model fitted.
+#[derive(Debug, Clone)]
+pub(crate) struct MixedFit {
+    /// Twice the negative logarithm of the restricted likelihood, but for what all models on the same rows share.
+    pub(crate) deviance: f64,
+    /// Independent columns of suspects.
+    pub(crate) rank: usize,
+    /// Values of the suspects' parameters, and their covariance.
+    pub(crate) values: DVector<f64>,
+    pub(crate) covariance: DMatrix<f64>,
+    /// Sum of squares that the suspects explain beyond what is fitted, by equation and sigma.
+    pub(crate) explained: f64,
+    /// The same of each component.
+    pub(crate) by_component: Vec<f64>,
+    /// Per component the noise's variance over that of a coefficient; infinite where it was given up.
+    pub(crate) ratios: Vec<f64>,
+    columns: Vec<usize>,
+    /// Of all flexible columns and those of suspects.
+    weights: DVector<f64>,
+}
+
+/// Some rows that are left out, by their equations, and everything else.
+pub(crate) struct LeftOutRows {
+    equations: Vec<usize>,
+    rest: Reduced,
+}
+
+/// What one round finds at given ratios.
+struct Round {
+    deviance: f64,
+    rank: usize,
+    suspects: DVector<f64>,
+    inverse_information: DMatrix<f64>,
+    noise: f64,
+    columns: Vec<usize>,
+    weights: DVector<f64>,
+    better: Vec<f64>,
+}
+
+impl Mixed {
+    /// Of flexible columns and of suspects (equations by parameters); nothing where the rows do not determine what is fitted.
+    pub(crate) fn new(features: &Features, suspects: &DMatrix<f64>) -> Option<Self> {
+        let all = features.design.ncols();
+        let (count, fixed) = (suspects.ncols(), features.fixed);
+        let flexible = all - fixed - 1;
+        let mut design = DMatrix::zeros(features.design.nrows(), all + count);
+        design.columns_mut(0, all - 1).copy_from(&features.design.columns(0, all - 1));
+        let equations = design.nrows().max(1) as f64;
+        let mut units = Vec::with_capacity(count);
+        for (index, column) in suspects.column_iter().enumerate() {
+            let length = column.norm() / equations.sqrt();
+            let unit = if length > 0.0 { length.recip() } else { 0.0 };
+            design.set_column(all - 1 + index, &(column * unit));
+            units.push(unit);
+        }
+        design.set_column(all - 1 + count, &features.design.column(all - 1));
+        let mut products = Products::of(&design);
+        products.add(&features.knowledge.widened(count));
+        let reduced = Reduced::of(&products, fixed)?;
+        let components = features.components.clone();
+        Some(Self { design, products, fixed, components, flexible, reduced, units })
+    }
+
+    /// The model with these of the suspects' parameters in, from these ratios on; nothing where the numbers break down.
+    pub(crate) fn fit(&self, parameters: &[usize], start: Option<&[f64]>) -> Option<MixedFit> {
+        let suspects: Vec<usize> = parameters.iter().map(|one| self.flexible + one).collect();
+        let first = || self.components.iter().map(|one| FIRST_RATIO * one.len() as f64).collect();
+        let mut ratios: Vec<f64> = start.map_or_else(first, <[f64]>::to_vec);
+        let mut best: Option<(Vec<f64>, Round)> = None;
+        for _ in 0..ROUNDS {
+            let round = self.round(&self.reduced, &suspects, &ratios)?;
+            let fall = best.as_ref().map_or(f64::INFINITY, |(_, best)| best.deviance - round.deviance);
+            let next = round.better.clone();
+            if fall > 0.0 {
+                best = Some((ratios, round));
+            }
+            if fall < SETTLED {
+                break;
+            }
+            ratios = next;
+        }
+        let (ratios, round) = best?;
+        Some(self.told(parameters, suspects, ratios, &round))
+    }
+
+    fn told(&self, parameters: &[usize], columns: Vec<usize>, ratios: Vec<f64>, round: &Round) -> MixedFit {
+        let unit =
+            |index: usize| parameters.get(index).and_then(|one| self.units.get(*one)).copied().unwrap_or(0.0);
+        let matrix = &self.reduced.matrix;
+        let own = matrix.select_rows(&columns).select_columns(&columns);
+        let explained = round.suspects.dot(&(own * &round.suspects));
+        let weights = self.weights(round, &columns);
+        let of_component = |one: &Range<usize>| {
+            let part = matrix.view((one.start, one.start), (one.len(), one.len()));
+            let own = weights.rows(one.start, one.len());
+            own.dot(&(part * own))
+        };
+        let noise = round.noise;
+        let covariance = DMatrix::from_fn(columns.len(), columns.len(), |row, column| {
+            noise * round.inverse_information[(row, column)] * unit(row) * unit(column)
+        });
+        let values = DVector::from_iterator(
+            columns.len(),
+            round.suspects.iter().enumerate().map(|(index, value)| value * unit(index)),
+        );
+        MixedFit {
+            deviance: round.deviance,
+            rank: round.rank,
+            values,
+            covariance,
+            explained,
+            by_component: self.components.iter().map(of_component).collect(),
+            ratios,
+            columns,
+            weights,
+        }
+    }
+
+    /// The coefficients of all columns but those of what is fitted.
+    fn weights(&self, round: &Round, suspects: &[usize]) -> DVector<f64> {
+        let mut all = DVector::zeros(self.reduced.right.len());
+        let flexible = round.columns.iter().zip(round.weights.iter());
+        for (column, value) in flexible.chain(suspects.iter().zip(round.suspects.iter())) {
+            all[*column] = *value;
+        }
+        all
+    }
+
+    /// One round at these ratios: everything that is fitted then, and ratios under which the rows are likelier (MacKay 1992, equations 4.9 and 4.10).
+    fn round(&self, reduced: &Reduced, suspects: &[usize], ratios: &[f64]) -> Option<Round> {
+        let active: Vec<usize> = (0..self.components.len()).filter(|one| ratios[*one].is_finite()).collect();
+        let columns: Vec<usize> = active.iter().flat_map(|one| self.components[*one].clone()).collect();
+        let of_column: Vec<f64> = active
+            .iter()
+            .flat_map(|one| std::iter::repeat_n(ratios[*one], self.components[*one].len()))
+            .collect();
+        let rows = reduced.matrix.select_rows(&columns);
+        let mut matrix = rows.select_columns(&columns);
+        for (index, ratio) in of_column.iter().enumerate() {
+            matrix[(index, index)] += ratio;
+        }
+        let (inverse, logarithm) = match columns.is_empty() {
+            true => (DMatrix::zeros(0, 0), 0.0),
+            false => symmetric_inverse(&matrix)?,
+        };
+        let right = reduced.right.select_rows(&columns);
+        let across = rows.select_columns(suspects);
+        let through = &inverse * &across;
+        let own = reduced.matrix.select_rows(suspects).select_columns(suspects);
+        let information = &own - across.tr_mul(&through);
+        let score = reduced.right.select_rows(suspects) - through.tr_mul(&right);
+        let (inverse_information, rank) = inverse_and_rank(&own, &information);
+        let found = &inverse_information * &score;
+        let weights = &inverse * (&right - &across * &found);
+        let squares = reduced.squares - right.dot(&(&inverse * &right)) - score.dot(&found);
+        let squares = squares.max(1e-12 * reduced.squares).max(f64::MIN_POSITIVE);
+        let noise = squares / reduced.freedom;
+        let prior: f64 = of_column.iter().map(|ratio| ratio.ln()).sum();
+        let mut better = ratios.to_vec();
+        let mut first = 0;
+        for one in &active {
+            let range = first..first + self.components[*one].len();
+            first = range.end;
+            let trace: f64 = range.clone().map(|index| inverse[(index, index)] * of_column[index]).sum();
+            let freedom = range.len() as f64 - trace;
+            let length = weights.rows(range.start, range.len()).norm_squared();
+            better[*one] = match freedom < EXPLAINABLE_FREEDOM || length <= 0.0 {
+                true => f64::INFINITY,
+                false => (noise * freedom / length).max(LEAST_RATIO * reduced.freedom),
+            };
+        }
+        let deviance = reduced.freedom * noise.ln() + logarithm - prior;
+        Some(Round { deviance, rank, suspects: found, inverse_information, noise, columns, weights, better })
+    }
+
+    /// Equations of the rows that are looked at.
+    pub(crate) fn equations(&self) -> usize {
+        self.design.nrows()
+    }
+
+    /// What a model leaves of every equation, sigmas.
+    pub(crate) fn residuals(&self, fit: &MixedFit) -> DVector<f64> {
+        let last = self.design.ncols() - 1;
+        self.design.column(last) - self.design.columns(0, last) * self.reduced.coefficients(&fit.weights)
+    }
+
+    /// Rows to leave out, each block by its equations; nothing where what is left does not determine what is fitted.
+    pub(crate) fn leave_out(&self, blocks: Vec<Vec<usize>>) -> Option<Vec<LeftOutRows>> {
+        let rests = for_each(&blocks, |equations| {
+            let own = Products::of(&self.design.select_rows(equations));
+            Reduced::of(&self.products.without(&own), self.fixed)
+        });
+        let pairs = blocks.into_iter().zip(rests);
+        pairs.map(|(equations, rest)| Some(LeftOutRows { equations, rest: rest? })).collect()
+    }
+
+    /// A fitted model without some rows, at the same ratios: what is left of each of their equations, and the values of its parameters.
+    pub(crate) fn predict(
+        &self,
+        fit: &MixedFit,
+        left_out: &LeftOutRows,
+    ) -> Option<(Vec<(usize, f64)>, Vec<f64>)> {
+        let round = self.round(&left_out.rest, &fit.columns, &fit.ratios)?;
+        let coefficients = left_out.rest.coefficients(&self.weights(&round, &fit.columns));
+        let design = self.design.select_rows(&left_out.equations);
+        let last = design.ncols() - 1;
+        let left = design.column(last) - design.columns(0, last) * coefficients;
+        let values = fit.columns.iter().zip(round.suspects.iter());
+        let values = values.map(|(column, value)| value * self.units[column - self.flexible]).collect();
+        Some((left_out.equations.iter().copied().zip(left.iter().copied()).collect(), values))
+    }
+}
+
+/// The inverse of what is known of suspects and its rank; directions of which hardly anything is left beyond what is fitted are dropped.
+fn inverse_and_rank(own: &DMatrix<f64>, information: &DMatrix<f64>) -> (DMatrix<f64>, usize) {
+    if own.is_empty() {
+        return (own.clone(), 0);
+    }
+    let scale = own.diagonal().iter().copied().fold(0.0, f64::max);
+    let eigen = information.clone().symmetric_eigen();
+    let mut inverse = DMatrix::zeros(own.nrows(), own.nrows());
+    let mut rank = 0;
+    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        if *value > ABSORBED_REST * scale && scale > 0.0 {
+            rank += 1;
+            inverse += vector * vector.transpose() / *value;
+        }
+    }
+    (inverse, rank)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumb_estimation::Random;
+
+    const EQUATIONS: usize = 300;
+
+    /// A constant that is fitted, twelve cosines of a number `t` and the readings: what `truth` makes of `t`, and noise of one.
+    fn smooth(seed: u64, truth: impl Fn(f64) -> f64) -> (Features, Vec<f64>) {
+        let mut random = Random::seeded(seed);
+        let t: Vec<f64> = (0..EQUATIONS).map(|_| random.uniform()).collect();
+        let mut design = DMatrix::from_element(EQUATIONS, 14, 1.0);
+        for (row, value) in t.iter().enumerate() {
+            for order in 1..=12 {
+                let order_f = order as f64;
+                design[(row, order)] = (std::f64::consts::PI * order_f * value).cos() / order_f;
+            }
+            design[(row, 13)] = truth(*value) + random.normal();
+        }
+        let knowledge = Products::of(&DMatrix::zeros(1, 14)).without(&Products::of(&DMatrix::zeros(1, 14)));
+        let one = 1..13;
+        let features = Features {
+            design,
+            fixed: 1,
+            components: vec![0..12],
+            joints: vec![None],
+            carriers: Vec::new(),
+            groups: Vec::new(),
+            equations: vec![one; 0],
+            knowledge,
+        };
+        (features, t)
+    }
+
+    fn column(t: &[f64], effect: impl Fn(f64) -> f64) -> DMatrix<f64> {
+        DMatrix::from_iterator(t.len(), 1, t.iter().map(|one| effect(*one)))
+    }
+
+    /// Fast enough that no cosine of the flexible part can follow it.
+    fn wave(t: f64) -> f64 {
+        (150.0 * t).sin()
+    }
+
+    /// By how much Schwarz's criterion falls with an effect in.
+    fn fall(mixed: &Mixed, parameters: &[usize]) -> (f64, MixedFit) {
+        let nothing = mixed.fit(&[], None).unwrap();
+        let with = mixed.fit(parameters, Some(&nothing.ratios)).unwrap();
+        (nothing.deviance - with.deviance - with.rank as f64 * (EQUATIONS as f64).ln(), with)
+    }
+
+    #[test]
+    fn an_effect_in_smooth_dirt_is_decisive_and_has_its_size() {
+        let dirt = |t: f64| 6.0 * (4.0 * t).sin() + 4.0 * t * t;
+        let (features, t) = smooth(3, |t| dirt(t) + 1.5 * wave(t));
+        let mixed = Mixed::new(&features, &column(&t, wave)).unwrap();
+        let (fall, with) = fall(&mixed, &[0]);
+        assert!(fall > 30.0, "{fall}");
+        let error = with.covariance[(0, 0)].sqrt();
+        assert!((with.values[0] - 1.5).abs() < 3.0 * error && (0.05..0.15).contains(&error), "{with:?}");
+        // Root mean square 1.5 / sqrt(2) in 300 equations.
+        assert!((with.explained - 337.0).abs() < 80.0, "{}", with.explained);
+    }
+
+    #[test]
+    fn smooth_dirt_alone_makes_no_effect_likely() {
+        for seed in 0..10 {
+            let (features, t) = smooth(seed, |t| 6.0 * (4.0 * t).sin() + 4.0 * t * t);
+            for effect in [wave, |t: f64| t, |t: f64| (9.0 * t).cos()] {
+                let mixed = Mixed::new(&features, &column(&t, effect)).unwrap();
+                let (fall, _) = fall(&mixed, &[0]);
+                assert!(fall < 6.0, "seed {seed}: {fall}");
+            }
+        }
+    }
+
+    #[test]
+    fn two_collinear_effects_are_as_likely_as_each_other_and_together_count_once() {
+        let (features, t) = smooth(5, |t| 3.0 * t * t + 2.0 * wave(t));
+        let mut both = column(&t, wave).insert_column(1, 0.0);
+        let same = column(&t, |t| -2.0 * wave(t) + 7.0);
+        both.set_column(1, &same.column(0));
+        let mixed = Mixed::new(&features, &both).unwrap();
+        let ((one, _), (other, _), (pair, with)) =
+            (fall(&mixed, &[0]), fall(&mixed, &[1]), fall(&mixed, &[0, 1]));
+        assert!((one - other).abs() < 0.5 && one > 30.0, "{one} {other}");
+        assert_eq!(with.rank, 1);
+        assert!((pair - one).abs() < 0.5, "{pair} {one}");
+    }
+
+    #[test]
+    fn rows_that_are_left_out_are_predicted_by_the_rest() {
+        let (features, t) = smooth(7, |t| 2.0 * wave(t));
+        let mixed = Mixed::new(&features, &column(&t, wave)).unwrap();
+        let (_, with) = fall(&mixed, &[0]);
+        let blocks = vec![(0..150).collect(), (150..300).collect()];
+        let mut squares = 0.0;
+        for left_out in mixed.leave_out(blocks).unwrap() {
+            let (left, values) = mixed.predict(&with, &left_out).unwrap();
+            squares += left.iter().map(|(_, one)| one * one).sum::<f64>();
+            assert!((values[0] - 2.0).abs() < 0.5, "{values:?}");
+        }
+        assert!((250.0..400.0).contains(&squares), "noise of one in 300 equations: {squares}");
+        assert!((mixed.residuals(&with).norm_squared() - 300.0).abs() < 90.0);
+    }
+}

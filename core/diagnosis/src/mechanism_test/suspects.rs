@@ -1,0 +1,65 @@
+//! Who is asked: the likeliest contenders of the library, and the mechanisms without a name that explain most.
+
+use nalgebra::DMatrix;
+
+use crate::candidates::best_variants;
+use crate::forward_selection::Stage;
+use crate::score_test::{Probe, score};
+use crate::thresholds::{EVIDENCE_STRANGERS, EVIDENCE_SUSPECTS};
+use plumb_calibration::effect::{self, Effect, EffectId, Spot};
+
+/// Which suspect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Who {
+    /// A contender of the library, by its place in the stage's list.
+    Listed(usize),
+    /// Something without a name.
+    Unlisted(Spot),
+}
+
+/// A suspect, and its parameters among the columns.
+pub(super) struct Suspect {
+    pub(super) id: EffectId,
+    pub(super) who: Who,
+    pub(super) parameters: Vec<usize>,
+    /// What its search costs in Schwarz's criterion.
+    pub(super) cost: f64,
+}
+
+/// The suspects of a stage, and their columns: equations of these rows by parameters.
+pub(super) fn suspects(
+    stage: &Stage<'_>,
+    unlisted: &[Probe],
+    rows: &[usize],
+) -> (Vec<Suspect>, DMatrix<f64>) {
+    let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
+    let listed = stage.contenders.iter().enumerate().take(EVIDENCE_SUSPECTS);
+    let built =
+        listed.filter_map(|(index, one)| Some((index, one, effect::build(&one.id, machine.model).ok()?)));
+    let built: Vec<(usize, _, Box<dyn Effect>)> = built.collect();
+    let mut strangers = best_variants(unlisted, score(machine, fit, unlisted));
+    strangers.sort_by(|left, right| right.1.gain.total_cmp(&left.1.gain));
+    let strangers: Vec<&Probe> =
+        strangers.iter().take(EVIDENCE_STRANGERS).filter_map(|(index, _)| unlisted.get(*index)).collect();
+    let mut suspects: Vec<Suspect> = Vec::new();
+    let mut effects: Vec<&dyn Effect> = Vec::new();
+    let mut next = 0;
+    let mut take = |id: &EffectId, who: Who, cost: f64, count: usize| {
+        suspects.push(Suspect { id: id.clone(), who, parameters: (next..next + count).collect(), cost });
+        next += count;
+    };
+    for (index, contender, effect) in &built {
+        take(&contender.id, Who::Listed(*index), contender.search_cost, effect.parameters().len());
+        effects.push(effect.as_ref());
+    }
+    let equations = fit.normal.equations as f64;
+    for probe in strangers {
+        let cost = probe.search_cost + probe.search.cost(equations);
+        take(&probe.id, Who::Unlisted(probe.id.spot), cost, probe.effect.parameters().len());
+        effects.push(probe.effect.as_ref());
+    }
+    let slots = machine.slots().len();
+    let block = machine.block(&fit.state, rows, &fit.weights, &effects);
+    let columns = block.jacobian.rows(slots, block.jacobian.nrows() - slots).transpose();
+    (suspects, columns)
+}

@@ -1,0 +1,163 @@
+//! A name among structure that nothing explains, how probable each candidate is, and why the others are rejected.
+
+use super::{Contender, Evidence, Finding, explains_all};
+use crate::forward_selection::Stage;
+use crate::laboratory::points_in;
+use crate::mechanism_test::{Doubt, Mechanism, posterior};
+use crate::noise_floor::{Floor, typical_sigma};
+use crate::outcome::Verdict;
+use crate::predictive_gain::Gain;
+use crate::score_test::Probe;
+use crate::thresholds::NAMING_LEVEL;
+use crate::wording::{AS_WELL, NOT_PREDICTED};
+
+/// Whether more than noise may be left with the likeliest effect in; yes where the noise is not known.
+pub(super) fn is_dirty(best: Option<&Contender>, evidence: &Evidence, floor: &Floor) -> bool {
+    let unfinished = evidence.left_over.is_some_and(|lack_of_fit| lack_of_fit.is_significant());
+    unfinished || floor.scale.is_none() || best.is_some_and(|best| !explains_all(best, floor))
+}
+
+impl<'a> Finding<'a> {
+    /// Asks whether an effect is identified although more is left: first with nothing taken in, then beside what was. Where none is, any other verdict stands as it
+    /// is, and a name only if it is the likeliest then too and neither a smooth function nor a mechanism without a name does as well.
+    pub(super) fn among_structure(
+        mut self,
+        base: Option<Stage<'a>>,
+        unlisted: &[Probe],
+        floor: &Floor,
+    ) -> Self {
+        let asked = |stage: &Stage<'_>| match stage.contenders.iter().any(Contender::passes) {
+            true => Mechanism::of(stage, unlisted),
+            false => None,
+        };
+        let named = self.verdict == Verdict::Named;
+        if let Some(base) = base.filter(|_| !named) {
+            let mechanism = asked(&base).filter(|mechanism| mechanism.doubt.is_none());
+            if let Some(mechanism) = mechanism {
+                self.stage = base;
+                self.besides.clear();
+                return self.settled_by(mechanism, floor);
+            }
+        }
+        match asked(&self.stage) {
+            Some(mechanism) if mechanism.doubt.is_none() && !named => self.settled_by(mechanism, floor),
+            mechanism => {
+                let doubted = mechanism.as_ref().is_some_and(|mechanism| {
+                    let likeliest = self.close.first().is_some_and(|best| mechanism.close.contains(best));
+                    let doubt = &mechanism.doubt;
+                    !likeliest || matches!(doubt, Some(Doubt::Smooth | Doubt::NotPassed | Doubt::Unlisted(_)))
+                });
+                if named && doubted {
+                    self.verdict = Verdict::Located;
+                    self.place = self.best().map(|best| best.id.spot);
+                }
+                Self { mechanism, ..self }
+            }
+        }
+    }
+
+    /// The verdict is that of the weighing beside a flexible part.
+    fn settled_by(mut self, mechanism: Mechanism, floor: &Floor) -> Self {
+        mechanism.take_values(&mut self.stage.contenders);
+        self.close.clone_from(&mechanism.close);
+        let spots: Vec<_> = self.close.iter().filter_map(|index| Some(self.at(*index)?.id.spot)).collect();
+        let one_place = spots.first().filter(|first| spots.iter().all(|spot| spot == *first));
+        (self.verdict, self.place) = match (spots.len(), one_place) {
+            (1, _) => (Verdict::Named, None),
+            (_, Some(spot)) => (Verdict::Located, Some(*spot)),
+            _ => (Verdict::Tied, None),
+        };
+        self.left_unexplained_mm = self.best().map(|best| self.left_mm(best, floor));
+        self.mechanism = Some(mechanism);
+        self
+    }
+
+    /// Root mean square error of a point with an effect in, less the noise where it is known, mm.
+    fn left_mm(&self, best: &Contender, floor: &Floor) -> f64 {
+        let machine = &self.stage.fitted.machine;
+        let points = points_in(machine, &self.stage.fitted.fit.rows).max(1) as f64;
+        let (squares, freedom) = best.left;
+        let noise = floor.scale.map_or(0.0, |scale| scale * scale * freedom);
+        ((squares - noise).max(0.0) / points).sqrt() * typical_sigma(machine)
+    }
+
+    /// Posterior probability of a contender; nothing for one that was not weighed or that no real machine has.
+    pub(super) fn probabilities(&self) -> Vec<(usize, f64)> {
+        if let Some(mechanism) = &self.mechanism {
+            return mechanism.probabilities.clone();
+        }
+        let contenders = self.stage.contenders.iter().enumerate();
+        let plausible: Vec<(usize, f64)> =
+            contenders.filter(|(_, one)| one.is_plausible()).map(|(index, one)| (index, one.bic)).collect();
+        let mut criteria: Vec<f64> = plausible.iter().map(|(_, bic)| *bic).collect();
+        criteria.push(self.stage.bic);
+        plausible.iter().zip(posterior(&criteria)).map(|((index, _), likely)| (*index, likely)).collect()
+    }
+
+    /// Posterior probability that it is one of those in question: the named effect, or the tie.
+    pub(crate) fn probability(&self) -> Option<f64> {
+        let probabilities = self.probabilities();
+        let of =
+            |index: &usize| probabilities.iter().find(|(one, _)| one == index).map(|(_, likely)| *likely);
+        let own: Vec<f64> = self.close.iter().filter_map(of).collect();
+        (!own.is_empty()).then(|| own.iter().sum())
+    }
+
+    /// Why a contender is not the name, and which rival stands in its way; nothing for the one that is named.
+    pub(super) fn rejected(&self, contender: &Contender) -> Option<String> {
+        let is_best = self.best().is_some_and(|best| best.id == contender.id);
+        let close =
+            self.close.iter().filter_map(|index| self.at(*index)).any(|other| other.id == contender.id);
+        if is_best && self.verdict == Verdict::Named {
+            return None;
+        }
+        Some(if contender.holm_p >= NAMING_LEVEL {
+            format!("chance alone would do as much (p {:.2} after Holm)", contender.holm_p)
+        } else if !contender.score.plausible {
+            "no real machine has such a size or sign".to_owned()
+        } else if close && self.close.len() > 1 {
+            AS_WELL.to_owned()
+        } else if contender.outvoted {
+            "it stands only when some rows are called wild".to_owned()
+        } else if contender.refitted && !contender.gains.iter().all(Gain::counts) {
+            NOT_PREDICTED.to_owned()
+        } else {
+            self.rival(contender, is_best)
+        })
+    }
+
+    /// What stands in the way of a contender that passes everything but being the likeliest, or undoubted.
+    fn rival(&self, contender: &Contender, is_best: bool) -> String {
+        let model = self.stage.fitted.machine.model;
+        let best = self.best().filter(|_| !is_best);
+        let better = best.or_else(|| {
+            let first = self.stage.contenders.iter().find(|one| one.is_plausible());
+            first.filter(|first| first.id != contender.id)
+        });
+        if let Some(better) = better {
+            return format!("{} explains it better", model.label(&better.id));
+        }
+        match self.mechanism.as_ref().and_then(|mechanism| mechanism.doubt.clone()) {
+            Some(Doubt::Smooth) => {
+                "a smooth function of what is known of a row explains it as well".to_owned()
+            }
+            Some(Doubt::Unlisted(spot)) => {
+                format!(
+                    "a mechanism that is not listed explains it as well, or is at work too, at {}",
+                    model.site_name(spot)
+                )
+            }
+            Some(Doubt::MoreAtItsJoint) => {
+                format!("too much else is left at {}", model.site_name(contender.id.spot))
+            }
+            Some(Doubt::NotPredicted) => {
+                "a smooth function of what is known of a row predicts rows left out as well".to_owned()
+            }
+            Some(Doubt::Size) => "its size is another once the rest is allowed for".to_owned(),
+            Some(Doubt::NotPassed) | None => {
+                "more than noise is left with it in, which a mechanism that is not listed may explain as well"
+                    .to_owned()
+            }
+        }
+    }
+}
