@@ -46,6 +46,8 @@ pub(crate) struct Finding<'a> {
     pub(crate) left_unexplained_mm: Option<f64>,
     /// What was found beside a flexible part for what nothing explains; nothing where that was not asked.
     mechanism: Option<Mechanism>,
+    /// Whether more than noise may be left with the effect in question in.
+    dirty: bool,
 }
 
 impl Laboratory {
@@ -105,6 +107,7 @@ impl Laboratory {
             places: evidence.alone,
             left_unexplained_mm: None,
             mechanism: None,
+            dirty,
         };
         let named_in_the_dark = finding.verdict == Verdict::Named && floor.scale.is_none();
         if !dirty || !(finding.verdict.is_nameless() || named_in_the_dark) {

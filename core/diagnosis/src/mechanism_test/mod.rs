@@ -175,6 +175,10 @@ impl Bench<'_> {
             return Some(Doubt::Unlisted(spot));
         }
         let joint = best.suspect.id.joint().filter(|_| is_of_a_joint(&best.suspect.id));
+        let at_same = |id: &EffectId| id.spot == best.suspect.id.spot && is_of_a_joint(id);
+        if joint.is_some() && self.stage.taken.iter().any(|taken| at_same(&taken.id)) {
+            return Some(Doubt::MoreAtItsJoint);
+        }
         if joint.is_some_and(|joint| self.share_left_at(joint, fit) > SITE_LEFT) {
             return Some(Doubt::MoreAtItsJoint);
         }

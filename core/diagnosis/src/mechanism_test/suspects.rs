@@ -8,6 +8,9 @@ use crate::score_test::{Probe, score};
 use crate::thresholds::{EVIDENCE_STRANGERS, EVIDENCE_SUSPECTS};
 use plumb_calibration::effect::{self, Effect, EffectId, Spot};
 
+/// Waves whose overtones are asked for at most: those behind explain much less.
+const WAVES_ASKED: usize = 3;
+
 /// Which suspect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Who {
@@ -58,8 +61,30 @@ pub(super) fn suspects(
         take(&probe.id, Who::Unlisted(probe.id.spot), cost, probe.effect.parameters().len());
         effects.push(probe.effect.as_ref());
     }
+    let overtones = overtones(stage);
+    for (id, effects_of) in &overtones {
+        let count = effects_of.iter().map(|effect| effect.parameters().len()).sum();
+        take(id, Who::Unlisted(id.spot), 0.0, count);
+        effects.extend(effects_of.iter().map(AsRef::as_ref));
+    }
     let slots = machine.slots().len();
     let block = machine.block(&fit.state, rows, &fit.weights, &effects);
     let columns = block.jacobian.rows(slots, block.jacobian.nrows() - slots).transpose();
     (suspects, columns)
+}
+
+/// Of the likeliest waves: the second and third overtone. A wave that has them is no sine: something sticks and slips, or a tooth is worn.
+fn overtones(stage: &Stage<'_>) -> Vec<(EffectId, Vec<Box<dyn Effect>>)> {
+    let model = stage.fitted.machine.model;
+    let listed = stage.contenders.iter().take(EVIDENCE_SUSPECTS).map(|one| &one.id);
+    let waves = listed.filter_map(|id| Some((id, id.order?)));
+    let of = |(id, order): (&EffectId, f64)| {
+        let overtone = |times: f64| {
+            let id = EffectId { order: Some(times * order), ..id.clone() };
+            effect::build(&id, model).ok()
+        };
+        let built: Vec<Box<dyn Effect>> = [2.0, 3.0].into_iter().filter_map(overtone).collect();
+        (EffectId::at("overtones", id.spot), built)
+    };
+    waves.take(WAVES_ASKED).map(of).filter(|(_, built)| !built.is_empty()).collect()
 }

@@ -81,10 +81,15 @@ impl<'a> Finding<'a> {
         ((squares - noise).max(0.0) / points).sqrt() * typical_sigma(machine)
     }
 
-    /// Posterior probability of a contender; nothing for one that was not weighed or that no real machine has.
+    /// Posterior probability of a contender; nothing for one that was not weighed that no real machine has, or where more than noise is left and
+    /// nothing was weighed beside a flexible part.
     pub(super) fn probabilities(&self) -> Vec<(usize, f64)> {
         if let Some(mechanism) = &self.mechanism {
             return mechanism.probabilities.clone();
+        }
+        // Where more is left than noise, every difference between models that all lack something would count for evidence.
+        if self.dirty {
+            return Vec::new();
         }
         let contenders = self.stage.contenders.iter().enumerate();
         let plausible: Vec<(usize, f64)> =
