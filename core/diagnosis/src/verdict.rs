@@ -18,7 +18,6 @@ use crate::thresholds::{
     OVERWHELMING_GAIN, PRESENT_LEVEL, SAME_CORRELATION, SIGN_ERRORS, TIE_BIC, UNLISTED_LEVEL,
 };
 use crate::wording::NOT_LISTED;
-use among_structure::is_dirty;
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{EffectId, Family, LooksAt, Search, Spot};
 use plumb_calibration::fit::ResidualModel;
@@ -109,12 +108,7 @@ impl Laboratory {
             mechanism: None,
             dirty,
         };
-        let named_in_the_dark = finding.verdict == Verdict::Named && floor.scale.is_none();
-        if !dirty || !(finding.verdict.is_nameless() || named_in_the_dark) {
-            return Ok(finding);
-        }
-        progress.report(0.8, "weighing it beside what nothing explains")?;
-        Ok(finding.among_structure(base, &candidates.unlisted, floor))
+        finding.weighed(base, &candidates.unlisted, floor, progress)
     }
 
     /// Of the effects a stage has taken in, the one it would miss most and that still passes with the others in: the stage
@@ -294,6 +288,12 @@ fn judge(contenders: &[&Contender], evidence: &Evidence, floor: &Floor) -> (Verd
         (_, true) => (Verdict::Located, Some(best.id.spot)),
         _ => (Verdict::Tied, None),
     }
+}
+
+/// Whether more than noise may be left with the likeliest effect in; yes where the noise is not known.
+fn is_dirty(best: Option<&Contender>, evidence: &Evidence, floor: &Floor) -> bool {
+    let unfinished = evidence.left_over.is_some_and(|lack_of_fit| lack_of_fit.is_significant());
+    unfinished || floor.scale.is_none() || best.is_some_and(|best| !explains_all(best, floor))
 }
 
 /// Whether nothing but noise is left with an effect in; yes where the noise is not known.

@@ -3,6 +3,7 @@
 //! of the library, mechanisms without a name. Models are compared by their marginal likelihood (Rasmussen & Williams 2006, chapter 5), effects charged as by
 //! Schwarz's criterion, which is a Bayes factor for a prior worth one reading (Kass & Wasserman 1995; Kass & Raftery 1995).
 
+mod bench;
 mod predictions;
 mod suspects;
 
@@ -10,11 +11,12 @@ use crate::explainable::{Features, Mixed, MixedFit, chosen_rows};
 use crate::forward_selection::{Contender, Stage};
 use crate::score_test::Probe;
 use crate::thresholds::{EVIDENCE_ROWS, NAMING_LEVEL, SITE_LEFT, SIZE_ERRORS, TIE_BIC};
+use bench::{Bench, Weighed};
 use nalgebra::DMatrix;
 use plumb_calibration::effect::{Effect, EffectId, Family, Spot, kind};
-use plumb_estimation::{chi_squared_tail, for_each};
+use plumb_estimation::chi_squared_tail;
 use predictions::Predictions;
-use suspects::{Suspect, Who, suspects};
+use suspects::{Who, suspects};
 
 /// Why the likeliest effect is not identified.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,47 +47,7 @@ pub(crate) struct Mechanism {
     best: MixedFit,
 }
 
-/// A suspect's fit and its criterion: twice the negative logarithm of its marginal likelihood.
-struct Weighed<'s> {
-    suspect: &'s Suspect,
-    fit: MixedFit,
-    criterion: f64,
-}
-
-/// Everything that is asked of one stage.
-struct Bench<'b> {
-    stage: &'b Stage<'b>,
-    rows: Vec<usize>,
-    features: Features,
-    mixed: Mixed,
-    /// Without any suspect.
-    nothing: MixedFit,
-    equations: f64,
-}
-
 impl Bench<'_> {
-    fn criterion(&self, fit: &MixedFit, cost: f64) -> f64 {
-        fit.deviance + fit.rank as f64 * self.equations.ln() + cost
-    }
-
-    fn weigh<'s>(&self, suspects: &'s [Suspect]) -> Vec<Weighed<'s>> {
-        let fits = for_each(suspects, |one| self.mixed.fit(&one.parameters, Some(&self.nothing.ratios)));
-        let weighed = suspects.iter().zip(fits).filter_map(|(suspect, fit)| {
-            let fit = fit.filter(|fit| fit.rank > 0)?;
-            Some(Weighed { suspect, criterion: self.criterion(&fit, suspect.cost), fit })
-        });
-        let mut weighed: Vec<Weighed<'_>> = weighed.collect();
-        weighed.sort_by(|left, right| left.criterion.total_cmp(&right.criterion));
-        weighed
-    }
-
-    fn contender(&self, weighed: &Weighed<'_>) -> Option<&Contender> {
-        match weighed.suspect.who {
-            Who::Listed(index) => self.stage.contenders.get(index),
-            Who::Unlisted(_) => None,
-        }
-    }
-
     /// What is left at the joint of an effect with it in, as a share of what it explains: what the flexible part does there, and by how much more is left along
     /// the joint's motion than across it.
     fn share_left_at(&self, joint: usize, best: &MixedFit) -> f64 {

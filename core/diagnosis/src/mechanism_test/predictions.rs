@@ -1,6 +1,6 @@
 //! How rows that are left out are predicted with an effect beside the flexible part, and by that part alone; and how its size differs from block to block.
 
-use super::{Bench, Weighed};
+use super::bench::{Bench, Weighed};
 use crate::cross_validation::{joint_blocks, pose_groups, region_blocks, session_blocks};
 use crate::explainable::MixedFit;
 use crate::predictive_gain::Gain;

@@ -1,8 +1,8 @@
 //! A name among structure that nothing explains, how probable each candidate is, and why the others are rejected.
 
-use super::{Contender, Evidence, Finding, explains_all};
-use crate::forward_selection::Stage;
-use crate::laboratory::points_in;
+use super::Finding;
+use crate::forward_selection::{Contender, Stage};
+use crate::laboratory::{LaboratoryError, points_in};
 use crate::mechanism_test::{Doubt, Mechanism, posterior};
 use crate::noise_floor::{Floor, typical_sigma};
 use crate::outcome::Verdict;
@@ -10,22 +10,28 @@ use crate::predictive_gain::Gain;
 use crate::score_test::Probe;
 use crate::thresholds::NAMING_LEVEL;
 use crate::wording::{AS_WELL, NOT_PREDICTED};
-
-/// Whether more than noise may be left with the likeliest effect in; yes where the noise is not known.
-pub(super) fn is_dirty(best: Option<&Contender>, evidence: &Evidence, floor: &Floor) -> bool {
-    let unfinished = evidence.left_over.is_some_and(|lack_of_fit| lack_of_fit.is_significant());
-    unfinished || floor.scale.is_none() || best.is_some_and(|best| !explains_all(best, floor))
-}
+use plumb_estimation::Progress;
 
 impl<'a> Finding<'a> {
-    /// Asks whether an effect is identified although more is left: first with nothing taken in, then beside what was. Where none is, any other verdict stands as it
-    /// is, and a name only if it is the likeliest then too and neither a smooth function nor a mechanism without a name does as well.
-    pub(super) fn among_structure(
-        mut self,
+    /// Asks for a mechanism where more than noise may be left and nothing is named, or something while nobody knows the noise.
+    pub(super) fn weighed(
+        self,
         base: Option<Stage<'a>>,
         unlisted: &[Probe],
         floor: &Floor,
-    ) -> Self {
+        progress: &Progress,
+    ) -> Result<Self, LaboratoryError> {
+        let in_the_dark = self.verdict == Verdict::Named && floor.scale.is_none();
+        if !self.dirty || !(self.verdict.is_nameless() || in_the_dark) {
+            return Ok(self);
+        }
+        progress.report(0.8, "weighing it beside what nothing explains")?;
+        Ok(self.among_structure(base, unlisted, floor))
+    }
+
+    /// Asks whether an effect is identified although more is left: first with nothing taken in, then beside what was. Where none is, any other verdict stands as it
+    /// is, and a name only if it is the likeliest then too and neither a smooth function nor a mechanism without a name does as well.
+    fn among_structure(mut self, base: Option<Stage<'a>>, unlisted: &[Probe], floor: &Floor) -> Self {
         let asked = |stage: &Stage<'_>| match stage.contenders.iter().any(Contender::passes) {
             true => Mechanism::of(stage, unlisted),
             false => None,
