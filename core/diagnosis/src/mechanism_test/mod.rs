@@ -186,6 +186,10 @@ impl Mechanism {
         let rows = chosen_rows(machine, fit, EVIDENCE_ROWS);
         let features = Features::of(machine, fit, &rows);
         let (suspects, columns) = suspects(stage, unlisted, &rows);
+        // A flexible part that could follow every reading would hide what a mechanism leaves at its joint.
+        if features.design.ncols() >= columns.nrows() {
+            return None;
+        }
         let mixed = Mixed::new(&features, &columns)?;
         let nothing = mixed.fit(&[], None)?;
         let bench = Bench { stage, rows, features, mixed, nothing, equations: columns.nrows() as f64 };
