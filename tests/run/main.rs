@@ -28,6 +28,7 @@ mod light_stripe;
 mod logs;
 mod manual;
 mod model_bad_input;
+mod model_claims;
 mod package;
 mod passed;
 mod pictures;

@@ -1,14 +1,18 @@
 //! What the arm and its surroundings are believed to be.
 
 mod epochs;
+mod measured_region;
 mod model;
+mod residual_map;
 mod sensor;
 mod surface;
 
 pub use epochs::Epochs;
+pub use measured_region::{JointRange, MeasuredRegion, Outside};
 pub use model::{
     AddedEffect, Base, Correction, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, Target,
     Touch, TouchDistance,
 };
+pub use residual_map::{Along, MapCarrier, MapEffect, ResidualMap, Side, Wave};
 pub use sensor::Sensor;
 pub use surface::{SurfaceShape, square_to};

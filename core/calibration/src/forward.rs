@@ -1,9 +1,9 @@
 //! The arm a model file describes, its effects and all: where its flange stands.
 
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
-use plumb_kinematics::{Deviation, Posture, Weights};
+use plumb_kinematics::{Deviation, Knob, Motion, Posture, Weights};
 
-use crate::arm_model::Model;
+use crate::arm_model::{MapEffect, Model};
 use crate::effect::{self, Drive, Effect, EffectNameError, Handle, LooksAt, Situation};
 
 /// A model with everything that has been added to it, ready to be asked.
@@ -54,15 +54,19 @@ pub fn flange<'a>(
     approach: &[i8],
 ) -> IsometryMatrix3<f64> {
     let effects: Vec<(&dyn Effect, &[f64])> = effects.collect();
+    let mapped = match (&model.residual_map, &model.measured_region) {
+        (Some(map), Some(region)) => map.at(region, q, approach),
+        _ => None,
+    };
     let mut posture = Posture::of(&model.chain, q, &[]);
-    if effects.is_empty() {
+    if effects.is_empty() && mapped.is_none() {
         return posture.flange;
     }
     let yields = effects.iter().any(|(effect, _)| effect.looks_at() == LooksAt::Gravity);
-    let mut done = done(model, &effects, q, approach, &posture);
+    let mut done = done(model, &effects, (q, approach), &posture, mapped.as_ref());
     for _ in 1..if yields { ROUNDS } else { 1 } {
         posture = Posture::of(&model.chain, q, &done.deviations);
-        done = self::done(model, &effects, q, approach, &posture);
+        done = self::done(model, &effects, (q, approach), &posture, mapped.as_ref());
     }
     let stiff = Posture::of(&model.chain, q, &done.deviations).flange;
     let at = stiff.translation.vector;
@@ -74,15 +78,21 @@ pub fn flange<'a>(
 fn done(
     model: &Model,
     effects: &[(&dyn Effect, &[f64])],
-    q: &[f64],
-    approach: &[i8],
+    (q, approach): (&[f64], &[i8]),
     posture: &Posture,
+    mapped: Option<&MapEffect>,
 ) -> Done {
     let mut done = Done {
         deviations: vec![Deviation::default(); model.chain.len()],
-        shift: Vector3::zeros(),
+        shift: mapped.map_or_else(Vector3::zeros, |mapped| mapped.shift),
         turn: Vector3::zeros(),
     };
+    let amounts = mapped.map_or(&[][..], |mapped| &mapped.joints);
+    for (deviation, (joint, amount)) in done.deviations.iter_mut().zip(model.chain.joints.iter().zip(amounts))
+    {
+        let knob = if joint.motion == Motion::Slides { Knob::D } else { Knob::Theta };
+        deviation.add(knob, joint.sign * amount);
+    }
     in_pose(model, q, approach, posture, |situation| {
         let mut drives = Vec::new();
         for (effect, values) in effects {

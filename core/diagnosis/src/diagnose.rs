@@ -83,11 +83,19 @@ impl Laboratory {
 
     /// The diagnosis, and what may be added: the named effect, or corrections where nothing is named.
     pub(crate) fn diagnose_for(&self, progress: &Progress) -> Result<(Diagnosis, Found), LaboratoryError> {
+        if let Some(plain) = self.without_map() {
+            let (mut diagnosis, found) = plain.diagnose_for(progress)?;
+            diagnosis.warnings.push(
+                "the model's residual map is left out here: it explains nothing, and what it takes away is what is to be explained".to_owned(),
+            );
+            return Ok((diagnosis, found));
+        }
         progress.report(0.0, "looking for jumps")?;
-        match self.dated(progress)? {
+        let found = match self.dated(progress)? {
             Some((dated, jumps)) => dated.diagnose_with(jumps, progress),
             None => self.diagnose_with(Vec::new(), progress),
-        }
+        }?;
+        self.ask_beside_poses(found, progress)
     }
 
     /// The diagnosis where something was re-set between these rows.

@@ -11,7 +11,7 @@ use super::outcome::{Diagnosis, Named, Verdict};
 use super::predictive_gain::Gain;
 use super::thresholds::{CORRECTIONS_TRIED, MOST_CORRECTIONS};
 use crate::cross_validation::pose_groups;
-use crate::laboratory::{Addition, Laboratory, LaboratoryError, point_squares};
+use crate::laboratory::{Addition, Laboratory, LaboratoryError, MapStep, Mapped, point_squares};
 use plumb_calibration::arm_model::{AddedEffect, Correction, Model};
 use plumb_estimation::Progress;
 
@@ -59,6 +59,9 @@ pub struct Growth {
     /// RMS with the mechanisms alone, without any correction; nothing where no correction was added.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mechanisms_alone: Option<StepRms>,
+    /// The residual map that was added last; nothing where none was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual_map: Option<MapStep>,
     /// How it does where nothing was measured; told where effects were taken in by the batch.
     pub extrapolation: Vec<Extrapolation>,
     /// The grown model.
@@ -136,6 +139,7 @@ impl Growing {
             let id = effect.id.clone();
             let label = self.laboratory.model().label(&id);
             let mut addition = self.laboratory.take_in(vec![effect], progress)?;
+            addition.model.measured_region = self.laboratory.measured_region();
             addition.model.corrections.push(Correction { id, may_be: may_be.clone() });
             let named = Named { effect: place, size: 0.0, unit: String::new(), se: 0.0 };
             self.go_on(addition, (named, label), (Claim::Correction, may_be), progress)?;
@@ -152,6 +156,27 @@ impl Laboratory {
     /// Nothing can be fitted, or cancellation.
     pub fn grow(&self, progress: &Progress) -> Result<Growth, LaboratoryError> {
         self.grow_by(0, progress)
+    }
+
+    /// The same with corrections, and a residual map last where rows that were not seen are predicted better with one.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn grow_with_map(&self, progress: &Progress) -> Result<Growth, LaboratoryError> {
+        let mut growth = self.grow_with_corrections(progress)?;
+        if !growth.diagnosis.verdict.is_nameless() {
+            return Ok(growth);
+        }
+        let grown = Self::new(growth.model.clone(), self.table().clone(), self.options().clone())?;
+        growth.diagnosis.check_opened += u32::from(!grown.split().check_rows().is_empty());
+        if let Some(Mapped { model, step, error_mm }) = grown.with_map(progress)? {
+            growth.diagnosis.rms_mm = step.rms_mm;
+            growth.diagnosis.error_mm = error_mm;
+            growth.diagnosis.sentence = format!("{} {}", growth.diagnosis.sentence, step.sentence);
+            growth.model = model;
+            growth.residual_map = Some(step);
+        }
+        Ok(growth)
     }
 
     /// The same, and where nothing can be named goes on with corrections: effects that predict unseen rows in every blocked cross-validation and on the locked rows.
@@ -176,7 +201,7 @@ impl Laboratory {
 
     /// Adds what is named, and at most so many corrections.
     fn grow_by(&self, corrections: usize, progress: &Progress) -> Result<Growth, LaboratoryError> {
-        let mut laboratory = self.clone();
+        let mut laboratory = self.without_map().unwrap_or_else(|| self.clone());
         let mut steps: Vec<Step> = Vec::new();
         for round in 0..ROUNDS {
             let Some(batch) = laboratory.batch(round > 0, progress)? else { break };
@@ -210,6 +235,7 @@ impl Laboratory {
             start,
             steps,
             mechanisms_alone,
+            residual_map: None,
             extrapolation: Vec::new(),
             diagnosis,
         })
@@ -217,6 +243,9 @@ impl Laboratory {
 
     /// Whether the locked rows are predicted better with an effect than without it, by more than one standard error over poses; never where none are locked.
     fn is_borne_out(&self, effect: &AddedEffect, progress: &Progress) -> Result<bool, LaboratoryError> {
+        if let Some(dated) = self.dated_for(std::iter::once(&effect.id), progress)? {
+            return dated.is_borne_out(effect, progress);
+        }
         let held = self.split().check_rows();
         let before = self.fit_with(&[], None, progress)?;
         let after = self.fit_with(std::slice::from_ref(effect), Some(&before), progress)?;
@@ -264,6 +293,7 @@ impl Laboratory {
             start: StepRms { fit: start.fit, cv: start.cv },
             steps,
             mechanisms_alone: None,
+            residual_map: None,
             extrapolation,
             diagnosis,
         })

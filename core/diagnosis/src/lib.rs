@@ -10,6 +10,7 @@ mod direction_test;
 mod epochs;
 mod explainable;
 mod extrapolation;
+mod few_poses;
 mod fitted;
 mod forward_selection;
 mod found;

@@ -354,7 +354,7 @@ fn axes_measured(comparison: &Comparison) -> f64 {
 }
 
 fn effects(out: &mut String, comparison: &Comparison) -> std::fmt::Result {
-    if comparison.effects.is_empty() {
+    if comparison.effects.is_empty() && comparison.residual_map.is_none() {
         return Ok(());
     }
     writeln!(
@@ -381,7 +381,11 @@ fn effects(out: &mut String, comparison: &Comparison) -> std::fmt::Result {
             )?,
         }
     }
-    writeln!(out, "</table>")
+    writeln!(out, "</table>")?;
+    match &comparison.residual_map {
+        Some(map) => writeln!(out, "<p>Besides, {}.</p>", escaped(&map.sentence())),
+        None => Ok(()),
+    }
 }
 
 fn candidates(out: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {

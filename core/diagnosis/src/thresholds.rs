@@ -235,6 +235,14 @@ pub(crate) const SITE_LEFT: f64 = 0.25;
 
 /// By which a size with the flexible part and without it may differ at most (standard errors, by blocks of rows). Why: three sigma.
 pub(crate) const SIZE_ERRORS: f64 = 3.0;
+/// Rows a residual map is fitted to; of more a random part by pose (rows). Why: time; it has a few hundred weights.
+pub(crate) const MAP_ROWS: usize = 2500;
+
+/// Fewer poses than this are few: none can be left out (poses). Why: a fifth of so many is too little to judge by.
+pub(crate) const FEW_POSES: usize = 20;
+
+/// Rows that each of a few poses must have for what goes with the pose to be told from their scatter (rows). Why: two would leave one degree of freedom a pose.
+pub(crate) const FEW_POSES_RETURNS: usize = 3;
 
 // Next poses
 

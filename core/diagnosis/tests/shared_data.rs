@@ -39,7 +39,10 @@ fn the_ur5s_error_on_rows_not_fitted_falls_as_zeros_and_geometry_are_freed() {
         let ladder: [&[&str]; 3] = [&[], &["joint_zero(*)"], &["joint_zero(*)", "geometry(*)"]];
         for (mean, free) in means.iter_mut().zip(ladder) {
             let Some(found) = compare("real/ur5.yaml", "real/ur5-grid.csv", holdout, free) else { return };
-            assert!(found.warnings.is_empty(), "{:?}", found.warnings);
+            // That its wrist is hardly determined by one reflector on the flange is true, and told.
+            let is_expected =
+                |warning: &String| warning.contains("hardly determine") && warning.contains("wrist2");
+            assert!(found.warnings.iter().all(is_expected), "{:?}", found.warnings);
             *mean += found.rms_mm.check.unwrap() / 3.0;
         }
     }
@@ -142,4 +145,18 @@ fn two_effects_at_once_are_found_one_after_the_other() {
     added.sort_unstable();
     assert_eq!(added, [("joint_backlash", "elbow"), ("joint_compliance", "shoulder")]);
     assert_eq!(growth.diagnosis.verdict, Verdict::AtFloor, "{}", growth.diagnosis.sentence);
+}
+
+#[test]
+fn the_pandas_fit_does_not_run_away_with_whole_regions_held_out() {
+    let free = ["joint_zero(*)", "geometry(*)"];
+    let Some(found) =
+        compare("real/panda_1-sockets.yaml", "real/panda_1-sockets.csv", Holdout::Regions, &free)
+    else {
+        return;
+    };
+    assert!(found.rms_mm.fit < 1.0, "{:?}", found.rms_mm);
+    assert!(found.effects.iter().all(|effect| effect.plausible), "{:?}", found.effects);
+    let told = found.warnings.iter().any(|warning| warning.contains("these rows hardly determine"));
+    assert!(told, "{:?}", found.warnings);
 }

@@ -6,6 +6,8 @@ use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 use plumb_kinematics::{Chain, Mass, Motion};
 
 use super::epochs::Epochs;
+use super::measured_region::{MeasuredRegion, Outside};
+use super::residual_map::ResidualMap;
 use super::sensor::Sensor;
 use super::surface::SurfaceShape;
 use crate::effect::{Definition, EffectId, Spot};
@@ -187,6 +189,12 @@ pub struct Model {
     pub effects: Vec<AddedEffect>,
     /// Which of them are corrections; all others are mechanisms.
     pub corrections: Vec<Correction>,
+    /// Where corrections and the residual map hold; nothing where there are none.
+    pub measured_region: Option<MeasuredRegion>,
+    /// What a flexible regression takes away of what the model leaves; explains nothing.
+    pub residual_map: Option<ResidualMap>,
+    /// Poses (rad or mm) each of which has an error of its own while conditions are asked about; never written to a file.
+    pub pose_errors: Vec<Vec<f64>>,
     /// Values of the free effects from an earlier fit: where the next starts.
     pub fitted: Vec<AddedEffect>,
     /// What triggers and heights refer to.
@@ -227,6 +235,25 @@ impl Model {
     /// What is said of an added effect that is a correction; nothing of a mechanism.
     pub fn correction(&self, id: &EffectId) -> Option<&Correction> {
         self.corrections.iter().find(|correction| correction.id.same_as(id))
+    }
+
+    /// Whether a pose (rad or mm) may be commanded by this model: one with corrections or a residual map holds only where it was measured.
+    ///
+    /// # Errors
+    /// Why not, and what would help.
+    pub fn holds_at(&self, q: &[f64]) -> Result<(), String> {
+        let Some(region) = &self.measured_region else { return Ok(()) };
+        region.check(q).map_err(|outside: Outside| {
+            let mut parts: Vec<String> =
+                self.corrections.iter().map(|correction| format!("the correction {}", self.label(&correction.id))).collect();
+            parts.extend(self.residual_map.is_some().then(|| "the residual map".to_owned()));
+            let held = if parts.len() == 1 { "holds" } else { "hold" };
+            format!(
+                "{}. {} of the model {held} only where was measured: measure there and `grow` again, or take them out (`plumb model remove`)",
+                outside.describe(&self.chain),
+                parts.join(" and ")
+            )
+        })
     }
 
     /// A target's place in the list, by name.

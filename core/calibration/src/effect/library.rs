@@ -4,6 +4,7 @@ use super::Effect;
 use super::defined::{Defined, Definition};
 use super::identity::{EffectId, EffectNameError, Written};
 use super::kind::{Kind, Setting};
+use super::pose_error::{POSE_ERROR, PoseError};
 use super::sites::Sites;
 use crate::arm_model::Model;
 use crate::suggestion::suggestion;
@@ -18,6 +19,7 @@ static KINDS: &[Kind] = &[
     super::joint_gain::KIND,
     super::joint_compliance::KIND,
     super::joint_stiffening::KIND,
+    super::gravity_flexure::KIND,
     super::joint_backlash::KIND,
     super::joint_settling::KIND,
     super::joint_coupling::KIND,
@@ -61,6 +63,9 @@ pub fn kind(name: &str) -> Option<&'static Kind> {
 pub fn build(id: &EffectId, model: &Model) -> Result<Box<dyn Effect>, EffectNameError> {
     if let Some(definition) = model.definition(&id.name) {
         return Ok(Box::new(Defined::new(definition)));
+    }
+    if id.name == POSE_ERROR && !model.pose_errors.is_empty() {
+        return Ok(Box::new(PoseError::new(model)));
     }
     let kind = kind(&id.name).ok_or_else(|| unknown(&id.name, model))?;
     (kind.build)(&Setting { id, model })

@@ -147,6 +147,37 @@ fn a_soft_joint_is_turned_by_the_moment_of_gravity_and_lets_the_tip_down() {
 }
 
 #[test]
+fn a_joint_under_a_weight_that_nobody_knows_is_turned_by_the_cosine_and_the_sine_of_its_links_angles() {
+    let unknown = PLANAR.replace("links: [{after: elbow, mass_kg: 2, centre_mm: [0, 0, 0]}]\n", "");
+    let [one, other] = pose();
+    // A weight ahead on the upper arm lets the shoulder down by the cosine of its angle, one on the lower arm by that of its own.
+    let cases: [(usize, f64); 4] =
+        [(0, -one.cos()), (1, one.sin()), (3, -(one + other).cos()), (4, (one + other).sin())];
+    for (parameter, share) in cases {
+        let mut values = [0.0; 6];
+        values[parameter] = 1e-3;
+        let found = changes(&unknown, &table("", ""), 0, "gravity_flexure(shoulder)", &values);
+        // The deflection itself turns what pulls, by a thousandth of it.
+        assert_close(&found, stood_off(1e-3 * share, 0.0).as_slice(), 1e-3, &format!("term {parameter}"));
+    }
+    // Along the axes nothing pulls, and a declared mass makes one number of it.
+    let found =
+        changes(&unknown, &table("", ""), 0, "gravity_flexure(shoulder)", &[0.0, 0.0, 1e-3, 0.0, 0.0, 1e-3]);
+    assert_close(&found, &[0.0; 3], 1e-12, "square to the plane");
+    let rows = "q1_deg,q2_deg,p1_x_mm\n0,10,0\n20,40,0\n50,-30,0\n";
+    assert!(offered(&unknown, rows).contains(&"gravity_flexure(elbow)".to_owned()));
+    assert!(!offered(PLANAR, rows).iter().any(|one| one.starts_with("gravity_flexure")));
+}
+
+#[test]
+fn a_slide_has_no_flexure_that_turns_it() {
+    let text = PLANAR.replace("{name: elbow, a_mm: 300}", "{name: elbow, slides: true}");
+    let model = Model::parse("arm.yaml", &text).unwrap();
+    let refused = build(&parse("gravity_flexure(elbow)", &model).unwrap(), &model).unwrap_err().to_string();
+    assert!(refused.contains("acts on a joint that turns"), "{refused}");
+}
+
+#[test]
 fn a_stiffening_joint_winds_up_as_a_cubic_spring() {
     let [shoulder, elbow] = pose();
     let (compliance, knee) = (1e-5, 2.0);

@@ -5,10 +5,12 @@ mod define;
 mod epochs;
 mod error;
 mod raw;
+mod residual_map;
 mod urdf;
 mod urdf_frames;
 mod validate;
 mod write;
+mod yaml_text;
 
 pub use error::{ModelFileError, Place};
 pub use write::model_text;

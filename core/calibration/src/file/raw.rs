@@ -75,6 +75,8 @@ pub(super) struct RawModel {
     #[serde(default)]
     pub(super) noise: Listed<Spanned<f64>>,
     pub(super) epochs: Option<Spanned<RawEpochs>>,
+    pub(super) measured_region: Option<Spanned<RawRegion>>,
+    pub(super) residual_map: Option<Spanned<RawMap>>,
     pub(super) touch: Option<RawTouch>,
     #[serde(default)]
     pub(super) define: Vec<RawDefinition>,
@@ -392,6 +394,43 @@ pub(super) struct RawAdds {
 pub(super) struct RawParameter {
     pub(super) unit: Option<Spanned<String>>,
     pub(super) range: Spanned<[f64; 2]>,
+}
+
+/// Where an arm was measured; degrees, or mm of a joint that slides.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawRegion {
+    pub(super) ranges: Listed<Spanned<[f64; 2]>>,
+    pub(super) reach: Spanned<f64>,
+    pub(super) poses: Vec<Spanned<Vec<f64>>>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawMap {
+    pub(super) not_understood: Spanned<f64>,
+    #[serde(default)]
+    pub(super) waves: Vec<Spanned<RawWave>>,
+    #[serde(default)]
+    pub(super) along: Vec<RawOfJoint>,
+    #[serde(default)]
+    pub(super) sides: Vec<RawOfJoint>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawWave {
+    pub(super) rates: Vec<f64>,
+    pub(super) phase_rad: f64,
+    pub(super) shift_mm: [f64; 3],
+}
+
+/// Weights of a joint's functions; degrees, or mm of a joint that slides.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawOfJoint {
+    pub(super) joint: Spanned<String>,
+    pub(super) weights: Vec<f64>,
 }
 
 /// How a revision came to be.

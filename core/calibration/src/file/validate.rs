@@ -125,12 +125,12 @@ impl Checker<'_> {
             free: Vec::new(),
             effects: Vec::new(),
             corrections: Vec::new(),
+            measured_region: None,
+            residual_map: None,
+            pose_errors: Vec::new(),
             fitted: Vec::new(),
             surfaces,
-            measured_from: match raw.measured_from {
-                RawMeasuredFrom::Instrument => MeasuredFrom::Instrument,
-                RawMeasuredFrom::World => MeasuredFrom::World,
-            },
+            measured_from: measured_from(raw.measured_from),
             gravity: gravity.unwrap_or_default(),
             working_volume: working_volume.unwrap_or_default(),
             levels: Vec::new(),
@@ -144,12 +144,18 @@ impl Checker<'_> {
         if let Some(arm) = &described {
             model.gravity = urdf_frames::gravity(&model, arm);
         }
-        model.levels = self.levels(&raw, &model.chain);
-        model.touch = raw.touch.as_ref().and_then(|touch| self.touch(touch, &model).ok());
-        if self.definitions(&raw.define, &mut model) && self.problems.len() == before {
-            self.all_effects(&raw, &mut model);
-        }
+        self.named_parts(&raw, &mut model, before);
         Ok(model)
+    }
+
+    /// What names parts of the model: effects only where no mistake was found, of which there were `before`.
+    fn named_parts(&self, raw: &RawModel, model: &mut Model, before: usize) {
+        self.measured(raw, model);
+        model.levels = self.levels(raw, &model.chain);
+        model.touch = raw.touch.as_ref().and_then(|touch| self.touch(touch, model).ok());
+        if self.definitions(&raw.define, model) && self.problems.len() == before {
+            self.all_effects(raw, model);
+        }
     }
 
     fn all_effects(&self, raw: &RawModel, model: &mut Model) {
@@ -512,6 +518,13 @@ fn corrections(raw: &Spanned<RawEffect>, model: &Model) -> Vec<Correction> {
     }
     let ids = effect::expand(&written(valued), model).unwrap_or_default();
     ids.into_iter().map(|id| Correction { id, may_be: valued.may_be.clone() }).collect()
+}
+
+fn measured_from(raw: RawMeasuredFrom) -> MeasuredFrom {
+    match raw {
+        RawMeasuredFrom::Instrument => MeasuredFrom::Instrument,
+        RawMeasuredFrom::World => MeasuredFrom::World,
+    }
 }
 
 fn revision(raw: &RawRevision) -> Revision {

@@ -5,28 +5,14 @@ use std::fmt::Write;
 use nalgebra::Vector3;
 use plumb_kinematics::{Convention, Knob, Motion};
 
+use super::residual_map::write_measured;
+use super::yaml_text::{number, text};
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{AddedEffect, Epochs, Frame, MeasuredFrom, Model, Noise, Revision, Surface};
 use crate::effect::{self, DefinedPlace, EffectId, Parameter};
 
-/// A number with as many digits as it takes to read it back well, and no more.
-fn number(value: f64) -> String {
-    let rounded = format!("{value:.9e}").parse::<f64>().unwrap_or(value);
-    if rounded == 0.0 { "0".to_owned() } else { format!("{rounded}") }
-}
-
 fn triple(vector: &Vector3<f64>) -> String {
     format!("[{}, {}, {}]", number(vector.x), number(vector.y), number(vector.z))
-}
-
-/// A text as a YAML value: bare where that is safe, else quoted.
-fn text(value: &str) -> String {
-    let safe = |c: char| c.is_alphanumeric() || "_- ./()*".contains(c);
-    let bare = value.chars().all(safe)
-        && value.starts_with(|c: char| c.is_alphabetic())
-        && !["true", "false", "yes", "no", "null", "on", "off", "y", "n"]
-            .contains(&value.to_lowercase().as_str());
-    if bare { value.to_owned() } else { format!("{value:?}") }
 }
 
 /// The whole file.
@@ -251,6 +237,7 @@ fn ends(out: &mut String, model: &Model) -> std::fmt::Result {
     levels(out, model)?;
     noise(out, &model.noise)?;
     touch(out, model)?;
+    write_measured(out, model)?;
     model.revision.as_ref().map_or(Ok(()), |known| revision(out, known))
 }
 

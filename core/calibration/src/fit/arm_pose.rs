@@ -1,10 +1,10 @@
 //! The arm in one row: its frames with all that the effects change, gravity in balance with what it bends.
 
 use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Vector3};
-use plumb_kinematics::{Deviation, Posture};
+use plumb_kinematics::{Chain, Deviation, Knob, Motion, Posture};
 
 use super::state::State;
-use crate::arm_model::Frame;
+use crate::arm_model::{Frame, MapEffect};
 use crate::effect::{Channel, Drive, Handle};
 
 /// What the effects change of the arm in one row, before the instrument looks.
@@ -50,6 +50,17 @@ impl Changes {
         for drive in drives {
             let amount = drive.rate * values.get(drive.parameter).copied().unwrap_or(0.0);
             self.add_one(drive.handle, amount);
+        }
+    }
+
+    /// Adds what a residual map does, for a base that is turned so.
+    pub(super) fn add_map(&mut self, mapped: &MapEffect, chain: &Chain, base: &Rotation3<f64>) {
+        self.base_shift += base * mapped.shift;
+        for (deviation, (joint, amount)) in
+            self.deviations.iter_mut().zip(chain.joints.iter().zip(&mapped.joints))
+        {
+            let knob = if joint.motion == Motion::Slides { Knob::D } else { Knob::Theta };
+            deviation.add(knob, joint.sign * amount);
         }
     }
 

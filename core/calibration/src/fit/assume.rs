@@ -17,6 +17,9 @@ impl ResidualModel<'_> {
     pub(super) fn assume(&self, state: &State, row: usize, scratch: &mut Scratch) {
         let Scratch { pose, drives, .. } = scratch;
         pose.changes.clear(self.model.chain.len(), state.targets.len());
+        if let Some(Some(mapped)) = self.mapped.get(row) {
+            pose.changes.add_map(mapped, &self.model.chain, &state.base.rotation);
+        }
         let idle = Posture::default();
         let situation = self.situation(state, row, &idle, &[], None);
         for (part, values) in self.parts.iter().zip(&state.effects) {

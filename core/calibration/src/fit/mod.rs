@@ -4,6 +4,7 @@ mod align;
 mod arm_pose;
 mod assume;
 mod beliefs;
+mod doubt;
 mod gauge;
 mod normal;
 mod outcome;
@@ -18,6 +19,7 @@ mod tangent;
 mod variance_components;
 mod view_of_table;
 
+pub use doubt::FitDoubt;
 pub use gauge::Gauge;
 pub use outcome::{Convergence, Fit, FitError};
 pub use state::{Slot, State};

@@ -5,6 +5,7 @@ use thiserror::Error;
 
 use super::FitOptions;
 use super::align::align;
+use super::doubt::{FitDoubt, Prior, out_of_range, range_doubts, undetermined, worse_than_plain};
 use super::gauge::Gauge;
 use super::residual_model::ResidualModel;
 use super::robust::Distances;
@@ -13,7 +14,7 @@ use super::tangent::Tangent;
 use plumb_estimation::NormalEquations;
 use plumb_estimation::RankRevealingCholesky;
 use plumb_estimation::{CAREFUL, Descent, NEAR, Settings, descend, descend_from, huber_variance};
-use plumb_estimation::{Cancelled, Progress};
+use plumb_estimation::{Cancelled, Problem, Progress};
 
 /// Whether a fit arrived at its optimum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,6 +54,8 @@ pub struct Fit {
     pub normal: NormalEquations,
     /// Their factor.
     pub factor: RankRevealingCholesky,
+    /// What went wrong on the way, and what was done about it.
+    pub doubts: Vec<FitDoubt>,
 }
 
 /// Why nothing could be fitted.
@@ -123,35 +126,81 @@ pub(super) fn fit(
     refit(machine, &start, &rows, ones, options, progress)
 }
 
+/// Fits again from a near place. Where the rows hardly determine a number of the geometry, or it leaves the range that a machine can have, the ranges count as
+/// weak prior knowledge: where such a number runs to is no result.
+pub(super) fn refit(
+    machine: &ResidualModel<'_>,
+    start: &State,
+    rows: &[usize],
+    weights: Vec<f64>,
+    options: FitOptions,
+    progress: &Progress,
+) -> Result<Fit, FitError> {
+    let again = |from: &State, weights: Vec<f64>, prior: Option<&Prior>| {
+        descend_robustly(machine, from, (rows, weights), (options, prior), progress)
+    };
+    let factor_at =
+        |state: &State| RankRevealingCholesky::new(&machine.normal(state, rows, &weights, &[]).matrix);
+    let factor = factor_at(start);
+    let start_scale = Distances::of(machine, &machine.residuals(start)).scale(rows, factor.rank());
+    // What the rows cannot tell at all stays where the model file has it, as ever.
+    let mut prior = Prior { variance: start_scale * start_scale, spared: factor.dependent.clone() };
+    let mut far = undetermined(machine, &factor, start_scale);
+    let mut near = None;
+    if !far.is_empty() {
+        // From far off the scatter is no measure: they are asked again where a bounded fit arrives.
+        let bounded = again(start, weights.clone(), Some(&prior))?;
+        prior.variance = bounded.scale * bounded.scale;
+        far = undetermined(machine, &factor_at(&bounded.state), bounded.scale);
+        near = Some(bounded.state);
+    }
+    if far.is_empty() {
+        let free = again(near.as_ref().unwrap_or(start), weights.clone(), None)?;
+        far = out_of_range(machine, &free.state);
+        if far.is_empty() {
+            return Ok(free);
+        }
+        // Where a fit has run away to is neither a place to begin nor a scatter to go by.
+        prior.variance = prior.variance.min(free.scale * free.scale);
+    }
+    let mut fit = again(near.as_ref().unwrap_or(start), weights.clone(), Some(&prior))?;
+    prior.variance = fit.scale * fit.scale;
+    fit = again(&fit.state, fit.weights, Some(&prior))?;
+    let doubts = range_doubts(machine, &far, &fit.state);
+    fit.doubts.extend(doubts);
+    Ok(fit)
+}
+
 /// Rounds in which numbers that were held may be let go because the place reached shows them.
 const ROUNDS: usize = 4;
 
 /// Gain, in one measurement's variances, that numbers must promise to be let go.
 const RELEASED: f64 = 0.5;
 
-pub(super) fn refit(
+/// One fit, with plausible ranges as prior knowledge or without.
+fn descend_robustly(
     machine: &ResidualModel<'_>,
     start: &State,
-    rows: &[usize],
-    mut weights: Vec<f64>,
-    options: FitOptions,
+    (rows, weights): (&[usize], Vec<f64>),
+    (options, prior): (FitOptions, Option<&Prior>),
     progress: &Progress,
 ) -> Result<Fit, FitError> {
     // What cannot be told from the rest stays where it is from the first step on. Let go, it would drift, and where it drifts
     // to other numbers look alike.
-    let first = machine.normal(start, rows, &weights, &[]);
+    let first = machine.over(rows, &weights).knowing(prior).normal_equations(start);
     let factor = RankRevealingCholesky::new(&first.matrix);
     let parameters = factor.rank();
     if parameters >= first.equations {
         let table = machine.table.source.clone();
         return Err(FitError::TooFewRows { table, equations: first.equations, parameters });
     }
-    let mut held = factor.dependent;
+    let mut held = prior.map_or(factor.dependent, |prior| prior.spared.clone());
     let first = (start.clone(), first);
     let careful = Settings { steps: options.steps, damping: CAREFUL };
-    let mut descent = descend_from(&machine.over(rows, &weights), first, &held, careful, progress)?;
+    let mut descent =
+        descend_from(&machine.over(rows, &weights).knowing(prior), first, &held, careful, progress)?;
     let mut steps = descent.steps;
-    for _ in 1..ROUNDS {
+    for _ in 1..if prior.is_some() { 1 } else { ROUNDS } {
         // Numbers that look alike at the start (offsets along axes that should be parallel) may matter at the end.
         let factor = RankRevealingCholesky::new(&descent.normal.matrix);
         let squares = descent.normal.squares;
@@ -161,31 +210,65 @@ pub(super) fn refit(
         }
         held = factor.dependent;
         let reached = (descent.state, descent.normal);
-        descent = descend_from(&machine.over(rows, &weights), reached, &held, careful, progress)?;
+        descent =
+            descend_from(&machine.over(rows, &weights).knowing(prior), reached, &held, careful, progress)?;
         steps += descent.steps;
     }
+    let mut robust = Weighed { descent, weights, steps, doubts: Vec::new() };
     if options.robust {
+        robust.weigh(machine, rows, (options, prior), (&held, parameters), progress)?;
+    }
+    let Weighed { descent, weights, steps, doubts } = robust;
+    Ok(Fit { doubts, ..finish(machine, descent, rows.to_vec(), weights, steps)? })
+}
+
+/// A descent with the weights of its rows.
+struct Weighed {
+    descent: Descent<State>,
+    weights: Vec<f64>,
+    steps: usize,
+    doubts: Vec<FitDoubt>,
+}
+
+impl Weighed {
+    /// Weighs far rows down and descends again until the weights stay; back to where it began if that misses the trusted rows by more.
+    fn weigh(
+        &mut self,
+        machine: &ResidualModel<'_>,
+        rows: &[usize],
+        (options, prior): (FitOptions, Option<&Prior>),
+        (held, parameters): (&[usize], usize),
+        progress: &Progress,
+    ) -> Result<(), FitError> {
+        let plain = (self.descent.clone(), self.weights.clone());
         for _ in 0..20 {
-            let residuals = machine.residuals(&descent.state);
+            let residuals = machine.residuals(&self.descent.state);
             let distances = Distances::of(machine, &residuals);
             let fresh = distances.weights(distances.scale(rows, parameters));
-            let moved = rows.iter().map(|row| difference(&weights, &fresh, *row)).fold(0.0, f64::max);
-            weights = fresh;
+            let moved = rows.iter().map(|row| difference(&self.weights, &fresh, *row)).fold(0.0, f64::max);
+            self.weights = fresh;
             if moved < 1e-2 {
                 break;
             }
-            let mut start = descent.state;
+            let mut start = self.descent.state.clone();
             if let Some(tangent) = Tangent::at(machine, &start, rows) {
-                let (step, settled) = tangent.settle(weights, &held, parameters);
+                let (step, settled) = tangent.settle(self.weights.clone(), held, parameters);
                 let moved = start.stepped(machine.slots(), step.as_slice());
-                (start, weights) = if moved.is_finite() { (moved, settled) } else { (start, settled) };
+                start = if moved.is_finite() { moved } else { start };
+                self.weights = settled;
             }
             let near = Settings { steps: options.steps, damping: NEAR };
-            descent = descend(&machine.over(rows, &weights), &start, &held, near, progress)?;
-            steps += descent.steps;
+            let problem = machine.over(rows, &self.weights).knowing(prior);
+            self.descent = descend(&problem, &start, held, near, progress)?;
+            self.steps += self.descent.steps;
         }
+        let reached = (&self.descent.state, self.weights.as_slice());
+        if let Some(doubt) = worse_than_plain(machine, reached, &plain.0.state, rows) {
+            (self.descent, self.weights) = plain;
+            self.doubts.push(doubt);
+        }
+        Ok(())
     }
-    finish(machine, descent, rows.to_vec(), weights, steps)
 }
 
 fn difference(left: &[f64], right: &[f64], row: usize) -> f64 {
@@ -248,5 +331,6 @@ fn finish(
         variance,
         normal,
         factor,
+        doubts: Vec::new(),
     })
 }

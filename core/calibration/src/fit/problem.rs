@@ -3,6 +3,7 @@
 use nalgebra::DVector;
 use plumb_estimation::{NormalEquations, Problem};
 
+use super::doubt::Prior;
 use super::residual_model::ResidualModel;
 use super::state::State;
 
@@ -11,12 +12,21 @@ pub(crate) struct WeightedRows<'r, 'm> {
     machine: &'r ResidualModel<'m>,
     rows: &'r [usize],
     weights: &'r [f64],
+    /// The plausible ranges of the geometry; nothing where they do not count.
+    prior: Option<&'r Prior>,
+}
+
+impl<'r> WeightedRows<'r, '_> {
+    /// The same, with the plausible ranges of the geometry as weak prior knowledge.
+    pub(super) fn knowing(self, prior: Option<&'r Prior>) -> Self {
+        Self { prior, ..self }
+    }
 }
 
 impl<'m> ResidualModel<'m> {
     /// The least-squares problem over `rows`, each counted with its weight.
     pub(crate) fn over<'r>(&'r self, rows: &'r [usize], weights: &'r [f64]) -> WeightedRows<'r, 'm> {
-        WeightedRows { machine: self, rows, weights }
+        WeightedRows { machine: self, rows, weights, prior: None }
     }
 }
 
@@ -24,7 +34,11 @@ impl Problem for WeightedRows<'_, '_> {
     type State = State;
 
     fn normal_equations(&self, state: &State) -> NormalEquations {
-        self.machine.normal(state, self.rows, self.weights, &[])
+        let mut normal = self.machine.normal(state, self.rows, self.weights, &[]);
+        if let Some(prior) = self.prior {
+            prior.add(self.machine, state, &mut normal);
+        }
+        normal
     }
 
     fn stepped(&self, state: &State, change: &DVector<f64>) -> State {

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::scratch::Scratch;
 use super::state::{Slot, State};
-use crate::arm_model::{AddedEffect, Model};
+use crate::arm_model::{AddedEffect, MapEffect, Model};
 use crate::effect::{self, Effect, EffectId, EffectNameError};
 use crate::measurement::{Equation, Observations, RowContext, SensorShift, Subject};
 use crate::table::Table;
@@ -40,6 +40,8 @@ pub struct ResidualModel<'a> {
     pub(super) first_time: f64,
     /// The epoch of each row, from 0.
     pub(super) epochs: Vec<usize>,
+    /// What the model's residual map does in each row; empty without one.
+    pub(super) mapped: Vec<Option<MapEffect>>,
 }
 
 /// Residuals and derivatives of a few rows. `jacobian` is slots by equations; both are divided by each equation's
@@ -74,6 +76,7 @@ impl<'a> ResidualModel<'a> {
             epochs: model.epochs.as_ref().map_or_else(Vec::new, |epochs| {
                 (0..table.len()).map(|row| epochs.of_row(table, row)).collect()
             }),
+            mapped: mapped_rows(model, table),
         };
         for added in effects {
             let effect = effect::build(&added.id, model.model)?;
@@ -310,6 +313,14 @@ impl<'a> ResidualModel<'a> {
         }
         column
     }
+}
+
+/// What a model's residual map does in each row of a table; nothing where it does not hold.
+fn mapped_rows(model: &Model, table: &Table) -> Vec<Option<MapEffect>> {
+    let (Some(map), Some(region)) = (&model.residual_map, &model.measured_region) else { return Vec::new() };
+    let sides =
+        |row: usize| (0..table.joints).map(|joint| table.approach_of(row, joint)).collect::<Vec<i8>>();
+    (0..table.len()).map(|row| map.at(region, table.q_of(row), &sides(row))).collect()
 }
 
 /// The row before each row in the order of time; nothing for the first.

@@ -169,3 +169,82 @@ fn rows_that_are_held_out_do_not_move_the_fit() {
     assert_eq!(fit.rows.len(), 19);
     assert!(fit.residuals[9].abs() > 10.0, "its residual is told all the same");
 }
+
+/// Poses of the planar arm in which the elbow hardly moves: its length cannot be told from the first link's.
+fn narrow(zero_deg: f64, sigma: f64, seed: u64) -> Table {
+    let mut random = Random::seeded(seed);
+    let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
+    for _ in 0..20 {
+        let (one, other) = (-90.0 + 180.0 * random.uniform(), 40.0 + 0.2 * random.uniform());
+        let (first, second) = (one.to_radians(), (one + other + zero_deg).to_radians());
+        let x = 400.0 * first.cos() + 300.0 * second.cos() + sigma * random.normal();
+        let y = 400.0 * first.sin() + 300.0 * second.sin() + sigma * random.normal();
+        text.push_str(&format!("{one},{other},{x},{y},{}\n", sigma * random.normal()));
+    }
+    Table::parse("narrow.csv", &text).unwrap()
+}
+
+#[test]
+fn numbers_that_the_rows_hardly_determine_stay_in_their_ranges_and_are_told() {
+    let effects = ["joint_zero(elbow)", "link_length(shoulder)", "link_length(elbow)"];
+    for seed in 0..10 {
+        let fit = fitted(&narrow(0.0, 1.0, seed), "", &effects).unwrap();
+        let values: Vec<f64> = fit.state.effects.iter().flatten().copied().collect();
+        assert!(values[0].abs() < 0.35 && values[1].abs() < 20.0 && values[2].abs() < 20.0, "{values:?}");
+        let said: Vec<String> = fit.doubts.iter().map(ToString::to_string).collect();
+        assert!(
+            said.len() == 1 && said[0].contains("hardly determine") && said[0].contains("joint_zero(elbow)"),
+            "{said:?}"
+        );
+        assert!(
+            said[0].contains("plausible ranges were used as prior knowledge; measure more poses"),
+            "{said:?}"
+        );
+        // What the rows do tell is as good as ever.
+        assert!(fit.scale < 1.3, "{}", fit.scale);
+    }
+}
+
+#[test]
+fn a_sound_fit_knows_nothing_of_ranges() {
+    let fit = fitted(&measured(20, 0.05, 9), "", &BOTH).unwrap();
+    assert!(fit.doubts.is_empty(), "{:?}", fit.doubts);
+}
+
+#[test]
+fn a_number_that_no_machine_has_is_told_where_the_rows_determine_it() {
+    let mut table = measured(30, 0.05, 11);
+    // The elbow's zero is 40 deg off: the model file's row is wrong.
+    for row in table.q.chunks_mut(2) {
+        row[1] -= 40_f64.to_radians();
+    }
+    let fit = fitted(&table, "", &["joint_zero(elbow)"]).unwrap();
+    assert!(
+        (fit.state.effects[0][0] - 40_f64.to_radians() - TRUTH[0]).abs() < 1e-3,
+        "{:?}",
+        fit.state.effects
+    );
+    let said = fit.doubts.iter().map(ToString::to_string).collect::<String>();
+    assert!(
+        said.contains("no machine has: joint_zero(elbow) (40.2") && said.contains("units and signs"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_robust_fit_that_misses_the_rows_it_trusts_by_more_than_the_plain_one_is_not_used() {
+    use super::doubt::worse_than_plain;
+    let table = measured(20, 0.05, 12);
+    let model = Model::parse("planar.yaml", PLANAR).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let effects = [AddedEffect { id: parse("joint_zero(elbow)", &model).unwrap(), values: Vec::new() }];
+    let machine = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
+    let rows: Vec<usize> = (0..20).collect();
+    let state = |zero: f64| State { effects: vec![vec![zero]], ..machine.start() };
+    let mut weights = vec![1.0; 20];
+    weights[3] = 0.2;
+    let doubt = worse_than_plain(&machine, (&state(0.2), &weights), &state(0.0), &rows).unwrap();
+    assert!(doubt.to_string().contains("the robust fit ran away"), "{doubt}");
+    assert!(worse_than_plain(&machine, (&state(0.004), &weights), &state(0.0), &rows).is_none());
+    assert!(worse_than_plain(&machine, (&state(f64::NAN), &weights), &state(0.0), &rows).is_some());
+}

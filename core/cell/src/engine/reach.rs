@@ -83,22 +83,39 @@ impl Arm {
             limits: by.iter().map(|joint| self.limits(*joint)).collect(),
         };
         let near = reach.descend(others, true)?;
-        if near.short < AT_POINT {
-            return Ok(near.target);
-        }
         let mut shortest = near.short;
+        let mut refused = None;
+        if near.short < AT_POINT {
+            match reach.holds(&near.target) {
+                Ok(()) => return Ok(near.target),
+                Err(reason) => refused = Some(reason),
+            }
+        }
         for start in reach.other_starts(others)? {
             let ended = reach.descend(&start, true)?;
             if ended.short < AT_POINT {
-                return Ok(ended.target);
+                match reach.holds(&ended.target) {
+                    Ok(()) => return Ok(ended.target),
+                    Err(reason) => refused = refused.or(Some(reason)),
+                }
             }
             shortest = shortest.min(ended.short);
         }
-        Err(reach.why_not(others, shortest)?)
+        match refused {
+            Some(reason) => Err(format!("{} is not sent there: {reason}", self.name)),
+            None => Err(reach.why_not(others, shortest)?),
+        }
     }
 }
 
 impl Reach<'_> {
+    /// Whether the model may be trusted there: one with corrections or a residual map holds only where it was measured.
+    fn holds(&self, target: &JointVector) -> Result<(), String> {
+        let sides = self.arm.sides_at(self.from, target);
+        let pose = self.arm.model_pose(self.model, target, &sides, self.point.payload_kg);
+        self.model.model.holds_at(&pose.q)
+    }
+
     /// Goes towards the point from a start, within the limits if it is `bounded`.
     fn descend(&self, start: &JointVector, bounded: bool) -> Result<Ended, String> {
         let mut target = *start;
@@ -299,7 +316,7 @@ fn at_fraction((lower, upper): (f64, f64), fraction: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::test_arm::{arm, drive};
+    use crate::engine::test_arm::{CELL, MODEL, arm, arm_with, drive};
 
     /// Where the point is: by the geometry, not by the model.
     fn point([shoulder, elbow, quill, _]: [f64; 4]) -> [f64; 3] {
@@ -330,6 +347,37 @@ mod tests {
         // The last bit may change where degrees become radians and back.
         assert!((target[3] - from[3]).abs() < 1e-12, "what takes no part stays: {target:?}");
         target
+    }
+
+    #[test]
+    fn corrections_and_residual_maps_command_only_where_was_measured() {
+        let region = "measured_region: {ranges: {shoulder: [0, 60], elbow: [10, 80], quill: [0, 100], spin: [-180, 180]}, reach: 9, poses: [[30, 40, 50, 0]]}\n";
+        let map = "residual_map: {not_understood: 0.5, along: [{joint: elbow, weights: [0.2]}, {joint: quill, weights: [1.5]}]}\n";
+        let correction = "effects: [{effect: joint_gain, where: shoulder, values: {gain: 0.001}, claim: correction, may_be: []}]\n";
+        for (more, said) in [
+            (map, "the residual map of the model holds"),
+            (correction, "the correction joint_gain(shoulder) of the model holds"),
+        ] {
+            let arm = arm_with(CELL, &format!("{MODEL}{region}{more}"));
+            let by = ["shoulder", "elbow", "quill"].map(|joint| arm.joint(joint).unwrap());
+            let here = drive([30.0, 40.0, 50.0, 0.0]);
+            let sent = |wanted: [f64; 3]| {
+                let point = WantedPoint { xyz_mm: wanted, target: None, by: &by, payload_kg: 0.0 };
+                arm.joints_for_point(&point, &here, &here)
+            };
+            let inside = point([35.0, 45.0, 60.0, 0.0]);
+            let target = sent(inside).unwrap();
+            let told = [0, 1].map(|joint| target.get(joint).unwrap().to_degrees());
+            let place = point([told[0], told[1], target.get(2).unwrap(), 0.0]);
+            let moved: f64 = place.iter().zip(inside).map(|(there, wanted)| (there - wanted).powi(2)).sum();
+            assert!(moved.sqrt() > 0.05, "the drive is told otherwise than by the plain geometry: {told:?}");
+            let refused = sent(point([35.0, 45.0, 140.0, 0.0])).unwrap_err();
+            assert!(
+                refused.contains("quill would be at 140.000 mm, and was measured from 0.000 to 100.000 mm")
+                    && refused.contains(said),
+                "{refused}"
+            );
+        }
     }
 
     #[test]

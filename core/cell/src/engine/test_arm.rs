@@ -14,7 +14,7 @@ use crate::run_handle::StopAction;
 use crate::workcell::{KeepOut, load_workcell};
 
 /// Two turns, a slide straight down, a turn of the hand.
-const MODEL: &str = "arm: quill
+pub(crate) const MODEL: &str = "arm: quill
 convention: distal
 joints:
   - {name: shoulder, a_mm: 225, alpha_deg: 0, d_mm: 320, theta_deg: 0, limits_deg: [-130, 130]}
@@ -68,8 +68,13 @@ pub(crate) fn arm() -> Arm {
 
 /// The same in another cell.
 pub(crate) fn arm_in(cell: &str) -> Arm {
+    arm_with(cell, MODEL)
+}
+
+/// The same by another model file.
+pub(crate) fn arm_with(cell: &str, model: &str) -> Arm {
     let place = tempfile::tempdir().unwrap();
-    std::fs::write(place.path().join("model.yaml"), MODEL).unwrap();
+    std::fs::write(place.path().join("model.yaml"), model).unwrap();
     std::fs::write(place.path().join("cell.yaml"), cell).unwrap();
     let cell = load_workcell(&place.path().join("cell.yaml"), &Calculator::new());
     let cell = cell.unwrap_or_else(|problems| {

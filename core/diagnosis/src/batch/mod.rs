@@ -92,7 +92,7 @@ impl Laboratory {
         model: &Model,
         progress: &Progress,
     ) -> Result<Vec<Step>, LaboratoryError> {
-        let rms = self.rms(&after.machine, &after.fit);
+        let rms = self.rms(&after.machine, &after.fit, progress)?;
         let sized = self.effect_values(&after.machine, &after.fit);
         let known = sized.len().saturating_sub(picks.len());
         let fall = Fall::gather(before, pool, picks);

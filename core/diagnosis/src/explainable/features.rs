@@ -228,7 +228,7 @@ impl Builder<'_> {
 
 /// What known distances between touched places say of the fitted numbers, in the units of the design's first columns. Without them places and lengths would shrink
 /// together to nothing.
-fn knowledge(machine: &ResidualModel<'_>, fit: &Fit, columns: usize) -> Products {
+pub(super) fn knowledge(machine: &ResidualModel<'_>, fit: &Fit, columns: usize) -> Products {
     let mut known = NormalEquations::zeros(machine.slots().len());
     machine.place_distances(&fit.state, &mut known);
     let half = fit.factor.whiten(&known.matrix);

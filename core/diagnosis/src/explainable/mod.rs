@@ -12,6 +12,7 @@ mod functions;
 mod known;
 mod outcome;
 mod regression;
+mod residual_map;
 
 #[cfg(test)]
 mod tests;
@@ -19,20 +20,21 @@ mod tests;
 pub(crate) use evidence::{Mixed, MixedFit};
 pub(crate) use features::Features;
 pub use outcome::{BlockedExplainable, Explainable, ExplainableGroup};
+pub(crate) use residual_map::{FittedMap, residual_map};
 
 use nalgebra::DMatrix;
 
 use crate::cross_validation::{pose_groups, region_blocks};
 use crate::laboratory::{ErrorSummary, point_squares};
 use crate::predictive_gain::Gain;
-use crate::thresholds::{EXPLAINABLE_ERRORS, EXPLAINABLE_ROWS, VALIDATION_BLOCKS};
+use crate::thresholds::{EXPLAINABLE_ERRORS, EXPLAINABLE_ROWS, FEW_POSES, VALIDATION_BLOCKS};
 use features::Group;
 use plumb_calibration::fit::{Fit, ResidualModel};
 use plumb_estimation::{Cancelled, Progress, Random, for_each};
 use regression::{Products, Reduced};
 
 /// Fewest poses of which anything is said.
-const FEWEST_POSES: usize = 20;
+const FEWEST_POSES: usize = FEW_POSES;
 
 /// Ratio of the noise's variance to a coefficient's at which the search begins, for each column of the component: the component then makes up a quarter of the noise.
 const FIRST_RATIO: f64 = 4.0;

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::comparison::{Comparison, EffectValue, Rms};
-use super::{Laboratory, LaboratoryError};
+use super::{Laboratory, LaboratoryError, drop_map};
 use crate::fitted::Fitted;
 use plumb_calibration::arm_model::{AddedEffect, Model, Target};
 use plumb_calibration::effect;
@@ -46,6 +46,9 @@ impl Laboratory {
     /// # Errors
     /// Nothing can be fitted, or cancellation.
     pub fn accept(&self, progress: &Progress) -> Result<Addition, LaboratoryError> {
+        if let Some(plain) = self.without_map() {
+            return plain.accept(progress);
+        }
         let before = self.compare(progress)?;
         let fitted = self.fit_with(&[], None, progress)?;
         let values = self.effect_values(&fitted.machine, &fitted.fit);
@@ -65,6 +68,9 @@ impl Laboratory {
         more: Vec<AddedEffect>,
         progress: &Progress,
     ) -> Result<Addition, LaboratoryError> {
+        if let Some(plain) = self.without_map() {
+            return plain.take_in(more, progress);
+        }
         if let Some(dated) = self.dated_for(more.iter().map(|added| &added.id), progress)? {
             return dated.take_in(more, progress);
         }
@@ -80,7 +86,7 @@ impl Laboratory {
         Ok(Addition {
             model,
             added,
-            before: self.rms(&before.machine, &before.fit),
+            before: self.rms(&before.machine, &before.fit, progress)?,
             rms_mm: comparison.rms_mm,
             moved: moved(&known, &values),
             comparison,
@@ -148,15 +154,26 @@ pub(crate) fn moved(old: &[EffectValue], new: &[EffectValue]) -> Vec<String> {
         .collect()
 }
 
-/// A model without an effect.
+/// What the residual map is called where an effect's name could stand.
+pub(crate) const RESIDUAL_MAP: &str = "residual_map";
+
+/// A model without an effect, or without its residual map, which any change of the effects takes out as well: it was fitted to what they left.
 ///
 /// # Errors
 /// It is not in there.
 pub fn without(model: &Model, text: &str) -> Result<Model, LaboratoryError> {
-    let unwanted = effect::expand(text, model)?;
     let mut smaller = model.clone();
+    drop_map(&mut smaller);
+    if text.trim() == RESIDUAL_MAP {
+        return match model.residual_map {
+            Some(_) => Ok(smaller),
+            None => Err(LaboratoryError::Refused("the model has no residual map to take out".to_owned())),
+        };
+    }
+    let unwanted = effect::expand(text, model)?;
     smaller.effects.retain(|added| !unwanted.iter().any(|id| id.same_as(&added.id)));
     smaller.corrections.retain(|correction| !unwanted.iter().any(|id| id.same_as(&correction.id)));
+    drop_map(&mut smaller);
     let mut free = Vec::new();
     for pattern in &model.free {
         let ids = effect::expand(pattern, model)?;

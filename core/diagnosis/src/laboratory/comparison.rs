@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::point_errors::{ErrorSummary, Errors, point_squares};
 use super::rows::{RowResidual, Series, arm_in_the_middle, row_residuals, series};
-use super::{Laboratory, LaboratoryError};
+use super::{Laboratory, LaboratoryError, MapNote};
 use crate::claim::Claim;
 use crate::cross_validation::blocked_errors;
 use crate::explainable::{Explainable, explainable};
@@ -88,6 +88,9 @@ pub struct Comparison {
     /// How much of it could be explained at all; nothing where that was not asked, or the poses are too few.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explainable: Option<Explainable>,
+    /// What the model's residual map does; nothing where it has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual_map: Option<MapNote>,
     /// Largest residual of a fitted point, mm.
     pub largest_mm: f64,
     /// Independent parameters that were fitted.
@@ -150,7 +153,12 @@ impl Laboratory {
         let machine = self.machine(&[])?;
         let fit = self.fit(&machine, progress)?;
         let comparison = self.comparison(&machine, &fit, progress)?;
-        Ok(Comparison { explainable: explainable(&machine, &fit, progress)?, ..comparison })
+        // What a residual map takes away is not explained.
+        let explainable = match self.without_map() {
+            Some(plain) => plain.explainable(progress)?,
+            None => explainable(&machine, &fit, progress)?,
+        };
+        Ok(Comparison { explainable, ..comparison })
     }
 
     /// How much of what the model leaves could be explained at all; nothing where the poses are too few to ask.
@@ -182,10 +190,18 @@ impl Laboratory {
         progress.report(0.5, "noise floor")?;
         let floor = Floor::of(machine, fit, &self.survey());
         progress.report(0.7, "cross-validation")?;
-        let error_mm = self.errors(machine, fit);
+        let error_mm = self.errors(machine, fit, progress)?;
         let rms_mm = Rms::of(&error_mm);
+        let outside = self.rows_outside();
         let rows = row_residuals(machine, fit, &self.split.check);
         let mut warnings = self.table.warnings.clone();
+        warnings.extend(fit.doubts.iter().map(ToString::to_string));
+        if outside > 0 {
+            warnings.push(format!(
+                "{outside} of {} rows lie outside the region in which the model's corrections were measured: there they are no more than a guess, and the residual map is left out",
+                self.table.len()
+            ));
+        }
         if !fit.convergence.arrived {
             warnings.push(format!(
                 "the fit has not arrived: {:.4} reached where a last step promises {:.4}",
@@ -199,6 +215,7 @@ impl Laboratory {
             noise: self.noise(),
             fit_rows: fit.rows.len(),
             check_rows: self.split.check_rows().len(),
+            residual_map: self.map_note(),
             largest_mm: error_mm.fit.max,
             parameters: fit.rank(),
             effects: self.effect_values(machine, fit),
@@ -222,19 +239,37 @@ impl Laboratory {
         })
     }
 
-    pub(crate) fn rms(&self, machine: &ResidualModel<'_>, fit: &Fit) -> Rms {
-        Rms::of(&self.errors(machine, fit))
+    pub(crate) fn rms(
+        &self,
+        machine: &ResidualModel<'_>,
+        fit: &Fit,
+        progress: &Progress,
+    ) -> Result<Rms, LaboratoryError> {
+        Ok(Rms::of(&self.errors(machine, fit, progress)?))
     }
 
     /// Errors of measured points where the model was fitted, where regions were left out, and on the locked rows.
-    fn errors(&self, machine: &ResidualModel<'_>, fit: &Fit) -> Errors {
+    fn errors(
+        &self,
+        machine: &ResidualModel<'_>,
+        fit: &Fit,
+        progress: &Progress,
+    ) -> Result<Errors, LaboratoryError> {
+        // A residual map says nothing of regions that were left out: there the model stands alone.
+        let cv = match self.without_map() {
+            Some(plain) => {
+                let alone = plain.fit_with(&[], None, progress)?;
+                blocked_errors(&alone.machine, &alone.fit)
+            }
+            None => blocked_errors(machine, fit),
+        };
         let held = self.split.check_rows();
         let residuals = machine.residuals_apart(&fit.state, &held, &fit.rows);
-        Errors {
+        Ok(Errors {
             fit: ErrorSummary::or_zero(errors_in(machine, &fit.residuals, &fit.rows)),
-            cv: blocked_errors(machine, fit),
+            cv,
             check: errors_in(machine, &residuals, &held),
-        }
+        })
     }
 
     pub(crate) fn effect_values(&self, machine: &ResidualModel<'_>, fit: &Fit) -> Vec<EffectValue> {
@@ -276,9 +311,10 @@ impl Laboratory {
         part: &Part,
         slots: &[usize],
     ) -> Option<String> {
-        if part.effect.looks_at() == LooksAt::Gravity && !self.survey().has_weight() {
+        let needs_masses = part.effect.looks_at() == LooksAt::Gravity && part.id.name != "gravity_flexure";
+        if needs_masses && !self.survey().has_weight() {
             return Some(
-                "no masses are declared, so gravity moves nothing: declare `links:`, or log the load in `payload_kg`"
+                "no masses are declared, so gravity moves nothing: declare `links:` or a payload, or add gravity_flexure(j)"
                     .to_owned(),
             );
         }

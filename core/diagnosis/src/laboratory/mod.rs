@@ -2,6 +2,8 @@
 
 mod addition;
 mod comparison;
+mod map_note;
+mod mapping;
 mod plausible;
 mod point_errors;
 mod preview;
@@ -10,6 +12,9 @@ mod rows;
 pub(crate) use addition::moved;
 pub use addition::{Addition, without};
 pub use comparison::{Comparison, EffectValue, Rms};
+pub use map_note::MapNote;
+pub use mapping::MapStep;
+pub(crate) use mapping::{Mapped, drop_map};
 pub use plausible::ImplausibleError;
 pub use point_errors::{ErrorSummary, Errors};
 pub(crate) use point_errors::{point_squares, points_in};
@@ -22,7 +27,9 @@ use thiserror::Error;
 
 use crate::split::{Holdout, HoldoutError, Split};
 use plumb_calibration::arm_model::{AddedEffect, Epochs, Model};
-use plumb_calibration::effect::{self, DefinitionError, EffectId, EffectNameError, Passport, Spot, Survey};
+use plumb_calibration::effect::{
+    self, DefinitionError, EffectId, EffectNameError, POSE_ERROR, Passport, Spot, Survey,
+};
 use plumb_calibration::file::ModelFileError;
 use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel, estimate_noise};
 use plumb_calibration::measurement::{Observations, ObservationsError, ReadingNoise};
@@ -229,6 +236,9 @@ impl Laboratory {
                 let values = known.map_or_else(|| vec![0.0; parameters], |known| known.values.clone());
                 effects.push(AddedEffect { id, values });
             }
+        }
+        if !self.model.pose_errors.is_empty() {
+            effects.push(AddedEffect { id: EffectId::at(POSE_ERROR, Spot::Base), values: Vec::new() });
         }
         let reset = EffectId::at("base_reset", Spot::Base);
         let taken = effects.iter().chain(&self.model.effects).any(|other| other.id.same_as(&reset));

@@ -48,8 +48,8 @@ impl Laboratory {
         let effects = values.split_off(known.len());
         let rows = row_residuals(&after.machine, &after.fit, &self.split().check);
         Ok(Preview {
-            before: self.rms(&before.machine, &before.fit),
-            after: self.rms(&after.machine, &after.fit),
+            before: self.rms(&before.machine, &before.fit, progress)?,
+            after: self.rms(&after.machine, &after.fit, progress)?,
             series: series(&after.machine, &after.fit, &rows),
             rows,
             moved: moved(&known, &values),

@@ -203,6 +203,9 @@ pub(crate) struct GrowArguments {
     /// Stop where nothing more can be named: add no corrections.
     #[arg(long)]
     pub(crate) mechanisms_only: bool,
+    /// Stop before the residual map: add effects only.
+    #[arg(long)]
+    pub(crate) no_map: bool,
     /// Show what would be added, but write no revisions.
     #[arg(long)]
     pub(crate) dry: bool,

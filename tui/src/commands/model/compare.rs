@@ -40,6 +40,9 @@ fn tell(comparison: &Comparison) -> String {
     text.push_str(&explainable_line(comparison.explainable.as_ref()));
     text.push_str(&noise_lines(&comparison.noise));
     text.push_str(&effects_table(&comparison.effects));
+    if let Some(map) = &comparison.residual_map {
+        text.push_str(&format!("{}\n", map.sentence()));
+    }
     for gauge in &comparison.gauges {
         match gauge.same_as.is_empty() {
             true => text

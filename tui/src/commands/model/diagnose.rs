@@ -50,6 +50,9 @@ pub(super) fn tell(diagnosis: &Diagnosis) -> String {
     text
 }
 
+/// A size known no better than this, in any unit the lab shows, is not determined at all: 1 km, or 2,800 turns.
+const LARGEST_SHOWN: f64 = 1e6;
+
 fn candidates(candidates: &[Candidate]) -> String {
     if candidates.is_empty() {
         return String::new();
@@ -57,7 +60,10 @@ fn candidates(candidates: &[Candidate]) -> String {
     let width = candidates.iter().map(|candidate| candidate.label.len()).max().unwrap_or(0);
     let mut text = String::from("\n");
     for candidate in candidates.iter().take(8) {
-        let size = format!("{} +- {} {}", figure(candidate.size), figure(candidate.se), candidate.unit);
+        let size = match candidate.se.is_finite() && candidate.se.abs() < LARGEST_SHOWN {
+            true => format!("{} +- {} {}", figure(candidate.size), figure(candidate.se), candidate.unit),
+            false => "size not determined".to_owned(),
+        };
         let why = candidate.rejected.as_deref().unwrap_or("named");
         text.push_str(&format!(
             "  {:width$}  explains {:7.4} mm  {size:<34} {why}\n",

@@ -118,15 +118,25 @@ fn fall(growth: &Growth) -> String {
             growth.start.fit, alone.fit, last.rms_mm.fit
         ));
     }
+    if let Some(map) = &growth.residual_map {
+        text.push_str(&format!(
+            "+ {:<32} fit {:.4} mm  not understood: {:.0} % of the variance left, by {}\n",
+            "residual_map",
+            map.rms_mm.fit,
+            100.0 * map.not_understood,
+            map.goes_by.join(" and ")
+        ));
+    }
     text
 }
 
-/// Diagnoses and adds until nothing more can be named, then goes on with corrections.
+/// Diagnoses and adds until nothing more can be named, then goes on with corrections and a residual map.
 pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> {
     let opened = arguments.pair.open()?;
-    let mut growth = watched(|progress| match arguments.mechanisms_only {
-        true => opened.laboratory.grow(progress),
-        false => opened.laboratory.grow_with_corrections(progress),
+    let mut growth = watched(|progress| match (arguments.mechanisms_only, arguments.no_map) {
+        (true, _) => opened.laboratory.grow(progress),
+        (false, true) => opened.laboratory.grow_with_corrections(progress),
+        (false, false) => opened.laboratory.grow_with_map(progress),
     })?;
     if !arguments.dry {
         let data = arguments.pair.data_name();
@@ -147,6 +157,13 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
                     growth.diagnosis.warnings.push(format!("no revision was written: {error}"));
                     break;
                 }
+            }
+        }
+        if let Some(step) = &growth.residual_map {
+            let (model, rms) = (growth.model.clone(), Some(step.rms_mm.fit));
+            let did = "add residual_map (not understood)";
+            if let Err(error) = opened.family.write(model, Some(parent), did, Some(&data), rms) {
+                growth.diagnosis.warnings.push(format!("no revision was written: {error}"));
             }
         }
     }

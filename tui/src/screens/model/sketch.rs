@@ -19,6 +19,7 @@ const SKETCHES: &[(&str, [&str; 3])] = &[
     ("tool_offset", ["  ━━━━┓", "      ┃ ←→", "      ╵  • the tip"]),
     ("joint_compliance", ["  ◯╌╌╌╌╌╌╌ unloaded", "   ╲ turns in the joint", "    ╲━━━━━▼ weight"]),
     ("joint_stiffening", ["  turn  ╭──── stiffens", "      ╭─╯", "   ───╯   moment"]),
+    ("gravity_flexure", ["  ◯╌╌╌╌╌╌╌ without weight", "   ╲ turns in the joint", "    ╲━━━━━▼ how heavy?"]),
     ("joint_backlash", ["   ┃╲ ╱┃   the tooth", "   ┃ ▼ ┃   lies left or", "   → ← gap  right"]),
     ("joint_harmonic", ["   ╭╮  ╭╮  ╭╮", "  ╱  ╲╱  ╲╱  ╲ error", "  ── turns of a wheel ──"]),
     ("joint_settling", ["  ──╮ asked", "     ╲", "      ╰─── creeps in"]),

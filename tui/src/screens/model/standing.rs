@@ -48,9 +48,11 @@ fn error(comparison: &Comparison) -> String {
         "Error of a point: RMS {:.3}, mean {:.3}, 95 % {:.3}, maximum {:.3} mm.",
         fit.rms, fit.mean, fit.percentile_95, fit.max
     );
+    let mapped =
+        comparison.residual_map.map_or_else(String::new, |map| format!(" Besides, {}.", map.sentence()));
     match &comparison.explainable {
-        Some(explainable) => format!("{size} Explainable: {}.", explainable.sentence),
-        None => size,
+        Some(explainable) => format!("{size}{mapped} Explainable: {}.", explainable.sentence),
+        None => format!("{size}{mapped}"),
     }
 }
 

@@ -1,0 +1,97 @@
+//! A joint gives under the weight of what it carries, of which nobody knows how heavy it is.
+//!
+//! The moment of a link about a joint before it is linear in the link's first moments (mass times centre; Khalil & Dombre 2002, section 9.3): axis . (R c x down) for each axis of
+//! its frame, which for parallel axes are the sine and the cosine of the link's absolute angle. What a link adds by where it hangs is a first moment of the links before it.
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::kind::{Family, Kind, Places, Search, Setting};
+use super::{Drive, Effect, LooksAt, Parameter, Situation, Size, Unit};
+
+/// Links looked at, from the joint on: those beyond are short and light, and their moments are nearly those of the last of these.
+const LINKS: usize = 3;
+
+/// Greatest plausible deflection by one term, rad: a soft joint of a long arm gives one degree.
+const GREATEST: f64 = 0.02;
+
+#[derive(Debug)]
+struct GravityFlexure {
+    joint: usize,
+    links: usize,
+    parameters: Vec<Parameter>,
+}
+
+impl Effect for GravityFlexure {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let joints = &situation.posture.joints;
+        let Some(axis) = joints.get(self.joint).map(|joint| joint.axis) else { return };
+        // axis . (arm x down) = arm . (down x axis)
+        let lever: Vector3<f64> = situation.weights.down.cross(&axis);
+        for link in 0..self.links {
+            let Some(frame) = joints.get(self.joint + link) else { return };
+            for part in 0..3 {
+                let along = frame.end.rotation.matrix().column(part).into_owned();
+                drives.push(situation.turn_joint(self.joint, 3 * link + part, along.dot(&lever)));
+            }
+        }
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Gravity
+    }
+
+    /// Root of the sum of squares of all terms.
+    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
+        let value = values.iter().map(|value| value * value).sum::<f64>().sqrt();
+        let along = |index: usize| match value > 0.0 {
+            true => values.get(index).copied().unwrap_or(0.0) / value,
+            false => 0.0,
+        };
+        let mut variance = 0.0;
+        for row in 0..covariance.nrows().min(values.len()) {
+            for column in 0..covariance.ncols().min(values.len()) {
+                variance += along(row) * along(column) * covariance[(row, column)];
+            }
+        }
+        let factor = Unit::DEG.factor;
+        Size { value: value * factor, unit: Unit::DEG.name, error: variance.max(0.0).sqrt() * factor }
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "gravity_flexure",
+    family: Family::Joint,
+    places: Places::Joints,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The joint gives under the weight it carries, of which nothing is known: any sum of what its outboard links can make.",
+    how_to_see: "Poses all over the range of the joint and of those beyond it; masses under `links:` make one number of it (joint_compliance).",
+    build: |setting: &Setting<'_>| {
+        let joint = setting.joint()?;
+        if setting.slides(joint) {
+            return Err(setting.unusable(
+                "acts on a joint that turns; a slide gives along its way, as link_sag of what carries it",
+            ));
+        }
+        let links = (setting.model.chain.len() - joint).min(LINKS);
+        let name = |link: usize, part: usize| format!("link_{}_{}_deg", link + 1, ["x", "y", "z"][part]);
+        let parameters = (0..links)
+            .flat_map(|link| (0..3).map(move |part| (link, part)))
+            .map(|(link, part)| Parameter::new(&name(link, part), Unit::DEG, (-GREATEST, GREATEST)))
+            .collect();
+        Ok(Box::new(GravityFlexure { joint, links, parameters }))
+    },
+    candidates: |survey| match !survey.has_weight() && survey.passport.measures_points {
+        true => survey.every_turning_joint("gravity_flexure"),
+        // With masses one compliance says it all; triggers and heights alone cannot tell so many terms from what a sensor does.
+        false => Vec::new(),
+    },
+};

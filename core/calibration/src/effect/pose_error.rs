@@ -1,0 +1,47 @@
+//! Each of a few poses has an error of its own, whatever its reason. It is never a candidate and never kept: it stands beside what is asked about conditions where poses are
+//! few and were measured often, so that what goes with the pose alone is not held against them.
+
+use super::{Drive, Effect, Handle, Parameter, Situation, Unit};
+use crate::arm_model::Model;
+
+/// How it is called inside.
+pub const POSE_ERROR: &str = "pose_error";
+
+/// Greatest plausible shift of a pose, mm.
+const GREATEST: f64 = 1000.0;
+
+#[derive(Debug)]
+pub(super) struct PoseError {
+    /// rad or mm.
+    poses: Vec<Vec<f64>>,
+    parameters: Vec<Parameter>,
+}
+
+impl PoseError {
+    pub(super) fn new(model: &Model) -> Self {
+        let names = (1..=model.pose_errors.len())
+            .flat_map(|pose| ["x", "y", "z"].map(|axis| format!("pose_{pose}_{axis}_mm")));
+        let parameters = names.map(|name| Parameter::new(&name, Unit::MM, (-GREATEST, GREATEST))).collect();
+        Self { poses: model.pose_errors.clone(), parameters }
+    }
+}
+
+impl Effect for PoseError {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let apart = |pose: &Vec<f64>| -> f64 {
+            pose.iter().zip(situation.q).map(|(pose, q)| (pose - q).powi(2)).sum()
+        };
+        let nearest = (0..self.poses.len())
+            .min_by(|one, other| apart(&self.poses[*one]).total_cmp(&apart(&self.poses[*other])));
+        let Some(pose) = nearest else { return };
+        drives.extend((0..3).map(|axis| Drive {
+            parameter: 3 * pose + axis,
+            handle: Handle::BaseShift(axis),
+            rate: 1.0,
+        }));
+    }
+}

@@ -1,0 +1,193 @@
+//! Few poses measured often, as along an axis after ISO 230-2: no pose can be left out, and what goes with the pose may be anything. The classic test of lack of fit
+//! (variance between poses against variance within: Draper & Smith 1998, section 2.1) says whether the pose matters; conditions are then asked about beside an error
+//! of each pose's own.
+
+use nalgebra::Vector3;
+
+use crate::cross_validation::pose_groups;
+use crate::epochs::told;
+use crate::fitted::Fitted;
+use crate::found::Found;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::outcome::{Diagnosis, Named, Verdict};
+use crate::thresholds::{FEW_POSES, FEW_POSES_RETURNS, LACK_OF_FIT_LEVEL};
+use crate::verdict::effect_place;
+use crate::wording::{figure, sentence};
+use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::effect;
+use plumb_estimation::{Progress, f_tail};
+
+/// What goes with the pose alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PoseShare {
+    /// Share of the squares that is between poses.
+    pub(crate) share: f64,
+    /// Probability of so much if only the returns scattered.
+    pub(crate) p: f64,
+}
+
+impl PoseShare {
+    /// Of what a fit leaves in groups of rows that share a pose: points' residuals, mm.
+    fn of(groups: &[Vec<Vector3<f64>>], axes: usize, parameters: usize) -> Option<Self> {
+        let rows: usize = groups.iter().map(Vec::len).sum();
+        let (mut between, mut within) = (0.0, 0.0);
+        for group in groups {
+            let mean = group.iter().sum::<Vector3<f64>>() / group.len().max(1) as f64;
+            between += group.len() as f64 * mean.norm_squared();
+            within += group.iter().map(|point| (point - mean).norm_squared()).sum::<f64>();
+        }
+        let above = (axes * groups.len()).checked_sub(parameters).filter(|freedom| *freedom > 0)? as f64;
+        let below = (axes * rows.checked_sub(groups.len()).filter(|freedom| *freedom > 0)?) as f64;
+        let ratio = (between / above) / (within / below).max(1e-300);
+        Some(Self { share: between / (between + within).max(1e-300), p: f_tail(ratio, above, below) })
+    }
+
+    /// Whether the pose matters.
+    pub(crate) fn is_significant(&self) -> bool {
+        self.p < LACK_OF_FIT_LEVEL
+    }
+}
+
+impl Laboratory {
+    /// Fitted rows by pose, where the poses are few and each was measured often.
+    fn few_poses(&self) -> Option<Vec<Vec<usize>>> {
+        let groups = pose_groups(self.table(), &self.measured_rows());
+        let often = groups.iter().all(|rows| rows.len() >= FEW_POSES_RETURNS);
+        (groups.len() > 1 && groups.len() < FEW_POSES && often).then_some(groups)
+    }
+
+    /// How much of what is left goes with the pose alone; nothing where poses are many, or were not measured often.
+    fn pose_share(&self, fitted: &Fitted<'_>) -> Option<PoseShare> {
+        let (machine, fit) = (&fitted.machine, &fitted.fit);
+        let mut measured = [false; 3];
+        let mut point = |row: &usize| {
+            let mut point = Vector3::zeros();
+            let own = fit.residuals.get(machine.observations.range(*row)).unwrap_or(&[]);
+            for (equation, residual) in machine.observations.of_row(*row).iter().zip(own) {
+                let axis = equation.measurand.coordinate().unwrap_or(0);
+                point[axis] += residual;
+                measured[axis] = true;
+            }
+            point
+        };
+        let groups = self.few_poses()?;
+        let groups: Vec<Vec<Vector3<f64>>> =
+            groups.iter().map(|rows| rows.iter().map(&mut point).collect()).collect();
+        PoseShare::of(&groups, measured.iter().filter(|axis| **axis).count().max(1), fit.rank())
+    }
+
+    /// The same with an error of its own for every pose.
+    fn beside_pose_errors(&self, groups: &[Vec<usize>]) -> Self {
+        let mut model = self.model().clone();
+        let poses = groups.iter().filter_map(|rows| rows.first());
+        model.pose_errors = poses.map(|row| self.table().q_of(*row).to_vec()).collect();
+        self.with_model(model)
+    }
+
+    /// Where nothing is named, poses are few and were measured often, and what is left goes with the pose: the diagnosis of the conditions beside an error of each
+    /// pose's own, told so; else what was found already.
+    pub(crate) fn ask_beside_poses(
+        &self,
+        (mut diagnosis, mut found): (Diagnosis, Found),
+        progress: &Progress,
+    ) -> Result<(Diagnosis, Found), LaboratoryError> {
+        let nameless = diagnosis.verdict.is_nameless();
+        let Some(groups) = self.few_poses().filter(|_| nameless && self.model().pose_errors.is_empty())
+        else {
+            return Ok((diagnosis, found));
+        };
+        let fitted = self.fit_with(&[], None, progress)?;
+        let Some(share) = self.pose_share(&fitted).filter(PoseShare::is_significant) else {
+            return Ok((diagnosis, found));
+        };
+        let share_in_words = format!(
+            "{:.0} % of what is left goes with the pose alone, more than the returns to {} poses scatter",
+            100.0 * share.share,
+            groups.len()
+        );
+        let beside = self.beside_pose_errors(&groups);
+        let (asked, conditions) = beside.diagnose_for(progress)?;
+        let Some((effect, sized)) = beside.condition(conditions, progress)? else {
+            diagnosis.remaining.covariates.insert(0, "pose".to_owned());
+            diagnosis.remaining.shape.clone_from(&share_in_words);
+            diagnosis.sentence = format!("{}{}", told(&diagnosis.jumps), sentence(&diagnosis));
+            if !diagnosis.sentence.contains(&share_in_words) {
+                diagnosis.sentence.push_str(&format!(" {}.", capital(&share_in_words)));
+            }
+            return Ok((diagnosis, found));
+        };
+        let sentence = format!(
+            "{} is at work: {} +- {} {}, the same at every pose; add it. {}, and nothing in the library explains that.",
+            self.model().label(&effect.id),
+            figure(sized.size),
+            figure(sized.se),
+            sized.unit,
+            capital(&share_in_words)
+        );
+        found.named = Some(effect);
+        // What is left is told of the model itself, not of what stood beside it to ask.
+        let named = Diagnosis {
+            verdict: Verdict::Named,
+            named: Some(sized),
+            sentence,
+            rms_mm: diagnosis.rms_mm,
+            error_mm: diagnosis.error_mm,
+            warnings: diagnosis.warnings,
+            jumps: diagnosis.jumps,
+            ..asked
+        };
+        Ok((named, found))
+    }
+
+    /// The condition that was named, or that passes all a name needs and stands alone, with its size.
+    fn condition(
+        &self,
+        found: Found,
+        progress: &Progress,
+    ) -> Result<Option<(AddedEffect, Named)>, LaboratoryError> {
+        // Itself, and what is not listed.
+        let alone = found.corrections.into_iter().next().filter(|first| first.may_be.len() <= 2);
+        let effect = found
+            .named
+            .or(alone.map(|first| first.effect))
+            .filter(|effect| effect::kind(&effect.id.name).is_some_and(|kind| kind.depends_on_conditions));
+        let Some(effect) = effect else { return Ok(None) };
+        let fitted = self.fit_with(std::slice::from_ref(&effect), None, progress)?;
+        let value = self.effect_values(&fitted.machine, &fitted.fit).pop();
+        let place = effect_place(&fitted.machine, &effect.id);
+        Ok(value
+            .map(|value| (effect, Named { effect: place, size: value.size, unit: value.unit, se: value.se })))
+    }
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumb_estimation::Random;
+
+    /// Nine poses, ten returns each, which scatter by 1; each pose is off by `off`.
+    fn groups(off: f64, seed: u64) -> Vec<Vec<Vector3<f64>>> {
+        let mut random = Random::seeded(seed);
+        (0..9)
+            .map(|_| {
+                let pose = off * random.normal();
+                (0..10).map(|_| Vector3::new(pose + random.normal(), 0.0, 0.0)).collect()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn poses_that_are_off_are_told_from_returns_that_scatter() {
+        let told = PoseShare::of(&groups(5.0, 1), 1, 1).unwrap();
+        assert!(told.is_significant() && told.share > 0.9, "{told:?}");
+        let noise =
+            (0..200).filter(|seed| PoseShare::of(&groups(0.0, 100 + seed), 1, 0).unwrap().is_significant());
+        assert!(noise.count() <= 3, "of 200 at a level of 0.002");
+        assert!(PoseShare::of(&groups(1.0, 2), 1, 9).is_none(), "as many numbers fitted as poses");
+    }
+}

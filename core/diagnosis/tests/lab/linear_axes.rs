@@ -1,0 +1,91 @@
+//! A linear axis measured to ISO 230-2: a few targets, from both sides, again and again.
+
+use plumb_calibration::file::model_text;
+use plumb_diagnosis::Verdict;
+use plumb_diagnosis::laboratory::{Laboratory, Options};
+use plumb_estimation::Progress;
+
+use super::made_up::{Dice, laboratory};
+
+const AXIS: &str = "
+arm: axis
+convention: distal
+joints:
+  - {name: x, slides: true, limits_mm: [-5, 205]}
+base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 90, 0], free: false}
+targets: {p1: {xyz_mm: [0, 0, 0], free: false}}
+free: [joint_zero(x)]
+";
+
+/// Play of the simulated axis and scatter of its readings, mm.
+const PLAY: f64 = 0.024;
+const SCATTER: f64 = 0.002;
+
+/// Error of the simulated screw at a place, mm: wound unevenly and stretched, like no effect of the library.
+fn screw(x: f64) -> f64 {
+    0.03 * (x / 11.0).sin() + 0.02 * (x / 31.0 + 0.7).cos() + 1e-6 * (x - 90.0).powi(2)
+}
+
+/// Ten targets that lie on no grid, five cycles there and back; each side is approached from half a play before.
+fn table(seed: u64, play: f64, error: impl Fn(f64) -> f64) -> String {
+    let mut dice = Dice::seeded(seed);
+    let mut text = "q1_mm,approach_q1,repeat,session,p1_x_mm\n".to_owned();
+    let targets: Vec<f64> =
+        (0..10).map(|index| 20.0 * f64::from(index) + 7.0 * (f64::from(index) * 1.7).sin().abs()).collect();
+    for cycle in 1..=5 {
+        let there = targets.iter().enumerate().map(|(index, x)| (index, x, 1.0));
+        let back = targets.iter().enumerate().rev().map(|(index, x)| (index, x, -1.0));
+        for (index, x, side) in there.chain(back) {
+            let read = x + error(*x) - side * play / 2.0 + dice.noise(SCATTER);
+            text.push_str(&format!("{x},{side},t{index},c{cycle},{read}\n"));
+        }
+    }
+    text
+}
+
+fn axis(table: &str) -> Laboratory {
+    laboratory(AXIS, table, Options::default())
+}
+
+#[test]
+fn the_play_of_an_axis_is_named_beside_an_error_of_position_which_a_map_then_takes() {
+    let watch = Progress::unwatched();
+    let lab = axis(&table(3, PLAY, screw));
+    let told = lab.diagnose(&watch).unwrap();
+    assert_eq!(told.verdict, Verdict::Named, "{}", told.sentence);
+    let named = told.named.unwrap();
+    assert_eq!(named.effect.effect, "joint_backlash");
+    assert!((named.size - PLAY).abs() < 3.0 * named.se && named.se < 0.001, "{} +- {}", named.size, named.se);
+    assert!(told.sentence.contains("goes with the pose alone"), "{}", told.sentence);
+
+    let growth = lab.grow_with_map(&watch).unwrap();
+    let map = growth.residual_map.as_ref().expect("a map of the position's error");
+    assert!(map.between_unknown && map.sentence.contains("between them it interpolates"), "{map:?}");
+    assert!(map.rms_mm.fit < 1.3 * SCATTER && map.left_out_mm[1] < 1.5 * SCATTER, "{map:?}");
+    assert!(model_text(&growth.model).contains("joint_backlash"));
+}
+
+#[test]
+fn what_goes_with_the_position_is_told_so_where_no_condition_is_at_work() {
+    let told = axis(&table(4, 0.0, screw)).diagnose(&Progress::unwatched()).unwrap();
+    assert!(told.named.is_none() && told.verdict.is_nameless(), "{}", told.sentence);
+    assert!(
+        told.sentence
+            .to_lowercase()
+            .contains("goes with the pose alone, more than the returns to 10 poses scatter"),
+        "{}",
+        told.sentence
+    );
+    assert!(!told.sentence.contains("no single joint"), "{}", told.sentence);
+    assert_eq!(told.remaining.covariates.first().map(String::as_str), Some("pose"));
+}
+
+#[test]
+fn a_sound_axis_has_neither_play_nor_map() {
+    for seed in 10..14 {
+        let lab = axis(&table(seed, 0.0, |_| 0.0));
+        let growth = lab.grow_with_map(&Progress::unwatched()).unwrap();
+        assert!(growth.steps.is_empty(), "seed {seed}: {:?}", growth.steps);
+        assert!(growth.residual_map.is_none(), "seed {seed}: {:?}", growth.residual_map);
+    }
+}
