@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// From the ground up.
-const FLOORS: [&str; 17] = [
+const FLOORS: [&str; 18] = [
     "plumb-document",
     "plumb-abi",
     "plumb-serial-line",
@@ -22,6 +22,7 @@ const FLOORS: [&str; 17] = [
     "plumb-bus",
     "plumb-host",
     "plumb-record",
+    "plumb-central",
     "plumb-cell",
     "plumb-report",
     "plumb-simulated",

@@ -64,7 +64,7 @@ fn every_command_has_two_examples_that_can_be_typed() {
 #[test]
 fn the_overview_holds_every_command_once_under_its_task_within_80_columns() {
     let overview = Lab::new().plumb(&["--help"]).out();
-    let tasks = ["Operate:", "Look back:", "Model lab:", "Scans:", "Practise:", "Extend:"];
+    let tasks = ["Operate:", "Look back:", "Many cells:", "Model lab:", "Scans:", "Practise:", "Extend:"];
     let headings: Vec<&str> = overview.lines().filter(|line| tasks.contains(line)).collect();
     assert_eq!(headings, tasks, "{overview}");
     assert!(overview.starts_with("Calibrates lab robots"), "what it is for comes first: {overview}");

@@ -183,10 +183,13 @@ fn a_plugin_outside_the_known_folders_is_loaded_only_when_it_is_named() {
         return;
     }
     lab.edit("cell-c.yaml", "plugins: [counting]\n", "");
+    // What lies in the cell's own folder is found; this lies deeper.
+    fs::create_dir(lab.path("away")).unwrap();
+    fs::rename(lab.path("counting"), lab.path("away/counting")).unwrap();
     let run = lab.plumb(&["run", "cell-c.yaml"]);
     assert_eq!(run.code(), 2, "{}", run.all());
     assert!(run.all().contains("there is no plugin 'counting-arm'"), "{}", run.all());
-    let named = lab.plumb(&["run", "cell-c.yaml", "--plugins", "counting"]);
+    let named = lab.plumb(&["run", "cell-c.yaml", "--plugins", "away/counting"]);
     assert_eq!(named.code(), 0, "{}", named.all());
     lab.edit("cell-c.yaml", "devices:\n", "plugins: [nowhere]\ndevices:\n");
     let checked = lab.plumb(&["check", "cell-c.yaml"]);

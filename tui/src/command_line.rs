@@ -9,8 +9,8 @@ use std::path::PathBuf;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::commands::{
-    answer, certificate, check, completions, doctor, emulate, history, host, init, man, model, note, plugins,
-    record, run, schema, show, stripe, study, target, trial, watch, world,
+    answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model, note,
+    plugins, record, run, schema, serve, ship, show, stripe, study, target, trial, watch, world,
 };
 
 /// Calibrates lab robots: runs the procedures of workcells, and shows where the model of a machine fails and what it lacks.
@@ -41,6 +41,9 @@ pub(crate) enum Command {
     /// Look after the record: copy it, check it, list corrections and bring earlier ones back.
     #[command(subcommand)]
     Record(record::RecordCommand),
+    Serve(serve::Arguments),
+    Ship(ship::Arguments),
+    Fleet(fleet::Arguments),
     /// Compare a model with measurements, see what it lacks, add it, watch the error fall.
     #[command(subcommand)]
     Model(model::ModelCommand),

@@ -22,8 +22,8 @@ pub mod signals;
 
 use command_line::Command;
 use commands::{
-    answer, certificate, check, completions, doctor, emulate, history, host, init, man, model, note, plugins,
-    record, run, schema, show, stripe, study, target, trial, watch, world,
+    answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model, note,
+    plugins, record, run, schema, serve, ship, show, stripe, study, target, trial, watch, world,
 };
 use failure::CommandResult;
 
@@ -50,11 +50,14 @@ pub fn program() -> ExitCode {
         Command::Certificate(arguments) => certificate::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
+        Command::Fleet(arguments) => fleet::run(&arguments),
         Command::History(arguments) => history::run(&arguments),
         Command::Note(arguments) => note::run(&arguments),
         Command::Record(command) => record::run(&command),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Serve(arguments) => serve::run(&arguments),
+        Command::Ship(arguments) => ship::run(&arguments),
         Command::Show(arguments) => show::run(&arguments),
         Command::Stripe(command) => stripe::run(&command),
         Command::Study(arguments) => study::run(&arguments),

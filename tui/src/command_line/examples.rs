@@ -452,6 +452,33 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
     (
+        "serve",
+        &[
+            example("plumb serve", "a page to read, on this machine's port 8717"),
+            example(
+                "plumb serve --token-file ~/.config/plumb-token",
+                "answers are taken too, with that token",
+            ),
+        ],
+    ),
+    (
+        "ship",
+        &[
+            example("plumb ship --to postgres://plumb@db.lab.example/plumb", "for as long as the cell works"),
+            example("plumb ship --to postgres://plumb@localhost/plumb --once", "what is there now"),
+        ],
+    ),
+    (
+        "fleet",
+        &[
+            example("plumb fleet --from postgres://plumb@localhost/plumb", "every cell, and which one waits"),
+            example(
+                "plumb fleet --from postgres://plumb@localhost/plumb --trend arm.waist",
+                "a correction over time, with control limits",
+            ),
+        ],
+    ),
+    (
         "schema",
         &[
             example("plumb schema cell > cell.schema.json", "for an editor that completes cell files"),

@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 
 /// A task, and the commands for it in the order in which they are met.
-const GROUPS: [(&str, &[&str]); 6] = [
+const GROUPS: [(&str, &[&str]); 7] = [
     ("Operate", &["init", "run", "watch", "answer", "target", "check", "doctor"]),
     ("Look back", &["history", "show", "certificate", "note", "record"]),
+    ("Many cells", &["serve", "ship", "fleet"]),
     ("Model lab", &["model"]),
     ("Scans", &["stripe"]),
     ("Practise", &["trial", "emulate", "study"]),

@@ -38,7 +38,7 @@ const LOOK: Duration = Duration::from_millis(30);
 
 /// Why there is no answer.
 #[derive(Debug, thiserror::Error)]
-enum AnswerError {
+pub(crate) enum AnswerError {
     #[error("no run goes on in {0}: `plumb run CELL` in another terminal starts one")]
     NothingRuns(String),
     #[error("several runs go on ({0}): say which, as in `plumb answer {1} done`")]
@@ -125,12 +125,12 @@ fn the_one_that_goes_on(record: &Record) -> Result<Option<RunSummary>, Box<dyn s
 }
 
 /// Whether a program runs the cell of a run now.
-fn is_alive(run: &RunSummary) -> bool {
+pub(crate) fn is_alive(run: &RunSummary) -> bool {
     let place = CellPlace::of_cell(Path::new(&run.cell_file));
     place.is_ok_and(|place| matches!(place.state(), PlaceState::InUse(_)))
 }
 
-fn await_taken(
+pub(crate) fn await_taken(
     record: &Record,
     run: RunId,
     prompt: &Prompt,
@@ -192,7 +192,7 @@ pub(crate) fn ways_to_answer(kind: &PromptKind) -> String {
 }
 
 /// What was typed, as an answer to this kind of prompt.
-fn read(text: &str, kind: &PromptKind) -> Result<Answer, String> {
+pub(crate) fn read(text: &str, kind: &PromptKind) -> Result<Answer, String> {
     let text = text.trim();
     let right = || format!("write {}", ways_to_answer(kind));
     match kind {

@@ -1,0 +1,146 @@
+//! The connection to the central database, and its tables.
+
+use std::time::Duration;
+
+use sqlx::postgres::{PgConnectOptions, PgConnection, PgSslMode};
+use sqlx::{ConnectOptions as _, Connection as _, Executor as _};
+
+use crate::CentralError;
+use crate::error::During as _;
+
+/// Each entry takes the schema from its index to the next version. Entries are never changed, only added.
+const MIGRATIONS: [&str; 1] = [include_str!("schema-1.sql")];
+
+/// The version this program knows.
+const KNOWN: i32 = MIGRATIONS.len() as i32;
+
+/// How long the server may take to answer a connection: long enough for a slow line, short enough to be told the same minute.
+const CONNECT_WITHIN: Duration = Duration::from_secs(10);
+
+/// Key of the lock that lets one program at a time make the tables. Any number serves that nobody else uses; this one is "plumb"
+/// in ASCII.
+const MIGRATION_LOCK: i64 = 0x70_6c_75_6d_62;
+
+/// An open connection to the central database.
+pub struct Central {
+    pub(crate) connection: PgConnection,
+}
+
+impl Central {
+    /// Connects to `address`, `postgres://USER:PASSWORD@HOST:PORT/DATABASE`, and makes or updates the tables. A password may
+    /// stand in `PGPASSWORD` or `~/.pgpass` instead. To another machine the connection is protected by TLS.
+    ///
+    /// # Errors
+    /// [`CentralError::Address`], [`CentralError::Unprotected`], [`CentralError::TooNew`]; or the server does not answer.
+    pub async fn connect(address: &str) -> Result<Self, CentralError> {
+        let options = options_of(address)?;
+        let connecting = tokio::time::timeout(CONNECT_WITHIN, options.connect()).await;
+        let connecting = connecting.unwrap_or_else(|_| Err(sqlx::Error::PoolTimedOut));
+        let mut central = Self { connection: connecting.during("does not answer")? };
+        central.migrate().await?;
+        Ok(central)
+    }
+
+    /// Whether the server still answers.
+    ///
+    /// # Errors
+    /// It does not.
+    pub async fn ping(&mut self) -> Result<(), CentralError> {
+        self.connection.ping().await.during("does not answer any more")
+    }
+
+    async fn migrate(&mut self) -> Result<(), CentralError> {
+        let operation = "cannot make its tables";
+        let mut transaction = self.connection.begin().await.during(operation)?;
+        sqlx::query("SELECT pg_advisory_xact_lock($1)")
+            .bind(MIGRATION_LOCK)
+            .execute(&mut *transaction)
+            .await
+            .during(operation)?;
+        (&mut *transaction)
+            .execute("CREATE TABLE IF NOT EXISTS plumb_schema (version int NOT NULL)")
+            .await
+            .during(operation)?;
+        let found: Option<i32> = sqlx::query_scalar("SELECT max(version) FROM plumb_schema")
+            .fetch_one(&mut *transaction)
+            .await
+            .during(operation)?;
+        let found = found.unwrap_or(0);
+        if found > KNOWN {
+            return Err(CentralError::TooNew { found, known: KNOWN });
+        }
+        for statements in MIGRATIONS.iter().skip(usize::try_from(found).unwrap_or(0)) {
+            (&mut *transaction).execute(sqlx::raw_sql(*statements)).await.during(operation)?;
+        }
+        if found < KNOWN {
+            sqlx::query("INSERT INTO plumb_schema VALUES ($1)")
+                .bind(KNOWN)
+                .execute(&mut *transaction)
+                .await
+                .during(operation)?;
+        }
+        transaction.commit().await.during(operation)
+    }
+}
+
+/// The options in an address. Where it says nothing of TLS, another machine is reached by TLS alone.
+fn options_of(address: &str) -> Result<PgConnectOptions, CentralError> {
+    let scheme = ["postgres://", "postgresql://"].iter().any(|scheme| address.starts_with(scheme));
+    if !scheme {
+        return Err(CentralError::Address { reason: "this is no address of PostgreSQL".to_owned() });
+    }
+    let options: PgConnectOptions =
+        address.parse().map_err(|cause: sqlx::Error| CentralError::Address { reason: cause.to_string() })?;
+    // What goes wrong is said by whoever asked; the library's own log would say it twice.
+    let options = options.application_name("plumb").disable_statement_logging();
+    let host = options.get_host().to_owned();
+    if options.get_socket().is_some() || is_this_machine(&host) {
+        return Ok(options);
+    }
+    let unprotected = |mode| CentralError::Unprotected { host: host.clone(), mode };
+    match options.get_ssl_mode() {
+        // The library's default, and what a person writes who does not care: neither may lead to plain text.
+        PgSslMode::Prefer => Ok(options.ssl_mode(PgSslMode::Require)),
+        PgSslMode::Disable => Err(unprotected("disable")),
+        PgSslMode::Allow => Err(unprotected("allow")),
+        PgSslMode::Require | PgSslMode::VerifyCa | PgSslMode::VerifyFull => Ok(options),
+    }
+}
+
+/// Whether a host's name means this machine, so that nothing crosses a network.
+fn is_this_machine(host: &str) -> bool {
+    let address = host.trim_start_matches('[').trim_end_matches(']').parse::<std::net::IpAddr>();
+    host == "localhost" || host.starts_with('/') || address.is_ok_and(|address| address.is_loopback())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_that_is_none_is_refused_with_what_it_should_look_like() {
+        for wrong in ["", "lab-server", "http://lab/plumb", "postgres://user@host:notaport/plumb"] {
+            let told = options_of(wrong).expect_err("refused").to_string();
+            assert!(told.contains("postgres://USER@HOST/DATABASE"), "{wrong}: {told}");
+        }
+    }
+
+    #[test]
+    fn another_machine_is_reached_by_tls_or_not_at_all() {
+        let mode = |address: &str| options_of(address).map(|options| format!("{:?}", options.get_ssl_mode()));
+        assert_eq!(mode("postgres://u@lab.example/plumb").expect("taken"), "Require");
+        assert_eq!(mode("postgres://u@lab.example/plumb?sslmode=verify-full").expect("taken"), "VerifyFull");
+        assert_eq!(mode("postgres://u@127.0.0.1/plumb").expect("taken"), "Prefer");
+        assert_eq!(mode("postgres://u@localhost/plumb?sslmode=disable").expect("taken"), "Disable");
+        let told = mode("postgres://u@lab.example/plumb?sslmode=disable").expect_err("refused").to_string();
+        assert!(told.contains("lab.example") && told.contains("verify-full"), "{told}");
+    }
+
+    #[test]
+    fn this_machine_has_many_names() {
+        assert!(
+            ["localhost", "127.0.0.1", "::1", "[::1]", "/run/postgresql"].into_iter().all(is_this_machine)
+        );
+        assert!(["10.0.0.4", "lab", "localhost.example"].into_iter().all(|host| !is_this_machine(host)));
+    }
+}

@@ -1,0 +1,143 @@
+//! `plumb ship`: sends what the record holds to a central database.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use plumb_central::{Central, CentralError, Shipped, Shipper};
+use plumb_record::Record;
+use tokio::signal::unix::{SignalKind, signal};
+
+use crate::failure::{CommandResult, with_causes};
+use crate::record_directory::record_directory;
+use crate::say::say;
+
+/// Send what the record holds to a central PostgreSQL database, row by row, and go on as runs write more. May be killed, and the network may be gone for
+/// days: it goes on where the database is. A cell never waits for it.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// The database: postgres://USER@HOST/DATABASE. A password is better kept in ~/.pgpass or PGPASSWORD, where no list of processes shows it.
+    #[arg(long, value_name = "ADDRESS")]
+    to: String,
+    /// Send what is there now, and end.
+    #[arg(long)]
+    once: bool,
+    /// Make the record one of its own first, and send it from the beginning: for one that was copied, or brought back from a backup.
+    #[arg(long)]
+    new_identity: bool,
+    /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
+}
+
+/// How often the record is looked at for new rows. A second behind is what a page of a fleet may be.
+const LOOK: Duration = Duration::from_millis(300);
+
+/// How often the database is told that this cell is still there while it writes nothing.
+const SAY_ALIVE: Duration = Duration::from_secs(5);
+
+/// How long until a database that did not answer is asked again.
+const TRY_AGAIN: Duration = Duration::from_secs(2);
+
+/// Why nothing was sent.
+#[derive(Debug, thiserror::Error)]
+enum ShipError {
+    #[error("there is no record in {}: `plumb run` makes one", .0.display())]
+    NoRecord(PathBuf),
+}
+
+/// Sends until it is told to end, or everything is sent.
+pub(crate) fn run(arguments: &Arguments) -> CommandResult {
+    let directory = record_directory(arguments.record.as_ref())?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    runtime.block_on(async {
+        let mut terminate = signal(SignalKind::terminate())?;
+        let mut interrupt = signal(SignalKind::interrupt())?;
+        tokio::select! {
+            result = ship(arguments, &directory) => result,
+            _ = terminate.recv() => Ok(()),
+            _ = interrupt.recv() => Ok(()),
+        }
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+async fn ship(arguments: &Arguments, directory: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let mut record = open_when_there(arguments, directory).await?;
+    if arguments.new_identity {
+        say!("the record is now {}", record.renew_identity()?)?;
+    }
+    let mut last_trouble = String::new();
+    loop {
+        match session(arguments, &record).await {
+            Ok(()) => return Ok(()),
+            Err(error) => {
+                let passes = error.downcast_ref::<CentralError>().is_some_and(CentralError::may_pass);
+                if arguments.once || !passes {
+                    return Err(error);
+                }
+                let trouble = with_causes(error.as_ref());
+                if trouble != last_trouble {
+                    eprintln!(
+                        "plumb ship: {trouble}; trying again every {} s, nothing is lost",
+                        TRY_AGAIN.as_secs()
+                    );
+                    last_trouble = trouble;
+                }
+            }
+        }
+        tokio::time::sleep(TRY_AGAIN).await;
+    }
+}
+
+/// The record. One that is not there yet is waited for, so that a service may be started before the first run.
+async fn open_when_there(
+    arguments: &Arguments,
+    directory: &Path,
+) -> Result<Record, Box<dyn std::error::Error>> {
+    let file = directory.join("plumb.sqlite3");
+    if !file.exists() {
+        if arguments.once {
+            return Err(ShipError::NoRecord(directory.to_owned()).into());
+        }
+        say!("there is no record in {} yet; waiting for the first run", directory.display())?;
+        while !file.exists() {
+            tokio::time::sleep(TRY_AGAIN).await;
+        }
+    }
+    Ok(Record::open(directory)?)
+}
+
+/// One connection: until everything is sent with `--once`, else until it breaks.
+async fn session(arguments: &Arguments, record: &Record) -> Result<(), Box<dyn std::error::Error>> {
+    let central = Central::connect(&arguments.to).await?;
+    let mut shipper = Shipper::begin(central, record, &host_name()).await?;
+    let (mut sent, mut told) = (0, false);
+    let mut alive = Instant::now();
+    loop {
+        let Shipped { rows, up_to, left } = shipper.turn(record).await?;
+        sent += rows;
+        if left > 0 {
+            continue;
+        }
+        if !told || arguments.once {
+            say!("record {}: {sent} rows sent, {up_to} of {up_to} are there", record.identity()?)?;
+            told = true;
+        }
+        if arguments.once {
+            return Ok(());
+        }
+        if alive.elapsed() > SAY_ALIVE {
+            shipper.say_alive().await?;
+            alive = Instant::now();
+        }
+        tokio::time::sleep(LOOK).await;
+    }
+}
+
+/// The name of this machine, as the system has it.
+fn host_name() -> String {
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    let name = name.trim();
+    if name.is_empty() { "a machine without a name".to_owned() } else { name.to_owned() }
+}
