@@ -49,7 +49,7 @@ impl Server {
         let child = command.stdout(Stdio::null()).stderr(log).spawn().unwrap();
         self.child = Some(child);
         let begin = Instant::now();
-        while !self.asked("SELECT 1").is_some_and(|answer| answer == "1") {
+        while self.asked("SELECT 1").is_none_or(|answer| answer != "1") {
             let said = || fs::read_to_string(self.place.path().join("log")).unwrap_or_default();
             assert!(begin.elapsed() < PATIENCE, "the server does not start: {}", said());
             std::thread::sleep(Duration::from_millis(50));

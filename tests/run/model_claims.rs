@@ -105,6 +105,9 @@ fn of_three_targets_of_which_one_has_a_declared_noise_the_others_noise_is_estima
     std::fs::write(at.join("poses.csv"), text).unwrap();
     let (code, said) = plumb(at, &["compare", "arm.yaml", "--data", "poses.csv"]);
     assert_eq!(code, Some(0), "{said}");
-    let of = |target: &str| said.lines().any(|line| line.contains(target) && line.contains("estimated"));
+    let of = |target: &str| {
+        let noise = format!("noise of {target}_mm:");
+        said.lines().any(|line| line.contains(&noise) && line.contains("estimated"))
+    };
     assert!(of("p2") && of("p3") && !of("p1"), "{said}");
 }

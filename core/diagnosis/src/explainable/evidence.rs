@@ -20,6 +20,9 @@ const ROUNDS: usize = 16;
 /// Fall of twice the negative logarithm of the likelihood below which the rounds end.
 const SETTLED: f64 = 0.05;
 
+/// Of each equation: its number, and what is left of it, sigmas.
+pub(crate) type LeftOver = Vec<(usize, f64)>;
+
 /// The columns of the flexible regression and of some suspects, ready to be fitted.
 pub(crate) struct Mixed {
     /// Equations by what is fitted, flexible columns, suspects' columns, residuals.
@@ -230,11 +233,7 @@ impl Mixed {
     }
 
     /// A fitted model without some rows, at the same ratios: what is left of each of their equations, and the values of its parameters.
-    pub(crate) fn predict(
-        &self,
-        fit: &MixedFit,
-        left_out: &LeftOutRows,
-    ) -> Option<(Vec<(usize, f64)>, Vec<f64>)> {
+    pub(crate) fn predict(&self, fit: &MixedFit, left_out: &LeftOutRows) -> Option<(LeftOver, Vec<f64>)> {
         let round = self.round(&left_out.rest, &fit.columns, &fit.ratios)?;
         let coefficients = left_out.rest.coefficients(&self.weights(&round, &fit.columns));
         let design = self.design.select_rows(&left_out.equations);
@@ -288,7 +287,7 @@ mod tests {
         let features = Features {
             design,
             fixed: 1,
-            components: vec![0..12],
+            components: std::iter::once(0..12).collect(),
             joints: vec![None],
             carriers: Vec::new(),
             groups: Vec::new(),

@@ -114,7 +114,7 @@ struct LeaseRequest {
 }
 
 async fn take_lease(State(shared): Served, headers: HeaderMap, Json(asked): Json<LeaseRequest>) -> Response {
-    if let Err(refused) = authorised(&shared, &headers) {
+    if let Some(refused) = unauthorised(&shared, &headers) {
         return refused;
     }
     let Ok(fresh) = token::random_key() else {
@@ -133,7 +133,7 @@ async fn give_lease_back(
     headers: HeaderMap,
     Json(asked): Json<LeaseRequest>,
 ) -> Response {
-    if let Err(refused) = authorised(&shared, &headers) {
+    if let Some(refused) = unauthorised(&shared, &headers) {
         return refused;
     }
     shared.leases().give_back(&asked.lease.unwrap_or_default());
@@ -141,7 +141,7 @@ async fn give_lease_back(
 }
 
 async fn answer(State(shared): Served, headers: HeaderMap, Json(given): Json<GivenAnswer>) -> Response {
-    if let Err(refused) = authorised(&shared, &headers) {
+    if let Some(refused) = unauthorised(&shared, &headers) {
         return refused;
     }
     let holder = match shared.leases().holder(&given.lease, Instant::now()) {
@@ -158,18 +158,16 @@ async fn answer(State(shared): Served, headers: HeaderMap, Json(given): Json<Giv
     }
 }
 
-/// Whether the request carries the token.
-fn authorised(shared: &Shared, headers: &HeaderMap) -> Result<(), Response> {
+/// Why a request may not change anything: it does not carry the token. None where it does.
+fn unauthorised(shared: &Shared, headers: &HeaderMap) -> Option<Response> {
     let Some(token) = &shared.token else {
-        return Err(refusal(
-            StatusCode::FORBIDDEN,
-            "this page is read only: it was started without --token-file",
-        ));
+        let reason = "this page is read only: it was started without --token-file";
+        return Some(refusal(StatusCode::FORBIDDEN, reason));
     };
     let given = headers.get(header::AUTHORIZATION).and_then(|value| value.to_str().ok()).unwrap_or_default();
     match given.strip_prefix("Bearer ") {
-        Some(given) if token.is(given) => Ok(()),
-        _ => Err(refusal(StatusCode::UNAUTHORIZED, "the token is wrong or missing")),
+        Some(given) if token.is(given) => None,
+        _ => Some(refusal(StatusCode::UNAUTHORIZED, "the token is wrong or missing")),
     }
 }
 
