@@ -28,7 +28,7 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 /// Builds plumb where that is asked for, and writes the packages; their files.
 ///
 /// # Errors
-/// [`PackageError`]. What was written until then is left.
+/// What `PackageError` lists. What was written until then is left.
 pub fn package(options: &Options) -> Result<Vec<PathBuf>, PackageError> {
     let root = fs::canonicalize(ROOT).map_err(PackageError::io(Path::new(ROOT)))?;
     let metadata = metadata(&root)?;
