@@ -82,6 +82,9 @@ impl RigidArm {
         for added in model.effects.iter().chain(&model.fitted) {
             rigid.take(model, added)?;
         }
+        if model.residual_map.is_some() {
+            rigid.left_out.push("the residual map".to_owned());
+        }
         let Constants { deviations, targets, left_out, not_the_robot } = rigid;
         let frames = joint_frames(model, &deviations);
         let mut before = IsometryMatrix3::identity();

@@ -57,6 +57,19 @@ fn what_rigid_links_cannot_hold_is_named_and_what_is_not_there_is_not() {
 }
 
 #[test]
+fn a_residual_map_is_named_as_what_rigid_links_cannot_hold() {
+    const MAPPED: &str = "arm: two
+convention: distal
+joints: [{name: turn, a_mm: 100}, {name: slide, slides: true}]
+targets: {p1: {}}
+measured_region: {ranges: {turn: [-90, 95], slide: [0, 50]}, reach: 0.5, poses: [[-90, 0], [95, 50]]}
+residual_map: {not_understood: 0.6, along: [{joint: slide, weights: [0.1, 0.02]}]}
+";
+    let arm = RigidArm::of(&Model::parse("arm.yaml", MAPPED).unwrap()).unwrap();
+    assert_eq!(arm.left_out, ["the residual map"]);
+}
+
+#[test]
 fn a_calibration_of_six_joints_is_refused_to_an_arm_of_four() {
     let arm = RigidArm::of(&Model::parse("scara.yaml", SCARA).unwrap()).unwrap();
     let error = ros_calibration(&arm).unwrap_err().to_string();
