@@ -123,7 +123,7 @@ impl<'a> Finding<'a> {
             return None;
         }
         Some(if contender.holm_p >= NAMING_LEVEL {
-            format!("chance alone would do as much (p {:.2} after Holm)", contender.holm_p)
+            not_significant(contender.holm_p)
         } else if !contender.score.plausible {
             "no real machine has such a size or sign".to_owned()
         } else if close && self.close.len() > 1 {
@@ -171,4 +171,10 @@ impl<'a> Finding<'a> {
             }
         }
     }
+}
+
+/// Why a candidate that chance may have made is no name. A small probability keeps two digits: 0.00 would contradict the words.
+fn not_significant(holm_p: f64) -> String {
+    let digits = if holm_p < 0.095 { 3 } else { 2 };
+    format!("not significant (p = {holm_p:.digits$}, Holm-corrected)")
 }
