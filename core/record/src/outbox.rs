@@ -6,10 +6,9 @@
 //! seen number n has seen everything before it.
 
 use rusqlite::{OptionalExtension as _, Row, params};
-use sha2::{Digest as _, Sha256};
 
 use crate::error::During;
-use crate::{Record, RecordError};
+use crate::{Record, RecordError, sha256_hex};
 
 /// A row of the outbox.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -29,13 +28,12 @@ pub struct OutboxRow {
 impl OutboxRow {
     /// SHA-256 over everything it says, in hexadecimal: two rows that say the same have the same.
     pub fn digest(&self) -> String {
-        let mut hash = Sha256::new();
-        hash.update(self.sequence.to_be_bytes());
+        let mut bytes = self.sequence.to_be_bytes().to_vec();
         for text in [&self.kind, &self.made, &self.body] {
-            hash.update(text.as_bytes());
-            hash.update([0]);
+            bytes.extend_from_slice(text.as_bytes());
+            bytes.push(0);
         }
-        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        sha256_hex(&bytes)
     }
 
     fn read(row: &Row<'_>) -> rusqlite::Result<Self> {

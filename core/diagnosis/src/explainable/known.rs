@@ -122,8 +122,8 @@ fn inputs(machine: &ResidualModel<'_>, coordinates: &[Vec<f64>]) -> Vec<Vec<f64>
     inputs
 }
 
-/// The root mean square distance of two rows' inputs.
-fn extent(inputs: &[Vec<f64>]) -> f64 {
+/// The root mean square distance of the inputs of two rows or poses.
+pub(super) fn extent(inputs: &[Vec<f64>]) -> f64 {
     let count = inputs.len().max(1) as f64;
     let width = inputs.first().map_or(0, Vec::len);
     let variance = |column: usize| {

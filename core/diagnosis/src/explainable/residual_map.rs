@@ -5,6 +5,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector, Matrix3};
 
 use super::features::{Features, Group, knowledge};
+use super::known::extent;
 use super::regression::{Products, Reduced};
 use super::{FEWEST_POSES, FIRST_RATIO, Folds, chosen_rows, components_of, counts, ladder, random_folds};
 use crate::cross_validation::pose_groups;
@@ -102,18 +103,6 @@ fn waves(inputs: &[Vec<f64>], length: f64, random: &mut Random) -> [Wave; 2] {
     let phase = std::f64::consts::TAU * random.uniform();
     let wave = |phase: f64| Wave { rates: rates.clone(), phase, shift: nalgebra::Vector3::zeros() };
     [wave(phase), wave(phase - std::f64::consts::FRAC_PI_2)]
-}
-
-/// The root mean square distance of two poses' inputs.
-fn extent(inputs: &[Vec<f64>]) -> f64 {
-    let count = inputs.len().max(1) as f64;
-    let width = inputs.first().map_or(0, Vec::len);
-    let variance = |column: usize| {
-        let values = || inputs.iter().filter_map(|input| input.get(column));
-        let mean = values().sum::<f64>() / count;
-        values().map(|value| (value - mean).powi(2)).sum::<f64>() / count
-    };
-    (2.0 * (0..width).map(variance).sum::<f64>()).sqrt()
 }
 
 /// Writes the map's functions, carried to the readings, into a design from column `first` on; the equations of each row. `axes` are those of the base in the frame of the
