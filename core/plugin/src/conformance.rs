@@ -6,13 +6,30 @@
 //! A robot is moved by small amounts towards the middle of its range, and once for two seconds: keep clear of a real one.
 
 mod in_process;
+mod lesson;
 mod outcome;
 mod robot;
 mod sensor;
 mod times;
 
-pub use in_process::{check_robot, check_sensor};
-pub use outcome::{CheckOutcome, CheckReport};
-pub use robot::{Interruption, ROBOT_CHECKS, RobotBench, RobotCheck, not_run, run_robot_check};
+pub use in_process::{check_robot, check_sensor, manifest_is_good};
+pub use lesson::{Lesson, lesson};
+pub use outcome::{CheckOutcome, CheckReport, row_in_words};
+pub use robot::{
+    Interruption, ROBOT_CHECKS, RobotBench, RobotCheck, leaves_at_rest, not_run, run_robot_check,
+};
 pub use sensor::{KNOWN_UNITS, SENSOR_CHECKS, SensorBench, SensorCheck};
 pub use times::CALL_WITHIN;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_check_has_a_lesson() {
+        let names =
+            ROBOT_CHECKS.iter().map(|(name, _)| name).chain(SENSOR_CHECKS.iter().map(|(name, _)| name));
+        let without: Vec<_> = names.filter(|name| lesson(name).is_none()).collect();
+        assert!(without.is_empty(), "{without:?}");
+    }
+}

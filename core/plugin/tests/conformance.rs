@@ -44,6 +44,7 @@ enum Flaw {
     None,
     RangeUpsideDown,
     ReadsAsMoving,
+    MovesUntilStopped,
     EndsBesideTheTarget,
     TakesRelativeForAbsolute,
     MovesEveryJoint,
@@ -144,7 +145,8 @@ impl Robot for TestRobot {
 
     fn read_joints(&mut self) -> Result<JointState, PluginError> {
         self.reads += 1;
-        let mut state = self.state(self.flaw == Flaw::ReadsAsMoving);
+        let was_left_moving = self.flaw == Flaw::MovesUntilStopped && self.stops.load(Ordering::Relaxed) == 0;
+        let mut state = self.state(self.flaw == Flaw::ReadsAsMoving || was_left_moving);
         match self.flaw {
             Flaw::ReadsAsNotANumber => state.joints.set(1, f64::NAN),
             // Long enough to be seen, in one read of one check.
@@ -226,6 +228,7 @@ fn each_flaw_fails_the_check_that_names_it() {
     for (flaw, check) in [
         (Flaw::RangeUpsideDown, "its description makes sense"),
         (Flaw::ReadsAsMoving, "it stands when it is read"),
+        (Flaw::ReadsAsMoving, "it is at rest before anything is asked of it"),
         (Flaw::EndsBesideTheTarget, "a move ends where it was told to"),
         (Flaw::TakesRelativeForAbsolute, "a relative move adds to where the joints are"),
         (Flaw::MovesEveryJoint, "joints that take no part stay where they are"),
@@ -251,11 +254,11 @@ fn each_flaw_fails_the_check_that_names_it() {
 
 #[test]
 fn a_robot_that_blocks_for_longer_than_its_host_would_wait_is_named_with_both_times() {
-    // One report with one slow robot: the first.
+    // One report with one slow robot: the one of the third check.
     let first = AtomicU32::new(0);
     let report = check_robot(ROBOT_MANIFEST, |host| {
-        let is_second = first.fetch_add(1, Ordering::Relaxed) == 1;
-        Ok(TestRobot::new(host, if is_second { Flaw::BlocksInARead } else { Flaw::None }))
+        let is_third = first.fetch_add(1, Ordering::Relaxed) == 2;
+        Ok(TestRobot::new(host, if is_third { Flaw::BlocksInARead } else { Flaw::None }))
     });
     assert_eq!(failures(&report), ["it stands when it is read"], "{report}");
     assert!(report.to_string().contains("'read joints' took 5.2 s; it may take 5.0 s"), "{report}");
@@ -270,6 +273,30 @@ fn a_robot_is_stopped_after_a_check_that_failed() {
     assert_eq!(failures(&report), ["a move ends where it was told to"], "{report}");
     // One more for each of the two checks that interrupt a move.
     assert_eq!(stops.load(Ordering::Relaxed), 3);
+}
+
+#[test]
+fn a_robot_that_was_left_moving_is_stopped_first_and_then_checked() {
+    let stops = Arc::new(AtomicU32::new(0));
+    let report = check_robot(ROBOT_MANIFEST, |host| {
+        Ok(TestRobot { stops: Arc::clone(&stops), ..TestRobot::new(host, Flaw::MovesUntilStopped) })
+    });
+    assert!(report.is_good(), "{report}");
+    // Before the first check; and one for each of the two checks that interrupt a move.
+    assert_eq!(stops.load(Ordering::Relaxed), 3);
+}
+
+#[test]
+fn a_failure_teaches_what_the_contract_says_and_what_to_change() {
+    let report = check_robot(ROBOT_MANIFEST, |host| Ok(TestRobot::new(host, Flaw::TimesAreZero)));
+    let text = report.to_string();
+    for line in [
+        "FAILED   its times are those of the cell's clock: a time is 0",
+        "         contract: every time_ns is taken from the host's now_ns",
+        "         change:   call now_ns (host.now_ns()) where the value is read",
+    ] {
+        assert!(text.lines().any(|one| one.starts_with(line)), "{line}\n{text}");
+    }
 }
 
 #[test]
@@ -293,7 +320,7 @@ fn a_panic_fails_its_check_and_the_report_goes_on() {
         report.to_string().contains("it panicked: index out of bounds: the robot lost its head"),
         "{report}"
     );
-    assert!(report.rows.len() > 12 && report.rows[1].1 == CheckOutcome::Passed, "{report}");
+    assert!(report.rows.len() > 13 && report.rows[2].1 == CheckOutcome::Passed, "{report}");
 }
 
 #[test]

@@ -142,14 +142,18 @@ impl Streams {
 }
 
 fn check_manifest(text: &str, kind: DeviceKind) -> CheckOutcome {
-    let manifest = match Manifest::parse(text, "plugin.yaml") {
-        Ok(manifest) => manifest,
-        Err(error) => return CheckOutcome::Failed(error.to_string()),
-    };
-    if manifest.kind != kind {
-        return CheckOutcome::Failed(format!("it says it is a {}, and is a {kind}", manifest.kind));
+    match Manifest::parse(text, "plugin.yaml") {
+        Ok(manifest) if manifest.kind != kind => {
+            CheckOutcome::Failed(format!("it says it is a {}, and is a {kind}", manifest.kind))
+        }
+        Ok(manifest) => manifest_is_good(&manifest),
+        Err(error) => CheckOutcome::Failed(error.to_string()),
     }
-    if kind == DeviceKind::Robot && !manifest.streams.iter().any(|stream| stream.name == "joints") {
+}
+
+/// Whether a manifest that can be read says what one of its kind has to.
+pub fn manifest_is_good(manifest: &Manifest) -> CheckOutcome {
+    if manifest.kind == DeviceKind::Robot && !manifest.streams.iter().any(|stream| stream.name == "joints") {
         return CheckOutcome::Failed("a robot has a stream 'joints'".to_owned());
     }
     if !manifest.config.is_null() && !manifest.config.is_object() {

@@ -4,6 +4,7 @@ use std::any::Any;
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use super::lesson::lesson;
 use crate::PluginError;
 
 /// What came of one check.
@@ -34,14 +35,31 @@ impl CheckReport {
 impl fmt::Display for CheckReport {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (name, outcome) in &self.rows {
-            match outcome {
-                CheckOutcome::Passed => writeln!(formatter, "passed   {name}")?,
-                CheckOutcome::Skipped(why) => writeln!(formatter, "skipped  {name}: {why}")?,
-                CheckOutcome::Failed(how) => writeln!(formatter, "FAILED   {name}: {how}")?,
-            }
+            writeln!(formatter, "{}", row_in_words(name, outcome))?;
         }
         Ok(())
     }
+}
+
+/// What came of a check; where it failed, with what the contract says and what to change, a line each.
+pub fn row_in_words(name: &str, outcome: &CheckOutcome) -> String {
+    match outcome {
+        CheckOutcome::Passed => format!("passed   {name}"),
+        CheckOutcome::Skipped(why) => format!("skipped  {name}: {why}"),
+        CheckOutcome::Failed(how) => {
+            let lesson = lesson(taught_by(name, how))
+                .map(|lesson| {
+                    format!("\n         contract: {}\n         change:   {}", lesson.contract, lesson.change)
+                })
+                .unwrap_or_default();
+            format!("FAILED   {name}: {how}{lesson}")
+        }
+    }
+}
+
+/// The check whose lesson fits a failure: a host refuses what is dated by another clock, whatever the check was about.
+fn taught_by<'c>(name: &'c str, how: &str) -> &'c str {
+    if how.contains("host's `now_ns`") { "its times are those of the cell's clock" } else { name }
 }
 
 /// Runs a check. An error is a failure, and so is a panic: the report goes on.

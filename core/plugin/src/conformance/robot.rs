@@ -1,7 +1,8 @@
 //! What every robot must do.
 
 use std::collections::HashSet;
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use super::CheckOutcome;
 use super::outcome::caught;
@@ -73,6 +74,7 @@ pub type RobotCheck = (&'static str, fn(&mut dyn RobotBench) -> Result<CheckOutc
 
 /// What every robot must do.
 pub const ROBOT_CHECKS: &[RobotCheck] = &[
+    ("it is at rest before anything is asked of it", comes_to_rest_first),
     ("its description makes sense", description_makes_sense),
     ("it stands when it is read", stands_when_read),
     ("a move ends where it was told to", move_ends_where_told),
@@ -86,6 +88,19 @@ pub const ROBOT_CHECKS: &[RobotCheck] = &[
     ("a stop ends a move in time", stop_ends_a_move),
     ("a stop holds until it is activated again", stop_holds),
 ];
+
+/// Checks that neither move a robot nor make it ready to.
+const AT_REST: [&str; 4] = [
+    "it is at rest before anything is asked of it",
+    "its description makes sense",
+    "it stands when it is read",
+    "its input lines can be read at rest",
+];
+
+/// Whether a check leaves the robot at rest: nobody need keep clear of it.
+pub fn leaves_at_rest(check: &str) -> bool {
+    AT_REST.contains(&check)
+}
 
 /// Runs one check on a fresh robot, and stops the robot when the check failed. What follows is not run when the stop fails too: `false`.
 pub fn run_robot_check(check: RobotCheck, bench: &mut dyn RobotBench) -> (CheckOutcome, bool) {
@@ -111,6 +126,9 @@ pub fn not_run() -> CheckOutcome {
 /// comes on top.
 const STOP_NOTICED: Duration = Duration::from_millis(300);
 
+/// How often a robot that comes to rest is looked at.
+const LOOK: Duration = Duration::from_millis(20);
+
 /// How far a joint may end from its target beside its resolution: what a driver's own units round.
 fn rounding(joint: &JointDescription) -> f64 {
     joint.resolution.max(1e-9) * 1.001
@@ -118,6 +136,23 @@ fn rounding(joint: &JointDescription) -> f64 {
 
 fn failed(how: String) -> Result<CheckOutcome, PluginError> {
     Ok(CheckOutcome::Failed(how))
+}
+
+/// A run that was broken off, or a program before this one, may have left it moving.
+fn comes_to_rest_first(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+    if !bench.read_joints()?.is_moving() {
+        return Ok(CheckOutcome::Passed);
+    }
+    let stop_time = Duration::from_millis(bench.describe()?.capabilities.stop_time_ms.into());
+    bench.stop()?;
+    let (begin, limit) = (Instant::now(), STOP_NOTICED + stop_time);
+    while bench.read_joints()?.is_moving() {
+        if begin.elapsed() > limit {
+            return failed(format!("it moved, was told to stop, and still moves {limit:?} later"));
+        }
+        thread::sleep(LOOK);
+    }
+    Ok(CheckOutcome::Passed)
 }
 
 fn description_makes_sense(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
