@@ -32,6 +32,9 @@ const COMPLETIONS: [(&str, &str); 3] = [
     ("fish", "share/fish/vendor_completions.d/plumb.fish"),
 ];
 
+/// The library that runs drivers of other languages.
+const BRIDGE: &str = "libplumb_bridge.so";
+
 /// The kinds of files that `plumb schema` knows.
 const SCHEMAS: [&str; 3] = ["cell", "procedure", "answers"];
 
@@ -84,14 +87,21 @@ fn plugins(built: &Built<'_>, tree: &Path) -> Result<Vec<PathBuf>, PackageError>
         let (id, library) = (key("id")?, key("library")?);
         let to = tree.join("lib/plumb/plugins").join(id);
         copy(&manifest, &to.join("plugin.yaml"))?;
-        // `cargo test` brings only those in `deps` up to date.
-        let places = [built.folder.join("deps").join(&library), built.folder.join(&library)];
-        let newest = places.iter().filter(|path| path.is_file()).max_by_key(|path| modified(path));
-        let from = newest.ok_or_else(|| PackageError::NotBuilt(built.folder.join(&library)))?;
-        copy(from, &to.join(&library))?;
+        copy(&newest(built, &library)?, &to.join(&library))?;
         libraries.push(to.join(&library));
     }
+    // What runs drivers of other languages: no plugin of its own, so it has no folder.
+    let bridge = tree.join("lib/plumb/plugins").join(BRIDGE);
+    copy(&newest(built, BRIDGE)?, &bridge)?;
+    libraries.push(bridge);
     Ok(libraries)
+}
+
+/// A library where cargo built it last: `cargo test` brings only those in `deps` up to date.
+fn newest(built: &Built<'_>, library: &str) -> Result<PathBuf, PackageError> {
+    let places = [built.folder.join("deps").join(library), built.folder.join(library)];
+    let newest = places.into_iter().filter(|path| path.is_file()).max_by_key(|path| modified(path));
+    newest.ok_or_else(|| PackageError::NotBuilt(built.folder.join(library)))
 }
 
 fn modified(path: &Path) -> Option<std::time::SystemTime> {

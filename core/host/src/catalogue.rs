@@ -262,11 +262,21 @@ impl Plugin {
     }
 }
 
+impl Plugin {
+    /// The files of its own folder that the command of its driver names.
+    pub fn driver_files(&self) -> Vec<PathBuf> {
+        let folder = self.manifest_path.parent().unwrap_or(Path::new(""));
+        let files = self.manifest.driver.iter().map(|word| folder.join(word));
+        files.filter(|path| path.is_file()).collect()
+    }
+}
+
 /// A file of a plugin, or the directory it lies in, that somebody else than the user and root may change, and who.
 fn foreign_hands(plugin: &Plugin) -> Option<String> {
-    let files = [&plugin.manifest_path, &plugin.library_path];
+    let files = [plugin.manifest_path.clone(), plugin.library_path.clone()];
     files
-        .into_iter()
+        .iter()
+        .chain(&plugin.driver_files())
         .flat_map(|file| [Some(file.as_path()), file.parent()])
         .flatten()
         .find_map(may_be_changed)
@@ -303,10 +313,12 @@ fn manifests_in(directory: &Path) -> Vec<PathBuf> {
 
 fn read(manifest_path: &Path, program_directory: Option<&Path>) -> Result<Plugin, CatalogueError> {
     let manifest = Manifest::read(manifest_path)?;
-    let mut places: Vec<PathBuf> = manifest_path.parent().map(Path::to_owned).into_iter().collect();
+    let own = manifest_path.parent().unwrap_or(Path::new(""));
+    let mut places = vec![own.to_owned()];
+    places.extend(built_beside(own, &manifest.library));
     if let Some(program) = program_directory {
         // Cargo's tests bring only the libraries in `deps` up to date, so these come before those beside the program.
-        places.extend([program.join("deps"), program.to_owned()]);
+        places.extend([program.join("deps"), program.to_owned(), program.join(INSTALLED)]);
     }
     let of_the_source = fs::canonicalize(SOURCE).is_ok_and(|source| manifest_path.starts_with(source));
     if let (true, Ok(built)) = (of_the_source, fs::canonicalize(BUILT)) {
@@ -325,6 +337,17 @@ fn read(manifest_path: &Path, program_directory: Option<&Path>) -> Result<Plugin
             looked_in: places,
         }),
     }
+}
+
+/// Where cargo puts a library that it builds in a plugin's own project: the newer of `target/debug` and `target/release` first.
+fn built_beside(folder: &Path, library: &str) -> Vec<PathBuf> {
+    if !folder.join("Cargo.toml").is_file() {
+        return Vec::new();
+    }
+    let mut places = ["debug", "release"].map(|profile| folder.join("target").join(profile));
+    places.sort_by_key(|place| fs::metadata(place.join(library)).and_then(|file| file.modified()).ok());
+    places.reverse();
+    places.to_vec()
 }
 
 #[cfg(test)]

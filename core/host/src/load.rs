@@ -47,7 +47,14 @@ pub(crate) fn load(plugin: &Plugin) -> Result<Loaded, LoadError> {
         .map_err(|error| LoadError::BuiltInManifest { library: path.clone(), cause: error.to_string() })?;
     let built_in = Manifest::parse(text, "the manifest built into it")
         .map_err(|error| LoadError::BuiltInManifest { library: path.clone(), cause: error.to_string() })?;
-    check_manifests(path, &plugin.manifest, &built_in)?;
+    match plugin.manifest.driver.is_empty() {
+        true => check_manifests(path, &plugin.manifest, &built_in)?,
+        false if built_in.id == Manifest::BRIDGE_ID => {}
+        false => {
+            let what = format!("it names a driver, and the library is '{}'", built_in.id);
+            return Err(LoadError::Stale { library: path.clone(), what });
+        }
+    }
     Ok(Loaded { entry, kind: plugin.manifest.kind })
 }
 

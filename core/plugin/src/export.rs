@@ -7,6 +7,7 @@ mod call;
 mod entry;
 mod loaded_host;
 
+pub use entry::either_entry;
 pub use entry::robot::entry as robot_entry;
 pub use entry::sensor::entry as sensor_entry;
 pub use plumb_abi::{Bytes, Entry};

@@ -25,8 +25,12 @@ pub struct Manifest {
     pub contract: ContractVersion,
     /// Whether it is a robot or a sensor.
     pub kind: DeviceKind,
-    /// The file name of its library, such as `libplumb_ir_proximity.so`, in the same directory.
+    /// The file name of its library, such as `libplumb_ir_proximity.so`, in the same directory. That of the bridge where there is a `driver`.
+    #[serde(default)]
     pub library: String,
+    /// The command that runs a driver of another language, such as `[python3, driver.py]`, in the same directory: in place of `library`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub driver: Vec<String>,
     /// The streams it emits.
     #[serde(default)]
     pub streams: Vec<StreamDescription>,
@@ -110,6 +114,12 @@ impl Manifest {
     /// The name of the file beside a library.
     pub const FILE_NAME: &'static str = "plugin.yaml";
 
+    /// The library that runs drivers of other languages.
+    pub const BRIDGE_LIBRARY: &'static str = "libplumb_bridge.so";
+
+    /// The name in the manifest that is built into the bridge.
+    pub const BRIDGE_ID: &'static str = "bridge";
+
     /// How long one reading of the sensor may take.
     pub fn read_time_limit(&self) -> Duration {
         self.read_time_limit_s.map_or(crate::conformance::CALL_WITHIN, Duration::from_secs_f64)
@@ -140,7 +150,12 @@ impl Manifest {
             manifest.check(&root, &problems);
         }
         problems.into_result(file, text)?;
-        manifest.ok_or_else(|| FileProblems::whole_file(file, "this is no manifest", "").into())
+        let mut manifest =
+            manifest.ok_or_else(|| FileProblems::whole_file(file, "this is no manifest", ""))?;
+        if !manifest.driver.is_empty() {
+            manifest.library = Self::BRIDGE_LIBRARY.to_owned();
+        }
+        Ok(manifest)
     }
 
     /// Values that could not be read are empty or NaN, and not looked at.
@@ -154,6 +169,7 @@ impl Manifest {
             let help = "give the file name alone; the library lies beside its manifest";
             problems.add(root.span_at(&["library"]), message, help);
         }
+        self.check_code(root, problems);
         self.check_time_limit(root, problems);
         let streams = root.get("streams").map(Node::items).unwrap_or_default();
         for (stream, node) in self.streams.iter().zip(streams) {
@@ -166,6 +182,22 @@ impl Manifest {
                 let help = "use lower-case letters, digits and hyphens";
                 problems.add(node.span_at(&["name"]), message, help);
             }
+        }
+    }
+
+    /// Either a library or a driver. One that was given and could not be read has been told of.
+    fn check_code(&self, root: &Node, problems: &Problems) {
+        let (library, driver) = (root.get("library"), root.get("driver"));
+        if library.is_none() && driver.is_none() {
+            problems.add(root.span, "a manifest needs the key `library`, or `driver`", "");
+        } else if library.is_some() && driver.is_some() {
+            let message = "a manifest has `library` or `driver`, not both";
+            problems.add(root.span_at(&["driver"]), message, "a driver runs in a library of plumb's own");
+        } else if driver.is_some_and(|node| matches!(node.value, NodeValue::List(_)))
+            && self.driver.is_empty()
+        {
+            let help = "give the command that runs it, as in [python3, driver.py]";
+            problems.add(root.span_at(&["driver"]), "`driver` is empty", help);
         }
     }
 

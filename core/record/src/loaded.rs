@@ -104,9 +104,15 @@ impl Record {
     }
 }
 
-/// The file name of a library; none for a manifest, whose name every plugin shares.
+/// The file name of a library; none for a manifest, whose name every plugin shares. A driver's files may have any name: its folder's comes with it.
 fn library_name(path: &str) -> Option<&str> {
-    path.rsplit('/').next().filter(|name| !name.ends_with(".yaml"))
+    let name = path.rsplit('/').next().filter(|name| !name.ends_with(".yaml"))?;
+    if name.ends_with(".so") {
+        return Some(name);
+    }
+    let folder_begins =
+        path[..path.len() - name.len()].trim_end_matches('/').rfind('/').map_or(0, |at| at + 1);
+    path.get(folder_begins..)
 }
 
 pub(crate) fn insert(

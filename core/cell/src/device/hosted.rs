@@ -392,7 +392,8 @@ pub fn plugin_files(cell: &Workcell, catalogue: &Catalogue) -> Vec<LoadedFile> {
     let mut files: Vec<LoadedFile> = Vec::new();
     for device in &cell.devices {
         let Ok(plugin) = catalogue.find(&device.plugin) else { continue };
-        for path in [&plugin.manifest_path, &plugin.library_path] {
+        let own = [plugin.manifest_path.clone(), plugin.library_path.clone()];
+        for path in own.iter().chain(&plugin.driver_files()) {
             let path_text = path.display().to_string();
             if files.iter().all(|known| known.path != path_text) {
                 files.extend(hashed("plugin", path));

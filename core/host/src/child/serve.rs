@@ -122,7 +122,8 @@ impl Host {
             check_unchanged(&plugin.library_path, expected)?;
         }
         let loaded = load(&plugin).map_err(|error| text(&error))?;
-        let device = loaded.create(&arguments.config, context).map_err(|error| text(&error))?;
+        let device =
+            loaded.create(&told(&plugin, &arguments.config), context).map_err(|error| text(&error))?;
         let description = described(&device, &plugin).map_err(|error| text(&error))?;
         let (limits, guard) = match &description {
             Description::Robot(robot) => (
@@ -216,6 +217,15 @@ impl Host {
         }
         Ok(())
     }
+}
+
+/// What `create` is told: the device's configuration. The bridge is told beside it whose driver to run.
+fn told(plugin: &Plugin, config: &Value) -> Value {
+    if plugin.manifest.driver.is_empty() {
+        return config.clone();
+    }
+    let folder = plugin.manifest_path.parent().map(Path::to_owned).unwrap_or_default();
+    serde_json::json!({"manifest": plugin.manifest, "folder": folder, "config": config})
 }
 
 /// A library that was exchanged while the run goes on is not loaded: what the record says of the run would not be true of it.

@@ -93,7 +93,7 @@ macro_rules! exported {
             unsafe { Device::<T>::destroy(instance) }
         }
 
-        unsafe extern "C" fn extension<T: $Device>(name: Bytes) -> *const c_void {
+        pub(super) unsafe extern "C" fn extension<T: $Device>(name: Bytes) -> *const c_void {
             // SAFETY: the contract lends the name for this call.
             let name = unsafe { name.as_slice() };
             if name == $EXTENSION.as_bytes() { ptr::from_ref(Table::<T>::FUNCTIONS).cast() } else { ptr::null() }
@@ -131,3 +131,16 @@ macro_rules! kinds_of_device {
 }
 
 plumb_abi::device_operations!(kinds_of_device);
+
+/// The entry of a library whose device is a robot or a sensor, as its host asks for: one that runs drivers of other languages.
+pub const fn either_entry<T: Robot + Sensor>(manifest: &'static str) -> Entry {
+    Entry { extension: Some(either::<T>), ..robot::entry::<T>(manifest) }
+}
+
+unsafe extern "C" fn either<T: Robot + Sensor>(name: Bytes) -> *const c_void {
+    // SAFETY: the name is passed on as it came. Both tables take the instance that the one `create` gave.
+    unsafe {
+        let robot = robot::extension::<T>(name);
+        if robot.is_null() { sensor::extension::<T>(name) } else { robot }
+    }
+}
