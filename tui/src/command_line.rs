@@ -10,7 +10,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::commands::{
     answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model, note,
-    plugins, record, run, schema, serve, ship, show, stripe, study, target, trial, watch, world,
+    plugins, record, run, schema, serve, ship, show, streams, stripe, study, target, trial, watch, world,
 };
 
 /// Calibrates lab robots: runs the procedures of workcells, and shows where the model of a machine fails and what it lacks.
@@ -57,6 +57,7 @@ pub(crate) enum Command {
     #[command(subcommand)]
     Emulate(emulate::EmulateCommand),
     Study(study::StudyArguments),
+    Streams(streams::Arguments),
     /// The plugins that can be found, and whether they can be used.
     #[command(subcommand)]
     Plugins(plugins::PluginsCommand),

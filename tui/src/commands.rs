@@ -20,6 +20,7 @@ pub(crate) mod schema;
 pub(crate) mod serve;
 pub(crate) mod ship;
 pub(crate) mod show;
+pub(crate) mod streams;
 pub mod stripe;
 pub mod study;
 pub(crate) mod target;

@@ -23,7 +23,7 @@ pub mod signals;
 use command_line::Command;
 use commands::{
     answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model, note,
-    plugins, record, run, schema, serve, ship, show, stripe, study, target, trial, watch, world,
+    plugins, record, run, schema, serve, ship, show, streams, stripe, study, target, trial, watch, world,
 };
 use failure::CommandResult;
 
@@ -61,6 +61,7 @@ pub fn program() -> ExitCode {
         Command::Show(arguments) => show::run(&arguments),
         Command::Stripe(command) => stripe::run(&command),
         Command::Study(arguments) => study::run(&arguments),
+        Command::Streams(arguments) => streams::run(&arguments),
         Command::Target(arguments) => target::run(&arguments),
         Command::Trial(command) => trial::run(&command),
         Command::Plugins(command) => plugins::run(&command),

@@ -6,15 +6,17 @@ use std::time::{Duration, Instant};
 use plumb_bus::{Bus, OpenError, Subscriber};
 use plumb_plugin::conformance::{
     CheckOutcome, CheckReport, Interruption, ROBOT_CHECKS, RobotBench, RobotCheck, SENSOR_CHECKS,
-    SensorBench, not_run, run_robot_check,
+    SensorBench, leaves_at_rest, manifest_is_good, not_run, run_robot_check,
 };
 use plumb_plugin::{
-    DigitalInputs, JointState, Manifest, Message, Motion, PluginError, Reading, RobotDescription,
+    DeviceKind, DigitalInputs, JointState, Manifest, Message, Motion, PluginError, Reading, RobotDescription,
     SensorDescription, Value,
 };
 
+use crate::load::verify;
 use crate::{
-    DeviceError, HostArguments, HostCommand, HostProcess, RobotClient, SensorClient, StopHandle, StopOutcome,
+    DeviceError, HostArguments, HostCommand, HostProcess, Plugin, RobotClient, SensorClient, StopHandle,
+    StopOutcome,
 };
 
 /// How long a move of a check may take.
@@ -32,13 +34,76 @@ const ARRIVAL: Duration = Duration::from_millis(50);
 /// What a robot behind a host must do beside what it must do in any case.
 const IN_A_HOST: RobotCheck = ("whoever is wired to it hears of it at rest", heard_at_rest);
 
+/// Who hears of each check as it is done.
+type Told<'t> = &'t mut dyn FnMut(&'static str, &CheckOutcome);
+
 /// Runs every robot check, each on a robot in a host of its own.
 pub fn check_robot(bus: &Bus, arguments: &HostArguments, command: impl Fn() -> HostCommand) -> CheckReport {
     let mut report = CheckReport::default();
+    robot_rows(bus, arguments, true, &command, &mut report, &mut |_, _| ());
+    report
+}
+
+/// Runs every sensor check, each on a sensor in a host of its own. Its inputs are wired as the arguments say; nothing need come on them.
+pub fn check_sensor(bus: &Bus, arguments: &HostArguments, command: impl Fn() -> HostCommand) -> CheckReport {
+    let mut report = CheckReport::default();
+    sensor_rows(bus, arguments, &command, &mut report, &mut |_, _| ());
+    report
+}
+
+/// Checks a plugin of any language from its manifest to its last check. A robot is moved only when it `may_move`. `told` hears of each check as it
+/// is done.
+pub fn check_plugin(
+    bus: &Bus,
+    plugin: &Plugin,
+    arguments: &HostArguments,
+    may_move: bool,
+    command: impl Fn() -> HostCommand,
+    told: Told<'_>,
+) -> CheckReport {
+    let mut report = CheckReport::default();
+    add(&mut report, told, "its manifest is good", manifest_is_good(&plugin.manifest));
+    let made = HostProcess::spawn(bus, arguments, command()).map(drop);
+    let outcome =
+        made.map_or_else(|error| CheckOutcome::Failed(error.to_string()), |()| CheckOutcome::Passed);
+    let is_made = outcome == CheckOutcome::Passed;
+    add(&mut report, told, "it is loaded and its device is made", outcome);
+    if !is_made {
+        return report;
+    }
+    // It was loaded in a process of its own before: what harms a process has shown there.
+    let whole = match verify(plugin) {
+        Ok(notes) if notes.is_empty() => CheckOutcome::Passed,
+        Ok(notes) => CheckOutcome::Failed(notes.join("; ")),
+        Err(error) => CheckOutcome::Failed(error.to_string()),
+    };
+    add(&mut report, told, "its functions are whole", whole);
+    match plugin.manifest.kind {
+        DeviceKind::Robot => robot_rows(bus, arguments, may_move, &command, &mut report, told),
+        DeviceKind::Sensor => sensor_rows(bus, arguments, &command, &mut report, told),
+    }
+    report
+}
+
+fn add(report: &mut CheckReport, told: Told<'_>, name: &'static str, outcome: CheckOutcome) {
+    told(name, &outcome);
+    report.rows.push((name, outcome));
+}
+
+fn robot_rows(
+    bus: &Bus,
+    arguments: &HostArguments,
+    may_move: bool,
+    command: &impl Fn() -> HostCommand,
+    report: &mut CheckReport,
+    told: Told<'_>,
+) {
     let mut goes_on = true;
     for check in ROBOT_CHECKS.iter().chain([&IN_A_HOST]) {
         let outcome = if !goes_on {
             not_run()
+        } else if !may_move && !leaves_at_rest(check.0) {
+            CheckOutcome::Skipped("it would move the robot, or make it ready to".to_owned())
         } else {
             match RobotInHost::start(bus, arguments, command()) {
                 Ok(mut bench) => {
@@ -49,19 +114,21 @@ pub fn check_robot(bus: &Bus, arguments: &HostArguments, command: impl Fn() -> H
                 Err(error) => CheckOutcome::Failed(error.to_string()),
             }
         };
-        report.rows.push((check.0, outcome));
+        add(report, told, check.0, outcome);
     }
-    report
 }
 
-/// Runs every sensor check, each on a sensor in a host of its own. Its inputs are wired as the arguments say; nothing need come on them.
-pub fn check_sensor(bus: &Bus, arguments: &HostArguments, command: impl Fn() -> HostCommand) -> CheckReport {
-    let mut report = CheckReport::default();
+fn sensor_rows(
+    bus: &Bus,
+    arguments: &HostArguments,
+    command: &impl Fn() -> HostCommand,
+    report: &mut CheckReport,
+    told: Told<'_>,
+) {
     for (name, check) in SENSOR_CHECKS {
         let outcome = SensorInHost::start(bus, arguments, command()).and_then(|mut bench| check(&mut bench));
-        report.rows.push((name, outcome.unwrap_or_else(|error| CheckOutcome::Failed(error.to_string()))));
+        add(report, told, name, outcome.unwrap_or_else(|error| CheckOutcome::Failed(error.to_string())));
     }
-    report
 }
 
 /// A sensor that is wired to the robot's streams can answer for the moment at which the robot was read.

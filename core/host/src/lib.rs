@@ -28,7 +28,7 @@ mod time_limits;
 pub use arguments::{HostArguments, JointRange, MEMORY_LIMIT_MB, WiredInput};
 pub use catalogue::{Catalogue, CatalogueError, CatalogueRow, Plugin};
 pub use child::serve;
-pub use conformance::{check_robot, check_sensor};
+pub use conformance::{check_plugin, check_robot, check_sensor};
 pub use guard::{MoveGuard, NoGuard};
 pub use load::{LoadError, verify};
 pub use parent::{

@@ -452,6 +452,33 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
     (
+        "plugins check",
+        &[
+            example(
+                "plumb plugins check ./my-gauge --config '{port: /dev/ttyUSB0}'",
+                "a sensor, on its device",
+            ),
+            example("plumb plugins check ./my-arm --move", "a robot; it moves, so keep clear"),
+        ],
+    ),
+    (
+        "plugins new",
+        &[
+            example("plumb plugins new sensor my-gauge --lang python", "no compiler needed"),
+            example("plumb plugins new robot my-arm", "in Rust; --lang c for C"),
+        ],
+    ),
+    (
+        "streams",
+        &[
+            example("plumb streams teachmover/cell.yaml", "what its devices emit"),
+            example(
+                "plumb streams teachmover/cell.yaml arm/joints --json --wait 60",
+                "from the start of its next run, for another program",
+            ),
+        ],
+    ),
+    (
         "serve",
         &[
             example("plumb serve", "a page to read, on this machine's port 8717"),

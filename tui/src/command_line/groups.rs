@@ -10,7 +10,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Model lab", &["model"]),
     ("Scans", &["stripe"]),
     ("Practise", &["trial", "emulate", "study"]),
-    ("Extend", &["plugins", "schema", "completions", "man", "help"]),
+    ("Extend", &["plugins", "streams", "schema", "completions", "man", "help"]),
 ];
 
 /// Columns of the narrowest terminal that is looked after.

@@ -1,13 +1,18 @@
 //! `plumb plugins`: the plugins that can be found, and whether they can be used.
 
+mod check;
+mod new;
+mod places;
+mod template;
+
 use std::io::{self, Write};
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 use plumb_host::{Catalogue, CatalogueRow, Plugin, verify};
 
 use crate::failure::CommandResult;
+use places::Places;
 
 /// What to do with plugins.
 #[derive(Subcommand)]
@@ -16,14 +21,8 @@ pub(crate) enum PluginsCommand {
     List(Places),
     /// Loads each plugin's library, checks it against its manifest and asks for the functions of its kind; no device is touched.
     Verify(VerifyArguments),
-}
-
-/// Where plugins are looked for.
-#[derive(Args)]
-pub(crate) struct Places {
-    /// A further directory to look for plugins in; may be given several times.
-    #[arg(long = "plugins", value_name = "DIR")]
-    directories: Vec<PathBuf>,
+    Check(check::CheckArguments),
+    New(new::NewArguments),
 }
 
 /// Which plugins to verify.
@@ -44,6 +43,8 @@ pub(crate) fn run(command: &PluginsCommand) -> CommandResult {
     let all_good = match command {
         PluginsCommand::List(places) => list(&mut output, &Catalogue::search(&places.directories))?,
         PluginsCommand::Verify(arguments) => verify_all(&mut output, arguments)?,
+        PluginsCommand::Check(arguments) => return check::run(arguments, &mut output),
+        PluginsCommand::New(arguments) => return new::run(arguments, &mut output),
     };
     Ok(if all_good { ExitCode::SUCCESS } else { ExitCode::from(UNUSABLE) })
 }
@@ -56,7 +57,10 @@ fn list(output: &mut impl Write, catalogue: &Catalogue) -> io::Result<bool> {
                 let manifest = &plugin.manifest;
                 let (id, version, kind) = (&manifest.id, &manifest.version, manifest.kind);
                 let (contract, title) = (manifest.contract, &manifest.title);
-                writeln!(output, "{id:<20} {version:<8} {kind:<7} contract {contract:<5} {title}")?;
+                let limit = manifest.read_time_limit_s;
+                let limit =
+                    limit.map(|seconds| format!(" (a reading within {seconds} s)")).unwrap_or_default();
+                writeln!(output, "{id:<20} {version:<8} {kind:<7} contract {contract:<5} {title}{limit}")?;
             }
             Err(error) => writeln!(output, "unusable: {error}")?,
         }

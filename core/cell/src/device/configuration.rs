@@ -9,6 +9,13 @@ use plumb_document::did_you_mean;
 /// A mistake, and what would be right.
 pub(crate) type Mistake = (String, String);
 
+/// Every mistake in a device's configuration by the schema in its plugin's manifest, each with what would be right.
+pub fn config_mistakes(config: &Value, schema: &Value) -> Vec<String> {
+    let in_words =
+        |(message, help): Mistake| if help.is_empty() { message } else { format!("{message} ({help})") };
+    mistakes(config, schema, &[]).into_iter().map(in_words).collect()
+}
+
 /// Every mistake in a configuration. `given` are keys that are filled in later.
 pub(crate) fn mistakes(config: &Value, schema: &Value, given: &[&str]) -> Vec<Mistake> {
     let mut found = Vec::new();

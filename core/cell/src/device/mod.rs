@@ -10,6 +10,7 @@ mod wiring;
 use std::time::Duration;
 
 pub use cell_place::{CellPlace, PlaceState, Remains};
+pub use configuration::config_mistakes;
 pub use hosted::{HostedDevices, World, hashed, plugin_files};
 pub use kept::KeptDevices;
 pub use plumb_host::{DeviceError, StartError};

@@ -58,7 +58,7 @@ pub(crate) struct Arguments {
     pub(super) accept_plugins: bool,
     /// Let a debugger hold this program or a device's process: robots are not stopped because this program is silent, and nothing that a device is
     /// asked is too late.
-    #[arg(long)]
+    #[arg(long, visible_alias = "no-watchdog")]
     pub(super) debugger: bool,
 }
 
