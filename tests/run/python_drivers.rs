@@ -1,0 +1,274 @@
+//! Drivers in Python behind the bridge, as a run meets them: stopped while they move, killed, hanging, failing, saying what is no message; and two worked
+//! drivers, on pyserial and on ophyd.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use nix::sys::signal::Signal;
+
+use crate::lab::{Lab, command_of, kill, wait_gone};
+use crate::own_plugins::Own;
+
+/// The driver of an arm that takes its time, and says in a file when it was told to stop.
+const SLOW: [(&str, &str); 2] = [
+    ("MAX_SPEED = [1.0, 100.0]", "MAX_SPEED = [0.1, 10.0]"),
+    ("\"\"\"Brings it to rest, now.\"\"\"", "open('stopped', 'w').close()"),
+];
+
+/// A cell with an arm of `plumb plugins new`, its driver changed; none without Python, which is said.
+fn cell(changes: &[(&str, &str)]) -> Option<Lab> {
+    if Command::new("python3").arg("--version").output().is_err() {
+        println!("skipped: there is no `python3` here");
+        return None;
+    }
+    let lab = Lab::new();
+    let made = lab.plumb(&["plugins", "new", "robot", "pyarm", "--lang", "python"]);
+    assert_eq!(made.code(), 0, "{}", made.all());
+    for (from, to) in changes {
+        lab.edit("pyarm/driver.py", from, to);
+    }
+    let text = fs::read_to_string(lab.path("pyarm/cell.yaml")).unwrap();
+    lab.write("cell-py.yaml", &text.replace("[procedure.yaml]", "[pyarm/procedure.yaml]"));
+    Some(lab)
+}
+
+/// The living process of a driver of this lab.
+fn driver_of(lab: &Lab) -> Option<u32> {
+    let folder = fs::canonicalize(lab.path("pyarm")).unwrap();
+    let numbers = fs::read_dir("/proc")
+        .unwrap()
+        .filter_map(|entry| entry.ok()?.file_name().to_str()?.parse::<u32>().ok());
+    let is_it = |process: &u32| {
+        let place = fs::read_link(format!("/proc/{process}/cwd")).unwrap_or_default();
+        place == folder && command_of(*process).contains("driver.py")
+    };
+    numbers.filter(is_it).next()
+}
+
+fn message(event: &serde_json::Value) -> String {
+    event["message"].as_str().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn an_arm_in_python_is_stopped_while_it_moves() {
+    let Some(lab) = cell(&SLOW) else { return };
+    let mut running = lab.start(&["run", "cell-py.yaml"]);
+    running.until_moving_in("out");
+    let driver = driver_of(&lab).unwrap();
+    let asked = Instant::now();
+    running.signal(Signal::SIGTERM);
+    let (last, code) = running.end();
+    assert_eq!(code, Some(3), "{last}");
+    assert!(asked.elapsed() < Duration::from_secs(4), "{:?}", asked.elapsed());
+    assert!(lab.path("pyarm/stopped").is_file(), "the driver was told to stop");
+    wait_gone(driver);
+}
+
+#[test]
+fn a_driver_that_is_killed_while_it_moves_ends_the_step_with_how_it_ended() {
+    let Some(lab) = cell(&SLOW) else { return };
+    let mut running = lab.start(&["run", "cell-py.yaml"]);
+    running.until_moving_in("out");
+    let driver = driver_of(&lab).unwrap();
+    kill(driver);
+    let (last, code) = running.end();
+    assert_eq!(code, Some(2), "{last}");
+    let told = message(&last);
+    let wanted = format!("its driver `python3 driver.py` (process {driver}) has ended (signal: 9 (SIGKILL))");
+    assert!(told.contains(&wanted), "{told}");
+}
+
+#[test]
+fn a_driver_ends_with_its_host_and_with_plumb_and_is_told_to_stop_before() {
+    let Some(lab) = cell(&SLOW) else { return };
+    let mut running = lab.start(&["run", "cell-py.yaml"]);
+    running.until_moving_in("out");
+    let driver = driver_of(&lab).unwrap();
+    kill(running.host_of("libplumb_bridge"));
+    let (last, code) = running.end();
+    assert_eq!(code, Some(2), "{last}");
+    wait_gone(driver);
+
+    drop(fs::remove_file(lab.path("pyarm/stopped")));
+    let mut running = lab.start(&["run", "cell-py.yaml"]);
+    running.until_moving_in("out");
+    let driver = driver_of(&lab).unwrap();
+    kill(running.process());
+    wait_gone(driver);
+    assert!(lab.path("pyarm/stopped").is_file(), "an arm without plumb is stopped");
+}
+
+#[test]
+fn a_driver_that_hangs_ends_with_its_host_and_is_named() {
+    let Some(lab) = cell(&[("return self.joints\n\n    def move", "while True: pass\n\n    def move")])
+    else {
+        return;
+    };
+    let mut running = lab.start(&["run", "cell-py.yaml"]);
+    let begun = Instant::now();
+    let mut driver = None;
+    while driver.is_none() && begun.elapsed() < Duration::from_secs(10) {
+        driver = driver_of(&lab);
+        thread::sleep(Duration::from_millis(20));
+    }
+    let mut told = String::new();
+    while let Some(event) = running.event() {
+        told += &event.to_string();
+    }
+    let (_, code) = running.end();
+    assert_eq!(code, Some(2), "{told}");
+    assert!(told.contains("did not answer 'read joints' within 5s"), "{told}");
+    assert!(begun.elapsed() < Duration::from_secs(20), "{:?}", begun.elapsed());
+    wait_gone(driver.unwrap());
+}
+
+#[test]
+fn an_exception_is_the_error_of_its_call_with_its_kind() {
+    for (raised, told) in [
+        (
+            "raise ConnectionRefusedError(111, 'Connection refused')",
+            "ConnectionRefusedError: [Errno 111] Connection refused",
+        ),
+        (
+            "raise plumb_driver.Disconnected('the controller is switched off')",
+            "the controller is switched off",
+        ),
+        ("return [float('nan'), 0.0]", "Out of range float values are not JSON compliant"),
+        ("return {'joint': [0, 0]}", "its layout has no field 'joint'"),
+        (
+            "self.host.emit('diary', joints=[0.0]); return self.joints",
+            "emits on 'diary', which its plugin.yaml does not declare",
+        ),
+        (
+            "import os; os.write(self.host._sink.fileno(), b'hello\\n'); return self.joints",
+            "what is no message of its protocol",
+        ),
+        ("import os; os._exit(3)", "has ended (exit status: 3)"),
+    ] {
+        let Some(lab) = cell(&[("return self.joints\n\n    def move", &format!("{raised}\n\n    def move"))])
+        else {
+            return;
+        };
+        let run = lab.plumb(&["run", "cell-py.yaml", "--headless"]);
+        assert_eq!(run.code(), 2, "{raised}: {}", run.all());
+        assert!(run.all().contains(told), "{raised}: {}", run.all());
+    }
+}
+
+#[test]
+fn a_driver_that_cannot_start_says_why() {
+    let Some(lab) = cell(&[("import math", "import math\nimport no_such_module")]) else { return };
+    let checked = lab.plumb(&["plugins", "check", "pyarm"]);
+    assert_eq!(checked.code(), 1, "{}", checked.all());
+    assert!(
+        checked.out().contains("ModuleNotFoundError: No module named 'no_such_module'"),
+        "{}",
+        checked.out()
+    );
+    lab.edit("pyarm/plugin.yaml", "[python3, driver.py]", "[no-such-python, driver.py]");
+    let checked = lab.plumb(&["plugins", "check", "pyarm"]);
+    assert!(checked.out().contains("no-such-python: No such file or directory"), "{}", checked.out());
+    assert!(
+        checked.out().contains("name another command under `driver:` in plugin.yaml"),
+        "{}",
+        checked.out()
+    );
+}
+
+#[test]
+fn a_manifest_names_a_library_or_a_driver() {
+    let Some(lab) = cell(&[]) else { return };
+    let given = "driver: [python3, driver.py]";
+    for (wrong, told) in [
+        ("", "a manifest needs the key `library`, or `driver`"),
+        (
+            "driver: [python3, driver.py]\nlibrary: libarm.so",
+            "a manifest has `library` or `driver`, not both",
+        ),
+        ("driver: []", "`driver` is empty"),
+        ("driver: python3", "plugin.yaml:"),
+    ] {
+        lab.edit("pyarm/plugin.yaml", given, wrong);
+        let checked = lab.plumb(&["check", "pyarm/plugin.yaml"]);
+        assert_eq!(checked.code(), 2, "{wrong}: {}", checked.all());
+        assert!(checked.err().contains(told), "{wrong}: {}", checked.err());
+        let text = fs::read_to_string(lab.path("pyarm/plugin.yaml")).unwrap();
+        let line = if wrong.is_empty() { "kind: robot\n\n" } else { wrong };
+        let mended = if wrong.is_empty() { "kind: robot\ndriver: [python3, driver.py]\n" } else { given };
+        assert!(text.contains(line), "{text}");
+        lab.write("pyarm/plugin.yaml", &text.replace(line, mended));
+    }
+}
+
+#[test]
+fn a_driver_that_has_changed_is_a_question_before_it_runs() {
+    let Some(lab) = cell(&[]) else { return };
+    assert_eq!(lab.plumb(&["run", "cell-py.yaml", "--headless"]).code(), 0);
+    lab.edit("pyarm/driver.py", "import math", "import math  # changed");
+    let refused = lab.plumb(&["run", "cell-py.yaml", "--headless"]);
+    assert_eq!(refused.code(), 4, "{}", refused.all());
+    assert!(refused.err().contains("pyarm/driver.py (SHA-256 "), "{}", refused.err());
+}
+
+/// The worked drivers.
+fn examples() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins/bridge/examples")
+}
+
+/// A worked driver in a folder of its own; none where a module that it needs is not installed, which is said.
+fn worked(own: &Own, name: &str, module: &str) -> bool {
+    let found = Command::new("python3").args(["-c", &format!("import {module}")]).output();
+    if !found.is_ok_and(|output| output.status.success()) {
+        println!("skipped: python3 has no module `{module}` here");
+        return false;
+    }
+    for file in ["plugin.yaml", "driver.py"] {
+        fs::copy(examples().join(name).join(file), own.folder().join(file)).unwrap();
+    }
+    true
+}
+
+#[test]
+fn a_sensor_on_pyserial_conforms_on_a_pseudo_terminal() {
+    let own = Own::new("sensor", "gauge", "python");
+    if !worked(&own, "serial-gauge", "serial") {
+        return;
+    }
+    let pair = nix::pty::openpty(None, None).unwrap();
+    let port = nix::unistd::ttyname(&pair.slave).unwrap();
+    // The gauge: a height for each question mark, until the terminal is closed.
+    thread::spawn(move || {
+        let mut line = fs::File::from(pair.master);
+        let mut letter = [0];
+        while std::io::Read::read_exact(&mut line, &mut letter).is_ok() {
+            if letter == *b"?" {
+                std::io::Write::write_all(&mut line, b"12.503\r").unwrap();
+            }
+        }
+    });
+    let config = format!("{{port: {}}}", port.display());
+    let checked = own.plumb(&["plugins", "check", ".", "--config", &config]);
+    assert_eq!(checked.code(), 0, "{}", checked.all());
+    assert!(
+        checked.out().contains("passed   its readings hold what its description says"),
+        "{}",
+        checked.out()
+    );
+    let absent = own.plumb(&["plugins", "check", ".", "--config", "{port: /dev/no-such-port}"]);
+    assert!(absent.out().contains("/dev/no-such-port cannot be opened"), "{}", absent.out());
+    drop(pair.slave);
+}
+
+#[test]
+fn an_axis_of_ophyd_conforms() {
+    let own = Own::new("robot", "axis", "python");
+    if !worked(&own, "ophyd-axis", "ophyd") {
+        return;
+    }
+    let checked = own.plumb(&["plugins", "check", ".", "--move"]);
+    assert_eq!(checked.code(), 0, "{}", checked.all());
+    assert!(checked.out().contains("passed   a move ends where it was told to"), "{}", checked.out());
+}

@@ -1,0 +1,95 @@
+//! `plumb streams`: what a cell's devices emit, while it runs.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use plumb_cell::device::{CellPlace, PlaceState};
+use serde_json::Value;
+
+use crate::lab::{Lab, Said};
+
+#[test]
+fn the_streams_of_a_cell_are_listed_without_a_run() {
+    let lab = Lab::new();
+    let listed = lab.plumb(&["streams", "cell.yaml"]);
+    assert_eq!(listed.code(), 0, "{}", listed.all());
+    let row =
+        |name: &str| listed.out().lines().find(|line| line.starts_with(name)).map(str::to_owned).unwrap();
+    assert!(
+        row("arm/joints").contains("joint-state/1") && row("arm/joints").contains("of plugin simulated"),
+        "{}",
+        listed.out()
+    );
+    assert!(row("eye/edges").contains("proximity-edge/1"), "{}", listed.out());
+    let refused = lab.plumb(&["streams", "cell.yaml", "arm/joint"]);
+    assert_eq!(refused.code(), 2, "{}", refused.all());
+    assert!(
+        refused.err().contains("the cell has no stream 'arm/joint': did you mean `arm/joints`?"),
+        "{}",
+        refused.err()
+    );
+    let early = lab.plumb(&["streams", "cell.yaml", "arm/joints"]);
+    assert_eq!(early.code(), 2, "{}", early.all());
+    assert!(
+        early.err().contains("nobody runs cell.yaml") && early.err().contains("--wait"),
+        "{}",
+        early.err()
+    );
+}
+
+#[test]
+fn streams_are_printed_live_and_nothing_is_left_behind() {
+    let lab = Lab::new();
+    let listen = |arguments: &[&str]| {
+        let mut command = lab.command(&["streams", "cell.yaml"]);
+        command
+            .args(arguments)
+            .args(["--wait", "60"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    let all = listen(&["all", "--json"]);
+    let few = listen(&["arm/joints", "--count", "3"]);
+    let run = lab.plumb(&["run", "cell.yaml"]);
+    assert_eq!(run.code(), 0, "{}", run.all());
+    let all = Said::of(all.wait_with_output().unwrap());
+    assert_eq!(all.code(), 0, "{}", all.err());
+    let lines: Vec<Value> = all.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let of =
+        |name: &str| lines.iter().filter(|line| line["stream"] == name && line["fields"].is_object()).count();
+    assert!(of("arm/joints") > 50 && of("eye/edges") > 0 && of("arm/health") > 0, "{} lines", lines.len());
+    let joints =
+        lines.iter().find(|line| line["stream"] == "arm/joints" && line["fields"].is_object()).unwrap();
+    assert_eq!(joints["message"], "joint-state/1");
+    assert!(
+        joints["fields"]["joints"].as_array().unwrap().len() > 3
+            && joints["fields"]["time_ns"].as_u64() > Some(0),
+        "{joints}"
+    );
+
+    let few = Said::of(few.wait_with_output().unwrap());
+    assert_eq!(few.code(), 0, "{}", few.err());
+    assert_eq!(few.out().lines().filter(|line| line.starts_with("arm/joints ")).count(), 3, "{}", few.out());
+    let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
+    assert_eq!(place.state(), PlaceState::Empty);
+}
+
+#[test]
+fn a_program_in_python_reads_a_stream() {
+    let lab = Lab::new();
+    let program = Path::new(env!("CARGO_BIN_EXE_plumb")).parent().unwrap().display().to_string();
+    let reader = Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins/bridge/examples/read_stream.py");
+    let mut python = Command::new("python3");
+    python.arg(reader).args(["cell.yaml", "arm/joints"]).current_dir(lab.path(".")).stdin(Stdio::null());
+    python.env("PATH", format!("{program}:{}", std::env::var("PATH").unwrap_or_default()));
+    let Ok(reading) = python.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn() else {
+        println!("skipped: there is no `python3` here");
+        return;
+    };
+    assert_eq!(lab.plumb(&["run", "cell.yaml"]).code(), 0);
+    let read = Said::of(reading.wait_with_output().unwrap());
+    assert_eq!(read.code(), 0, "{}", read.all());
+    assert!(read.out().lines().filter(|line| line.contains('[')).count() > 50, "{}", read.out());
+}
