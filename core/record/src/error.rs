@@ -69,6 +69,20 @@ pub enum RecordError {
         /// The number asked for.
         run: i64,
     },
+    /// No entry of this number.
+    #[error("there is no entry {entry} in the queue; `plumb queue list` shows those there are")]
+    NoSuchQueueEntry {
+        /// The number asked for.
+        entry: i64,
+    },
+    /// An entry that has begun or was taken off, or is one of another cell.
+    #[error(
+        "entry {entry} does not wait in this queue any more: its run has begun, it was removed, or it is of another cell; `plumb queue list` shows how it is"
+    )]
+    NotWaiting {
+        /// Its number.
+        entry: i64,
+    },
     /// No such revision of corrections.
     #[error(
         "there is no revision {revision} of the corrections of {device} in cell {cell}; `plumb record zeros {cell}` lists them"

@@ -8,7 +8,11 @@
 use rusqlite::{OptionalExtension as _, Row, params};
 
 use crate::error::During;
+use crate::outbox_triggers::send_what_is_there;
 use crate::{Record, RecordError, sha256_hex};
+
+/// Rows that are taken off at once: some milliseconds.
+const TRIMMED_AT_ONCE: u32 = 2_000;
 
 /// A row of the outbox.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -59,7 +63,7 @@ impl Record {
     }
 
     /// Gives the record a new identity. For one that was copied, or brought back from a copy, and went on: its rows are then
-    /// sent anew, as those of another record.
+    /// sent anew, as those of another record. Where rows were taken off the outbox, it is filled anew from the tables.
     ///
     /// # Errors
     /// When the record cannot be written.
@@ -69,6 +73,15 @@ impl Record {
                 .connection
                 .execute("UPDATE identity SET id = lower(hex(randomblob(16)))", [])
                 .during("take a new identity")?;
+            if record.first_outbox_row()?.is_some_and(|first| first > 1) {
+                let transaction = record.connection.transaction().during("fill its outbox")?;
+                // Under a new name its rows are counted from 1 again: a gap would say that some are missing.
+                transaction
+                    .execute_batch("DELETE FROM outbox; DELETE FROM sqlite_sequence WHERE name = 'outbox'")
+                    .during("fill its outbox")?;
+                send_what_is_there(&transaction).during("fill its outbox")?;
+                transaction.commit().during("fill its outbox")?;
+            }
             record.identity()
         })
     }
@@ -103,6 +116,40 @@ impl Record {
             .during("read its outbox")
     }
 
+    /// The number of the oldest row of the outbox; none when it is empty.
+    ///
+    /// # Errors
+    /// When the record cannot be read.
+    pub fn first_outbox_row(&self) -> Result<Option<i64>, RecordError> {
+        self.connection
+            .query_row("SELECT min(sequence) FROM outbox", [], |row| row.get(0))
+            .during("read its outbox")
+    }
+
+    /// Takes rows off the outbox that were sent, number `sent` the last, and are older than so many days; how many. The last that was
+    /// sent stays, by which a copied record is told. The rows themselves stay in their tables.
+    ///
+    /// # Errors
+    /// When the record cannot be written.
+    pub fn trim_outbox(&mut self, sent: i64, days: u32) -> Result<usize, RecordError> {
+        let mut trimmed = 0;
+        // In parts, so that a run never waits long for its own rows to be written.
+        loop {
+            let part = self
+                .connection
+                .execute(
+                    "DELETE FROM outbox WHERE sequence IN (SELECT sequence FROM outbox WHERE sequence < ?1 \
+                     AND made < strftime('%Y-%m-%dT%H:%M:%fZ', 'now', ?2) ORDER BY sequence LIMIT ?3)",
+                    params![sent, format!("-{days} days"), TRIMMED_AT_ONCE],
+                )
+                .during("take sent rows off its outbox")?;
+            trimmed += part;
+            if part == 0 {
+                return Ok(trimmed);
+            }
+        }
+    }
+
     /// The number of the newest row of the outbox; 0 when nothing was ever written.
     ///
     /// # Errors
@@ -117,7 +164,7 @@ impl Record {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::outbox_triggers::{send_what_is_there, sent_tables};
+    use crate::outbox_triggers::sent_tables;
     use crate::{NewRun, RunEnd};
 
     fn new_record() -> (tempfile::TempDir, Record) {
@@ -190,6 +237,28 @@ mod tests {
         transaction.commit().expect("kept");
         let rows = record.outbox_after(0, 100).expect("read");
         assert_eq!(rows.iter().filter(|row| row.kind == "runs").count(), 1);
+    }
+
+    #[test]
+    fn sent_rows_that_are_old_are_taken_off_but_the_last_and_a_new_identity_brings_everything_back() {
+        let (_directory, mut record) = new_record();
+        for _ in 0..4 {
+            record.start_run(&NewRun { cell: "bench".into(), ..NewRun::default() }).expect("started");
+        }
+        let numbers = |record: &Record| -> Vec<i64> {
+            record.outbox_after(0, 100).expect("read").iter().map(|row| row.sequence).collect()
+        };
+        assert_eq!(record.trim_outbox(3, 1).expect("trimmed"), 0, "none is a day old");
+        record.connection.execute("UPDATE outbox SET made = '2020-01-01T00:00:00.000Z'", []).expect("aged");
+        assert_eq!(record.trim_outbox(3, 1).expect("trimmed"), 2);
+        assert_eq!(numbers(&record), [3, 4], "the last that was sent stays, and what was not sent");
+        record.renew_identity().expect("renewed");
+        let runs = record.outbox_after(0, 100).expect("read");
+        assert_eq!(runs.iter().filter(|row| row.kind == "runs").count(), 4);
+        assert!(
+            runs.iter().zip(1..).all(|(row, number)| row.sequence == number),
+            "from the beginning, with no gap"
+        );
     }
 
     #[test]

@@ -124,6 +124,12 @@ pub fn timestamp() -> String {
     jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%S%.3fZ").to_string()
 }
 
+/// How long ago a time of the record is, s; none where the text is no time. Less than 0 where the clock was put back since.
+pub fn seconds_since(time: &str) -> Option<f64> {
+    let then: jiff::Timestamp = time.parse().ok()?;
+    Some((jiff::Timestamp::now().as_millisecond() - then.as_millisecond()) as f64 / 1000.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

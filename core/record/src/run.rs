@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::error::During;
 use crate::record::timestamp;
-use crate::{Instrument, LoadedFile, Record, RecordError, RunId, instrument, loaded, note};
+use crate::{Instrument, LoadedFile, Record, RecordError, RunId, instrument, loaded, note, queue_start};
 
 /// What is known when a run starts.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -37,6 +37,8 @@ pub struct NewRun {
     pub instruments: Vec<Instrument>,
     /// What the operator wants remembered.
     pub notes: Vec<String>,
+    /// The entry of the queue that it carries out.
+    pub queue_entry: Option<i64>,
 }
 
 /// How a run ended.
@@ -66,16 +68,15 @@ pub enum RunState {
     Ended(RunEnd),
 }
 
-impl RunState {
-    fn from_column(text: &str) -> Self {
-        match text {
-            "passed" => RunState::Ended(RunEnd::Passed),
-            "failed" => RunState::Ended(RunEnd::Failed),
-            "aborted" => RunState::Ended(RunEnd::Aborted),
-            "needs_operator" => RunState::Ended(RunEnd::NeedsOperator),
-            "running" => RunState::Running,
-            _ => RunState::Ended(RunEnd::Error),
-        }
+/// Whether and how a run ended, as its column says.
+pub(crate) fn state_column(text: &str) -> RunState {
+    match text {
+        "passed" => RunState::Ended(RunEnd::Passed),
+        "failed" => RunState::Ended(RunEnd::Failed),
+        "aborted" => RunState::Ended(RunEnd::Aborted),
+        "needs_operator" => RunState::Ended(RunEnd::NeedsOperator),
+        "running" => RunState::Running,
+        _ => RunState::Ended(RunEnd::Error),
     }
 }
 
@@ -183,6 +184,9 @@ impl Record {
         instrument::insert(&transaction, id, &run.instruments).during("start a run")?;
         for note in &run.notes {
             note::insert(&transaction, id, &run.operator, note).during("start a run")?;
+        }
+        if let Some(entry) = run.queue_entry {
+            queue_start::begin(&transaction, entry, id)?;
         }
         transaction.commit().during("start a run")?;
         Ok(id)
@@ -303,7 +307,7 @@ pub(crate) fn summary(row: &Row<'_>) -> rusqlite::Result<RunSummary> {
         world: row.get(11)?,
         started: row.get(12)?,
         ended: row.get(13)?,
-        state: RunState::from_column(&row.get::<_, String>(14)?),
+        state: state_column(&row.get::<_, String>(14)?),
         message: row.get(15)?,
         skipped: texts(&json_column(row, 16)?),
     })

@@ -54,6 +54,19 @@ pub struct StoredStep {
     pub result: Value,
 }
 
+/// A step that goes on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpenStep {
+    /// Its row, unique in the record.
+    pub row: i64,
+    /// The step's place.
+    pub step: String,
+    /// When it began.
+    pub started: String,
+    /// How long it was planned to take, s.
+    pub estimate_s: Option<f64>,
+}
+
 impl Record {
     /// Notes the plan of a run.
     ///
@@ -157,6 +170,24 @@ impl Record {
             )
             .during("end a step")?;
         Ok(())
+    }
+
+    /// The step that goes on in a run, if one does: the innermost, where one holds others.
+    ///
+    /// # Errors
+    /// When the record cannot be read.
+    pub fn open_step(&self, run: RunId) -> Result<Option<OpenStep>, RecordError> {
+        self.connection
+            .query_row(
+                "SELECT id, step, started, (SELECT estimate_s FROM plan WHERE plan.run = steps.run AND plan.step = steps.step) FROM steps \
+                 WHERE run = ?1 AND ended IS NULL ORDER BY id DESC LIMIT 1",
+                params![run.0],
+                |row| {
+                    Ok(OpenStep { row: row.get(0)?, step: row.get(1)?, started: row.get(2)?, estimate_s: row.get(3)? })
+                },
+            )
+            .optional()
+            .during("read the step that goes on")
     }
 
     /// Every attempt at every step of a run, in the order they began.

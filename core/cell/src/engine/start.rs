@@ -58,6 +58,8 @@ pub struct RunRequest {
     pub other_files: Vec<LoadedFile>,
     /// Plugins that have changed since the cell ran with them last are run without asking.
     pub accepts_changed_plugins: bool,
+    /// The entry of the record's queue that a new run carries out.
+    pub queue_entry: Option<i64>,
 }
 
 /// A run that goes on in a thread of its own.
@@ -315,6 +317,7 @@ fn start_in_record(
         loaded: loaded_files(request),
         instruments: request.cell.instruments.clone(),
         notes: request.notes.clone(),
+        queue_entry: request.queue_entry,
     })?;
     for robot in &request.cell.robots {
         if let Some(model) = &robot.model {

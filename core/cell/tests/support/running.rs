@@ -52,6 +52,7 @@ pub fn request(cell: &Arc<Workcell>, record: &TempDir) -> RunRequest {
         settings: serde_json::Value::Null,
         other_files: Vec::new(),
         accepts_changed_plugins: false,
+        queue_entry: None,
     }
 }
 

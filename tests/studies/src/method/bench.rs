@@ -121,6 +121,7 @@ impl<'a> Bench<'a> {
             settings: Value::Null,
             other_files: Vec::new(),
             accepts_changed_plugins: true,
+            queue_entry: None,
         };
         let mut running = start_run(request, |_| Ok(Box::new(KeptDevices::new(&self.devices))))?;
         let (mut steps, mut message) = (0, String::new());

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use super::json_events::Wanted;
 
 /// Run a procedure of a cell. In a terminal the screens open; without one, or with --headless, it runs by itself with answers from a file.
-#[derive(clap::Args)]
+#[derive(Default, clap::Args)]
 pub(crate) struct Arguments {
     /// The cell file. With --resume it may be left out.
     #[arg(required_unless_present = "resume")]
@@ -60,15 +60,67 @@ pub(crate) struct Arguments {
     /// asked is too late.
     #[arg(long, visible_alias = "no-watchdog")]
     pub(super) debugger: bool,
+    /// The entry of the record's queue that a new run carries out.
+    #[arg(skip)]
+    pub(super) queue_entry: Option<i64>,
 }
 
 /// How the time of a simulated world goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum PaceArgument {
+pub(crate) enum PaceArgument {
     /// As on the wall.
     Real,
     /// As fast as can be.
     Fast,
+}
+
+/// What a run of the queue takes; the rest is as `plumb run --headless` has it.
+pub(crate) struct OfQueue {
+    /// The cell file.
+    pub(crate) cell: PathBuf,
+    /// Which of its procedures; the first if left out.
+    pub(crate) procedure: Option<String>,
+    /// Parameters other than their defaults.
+    pub(crate) set: Vec<(String, f64)>,
+    /// The file of answers; the cell's own if left out.
+    pub(crate) answers: Option<PathBuf>,
+    /// The entry it carries out.
+    pub(crate) entry: Option<i64>,
+    /// The run to go on with, instead of a new one.
+    pub(crate) resume: Option<i64>,
+    /// Where the record lies.
+    pub(crate) record: PathBuf,
+    /// Who runs it.
+    pub(crate) operator: String,
+    /// How the time of a simulated cell goes.
+    pub(crate) pace: Option<PaceArgument>,
+    /// Look for plugins here too.
+    pub(crate) plugins: Vec<PathBuf>,
+    /// Run plugins whose files have changed.
+    pub(crate) accept_plugins: bool,
+    /// Print every event as a line of JSON.
+    pub(crate) json: bool,
+}
+
+impl From<OfQueue> for Arguments {
+    fn from(queue: OfQueue) -> Self {
+        Self {
+            cell: Some(queue.cell),
+            procedure: queue.procedure,
+            headless: true,
+            answers: queue.answers,
+            set: queue.set,
+            json: queue.json,
+            resume: queue.resume.map(Some),
+            record: Some(queue.record),
+            pace: queue.pace,
+            operator: Some(queue.operator),
+            plugins: queue.plugins,
+            accept_plugins: queue.accept_plugins,
+            queue_entry: queue.entry,
+            ..Self::default()
+        }
+    }
 }
 
 impl Arguments {

@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::sync::Arc;
 
 use plumb_cell::answers::{Answers, load_answers};
 use plumb_cell::device::{CellPlace, HostedDevices, World, check_plugins, hashed, plugin_files};
 use plumb_cell::engine::{RunRequest, RunningRun, StartError, start_run};
+use plumb_cell::event::RunOutcome;
 use plumb_cell::expression::Calculator;
 use plumb_cell::procedure::Procedure;
 use plumb_cell::workcell::{Pace, Workcell, load_workcell};
@@ -19,6 +21,7 @@ use serde_json::json;
 use super::arguments::{Arguments, PaceArgument};
 use super::event_log::logged;
 use super::simulated_world::SimulatedWorld;
+use crate::failure::CommandResult;
 use crate::logging;
 use crate::record_directory::record_directory;
 
@@ -34,13 +37,30 @@ pub(super) struct Prepared {
 }
 
 /// Why a run does not start.
-pub(super) enum Refused {
+pub(crate) enum Refused {
     /// Mistakes in files.
     Files(Vec<FileProblems>),
     /// It would have to ask.
     NeedsOperator(String),
     /// Anything else.
     Other(Box<dyn Error>),
+}
+
+impl Refused {
+    /// Says it; the exit code of a command that ends with it.
+    pub(crate) fn tell(self) -> CommandResult {
+        match self {
+            Refused::Files(problems) => {
+                problems.iter().for_each(|problems| eprintln!("{problems}"));
+                Ok(ExitCode::from(RunOutcome::Error.exit_code()))
+            }
+            Refused::NeedsOperator(reason) => {
+                eprintln!("plumb: {reason}");
+                Ok(ExitCode::from(RunOutcome::NeedsOperator.exit_code()))
+            }
+            Refused::Other(error) => Err(error),
+        }
+    }
 }
 
 impl<E: Error + 'static> From<E> for Refused {
@@ -96,6 +116,7 @@ pub(super) fn wanted(arguments: &Arguments) -> Result<Wanted, Refused> {
         resume: resumed.as_ref().map(|run| run.run),
         other_files,
         accepts_changed_plugins: arguments.accept_plugins,
+        queue_entry: arguments.queue_entry,
     };
     Ok(Wanted { request, catalogue, pace })
 }
@@ -236,6 +257,6 @@ fn pace_of(cell: &Workcell, arguments: &Arguments) -> Pace {
     }
 }
 
-fn absolute(path: &Path) -> String {
+pub(crate) fn absolute(path: &Path) -> String {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
 }
