@@ -1,6 +1,8 @@
 //! The command line as a whole: the commands, grouped by what a person wants to do, each with examples. Help, manual pages and completions are
 //! made from this.
 
+mod cells_examples;
+mod example;
 mod examples;
 mod groups;
 
@@ -9,8 +11,8 @@ use std::path::PathBuf;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::commands::{
-    answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model, note,
-    plugins, record, run, schema, serve, ship, show, streams, stripe, study, target, trial, watch, world,
+    alert, answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model,
+    note, plugins, queue, record, run, schema, serve, ship, show, streams, stripe, study, target, trial, watch, world,
 };
 
 /// Calibrates lab robots: runs the procedures of workcells, and shows where the model of a machine fails and what it lacks.
@@ -38,12 +40,16 @@ pub(crate) enum Command {
     Show(show::Arguments),
     Certificate(certificate::Arguments),
     Note(note::Arguments),
+    /// Runs that wait for their cell: add, reorder and remove them while one goes on, and carry them out unattended.
+    #[command(subcommand)]
+    Queue(queue::QueueCommand),
     /// Look after the record: copy it, check it, list corrections and bring earlier ones back.
     #[command(subcommand)]
     Record(record::RecordCommand),
     Serve(serve::Arguments),
     Ship(ship::Arguments),
     Fleet(fleet::Arguments),
+    Alert(alert::Arguments),
     /// Compare a model with measurements, see what it lacks, add it, watch the error fall.
     #[command(subcommand)]
     Model(model::ModelCommand),

@@ -1,5 +1,6 @@
 //! The commands of the program, one file each: what is typed, and what is printed.
 
+pub(crate) mod alert;
 pub(crate) mod answer;
 pub(crate) mod certificate;
 pub(crate) mod check;
@@ -14,6 +15,7 @@ pub(crate) mod man;
 pub(crate) mod model;
 pub(crate) mod note;
 pub(crate) mod plugins;
+pub(crate) mod queue;
 pub(crate) mod record;
 pub mod run;
 pub(crate) mod schema;

@@ -19,11 +19,12 @@ mod record_directory;
 mod say;
 mod screens;
 pub mod signals;
+mod web;
 
 use command_line::Command;
 use commands::{
-    answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model, note,
-    plugins, record, run, schema, serve, ship, show, streams, stripe, study, target, trial, watch, world,
+    alert, answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model,
+    note, plugins, queue, record, run, schema, serve, ship, show, streams, stripe, study, target, trial, watch, world,
 };
 use failure::CommandResult;
 
@@ -46,6 +47,7 @@ pub fn program() -> ExitCode {
         Command::Man(arguments) => man::run(&arguments, command_line::command()),
         Command::Model(command) => model::run(&command),
         Command::Emulate(command) => emulate::run(&command),
+        Command::Alert(arguments) => alert::run(&arguments),
         Command::Answer(arguments) => answer::run(&arguments),
         Command::Certificate(arguments) => certificate::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
@@ -53,6 +55,7 @@ pub fn program() -> ExitCode {
         Command::Fleet(arguments) => fleet::run(&arguments),
         Command::History(arguments) => history::run(&arguments),
         Command::Note(arguments) => note::run(&arguments),
+        Command::Queue(command) => queue::run(&command),
         Command::Record(command) => record::run(&command),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),

@@ -1,6 +1,7 @@
 //! The signals that ask a run to end, with who sent them. They are nobody's wish at the keyboard, and the record says so.
 
 use std::io;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use nix::sys::signal::{SigSet, Signal};
@@ -45,6 +46,61 @@ impl EndingSignals {
         });
         receiver
     }
+
+    /// Hears them for runs that go on one after the other.
+    pub(crate) fn in_turn(self) -> SignalsInTurn {
+        let state = Arc::new(Mutex::new(InTurn::default()));
+        let heard = Arc::clone(&state);
+        thread::spawn(move || {
+            while let Ok(Some(signal)) = self.0.read_signal() {
+                let number = i32::try_from(signal.ssi_signo).unwrap_or_default();
+                let sender = (signal.ssi_code != SENT_BY_THE_SYSTEM).then_some(signal.ssi_pid);
+                let mut state = heard.lock().unwrap_or_else(PoisonError::into_inner);
+                state.received.get_or_insert((number, sender));
+                if let Some(run) = &state.run {
+                    let _over = run.send(command_in_turn((number, sender)));
+                }
+            }
+        });
+        SignalsInTurn { state }
+    }
+}
+
+/// A signal as it was received: its number, and who sent it.
+type Received = (i32, Option<u32>);
+
+/// Tells whichever run goes on of the signals, where one program carries out several in turn.
+pub(crate) struct SignalsInTurn {
+    state: Arc<Mutex<InTurn>>,
+}
+
+#[derive(Default)]
+struct InTurn {
+    /// The run that goes on.
+    run: Option<RunHandle>,
+    /// The first signal.
+    received: Option<Received>,
+}
+
+impl SignalsInTurn {
+    /// Tells this run from here on; at once, where a signal came already.
+    pub(crate) fn tell(&self, run: &RunHandle) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(received) = state.received {
+            let _over = run.send(command_in_turn(received));
+        }
+        state.run = Some(run.clone());
+    }
+
+    /// Whether the program was asked to end.
+    pub(crate) fn ask_to_end(&self) -> bool {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).received.is_some()
+    }
+}
+
+/// A run of several is kept for later when the program is told to end; Ctrl-C is the operator's own abort.
+fn command_in_turn((number, sender): Received) -> Command {
+    command_of(number, sender, number != Signal::SIGINT as i32)
 }
 
 /// What a signal means for a run.

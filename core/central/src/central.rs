@@ -9,13 +9,23 @@ use crate::CentralError;
 use crate::error::During as _;
 
 /// Each entry takes the schema from its index to the next version. Entries are never changed, only added.
-const MIGRATIONS: [&str; 1] = [include_str!("schema-1.sql")];
+const MIGRATIONS: [&str; 2] = [include_str!("schema-1.sql"), include_str!("schema-2.sql")];
 
 /// The version this program knows.
-const KNOWN: i32 = MIGRATIONS.len() as i32;
+pub(crate) const KNOWN: i32 = MIGRATIONS.len() as i32;
 
 /// How long the server may take to answer a connection: long enough for a slow line, short enough to be told the same minute.
 const CONNECT_WITHIN: Duration = Duration::from_secs(10);
+
+/// What the server does with a connection whose other end has gone without a word, as when the network is cut: it lets go of it within a quarter of a
+/// minute. By the system's own settings it would keep the transaction open for two hours, and whoever sends the same rows again would wait for it.
+const SERVER_LETS_GO: [(&str, &str); 5] = [
+    ("idle_in_transaction_session_timeout", "15s"),
+    ("tcp_keepalives_idle", "5"),
+    ("tcp_keepalives_interval", "5"),
+    ("tcp_keepalives_count", "2"),
+    ("tcp_user_timeout", "15000"),
+];
 
 /// Key of the lock that lets one program at a time make the tables. Any number serves that nobody else uses; this one is "plumb"
 /// in ASCII.
@@ -33,10 +43,7 @@ impl Central {
     /// # Errors
     /// [`CentralError::Address`], [`CentralError::Unprotected`], [`CentralError::TooNew`]; or the server does not answer.
     pub async fn connect(address: &str) -> Result<Self, CentralError> {
-        let options = options_of(address)?;
-        let connecting = tokio::time::timeout(CONNECT_WITHIN, options.connect()).await;
-        let connecting = connecting.unwrap_or_else(|_| Err(sqlx::Error::PoolTimedOut));
-        let mut central = Self { connection: connecting.during("does not answer")? };
+        let mut central = Self { connection: open(address).await? };
         central.migrate().await?;
         Ok(central)
     }
@@ -83,6 +90,13 @@ impl Central {
     }
 }
 
+/// A connection to what `address` says.
+pub(crate) async fn open(address: &str) -> Result<PgConnection, CentralError> {
+    let options = options_of(address)?;
+    let connecting = tokio::time::timeout(CONNECT_WITHIN, options.connect()).await;
+    connecting.unwrap_or_else(|_| Err(sqlx::Error::PoolTimedOut)).during("does not answer")
+}
+
 /// The options in an address. Where it says nothing of TLS, another machine is reached by TLS alone.
 fn options_of(address: &str) -> Result<PgConnectOptions, CentralError> {
     let scheme = ["postgres://", "postgresql://"].iter().any(|scheme| address.starts_with(scheme));
@@ -92,7 +106,7 @@ fn options_of(address: &str) -> Result<PgConnectOptions, CentralError> {
     let options: PgConnectOptions =
         address.parse().map_err(|cause: sqlx::Error| CentralError::Address { reason: cause.to_string() })?;
     // What goes wrong is said by whoever asked; the library's own log would say it twice.
-    let options = options.application_name("plumb").disable_statement_logging();
+    let options = options.application_name("plumb").disable_statement_logging().options(SERVER_LETS_GO);
     let host = options.get_host().to_owned();
     if options.get_socket().is_some() || is_this_machine(&host) {
         return Ok(options);

@@ -31,6 +31,12 @@ pub enum CentralError {
         #[source]
         cause: sqlx::Error,
     },
+    /// The database takes too long.
+    #[error("the central database has not answered within {limit_s} s")]
+    Slow {
+        /// How long it was waited for, s.
+        limit_s: u64,
+    },
     /// A newer program made its tables.
     #[error("the central database has schema {found}, this program knows up to {known}: use the newer plumb")]
     TooNew {
@@ -48,6 +54,15 @@ pub enum CentralError {
         /// The row in question.
         sequence: i64,
     },
+    /// Rows that the database lacks are no longer in the outbox.
+    #[error(
+        "the central database lacks rows of this record up to {first}, and they were taken off its outbox (`plumb ship --trim`) after another database had them. Nothing was sent. \
+         `plumb ship --new-identity` sends everything the record holds from the beginning, under a new name"
+    )]
+    Trimmed {
+        /// The first row that is still there.
+        first: i64,
+    },
     /// The cell's own record.
     #[error(transparent)]
     Record(#[from] RecordError),
@@ -57,7 +72,7 @@ impl CentralError {
     /// Whether it may go away by itself: the network, a server that starts anew.
     pub fn may_pass(&self) -> bool {
         let Self::Database { cause, .. } = self else {
-            return matches!(self, Self::Record(RecordError::Locked { .. }));
+            return matches!(self, Self::Slow { .. } | Self::Record(RecordError::Locked { .. }));
         };
         match cause {
             sqlx::Error::Io(_)

@@ -36,6 +36,16 @@ pub struct CellState {
     pub waits_for: Option<String>,
     /// How long it has waited, s.
     pub waits_s: Option<f64>,
+    /// The instrument of that run whose calibration runs out first.
+    pub due_instrument: Option<String>,
+    /// The day on which it does: 2027-03-31.
+    pub due: Option<String>,
+    /// When a run of it passed last.
+    pub last_passed: Option<String>,
+    /// Runs that wait in its queue.
+    pub queued: i64,
+    /// Its arms, as their model files name them.
+    pub arm: Option<String>,
 }
 
 /// A prompt that nobody has answered.
@@ -103,6 +113,21 @@ pub struct EffectPoint {
     pub claim: String,
 }
 
+/// Something of which there is a trend.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Quantity {
+    /// A correction, `arm.waist`, or an effect, `joint_compliance(shoulder)`.
+    pub name: String,
+    /// Whether it is an effect.
+    pub is_effect: bool,
+    /// The arm it is of; empty where no model file names one.
+    pub arm: String,
+    /// Cells that have it.
+    pub cells: i64,
+    /// Values in all.
+    pub values: i64,
+}
+
 /// Reads a row whose columns have the names of the fields.
 macro_rules! from_row {
     ($name:ident: $($field:ident),+) => {
@@ -114,7 +139,8 @@ macro_rules! from_row {
     };
 }
 
-from_row!(CellState: record, cell, host, silent_s, run, procedure, state, started, ended, message, step, waits_for, waits_s);
+from_row!(CellState: record, cell, host, silent_s, run, procedure, state, started, ended, message, step, waits_for, waits_s, due_instrument, due, last_passed, queued, arm);
+from_row!(Quantity: name, is_effect, arm, cells, values);
 from_row!(Waiting: record, cell, run, step, title, waits_s);
 from_row!(CorrectionPoint: cell, record, device, quantity, place, run, proposed, value, uncertainty, unit);
 from_row!(EffectPoint: cell, record, device, made, effect, place, parameter, value, claim);
@@ -137,8 +163,9 @@ impl Central {
             utc!("started"),
             " AS started, ",
             utc!("ended"),
-            " AS ended, message, step, waits_for, extract(epoch FROM now() - waits_since)::float8 AS waits_s \
-             FROM cells ORDER BY cell, record"
+            " AS ended, message, step, waits_for, extract(epoch FROM now() - waits_since)::float8 AS waits_s, due_instrument, due, ",
+            utc!("last_passed"),
+            " AS last_passed, queued, arm FROM cells ORDER BY cell, record"
         ))
         .fetch_all(&mut self.connection)
         .await
@@ -159,7 +186,24 @@ impl Central {
         .during("cannot list what waits")
     }
 
-    /// All corrections of a quantity at a place (`arm.waist`: device and place), over all cells, the oldest first.
+    /// Everything of which there is a trend, what most cells have first.
+    ///
+    /// # Errors
+    /// The database does not answer.
+    pub async fn quantities(&mut self) -> Result<Vec<Quantity>, CentralError> {
+        sqlx::query_as(
+            "SELECT name, is_effect, coalesce(a.arm, '') AS arm, count(DISTINCT (q.record, q.cell)) AS cells, count(*) AS values FROM ( \
+             SELECT record, cell, device, device || '.' || place AS name, false AS is_effect FROM corrections WHERE revision IS NOT NULL \
+             UNION ALL SELECT record, cell, device, effect || CASE place WHEN '' THEN '' ELSE '(' || place || ')' END, true FROM effects) q \
+             LEFT JOIN arms a ON a.record = q.record AND a.cell = q.cell AND a.device = q.device \
+             GROUP BY name, is_effect, coalesce(a.arm, '') ORDER BY cells DESC, is_effect DESC, name",
+        )
+        .fetch_all(&mut self.connection)
+        .await
+        .during("cannot list what there is")
+    }
+
+    /// All corrections of a quantity at a place (`arm.waist`: device and place), over all cells or those with one arm, the oldest first.
     ///
     /// # Errors
     /// The database does not answer.
@@ -167,31 +211,43 @@ impl Central {
         &mut self,
         device: &str,
         place: &str,
+        arm: Option<&str>,
     ) -> Result<Vec<CorrectionPoint>, CentralError> {
         sqlx::query_as(concat!(
             "SELECT cell, record, device, quantity, place, run, ",
             utc!("proposed"),
-            " AS proposed, new AS value, uncertainty, unit FROM corrections WHERE device = $1 AND place = $2 AND revision IS NOT NULL ORDER BY proposed, record, id"
+            " AS proposed, new AS value, uncertainty, unit FROM corrections c WHERE device = $1 AND place = $2 AND revision IS NOT NULL \
+             AND ($3::text IS NULL OR EXISTS (SELECT FROM arms a WHERE a.record = c.record AND a.cell = c.cell AND a.device = c.device AND a.arm = $3)) \
+             ORDER BY proposed, record, id"
         ))
         .bind(device)
         .bind(place)
+        .bind(arm)
         .fetch_all(&mut self.connection)
         .await
         .during("cannot list corrections")
     }
 
-    /// All numbers of an effect at a place, over all cells, the oldest first.
+    /// All numbers of an effect at a place, over all cells or those with one arm, the oldest first.
     ///
     /// # Errors
     /// The database does not answer.
-    pub async fn effects(&mut self, effect: &str, place: &str) -> Result<Vec<EffectPoint>, CentralError> {
+    pub async fn effects(
+        &mut self,
+        effect: &str,
+        place: &str,
+        arm: Option<&str>,
+    ) -> Result<Vec<EffectPoint>, CentralError> {
         sqlx::query_as(concat!(
             "SELECT cell, record, device, ",
             utc!("made"),
-            " AS made, effect, place, parameter, value, claim FROM effects WHERE effect = $1 AND place = $2 ORDER BY made, record, sequence, parameter"
+            " AS made, effect, place, parameter, value, claim FROM effects e WHERE effect = $1 AND place = $2 \
+             AND ($3::text IS NULL OR EXISTS (SELECT FROM arms a WHERE a.record = e.record AND a.cell = e.cell AND a.device = e.device AND a.arm = $3)) \
+             ORDER BY made, record, sequence, parameter"
         ))
         .bind(effect)
         .bind(place)
+        .bind(arm)
         .fetch_all(&mut self.connection)
         .await
         .during("cannot list effects")

@@ -57,7 +57,18 @@ impl Shipper {
                 sequence
             }
         };
-        Ok(Self { central, identity, up_to })
+        match record.first_outbox_row()? {
+            Some(first) if first > up_to + 1 => Err(CentralError::Trimmed { first }),
+            _ => Ok(Self { central, identity, up_to }),
+        }
+    }
+
+    /// Takes rows off the outbox that the database has and that are older than so many days; how many.
+    ///
+    /// # Errors
+    /// The record cannot be written.
+    pub fn trim(&self, record: &mut Record, days: u32) -> Result<usize, CentralError> {
+        Ok(record.trim_outbox(self.up_to, days)?)
     }
 
     /// Sends the next rows, if there are any, and lets the database know that the record is still heard of.
@@ -156,6 +167,8 @@ async fn add_effects(
 ) -> Result<(), CentralError> {
     let Ok(body) = serde_json::from_str::<serde_json::Value>(&row.body) else { return Ok(()) };
     let text_of = |key: &str| body.get(key).and_then(serde_json::Value::as_str).unwrap_or_default();
+    // When the model was written, which in a record from before the outbox is long before its row was.
+    let made = if text_of("made").is_empty() { &row.made } else { text_of("made") };
     for one in effects_of(text_of("content")) {
         sqlx::query(
             "INSERT INTO effects (record, sequence, cell, device, made, effect, place, parameter, value, claim) \
@@ -165,7 +178,7 @@ async fn add_effects(
         .bind(row.sequence)
         .bind(text_of("cell"))
         .bind(text_of("device"))
-        .bind(&row.made)
+        .bind(made)
         .bind(&one.effect)
         .bind(&one.place)
         .bind(&one.parameter)

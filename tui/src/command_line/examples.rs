@@ -2,18 +2,8 @@
 
 use std::fmt::Write as _;
 
-/// A line to type, and what it is for.
-struct Example {
-    line: &'static str,
-    what: &'static str,
-}
-
-const fn example(line: &'static str, what: &'static str) -> Example {
-    Example { line, what }
-}
-
-/// The examples of a command, by the words after `plumb`.
-type Entry = (&'static str, &'static [Example]);
+use super::cells_examples::CELLS_EXAMPLES;
+use super::example::{Entry, Example, example};
 
 const EXAMPLES: &[Entry] = &[
     (
@@ -56,6 +46,7 @@ const EXAMPLES: &[Entry] = &[
         &[
             example("plumb answer", "what is asked"),
             example("plumb answer done", "an acknowledgement"),
+            example("plumb answer --prompt level 0.2", "only if the prompt of that step is still open"),
             example("plumb answer 12 shoulder=45,elbow=-70", "run 12: move the arm there and take that pose"),
         ],
     ),
@@ -84,6 +75,10 @@ const EXAMPLES: &[Entry] = &[
         &[
             example("plumb doctor", "this computer: limits, ports, terminal, plugins, record"),
             example("plumb doctor teachmover/cell-hardware.yaml", "a cell's serial ports too"),
+            example(
+                "plumb doctor --database postgres://plumb@db.lab.example/plumb",
+                "the central database too",
+            ),
             example("plumb doctor --clean", "remove what killed runs have left"),
         ],
     ),
@@ -479,33 +474,6 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
     (
-        "serve",
-        &[
-            example("plumb serve", "a page to read, on this machine's port 8717"),
-            example(
-                "plumb serve --token-file ~/.config/plumb-token",
-                "answers are taken too, with that token",
-            ),
-        ],
-    ),
-    (
-        "ship",
-        &[
-            example("plumb ship --to postgres://plumb@db.lab.example/plumb", "for as long as the cell works"),
-            example("plumb ship --to postgres://plumb@localhost/plumb --once", "what is there now"),
-        ],
-    ),
-    (
-        "fleet",
-        &[
-            example("plumb fleet --from postgres://plumb@localhost/plumb", "every cell, and which one waits"),
-            example(
-                "plumb fleet --from postgres://plumb@localhost/plumb --trend arm.waist",
-                "a correction over time, with control limits",
-            ),
-        ],
-    ),
-    (
         "schema",
         &[
             example("plumb schema cell > cell.schema.json", "for an editor that completes cell files"),
@@ -530,7 +498,8 @@ const EXAMPLES: &[Entry] = &[
 
 /// The examples of a command.
 fn of(path: &str) -> &'static [Example] {
-    EXAMPLES.iter().find(|(known, _)| *known == path).map_or(&[], |(_, examples)| *examples)
+    let mut all = EXAMPLES.iter().chain(CELLS_EXAMPLES);
+    all.find(|(known, _)| *known == path).map_or(&[], |(_, examples)| *examples)
 }
 
 /// The command with examples under its help, and so all below it.

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 /// A task, and the commands for it in the order in which they are met.
 const GROUPS: [(&str, &[&str]); 7] = [
-    ("Operate", &["init", "run", "watch", "answer", "target", "check", "doctor"]),
+    ("Operate", &["init", "run", "queue", "watch", "answer", "target", "check", "doctor"]),
     ("Look back", &["history", "show", "certificate", "note", "record"]),
-    ("Many cells", &["serve", "ship", "fleet"]),
+    ("Many cells", &["serve", "ship", "fleet", "alert"]),
     ("Model lab", &["model"]),
     ("Scans", &["stripe"]),
     ("Practise", &["trial", "emulate", "study"]),

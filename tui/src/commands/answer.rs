@@ -22,6 +22,9 @@ pub(crate) struct Arguments {
     /// `confirm`, or `retry`, `skip`, `abort`.
     #[arg(value_name = "[RUN] ANSWER", num_args = 0..=2, allow_negative_numbers = true)]
     words: Vec<String>,
+    /// Which prompt is meant, by its number or its step: when another one is open by now, the answer is refused. `plumb answer` alone shows both.
+    #[arg(long, value_name = "NUMBER|STEP")]
+    prompt: Option<String>,
     /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
@@ -51,6 +54,10 @@ pub(crate) enum AnswerError {
     Killed(i64),
     #[error("run {0} asks nothing now")]
     NothingAsked(i64),
+    #[error(
+        "prompt `{meant}` is not open: run {run} asks at {step} now (prompt {open}), and was given no answer"
+    )]
+    AnotherPrompt { meant: String, run: i64, step: String, open: i64 },
     #[error("`{given}` is no answer to `{title}`: {right}")]
     WrongKind { given: String, title: String, right: String },
     #[error("the answer was not taken: {0}")]
@@ -87,9 +94,23 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     }
     let stored = record.open_prompt(run.run)?.ok_or(AnswerError::NothingAsked(run.run.0))?;
     let prompt: Prompt = serde_json::from_value(stored.description)?;
+    if let Some(meant) = &arguments.prompt
+        && !is_meant(meant, &prompt)
+    {
+        let step = prompt.step.to_string();
+        let (meant, run) = (meant.clone(), run.run.0);
+        return Err(AnswerError::AnotherPrompt { meant, run, step, open: prompt.id.0 }.into());
+    }
     let Some(answer) = answer else {
-        say!("run {} asks at {}: {}\n{}", run.run, prompt.step, prompt.title, prompt.text)?;
-        say!("answer with: plumb answer {}", ways_to_answer(&prompt.kind))?;
+        say!(
+            "run {} asks at {} (prompt {}): {}\n{}",
+            run.run,
+            prompt.step,
+            prompt.id.0,
+            prompt.title,
+            prompt.text
+        )?;
+        say!("answer with: plumb answer --prompt {} {}", prompt.id.0, ways_to_answer(&prompt.kind))?;
         return Ok(ExitCode::SUCCESS);
     };
     let meant = read(answer, &prompt.kind).map_err(|right| AnswerError::WrongKind {
@@ -102,6 +123,11 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     await_taken(&record, run.run, &prompt, offer, &meant)?;
     say!("run {}: {} is answered", run.run, prompt.step)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether this prompt goes by that number or step.
+fn is_meant(meant: &str, prompt: &Prompt) -> bool {
+    meant == prompt.id.0.to_string() || meant == prompt.step.to_string()
 }
 
 /// The run that goes on, when it is the only one.

@@ -1,6 +1,7 @@
 //! `plumb doctor`: what is wrong with this machine and what runs left behind, each with how to mend it.
 
 mod cells;
+mod database;
 mod finding;
 mod limits;
 mod plugins;
@@ -24,6 +25,9 @@ use crate::say::say;
 pub(crate) struct Arguments {
     /// Only these cells, instead of all of this machine; their serial ports are looked at too.
     cells: Vec<PathBuf>,
+    /// Look at this central database too, to which `plumb ship` sends: postgres://USER@HOST/DATABASE.
+    #[arg(long, value_name = "ADDRESS")]
+    database: Option<String>,
     /// Remove what runs that were killed have left behind, and end their simulated worlds. Nothing of a cell that runs is touched.
     #[arg(long)]
     clean: bool,
@@ -55,6 +59,9 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     findings.extend(terminal::look());
     findings.extend(plugins::look(&arguments.plugins));
     findings.extend(record::look(arguments.record.as_ref()));
+    if let Some(address) = &arguments.database {
+        findings.extend(database::look(address, arguments.record.as_ref())?);
+    }
     let mut last_mend = None;
     for finding in &findings {
         if arguments.json {

@@ -7,6 +7,7 @@ mod event_log;
 mod headless;
 mod json_events;
 pub(crate) mod prepare;
+pub(crate) mod queued;
 mod simulated_operator;
 pub mod simulated_world;
 
@@ -20,42 +21,28 @@ use crate::failure::CommandResult;
 use crate::say::say;
 use crate::screens::{self, Left};
 use crate::signals::EndingSignals;
-pub(crate) use arguments::Arguments;
 pub use arguments::parameter;
-use prepare::{Prepared, Refused};
-
-/// Says why a run does not start.
-fn told(refused: Refused) -> CommandResult {
-    match refused {
-        Refused::Files(problems) => {
-            problems.iter().for_each(|problems| eprintln!("{problems}"));
-            Ok(ExitCode::from(RunOutcome::Error.exit_code()))
-        }
-        Refused::NeedsOperator(reason) => {
-            eprintln!("plumb: {reason}");
-            Ok(ExitCode::from(RunOutcome::NeedsOperator.exit_code()))
-        }
-        Refused::Other(error) => Err(error),
-    }
-}
+pub(crate) use arguments::{Arguments, OfQueue, PaceArgument};
+use prepare::Prepared;
 
 /// Runs it; the exit code says how it ended.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     if arguments.dry_run {
         return match dry::plan(arguments) {
             Ok(code) => Ok(code),
-            Err(refused) => told(refused),
+            Err(refused) => refused.tell(),
         };
     }
     plumb_bus::check_limits()?;
     let signals = EndingSignals::take_over()?;
     let prepared = match prepare::prepare(arguments) {
         Ok(prepared) => prepared,
-        Err(refused) => return told(refused),
+        Err(refused) => return refused.tell(),
     };
     if arguments.is_headless() {
-        let outcome =
-            headless::watch(prepared.running, signals, arguments.json_events(), arguments.attended)?;
+        // The run hears of them itself; nobody else has to.
+        drop(signals.watch(prepared.running.handle.clone(), false));
+        let outcome = headless::watch(prepared.running, arguments.json_events(), arguments.attended)?;
         return Ok(ExitCode::from(outcome.exit_code()));
     }
     run_on_screens(prepared, signals)

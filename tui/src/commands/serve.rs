@@ -1,6 +1,7 @@
 //! `plumb serve`: a page of the cell's runs for a browser, and answers from there.
 
 mod answering;
+mod drawings;
 mod lease;
 mod routes;
 mod shared;

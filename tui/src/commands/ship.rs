@@ -22,6 +22,10 @@ pub(crate) struct Arguments {
     /// Send what is there now, and end.
     #[arg(long)]
     once: bool,
+    /// Send what is there now, then take rows off the record's outbox that are older than DAYS and that the database has, and end. The outbox holds every row a second time; once the
+    /// database has it, only another database would miss it.
+    #[arg(long, value_name = "DAYS", conflicts_with = "once")]
+    trim: Option<u32>,
     /// Make the record one of its own first, and send it from the beginning: for one that was copied, or brought back from a backup.
     #[arg(long)]
     new_identity: bool,
@@ -30,11 +34,21 @@ pub(crate) struct Arguments {
     record: Option<PathBuf>,
 }
 
+impl Arguments {
+    /// Whether it ends when everything is sent.
+    fn ends(&self) -> bool {
+        self.once || self.trim.is_some()
+    }
+}
+
 /// How often the record is looked at for new rows. A second behind is what a page of a fleet may be.
 const LOOK: Duration = Duration::from_millis(300);
 
 /// How often the database is told that this cell is still there while it writes nothing.
 const SAY_ALIVE: Duration = Duration::from_secs(5);
+
+/// How long the database may take for a batch of rows. On a network that was cut the system itself would wait for a quarter of an hour.
+const ANSWER_WITHIN: Duration = Duration::from_secs(10);
 
 /// How long until a database that did not answer is asked again.
 const TRY_AGAIN: Duration = Duration::from_secs(2);
@@ -69,11 +83,11 @@ async fn ship(arguments: &Arguments, directory: &Path) -> Result<(), Box<dyn std
     }
     let mut last_trouble = String::new();
     loop {
-        match session(arguments, &record).await {
+        match session(arguments, &mut record).await {
             Ok(()) => return Ok(()),
             Err(error) => {
                 let passes = error.downcast_ref::<CentralError>().is_some_and(CentralError::may_pass);
-                if arguments.once || !passes {
+                if arguments.ends() || !passes {
                     return Err(error);
                 }
                 let trouble = with_causes(error.as_ref());
@@ -97,7 +111,7 @@ async fn open_when_there(
 ) -> Result<Record, Box<dyn std::error::Error>> {
     let file = directory.join("plumb.sqlite3");
     if !file.exists() {
-        if arguments.once {
+        if arguments.ends() {
             return Err(ShipError::NoRecord(directory.to_owned()).into());
         }
         say!("there is no record in {} yet; waiting for the first run", directory.display())?;
@@ -109,30 +123,40 @@ async fn open_when_there(
 }
 
 /// One connection: until everything is sent with `--once`, else until it breaks.
-async fn session(arguments: &Arguments, record: &Record) -> Result<(), Box<dyn std::error::Error>> {
+async fn session(arguments: &Arguments, record: &mut Record) -> Result<(), Box<dyn std::error::Error>> {
     let central = Central::connect(&arguments.to).await?;
-    let mut shipper = Shipper::begin(central, record, &host_name()).await?;
+    let mut shipper = within(Shipper::begin(central, record, &host_name())).await?;
     let (mut sent, mut told) = (0, false);
     let mut alive = Instant::now();
     loop {
-        let Shipped { rows, up_to, left } = shipper.turn(record).await?;
+        let Shipped { rows, up_to, left } = within(shipper.turn(record)).await?;
         sent += rows;
         if left > 0 {
             continue;
         }
-        if !told || arguments.once {
+        if !told || arguments.ends() {
             say!("record {}: {sent} rows sent, {up_to} of {up_to} are there", record.identity()?)?;
             told = true;
         }
-        if arguments.once {
+        if let Some(days) = arguments.trim {
+            let rows = shipper.trim(record, days)?;
+            say!("{rows} rows older than {days} days are off the outbox; the database has them")?;
+        }
+        if arguments.ends() {
             return Ok(());
         }
         if alive.elapsed() > SAY_ALIVE {
-            shipper.say_alive().await?;
+            within(shipper.say_alive()).await?;
             alive = Instant::now();
         }
         tokio::time::sleep(LOOK).await;
     }
+}
+
+/// Waits for the database, but not for ever.
+async fn within<T>(asked: impl Future<Output = Result<T, CentralError>>) -> Result<T, CentralError> {
+    let limit_s = ANSWER_WITHIN.as_secs();
+    tokio::time::timeout(ANSWER_WITHIN, asked).await.unwrap_or(Err(CentralError::Slow { limit_s }))
 }
 
 /// The name of this machine, as the system has it.

@@ -20,18 +20,9 @@ pub(super) fn plan(arguments: &Arguments) -> Result<ExitCode, Refused> {
     } else {
         print(&plan)?;
     }
-    let beyond = plan.steps.iter().flat_map(|step| step.moves.iter().map(move |motion| (step, motion)));
-    let mut is_possible = true;
-    for (step, PlannedMotion { robot, joint, how, beyond, .. }) in beyond {
-        if let (Some(limits), Some(joint)) = (beyond, joint) {
-            is_possible = false;
-            eprintln!(
-                "plumb: step `{}` would send {robot} {joint} {how}, beyond its limits: {limits}",
-                step.step
-            );
-        }
-    }
-    if !is_possible {
+    let beyond = beyond_limits(&plan);
+    if !beyond.is_empty() {
+        beyond.iter().for_each(|sentence| eprintln!("plumb: {sentence}"));
         return Ok(ExitCode::from(RunOutcome::Error.exit_code()));
     }
     Ok(match &plan.needs_operator {
@@ -41,6 +32,16 @@ pub(super) fn plan(arguments: &Arguments) -> Result<ExitCode, Refused> {
             ExitCode::from(RunOutcome::NeedsOperator.exit_code())
         }
     })
+}
+
+/// The moves that would go beyond a joint's limits, a sentence each.
+pub(super) fn beyond_limits(plan: &DryRun) -> Vec<String> {
+    let moves = plan.steps.iter().flat_map(|step| step.moves.iter().map(move |motion| (step, motion)));
+    let beyond = moves.filter_map(|(step, PlannedMotion { robot, joint, how, beyond, .. })| {
+        let (limits, joint) = (beyond.as_ref()?, joint.as_ref()?);
+        Some(format!("step `{}` would send {robot} {joint} {how}, beyond its limits: {limits}", step.step))
+    });
+    beyond.collect()
 }
 
 fn print(plan: &DryRun) -> io::Result<()> {

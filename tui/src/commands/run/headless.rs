@@ -10,22 +10,18 @@ use plumb_cell::{change_in_words, corrected_quantity, give_or_take};
 
 use super::json_events::{self, Wanted};
 use crate::commands::answer::ways_to_answer;
-use crate::signals::EndingSignals;
 
-/// Prints what happens until the run has ended. A signal that asks the program to end stops every robot and ends the run.
+/// Prints what happens until the run has ended.
 ///
 /// # Errors
 /// Standard output cannot be written; the run was aborted.
 pub(super) fn watch(
     mut running: RunningRun,
-    signals: EndingSignals,
     json: Option<Vec<Wanted>>,
     attended: bool,
 ) -> io::Result<RunOutcome> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let handle = running.handle.clone();
-    // The run hears of them itself; nobody else has to.
-    drop(signals.watch(handle.clone(), false));
     let printed = runtime.block_on(async {
         let mut printer = Printer { json, attended, plan: Vec::new() };
         while let Some(event) = running.events.recv().await {
@@ -128,9 +124,10 @@ impl Printer {
 fn asked(prompt: &Prompt) -> String {
     let text = prompt.text.replace('\n', "\n            ");
     format!(
-        "        {} asks: {}\n            {text}\n            answer from another terminal: plumb answer {}",
+        "        {} asks: {}\n            {text}\n            answer from another terminal: plumb answer --prompt {} {}",
         prompt.step,
         prompt.title,
+        prompt.id.0,
         ways_to_answer(&prompt.kind)
     )
 }

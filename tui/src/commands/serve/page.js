@@ -6,6 +6,7 @@ const byId = (id) => document.getElementById(id);
 let state = null;
 let lease = null;
 let renewing = null;
+let drawings = {}; // what there is to be seen of a run, by its number and state, and the pictures themselves, so that they are not drawn anew
 let drafts = {}; // what was typed for a prompt, by its number, so that a new state does not take it away
 
 function element(tag, properties, ...children) {
@@ -110,8 +111,34 @@ function article(cell) {
     step.outcome ? element("span", { className: step.outcome, textContent: " · " + step.outcome.replaceAll("_", " ") }) : null)));
   const open = document.querySelector(`#cell-${cell.run} details`);
   made.append(element("details", { open: open ? open.open : cell.state === "running" }, element("summary", { textContent: `Steps: ${done} of ${cell.steps.length}` }), list));
+  if (cell.queued.length) made.append(element("p", { textContent: `Queued: ${cell.queued.join(", ")}` }));
+  const seen = pictures(cell);
+  if (seen) made.append(seen);
   if (cell.log.length) made.append(element("h3", { textContent: "Log" }), element("pre", { textContent: cell.log.map((line) => `${line.time.slice(11, 19)} ${line.message}`).join("\n") }));
   return made;
+}
+
+function image(source, text) {
+  return element("figure", {}, element("figcaption", { textContent: text }), element("img", { src: source, alt: text, loading: "lazy" }));
+}
+
+async function look(key, cell) {
+  drawings[key] = null;
+  try {
+    const answer = await fetch(`api/drawings?run=${cell.run}`);
+    if (!answer.ok) return;
+    const list = await answer.json();
+    const falls = list.models.map((one) => image(`api/fall.svg?run=${cell.run}&model=${one.model}`, `How the error of ${one.name} fell, RMS of each fit`));
+    const clouds = list.clouds.map((name) => image(`api/cloud.png?run=${cell.run}&name=${encodeURIComponent(name)}`, name));
+    if (falls.length + clouds.length) drawings[key] = element("section", {}, element("h3", { textContent: "Pictures" }), ...falls, ...clouds);
+    show();
+  } catch { delete drawings[key]; }
+}
+
+function pictures(cell) {
+  const key = `${cell.run} ${cell.state}`;
+  if (!(key in drawings)) look(key, cell);
+  return drawings[key];
 }
 
 function show() {

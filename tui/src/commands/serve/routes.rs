@@ -1,11 +1,12 @@
 //! What is served under which path.
 
 use std::convert::Infallible;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use axum::extract::{DefaultBodyLimit, Request, State};
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, StatusCode, Uri, header};
 use axum::middleware::{self, Next};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
@@ -16,20 +17,18 @@ use futures_util::stream::unfold;
 use serde_json::json;
 
 use super::answering::{GivenAnswer, NotTaken, give};
+use super::drawings::{self, DrawingError};
 use super::lease::{HOLDS, LeaseError};
 use super::shared::Shared;
 use super::state::PageState;
 use super::token;
+use crate::web::{self, file, refusal};
 
 /// Longest body of a request, bytes. An answer is a line.
 const LONGEST_BODY: usize = 16 * 1024;
 
 /// How often a silent stream says that it lives, so that proxies leave it open.
 const KEEP_ALIVE: Duration = Duration::from_secs(15);
-
-/// The page needs nothing from elsewhere, and runs nothing that does not come from here.
-const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
-                      base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 type Served = State<Arc<Shared>>;
 
@@ -41,6 +40,9 @@ pub(super) fn router(shared: Arc<Shared>) -> Router {
         .route("/page.css", get(|| async { file("text/css; charset=utf-8", include_str!("page.css")) }))
         .route("/api/state", get(state))
         .route("/api/events", get(events))
+        .route("/api/drawings", get(drawings))
+        .route("/api/fall.svg", get(fall))
+        .route("/api/cloud.png", get(cloud))
         .route("/api/lease", post(take_lease).delete(give_lease_back))
         .route("/api/answer", post(answer))
         .fallback(|| async { refusal(StatusCode::NOT_FOUND, "there is nothing here; the page is at /") })
@@ -49,41 +51,9 @@ pub(super) fn router(shared: Arc<Shared>) -> Router {
         .with_state(shared)
 }
 
-/// Lets through only requests that name this machine, so that no page from elsewhere can read this one through a name of its
-/// own (DNS rebinding), and says what browsers may do with the answer.
+/// See [`web::guard`].
 async fn guard(State(shared): Served, request: Request, next: Next) -> Response {
-    let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
-    if !is_own_name(host, &shared.names) {
-        return refusal(
-            StatusCode::MISDIRECTED_REQUEST,
-            "this is not a name of this server; `plumb serve --name NAME` adds one",
-        );
-    }
-    let mut response = next.run(request).await;
-    let headers = response.headers_mut();
-    headers.insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(POLICY));
-    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
-    headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
-    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    response
-}
-
-/// Whether a `Host` header names this machine, or a proxy that was declared.
-fn is_own_name(host: &str, names: &[String]) -> bool {
-    let name = match host.rsplit_once(':') {
-        Some((name, port)) if !port.is_empty() && port.bytes().all(|byte| byte.is_ascii_digit()) => name,
-        _ => host,
-    };
-    ["localhost", "127.0.0.1", "[::1]"].contains(&name)
-        || names.iter().any(|own| own.eq_ignore_ascii_case(name))
-}
-
-fn file(kind: &'static str, text: &'static str) -> Response {
-    ([(header::CONTENT_TYPE, kind)], text).into_response()
-}
-
-fn refusal(status: StatusCode, reason: &str) -> Response {
-    (status, Json(json!({ "error": reason }))).into_response()
+    web::guard(&shared.names, request, next).await
 }
 
 async fn state(State(shared): Served) -> Json<PageState> {
@@ -101,6 +71,50 @@ async fn events(State(shared): Served) -> Sse<impl Stream<Item = Result<Event, I
         Some((Ok(event), state))
     });
     Sse::new(stream).keep_alive(KeepAlive::new().interval(KEEP_ALIVE))
+}
+
+/// A part of an address's query.
+fn part(address: &Uri, name: &str) -> Option<String> {
+    let mut pairs = url::form_urlencoded::parse(address.query().unwrap_or_default().as_bytes());
+    pairs.find(|(key, _)| key == name).map(|(_, value)| value.into_owned())
+}
+
+/// Draws on a thread that may wait, one picture at a time: a run beside it needs the machine.
+async fn drawn<T: Send + 'static>(
+    shared: &Arc<Shared>,
+    address: &Uri,
+    draw: impl FnOnce(&Path, i64) -> Result<T, DrawingError> + Send + 'static,
+) -> Result<T, Response> {
+    let run = part(address, "run").and_then(|run| run.parse::<i64>().ok());
+    let run = run.ok_or_else(|| refusal(StatusCode::BAD_REQUEST, "say which run, as in ?run=12"))?;
+    let _alone = shared.drawing.lock().await;
+    let directory = shared.directory.clone();
+    let drawn = tokio::task::spawn_blocking(move || draw(&directory, run)).await;
+    let internal = || refusal(StatusCode::INTERNAL_SERVER_ERROR, "the picture was given up");
+    drawn.map_err(|_| internal())?.map_err(|error| refusal(StatusCode::NOT_FOUND, &error.to_string()))
+}
+
+async fn drawings(State(shared): Served, address: Uri) -> Response {
+    match drawn(&shared, &address, drawings::list).await {
+        Ok(list) => Json(list).into_response(),
+        Err(refused) => refused,
+    }
+}
+
+async fn fall(State(shared): Served, address: Uri) -> Response {
+    let model = part(&address, "model").and_then(|model| model.parse().ok()).unwrap_or(0);
+    match drawn(&shared, &address, move |directory, run| drawings::fall(directory, run, model)).await {
+        Ok(svg) => ([(header::CONTENT_TYPE, "image/svg+xml")], svg).into_response(),
+        Err(refused) => refused,
+    }
+}
+
+async fn cloud(State(shared): Served, address: Uri) -> Response {
+    let name = part(&address, "name").unwrap_or_default();
+    match drawn(&shared, &address, move |directory, run| drawings::cloud(directory, run, &name)).await {
+        Ok(png) => ([(header::CONTENT_TYPE, "image/png")], png).into_response(),
+        Err(refused) => refused,
+    }
 }
 
 /// Who asks for the lease.
@@ -168,36 +182,5 @@ fn unauthorised(shared: &Shared, headers: &HeaderMap) -> Option<Response> {
     match given.strip_prefix("Bearer ") {
         Some(given) if token.is(given) => None,
         _ => Some(refusal(StatusCode::UNAUTHORIZED, "the token is wrong or missing")),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_names_of_this_machine_are_served() {
-        let names = vec!["cell3.lab".to_owned()];
-        for own in [
-            "localhost",
-            "localhost:8717",
-            "127.0.0.1:1",
-            "[::1]:8717",
-            "[::1]",
-            "CELL3.lab",
-            "cell3.lab:443",
-        ] {
-            assert!(is_own_name(own, &names), "{own}");
-        }
-        for other in [
-            "",
-            "evil.example",
-            "evil.example:8717",
-            "localhost.evil.example",
-            "cell3.lab.evil",
-            "127.0.0.1.evil:80",
-        ] {
-            assert!(!is_own_name(other, &names), "{other}");
-        }
     }
 }

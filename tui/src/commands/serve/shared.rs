@@ -18,6 +18,8 @@ pub(super) struct Shared {
     /// Names of this server beside those of the machine itself.
     pub(super) names: Vec<String>,
     leases: Mutex<Leases>,
+    /// Held while a picture is drawn.
+    pub(super) drawing: tokio::sync::Mutex<()>,
     /// What the page shows now.
     pub(super) state: watch::Receiver<Arc<PageState>>,
 }
@@ -29,7 +31,14 @@ impl Shared {
         names: Vec<String>,
         state: watch::Receiver<Arc<PageState>>,
     ) -> Self {
-        Self { directory, token, names, leases: Mutex::default(), state }
+        Self {
+            directory,
+            token,
+            names,
+            leases: Mutex::default(),
+            drawing: tokio::sync::Mutex::default(),
+            state,
+        }
     }
 
     /// The lease, for a moment: nobody waits while holding it.

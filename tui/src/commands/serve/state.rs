@@ -1,7 +1,9 @@
 //! What the page shows: the last run of each cell, read from the record.
 
 use plumb_cell::prompt::{Prompt, PromptKind};
-use plumb_record::{PlannedRow, Record, RecordError, RunFilter, RunState, RunSummary, StoredStep};
+use plumb_record::{
+    PlannedRow, QueueEntry, Record, RecordError, RunFilter, RunState, RunSummary, StoredStep,
+};
 use serde::Serialize;
 
 use crate::commands::answer::{is_alive, ways_to_answer};
@@ -42,6 +44,8 @@ struct CellPage {
     steps: Vec<StepLine>,
     prompt: Option<PromptBox>,
     corrections: Vec<CorrectionLine>,
+    /// Procedures that wait for the cell, in their order.
+    queued: Vec<String>,
     log: Vec<LogLine>,
 }
 
@@ -112,6 +116,7 @@ fn cell_page(record: &Record, run: &RunSummary) -> Result<CellPage, RecordError>
     let alive = goes_on && is_alive(run);
     let log = record.log(run.run)?;
     let corrections = record.corrections_of_run(run.run)?;
+    let queue = record.queue(Some(&run.cell_file))?;
     Ok(CellPage {
         cell: run.cell.clone(),
         run: run.run.0,
@@ -137,6 +142,7 @@ fn cell_page(record: &Record, run: &RunSummary) -> Result<CellPage, RecordError>
                 in_force: one.revision.is_some(),
             })
             .collect(),
+        queued: queue.into_iter().filter(QueueEntry::is_waiting).map(|entry| entry.procedure).collect(),
         log: log
             .iter()
             .skip(log.len().saturating_sub(LOG_LINES))
