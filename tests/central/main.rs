@@ -9,20 +9,30 @@
     reason = "a test that cannot go on fails; the copy of a cell is shared with the tests of whole runs"
 )]
 
+mod alerts;
+mod both_sides;
 mod browser;
+mod certificates;
+mod fleet;
 mod http;
 #[path = "../run/lab.rs"]
 mod lab;
+mod network;
 mod page;
+mod protected;
+mod receiver;
 mod server;
+mod soak;
 
 use std::path::Path;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
+use both_sides::both_sides;
 use lab::{Lab, kill};
 use plumb_record::{NewRun, Record};
 use server::Server;
+use soak::{MOST_LAG_S, Plan, cycle_ratio, soak};
 
 /// A fleet's page may be this far behind its cells, s (issue: lag under 2 s).
 const LAG: Duration = Duration::from_secs(2);
@@ -69,18 +79,6 @@ fn write_run(state: &Path, lines: usize) {
     for line in 0..lines {
         record.note_log(run, "info", "test", None, &format!("line {line}")).unwrap();
     }
-}
-
-/// Number and digests of all rows, as one text, on both sides.
-fn both_sides(lab: &Lab, server: &Server) -> (String, String) {
-    let record = Record::open(&lab.state()).unwrap();
-    let rows = record.outbox_after(0, u32::MAX).unwrap();
-    let digests: String = rows.iter().map(|row| format!("{} {}\n", row.sequence, row.digest())).collect();
-    let there = server.ask(&format!(
-        "SELECT string_agg(sequence || ' ' || sha256 || chr(10), '' ORDER BY sequence) FROM outbox WHERE record = '{}'",
-        record.identity().unwrap()
-    ));
-    (digests.trim_end().to_owned(), there)
 }
 
 #[test]
@@ -196,4 +194,18 @@ fn what_cannot_be_shipped_says_why() {
     let trend = lab.plumb(&["fleet", "--from", "postgres://localhost:9/plumb", "--trend", "waist"]);
     assert_eq!(trend.code(), 2);
     assert!(trend.err().contains("`waist` is no correction: write DEVICE.JOINT"), "{}", trend.err());
+}
+
+/// The soak in short; `tests/cells_soak.rs` is the long one.
+#[test]
+fn cells_at_work_lose_and_double_nothing_while_everything_around_them_fails() {
+    let time = Duration::from_secs(60);
+    let plan = Plan { cells: 3, time, between_failures: Duration::from_secs(3), seed: 7 };
+    let Some(figures) = soak(plan) else { return };
+    assert!(figures.wrong.is_empty() && figures.not_passed.is_empty(), "\n{figures}");
+    assert!(figures.rows > 1_000 && !figures.failures.is_empty(), "\n{figures}");
+    assert!(figures.lags_s.is_empty() || figures.most_lag_s() < MOST_LAG_S, "\n{figures}");
+    // How a run's time compares is for a quiet machine; here that both ways of running it work.
+    let ratio = cycle_ratio(2).unwrap();
+    assert!(ratio.median > 0.2 && ratio.median < 5.0, "\n{ratio}");
 }

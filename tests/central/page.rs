@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Child, Stdio};
 use std::time::Duration;
 
+use plumb_record::{LoadedFile, NewRun, Record, RunEnd};
 use serde_json::{Value, json};
 
 use crate::browser::Browser;
@@ -246,4 +247,77 @@ fn a_prompt_is_answered_in_a_browser_with_the_keyboard_alone() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
     running.signal(nix::sys::signal::Signal::SIGTERM);
     running.end();
+}
+
+/// A run whose arm's model was worked on, and which has scanned something: both are seen on its page, drawn by the server.
+#[test]
+fn the_fall_of_the_error_and_the_clouds_of_a_run_are_on_its_page() {
+    let lab = Lab::new();
+    let made = lab.plumb(&[
+        "trial",
+        "new",
+        "--seed",
+        "3",
+        "--arm",
+        "puma560",
+        "--effect",
+        "joint_compliance(shoulder)=5x",
+        "-o",
+        "trial",
+    ]);
+    assert_eq!(made.code(), 0, "{}", made.all());
+    let model = lab.path("trial/model.yaml").display().to_string();
+    for effect in ["joint_zero(*)", "joint_compliance(shoulder)"] {
+        let added = lab.plumb(&["model", "add", &model, effect, "--data", "trial/table.csv"]);
+        assert_eq!(added.code(), 0, "{}", added.all());
+    }
+    let mut record = Record::open(&lab.state()).unwrap();
+    let loaded = vec![LoadedFile { role: "model".into(), path: model, sha256: String::new(), content: None }];
+    let run = record
+        .start_run(&NewRun { cell: "puma".into(), title: "Scan a bar".into(), loaded, ..NewRun::default() })
+        .unwrap();
+    record.end_run(run, RunEnd::Passed, "all steps passed").unwrap();
+    let folder = lab.state().join("run-1");
+    std::fs::create_dir(&folder).unwrap();
+    let points: String =
+        (0..400).map(|at| format!("{} {} {}\n", at % 20, at / 20, (at % 20) * (at / 20) / 40)).collect();
+    let head = "ply\nformat ascii 1.0\nelement vertex 400\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    std::fs::write(folder.join("bar.ply"), format!("{head}{points}")).unwrap();
+    std::fs::write(folder.join("broken.ply"), "ply\nformat ascii 1.0\n").unwrap();
+    std::fs::write(lab.state().join("secret.ply"), format!("{head}{points}")).unwrap();
+
+    let page = Page::start(&lab, &[]);
+    let list = page.ask("GET", "/api/drawings?run=1", "", "").1;
+    assert_eq!(
+        list,
+        json!({ "models": [{ "model": 0, "name": "model.yaml" }], "clouds": ["bar.ply", "broken.ply"] })
+    );
+    let (status, svg) = page.ask("GET", "/api/fall.svg?run=1&model=0", "", "");
+    let svg = svg.as_str().unwrap();
+    assert!(
+        status == 200 && svg.contains("joint_compliance(shoulder)") && svg.matches(" mm</text>").count() == 2,
+        "{svg}"
+    );
+    for (path, told) in [
+        ("/api/cloud.png?run=1&name=../secret.ply", "has no such picture"),
+        ("/api/cloud.png?run=1&name=broken.ply", "cannot be drawn"),
+        ("/api/fall.svg?run=1&model=7", "has no such picture"),
+        ("/api/drawings?run=9", "there is no run 9"),
+        ("/api/drawings", "say which run"),
+    ] {
+        let (status, said) = page.ask("GET", path, "", "");
+        assert!((400..500).contains(&status) && said.to_string().contains(told), "{path}: {status} {said}");
+    }
+    let Some(browser) = Browser::start() else { return };
+    browser.open(&format!("http://{}/", page.address));
+    let seen = "return [...document.images].filter((image) => image.complete && image.naturalWidth > 0).map((image) => image.alt)";
+    wait_until("both pictures are seen", Duration::from_secs(30), || {
+        browser.run("document.images.length && document.images[document.images.length - 1].scrollIntoView()");
+        let seen = browser.run(seen);
+        seen.to_string().contains("model.yaml") && seen.to_string().contains("bar.ply")
+    });
+    if let Some(pictures) = std::env::var_os("PLUMB_PICTURES") {
+        browser.resize(1280, 1400);
+        browser.picture(&Path::new(&pictures).join("serve-pictures.png"));
+    }
 }

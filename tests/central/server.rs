@@ -1,11 +1,14 @@
 //! A PostgreSQL server of a test's own: a new cluster in a temporary folder, reached by a socket there, so that no port is taken.
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
+
+use crate::certificates::{Authority, Certificate};
 
 /// Starting takes a second; what takes this long hangs.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -15,17 +18,87 @@ pub(crate) struct Server {
     place: TempDir,
     programs: PathBuf,
     child: Option<Child>,
+    /// The port, where it listens on one.
+    port: Option<u16>,
+    /// What it is started with beside the usual.
+    settings: Vec<String>,
 }
 
 impl Server {
     /// A new one. None where PostgreSQL is not installed: the test then says what it skipped.
     pub(crate) fn new() -> Option<Self> {
+        let mut server = Self::made()?;
+        server.start();
+        Some(server)
+    }
+
+    /// A new one that listens on a port too, without TLS.
+    pub(crate) fn on_a_port() -> Option<Self> {
+        let mut server = Self::made()?;
+        server.listen("localhost");
+        server.start();
+        Some(server)
+    }
+
+    /// A new one that listens at an address of this machine too, with TLS that nobody need trust.
+    pub(crate) fn listening_at(address: &str) -> Option<Self> {
+        let authority = Authority::new()?;
+        let mut server = Self::with_certificate(&authority.certify("localhost"), address)?;
+        let rule = "hostssl all all 198.18.0.0/15 trust\n";
+        let rules = server.place.path().join("data/pg_hba.conf");
+        let all = format!("{rule}{}", fs::read_to_string(&rules).unwrap());
+        fs::write(&rules, all).unwrap();
+        server.start();
+        Some(server)
+    }
+
+    /// The port it listens on.
+    pub(crate) fn port(&self) -> u16 {
+        self.port.unwrap()
+    }
+
+    /// A new one that listens on a port with TLS.
+    pub(crate) fn with_tls(certificate: &Certificate) -> Option<Self> {
+        let mut server = Self::with_certificate(certificate, "localhost")?;
+        server.start();
+        Some(server)
+    }
+
+    fn with_certificate(certificate: &Certificate, address: &str) -> Option<Self> {
+        let mut server = Self::made()?;
+        server.listen(address);
+        let data = server.place.path().join("data");
+        for (from, to) in [(&certificate.certificate, "server.crt"), (&certificate.key, "server.key")] {
+            fs::copy(from, data.join(to)).unwrap();
+            fs::set_permissions(data.join(to), fs::Permissions::from_mode(0o600)).unwrap();
+            if is_root() {
+                let given = Command::new("chown").arg("postgres").arg(data.join(to)).status().unwrap();
+                assert!(given.success(), "the server may read its certificate");
+            }
+        }
+        server.settings.push("ssl=on".to_owned());
+        Some(server)
+    }
+
+    /// Takes a port that is free now.
+    fn listen(&mut self, address: &str) {
+        let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        self.port = Some(port);
+        self.settings.extend([format!("listen_addresses={address}"), format!("port={port}")]);
+    }
+
+    /// Its address for `plumb` over that port, with further options.
+    pub(crate) fn address_by_port(&self, options: &str) -> String {
+        format!("postgres://plumb@localhost:{}/postgres?{options}", self.port.unwrap())
+    }
+
+    fn made() -> Option<Self> {
         let Some(programs) = programs() else {
             eprintln!("skipped: PostgreSQL is not installed (Debian: apt-get install postgresql)");
             return None;
         };
         let place = tempfile::tempdir().unwrap();
-        let mut server = Self { place, programs, child: None };
+        let server = Self { place, programs, child: None, port: None, settings: Vec::new() };
         if is_root() {
             // The server refuses to run as root; Debian's package brings a user for it.
             let given = Command::new("chown").arg("postgres").arg(server.place.path()).status().unwrap();
@@ -35,7 +108,6 @@ impl Server {
         made.args(["--auth=trust", "--username=plumb", "--encoding=UTF8", "--no-sync", "-D"]);
         let made = made.arg(server.place.path().join("data")).output().unwrap();
         assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-        server.start();
         Some(server)
     }
 
@@ -46,6 +118,9 @@ impl Server {
         command.arg("-D").arg(self.place.path().join("data")).arg("-k").arg(self.place.path());
         // Nothing of a test has to outlive the machine's power.
         command.args(["-c", "listen_addresses=", "-c", "fsync=off"]);
+        for setting in &self.settings {
+            command.args(["-c", setting]);
+        }
         let child = command.stdout(Stdio::null()).stderr(log).spawn().unwrap();
         self.child = Some(child);
         let begin = Instant::now();
@@ -86,10 +161,14 @@ impl Server {
         self.asked(question).unwrap_or_else(|| panic!("no answer to {question}"))
     }
 
-    fn asked(&self, question: &str) -> Option<String> {
+    pub(crate) fn asked(&self, question: &str) -> Option<String> {
         let mut psql = Command::new(self.programs.join("psql"));
         psql.args(["-X", "-A", "-t", "-U", "plumb", "-d", "postgres", "-c", question, "-h"]);
-        let output = psql.arg(self.place.path()).stderr(Stdio::null()).output().unwrap();
+        psql.arg(self.place.path());
+        if let Some(port) = self.port {
+            psql.args(["-p", &port.to_string()]);
+        }
+        let output = psql.stderr(Stdio::null()).output().unwrap();
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     }
 

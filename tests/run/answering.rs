@@ -15,8 +15,8 @@ fn a_run_is_led_through_its_prompts_from_another_terminal() {
     until_asked(&mut running, "target");
     let shown = lab.plumb(&["answer"]);
     assert_eq!(shown.code(), 0, "{}", shown.all());
-    assert!(shown.out().contains("run 1 asks at target: Lay the target"), "{}", shown.out());
-    assert!(shown.out().contains("answer with: plumb answer done"), "{}", shown.out());
+    assert!(shown.out().contains("run 1 asks at target (prompt 1): Lay the target"), "{}", shown.out());
+    assert!(shown.out().contains("answer with: plumb answer --prompt 1 done"), "{}", shown.out());
 
     let wrong = lab.plumb(&["answer", "yes"]);
     assert_eq!(wrong.code(), 2);
@@ -52,6 +52,27 @@ fn a_run_is_led_through_its_prompts_from_another_terminal() {
     let over = lab.plumb(&["answer", "1", "done"]);
     assert_eq!(over.code(), 2);
     assert!(over.err().contains("run 1 has ended; nothing waits for an answer"), "{}", over.err());
+}
+
+/// Two people, one prompt: the answer that comes second is not taken for the next prompt, which it would fit.
+#[test]
+fn an_answer_to_a_prompt_that_is_over_is_refused_where_it_names_its_prompt() {
+    let lab = Lab::new();
+    let mut running = lab.start(&["run", "cell.yaml", "--attended", "--pace", "fast"]);
+    until_asked(&mut running, "target");
+    assert_eq!(lab.plumb(&["answer", "--prompt", "1", "done"]).code(), 0);
+    until_asked(&mut running, "hand");
+    for late in ["1", "target"] {
+        let refused = lab.plumb(&["answer", "--prompt", late, "done"]);
+        assert_eq!(refused.code(), 2, "{}", refused.all());
+        let told = format!("prompt `{late}` is not open: run 1 asks at hand now (prompt 2)");
+        assert!(refused.err().contains(&told), "{}", refused.err());
+    }
+    assert_eq!(lab.shown("1")["prompts"][1]["answer"], Value::Null, "the next prompt still waits");
+    assert_eq!(lab.plumb(&["answer", "1", "done", "--prompt", "hand"]).code(), 0);
+    until_asked(&mut running, "level");
+    running.signal(nix::sys::signal::Signal::SIGTERM);
+    running.end();
 }
 
 #[test]

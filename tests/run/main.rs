@@ -38,6 +38,7 @@ mod plugins;
 mod power_cycle;
 mod procedures;
 mod python_drivers;
+mod queue;
 mod reader_gone;
 mod refused;
 mod remembering;

@@ -90,3 +90,60 @@ fn every_procedure_in_the_teachmovers_table_runs_in_the_cell_it_names() {
         assert!(allowed.contains(&plan.code()), "{procedure} in {cell}: {}", plan.all());
     }
 }
+
+/// Words as a shell splits them; single quotes alone.
+fn words(line: &str) -> Vec<String> {
+    let (mut words, mut quoted) = (vec![String::new()], false);
+    for letter in line.chars() {
+        match (letter, quoted, words.last_mut()) {
+            ('\'', _, _) => quoted = !quoted,
+            (' ', false, _) => words.push(String::new()),
+            (letter, _, Some(word)) => word.push(letter),
+            (_, _, None) => {}
+        }
+    }
+    words
+}
+
+#[test]
+fn every_command_and_service_of_many_cells_can_be_started_as_it_stands() {
+    let text = fs::read_to_string(root().join("workcells/many-cells.md")).unwrap();
+    let typed = text.lines().filter_map(|line| line.strip_prefix("$ plumb "));
+    let services = text.lines().filter_map(|line| line.strip_prefix("ExecStart=/usr/bin/plumb "));
+    let lines: Vec<&str> = typed.chain(services).collect();
+    assert!(lines.len() > 15, "{lines:?}");
+    for line in lines {
+        let line = format!("plumb {}", line.trim_end_matches(" &"));
+        if let Err(error) = plumb::command().try_get_matches_from(words(&line)) {
+            panic!("{line}\n{error}");
+        }
+    }
+}
+
+/// The units as systemd itself reads them, where it is installed.
+#[test]
+fn the_units_of_many_cells_are_sound() {
+    let text = fs::read_to_string(root().join("workcells/many-cells.md")).unwrap();
+    let place = tempfile::tempdir().unwrap();
+    let mut units = Vec::new();
+    for block in text.split("```ini\n").skip(1) {
+        let unit = block.split("```").next().unwrap();
+        let name = unit.lines().next().unwrap().rsplit('/').next().unwrap();
+        // systemd looks whether the program is there: on this computer it may be elsewhere.
+        fs::write(place.path().join(name), unit.replace("/usr/bin/plumb", "/usr/bin/env plumb")).unwrap();
+        units.push(place.path().join(name));
+    }
+    assert_eq!(units.len(), 3);
+    let verified = std::process::Command::new("systemd-analyze")
+        .args(["verify", "--user"])
+        .args(&units)
+        .env("XDG_RUNTIME_DIR", place.path())
+        .output();
+    let Ok(verified) = verified else {
+        eprintln!("skipped: systemd is not installed");
+        return;
+    };
+    let said = String::from_utf8_lossy(&verified.stderr).into_owned();
+    let about_units: Vec<&str> = said.lines().filter(|line| line.contains("plumb-")).collect();
+    assert_eq!(about_units, Vec::<&str>::new(), "{said}");
+}
