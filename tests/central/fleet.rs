@@ -117,7 +117,7 @@ fn write_record(place: &Path, cell: usize) {
             (id, &name, 1.0 + cell as f64 / 100.0 + 0.01 * noise(cell, run), &time, revision),
         )
         .unwrap();
-        if run % RUNS_A_MODEL == 0 {
+        if run.is_multiple_of(RUNS_A_MODEL) {
             let value = compliance(cell, run);
             let content = format!(
                 "arm: {arm}\neffects:\n  - {{effect: joint_compliance, where: lift, values: {{compliance: {value:e}}}}}\n"
@@ -170,7 +170,7 @@ fn one_effect_over_twenty_cells_and_months_in_sql_in_the_terminal_and_on_the_pag
     for cell in 0..CELLS {
         let values: Vec<f64> = (0..RUNS).step_by(RUNS_A_MODEL).map(|run| compliance(cell, run)).collect();
         let _ =
-            write!(means, "cell-{cell:02} {:.5}\n", values.iter().sum::<f64>() / values.len() as f64 * 1e6);
+            writeln!(means, "cell-{cell:02} {:.5}", values.iter().sum::<f64>() / values.len() as f64 * 1e6);
     }
     let there = server.ask("SELECT string_agg(line, chr(10)) FROM (SELECT cell || ' ' || round((avg(value) * 1e6)::numeric, 5) AS line FROM effects \
                             WHERE effect = 'joint_compliance' AND place = 'lift' GROUP BY cell ORDER BY cell) x");
@@ -266,7 +266,8 @@ fn the_fleets_page_is_read_on_a_desk_and_on_a_telephone_with_the_keyboard_alone(
             let wider = browser.run("return document.documentElement.scrollWidth > window.innerWidth");
             assert_eq!(wider, Value::Bool(false), "{path}: nothing is cut off at {width} pixels");
             shot(&format!("{name}-{size}"));
-            browser.run("const charts = document.querySelector('.charts'); if (charts) charts.scrollIntoView()");
+            browser
+                .run("const charts = document.querySelector('.charts'); if (charts) charts.scrollIntoView()");
             shot(&format!("{name}-{size}-below"));
             browser.run("scrollTo(0, 0)");
         }

@@ -406,7 +406,7 @@ pub(crate) fn cycle_ratio(pairs: usize) -> Option<CycleRatio> {
     timed(false);
     let (mut ratios, mut without) = (Vec::new(), Vec::new());
     for pair in 0..pairs {
-        let first_held = pair % 2 == 0;
+        let first_held = pair.is_multiple_of(2);
         let (first, second) = (timed(first_held), timed(!first_held));
         let (held, working) = if first_held { (first, second) } else { (second, first) };
         ratios.push(working / held);
@@ -425,5 +425,5 @@ pub(crate) fn cycle_ratio(pairs: usize) -> Option<CycleRatio> {
 fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let half = values.len() / 2;
-    if values.len() % 2 == 0 { f64::midpoint(values[half - 1], values[half]) } else { values[half] }
+    if values.len().is_multiple_of(2) { f64::midpoint(values[half - 1], values[half]) } else { values[half] }
 }

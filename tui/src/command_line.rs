@@ -12,7 +12,8 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::commands::{
     alert, answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model,
-    note, plugins, queue, record, run, schema, serve, ship, show, streams, stripe, study, target, trial, watch, world,
+    note, plugins, queue, record, run, schema, serve, ship, show, streams, stripe, study, target, trial,
+    watch, world,
 };
 
 /// Calibrates lab robots: runs the procedures of workcells, and shows where the model of a machine fails and what it lacks.

@@ -24,7 +24,8 @@ mod web;
 use command_line::Command;
 use commands::{
     alert, answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model,
-    note, plugins, queue, record, run, schema, serve, ship, show, streams, stripe, study, target, trial, watch, world,
+    note, plugins, queue, record, run, schema, serve, ship, show, streams, stripe, study, target, trial,
+    watch, world,
 };
 use failure::CommandResult;
 

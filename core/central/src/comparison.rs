@@ -80,7 +80,7 @@ fn median(sorted: &[f64]) -> f64 {
     let half = sorted.len() / 2;
     match sorted.len() {
         0 => f64::NAN,
-        even if even % 2 == 0 => (sorted[half - 1] + sorted[half]) / 2.0,
+        even if even.is_multiple_of(2) => (sorted[half - 1] + sorted[half]) / 2.0,
         _ => sorted[half],
     }
 }

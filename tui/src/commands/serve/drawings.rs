@@ -14,8 +14,8 @@ use crate::web::escaped;
 /// The ending of a stored cloud.
 const CLOUD: &str = "ply";
 
-/// A picture of a cloud, pixels: readable on a telephone, quickly drawn.
-const SIZE: PictureSize = PictureSize { width: 800, height: 600 };
+/// A picture of a cloud, pixels: its words fit on it.
+const SIZE: PictureSize = PictureSize { width: 1280, height: 960 };
 
 /// Clouds of a run that are listed.
 const MOST_CLOUDS: usize = 24;
