@@ -24,4 +24,4 @@ pub use parse::parse;
 pub use problem::{FileProblems, Problem, Problems, Span};
 pub use read::{LimitedReader, lines, open, read_bytes, read_text, text_of};
 pub use suggestion::{did_you_mean, nearest, one_of};
-pub use typed::{OtherKeys, Spanned, typed, typed_with};
+pub use typed::{OtherKeys, Spanned, schema_of, typed, typed_with, with_words};

@@ -7,8 +7,12 @@
 
 mod reader;
 mod reading;
+mod schema;
+mod schema_words;
 mod spanned_parts;
 mod stand_in;
+mod trace;
+mod traced_parts;
 
 use std::fmt;
 
@@ -18,6 +22,8 @@ use crate::{Node, Problems, Span};
 use reader::Reader;
 pub use reading::OtherKeys;
 use reading::{Reading, Refusal, SPANNED};
+pub use schema::schema_of;
+pub use schema_words::with_words;
 
 /// Readings of one tree; each after the first stands for one mistake, and nobody mends more at once.
 const MOST_READINGS: usize = 200;

@@ -5,11 +5,12 @@ use std::path::Path;
 use std::time::Duration;
 
 use plumb_document::{
-    DocumentKind, FileKind, FileProblems, Node, NodeValue, Problems, parse_as, read_document, typed,
+    DocumentKind, FileKind, FileProblems, Node, NodeValue, Problems, parse_as, read_document, schema_of,
+    typed, with_words,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{InputDescription, StreamDescription, Value};
+use crate::{InputDescription, QuantityDescription, StreamDescription, Value};
 
 /// What a plugin says about itself before it is loaded: the file `plugin.yaml` beside its library, also built into the library.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,10 +41,21 @@ pub struct Manifest {
     /// How long one reading of a sensor may take, s: for an instrument that averages or a balance that settles. 5 when left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub read_time_limit_s: Option<f64>,
+    /// The values a sensor's readings carry, so that what a procedure names of them is checked before anything is started. Left out, they are
+    /// known only from its description.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quantities: Option<Vec<QuantityDescription>>,
+    /// How many digital input lines the device has, as bits from 0, so that what is wired to one is checked before anything is started. Left
+    /// out, they are known only from its description.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub input_lines: Option<u32>,
     /// A JSON Schema of what a cell file may give under `config:`; null when it takes none.
     #[serde(default)]
     pub config: Value,
 }
+
+/// Levels of input lines travel as the bits of one 64-bit word.
+const MOST_INPUT_LINES: u32 = 64;
 
 /// The longest a reading may take, s.
 const LONGEST_READING_S: f64 = 3600.0;
@@ -92,6 +104,31 @@ impl fmt::Display for ContractVersion {
     }
 }
 
+/// What editors show beside a key.
+const WORDS: &[(&str, &str)] = &[
+    ("id", "Its name in cell files, such as ir-proximity."),
+    ("title", "What it drives, in a sentence."),
+    ("version", "Its own version."),
+    ("contract", "The version of the C contract it was built for, as [1, 0]."),
+    ("kind", "Whether it moves or measures."),
+    ("library", "The file name of the library beside the manifest; a driver has none."),
+    ("driver", "The command that runs a driver in another language, as [python3, driver.py]."),
+    ("streams", "What it emits."),
+    ("streams.max_bytes", "The longest message, where the layout has no fixed length."),
+    ("streams.depth", "How many messages wait for a slow receiver."),
+    ("inputs", "What a cell file wires to other devices' streams."),
+    ("read_time_limit_s", "How long one reading of a sensor may take; 5 when left out."),
+    (
+        "quantities",
+        "The values a sensor's readings carry: what procedures name of them is then checked before anything is started.",
+    ),
+    ("input_lines", "How many digital input lines the device has, as bits from 0."),
+    (
+        "config",
+        "A JSON Schema of what a cell file may give under `config`. `needs_input: INPUT` marks a setting of no use without that input, `input_line_of: INPUT` the number of an input line of the device that is wired there.",
+    ),
+];
+
 /// Why a manifest cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ManifestError {
@@ -123,6 +160,11 @@ impl Manifest {
     /// How long one reading of the sensor may take.
     pub fn read_time_limit(&self) -> Duration {
         self.read_time_limit_s.map_or(crate::conformance::CALL_WITHIN, Duration::from_secs_f64)
+    }
+
+    /// The JSON Schema of manifests, for editors.
+    pub fn schema() -> Value {
+        with_words(schema_of::<Self>(), "A plugin's manifest", WORDS)
     }
 
     /// Reads a manifest file.
@@ -171,6 +213,7 @@ impl Manifest {
         }
         self.check_code(root, problems);
         self.check_time_limit(root, problems);
+        self.check_lists(root, problems);
         let streams = root.get("streams").map(Node::items).unwrap_or_default();
         for (stream, node) in self.streams.iter().zip(streams) {
             check_stream(stream, node, problems);
@@ -198,6 +241,30 @@ impl Manifest {
         {
             let help = "give the command that runs it, as in [python3, driver.py]";
             problems.add(root.span_at(&["driver"]), "`driver` is empty", help);
+        }
+    }
+
+    /// What is listed of readings and lines.
+    fn check_lists(&self, root: &Node, problems: &Problems) {
+        if self.quantities.is_some() && self.kind != DeviceKind::Sensor {
+            let help = "only a sensor's readings carry quantities: take it away";
+            problems.add(root.span_at(&["quantities"]), "a robot lists `quantities`", help);
+        }
+        let listed = self.quantities.as_deref().unwrap_or_default();
+        let nodes = root.get("quantities").map(Node::items).unwrap_or_default();
+        for (place, (quantity, node)) in listed.iter().zip(nodes).enumerate() {
+            let name = &quantity.name;
+            let is_word = name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_');
+            let is_repeated = listed.iter().take(place).any(|before| before.name == *name);
+            if !name.is_empty() && (!is_word || is_repeated) {
+                let message = format!("a quantity is called `{name}`");
+                let help = "use letters, digits and `_`, and each name once: expressions name it so";
+                problems.add(node.span_at(&["name"]), message, help);
+            }
+        }
+        if let Some(lines) = self.input_lines.filter(|lines| *lines > MOST_INPUT_LINES) {
+            let help = format!("give at most {MOST_INPUT_LINES}");
+            problems.add(root.span_at(&["input_lines"]), format!("`input_lines` is {lines}"), help);
         }
     }
 

@@ -8,6 +8,7 @@
 pub mod arm;
 pub mod client;
 pub mod emulate;
+pub mod file_schemas;
 mod joint_values;
 pub mod light;
 mod lines;

@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 
 use crate::failure::CommandResult;
+pub(crate) use read_study::study_schema;
 use study_file::{StudyFile, StudyFileError};
 
 /// Design the initialization of Yang & Siegel 1987 for an arm.

@@ -6,6 +6,7 @@ mod epochs;
 mod error;
 mod raw;
 mod residual_map;
+mod schema;
 mod urdf;
 mod urdf_frames;
 mod validate;
@@ -13,6 +14,7 @@ mod write;
 mod yaml_text;
 
 pub use error::{ModelFileError, Place};
+pub use schema::model_schema;
 pub use write::model_text;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! JSON Schemas of the files people write, for editors: ours, with what each installed plugin may be told.
+//! JSON Schemas of the files people write, for editors: ours, with what each installed plugin may be told; and of the events a run writes.
 //!
 //! The readers of the files say more, and better: this is for completion while one types. Tests hold the two together.
 
@@ -9,7 +9,7 @@ use serde_json::{Map, Value, json};
 use crate::device::configuration::mistakes;
 use crate::step::KINDS;
 
-/// The schema of a kind of file; none of model and world files, which the model lab and the world read. `plugins` are those installed.
+/// The schema of cell, procedure and answers files; none of the other kinds, whose readers have their own. `plugins` are those installed.
 ///
 /// # Errors
 /// When the text built in is no JSON.
@@ -30,6 +30,14 @@ pub fn schema(kind: DocumentKind, plugins: &[Manifest]) -> Result<Option<Value>,
         add_plugins(device, plugins);
     }
     Ok(Some(schema))
+}
+
+/// The schema of a line of `plumb run --json`.
+///
+/// # Errors
+/// When the text built in is no JSON.
+pub fn events_schema() -> Result<Value, serde_json::Error> {
+    serde_json::from_str(include_str!("events.json"))
 }
 
 /// Which kinds of step there are, and what each is told.

@@ -12,7 +12,8 @@ use std::path::Path;
 
 use nalgebra::{Point3, Vector3};
 use plumb_document::{
-    DocumentKind, FileKind, FileProblems, Node, NodeValue, Problems, parse_as, read_document, typed,
+    DocumentKind, FileKind, FileProblems, Node, NodeValue, Problems, parse_as, read_document, schema_of,
+    typed, with_words,
 };
 use serde::Deserialize;
 
@@ -47,6 +48,15 @@ enum RawSurface {
         centre_mm: [f64; 3],
         radius_mm: f64,
     },
+}
+
+/// The JSON Schema of scene files, for editors.
+pub fn scene_schema() -> serde_json::Value {
+    let words = [(
+        "surfaces",
+        "What there is to be scanned, by name, about where it stands: mm in the arm's base frame.",
+    )];
+    with_words(schema_of::<RawScene>(), "A scene for the light stripe", &words)
 }
 
 /// Reads a scene: the surfaces in the order of their names, about where they stand, mm in the arm's base frame.

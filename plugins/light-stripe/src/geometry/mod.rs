@@ -17,5 +17,5 @@ pub use camera_file::{CameraFormat, read_camera, write_camera};
 pub use collineation::{Collineation, CollineationError, NoPoint};
 pub use correction::{CorrectionError, RigCorrections, SheetFrame};
 pub use rig::Rig;
-pub use rig_file::{RigFileError, read_rig, write_rig};
+pub use rig_file::{RigFileError, read_rig, rig_schema, write_rig};
 pub use stripe_plane::StripePlane;

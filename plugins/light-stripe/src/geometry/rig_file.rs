@@ -19,7 +19,8 @@ use std::path::Path;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use plumb_document::{
-    DocumentKind, FileKind, FileProblems, Node, Problems, Span, parse_as, read_document, typed,
+    DocumentKind, FileKind, FileProblems, Node, Problems, Span, parse_as, read_document, schema_of, typed,
+    with_words,
 };
 use serde::{Deserialize, Serialize};
 
@@ -83,6 +84,24 @@ const MOST_BOW: f64 = 1e-3;
 struct RawSelfTest {
     pixel: [f64; 2],
     point_mm: [f64; 3],
+}
+
+/// What editors show beside a key.
+const WORDS: &[(&str, &str)] = &[
+    ("rig", "The rig's name."),
+    ("camera", "The camera by its pinhole model; lengths in pixels."),
+    ("hand_eye", "The camera in the flange's frame."),
+    ("hand_eye.rpy_deg", "About fixed x, then y, then z."),
+    ("stripe_plane", "The sheet of light in the flange's frame."),
+    ("stripe_plane.convention", "n.x + d = 0, the only one; for n.x = d change the sign of d_mm."),
+    ("stripe_plane.bow_per_mm", "How the sheet bends; left out for a flat one."),
+    ("self_test", "A pixel, and the point in the flange's frame that it has to mean."),
+    ("contains", "Corrections of a record that these numbers contain already."),
+];
+
+/// The JSON Schema of rig files, for editors.
+pub fn rig_schema() -> serde_json::Value {
+    with_words(schema_of::<RawRig>(), "A rig: camera and sheet of light on a flange", WORDS)
 }
 
 /// Reads a rig file and tests it with its own point.

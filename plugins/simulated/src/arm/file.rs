@@ -19,7 +19,7 @@ use crate::world::Instrument;
 use crate::world::file::typed::Typed;
 use crate::world::file::{WorldFileError, no_world};
 
-mod arm_file;
+pub(crate) mod arm_file;
 mod checker;
 mod imperfections;
 mod named;
@@ -199,6 +199,11 @@ pub(crate) fn read(
     let described = of_tree(Typed { file, problems: &problems }, root);
     problems.into_result(file, text)?;
     described.unwrap_or_else(|| Err(no_world(file)))
+}
+
+/// The JSON Schema of a world with another arm than a TeachMover.
+pub(crate) fn schema() -> serde_json::Value {
+    plumb_document::schema_of::<RawWorld>()
 }
 
 /// What comes of a part: nothing after a complaint about the world file, or the error of another file that it names.

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use plumb_document::{DocumentKind, FileKind, FileProblems, Problems, Spanned, parse_as, read_text, typed};
+use plumb_document::{
+    DocumentKind, FileKind, FileProblems, Problems, Spanned, parse_as, read_text, schema_of, typed,
+    with_words,
+};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -28,6 +31,30 @@ impl StudyFile {
         problems.into_result(path, &text)?;
         study.ok_or_else(|| FileProblems::whole_file(path, "this is no study", "").into())
     }
+}
+
+/// What editors show beside a key.
+const WORDS: &[(&str, &str)] = &[
+    ("study", "Its name: a command of plumb-studies."),
+    ("title", "Its title."),
+    ("about", "What it is about, in words."),
+    ("runs", "How many runs each line and each point rests on, unless told otherwise."),
+    ("cell", "The cell, relative to this file."),
+    ("procedure", "The procedure of the cell that is run; its first when left out."),
+    ("check_pose", "Where the error is taken: the arm's joints there, in the cell's units."),
+    ("world", "Laid over the world file."),
+    ("set", "Parameters of the procedure."),
+    ("lines", "The lines of its table, each with what differs."),
+    ("figures", "Its figures: one number changed step by step."),
+    (
+        "figures.vary",
+        "What is changed: a path in the world file, as world.sensor.optics.spot.diameter_mm, or a parameter, as set.cycles.",
+    ),
+];
+
+/// The JSON Schema of study files, for editors.
+pub(crate) fn study_schema() -> Value {
+    with_words(schema_of::<RawStudy>(), "A study of a cell", WORDS)
 }
 
 /// The whole file.

@@ -89,6 +89,11 @@ struct RawLink {
     centre_mm: Spanned<[f64; 3]>,
 }
 
+/// The JSON Schema of arm files.
+pub(crate) fn schema() -> serde_json::Value {
+    plumb_document::schema_of::<RawArm>()
+}
+
 /// Reads the arm file that a world file names; none after a complaint about the world file.
 ///
 /// # Errors

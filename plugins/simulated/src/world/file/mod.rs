@@ -67,6 +67,11 @@ pub(crate) fn root(file: &Path, text: &str, problems: &Problems) -> Result<Node,
     Ok(parse_as(DocumentKind::World, file, text, problems)?)
 }
 
+/// The JSON Schema of a world with a TeachMover.
+pub(crate) fn schema() -> serde_json::Value {
+    plumb_document::schema_of::<raw::World>()
+}
+
 /// A world with a TeachMover; all mistakes are among `problems`, and what is found with some of them is good for nothing.
 pub(crate) fn of_tree(file: &Path, root: &Node, problems: &Problems) -> Option<WorldDescription> {
     let raw = typed_as(root, "a world", problems)?;
