@@ -2,6 +2,7 @@
 
 pub(crate) mod alert;
 pub(crate) mod answer;
+pub(crate) mod cell_check;
 pub(crate) mod certificate;
 pub(crate) mod check;
 pub(crate) mod completions;

@@ -114,7 +114,7 @@ fn check_answers_file(file: &Path, calculator: &Calculator) -> Result<CheckedFil
 }
 
 /// Workcell files in this file's folder and the one above whose text names the file.
-fn cells_that_name(file: &Path) -> Vec<PathBuf> {
+pub fn cells_that_name(file: &Path) -> Vec<PathBuf> {
     let Some(name) = file.file_name().and_then(|name| name.to_str()) else { return Vec::new() };
     let folder = file.parent().map(Path::to_owned).unwrap_or_default();
     let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };

@@ -2,6 +2,7 @@
 
 pub mod answers;
 mod cell_names;
+mod check_cell;
 mod check_context;
 mod check_file;
 pub mod command;
@@ -25,7 +26,8 @@ pub mod step;
 mod step_path;
 pub mod workcell;
 
-pub use check_file::{CheckedFile, check_file, kind_of_file};
+pub use check_cell::check_cell;
+pub use check_file::{CheckedFile, cells_that_name, check_file, kind_of_file};
 pub use deg_or_mm::DegOrMm;
 pub use in_words::{
     NOT_DETERMINED, change_in_words, corrected_quantity, give_or_take, known_within, left_open,

@@ -11,7 +11,7 @@ mod drive;
 pub mod file;
 mod measuring;
 pub mod puma560;
-mod served;
+pub(crate) mod served;
 mod shutter;
 mod travel;
 

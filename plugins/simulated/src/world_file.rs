@@ -6,11 +6,11 @@ use std::path::Path;
 
 use plumb_document::{FileKind, Node, NodeValue, Problems, read_text};
 
-use crate::arm::{ArmWorld, ArmWorldDescription};
+use crate::arm::{ArmWorld, ArmWorldDescription, served as described};
 use crate::served_world::ServedWorld;
 pub use crate::world::file::WorldFileError;
 use crate::world::file::{no_world, of_tree, root, seal};
-use crate::world::{World, WorldDescription};
+use crate::world::{World, WorldDescription, served as teachmover};
 
 /// The keys under `arm:` that stand for another arm than a TeachMover.
 const OTHER_ARMS: [&str; 2] = ["puma560", "described"];
@@ -38,6 +38,14 @@ impl Described {
         match self {
             Described::TeachMover(world) => world.sealed_text.as_deref(),
             Described::Arm(world) => world.sealed_text.as_deref(),
+        }
+    }
+
+    /// The arm as cell files name it, and how many input lines its controller has.
+    pub fn arm(&self) -> (&str, u32) {
+        match self {
+            Described::TeachMover(_) => (teachmover::NAME, teachmover::INPUT_LINES),
+            Described::Arm(world) => (&world.paper.name, described::INPUT_LINES),
         }
     }
 

@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use plumb_calibration::table::Table;
-use plumb_cell::device::check_plugins;
 use plumb_cell::expression::Calculator;
 use plumb_cell::workcell::load_workcell;
-use plumb_cell::{check_file, kind_of_file};
+use plumb_cell::{cells_that_name, check_cell, check_file, kind_of_file};
 use plumb_diagnosis::stripe::read_scene;
 use plumb_document::{DocumentKind, FileProblems};
 use plumb_light_stripe::geometry::read_rig;
 use plumb_plugin::Manifest;
 use plumb_simulated::world_file::{self, WorldFileError};
 
+use crate::commands::cell_check::check_with_world;
 use crate::commands::run::prepare::plugins_of;
 use crate::commands::study;
 use crate::failure::CommandResult;
@@ -66,13 +66,36 @@ fn check(
     let checked = check_file(file, kind, calculator).map_err(|problems| in_words(&problems))?;
     if kind == DocumentKind::Cell {
         let workcell = load_workcell(file, calculator).map_err(|problems| in_words(&problems))?;
-        check_plugins(&workcell, &plugins_of(&workcell, &arguments.plugins))
-            .map_err(|problems| problems.to_string())?;
+        check_with_world(&workcell, &plugins_of(&workcell, &arguments.plugins))
+            .map_err(|problems| in_words(&problems))?;
         if let Some(world) = &workcell.world {
             read_whole(&world.file, DocumentKind::World)?;
         }
     }
+    if kind == DocumentKind::Procedure {
+        check_readings(file, arguments, calculator).map_err(|problems| in_words(&problems))?;
+    }
     Ok((checked.what, checked.notes))
+}
+
+/// What a procedure names of readings, held against the manifests of the plugins of the cells beside it that name it.
+fn check_readings(
+    file: &Path,
+    arguments: &Arguments,
+    calculator: &Calculator,
+) -> Result<(), Vec<FileProblems>> {
+    let is_this = |other: &Path| matches!((other.canonicalize(), file.canonicalize()), (Ok(one), Ok(two)) if one == two);
+    for cell in cells_that_name(file) {
+        // A cell with mistakes of its own is named among the notes.
+        let Ok(workcell) = load_workcell(&cell, calculator) else { continue };
+        let plugins = plugins_of(&workcell, &arguments.plugins);
+        let wrong = check_cell(&workcell, &plugins, &[]).err().into_iter().flatten();
+        let about_this: Vec<FileProblems> = wrong.filter(|problems| is_this(&problems.file)).collect();
+        if !about_this.is_empty() {
+            return Err(about_this);
+        }
+    }
+    Ok(())
 }
 
 /// Reads a file of a kind that names no others.

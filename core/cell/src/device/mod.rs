@@ -3,6 +3,7 @@
 mod cell_place;
 pub(crate) mod configuration;
 mod hosted;
+mod input_lines;
 mod kept;
 mod watcher;
 mod wiring;
@@ -12,10 +13,11 @@ use std::time::Duration;
 pub use cell_place::{CellPlace, PlaceState, Remains};
 pub use configuration::config_mistakes;
 pub use hosted::{HostedDevices, World, hashed, plugin_files};
+pub use input_lines::InputLines;
 pub use kept::KeptDevices;
 pub use plumb_host::{DeviceError, StartError};
 pub use watcher::PoseListener;
-pub use wiring::check_plugins;
+pub(crate) use wiring::check_plugins;
 
 use plumb_plugin::{
     JogState, JointState, JointVector, Motion, PluginError, Reading, RobotDescription, SensorDescription,

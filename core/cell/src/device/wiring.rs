@@ -5,14 +5,20 @@ use plumb_plugin::{InputDescription, StreamDescription};
 use serde_json::Value;
 
 use super::configuration;
+use super::input_lines::{InputLines, check_input_lines};
 use crate::workcell::{DeviceSetting, Workcell};
 use plumb_document::{FileProblems, Problems, did_you_mean};
 
-/// Checks what plugins' manifests know of a cell's devices: that there is a plugin, and that what is wired exists and fits.
+/// Checks what plugins' manifests know of a cell's devices: that there is a plugin, and that what is wired exists and fits. `lines` are the input
+/// lines of devices whose manifest leaves them open.
 ///
 /// # Errors
 /// Every mistake in the cell file.
-pub fn check_plugins(cell: &Workcell, catalogue: &Catalogue) -> Result<(), FileProblems> {
+pub(crate) fn check_plugins(
+    cell: &Workcell,
+    catalogue: &Catalogue,
+    lines: &[InputLines],
+) -> Result<(), FileProblems> {
     let problems = Problems::default();
     for device in &cell.devices {
         let plugin = match catalogue.find(&device.plugin) {
@@ -32,6 +38,8 @@ pub fn check_plugins(cell: &Workcell, catalogue: &Catalogue) -> Result<(), FileP
             problems.add(device.place, format!("device `{}`: {message}", device.name), help);
         }
         check_corrections(cell, device, plugin, &problems);
+        let lines_of = |name: &str| lines_of(cell, catalogue, lines, name);
+        check_input_lines(device, plugin, &lines_of, &problems);
         for wire in &device.inputs {
             let wired = input_of(plugin, &wire.input).and_then(|input| {
                 let stream = stream_of(cell, catalogue, &wire.device, &wire.stream)?;
@@ -55,6 +63,13 @@ pub fn check_plugins(cell: &Workcell, catalogue: &Catalogue) -> Result<(), FileP
         }
     }
     problems.into_result(&cell.file, &cell.text)
+}
+
+/// How many input lines a device has, if that is known before it is started.
+fn lines_of(cell: &Workcell, catalogue: &Catalogue, known: &[InputLines], name: &str) -> Option<u32> {
+    let device = cell.devices.iter().find(|device| device.name == name)?;
+    let of_manifest = catalogue.find(&device.plugin).ok().and_then(|plugin| plugin.manifest.input_lines);
+    of_manifest.or_else(|| known.iter().find(|known| known.device == name).map(|known| known.count))
 }
 
 /// Checks that what the procedures correct of a sensor is something its plugin takes corrections of.

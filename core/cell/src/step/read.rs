@@ -88,12 +88,12 @@ pub(crate) fn check_name(name: &str, place: Span, what: &str, context: &ReadCont
     if name.len() > LONGEST_NAME {
         let message = format!("{what} has {} characters", name.len());
         context.problems.add(place, message, format!("at most {LONGEST_NAME}"));
-    } else if !good || context.calculator.compile_expression(name).is_err() {
+    } else if !good {
         let message = format!("`{name}` cannot be {what}");
-        context.problems.add(
-            place,
-            message,
-            "use letters, digits and `_`, beginning with a letter, and no word of the expression language",
-        );
+        let help = "use letters, digits and `_`, beginning with a letter";
+        context.problems.add(place, message, help);
+    } else if context.calculator.compile_expression(name).is_err() {
+        let message = format!("`{name}` cannot be {what}: it is a word of the expression language");
+        context.problems.add(place, message, format!("choose another, as `{name}_1`"));
     }
 }

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use super::outcome::caught;
 use super::times::{CALL_WITHIN, within};
 use super::{
-    CheckOutcome, CheckReport, Interruption, ROBOT_CHECKS, RobotBench, SENSOR_CHECKS, SensorBench, not_run,
-    run_robot_check,
+    CheckOutcome, CheckReport, Interruption, LISTS, ROBOT_CHECKS, RobotBench, SENSOR_CHECKS, SensorBench,
+    check_input_lines, check_quantities, not_run, run_robot_check,
 };
 use crate::recording::RecordingHost;
 use crate::{
@@ -52,7 +52,30 @@ pub fn check_robot<R: Robot>(manifest: &str, create: impl Fn(Host) -> Result<R, 
         report.rows.push((check.0, outcome));
     }
     report.rows.push(streams.row());
+    report.rows.push((
+        LISTS,
+        lists(
+            manifest,
+            || create(RecordingHost::new().host()),
+            |manifest, robot: &R| check_input_lines(manifest, &robot.describe()),
+        ),
+    ));
     report
+}
+
+/// Holds what a device says of itself against its manifest.
+fn lists<T>(
+    manifest: &str,
+    create: impl FnOnce() -> Result<T, PluginError>,
+    check: impl FnOnce(&Manifest, &T) -> CheckOutcome,
+) -> CheckOutcome {
+    let Ok(manifest) = Manifest::parse(manifest, "plugin.yaml") else {
+        return CheckOutcome::Skipped("its manifest cannot be used".to_owned());
+    };
+    match caught_in_create(create) {
+        Ok(device) => check(&manifest, &device),
+        Err(outcome) => outcome,
+    }
 }
 
 /// Runs every sensor check, each on a sensor of its own made by `create`, and the checks of the manifest.
@@ -81,6 +104,14 @@ pub fn check_sensor<S: Sensor>(
         report.rows.push((name, outcome));
     }
     report.rows.push(streams.row());
+    report.rows.push((
+        LISTS,
+        lists(
+            manifest,
+            || create(RecordingHost::new().host()),
+            |manifest, sensor: &S| check_quantities(manifest, &sensor.describe()),
+        ),
+    ));
     report
 }
 

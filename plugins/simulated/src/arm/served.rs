@@ -61,6 +61,9 @@ impl ArmWorld {
     }
 }
 
+/// Nothing is wired to the controller of such an arm.
+pub(crate) const INPUT_LINES: u32 = 0;
+
 impl ServedWorld for ArmWorld {
     fn title(&self) -> &str {
         &self.description.title
@@ -113,7 +116,7 @@ impl Arm for ArmWorld {
             name: paper.name.clone(),
             model: paper.model.clone(),
             joints: joints.map(|(joint, start)| self.joint_facts(joint, *start)).collect(),
-            input_lines: 0,
+            input_lines: INPUT_LINES,
             output_lines: 0,
             braking_ms: (paper.drive.braking_s * 1e3).ceil() as u32,
         }

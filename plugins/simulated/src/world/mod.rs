@@ -16,7 +16,7 @@ mod motion;
 mod play;
 mod reach;
 mod sensor;
-mod served;
+pub(crate) mod served;
 mod stance;
 mod target;
 

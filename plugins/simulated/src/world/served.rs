@@ -13,6 +13,9 @@ use crate::served_world::{
 /// As cell files name the arm.
 pub(crate) const NAME: &str = "teachmover";
 
+/// Input lines of its controller.
+pub(crate) const INPUT_LINES: u32 = 7;
+
 /// Said where the sensor's optics are ideal.
 const NO_TRIM: &str = "this sensor has no trim resistor";
 
@@ -85,7 +88,7 @@ impl Arm for World {
             name: NAME.to_owned(),
             model: "Microbot TeachMover".to_owned(),
             joints: joints.into(),
-            input_lines: 7,
+            input_lines: INPUT_LINES,
             output_lines: 5,
             braking_ms: 0,
         }

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use plumb_cell::answers::{Answers, load_answers};
-use plumb_cell::device::{CellPlace, DeviceLinks as _, HostedDevices, KeptDevices, check_plugins};
+use plumb_cell::check_cell;
+use plumb_cell::device::{CellPlace, DeviceLinks as _, HostedDevices, KeptDevices};
 use plumb_cell::engine::{RunRequest, start_run};
 use plumb_cell::event::{Event, RunOutcome, StepOutcome};
 use plumb_cell::expression::Calculator;
@@ -85,7 +86,7 @@ impl<'a> Bench<'a> {
         };
         let mut cell = load_workcell(&file, &Calculator::new()).map_err(in_words)?;
         let catalogue = Catalogue::search(plugins);
-        check_plugins(&cell, &catalogue).map_err(|problems| in_words(vec![problems]))?;
+        check_cell(&cell, &catalogue, &[]).map_err(in_words)?;
         let procedure = procedure_of(&cell, with.procedure.as_deref())?;
         let answers = answers_of(&cell).map_err(|problems| in_words(vec![problems]))?;
         let world_file = place.0.join("world.yaml");

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::error::Error;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use plumb_cell::answers::{Answers, load_answers};
-use plumb_cell::device::{CellPlace, HostedDevices, World, check_plugins, hashed, plugin_files};
+use plumb_cell::device::{CellPlace, HostedDevices, World, hashed, plugin_files};
 use plumb_cell::engine::{RunRequest, RunningRun, StartError, start_run};
 use plumb_cell::event::RunOutcome;
 use plumb_cell::expression::Calculator;
@@ -21,6 +22,7 @@ use serde_json::json;
 use super::arguments::{Arguments, PaceArgument};
 use super::event_log::logged;
 use super::simulated_world::SimulatedWorld;
+use crate::commands::cell_check::check_with_world;
 use crate::failure::CommandResult;
 use crate::logging;
 use crate::record_directory::record_directory;
@@ -95,7 +97,7 @@ pub(super) fn wanted(arguments: &Arguments) -> Result<Wanted, Refused> {
     let cell_file = cell_file(arguments, resumed.as_ref());
     let cell = Arc::new(load_workcell(&cell_file, &calculator).map_err(Refused::Files)?);
     let catalogue = plugins_of(&cell, &arguments.plugins);
-    check_plugins(&cell, &catalogue).map_err(|problems| Refused::Files(vec![problems]))?;
+    check_with_world(&cell, &catalogue).map_err(Refused::Files)?;
     let procedure = procedure_of(&cell, arguments, resumed.as_ref())?;
     let unattended = arguments.is_unattended();
     let answers = answers_of(&cell, arguments, unattended, resumed.as_ref())?;
@@ -241,10 +243,18 @@ fn answers_of(
     load_answers(&file, &procedures).map(Some).map_err(|problems| Refused::Files(vec![problems]))
 }
 
-/// Who sits there: as given, or the login name.
+/// Who sits there: as given, or the login name; in a service or a container, where no variable tells it, the name of the user in the password file.
 pub(crate) fn operator(given: Option<&String>) -> String {
     let login = || std::env::var("USER").ok().or_else(|| std::env::var("LOGNAME").ok());
-    given.cloned().or_else(login).unwrap_or_else(|| "unknown".to_owned())
+    given.cloned().or_else(login).or_else(name_of_user).unwrap_or_else(|| "unknown".to_owned())
+}
+
+/// The name of the user this program runs as.
+fn name_of_user() -> Option<String> {
+    let user = std::fs::metadata("/proc/self").ok()?.uid().to_string();
+    let known = std::fs::read_to_string("/etc/passwd").ok()?;
+    let line = known.lines().find(|line| line.split(':').nth(2) == Some(&user))?;
+    line.split(':').next().map(str::to_owned).filter(|name| !name.is_empty())
 }
 
 fn pace_of(cell: &Workcell, arguments: &Arguments) -> Pace {

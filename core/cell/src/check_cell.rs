@@ -1,0 +1,45 @@
+//! A cell held against what the manifests of its plugins say, before anything is started.
+
+use plumb_document::FileProblems;
+use plumb_host::Catalogue;
+
+use crate::cell_names::CellNames;
+use crate::device::{InputLines, check_plugins};
+use crate::engine::scope::result_name;
+use crate::procedure::check_procedure;
+use crate::workcell::{Workcell, cell_names};
+
+/// Checks what manifests know of a cell: plugins, settings, wiring, and what procedures name of readings. `lines` are the input lines of devices
+/// whose manifest leaves them open.
+///
+/// # Errors
+/// Every mistake of the cell's file and its procedures'.
+pub fn check_cell(
+    cell: &Workcell,
+    catalogue: &Catalogue,
+    lines: &[InputLines],
+) -> Result<(), Vec<FileProblems>> {
+    let mut wrong: Vec<FileProblems> = check_plugins(cell, catalogue, lines).err().into_iter().collect();
+    let names = names_of_readings(cell, catalogue);
+    for procedure in &cell.procedures {
+        for problems in check_procedure(procedure, &names).err().into_iter().flatten() {
+            // A procedure that two others call is told of once.
+            if !wrong.iter().any(|told| told.to_string() == problems.to_string()) {
+                wrong.push(problems);
+            }
+        }
+    }
+    if wrong.is_empty() { Ok(()) } else { Err(wrong) }
+}
+
+/// What the cell offers to names, with the quantities that manifests list.
+fn names_of_readings(cell: &Workcell, catalogue: &Catalogue) -> CellNames {
+    let mut names = cell_names(&cell.devices, &cell.robots);
+    for device in cell.devices.iter().filter(|device| names.sensors.contains(&device.name)) {
+        let plugin = catalogue.find(&device.plugin).ok();
+        let Some(listed) = plugin.and_then(|plugin| plugin.manifest.quantities.as_ref()) else { continue };
+        let known = listed.iter().map(|quantity| result_name(&quantity.name, &quantity.unit)).collect();
+        names.quantities.push((device.name.clone(), known));
+    }
+    names
+}

@@ -1,0 +1,75 @@
+//! Names in cells and procedures that no device answers to: `plumb check` and `--dry-run` find them, with nothing started.
+
+use crate::lab::Lab;
+
+/// `plumb check` of these files, a dry run and a run all end with 2 and say each of these; nothing was started.
+fn assert_found(lab: &Lab, files: &[&str], procedure: &str, words: &[&str]) {
+    let mut commands: Vec<Vec<&str>> = files.iter().map(|file| vec!["check", file]).collect();
+    commands.push(vec!["run", files[0], procedure, "--dry-run"]);
+    commands.push(vec!["run", files[0], procedure, "--headless"]);
+    for command in commands {
+        let said = lab.plumb(&command);
+        assert_eq!(said.code(), 2, "{command:?}: {}", said.all());
+        for word in words {
+            assert!(said.err().contains(word), "{word} in {command:?}: {}", said.all());
+        }
+    }
+    assert!(lab.plumb(&["history"]).out().contains("no runs"), "nothing was started");
+}
+
+#[test]
+fn a_misspelled_value_of_a_reading_is_found_in_the_procedure_with_what_was_meant() {
+    let lab = Lab::of("light-stripe");
+    lab.edit("procedures/camera-aim.yaml", "first.lens_x_mm", "first.lens_xx_mm");
+    let words =
+        ["procedures/camera-aim.yaml:46:", "`first` has no `lens_xx_mm`", "did you mean `lens_x_mm`?"];
+    assert_found(&lab, &["cell.yaml", "procedures/camera-aim.yaml"], "camera-aim", &words);
+    // Of a camera too, and the unit belongs to the name.
+    let lab = Lab::of("light-stripe");
+    lab.write(
+        "procedures/extra.yaml",
+        "procedure: extra\nsteps:\n  - {id: look, do: {measure: {sensor: camera}}}\n  - {id: lit, do: {check: {that: look.brightness > 3, otherwise: too dark}}}\n",
+    );
+    lab.edit("cell.yaml", "procedures: [", "procedures: [procedures/extra.yaml, ");
+    assert_found(&lab, &["cell.yaml"], "extra", &["`look` has no `brightness`", "did you mean `brightest`?"]);
+}
+
+#[test]
+fn a_line_that_the_arm_has_not_is_found_in_a_simulated_cell_and_in_one_with_a_driver() {
+    for cell in ["cell.yaml", "cell-serial.yaml", "cell-hardware.yaml"] {
+        let lab = Lab::new();
+        lab.edit(cell, "bit: 0", "bit: 9");
+        let words = ["device `eye`: `config.bit` is 9", "`arm` has 7 input lines: 0 to 6"];
+        assert_found(&lab, &[cell], "initialize", &words);
+    }
+    let lab = Lab::new();
+    lab.edit("cell.yaml", "bit: 0", "bit: 6");
+    let said = lab.plumb(&["check", "cell.yaml"]);
+    assert_eq!(said.code(), 0, "the last line is one: {}", said.all());
+}
+
+#[test]
+fn a_sensor_without_the_input_its_settings_need_is_found() {
+    let lab = Lab::new();
+    lab.edit("cell.yaml", "inputs: {line: arm/inputs}, ", "");
+    let words = [
+        "device `eye` has `bit`, which needs its input `line` wired",
+        "write `inputs: {line: DEVICE/STREAM}` with a stream of digital-inputs/1",
+    ];
+    assert_found(&lab, &["cell.yaml"], "initialize", &words);
+}
+
+#[test]
+fn an_arm_that_does_not_stand_in_the_world_is_found() {
+    let lab = Lab::new();
+    lab.edit("cell.yaml", "arm: teachmover", "arm: techmover");
+    let words = ["device `arm`: no arm `techmover` stands in the cell's world", "did you mean `teachmover`?"];
+    assert_found(&lab, &["cell.yaml"], "initialize", &words);
+}
+
+#[test]
+fn a_dry_run_finds_what_is_wrong_with_the_world_file() {
+    let lab = Lab::new();
+    lab.edit("world-ideal.yaml", "arm:", "amr:");
+    assert_found(&lab, &["cell.yaml"], "initialize", &["world-ideal.yaml", "did you mean `arm`?"]);
+}
