@@ -91,3 +91,43 @@ fn an_answer_to_nothing_says_so() {
     let no_run = lab.plumb(&["answer", "seven", "done"]);
     assert!(no_run.err().contains("`seven` is no number of a run"), "{}", no_run.err());
 }
+
+#[test]
+fn an_operator_who_goes_back_past_a_correction_finds_it_undone_in_the_record_and_on_the_certificate() {
+    let lab = Lab::new();
+    lab.write(
+        "procedures/extra.yaml",
+        "procedure: extra\nfinds_zeros: [arm]\nsteps:\n  \
+         - {id: place, title: Over the white, do: {prompt: {text: There, jog_to: {robot: arm}}}}\n  \
+         - {id: shift, do: {apply: {robot: arm, joint_zero: {waist: {shift_deg: 1.5, uncertainty_deg: 0.1}}}}}\n  \
+         - {id: near, do: {check: {that: arm.joints.waist_deg < 15, otherwise: Too far to the left}}}\n",
+    );
+    lab.edit("cell.yaml", "procedures: [", "procedures: [procedures/extra.yaml, ");
+    let mut running = lab.start(&["run", "cell.yaml", "extra", "--attended", "--pace", "fast"]);
+    let answers = [
+        ("place", "waist=20"),
+        ("shift", "accept"),
+        ("near", "back"),
+        ("place", "waist=10"),
+        ("shift", "reject"),
+    ];
+    for (step, answer) in answers {
+        until_asked(&mut running, step);
+        if (step, answer) == ("near", "back") {
+            let asked = lab.plumb(&["answer"]);
+            let told = "Going back undoes the correction of joint zero of arm waist.";
+            assert!(asked.out().contains(told), "{}", asked.all());
+        }
+        let answered = lab.plumb(&["answer", answer]);
+        assert_eq!(answered.code(), 0, "{step} {answer}: {}", answered.all());
+    }
+    let (last, _) = running.end();
+    assert_eq!(last["outcome"], "passed", "{last}");
+    let zeros = lab.plumb(&["record", "zeros", "teachmover"]).out();
+    assert!(zeros.contains("run 1: the operator went back to `place`"), "{zeros}");
+    let shown = lab.plumb(&["show", "1"]).out();
+    assert!(shown.contains("in force from revision 1 until undone by revision 2"), "{shown}");
+    assert_eq!(lab.plumb(&["certificate", "1", "-o", "c.html"]).code(), 0);
+    let certificate = std::fs::read_to_string(lab.path("c.html")).unwrap();
+    assert!(certificate.contains("no: ") && !certificate.contains("since revision 1"), "{certificate}");
+}

@@ -146,7 +146,8 @@ pub enum Event {
         /// For each plane how far the nearest end of a link is on its free side, by the zeros now believed.
         planes: Vec<PlaneClearance>,
     },
-    /// What the instrument shows that stands on the arm, while the arm of a simulated cell is jogged: where the world is real, the operator looks.
+    /// What the instrument shows that stands on the arm (a spirit level, deg) or beside it (a ruler: height over the table, mm), while the arm of a
+    /// simulated cell is jogged: where the world is real, the operator looks.
     InstrumentRead {
         /// The step that asks for the arm to be jogged.
         step: StepPath,
@@ -197,6 +198,13 @@ pub enum Event {
         /// The change.
         correction: Correction,
         /// Number of the revision it made for this device; rolling back makes a new one.
+        revision: i64,
+    },
+    /// A correction is no longer in force: the operator went back past the step that had applied it.
+    CorrectionUndone {
+        /// The change back: `old` was in force until now, `new` is again.
+        correction: Correction,
+        /// Number of the revision that this made for the device.
         revision: i64,
     },
     /// The operator goes back to an earlier step: it and all that came after it are to be done again.

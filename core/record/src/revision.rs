@@ -7,10 +7,13 @@ use crate::correction::insert;
 use crate::error::During;
 use crate::quantity::CONTROLLER_ZERO;
 use crate::record::timestamp;
-use crate::{CorrectionKey, NewCorrection, Record, RecordError, StoredCorrection};
+use crate::{CorrectionKey, NewCorrection, Record, RecordError, RunId, StoredCorrection};
 
 /// The revision before the first: nothing was corrected yet.
 const BEFORE_THE_FIRST: i64 = 0;
+
+/// The step that a rolled back value is said to be of.
+const ROLL_BACK: &str = "roll_back";
 
 /// Corrections of one device that came into force together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -136,12 +139,34 @@ impl Record {
             let transaction = record.connection.transaction().during("roll corrections back")?;
             let made = new_revision(&transaction, cell, device, reason).during("roll corrections back")?;
             for correction in &changed {
-                insert(&transaction, None, "roll_back", cell, correction, Some(made))
+                insert(&transaction, None, ROLL_BACK, cell, correction, Some(made))
                     .during("roll corrections back")?;
             }
             transaction.commit().during("roll corrections back")?;
             Ok(RolledBack { revision: made, changed, left })
         })
+    }
+
+    /// The corrections of a run that were taken back before it ended, each with the revision that did so: its operator went back past the step
+    /// that had applied them. While a run goes on nobody else rolls back.
+    ///
+    /// # Errors
+    /// When the record cannot be read.
+    pub fn undone_in_run(&self, run: RunId) -> Result<Vec<(i64, i64)>, RecordError> {
+        let mut statement = self
+            .connection
+            .prepare(
+                "SELECT found.id, min(back.revision) FROM corrections AS found JOIN runs ON runs.id = found.run \
+                 JOIN corrections AS back ON back.cell = found.cell AND back.device = found.device \
+                 AND back.quantity = found.quantity AND back.place = found.place AND back.run IS NULL \
+                 AND back.step = ?2 AND back.revision > found.revision \
+                 WHERE found.run = ?1 AND (runs.ended IS NULL OR back.proposed <= runs.ended) GROUP BY found.id",
+            )
+            .during("look for corrections taken back")?;
+        let rows = statement
+            .query_map(params![run.0, ROLL_BACK], |row| Ok((row.get(0)?, row.get(1)?)))
+            .during("look for corrections taken back")?;
+        rows.collect::<Result<_, _>>().during("look for corrections taken back")
     }
 
     fn require_revision(&self, cell: &str, device: &str, revision: i64) -> Result<(), RecordError> {

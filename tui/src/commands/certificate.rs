@@ -48,7 +48,10 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         return Err(CertificateError::NotPassed { run: arguments.run, state: state_in_words(&run) }.into());
     }
     let id = run.run;
-    let corrections = record.corrections_of_run(id)?;
+    let mut corrections = record.corrections_of_run(id)?;
+    // What the operator went back past is not as left.
+    let undone = record.undone_in_run(id)?;
+    corrections.retain(|one| undone.iter().all(|(taken_back, _)| *taken_back != one.id));
     if corrections.is_empty() {
         return Err(CertificateError::NothingFound(arguments.run).into());
     }

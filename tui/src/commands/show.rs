@@ -150,7 +150,7 @@ pub(crate) fn report(record: &Record, run: &RunSummary) -> Result<Vec<String>, R
         lines.push(format!("parameters: {}", parameters.join(", ")));
     }
     let id = run.run;
-    tables::corrections(&mut lines, &record.corrections_of_run(id)?);
+    tables::corrections(&mut lines, &record.corrections_of_run(id)?, &record.undone_in_run(id)?);
     tables::steps(&mut lines, &record.steps(id)?);
     tables::answers(&mut lines, &record.prompts(id)?);
     tables::triggers(&mut lines, &record.triggers(id)?);

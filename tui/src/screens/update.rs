@@ -365,7 +365,10 @@ fn engine(state: &mut State, stamped: &StampedEvent) -> Vec<Action> {
     if needed {
         actions.push(Action::Bell);
     }
-    let changed = matches!(stamped.event, Event::RunEnded { .. } | Event::CorrectionApplied { .. });
+    let changed = matches!(
+        stamped.event,
+        Event::RunEnded { .. } | Event::CorrectionApplied { .. } | Event::CorrectionUndone { .. }
+    );
     if changed && state.screen == Screen::History {
         actions.extend(history::asked());
     }

@@ -30,10 +30,14 @@ impl Engine {
             Some(decision) => Ok(decision),
             None => {
                 let (options, labels) = self.offered_decisions(ways_out);
+                let lines: Vec<String> = [Some(error.to_owned()), ways_out.what_going_back_undoes()]
+                    .into_iter()
+                    .flatten()
+                    .collect();
                 let question = Question {
                     step: &at.path,
                     title: &at.title,
-                    text: error.to_owned(),
+                    text: lines.join("\n"),
                     help: None,
                     kind: PromptKind::Decision { error: error.to_owned(), options, labels },
                 };

@@ -214,6 +214,16 @@ impl Journal {
         Ok(revision)
     }
 
+    /// Brings back what was in force for a device at an earlier revision.
+    pub(crate) fn undone(&mut self, cell: &str, device: &str, revision: i64, reason: &str) -> Written {
+        let back = self.record.roll_back(cell, device, revision, reason)?;
+        for correction in &back.changed {
+            let correction = shown_correction(correction);
+            self.show(Event::CorrectionUndone { correction, revision: back.revision });
+        }
+        Ok(())
+    }
+
     pub(crate) fn pose(&mut self, device: &str, joints: &Value) -> Written {
         self.record.note_pose(self.run, device, joints)
     }

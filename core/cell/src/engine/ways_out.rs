@@ -2,9 +2,10 @@
 //! again, or the run goes back to the step that placed the arm.
 
 use plumb_document::Span;
-use plumb_record::RecordError;
+use plumb_record::{RecordError, StoredCorrection};
 
 use super::Engine;
+use super::applied::{in_words, is_kept};
 use super::journal::{Attempt, AttemptEnd, Question};
 use super::plan::{Entry, Work};
 use super::step_context::StepContext;
@@ -19,6 +20,8 @@ pub(crate) struct WaysOut {
     pub(crate) again_from: Option<usize>,
     /// The entry of the plan to go back to.
     pub(crate) back_to: Option<usize>,
+    /// What going back there takes back.
+    undone: Vec<StoredCorrection>,
     /// The robot to be moved by hand.
     robot: Option<String>,
     /// The joint the step moves.
@@ -29,7 +32,7 @@ pub(crate) struct WaysOut {
 
 impl Engine {
     /// What a person can do about this step. With a device lost nothing can be moved: the step is tried again first, which starts the device.
-    pub(crate) fn ways_out(&self, entry: &Entry) -> WaysOut {
+    pub(crate) fn ways_out(&self, entry: &Entry) -> Result<WaysOut, RecordError> {
         let again_from = self.first_that_found(entry);
         let before = again_from.unwrap_or(entry.index);
         let asked = |wanted: fn(&PromptQuestion) -> bool| {
@@ -45,13 +48,18 @@ impl Engine {
             _ => None,
         });
         let is_there = |name: &String| self.arms.iter().any(|arm| arm.name == *name);
-        WaysOut {
+        let undone = match back_to {
+            Some(first) => self.applied_between(first, entry.index)?,
+            None => Vec::new(),
+        };
+        Ok(WaysOut {
             again_from,
             back_to,
+            undone,
             robot: robot.filter(|robot| self.lost.is_empty() && is_there(robot)),
             joint: searched.map(|Searched { joint, .. }| joint.to_owned()),
             sensor: searched.map(|Searched { sensor, .. }| sensor.to_owned()),
-        }
+        })
     }
 
     /// The steps before the entry `before` that were carried out and that `entry` sees: those of its own procedure and turn, and of what they stand
@@ -173,8 +181,30 @@ impl Engine {
         self.paused_scan = None;
         let message = format!("the operator goes back from `{}` to `{target}`", from.path);
         self.journal.log(LogLevel::Info, "engine", Some(&from.path), &message)?;
-        self.journal.show(Event::WentBack { from: from.path.clone(), to: target });
+        let applied = self.applied_between(to, from.index)?;
+        self.journal.show(Event::WentBack { from: from.path.clone(), to: target.clone() });
+        self.undo(&applied, &format!("the operator went back to `{target}`"), &from.path)?;
         Ok(())
+    }
+}
+
+impl WaysOut {
+    /// What happens to corrections where the operator goes back past them, to be read before that is decided.
+    pub(crate) fn what_going_back_undoes(&self) -> Option<String> {
+        let listed = |kept: bool| {
+            let names: Vec<String> =
+                self.undone.iter().filter(|one| is_kept(one) == kept).map(in_words).collect();
+            names.join(", ")
+        };
+        let (undone, kept) = (listed(false), listed(true));
+        let mut sentences = Vec::new();
+        if !undone.is_empty() {
+            sentences.push(format!("Going back undoes the correction of {undone}."));
+        }
+        if !kept.is_empty() {
+            sentences.push(format!("Going back does not undo what the controller has taken over: {kept}."));
+        }
+        (!sentences.is_empty()).then(|| sentences.join(" "))
     }
 }
 

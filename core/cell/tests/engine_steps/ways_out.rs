@@ -27,6 +27,8 @@ enum Reply {
     Number(f64),
     /// Jogs one joint by this, then confirms.
     Jog(&'static str, f64),
+    /// Accepts corrections.
+    Accept,
     /// Raises the shoulder first, which a search has lowered.
     RaiseAndJog(&'static str, f64),
     /// Leaves the run to be resumed.
@@ -47,6 +49,9 @@ fn replies(replies: Vec<Reply>, asked: &mut Vec<Prompt>) -> impl FnMut(&Event, &
             }
             Some(Reply::Number(value)) => {
                 handle.send(answer(prompt, Answer::Number { value }));
+            }
+            Some(Reply::Accept) => {
+                handle.send(answer(prompt, Answer::Choice { key: "accept".to_owned() }));
             }
             Some(Reply::Jog(joint, by)) => {
                 patient.send([jog(prompt, joint, by), answer(prompt, Answer::Done)], handle);
@@ -257,4 +262,73 @@ fn nothing_is_moved_by_hand_while_a_device_is_lost_and_that_answer_is_refused() 
     assert_eq!(outcome, RunOutcome::Aborted);
     assert_eq!(offered, [Decision::Retry, Decision::Skip, Decision::Abort]);
     assert_eq!(refused, ["`move` is not to be chosen here"]);
+}
+
+/// What is found is how far the waist reads beyond 11 deg, where it truly stands; the search then looks where there is nothing.
+const CORRECTED: &str = "
+steps:
+  - {id: place, title: Over the white, do: {prompt: {text: There, jog_to: {robot: arm}}}}
+  - {id: found, do: {compute: {values: {off_deg: 11 - arm.joints.waist_deg}}}}
+  - {id: shift, do: {apply: {robot: arm, joint_zero: {waist: {shift_deg: found.off_deg, uncertainty_deg: 0.1}}}}}
+  - {id: lower, do: {search: {robot: arm, joint: shoulder, travel_deg: -1, until: {sensor: eye, is: on}}}}
+";
+
+/// The zeros of the waist that were put in force and taken back, in order.
+fn zeros_of_waist(events: &[Event]) -> Vec<(&'static str, f64)> {
+    let rounded = |value: f64| (value * 1e6).round() / 1e6;
+    let seen = events.iter().filter_map(|event| match event {
+        Event::CorrectionApplied { correction, .. } => Some(("applied", rounded(correction.new))),
+        Event::CorrectionUndone { correction, .. } => Some(("undone", rounded(correction.new))),
+        Event::WentBack { .. } => Some(("back", 0.0)),
+        _ => None,
+    });
+    seen.collect()
+}
+
+#[test]
+fn going_back_past_a_correction_takes_it_back_and_what_is_found_then_is_applied_anew() {
+    let operator = vec![
+        Reply::Jog("elbow", 0.5),
+        Reply::Accept,
+        Reply::Decide(Decision::Back),
+        // The first time the arm was led astray: by 2 deg.
+        Reply::Jog("waist", -2.0),
+        Reply::Accept,
+        Reply::Decide(Decision::Skip),
+    ];
+    let (outcome, events, asked, place, _) = run(CORRECTED, operator);
+    assert_eq!(labels(&asked[2])[2], (Decision::Back, "Go back to \u{201c}Over the white\u{201d}"));
+    let told = "\nGoing back undoes the correction of joint zero of arm waist.";
+    assert!(asked[2].text.ends_with(told), "{}", asked[2].text);
+    assert_eq!(outcome, RunOutcome::Failed, "the search was left out: {}", message_of(&events));
+    assert!(
+        asked[4].text.contains("zero of waist: 0.0000 -> 3.7000 deg"),
+        "from what was in force: {}",
+        asked[4].text
+    );
+    let expected = [("applied", 1.7), ("back", 0.0), ("undone", 0.0), ("applied", 3.7)];
+    assert_eq!(zeros_of_waist(&events), expected);
+    let record = Record::open(place.path()).expect("the record");
+    let in_force = record.corrections_in_force("teachmover", "arm").expect("the zeros");
+    assert_eq!(in_force.iter().map(|one| (one.value * 1e6).round() / 1e6).collect::<Vec<_>>(), [3.7]);
+    let found = record.corrections_of_run(RunId(1)).expect("what it found");
+    let undone = record.undone_in_run(RunId(1)).expect("what it took back");
+    assert_eq!((found.len(), undone), (2, vec![(found[0].id, 2)]));
+    let why = &record.revisions("teachmover").expect("the revisions")[1].reason;
+    assert_eq!(why, "run 1: the operator went back to `place`");
+}
+
+#[test]
+fn a_correction_that_is_discarded_after_going_back_leaves_what_was_in_force_before_the_run() {
+    let operator = vec![
+        Reply::Jog("elbow", 0.5),
+        Reply::Accept,
+        Reply::Decide(Decision::Back),
+        Reply::Jog("elbow", -0.5),
+    ];
+    let (_, events, _, place, _) = run(CORRECTED, operator);
+    assert_eq!(zeros_of_waist(&events)[..3], [("applied", 1.7), ("back", 0.0), ("undone", 0.0)]);
+    let record = Record::open(place.path()).expect("the record");
+    let in_force = record.corrections_in_force("teachmover", "arm").expect("the zeros");
+    assert_eq!(in_force.iter().map(|one| one.value).collect::<Vec<_>>(), [0.0]);
 }

@@ -115,8 +115,8 @@ fn cell_page(record: &Record, run: &RunSummary) -> Result<CellPage, RecordError>
     let goes_on = run.state == RunState::Running;
     let alive = goes_on && is_alive(run);
     let log = record.log(run.run)?;
-    let corrections = record.corrections_of_run(run.run)?;
     let queue = record.queue(Some(&run.cell_file))?;
+    let (corrections, undone) = (record.corrections_of_run(run.run)?, record.undone_in_run(run.run)?);
     Ok(CellPage {
         cell: run.cell.clone(),
         run: run.run.0,
@@ -139,7 +139,7 @@ fn cell_page(record: &Record, run: &RunSummary) -> Result<CellPage, RecordError>
                 new: one.new,
                 uncertainty: one.uncertainty,
                 unit: one.unit,
-                in_force: one.revision.is_some(),
+                in_force: one.revision.is_some() && undone.iter().all(|(id, _)| *id != one.id),
             })
             .collect(),
         queued: queue.into_iter().filter(QueueEntry::is_waiting).map(|entry| entry.procedure).collect(),

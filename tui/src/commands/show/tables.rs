@@ -158,15 +158,21 @@ fn without_turns(step: &str) -> String {
 }
 
 /// What the run found out about the machine.
-pub(super) fn corrections(lines: &mut Vec<String>, corrections: &[StoredCorrection]) {
+/// `undone` are those that were taken back in the run, each by its number with the revision that did so.
+pub(super) fn corrections(lines: &mut Vec<String>, corrections: &[StoredCorrection], undone: &[(i64, i64)]) {
     if corrections.is_empty() {
         return;
     }
     head(lines, "corrections");
     for one in corrections {
-        let state = one
-            .revision
-            .map_or("not put in force".to_owned(), |revision| format!("in force since revision {revision}"));
+        let back = undone.iter().find(|(id, _)| *id == one.id).map(|(_, revision)| *revision);
+        let state = match (one.revision, back) {
+            (Some(made), Some(back)) => {
+                format!("in force from revision {made} until undone by revision {back}")
+            }
+            (Some(made), None) => format!("in force since revision {made}"),
+            (None, _) => "not put in force".to_owned(),
+        };
         lines.push(format!(
             "  {:<30} {:>10.4} -> {:>10.4} {} ({}; {state})",
             corrected_quantity(&one.key.quantity, &one.key.device, &one.key.place),

@@ -9,7 +9,7 @@ use plumb_cell::event::{
     Correction, Event, LogLevel, NamedValue, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath,
 };
 use plumb_cell::prompt::PromptId;
-use plumb_record::{Record, RecordError, RunEnd, RunId, RunState, StoredStep};
+use plumb_record::{Record, RecordError, RunEnd, RunId, RunState, StoredCorrection, StoredStep};
 use serde_json::Value;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
@@ -28,10 +28,25 @@ struct Told {
     triggers: usize,
     corrections: usize,
     applied: Vec<i64>,
+    undone: Vec<i64>,
     interruptions: usize,
     log: usize,
     state: Option<RunState>,
     sequence: u64,
+}
+
+/// A correction as events have it.
+fn shown(one: &StoredCorrection) -> Correction {
+    Correction {
+        device: one.key.device.clone(),
+        quantity: one.key.quantity.clone(),
+        place: one.key.place.clone(),
+        old: one.old,
+        new: one.new,
+        uncertainty: one.uncertainty,
+        budget: one.budget.clone(),
+        unit: one.unit.clone(),
+    }
 }
 
 /// Something that happened, and when.
@@ -184,16 +199,7 @@ impl Told {
         self.triggers = triggers.len();
         let corrections = record.corrections_of_run(run)?;
         for (index, one) in corrections.iter().enumerate() {
-            let correction = Correction {
-                device: one.key.device.clone(),
-                quantity: one.key.quantity.clone(),
-                place: one.key.place.clone(),
-                old: one.old,
-                new: one.new,
-                uncertainty: one.uncertainty,
-                budget: one.budget.clone(),
-                unit: one.unit.clone(),
-            };
+            let correction = shown(one);
             if index >= self.corrections {
                 happened.push((
                     one.proposed.clone(),
@@ -206,6 +212,18 @@ impl Told {
             }
         }
         self.corrections = corrections.len();
+        for (id, revision) in record.undone_in_run(run)? {
+            let Some(one) = corrections.iter().find(|one| one.id == id) else { continue };
+            if self.undone.contains(&id) {
+                continue;
+            }
+            self.undone.push(id);
+            let mut correction = shown(one);
+            std::mem::swap(&mut correction.old, &mut correction.new);
+            correction.uncertainty = None;
+            correction.budget = None;
+            happened.push((one.proposed.clone(), Event::CorrectionUndone { correction, revision }));
+        }
         Ok(())
     }
 

@@ -86,6 +86,9 @@ fn line_of(event: &Event) -> Option<(LogLevel, String, String)> {
         Event::CorrectionApplied { correction, revision } => {
             run(format!("in force, revision {revision}: {}", in_words(correction)))
         }
+        Event::CorrectionUndone { correction, revision } => {
+            run(format!("undone, revision {revision}: {}", in_words(correction)))
+        }
         Event::ZerosLost { device, reason, .. } => Some((LogLevel::Warning, device.clone(), reason.clone())),
         Event::Paused { reason, .. } => run(format!("paused: {reason}")),
         Event::Resumed => run("goes on".to_owned()),

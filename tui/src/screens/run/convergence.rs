@@ -16,9 +16,9 @@ pub(crate) const LEAST: u16 = 16;
 /// The greatest and the smallest change the axis shows, as powers of ten; degrees or mm.
 const DECADES: (i32, i32) = (1, -4);
 
-/// Draws the changes of each series over the turns.
-pub(crate) fn view(series: &[Vec<f64>], theme: &Theme, frame: &mut Frame, area: Rect) {
-    let turns = series.iter().map(Vec::len).max().unwrap_or(0);
+/// Draws the changes of each series, called by its joint, over the turns. The names stand at the lines' ends, for who sees no colours.
+pub(crate) fn view(series: &[(String, Vec<f64>)], unit: &str, theme: &Theme, frame: &mut Frame, area: Rect) {
+    let turns = series.iter().map(|(_, changes)| changes.len()).max().unwrap_or(0);
     if area.height < 4 || area.width < LEAST || turns == 0 {
         return;
     }
@@ -36,7 +36,11 @@ pub(crate) fn view(series: &[Vec<f64>], theme: &Theme, frame: &mut Frame, area: 
                     context.draw(&Line { x1: 0.4, y1: y, x2: right, y2: y, color: colour(theme.faint) });
                 }
                 context.layer();
-                for (changes, color) in series.iter().zip(inks.into_iter().cycle()) {
+                let column = (right - left) / f64::from(area.width);
+                let at_the_right = |text: &str| right - column * text.chars().count() as f64;
+                let what = format!("change, {unit}");
+                context.print(at_the_right(&what), high, TextLine::styled(what.clone(), theme.faint));
+                for ((name, changes), color) in series.iter().zip(inks.into_iter().cycle()) {
                     let height = |change: &f64| change.abs().max(1e-12).log10().clamp(low, high);
                     let points: Vec<(f64, f64)> = changes
                         .iter()
@@ -45,6 +49,10 @@ pub(crate) fn view(series: &[Vec<f64>], theme: &Theme, frame: &mut Frame, area: 
                         .collect();
                     for (from, to) in points.iter().zip(points.iter().skip(1)) {
                         context.draw(&Line { x1: from.0, y1: from.1, x2: to.0, y2: to.1, color });
+                    }
+                    if let Some((_, y)) = points.last() {
+                        let style = Style::new().fg(color);
+                        context.print(at_the_right(name), *y, TextLine::styled(name.clone(), style));
                     }
                     for (x, y) in points {
                         context.draw(&Circle { x, y, radius, color });

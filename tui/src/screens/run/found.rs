@@ -107,8 +107,10 @@ fn settling(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
         lines.push(Line::from(spans));
     }
     frame.render_widget(Paragraph::new(lines), inner);
-    let changes: Vec<Vec<f64>> = all.iter().map(changes).collect();
-    convergence::view(&changes, theme, frame, plot);
+    let changes: Vec<(String, Vec<f64>)> =
+        all.iter().map(|series| (series.joint.to_owned(), changes(series))).collect();
+    let unit = all.first().and_then(|series| series.triggers.first()).map_or("", |first| &first.joint.unit);
+    convergence::view(&changes, unit, theme, frame, plot);
 }
 
 /// How far each turn's pose lies from the one before.
@@ -153,6 +155,7 @@ fn correction_line(row: &CorrectionRow, wide: bool, theme: &Theme) -> Line<'stat
         Fate::Applied => ("\u{2713}", " in force", theme.good),
         Fate::Proposed => ("\u{b7}", " proposed", theme.warning),
         Fate::Discarded => ("\u{2717}", " discarded", theme.faint),
+        Fate::Undone => ("\u{21b6}", " undone", theme.warning),
     };
     let place = in_short(&correction.quantity, &correction.place);
     Line::from(vec![

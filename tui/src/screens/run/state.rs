@@ -119,6 +119,8 @@ pub(crate) enum Fate {
     Applied,
     /// Its step is over, and it was not accepted.
     Discarded,
+    /// It was in force and was taken back, as the operator went back past its step.
+    Undone,
 }
 
 /// Kinds of steps whose results are told at the end.
@@ -169,9 +171,6 @@ impl RunState {
                 self.prompt.iter_mut().for_each(|open| open.take_live(event));
             }
             Event::WentBack { from, to } => self.go_back(from, to),
-            Event::TriggerFound { .. }
-            | Event::CorrectionProposed { .. }
-            | Event::CorrectionApplied { .. } => self.take_found(event),
             Event::Paused { reason, .. } => {
                 self.phase = Phase::Paused { reason: reason.clone() };
                 // Nothing is answered or jogged before a resume, and then the prompt is asked anew.
@@ -185,7 +184,7 @@ impl RunState {
                 self.prompt = None;
                 return true;
             }
-            _ => {}
+            other => self.take_found(other),
         }
         false
     }
@@ -250,6 +249,7 @@ impl RunState {
             }
             Event::CorrectionProposed { correction } => self.take_correction(correction, Fate::Proposed),
             Event::CorrectionApplied { correction, .. } => self.take_correction(correction, Fate::Applied),
+            Event::CorrectionUndone { correction, .. } => self.take_correction(correction, Fate::Undone),
             Event::StepFinished { outcome: StepOutcome::Passed, .. } => self.discard_what_waits(),
             _ => {}
         }
