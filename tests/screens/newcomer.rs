@@ -77,7 +77,11 @@ fn newcomer(columns: u16, rows: u16) {
 fn on_the_wrong_side(session: &mut Session) {
     // On the wrong side of line A, where the paper is white too.
     session.wait_for("\u{2713} over the white quadrant");
-    session.wait_for("the arm is in position");
+    let page = session.wait_for("the arm is in position");
+    // A ruler stands beside the arm, the edges are called as on the target, and what makes a prompt readable from the arm is never left out.
+    assert!(page.contains("ruler 0") && page.contains("mm high"), "{page}");
+    assert!(page.contains("line B") && !page.contains("line b"), "{page}");
+    assert!(page.contains("z large") && page.contains("a abort"), "{page}");
     session.press("]]");
     session.wait_for("jog by 10 deg");
     jog(session, "waist", LEFT, 3);

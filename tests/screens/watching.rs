@@ -22,7 +22,8 @@ fn pages_and_help_open_and_close() {
     session.press("1");
     session.wait_for("Devices");
     session.press("?");
-    session.wait_for("Nothing can be stopped from here: this program moves no robot.");
+    let help = session.wait_for("Nothing can be stopped from here: this program moves no robot.");
+    assert!(!help.contains("Show the Model screen"), "a page that is not there has no keys: {help}");
     session.press("\r");
     session.wait_until_gone("Nothing can be stopped from here: this program moves no robot.");
     session.press("q");

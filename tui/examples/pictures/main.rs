@@ -28,6 +28,7 @@ fn main() -> io::Result<()> {
     let arguments: Vec<PathBuf> =
         std::env::args_os().skip(1).map(std::path::absolute).collect::<Result<_, _>>()?;
     studio.initialization()?;
+    studio.failed_step()?;
     studio.history()?;
     studio.trial()?;
     match arguments.as_slice() {
@@ -85,6 +86,42 @@ impl Studio {
         session.press("\r");
         session.wait_for("\u{2713} passed");
         self.keep(&session, "run-passed")?;
+        session.press("q");
+        session.wait_for_end();
+        Ok(())
+    }
+
+    /// A hand on the wrong side of line A: the search finds nothing, and the run asks what to do.
+    fn failed_step(&self) -> io::Result<()> {
+        let cell = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../workcells/teachmover/cell.yaml")
+            .display()
+            .to_string();
+        let record = self.folder.path().join("failed").display().to_string();
+        let arguments = ["run", &cell, "--record", &record, "--operator", "ada", "--pace", "fast"];
+        let mut session = Session::start(&self.program, &arguments, 110, 36);
+        for prompt in
+            ["Lay the T target", "Set the hand with the teach pendant", "How far from straight down"]
+        {
+            session.wait_for(prompt);
+            session.press("\r");
+        }
+        session.wait_for("the arm is in position");
+        session.press("]]");
+        session.wait_for("jog by 10 deg");
+        for waist in ["-0.70", "-10.70", "-20.70"] {
+            session.press("\x1b[D");
+            session.wait_for(&format!("{waist} deg"));
+            // Keys that come while the arm still moves are dropped.
+            std::thread::sleep(std::time::Duration::from_millis(200));
+        }
+        session.press("\r");
+        session.wait_for("m  Move arm yourself");
+        self.keep(&session, "run-failed")?;
+        session.press("a");
+        session.wait_for("Abort");
+        session.press("y");
+        session.wait_for("aborted");
         session.press("q");
         session.wait_for_end();
         Ok(())

@@ -5,8 +5,9 @@ use ratatui::layout::{Constraint, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Clear, Paragraph};
 
-use super::keys::{BINDINGS, Binding, Context};
+use super::keys::{BINDINGS, Binding, Command, Context};
 use super::pane::{self, wrapped};
+use super::screen::Screen;
 use super::state::State;
 use super::theme::Theme;
 
@@ -28,8 +29,10 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect, scrolled: u16) 
     frame.render_widget(Clear, area);
     let inner = pane::open(frame, area, &state.theme, "Help \u{b7} Enter closes, Up and Down scroll", true);
     let here = state.places_of_page();
+    let screens = state.screens();
     let (mut first, mut then): (Vec<&Binding>, Vec<&Binding>) = BINDINGS
         .iter()
+        .filter(|binding| page_of(binding).is_none_or(|page| screens.contains(&page)))
         .partition(|binding| here.contains(&binding.context) && binding.context != Context::Everywhere);
     first.sort_by_key(|binding| here.iter().position(|place| *place == binding.context));
     then.sort_by_key(|binding| !is_everywhere(binding.context));
@@ -47,6 +50,37 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect, scrolled: u16) 
     }
     let scrolled = scrolled.min(u16::try_from(text.len()).unwrap_or(u16::MAX).saturating_sub(inner.height));
     frame.render_widget(Paragraph::new(text).scroll((scrolled, 0)), inner);
+}
+
+/// The page whose key it is, or that it shows; none for keys that belong to no page.
+fn page_of(binding: &Binding) -> Option<Screen> {
+    match (binding.context, binding.command) {
+        (_, Command::Show(screen)) => Some(screen),
+        (Context::Cell, _) => Some(Screen::Cell),
+        (
+            Context::Run
+            | Context::RunPage
+            | Context::Prompt
+            | Context::Jog
+            | Context::Decision
+            | Context::Aborting,
+            _,
+        ) => Some(Screen::Run),
+        (Context::Model | Context::Naming, _) => Some(Screen::Model),
+        (Context::History | Context::Filtering | Context::OpenedRun | Context::BringingBack, _) => {
+            Some(Screen::History)
+        }
+        (Context::Log, _) => Some(Screen::Log),
+        (Context::Scan, _) => Some(Screen::Scan),
+        (
+            Context::Everywhere
+            | Context::NotWriting
+            | Context::NotTyping
+            | Context::Overlay
+            | Context::Leaving,
+            _,
+        ) => None,
+    }
 }
 
 /// Whether keys of this place hold on about every page.

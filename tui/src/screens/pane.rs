@@ -109,7 +109,8 @@ pub(crate) fn folded(text: &str, width: usize) -> Vec<String> {
             .last()
             .is_some_and(|line| columns(line) + columns(character.encode_utf8(&mut [0; 4])) > width);
         if full && width > INDENT.len() {
-            lines.push(INDENT.to_owned());
+            let rest = lines.last_mut().map_or_else(String::new, |line| cut_at_blank(line, width));
+            lines.push(format!("{INDENT}{rest}"));
         } else if full {
             break;
         }
@@ -118,6 +119,18 @@ pub(crate) fn folded(text: &str, width: usize) -> Vec<String> {
         }
     }
     lines
+}
+
+/// Takes what stands behind the last blank off a line, so that no word or number is broken; nothing where the blank is too far to the left.
+fn cut_at_blank(line: &mut String, width: usize) -> String {
+    let indented = line.len() - line.trim_start().len();
+    match line.rfind(' ') {
+        Some(blank) if blank > indented && columns(line.get(..blank).unwrap_or_default()) > width / 2 => {
+            let rest = line.split_off(blank);
+            rest.trim_start().to_owned()
+        }
+        _ => String::new(),
+    }
 }
 
 /// A bar `width` columns long, filled up to `fraction` (0 to 1).
@@ -168,6 +181,8 @@ mod tests {
         assert_eq!(folded("  waist     1.7 deg", 40), ["  waist     1.7 deg"]);
         assert_eq!(folded("a  bcdefghijkl", 9), ["a  bcdefg", "      hij", "      kl"]);
         assert_eq!(folded("abcdef", 3), ["abc"]);
+        let line = "zero of waist 1.7000 deg (less than 0.0001 deg)";
+        assert_eq!(folded(line, 39), ["zero of waist 1.7000 deg (less than", "      0.0001 deg)"]);
     }
 
     #[test]

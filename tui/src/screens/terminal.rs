@@ -1,7 +1,7 @@
 //! The terminal while the screens are open: raw, on its alternate page, with mouse. It is given back as it was on every
 //! way out: return, error, panic; signals end the event loop, which returns.
 
-use std::io::{self, Stdout, Write as _, stdout};
+use std::io::{self, IsTerminal as _, Stdout, Write as _, stdout};
 use std::sync::Once;
 
 use ratatui::crossterm::cursor::Show;
@@ -25,6 +25,10 @@ impl OpenTerminal {
     /// # Errors
     /// Standard output is no terminal, or does not take the settings.
     pub(crate) fn open(title: &str) -> io::Result<Self> {
+        // Nothing is written to what is no terminal, not even what a terminal would take for settings.
+        if !stdout().is_terminal() {
+            return Err(io::Error::other("the screens need a terminal, and standard output is none"));
+        }
         restore_on_panic();
         logging::behind_screens(true);
         // From here on a failure has something to undo, which dropping does.

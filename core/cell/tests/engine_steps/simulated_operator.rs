@@ -48,7 +48,7 @@ fn a_simulated_operator_does_what_is_said_to_be_done_and_instruments_offer_what_
     assert_eq!(offered, Some(0.25));
     let acts = world.acts.lock().expect("no test panicked").clone();
     let names: Vec<&str> = acts.iter().map(|act| act.name.as_str()).collect();
-    assert_eq!(names, ["read_level", "rest_on_gauge", "place_hand"]);
+    assert_eq!(names, ["read_level", "rest_on_gauge", "read_ruler", "place_hand"]);
     assert_eq!(acts[1].numbers, [("height_mm".to_owned(), 9.0)]);
     assert_eq!(
         acts[0].words,

@@ -70,6 +70,11 @@ struct Scene {
 }
 
 impl Scene {
+    /// How wide so many letters are, mm: a letter is two dots wide.
+    fn columns(&self, letters: usize) -> f64 {
+        2.0 * self.dot * letters as f64
+    }
+
     /// Shows the table and all an arm of this reach can come to in front of its base; steady while the arm moves.
     fn around(reach: f64, area: Rect) -> Self {
         let (across, up) = (f64::from(area.width.max(1)) * 2.0, f64::from(area.height.max(1)) * 4.0);
@@ -102,7 +107,10 @@ fn paint(
                 color: measured,
             });
         }
-        context.print(*distance, scene.y[0], TextLine::styled(name.clone(), theme.measured));
+        // Inside the picture, also where the edge lies at its right end.
+        let last = scene.x[1] - scene.columns(name.chars().count());
+        let at = distance.min(last).max(scene.x[0]);
+        context.print(at, scene.y[0], TextLine::styled(name.clone(), theme.measured));
     }
     context.layer();
     let bad = colour(theme.bad);
@@ -118,10 +126,22 @@ fn paint(
     let crosses: Vec<PlanePoint> = triggers.iter().flat_map(|point| cross(*point, scene.dot)).collect();
     context.draw(&Points { coords: &crosses, color: measured });
     if let Some(tip) = points.last() {
-        let text = format!("{:.1} mm out, {:.1} mm up", tip.0, tip.1);
         let style = if tip.1 < 0.0 { theme.bad } else { theme.machine };
-        context.print(scene.x[0], scene.y[1], TextLine::styled(format!(" tip {text}"), style));
+        let texts = tip_texts(*tip);
+        let fits = |text: &&String| scene.columns(text.chars().count()) <= scene.x[1] - scene.x[0];
+        if let Some(text) = texts.iter().find(fits) {
+            context.print(scene.x[0], scene.y[1], TextLine::styled(text.clone(), style));
+        }
     }
+}
+
+/// Where the tip is, in words: the longest first, of which the first that fits is shown whole.
+fn tip_texts((out, up): PlanePoint) -> [String; 3] {
+    [
+        format!(" tip {out:.1} mm out, {up:.1} mm up"),
+        format!(" tip {out:.0} mm out, {up:.0} up"),
+        format!(" {out:.0}, {up:.0} mm"),
+    ]
 }
 
 /// A line two dots wide.

@@ -83,9 +83,17 @@ fn marks(model: &Model) -> Vec<(String, f64)> {
             if point.z.abs() < ON_THE_TABLE && direction.z.abs() < 0.1 =>
         {
             let across = point.xy().perp(&direction.xy().normalize()).abs();
-            (across > 1.0).then(|| (surface.name.replace('_', " "), across))
+            (across > 1.0).then(|| (called(&surface.name), across))
         }
         _ => None,
     };
     model.surfaces.iter().filter_map(mark).collect()
+}
+
+/// An edge as people call it: `line_b` is line B.
+fn called(name: &str) -> String {
+    match name.strip_prefix("line_") {
+        Some(letter) if letter.chars().count() == 1 => format!("line {}", letter.to_uppercase()),
+        _ => name.replace('_', " "),
+    }
 }

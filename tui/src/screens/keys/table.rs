@@ -73,7 +73,7 @@ pub(crate) const BINDINGS: &[Binding] = &[
     bind(&[letter('[')], "[", Context::Jog, Command::JogLess, "step", "Smaller jog steps."),
     bind(&[letter('h')], "h", Context::Jog, Command::HandOver, "", "Hand the arm to its pendant, where only that can end it; asks first."),
     bind(&[letter('f')], "f", Context::Run, Command::Finish, "", "End the run early, in good order, with what it has found."),
-    bind(&[letter('z')], "z", Context::Run, Command::Large, "large text", "Show the prompt in letters that can be read from the arm; again goes back."),
+    bind(&[letter('z')], "z", Context::Run, Command::Large, "large", "Show the prompt in letters that can be read from the arm; again goes back."),
     bind(&[letter('v')], "v", Context::RunPage, Command::SwapViews, "views", "Show the arm from above and from the side in the place of the steps, or the steps again, where there is no room for both."),
     bind(&[letter(' ')], "Space", Context::Model, Command::Preview, "preview", "Show what adding the chosen candidate would leave, without adding it."),
     bind(&[letter('a'), code(KeyCode::Enter)], "a, Enter", Context::Model, Command::Add, "add", "Add the chosen candidate: fit everything again and write the model's next revision."),

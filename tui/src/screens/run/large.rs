@@ -32,15 +32,29 @@ pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, hits: &Hits, frame: &mut 
     let letters = usize::from(above.width) / LETTER.0;
     let question = question(prompt, usize::MAX).join(" ");
     let text: Vec<String> = standing(prompt).into_iter().chain([question]).collect();
-    let lines: Vec<Line> = pane::wrapped(&text.join("\n"), letters)
-        .iter()
-        .take(usize::from(above.height) / LETTER.1)
-        .flat_map(|line| enlarged(line))
-        .map(|row| Line::styled(row, theme.heading))
-        .collect();
+    let lines: Vec<Line> =
+        cut(pane::wrapped(&text.join("\n"), letters), usize::from(above.height) / LETTER.1, letters)
+            .iter()
+            .flat_map(|line| enlarged(line))
+            .map(|row| Line::styled(row, theme.heading))
+            .collect();
     frame.render_widget(Paragraph::new(lines), above);
     frame.render_widget(Paragraph::new(controls), below);
     note_hits(prompt, 0, 0, hits, below);
+}
+
+/// As many lines as there is room for; the last says by dots that there is more.
+fn cut(mut lines: Vec<String>, room: usize, letters: usize) -> Vec<String> {
+    const MORE: &str = "...";
+    if lines.len() <= room {
+        return lines;
+    }
+    lines.truncate(room);
+    if let Some(last) = lines.last_mut() {
+        let kept: String = last.chars().take(letters.saturating_sub(MORE.len())).collect();
+        *last = format!("{}{MORE}", kept.trim_end());
+    }
+    lines
 }
 
 /// For a jog, the joint and where it stands, which is what one wants to read at the arm.
@@ -89,6 +103,14 @@ fn glyph(letter: char) -> [u8; 8] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sentence_that_is_cut_says_so() {
+        let lines = || ["Move the hand", "nearer, or", "abort."].map(str::to_owned).to_vec();
+        assert_eq!(cut(lines(), 3, 13), lines());
+        assert_eq!(cut(lines(), 2, 13), ["Move the hand", "nearer, or..."]);
+        assert_eq!(cut(lines(), 1, 13), ["Move the h..."]);
+    }
 
     #[test]
     fn letters_are_four_rows_high_and_four_columns_wide() {

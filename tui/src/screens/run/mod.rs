@@ -2,6 +2,7 @@
 
 mod convergence;
 mod found;
+mod instrument_view;
 mod large;
 mod level_view;
 mod prompt;

@@ -39,6 +39,8 @@ pub(crate) struct OpenPrompt {
     pub fired: Option<bool>,
     /// What the spirit level shows that a simulated arm is jogged to, deg; none within where its bubble stands at an end.
     pub level: Option<Option<f64>>,
+    /// What the ruler beside a simulated arm shows, mm over the table.
+    pub ruler: Option<f64>,
     /// The cell is simulated: what hands do is done there.
     pub simulated: bool,
     /// How far the robot of a jog is clear of its keep-out planes, mm; negative beyond one.
@@ -76,6 +78,7 @@ impl OpenPrompt {
             fired: None,
             simulated: false,
             level: None,
+            ruler: None,
             clearances: Vec::new(),
         }
     }
@@ -255,9 +258,10 @@ impl OpenPrompt {
             Event::Joints { device, joints, .. } => self.take_joints(device, joints),
             Event::Clearance { device, planes } => self.take_clearance(device, planes),
             Event::Signal { device, on, .. } => self.take_signal(device, *on),
-            Event::InstrumentRead { step, value, .. } if *step == self.prompt.step => {
-                self.level = Some(*value)
-            }
+            Event::InstrumentRead { step, value, unit } if *step == self.prompt.step => match unit.as_str() {
+                "mm" => self.ruler = *value,
+                _ => self.level = Some(*value),
+            },
             _ => {}
         }
     }

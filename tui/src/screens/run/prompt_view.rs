@@ -7,6 +7,7 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
+use super::instrument_view::{bubble_line, ruler_line};
 use super::level_view::level;
 use super::prompt::{OpenPrompt, bounds};
 use super::words::padded;
@@ -69,7 +70,8 @@ pub(crate) fn note_hits(prompt: &OpenPrompt, scrolled: usize, about_hand: usize,
                 + prompt.clearances.len()
                 + about_hand
                 + usize::from(prompt.fired.is_some())
-                + usize::from(prompt.level.is_some());
+                + usize::from(prompt.level.is_some())
+                + usize::from(prompt.ruler.is_some());
             (joints.len(), Some(before_the_keys + 1 + usize::from(*hand_over)))
         }
         PromptKind::ConfirmPose { recorded, .. } => (0, Some(recorded.len() + 1)),
@@ -87,7 +89,7 @@ pub(crate) fn note_hits(prompt: &OpenPrompt, scrolled: usize, about_hand: usize,
 pub(crate) fn question(prompt: &OpenPrompt, width: usize) -> Vec<String> {
     let mut lines = wrapped(&reflowed(&prompt.prompt.text), width);
     if let PromptKind::Decision { error, .. } = &prompt.prompt.kind
-        && *error != prompt.prompt.text
+        && !prompt.prompt.text.contains(error)
     {
         lines.extend(wrapped(error, width));
     }
@@ -136,28 +138,6 @@ fn acknowledge(label: &str, simulated: bool, theme: &Theme) -> Vec<Line<'static>
     let done_already = "Simulated: done already, Enter goes on.";
     let told = simulated.then(|| Line::styled(done_already, theme.good));
     told.into_iter().chain([button(label, theme)]).collect()
-}
-
-/// What a tilt puts the bubble at the end of its tube, deg.
-const END_OF_THE_TUBE_DEG: f64 = 2.0;
-/// Characters from the middle of the tube to its end.
-const HALF_TUBE: i32 = 10;
-
-/// The bubble of the simulated spirit level: to the right where the end its arrow points to is the higher one.
-fn bubble_line(level: Option<f64>, theme: &Theme) -> Line<'static> {
-    let Some(tilt) = level else {
-        return Line::styled("level: the bubble stands at an end", theme.warning);
-    };
-    let share = (tilt / END_OF_THE_TUBE_DEG).clamp(-1.0, 1.0);
-    let bubble = (share * f64::from(HALF_TUBE)).round() as i32;
-    let sign = |place: i32| match place {
-        place if place == bubble => '\u{25cf}',
-        0 => '|',
-        _ => '\u{2500}',
-    };
-    let tube: String = (-HALF_TUBE..=HALF_TUBE).map(sign).collect();
-    let style = if bubble == 0 { theme.good } else { theme.text };
-    Line::styled(format!("level [{tube}] {tilt:+.2} deg"), style)
 }
 
 /// Where the hand is over the target, and where it has to go.
@@ -264,6 +244,7 @@ fn jog(
     lines.extend(prompt.clearances.iter().map(|clearance| clearance_line(clearance, theme)));
     lines.extend(hand);
     lines.extend(prompt.level.map(|level| bubble_line(level, theme)));
+    lines.extend(prompt.ruler.map(|height| ruler_line(height, theme)));
     lines.extend(prompt.fired.zip(sensor).map(|(on, sensor)| {
         let (sign, word) = if on { ("\u{25a0}", "ON") } else { ("\u{25a1}", "OFF") };
         Line::styled(format!("{sign} {sensor} is {word}"), if on { theme.good } else { theme.text })

@@ -47,8 +47,8 @@ struct Jogging<'a> {
     may_pass_planes: bool,
     /// A sensor that is read meanwhile, until it cannot be.
     sensor: Option<String>,
-    /// The simulated spirit level that is read meanwhile.
-    level: Option<Act>,
+    /// The simulated instrument that is read meanwhile: the spirit level to whose bubble the arm is driven, else a ruler.
+    instrument: Option<Act>,
 }
 
 /// The reading of the level to which a simulated operator would drive the arm.
@@ -57,6 +57,14 @@ fn level_reading(simulated: Option<&SimulatedAct>) -> Option<Act> {
     let words = words.iter().filter(|(key, _)| key == "at" || key == "turned").cloned().collect();
     Some(Act { name: "read_level".to_owned(), numbers: Vec::new(), words })
 }
+
+/// The reading of a ruler that stands beside the arm where it is driven anywhere else.
+fn ruler_reading() -> Act {
+    Act { name: RULER.to_owned(), numbers: Vec::new(), words: Vec::new() }
+}
+
+/// How the simulated operator reads a ruler.
+const RULER: &str = "read_ruler";
 
 /// What came of a jog.
 enum Jogged {
@@ -110,10 +118,10 @@ impl Engine {
             before,
             may_pass_planes: false,
             sensor,
-            level: level_reading(simulated),
+            instrument: Some(level_reading(simulated).unwrap_or_else(ruler_reading)),
         };
         self.look_while_jogging(&mut jogging)?;
-        self.read_level_while_jogging(&mut jogging);
+        self.read_while_jogging(&mut jogging);
         let done = self.jog_until_done(&mut jogging);
         if let (Err(_), Some(prompt)) = (&done, jogging.open.take()) {
             // A prompt that nobody waits for any more must not look as if it were.
@@ -145,7 +153,7 @@ impl Engine {
                         }
                         Err(other) => return Err(other),
                     };
-                    self.read_level_while_jogging(jogging);
+                    self.read_while_jogging(jogging);
                     self.drop_what_came_meanwhile(&prompt)?;
                     if let Jogged::Trespass(trespass) = jogged {
                         self.journal.withdrawn(&prompt)?;
@@ -238,18 +246,19 @@ impl Engine {
         Ok(())
     }
 
-    /// Shows what the spirit level of a simulated cell shows where the arm stands now. No world, no simulated level.
-    fn read_level_while_jogging(&mut self, jogging: &mut Jogging<'_>) {
-        let Some(act) = &jogging.level else { return };
-        match self.links.simulate(act) {
-            Ok(None) => jogging.level = None,
-            read => self.journal.show(Event::InstrumentRead {
-                step: jogging.at.path.clone(),
-                // It refuses to be read where its bubble stands at an end.
-                value: read.ok().flatten(),
-                unit: "deg".to_owned(),
-            }),
-        }
+    /// Shows what the instrument of a simulated cell shows where the arm stands now. No world, no simulated instrument.
+    fn read_while_jogging(&mut self, jogging: &mut Jogging<'_>) {
+        let Some(act) = &jogging.instrument else { return };
+        let is_ruler = act.name == RULER;
+        let value = match self.links.simulate(act) {
+            Ok(Some(value)) => Some(value),
+            // A level refuses to be read where its bubble stands at an end. A ruler can be read anywhere, or not at all.
+            Err(_) if !is_ruler => None,
+            Ok(None) | Err(_) => return jogging.instrument = None,
+        };
+        let unit = if is_ruler { "mm" } else { "deg" };
+        let step = jogging.at.path.clone();
+        self.journal.show(Event::InstrumentRead { step, value, unit: unit.to_owned() });
     }
 
     /// Moves one joint by one step.
