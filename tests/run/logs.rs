@@ -63,3 +63,52 @@ fn a_log_that_cannot_be_written_is_refused_before_anything_starts() {
         refused.err()
     );
 }
+
+#[test]
+fn what_a_plugin_reports_stands_in_the_spans_of_the_run_the_step_and_the_call() {
+    let lab = Lab::new();
+    let mut command = lab.command(&["run", "cell-serial.yaml", "--headless"]);
+    // The progress of moves is the plugin's, and is told down to trace.
+    let ran = Said::of(command.env("RUST_LOG", "plumb=trace").output().unwrap());
+    assert_eq!(ran.code(), 0, "{}", ran.all());
+    let (run, step) = (
+        "run{run=1 cell=\"teachmover-serial\" procedure=\"initialize\"}",
+        "step{step=waist.lower attempt=1}",
+    );
+    let of_plugin =
+        format!("{run}:{step}:call{{device=\"arm\" request=\"move joints\"}}: plumb_host::parent::shared: ");
+    let told = ran.err();
+    assert!(told.lines().any(|line| line.contains(&of_plugin) && line.contains("fraction=")), "{told}");
+    // What serves no call belongs to the run: how the device was found, and how its host ended.
+    for text in ["TeachMover on ", "its host ended in good order"] {
+        let line = told.lines().find(|line| line.contains(text) && line.contains("device=\"arm\""));
+        assert!(line.is_some_and(|line| line.contains(&format!("{run}: plumb_host"))), "{text}: {told}");
+    }
+    // No line of this program's own stands outside of the run while it goes on, but for what clears up after it.
+    let outside: Vec<&str> = told
+        .lines()
+        .filter(|line| line.contains(" plumb") && !line.contains(run))
+        .filter(|line| !line.contains(" plumb::run: ") && !line.contains(" plumb_bus::"))
+        .collect();
+    assert_eq!(outside, [] as [&str; 0]);
+}
+
+#[test]
+fn what_the_cell_itself_reports_stands_there_too() {
+    let lab = Lab::new();
+    let mut running = lab.start(&["run", "cell.yaml", "--headless", "--pace", "real"]);
+    running.until(|event| event["event"] == "step_started");
+    let other_program = rusqlite::Connection::open(lab.state().join("plumb.sqlite3")).unwrap();
+    other_program.execute_batch("BEGIN EXCLUSIVE").unwrap();
+    let (_, code) = running.end();
+    drop(other_program);
+    assert_eq!(code, Some(2));
+    let log = fs::read_to_string(lab.state().join("logs/run-1.log")).unwrap();
+    let line = log.lines().find(|line| line.contains("the run cannot be written down"));
+    assert!(
+        line.is_some_and(
+            |line| line.contains("ERROR run{run=1 ") && line.contains(": plumb_cell::engine::start: ")
+        ),
+        "{log}"
+    );
+}

@@ -300,12 +300,14 @@ impl DeviceLinks for HostedDevices {
             .iter()
             .map(|(device, guard)| (device.name.clone(), guard.clone(), self.order(device, guard.clone())))
             .collect();
+        let run = tracing::Span::current();
         self.prepared = thread::scope(|scope| {
-            let bus = &bus;
+            let (bus, run) = (&bus, &run);
             let starts: Vec<_> = orders
                 .into_iter()
                 .map(|(name, guard, order)| {
                     let start = scope.spawn(move || -> Result<HostProcess, StartError> {
+                        let _in_run = run.enter();
                         let (arguments, command) = order?;
                         Ok(HostProcess::spawn(bus, &arguments, command)?)
                     });

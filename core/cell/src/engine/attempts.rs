@@ -33,6 +33,7 @@ impl Engine {
                 return Ok(LeafEnd::End(end));
             }
             let attempt = self.journal.begin(&entry.path)?;
+            let _step = tracing::info_span!("step", step = %entry.path, attempt = attempt.number).entered();
             let intent = if attempt.number > 1 {
                 self.journal.record.intent(self.journal.run, &entry.path.0)?
             } else {
@@ -150,7 +151,7 @@ impl Engine {
         outcome: StepOutcome,
         message: &str,
     ) -> Result<AfterFailure, RecordError> {
-        let ways_out = self.ways_out(entry);
+        let ways_out = self.ways_out(entry)?;
         let decided = self.decide(&entry.step, at, message, &ways_out).and_then(|decision| {
             if decision == Decision::Move {
                 self.move_by_hand(&ways_out, at)?;

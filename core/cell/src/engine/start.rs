@@ -160,6 +160,8 @@ pub fn start_run(
     let engine = Engine::new(&request, calculator, plan, journal, links, (Inbox::new(commands), stops));
     let thread = std::thread::Builder::new().name("engine".to_owned()).spawn(move || {
         let _lock = lock;
+        let procedure = &request.procedure.name;
+        let _run = tracing::info_span!("run", run = run.0, cell = request.cell.name, procedure).entered();
         engine.sitting(&request, &changed_plugins)
     });
     let thread =

@@ -42,6 +42,8 @@ impl Connection {
             return Err(died(reason));
         }
         let time_limit = if self.shared.under_debugger { UNDER_DEBUGGER } else { time_limit };
+        // What the host and its plugin say meanwhile is logged in this span, inside that of the step.
+        let _called = tracing::debug_span!("call", device, request = request.name()).entered();
         let span = self.shared.spans.enter_current();
         let call = Call { time_limit, span: span.number() };
         let client = self.client.lock().unwrap_or_else(PoisonError::into_inner);

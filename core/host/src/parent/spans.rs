@@ -9,9 +9,16 @@ use tracing::Span;
 const REMEMBERED: usize = 64;
 
 /// The spans of the last calls, by number.
-#[derive(Default)]
 pub(super) struct Spans {
     calls: Mutex<Calls>,
+    /// What the host was started in: lines that serve no call belong there.
+    home: Span,
+}
+
+impl Default for Spans {
+    fn default() -> Self {
+        Self { calls: Mutex::default(), home: Span::current() }
+    }
 }
 
 #[derive(Default)]
@@ -42,11 +49,11 @@ impl Spans {
         CallSpan { spans: self, number }
     }
 
-    /// The span of a number, or none when it is unknown or 0.
+    /// The span of a number, or that in which the host was started when it is unknown or 0.
     pub(super) fn get(&self, number: u64) -> Span {
         let calls = self.calls();
         let found = calls.recent.iter().find(|(known, _)| *known == number);
-        found.map_or_else(Span::none, |(_, span)| span.clone())
+        found.map_or_else(|| self.home.clone(), |(_, span)| span.clone())
     }
 
     /// The number of the call a host is at, as far as the orchestrator knows: the oldest that waits; 0 when none does.

@@ -6,6 +6,8 @@ use plumb_plugin::{
     Value,
 };
 
+use tracing_subscriber::registry::LookupSpan as _;
+
 use crate::place::{LONG, Place, stream, until, waist_to};
 
 #[test]
@@ -169,16 +171,19 @@ fn what_a_plugin_logs_carries_the_span_of_the_call_it_served() {
     let config = serde_json::json!({"fault": "chatter", "in": "read"});
     let (events, received) = std::sync::mpsc::channel();
     let command = crate::place::command().on_event(move |_, event| {
-        let span = tracing::Span::current().metadata().map(|span| span.name());
-        drop(events.send((event.clone(), span)));
+        let spans = tracing::Span::current().with_subscriber(|(id, all)| {
+            let all = all.downcast_ref::<tracing_subscriber::Registry>().unwrap();
+            all.span(id).unwrap().scope().from_root().map(|span| span.name()).collect::<Vec<_>>()
+        });
+        drop(events.send((event.clone(), spans.unwrap_or_default())));
     });
     let arguments = place.arguments("arm", "misbehaving_robot", config);
     let host = plumb_host::HostProcess::spawn(place.bus(), &arguments, command).unwrap();
     tracing::info_span!("step").in_scope(|| host.robot().unwrap().read_joints().unwrap());
     host.finish(LONG);
-    let events: Vec<(HostEvent, Option<&str>)> = received.iter().collect();
+    let events: Vec<(HostEvent, Vec<&str>)> = received.iter().collect();
     let log = HostEvent::Log { level: LogLevel::Info, text: "logged by the plugin".to_owned() };
-    assert!(events.contains(&(log, Some("step"))), "{events:?}");
+    assert!(events.contains(&(log, vec!["step", "call"])), "{events:?}");
 }
 
 #[test]
