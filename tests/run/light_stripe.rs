@@ -337,7 +337,7 @@ fn a_scan_that_leads_into_a_kept_out_place_ends_before_it() {
 #[test]
 fn the_time_of_a_scan_is_known_about_right_before_it_begins_at_rest_and_in_motion() {
     let lab = lab();
-    for (fly, expected_s) in [("", 1.0), ("        fly_mm_s: 20\n", 5.0)] {
+    for (fly, expected_s) in [("", 5.0), ("        fly_mm_s: 20\n", 5.0)] {
         let step = "        step_mm: step_mm\n";
         lab.edit("procedures/scan-pyramid.yaml", step, &format!("{step}{fly}"));
         let (events, code) = run(&lab, "scan-pyramid");

@@ -6,6 +6,8 @@ use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
+use std::process::Command;
+use std::time::Instant;
 
 use tempfile::TempDir;
 
@@ -87,11 +89,7 @@ fn least_stripe_until(session: &Session, text: &str) -> usize {
 fn a_scan_that_is_stopped_and_paused_goes_on_where_it_was_and_takes_no_stripe_twice() {
     let bench = Bench::of("light-stripe");
     // Slowly enough to be stopped on the way.
-    bench.edit(
-        "procedures/scan-pyramid.yaml",
-        "        step_mm: step_mm\n",
-        "        step_mm: step_mm\n        speed: 0.02\n",
-    );
+    bench.edit("procedures/scan-pyramid.yaml", "speed: 0.03", "speed: 0.02");
     let mut session = bench.run(&["scan-pyramid", "--pace", "real"], 100, 30);
     session.wait_for("Stripe 3 of 21,");
     session.press("\x1b");
@@ -114,4 +112,53 @@ fn a_scan_that_is_stopped_and_paused_goes_on_where_it_was_and_takes_no_stripe_tw
     let stripes = table("stripes");
     let seen: BTreeSet<&str> = stripes.lines().skip(1).filter_map(|line| line.split(',').next()).collect();
     assert_eq!(seen.len(), 21, "points of each");
+}
+
+#[test]
+fn a_newcomer_has_time_to_see_a_scan_grow() {
+    let bench = Bench::of("light-stripe");
+    let mut session = bench.run(&["scan-pyramid", "--pace", "real"], 100, 30);
+    session.wait_for("Stripe 2 of 21,");
+    let begun = Instant::now();
+    session.press("6");
+    let page = session.wait_for("pyramid");
+    assert!(page.contains("stripes"), "{page}");
+    // A bar in the corner says how large it is.
+    session.wait_for("mm in the middle");
+    session.press("2");
+    session.wait_for("\u{2713} passed");
+    let seconds = begun.elapsed().as_secs_f64();
+    assert!(seconds > 3.0, "over in {seconds:.1} s");
+    session.press("q");
+    assert_eq!(session.wait_for_end().exit_code(), 0);
+}
+
+#[test]
+fn what_the_matter_is_with_stripes_is_named_previewed_added_and_undone_on_the_model_screen() {
+    let bench = Bench::of("light-stripe");
+    bench.edit("world.yaml", "    width_mm: 1\n", "    width_mm: 1\n    bow: 0.03\n");
+    let (cell, record) = (bench.path("cell/cell.yaml"), bench.path("record"));
+    let mut gather = Command::new(plumb());
+    gather.arg("run").arg(&cell).args(["gather", "--headless", "--record"]).arg(&record);
+    assert!(gather.output().expect("plumb runs").status.success());
+    let (cell, scans) = (cell.display().to_string(), record.join("run-1").display().to_string());
+    let mut session = Session::start(plumb(), &["stripe", "screen", &cell, "--scans", &scans], 120, 40);
+    let page = session.wait_for("named \u{b7} ");
+    assert!(page.contains("stripe_bow"), "{page}");
+    session.press(" ");
+    session.wait_for("Preview: with stripe_bow added");
+    session.press("a");
+    session.wait_for("stripe_bow added");
+    session.wait_until("judged anew", |screen| {
+        let page = screen.contents();
+        page.contains("at floor \u{b7} ") || page.contains("unknown \u{b7} ")
+    });
+    session.press("u");
+    session.wait_for("named \u{b7} ");
+    session.press("n");
+    session.press("joint_nonsense(elbow)\r");
+    session.wait_for("joint_nonsense");
+    session.press("q");
+    assert!(session.wait_for_end().success());
+    is_given_back(&session);
 }

@@ -306,6 +306,19 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
     (
+        "stripe screen",
+        &[
+            example(
+                "plumb stripe screen light-stripe/cell.yaml --scans scans",
+                "what could explain the error, and what would be left",
+            ),
+            example(
+                "plumb stripe screen light-stripe/cell.yaml --scans scans --add 'joint_compliance(shoulder)'",
+                "beside what has been named",
+            ),
+        ],
+    ),
+    (
         "stripe adjust",
         &[
             example("plumb stripe adjust light-stripe/cell.yaml --scans scans", "fit zeros and rig to scans"),
@@ -478,6 +491,7 @@ const EXAMPLES: &[Entry] = &[
         &[
             example("plumb schema cell > cell.schema.json", "for an editor that completes cell files"),
             example("plumb schema procedure", "of procedures, with every kind of step"),
+            example("plumb schema events", "of the lines that `plumb run --json` writes"),
         ],
     ),
     (

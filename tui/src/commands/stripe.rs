@@ -8,6 +8,7 @@ mod export;
 mod lab;
 mod lab_error;
 mod rig_in_force;
+mod screen;
 mod show;
 pub mod study_world;
 
@@ -15,11 +16,17 @@ use clap::Subcommand;
 
 use crate::failure::CommandResult;
 
+pub(crate) use diagnose::{of as diagnosis_of, sizes_in_words};
+pub(crate) use lab::{Lab as Stripes, to_lab as rig_of_lab};
+pub(crate) use lab_error::LabError;
+
 /// What to do with stripes.
 #[derive(Debug, Subcommand)]
 pub(crate) enum StripeCommand {
     /// Say what zeros and rig cannot explain of scans, if anything.
     Diagnose(diagnose::Arguments),
+    /// The same on the Model screen, with what adding an effect would leave.
+    Screen(screen::Arguments),
     /// Adjust zeros, rig and what is added to scans, and write a cell that uses what was found.
     Adjust(adjust::Arguments),
     /// Write the rig in force, the rig file with the corrections of the record, as a rig file of its own, and a cell that uses it.
@@ -32,6 +39,7 @@ pub(crate) enum StripeCommand {
 pub(crate) fn run(command: &StripeCommand) -> CommandResult {
     match command {
         StripeCommand::Diagnose(arguments) => diagnose::run(arguments),
+        StripeCommand::Screen(arguments) => screen::run(arguments),
         StripeCommand::Adjust(arguments) => adjust::run(arguments),
         StripeCommand::Correct(arguments) => correct::run(arguments),
         StripeCommand::Show(arguments) => show::run(arguments),

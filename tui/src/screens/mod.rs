@@ -41,6 +41,7 @@ use state::State;
 use theme::Theme;
 
 use crate::commands::model::arguments::Opened;
+use crate::commands::stripe::Stripes;
 
 /// Shows a model and the table called `data` on the Model screen until the operator leaves.
 ///
@@ -52,6 +53,17 @@ pub(crate) fn explore(opened: Opened, data: String) -> Result<(), Box<dyn Error>
     let state = State::of_model(model, Theme::from_environment());
     Runtime::new()?.block_on(event_loop::show(state, sources))?;
     Ok(())
+}
+
+/// Shows scans of a cell's light stripe on the Model screen until the operator leaves; `files` says which.
+///
+/// # Errors
+/// The terminal cannot be used, or was lost.
+pub(crate) fn explore_stripes(stripes: Stripes, files: &str) -> io::Result<()> {
+    let (lab, model) = model::open_stripes(stripes, files);
+    let sources = Sources { lab: Some(lab), ..Sources::default() };
+    let state = State::of_model(model, Theme::from_environment());
+    Runtime::new()?.block_on(event_loop::show(state, sources)).map(drop)
 }
 
 /// Shows the runs of the record in `directory` until the operator leaves.

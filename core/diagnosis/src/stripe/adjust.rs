@@ -5,6 +5,7 @@ use nalgebra::{DVector, Isometry3};
 use super::options::{AdjustError, Options};
 use super::problem::{Problem, State, base_from_flange, built};
 use super::spread::spread;
+use super::view_residuals::{ViewResidual, view_residuals};
 use super::{StripePixel, StripeRig, Surface, View};
 use plumb_calibration::arm_model::{AddedEffect, Model};
 use plumb_calibration::effect::EffectId;
@@ -43,6 +44,8 @@ pub struct Adjustment {
     pub unknowns: usize,
     /// Combinations of numbers that no stripe could tell, in words.
     pub not_observable: Vec<String>,
+    /// What is left of each view.
+    pub views: Vec<ViewResidual>,
     values: Vec<f64>,
     effects: Vec<EffectId>,
 }
@@ -162,6 +165,7 @@ impl Problem<'_> {
             points: self.members.len(),
             unknowns,
             not_observable,
+            views: view_residuals(self, &state),
             rig: state.rig,
             surfaces: state.surfaces,
             values: state.values,

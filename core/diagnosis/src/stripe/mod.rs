@@ -18,16 +18,18 @@ mod suspect;
 mod table;
 #[cfg(test)]
 mod tests;
+mod view_residuals;
 
 pub use adjust::{Adjustment, Found, adjust};
 pub use diagnose::{StripeDiagnosis, StripeVerdict, Tried, diagnose, resolved, with_added};
 pub use options::{AdjustError, Options};
 pub use parameter::RigParameter;
 pub use rig::StripeRig;
-pub use scene::{SceneError, read_scene};
+pub use scene::{SceneError, read_scene, scene_schema};
 pub use surface::Surface;
 pub use suspect::{Suspect, classical, suspect, suspect_of, suspects};
 pub use table::{Scans, ScansError};
+pub use view_residuals::ViewResidual;
 
 /// One picture: where the arm was told to be.
 #[derive(Debug, Clone, PartialEq)]

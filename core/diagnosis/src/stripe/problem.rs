@@ -210,6 +210,11 @@ impl<'a> Problem<'a> {
         each.map(|(member, seen)| Some(flanges.get(member.pixel.view)? * (*seen)?)).collect()
     }
 
+    /// The members' points in a state, in the base's frame.
+    pub(super) fn points_in(&self, state: &State) -> Vec<Option<Point3<f64>>> {
+        self.here(state).points
+    }
+
     fn distance(&self, member: &Member, surfaces: &[Surface], point: &Option<Point3<f64>>) -> f64 {
         let distance = |point: &Point3<f64>| Some(surfaces.get(member.surface)?.distance(member.part, point));
         point.as_ref().and_then(distance).unwrap_or(0.0)

@@ -35,7 +35,7 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
 }
 
 /// The lab's diagnosis of what was opened.
-pub(super) fn of(lab: &Lab) -> Result<StripeDiagnosis, LabError> {
+pub(crate) fn of(lab: &Lab) -> Result<StripeDiagnosis, LabError> {
     Ok(diagnose(&lab.model, &to_lab(&lab.rig), &lab.surfaces, &lab.scans, &lab.added)?)
 }
 
@@ -66,7 +66,7 @@ fn told(lab: &Lab, diagnosis: &StripeDiagnosis) -> String {
             gain,
             error,
             tried.adjustment.rms_mm,
-            sizes(tried).iter().map(size).collect::<Vec<_>>().join(", ")
+            sizes_in_words(tried)
         );
     }
     let _ = writeln!(text, "\n{}", diagnosis.sentence);
@@ -96,6 +96,11 @@ fn size(found: &Found) -> String {
     } else {
         format!("{value:+.5} +- {sigma:.5} {unit}").trim_end().to_owned()
     }
+}
+
+/// The numbers of a suspect itself, with their errors and units.
+pub(crate) fn sizes_in_words(tried: &Tried) -> String {
+    sizes(tried).iter().map(size).collect::<Vec<_>>().join(", ")
 }
 
 /// The numbers of a suspect itself.

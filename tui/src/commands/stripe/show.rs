@@ -68,7 +68,9 @@ enum ColourBy {
 enum ShowError {
     #[error("--at has {0} numbers; write X,Y,Z in mm")]
     At(usize),
-    #[error("there is no plane in these points to look along")]
+    #[error(
+        "most of these points lie in no plane, from which they could be measured: choose another --colour, or leave out --edge-on"
+    )]
     NoPlane,
     #[error("{}: {what}", path.display())]
     Picture { path: PathBuf, what: String },
@@ -119,6 +121,9 @@ impl Arguments {
         };
         if matches!(self.colour, ColourBy::Residual) {
             scan.know_band();
+            if scan.band.is_none() {
+                return Err(ShowError::NoPlane);
+            }
         }
         if self.points {
             scan.strokes = Strokes::Points;

@@ -145,6 +145,14 @@ impl Lab {
         Ok((Self { desk, answers }, state))
     }
 
+    /// A lab whose work another thread does: the line to it, what it is asked, and where it answers.
+    pub(super) fn beside() -> (Self, Receiver<LabRequest>, UnboundedSender<LabAnswer>) {
+        let (requests, to_do) = channel();
+        let (to_screens, answers) = unbounded_channel();
+        let desk = Desk { requests, progress: Arc::default() };
+        (Self { desk, answers }, to_do, to_screens)
+    }
+
     /// Where requests go.
     pub(crate) fn desk(&self) -> Desk {
         self.desk.clone()

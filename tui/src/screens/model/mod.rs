@@ -10,12 +10,14 @@ mod residuals;
 mod sketch;
 mod standing;
 mod state;
+mod stripes;
 mod update;
 mod view;
 mod waterfall;
 
 pub(crate) use lab::{Desk, Lab, LabAnswer, LabRequest};
 pub(crate) use state::ModelState;
+pub(crate) use stripes::open as open_stripes;
 pub(crate) use update::{choose, choose_at, note_progress, obey, take, write};
 pub(crate) use view::view;
 

@@ -5,6 +5,7 @@ mod command;
 mod eye;
 mod picture;
 mod raster;
+mod scale;
 mod state;
 mod update;
 mod view;

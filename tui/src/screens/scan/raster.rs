@@ -61,23 +61,24 @@ impl Raster {
         }
     }
 
-    /// Letters, 16 pixels high, from their upper left corner.
+    /// Width and height of a letter, pixels.
+    pub(super) const LETTER: usize = 16;
+
+    /// Letters from their upper left corner.
     pub(super) fn text(&mut self, x: usize, y: usize, text: &str, ink: Ink) {
-        const SIZE: usize = 2 * FINE;
+        // Eight pixels are drawn four times as large, and everything is smoothed by half after that.
+        const SIDE: usize = Raster::LETTER * FINE;
         for (place, letter) in text.chars().enumerate() {
             let glyph = font8x8::BASIC_FONTS
                 .get(letter)
                 .or_else(|| font8x8::BASIC_FONTS.get('?'))
                 .unwrap_or_default();
-            for (row, bits) in glyph.iter().enumerate() {
-                for column in (0..8).filter(|column| bits >> column & 1 == 1) {
-                    let (left, top) = (x * FINE + (place * 8 + column) * SIZE, y * FINE + row * SIZE);
-                    for down in 0..SIZE {
-                        for across in 0..SIZE {
-                            self.dot((left + across) as i64, (top + down) as i64, ink);
-                        }
-                    }
-                }
+            let pixels: Vec<bool> =
+                glyph.iter().flat_map(|bits| (0..8).map(move |column| bits >> column & 1 == 1)).collect();
+            let smooth = doubled(&doubled(&pixels, 8), 16);
+            for (at, _) in smooth.iter().enumerate().filter(|(_, is_inked)| **is_inked) {
+                let (left, top) = ((x + place * Self::LETTER) * FINE, y * FINE);
+                self.dot((left + at % SIDE) as i64, (top + at / SIDE) as i64, ink);
             }
         }
     }
@@ -108,5 +109,49 @@ impl Raster {
         writer.write_image_data(&smooth)?;
         writer.finish()?;
         Ok(bytes)
+    }
+}
+
+/// A square of pixels drawn twice as large with its stairs smoothed: Scale2x (Mazzoleni 2001), where a corner takes the colour of the two sides
+/// that meet in it if these are alike and the sides across are not.
+fn doubled(pixels: &[bool], side: usize) -> Vec<bool> {
+    let at = |row: usize, column: usize| pixels.get(row * side + column).copied().unwrap_or_default();
+    let mut large = vec![false; 4 * pixels.len()];
+    for row in 0..side {
+        for column in 0..side {
+            let middle = at(row, column);
+            // Around a letter there is paper.
+            let inside = |is_inside: bool, pixel: bool| is_inside && pixel;
+            let above = inside(row > 0, at(row.saturating_sub(1), column));
+            let below = inside(row + 1 < side, at(row + 1, column));
+            let before = inside(column > 0, at(row, column.saturating_sub(1)));
+            let after = inside(column + 1 < side, at(row, column + 1));
+            let is_smoothed = above != below && before != after;
+            let corner = |one: bool, other: bool| if is_smoothed && one == other { one } else { middle };
+            let corners =
+                [corner(above, before), corner(above, after), corner(below, before), corner(below, after)];
+            for (place, corner) in corners.into_iter().enumerate() {
+                let index = (2 * row + place / 2) * 2 * side + 2 * column + place % 2;
+                if let Some(pixel) = large.get_mut(index) {
+                    *pixel = corner;
+                }
+            }
+        }
+    }
+    large
+}
+
+#[cfg(test)]
+mod tests {
+    use super::doubled;
+
+    #[test]
+    fn a_slanting_line_loses_its_stairs_and_a_straight_one_stays() {
+        let shown = |pixels: &[bool], side: usize| -> Vec<String> {
+            let row = |row: &[bool]| row.iter().map(|pixel| if *pixel { '#' } else { '.' }).collect();
+            doubled(pixels, side).chunks(2 * side).map(row).collect()
+        };
+        assert_eq!(shown(&[true, false, false, true], 2), ["##..", "###.", ".###", "..##"]);
+        assert_eq!(shown(&[true, false, true, false], 2), ["##..", "##..", "##..", "##.."]);
     }
 }

@@ -115,6 +115,10 @@ fn next_colouring(scan: &mut ScanState) {
     };
     if scan.colouring == Colouring::Residual {
         scan.know_band();
+        // Of a body of several faces nothing is measured from a plane.
+        if scan.band.is_none() {
+            scan.colouring = Colouring::Intensity;
+        }
     }
 }
 

@@ -11,6 +11,7 @@ use ratatui::widgets::canvas::{Canvas, Context, Line, Points};
 
 use super::eye::{Short, Stand};
 use super::picture::joined;
+use super::scale::Scale;
 use super::state::{ScanState, Strokes};
 use crate::screens::hits::Hit;
 use crate::screens::pane::{self, wrapped};
@@ -67,7 +68,7 @@ fn cloud(scan: &ScanState, theme: &Theme, frame: &mut Frame, area: Rect) {
         .marker(Marker::Braille)
         .x_bounds([-width / 2.0 / unit, width / 2.0 / unit])
         .y_bounds([-height / 2.0 / unit, height / 2.0 / unit])
-        .paint(|context| paint(context, scan, theme, unit));
+        .paint(|context| paint(context, scan, theme, (width, height)));
     frame.render_widget(canvas, area);
     // The cross is a letter, so that it is seen whatever lies under it.
     let cell = |units: f64, dots: f64, each: f64| (units * unit + dots / 2.0) / each;
@@ -82,7 +83,8 @@ fn cloud(scan: &ScanState, theme: &Theme, frame: &mut Frame, area: Rect) {
     }
 }
 
-fn paint(context: &mut Context, scan: &ScanState, theme: &Theme, unit: f64) {
+fn paint(context: &mut Context, scan: &ScanState, theme: &Theme, (width, height): (f64, f64)) {
+    let unit = width.min(height) / 2.0;
     let (low, high) = scan.values();
     let ramp = theme.ramp.map(colour);
     let of = |point: &CloudPoint| {
@@ -113,6 +115,23 @@ fn paint(context: &mut Context, scan: &ScanState, theme: &Theme, unit: f64) {
     }
     context.layer();
     marks(context, scan, theme, unit);
+    scale(context, scan, theme, (width, height), unit);
+}
+
+/// A scale in the lower left corner, as long as it says; edge-on with what the thickness is drawn to.
+fn scale(context: &mut Context, scan: &ScanState, theme: &Theme, (width, height): (f64, f64), unit: f64) {
+    let scale = Scale::across(&scan.eye, 0.4 * width / unit);
+    // A letter is two dots wide.
+    let columns = ((scale.in_view * unit / 2.0).round() as usize).max(2);
+    let bar = "\u{2500}".repeat(columns - 2);
+    let mut text = format!("\u{251c}{bar}\u{2524} {}", scale.told(&scan.eye));
+    if let Some(up) = Scale::of_thickness(&scan.eye, height / unit) {
+        let rows = up.in_view * unit / 4.0;
+        text.push_str(&format!("; {rows:.1} rows up: {}", up.told(&scan.eye)));
+    }
+    let room = (width / 2.0) as usize;
+    let (left, low) = (-width / 2.0 / unit, -height / 2.0 / unit);
+    context.print(left, low, TextLine::styled(pane::fitted(&text, room), theme.faint));
 }
 
 /// The point under the cursor, the marked one and the way between them; edge-on the band's edges.
