@@ -1,6 +1,7 @@
 //! The screens tested from outside: events and keys go in, state, actions and drawn pages come out.
 
 mod browsing;
+mod colours;
 mod fixtures;
 mod operating;
 mod pages;

@@ -28,7 +28,7 @@ fn stripe(number: u32) -> Event {
     }
 }
 
-fn scanned() -> State {
+pub(super) fn scanned() -> State {
     let mut state = begun();
     tell(&mut state, started("scan"));
     for number in 0..8 {
