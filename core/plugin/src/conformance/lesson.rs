@@ -40,6 +40,13 @@ const LESSONS: &[(&str, Lesson)] = &[
         },
     ),
     (
+        "its manifest lists the quantities and input lines it describes",
+        Lesson {
+            contract: "a manifest that lists `quantities` (names and units) or `input_lines` (their count, bits from 0) lists those of the description: `plumb check` believes it",
+            change: "make the manifest say what `describe` says, or leave the key out",
+        },
+    ),
+    (
         "its description makes sense",
         Lesson {
             contract: "a description never changes; joints have ranges, speeds and homes that can be, quantities names and units that a procedure can write",
