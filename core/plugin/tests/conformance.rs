@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
-use plumb_plugin::conformance::{CheckOutcome, CheckReport, check_robot, check_sensor};
+use plumb_plugin::conformance::{CheckOutcome, CheckReport, LISTS, check_robot, check_sensor};
 use plumb_plugin::{
     DigitalInputs, Host, JointDescription, JointState, JointUnit, JointVector, LineDescription, Motion,
     PluginError, Quantity, QuantityDescription, Reading, Robot, RobotCapabilities, RobotDescription, Sensor,
@@ -221,6 +221,17 @@ fn a_robot_without_flaw_passes_every_check() {
     let report = check_robot(ROBOT_MANIFEST, |host| Ok(TestRobot::new(host, Flaw::None)));
     assert!(report.is_good(), "{report}");
     assert!(report.rows.iter().all(|(_, outcome)| *outcome == CheckOutcome::Passed), "{report}");
+}
+
+#[test]
+fn a_manifest_that_lists_other_lines_or_quantities_than_are_described_fails() {
+    let manifest = format!("{ROBOT_MANIFEST}input_lines: 40\n");
+    let report = check_robot(&manifest, |host| Ok(TestRobot::new(host, Flaw::None)));
+    assert_eq!(failures(&report), [LISTS], "{report}");
+    let manifest = format!("{SENSOR_MANIFEST}quantities: [{{name: height, unit: mm}}]\n");
+    let report = check_sensor(&manifest, |host| Ok(TestSensor { host, flawed: false }));
+    assert_eq!(failures(&report), [LISTS], "{report}");
+    assert!(report.to_string().contains("the manifest lists height [mm]; the sensor describes "), "{report}");
 }
 
 #[test]
