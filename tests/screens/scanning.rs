@@ -121,10 +121,9 @@ fn a_newcomer_has_time_to_see_a_scan_grow() {
     session.wait_for("Stripe 2 of 21,");
     let begun = Instant::now();
     session.press("6");
-    let page = session.wait_for("pyramid");
-    assert!(page.contains("stripes"), "{page}");
     // A bar in the corner says how large it is.
-    session.wait_for("mm in the middle");
+    let page = session.wait_for("mm in the middle");
+    assert!(page.contains(" points, ") && page.contains(" stripes"), "{page}");
     session.press("2");
     session.wait_for("\u{2713} passed");
     let seconds = begun.elapsed().as_secs_f64();
