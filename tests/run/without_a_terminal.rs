@@ -19,5 +19,5 @@ fn who_runs_it_is_known_where_no_variable_tells_it() {
     let ran = command.env_remove("USER").env_remove("LOGNAME").output().unwrap();
     assert!(ran.status.success());
     let shown = lab.plumb(&["show", "1"]).out();
-    assert!(shown.contains("operator") && !shown.contains("unknown"), "{shown}");
+    assert!(shown.contains(", by ") && !shown.contains(", by unknown"), "{shown}");
 }
