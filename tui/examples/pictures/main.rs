@@ -52,8 +52,9 @@ impl Studio {
             .join("../workcells/teachmover/cell.yaml")
             .display()
             .to_string();
-        let record = self.folder.path().join("record").display().to_string();
-        let arguments = ["run", &cell, "--record", &record, "--operator", "ada", "--pace", "real"];
+        // No picture shows a path of the machine it was made on.
+        std::env::set_current_dir(self.folder.path())?;
+        let arguments = ["run", &cell, "--record", "record", "--operator", "ada", "--pace", "real"];
         let mut session = Session::start(&self.program, &arguments, 110, 36);
         session.wait_for("Lay the T target on the table");
         session.press("?");
