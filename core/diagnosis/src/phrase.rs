@@ -22,3 +22,24 @@ pub(crate) fn listed(words: &[String], last: &str) -> String {
         [most @ .., end] => format!("{} {last} {end}", most.join(", ")),
     }
 }
+
+/// A probability in percent; none is certain.
+pub fn percent(probability: f64) -> String {
+    match probability {
+        p if p >= 0.995 => "over 99 %".to_owned(),
+        p if p < 0.005 => "under 1 %".to_owned(),
+        p => format!("{:.0} %", 100.0 * p),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_probability_is_certain() {
+        assert_eq!(percent(1.0), "over 99 %");
+        assert_eq!(percent(0.93), "93 %");
+        assert_eq!(percent(0.0), "under 1 %");
+    }
+}

@@ -6,7 +6,7 @@ use plumb_kinematics::{HalfSpace, Knob};
 use super::residual_model::ResidualModel;
 use super::scratch::Scratch;
 use super::state::State;
-use crate::effect::DefinitionError;
+use crate::effect::{DefinitionError, Drive, Effect};
 
 /// What plots are drawn against.
 pub struct RowDetails {
@@ -72,6 +72,15 @@ impl ResidualModel<'_> {
             pose.posture.joints.iter().map(|joint| pose.origin + pose.base * joint.end.translation.vector);
         let tip = pose.point(state, 0).0;
         std::iter::once(pose.origin).chain(ends).chain([tip]).collect()
+    }
+
+    /// What an effect moves in a row per unit of its parameters, whether it takes part or not.
+    pub fn drives(&self, state: &State, row: usize, effect: &dyn Effect) -> Vec<Drive> {
+        let pose = self.in_row(state, row).pose;
+        let (point, _) = pose.point(state, 0);
+        let mut drives = Vec::new();
+        effect.drive(&self.situation(state, row, &pose.posture, &pose.moments, Some(point)), &mut drives);
+        drives
     }
 
     /// Moments of gravity of a row, and how its first target moves with each joint.

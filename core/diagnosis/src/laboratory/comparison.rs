@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::point_errors::{ErrorSummary, Errors, point_squares};
-use super::rows::{RowResidual, Series, arm_in_the_middle, row_residuals, series};
+use super::point_errors::{ErrorSummary, Errors, noise_of_a_point, point_squares};
+use super::rows::{RowResidual, Series, arm_in_the_middle, row_residuals, series, unit_of_joint};
 use super::{Laboratory, LaboratoryError, MapNote};
 use crate::claim::Claim;
 use crate::cross_validation::blocked_errors;
@@ -66,6 +66,24 @@ pub struct EffectValue {
     pub may_be: Vec<String>,
 }
 
+/// A joint as plots and tables name it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct JointAxis {
+    /// Its name.
+    pub name: String,
+    /// The unit of its coordinate: `deg` or `mm`.
+    pub unit: &'static str,
+}
+
+/// What is left along the motion of one joint.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JointError {
+    /// The joint.
+    pub joint: String,
+    /// Root mean square of the residual along its motion over the fitted rows, mm.
+    pub rms_mm: f64,
+}
+
 /// A model against a table.
 #[derive(Debug, Clone, Serialize)]
 pub struct Comparison {
@@ -79,6 +97,8 @@ pub struct Comparison {
     pub check_rows: usize,
     /// The noise floor.
     pub floor: Floor,
+    /// The same for one measured point (the length of its error in space), mm: what `rms_mm` is compared with; nothing if unknown.
+    pub floor_of_a_point_mm: Option<f64>,
     /// The noise of every kind of reading: declared, or estimated from the fit.
     pub noise: Vec<ReadingNoise>,
     /// RMS of the residual of one measured point.
@@ -95,6 +115,11 @@ pub struct Comparison {
     pub largest_mm: f64,
     /// Independent parameters that were fitted.
     pub parameters: usize,
+    /// What is left along the motion of each joint that moved.
+    pub along_joints: Vec<JointError>,
+    /// The joints, in order.
+    #[serde(skip)]
+    pub joints: Vec<JointAxis>,
     /// All fitted effects.
     pub effects: Vec<EffectValue>,
     /// Freedoms the data cannot see.
@@ -118,6 +143,27 @@ pub struct Comparison {
     pub warnings: Vec<String>,
     /// One plain sentence.
     pub sentence: String,
+}
+
+/// The joints as plots and tables name them.
+fn joint_axes(machine: &ResidualModel<'_>) -> Vec<JointAxis> {
+    let joints = machine.model.chain.joints.iter().enumerate();
+    joints
+        .map(|(index, joint)| JointAxis { name: joint.name.clone(), unit: unit_of_joint(machine, index) })
+        .collect()
+}
+
+/// The root mean square of the fitted rows' residuals along the motion of each joint that moved.
+fn along_joints(joints: &[JointAxis], series: &[Series], rows: &[RowResidual]) -> Vec<JointError> {
+    let fitted = |row: &usize| rows.get(*row).is_some_and(|row| !row.held_out);
+    let error = |joint: &JointAxis| {
+        let own = series.iter().find(|series| series.against == joint.name && series.unit == joint.unit)?;
+        let squares: Vec<f64> =
+            own.points.iter().filter(|point| fitted(&point.2)).map(|point| point.1 * point.1).collect();
+        let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+        Some(JointError { joint: joint.name.clone(), rms_mm: mean.sqrt() })
+    };
+    joints.iter().filter_map(error).collect()
 }
 
 fn gauges<S: serde::Serializer>(gauges: &[Gauge], serializer: S) -> Result<S::Ok, S::Error> {
@@ -192,27 +238,18 @@ impl Laboratory {
         progress.report(0.7, "cross-validation")?;
         let error_mm = self.errors(machine, fit, progress)?;
         let rms_mm = Rms::of(&error_mm);
-        let outside = self.rows_outside();
         let rows = row_residuals(machine, fit, &self.split.check);
-        let mut warnings = self.table.warnings.clone();
-        warnings.extend(fit.doubts.iter().map(ToString::to_string));
-        if outside > 0 {
-            warnings.push(format!(
-                "{outside} of {} rows lie outside the region in which the model's corrections were measured: there they are no more than a guess, and the residual map is left out",
-                self.table.len()
-            ));
-        }
-        if !fit.convergence.arrived {
-            warnings.push(format!(
-                "the fit has not arrived: {:.4} reached where a last step promises {:.4}",
-                fit.convergence.reached, fit.convergence.promised
-            ));
-        }
         let fitted = |row: &&RowResidual| !row.held_out;
+        let series = series(machine, fit, &rows);
+        let joints = joint_axes(machine);
+        let noise_ratio = noise_of_a_point(machine, &fit.rows);
         Ok(Comparison {
             arm: self.model.arm.clone(),
             data: self.table.source.clone(),
+            floor_of_a_point_mm: floor.sigma_mm.map(|sigma| sigma * noise_ratio),
             noise: self.noise(),
+            along_joints: along_joints(&joints, &series, &rows),
+            joints,
             fit_rows: fit.rows.len(),
             check_rows: self.split.check_rows().len(),
             residual_map: self.map_note(),
@@ -227,16 +264,36 @@ impl Laboratory {
                 .map(|row| row.line)
                 .collect(),
             convergence: fit.convergence,
-            series: series(machine, fit, &rows),
+            series,
             arm_points_mm: arm_in_the_middle(machine, fit, &rows),
             rows,
-            warnings,
+            warnings: self.noticed(fit),
             sentence: sentence(&floor, &rms_mm),
             floor,
             rms_mm,
             error_mm,
             explainable: None,
         })
+    }
+
+    /// What the reader and the fit noticed.
+    fn noticed(&self, fit: &Fit) -> Vec<String> {
+        let outside = self.rows_outside();
+        let mut warnings = self.table.warnings.clone();
+        warnings.extend(fit.doubts.iter().map(ToString::to_string));
+        if outside > 0 {
+            warnings.push(format!(
+                "{outside} of {} rows lie outside the region in which the model's corrections were measured: there they are no more than a guess, and the residual map is left out",
+                self.table.len()
+            ));
+        }
+        if !fit.convergence.arrived {
+            warnings.push(format!(
+                "the fit has not arrived: {:.4} reached where a last step promises {:.4}",
+                fit.convergence.reached, fit.convergence.promised
+            ));
+        }
+        warnings
     }
 
     pub(crate) fn rms(

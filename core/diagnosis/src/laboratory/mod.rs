@@ -2,16 +2,19 @@
 
 mod addition;
 mod comparison;
+mod effect_plot;
 mod map_note;
 mod mapping;
 mod plausible;
 mod point_errors;
 mod preview;
+mod regressor;
 mod rows;
 
 pub(crate) use addition::moved;
 pub use addition::{Addition, without};
-pub use comparison::{Comparison, EffectValue, Rms};
+pub use comparison::{Comparison, EffectValue, JointAxis, JointError, Rms};
+pub use effect_plot::EffectPlot;
 pub use map_note::MapNote;
 pub use mapping::MapStep;
 pub(crate) use mapping::{Mapped, drop_map};
@@ -19,6 +22,7 @@ pub use plausible::ImplausibleError;
 pub use point_errors::{ErrorSummary, Errors};
 pub(crate) use point_errors::{point_squares, points_in};
 pub use preview::Preview;
+pub use regressor::PlotAxis;
 pub use rows::{RowResidual, Series};
 
 use std::path::Path;

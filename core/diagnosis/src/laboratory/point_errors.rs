@@ -91,6 +91,15 @@ pub(crate) fn points_in(machine: &ResidualModel<'_>, rows: &[usize]) -> usize {
     rows.iter().map(|row| point_squares(machine, &none, *row).len()).sum()
 }
 
+/// By how much the error of a measured point exceeds that of one reading where both are noise alone: the root of how many readings make a point, 1.73 for a
+/// point in space.
+pub(crate) fn noise_of_a_point(machine: &ResidualModel<'_>, rows: &[usize]) -> f64 {
+    let equations = || rows.iter().flat_map(|row| machine.observations.of_row(*row));
+    let lengths = equations().any(|equation| equation.measurand.is_length());
+    let readings = equations().filter(|equation| equation.measurand.is_length() == lengths).count();
+    (readings as f64 / points_in(machine, rows).max(1) as f64).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

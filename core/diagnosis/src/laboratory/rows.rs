@@ -25,6 +25,8 @@ pub struct RowResidual {
     pub size_mm: f64,
     /// Where the point is believed to be, mm, frame of the measurements.
     pub point_mm: [f64; 3],
+    /// Commanded coordinates of the joints, deg (mm for joints that slide).
+    pub joints: Vec<f64>,
 }
 
 /// Residuals against one quantity: what the small plots show.
@@ -36,9 +38,14 @@ pub struct Series {
     pub unit: String,
     /// What is drawn upwards.
     pub shows: String,
+    /// Whether that is a size, which is never negative.
+    pub of_size: bool,
     /// Horizontal value, residual in mm, and the row.
     pub points: Vec<(f64, f64, usize)>,
 }
+
+/// What a series of sizes shows.
+const SIZE: &str = "error of a row, mm";
 
 pub(super) fn row_residuals(machine: &ResidualModel<'_>, fit: &Fit, held_out: &[bool]) -> Vec<RowResidual> {
     (0..machine.table.len())
@@ -64,9 +71,24 @@ pub(super) fn row_residuals(machine: &ResidualModel<'_>, fit: &Fit, held_out: &[
                 ))
                 .rms,
                 point_mm: machine.believed_point(&fit.state, row).into(),
+                joints: shown_joints(machine, row),
             }
         })
         .collect()
+}
+
+/// The unit a joint's coordinate is shown in.
+pub(super) fn unit_of_joint(machine: &ResidualModel<'_>, joint: usize) -> &'static str {
+    if machine.model.slides(joint) { "mm" } else { "deg" }
+}
+
+/// The commanded coordinates of a row as they are shown.
+fn shown_joints(machine: &ResidualModel<'_>, row: usize) -> Vec<f64> {
+    let shown = |(joint, coordinate): (usize, &f64)| match machine.model.slides(joint) {
+        true => *coordinate,
+        false => coordinate.to_degrees(),
+    };
+    machine.table.q_of(row).iter().enumerate().map(shown).collect()
 }
 
 /// The points along the arm in the row whose target stands nearest the middle of all targets.
@@ -97,7 +119,13 @@ fn series_if_varied(
     shows: &str,
     points: Vec<(f64, f64, usize)>,
 ) -> Option<Series> {
-    varies(&points).then(|| Series { against, unit: unit.to_owned(), shows: shows.to_owned(), points })
+    varies(&points).then(|| Series {
+        against,
+        unit: unit.to_owned(),
+        shows: shows.to_owned(),
+        of_size: shows == SIZE,
+        points,
+    })
 }
 
 /// Residuals drawn against every joint, every moment of gravity that varies, approach, order and temperature.
@@ -126,7 +154,8 @@ fn along_joints(machine: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) ->
             let points = along.iter().enumerate().map(|(row, along)| (value(row), *along, row)).collect();
             all.extend(series_if_varied(against, unit, &shows, points));
         };
-        add(name.clone(), "deg", &|row| table.q_of(row).get(joint).copied().unwrap_or(0.0).to_degrees());
+        let coordinate = |row: usize| rows.get(row).and_then(|row| row.joints.get(joint)).copied();
+        add(name.clone(), unit_of_joint(machine, joint), &|row| coordinate(row).unwrap_or(0.0));
         if !machine.model.masses.is_empty() {
             add(format!("moment of {name}"), "N m", &|row| {
                 details.get(row).and_then(|detail| detail.moments.get(joint)).copied().unwrap_or(0.0)
@@ -163,7 +192,7 @@ fn against_conditions(machine: &ResidualModel<'_>, rows: &[RowResidual]) -> Vec<
     let drawn = columns.into_iter().filter_map(|(name, unit, values)| {
         let sizes =
             values.iter().enumerate().map(|(row, x)| (*x, rows.get(row).map_or(0.0, |row| row.size_mm), row));
-        series_if_varied(name.to_owned(), unit, "size of the residual, mm", sizes.collect())
+        series_if_varied(name.to_owned(), unit, SIZE, sizes.collect())
     });
     drawn.collect()
 }

@@ -58,7 +58,7 @@ fn lines(panel: &Panel, width: usize) -> Vec<String> {
     let inner = width.saturating_sub(8);
     let mut dots = Dots::new(inner, LINES);
     let (columns, rows) = ((2 * inner) as f64, (4 * LINES) as f64);
-    for (across, up, _) in &panel.points {
+    for (across, up) in panel.points.iter().map(|dot| (dot.across, dot.up)) {
         if across.is_finite() && up.is_finite() {
             let x = (across - panel.across.0) / (panel.across.1 - panel.across.0) * (columns - 1.0);
             let y =
@@ -66,19 +66,22 @@ fn lines(panel: &Panel, width: usize) -> Vec<String> {
             dots.set(x.round().max(0.0) as usize, y.round().max(0.0) as usize);
         }
     }
-    let mut all = vec![fitted(&format!("        {}", panel.title), width)];
+    let mut all = vec![fitted(&panel.up_title, width)];
+    // The row of dots in which no error stands.
+    let zero = if panel.up.0 < 0.0 { LINES / 2 } else { LINES - 1 };
     for line in 0..LINES {
         let label = match line {
             0 => format!("{:7.3}", panel.up.1),
-            _ if line == LINES / 2 => format!("{:>7}", "0"),
+            _ if line == zero => format!("{:>7}", "0"),
             _ if line == LINES - 1 => format!("{:7.3}", panel.up.0),
             _ => " ".repeat(7),
         };
-        let middle = if line == LINES / 2 { '\u{253c}' } else { '\u{2502}' };
+        let middle = if line == zero { '\u{253c}' } else { '\u{2502}' };
         all.push(fitted(&format!("{label}{middle}{}", dots.line(line)), width));
     }
-    let (low, high) = (format!("{:.1}", panel.across.0), format!("{:.1} {}", panel.across.1, panel.unit));
-    let gap = inner.saturating_sub(low.chars().count() + high.chars().count());
-    all.push(fitted(&format!("        {low}{}{high}", " ".repeat(gap)), width));
+    let (low, high) = (format!("{:.1}", panel.across.0), format!("{:.1}", panel.across.1));
+    let room = inner.saturating_sub(low.chars().count() + high.chars().count() + 2);
+    let title: String = panel.across_title.chars().take(room).collect();
+    all.push(fitted(&format!("        {low} {title:^room$} {high}"), width));
     all
 }

@@ -4,7 +4,7 @@ use plumb_calibration::arm_model::Model;
 use plumb_calibration::table::Table;
 use plumb_calibration::template::{Template, robots};
 use plumb_diagnosis::laboratory::Options;
-use plumb_diagnosis::report::{Chapter, html};
+use plumb_diagnosis::report::{Chapter, StepKind, html};
 use plumb_estimation::Progress;
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
@@ -52,20 +52,87 @@ fn a_report_is_one_page_that_tells_the_story_and_needs_no_other_file() {
     assert_eq!(report.fall.len(), 2);
     assert!(report.fall[1].fit_mm2 < 0.2 * report.fall[0].fit_mm2, "{:?}", report.fall);
     assert!(report.moved.iter().any(|moved| moved.contains("joint_zero(")), "{:?}", report.moved);
+    assert_eq!(report.fall[0].kind, StepKind::Start);
+    assert_eq!(report.fall[1].kind, StepKind::Mechanism);
     let page = html(&report);
-    for part in [
-        "<!DOCTYPE html>",
-        "The story so far",
-        "add joint_gain(elbow)",
-        "The fall of the error",
-        "</svg>",
-        "What is left",
-        &report.diagnosis.sentence,
-    ] {
+    for part in
+        ["<!DOCTYPE html>", "The story so far", "add joint_gain(elbow)", "</svg>", &report.diagnosis.sentence]
+    {
         assert!(page.contains(part), "`{part}` is missing");
     }
     assert!(page.contains("the model &lt;as&gt; written"));
-    for outside in ["src=", "href=", "<script", "@import", "url("] {
+    for outside in ["src=", "<script", "@import", "url(h"] {
         assert!(!page.contains(outside), "{outside}");
     }
+    assert_eq!(
+        page.matches("href=").count(),
+        page.matches("href=\"#line-").count(),
+        "links stay on the page"
+    );
+    answers_in_order(&page);
+    points_lead_to_rows(&page);
+    let gain = report.plots.iter().find(|plot| plot.effect == "joint_gain(elbow)").unwrap();
+    assert!(gain.added && gain.rms_mm[1] < 0.2 * gain.rms_mm[0], "{:?}", gain.rms_mm);
+    assert!(page.contains("class=\"curve\""), "the fitted curve is drawn over the points");
+    assert!(
+        page.contains("left without it, along")
+            && page.contains("the motion of elbow, mm")
+            && page.contains("elbow, deg"),
+        "both axes are named"
+    );
+}
+
+/// The sections stand in the order of the questions.
+fn answers_in_order(page: &str) {
+    let headings = [
+        "How large the error is",
+        "How much of it could be explained",
+        "Where it is",
+        "Which effect could explain what is left",
+        "How sure that is",
+        "What adding effects did: the fall of the error",
+        "What is left, against everything on record",
+        "Every row",
+    ];
+    let places: Vec<usize> = headings
+        .iter()
+        .map(|heading| {
+            page.find(&format!("<h2>{heading}")).unwrap_or_else(|| panic!("`{heading}` is missing"))
+        })
+        .collect();
+    assert!(places.is_sorted(), "{places:?}");
+}
+
+/// Every point leads to a row that is on the page, each of the table's.
+fn points_lead_to_rows(page: &str) {
+    let targets: Vec<&str> =
+        page.split("href=\"#").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+    assert!(targets.len() > 300, "{}", targets.len());
+    for target in targets {
+        assert!(page.contains(&format!("id=\"{target}\"")), "{target} leads nowhere");
+    }
+    assert_eq!(page.matches("<tr id=\"line-").count(), 60);
+}
+
+#[test]
+fn the_fall_of_a_report_is_solid_for_mechanisms_and_hatched_from_the_first_correction_on() {
+    let mut dice = Dice::seeded(52);
+    let mut table = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
+    for q in column_poses(60, 52) {
+        let [x, y, z] = column_tip([q[0], q[1], q[2] * 1.006]).map(|part| part + dice.noise(0.02));
+        table.push_str(&format!("{:.5},{:.5},{:.5},{x:.5},{y:.5},{z:.5}\n", q[0], q[1], q[2]));
+    }
+    let model = format!(
+        "{COLUMN_ARM}targets: {{p1: {{}}}}\nfree: [joint_zero(*)]\neffects: [joint_gain(elbow), \"joint_harmonic(shoulder, 2)\"]\nnoise: {{p1_mm: 0.02}}\n"
+    );
+    let laboratory = laboratory(&model, &table, Options::default());
+    let mut report = laboratory.report(Vec::new(), &Progress::unwatched()).unwrap();
+    assert_eq!(html(&report).matches("class=\"correction\"").count(), 0);
+    let noise = report.comparison.floor_of_a_point_mm.unwrap();
+    assert!((noise - 0.02 * 3.0_f64.sqrt()).abs() < 1e-9, "a point's error in space, as the bars: {noise}");
+    report.fall[2].kind = StepKind::Correction;
+    let page = html(&report);
+    assert_eq!(page.matches("class=\"mechanism\"").count(), 2);
+    assert_eq!(page.matches("class=\"correction\"").count(), 1);
+    assert!(page.contains("noise of a point 0.0346 mm"));
 }

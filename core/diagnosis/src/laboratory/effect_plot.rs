@@ -1,0 +1,451 @@
+//! An effect's own plot: what is left without it against what drives it, with the curve that was fitted. It is a component-plus-residual plot (Larsen &
+//! McCleary 1972, Technometrics 14, 781): the residual of the model with the effect in, and the effect's own part put back.
+//!
+//! How far an effect moves the point depends on the pose (a joint turns a far point more than a near one). So what is left is seen along the motion, and both
+//! it and the curve are scaled to the root mean square lever of all rows: then the curve is a function of what drives the effect.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+use serde::Serialize;
+
+use super::regressor::{PlotAxis, Regressor};
+use super::{Laboratory, LaboratoryError, points_in};
+use crate::candidates::{best_variants, probes};
+use crate::fitted::Fitted;
+use crate::score_test::{Probe, Score, score};
+use plumb_calibration::effect::{
+    self, Drive, Effect, EffectId, Handle, Parameter, Situation, Spot, Unit, acts_by_epoch,
+};
+use plumb_estimation::Progress;
+
+/// An effect's own plot.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EffectPlot {
+    /// The effect, as `add` takes it.
+    pub effect: String,
+    /// Whether it is in the model.
+    pub added: bool,
+    /// What drives it.
+    pub across: PlotAxis,
+    /// What is left without it, mm.
+    pub up: PlotAxis,
+    /// What drives it, what is left, the row.
+    pub points: Vec<(f64, f64, usize)>,
+    /// The effect as it was fitted, from left to right.
+    pub curve: Vec<(f64, f64)>,
+    /// Root mean square of the points about zero, and about the curve, mm.
+    pub rms_mm: [f64; 2],
+}
+
+/// Rows whose lever is shorter than this share of the root mean square are not drawn: dividing by it would blow up their noise.
+const SHORTEST_LEVER: f64 = 0.2;
+
+/// Points of a curve at most.
+const CURVE_POINTS: usize = 240;
+
+/// Two handles move in proportion if they do so to this share of the larger.
+const PROPORTIONAL: f64 = 1e-6;
+
+/// One unit of what an effect moves, in every row.
+#[derive(Debug)]
+struct UnitMotion {
+    handles: Vec<(Handle, f64)>,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for UnitMotion {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
+        drives.extend(self.handles.iter().map(|(handle, rate)| Drive {
+            parameter: 0,
+            handle: *handle,
+            rate: *rate,
+        }));
+    }
+}
+
+/// An effect with its values: fitted ones, or those that are expected of it.
+struct Valued {
+    id: EffectId,
+    effect: Arc<dyn Effect>,
+    values: Vec<f64>,
+    /// How the fitted numbers move beside it; none for an effect that is in the model.
+    beside: Option<Vec<f64>>,
+}
+
+/// One row: what is left without the effect, what the effect does, what a unit of its motion does, each by reading, mm; and the points measured.
+struct RowParts {
+    row: usize,
+    left: Vec<f64>,
+    does: Vec<f64>,
+    motion: Vec<f64>,
+    points: f64,
+}
+
+fn dot(one: &[f64], other: &[f64]) -> f64 {
+    one.iter().zip(other).map(|(one, other)| one * other).sum()
+}
+
+impl Laboratory {
+    /// The plots of some effects, as `add` takes them; one that these rows cannot show has none.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn effect_plots(
+        &self,
+        effects: &[String],
+        progress: &Progress,
+    ) -> Result<Vec<EffectPlot>, LaboratoryError> {
+        // What a residual map takes away is not explained.
+        if let Some(plain) = self.without_map() {
+            return plain.effect_plots(effects, progress);
+        }
+        let known = effects.iter().filter_map(|text| effect::expand(text, self.model()).ok());
+        let ids = known.filter_map(|ids| ids.into_iter().next());
+        let (by_epoch, other): (Vec<EffectId>, Vec<EffectId>) = ids.partition(|id| acts_by_epoch(&id.name));
+        let mut plots = self.plots_of(&other, progress)?;
+        if !by_epoch.is_empty() {
+            match self.dated_for(by_epoch.iter(), progress)? {
+                Some(dated) => plots.extend(dated.plots_of(&by_epoch, progress)?),
+                None => plots.extend(self.plots_of(&by_epoch, progress)?),
+            }
+        }
+        Ok(plots)
+    }
+
+    fn plots_of(&self, ids: &[EffectId], progress: &Progress) -> Result<Vec<EffectPlot>, LaboratoryError> {
+        if ids.is_empty() {
+            return Ok(Vec::new());
+        }
+        let fitted = self.fit_with(&[], None, progress)?;
+        let is_wanted = |probe: &Probe| ids.iter().any(|id| probe.id.same_as(id));
+        let wanted: Vec<Probe> = probes(self).into_iter().filter(is_wanted).collect();
+        let scores = score(&fitted.machine, &fitted.fit, &wanted);
+        let best = best_variants(&wanted, scores);
+        let valued =
+            ids.iter().filter_map(|id| in_model(&fitted, id).or_else(|| expected(&wanted, &best, id)));
+        Ok(valued.filter_map(|effect| self.plot(&fitted, &effect)).collect())
+    }
+
+    fn plot(&self, fitted: &Fitted<'_>, valued: &Valued) -> Option<EffectPlot> {
+        let regressor = Regressor::of(&fitted.machine, &fitted.fit.state, &valued.id);
+        let motion = regressor.as_ref().and_then(|_| CommonMotion::of(fitted, valued));
+        let (across, up, points, curve) = match (regressor, motion) {
+            (Some(regressor), Some(motion)) => {
+                let up = PlotAxis::new(self.motion_name(valued, &motion), "mm");
+                let (points, curve) = against_driver(fitted, valued, &motion, &regressor.values);
+                (regressor.axis, up, points, curve)
+            }
+            _ => {
+                let (points, curve) = against_prediction(fitted, valued);
+                let across = PlotAxis::new("predicted by the effect", "mm");
+                (across, PlotAxis::new("left without it, along what it predicts", "mm"), points, curve)
+            }
+        };
+        let root = |sum: f64| (sum / points.len().max(1) as f64).sqrt();
+        let about_zero = root(points.iter().map(|(_, y, _, _)| y * y).sum());
+        let about_curve = root(points.iter().map(|(_, y, fitted, _)| (y - fitted).powi(2)).sum());
+        (points.len() > 1).then(|| EffectPlot {
+            effect: self.model().label(&valued.id),
+            added: valued.beside.is_none(),
+            across,
+            up,
+            points: points.iter().map(|(x, y, _, row)| (*x, *y, *row)).collect(),
+            curve,
+            rms_mm: [about_zero, about_curve],
+        })
+    }
+
+    /// What the vertical axis shows: along which motion.
+    fn motion_name(&self, valued: &Valued, motion: &CommonMotion) -> String {
+        match motion.unit.handles.first() {
+            Some((Handle::Joint(joint, plumb_kinematics::Knob::Theta), _)) => {
+                format!(
+                    "left without it, along the motion of {}",
+                    self.model().site_name(Spot::Joint(*joint))
+                )
+            }
+            _ => format!("left without it, along what {} moves", valued.id.name),
+        }
+    }
+}
+
+/// An effect that is in the model, at its fitted values.
+fn in_model(fitted: &Fitted<'_>, id: &EffectId) -> Option<Valued> {
+    let index = fitted.machine.parts.iter().position(|part| part.id.same_as(id))?;
+    let part = fitted.machine.parts.get(index)?;
+    let values = fitted.fit.state.effects.get(index)?.clone();
+    Some(Valued { id: part.id.clone(), effect: Arc::clone(&part.effect), values, beside: None })
+}
+
+/// An effect that is not in the model, at the values its score expects.
+fn expected(wanted: &[Probe], best: &[(usize, Score)], id: &EffectId) -> Option<Valued> {
+    let (probe, score) = best
+        .iter()
+        .filter_map(|(index, score)| Some((wanted.get(*index)?, score)))
+        .find(|(probe, _)| probe.id.same_as(id))?;
+    Some(Valued {
+        id: probe.id.clone(),
+        effect: Arc::clone(&probe.effect),
+        values: score.values.clone(),
+        beside: Some(score.beside.clone()),
+    })
+}
+
+/// The one motion all of an effect's parameters drive, and by how much in every row.
+struct CommonMotion {
+    unit: UnitMotion,
+    /// What the effect moves by, in units of the motion, for every row.
+    amount: Vec<f64>,
+}
+
+impl CommonMotion {
+    /// Nothing where the parameters move different things, or something that is itself different from row to row.
+    fn of(fitted: &Fitted<'_>, valued: &Valued) -> Option<Self> {
+        let (machine, state) = (&fitted.machine, &fitted.fit.state);
+        let rows: Vec<Vec<Drive>> =
+            (0..machine.table.len()).map(|row| machine.drives(state, row, valued.effect.as_ref())).collect();
+        let size = |drives: &Vec<Drive>| drives.iter().map(|drive| drive.rate.abs()).sum::<f64>();
+        let strongest = rows.iter().max_by(|one, other| size(one).total_cmp(&size(other)))?;
+        let mut handles: Vec<(Handle, f64)> = Vec::new();
+        for drive in strongest.iter().filter(|drive| drive.rate != 0.0) {
+            match handles.iter_mut().find(|(handle, _)| *handle == drive.handle) {
+                Some((_, rate)) => *rate += drive.rate,
+                None => handles.push((drive.handle, drive.rate)),
+            }
+        }
+        let (first, reference) = *handles.first()?;
+        if reference == 0.0 || matches!(first, Handle::Twist { .. }) {
+            return None;
+        }
+        if handles.len() > 1 && (valued.values.len() > 1 || !in_proportion(&rows, &handles)) {
+            return None;
+        }
+        let value = |drive: &Drive| valued.values.get(drive.parameter).copied().unwrap_or(0.0);
+        let amount = |drives: &Vec<Drive>| {
+            let own = drives.iter().filter(|drive| drive.handle == first);
+            own.map(|drive| drive.rate * value(drive)).sum::<f64>()
+        };
+        let unit = if handles.len() > 1 {
+            handles.iter().map(|(handle, rate)| (*handle, rate / reference)).collect()
+        } else {
+            vec![(first, 1.0)]
+        };
+        let parameters = [Parameter::new("unit", Unit::RATIO, (-1.0, 1.0))];
+        Some(Self {
+            amount: rows.iter().map(amount).collect(),
+            unit: UnitMotion { handles: unit, parameters },
+        })
+    }
+}
+
+/// Whether what one parameter drives keeps its proportions in every row.
+fn in_proportion(rows: &[Vec<Drive>], handles: &[(Handle, f64)]) -> bool {
+    let Some((first, reference)) = handles.first() else { return false };
+    rows.iter().all(|drives| {
+        let rate = |handle: &Handle| {
+            drives.iter().filter(|drive| drive.handle == *handle).map(|drive| drive.rate).sum::<f64>()
+        };
+        let here = rate(first) / reference;
+        let fits = |(handle, of_strongest): &(Handle, f64)| {
+            (rate(handle) - here * of_strongest).abs() <= PROPORTIONAL * of_strongest.abs()
+        };
+        handles.iter().all(fits)
+    })
+}
+
+/// What the rows in which something was measured say of an effect.
+fn row_parts(fitted: &Fitted<'_>, valued: &Valued, unit: Option<&UnitMotion>) -> Vec<RowParts> {
+    let (machine, fit) = (&fitted.machine, &fitted.fit);
+    let equations = &machine.observations.equations;
+    let lengths = equations.iter().any(|equation| equation.measurand.is_length());
+    let mut probes: Vec<&dyn Effect> = vec![valued.effect.as_ref()];
+    probes.extend(unit.map(|unit| unit as &dyn Effect));
+    let slots = machine.slots().len();
+    let ones = vec![1.0; machine.table.len()];
+    let mut all = Vec::new();
+    for row in (0..machine.table.len()).filter(|row| !machine.observations.range(*row).is_empty()) {
+        let block = machine.block(&fit.state, &[row], &ones, &probes);
+        let mut parts = RowParts { row, left: Vec::new(), does: Vec::new(), motion: Vec::new(), points: 1.0 };
+        for (index, equation) in machine.observations.of_row(row).iter().enumerate() {
+            if equation.measurand.is_length() != lengths {
+                continue;
+            }
+            let unit_of = if lengths { equation.sigma } else { equation.sigma.to_degrees() };
+            let own = |first: usize, values: &[f64]| weighed(&block.jacobian, index, first, values) * unit_of;
+            let does = own(slots, &valued.values);
+            let residual = block.residuals.get(index).copied().unwrap_or(0.0) * unit_of;
+            parts.left.push(match &valued.beside {
+                Some(beside) => residual - own(0, beside),
+                None => residual + does,
+            });
+            parts.does.push(does);
+            parts.motion.push(own(slots + valued.values.len(), &[1.0]));
+        }
+        parts.points = points_in(machine, &[row]).max(1) as f64;
+        if parts.left.iter().chain(&parts.does).all(|value| value.is_finite()) {
+            all.push(parts);
+        }
+    }
+    all
+}
+
+/// What some parameters, from `first` on, do to one reading at these values.
+fn weighed(jacobian: &DMatrix<f64>, reading: usize, first: usize, values: &[f64]) -> f64 {
+    let each = values.iter().enumerate();
+    each.map(|(index, value)| jacobian.get((first + index, reading)).copied().unwrap_or(0.0) * value).sum()
+}
+
+/// What drives the effect, what is left, what the effect does there, and the row.
+type Drawn = Vec<(f64, f64, f64, usize)>;
+
+/// What is left along a motion against what drives it, at the root mean square lever; and the curve.
+fn against_driver(
+    fitted: &Fitted<'_>,
+    valued: &Valued,
+    motion: &CommonMotion,
+    drivers: &[f64],
+) -> (Drawn, Vec<(f64, f64)>) {
+    let rows = row_parts(fitted, valued, Some(&motion.unit));
+    let square = |parts: &RowParts| dot(&parts.motion, &parts.motion) / parts.points;
+    let typical = (rows.iter().map(square).sum::<f64>() / rows.len().max(1) as f64).sqrt();
+    let seen = rows.iter().filter(|parts| square(parts).sqrt() > SHORTEST_LEVER * typical);
+    let drawn = seen.filter_map(|parts| {
+        let across = drivers.get(parts.row).copied().filter(|driver| driver.is_finite())?;
+        let amount = motion.amount.get(parts.row).copied().unwrap_or(0.0);
+        let left = dot(&parts.left, &parts.motion) / dot(&parts.motion, &parts.motion);
+        Some((across, left * typical, amount * typical, parts.row))
+    });
+    let drawn: Drawn = drawn.collect();
+    let curve = wave(fitted, valued, &drawn, typical).unwrap_or_else(|| through(&drawn));
+    (drawn, curve)
+}
+
+/// A wave of a joint between the poses too: they may be fewer than its periods.
+fn wave(fitted: &Fitted<'_>, valued: &Valued, drawn: &Drawn, lever: f64) -> Option<Vec<(f64, f64)>> {
+    let (order, joint) = (valued.id.order?, valued.id.joint()?);
+    let sign = fitted.machine.model.chain.joints.get(joint)?.sign;
+    let [sine, cosine] = [0, 1].map(|index| valued.values.get(index).copied().unwrap_or(0.0));
+    let (low, high) = drawn
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), point| (low.min(point.0), high.max(point.0)));
+    let at = |step: usize| {
+        let across = low + (high - low) * step as f64 / (CURVE_POINTS - 1) as f64;
+        let (own_sine, own_cosine) = (order * across.to_radians()).sin_cos();
+        (across, lever * sign * (sine * own_sine + cosine * own_cosine))
+    };
+    (high > low).then(|| (0..CURVE_POINTS).map(at).collect())
+}
+
+/// The curve through what the effect does in the rows, from left to right: the mean where several rows share a place.
+fn through(drawn: &Drawn) -> Vec<(f64, f64)> {
+    let mut places: Vec<(f64, f64)> = drawn.iter().map(|(across, _, does, _)| (*across, *does)).collect();
+    places.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let width = match (places.first(), places.last()) {
+        (Some(first), Some(last)) => (last.0 - first.0) / CURVE_POINTS as f64,
+        _ => return Vec::new(),
+    };
+    let mut curve: Vec<(f64, f64, f64)> = Vec::new();
+    let mut begin = f64::NEG_INFINITY;
+    for (across, does) in places {
+        match curve.last_mut() {
+            Some((sum, value, count)) if across - begin <= width => {
+                (*sum, *value, *count) = (*sum + across, *value + does, *count + 1.0);
+            }
+            _ => {
+                begin = across;
+                curve.push((across, does, 1.0));
+            }
+        }
+    }
+    curve.into_iter().map(|(across, does, count)| (across / count, does / count)).collect()
+}
+
+/// What is left along what the effect predicts against how much that is; the curve is the diagonal.
+fn against_prediction(fitted: &Fitted<'_>, valued: &Valued) -> (Drawn, Vec<(f64, f64)>) {
+    let point = |parts: RowParts| {
+        let length = dot(&parts.does, &parts.does).sqrt();
+        let scale = parts.points.sqrt();
+        (length > 0.0).then(|| {
+            (length / scale, dot(&parts.left, &parts.does) / length / scale, length / scale, parts.row)
+        })
+    };
+    let drawn: Drawn = row_parts(fitted, valued, None).into_iter().filter_map(point).collect();
+    let most = drawn.iter().map(|point| point.0).fold(0.0, f64::max);
+    (drawn, vec![(0.0, 0.0), (most, most)])
+}
+
+#[cfg(test)]
+mod tests {
+    use plumb_calibration::arm_model::Model;
+
+    use super::*;
+    use crate::testing::two_links;
+
+    /// An amplitude of 0.2 degrees three times a turn of the elbow, whose lever is always 150 mm; noise 0.02 mm.
+    fn wavy() -> Laboratory {
+        two_links(80, "", 0.02, 7, |[_, elbow]| [0.0, 0.2_f64.to_radians() * (3.0 * elbow).sin()])
+    }
+
+    fn plot_of(laboratory: &Laboratory, effect: &str) -> EffectPlot {
+        let plots = laboratory.effect_plots(&[effect.to_owned()], &Progress::unwatched()).unwrap();
+        plots.into_iter().next().unwrap()
+    }
+
+    #[test]
+    fn a_candidates_plot_shows_what_is_left_along_its_motion_against_what_drives_it_with_its_curve() {
+        let plot = plot_of(&wavy(), "joint_harmonic(elbow, 3)");
+        assert_eq!((plot.across.title().as_str(), plot.added), ("elbow, deg", false));
+        assert_eq!(plot.up.title(), "left without it, along the motion of elbow, mm");
+        assert_eq!(plot.points.len(), 80);
+        // 150 mm times 0.2 degrees is 0.524 mm.
+        let highest = plot.curve.iter().map(|point| point.1).fold(0.0, f64::max);
+        assert!((highest - 0.524).abs() < 0.02, "{highest}");
+        let [about_zero, about_curve] = plot.rms_mm;
+        assert!(about_zero > 0.3 && about_curve < 0.03, "{about_zero} {about_curve}");
+        for (across, up, _) in &plot.points {
+            let true_one = 0.524 * (3.0 * across.to_radians()).sin();
+            assert!((up - true_one).abs() < 0.1, "at {across}: {up} for {true_one}");
+        }
+    }
+
+    #[test]
+    fn an_effect_that_is_in_the_model_has_the_same_plot() {
+        let laboratory = wavy();
+        let progress = Progress::unwatched();
+        let model: Model = laboratory.add("joint_harmonic(elbow, 3)", &progress).unwrap().model;
+        let grown = Laboratory::new(model, laboratory.table().clone(), laboratory.options().clone()).unwrap();
+        let (before, after) =
+            (plot_of(&laboratory, "joint_harmonic(elbow, 3)"), plot_of(&grown, "joint_harmonic(elbow, 3)"));
+        assert!(after.added);
+        for (one, other) in before.points.iter().zip(&after.points) {
+            assert!((one.1 - other.1).abs() < 0.01, "{one:?} {other:?}");
+        }
+    }
+
+    #[test]
+    fn an_effect_of_several_motions_is_drawn_against_what_it_predicts() {
+        let laboratory = two_links(60, "", 0.02, 9, |_| [0.0, 0.0]);
+        let plot = plot_of(&laboratory, "base_position");
+        assert_eq!(plot.across.title(), "predicted by the effect, mm");
+        assert_eq!(plot.curve.len(), 2);
+        assert_eq!(plot.curve[0], (0.0, 0.0));
+        assert_eq!(plot.curve[1].0, plot.curve[1].1, "the diagonal");
+    }
+
+    #[test]
+    fn what_the_rows_cannot_show_or_nobody_knows_has_no_plot() {
+        let laboratory = wavy();
+        let asked =
+            ["joint_backlash(elbow)", "joint_nonsense(elbow)", "joint_zero(shoulder"].map(str::to_owned);
+        assert_eq!(laboratory.effect_plots(&asked, &Progress::unwatched()).unwrap(), []);
+        let cancelled = Progress::default();
+        cancelled.cancel();
+        let asked = ["joint_zero(elbow)".to_owned()];
+        assert!(laboratory.effect_plots(&asked, &cancelled).is_err());
+    }
+}

@@ -1,0 +1,140 @@
+//! What drives an effect: the quantity its own plot is drawn against.
+
+use serde::Serialize;
+
+use plumb_calibration::effect::{EffectId, Family, Spot, kind};
+use plumb_calibration::fit::{ResidualModel, State};
+
+/// What one axis of a plot shows.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct PlotAxis {
+    /// The quantity.
+    pub shows: String,
+    /// Its unit; empty for a pure number.
+    pub unit: String,
+}
+
+impl PlotAxis {
+    pub(crate) fn new(shows: impl Into<String>, unit: &str) -> Self {
+        Self { shows: shows.into(), unit: unit.to_owned() }
+    }
+
+    /// `moment about shoulder, N m`.
+    pub fn title(&self) -> String {
+        match self.unit.as_str() {
+            "" => self.shows.clone(),
+            unit => format!("{}, {unit}", self.shows),
+        }
+    }
+}
+
+/// What an effect is driven by: the axis, and its value in every row.
+pub(super) struct Regressor {
+    pub(super) axis: PlotAxis,
+    pub(super) values: Vec<f64>,
+}
+
+impl Regressor {
+    /// What drives an effect in the rows of a table; nothing where it is more than one number.
+    pub(super) fn of(machine: &ResidualModel<'_>, state: &State, id: &EffectId) -> Option<Self> {
+        let kind = kind(&id.name)?;
+        let joint = id.joint();
+        match (id.name.as_str(), joint) {
+            ("joint_compliance" | "joint_stiffening", Some(joint)) => Some(moment(machine, state, joint)),
+            ("joint_coupling", Some(_)) => id.with.map(|driving| coordinate(machine, driving)),
+            ("joint_backlash", Some(joint)) => Some(side(machine, joint)),
+            ("joint_settling", Some(joint)) => Some(last_move(machine, joint)),
+            ("gravity_flexure" | "link_sag" | "axis_skew", _) => None,
+            ("thermal_growth", _) => temperature(machine),
+            _ if kind.family == Family::Epoch => Some(order(machine)),
+            _ if kind.depends_on_time => Some(time(machine)),
+            ("scale", _) => Some(axis_of_instrument(machine, state, id)?),
+            (_, Some(joint)) => Some(coordinate(machine, joint)),
+            _ => None,
+        }
+    }
+
+    fn over_rows(machine: &ResidualModel<'_>, axis: PlotAxis, value: impl Fn(usize) -> f64) -> Self {
+        Self { axis, values: (0..machine.table.len()).map(value).collect() }
+    }
+}
+
+fn name_of(machine: &ResidualModel<'_>, joint: usize) -> String {
+    machine.model.site_name(Spot::Joint(joint))
+}
+
+/// A joint's coordinate as it is shown, and its unit.
+fn shown(machine: &ResidualModel<'_>, joint: usize) -> (f64, &'static str) {
+    if machine.model.slides(joint) { (1.0, "mm") } else { (1.0_f64.to_degrees(), "deg") }
+}
+
+fn commanded(machine: &ResidualModel<'_>, row: usize, joint: usize) -> f64 {
+    machine.table.q_of(row).get(joint).copied().unwrap_or(0.0)
+}
+
+fn coordinate(machine: &ResidualModel<'_>, joint: usize) -> Regressor {
+    let (factor, unit) = shown(machine, joint);
+    let axis = PlotAxis::new(name_of(machine, joint), unit);
+    Regressor::over_rows(machine, axis, |row| commanded(machine, row, joint) * factor)
+}
+
+/// The moment of gravity about a joint.
+fn moment(machine: &ResidualModel<'_>, state: &State, joint: usize) -> Regressor {
+    let axis = PlotAxis::new(format!("moment about {}", name_of(machine, joint)), "N m");
+    Regressor::over_rows(machine, axis, |row| {
+        machine.row_details(state, row).moments.get(joint).copied().unwrap_or(0.0)
+    })
+}
+
+fn side(machine: &ResidualModel<'_>, joint: usize) -> Regressor {
+    let axis = PlotAxis::new(format!("side from which {} arrived", name_of(machine, joint)), "");
+    Regressor::over_rows(machine, axis, |row| f64::from(machine.table.approach_of(row, joint)))
+}
+
+/// How far a joint moved from the row before, in the order of time.
+fn last_move(machine: &ResidualModel<'_>, joint: usize) -> Regressor {
+    let (factor, unit) = shown(machine, joint);
+    let axis = PlotAxis::new(format!("last move of {}", name_of(machine, joint)), unit);
+    let mut moves = vec![0.0; machine.table.len()];
+    let order = machine.table.order();
+    for (before, row) in order.iter().zip(order.iter().skip(1)) {
+        if let Some(moved) = moves.get_mut(*row) {
+            *moved = factor * (commanded(machine, *row, joint) - commanded(machine, *before, joint));
+        }
+    }
+    Regressor { axis, values: moves }
+}
+
+/// The temperature; nothing where it is not logged.
+fn temperature(machine: &ResidualModel<'_>) -> Option<Regressor> {
+    let column = machine.table.temperature.as_ref()?;
+    Some(Regressor { axis: PlotAxis::new("temperature", "deg C"), values: column.clone() })
+}
+
+/// The place of each row in the order of time.
+fn order(machine: &ResidualModel<'_>) -> Regressor {
+    let mut places = vec![0.0; machine.table.len()];
+    for (place, row) in machine.table.order().into_iter().enumerate() {
+        if let Some(slot) = places.get_mut(row) {
+            *slot = place as f64 + 1.0;
+        }
+    }
+    Regressor { axis: PlotAxis::new("order of the rows", ""), values: places }
+}
+
+/// The time where it is logged, else the order of the rows.
+fn time(machine: &ResidualModel<'_>) -> Regressor {
+    match &machine.table.time {
+        Some(column) => Regressor { axis: PlotAxis::new("time", "s"), values: column.clone() },
+        None => order(machine),
+    }
+}
+
+/// The coordinate of the point along the axis of the instrument that an effect acts on.
+fn axis_of_instrument(machine: &ResidualModel<'_>, state: &State, id: &EffectId) -> Option<Regressor> {
+    let Spot::Axis(axis) = id.spot else { return None };
+    let title = PlotAxis::new(format!("{} of the point", machine.model.site_name(id.spot)), "mm");
+    Some(Regressor::over_rows(machine, title, |row| {
+        machine.believed_point(state, row).get(axis).copied().unwrap_or(0.0)
+    }))
+}

@@ -1,0 +1,128 @@
+//! The fall of the error as a picture: a bar a step, the error of one measured point in mm. Mechanisms are solid, corrections and a residual map hatched; the
+//! noise and what no function of what is known of a row predicts are lines.
+
+use std::fmt::Write;
+
+use super::gather::{Fall, Report, StepKind};
+use crate::plot::escaped;
+
+/// Where the bars begin, and the length of the longest.
+const BARS: (f64, f64) = (300.0, 520.0);
+
+/// Height of one step.
+const STEP_HEIGHT: f64 = 44.0;
+
+/// The greatest error of any step, mm.
+fn greatest(fall: &[Fall]) -> f64 {
+    let values = fall.iter().flat_map(|step| [Some(step.fit_mm2), step.cv_mm2, step.check_mm2]).flatten();
+    values.filter(|value| value.is_finite()).fold(1e-12, f64::max).sqrt()
+}
+
+/// Draws the fall.
+pub(super) fn draw(out: &mut String, report: &Report) -> std::fmt::Result {
+    let greatest = greatest(&report.fall);
+    let height = STEP_HEIGHT * report.fall.len() as f64 + 78.0;
+    writeln!(
+        out,
+        "<p class=\"faint\">Bars: RMS error of one measured point, mm, in the fit; below each, outlined, where regions were left out in turn, and dashed on the held-out rows. A solid bar is the \
+         model with mechanisms alone, a hatched one has a correction or a residual map in. Lines: the noise of a point, and what no function of pose, moves or \
+         conditions predicts on unseen rows.</p>"
+    )?;
+    writeln!(
+        out,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 960 {height}\" width=\"960\" height=\"{height}\" font-family=\"sans-serif\" font-size=\"12\">"
+    )?;
+    writeln!(
+        out,
+        "<defs><pattern id=\"hatched\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><rect width=\"6\" height=\"6\" \
+         fill=\"white\"/><path d=\"M0 0V6\" stroke=\"#1f5fa0\" stroke-width=\"5\"/></pattern></defs>"
+    )?;
+    let mut hatched = false;
+    for (index, step) in report.fall.iter().enumerate() {
+        let name = if index == 0 { "start".to_owned() } else { format!("+ {}", step.added) };
+        hatched |= matches!(step.kind, StepKind::Correction | StepKind::ResidualMap);
+        bars(out, step, (&name, hatched), 10.0 + STEP_HEIGHT * index as f64, greatest)?;
+    }
+    axis(out, height, greatest)?;
+    if let Some(noise) = report.comparison.floor_of_a_point_mm {
+        vertical_line(out, ("noise of a point", "#2a8a2a", noise), height - 30.0, greatest)?;
+    }
+    if let Some(explainable) = report.comparison.explainable.as_ref().filter(|known| known.is_structured()) {
+        let bound = explainable.not_predictable_mm;
+        vertical_line(out, ("not predictable", "#b06000", bound), height - 44.0, greatest)?;
+    }
+    writeln!(out, "</svg>")
+}
+
+/// The bars of one step: fitted, left out, held out.
+fn bars(
+    out: &mut String,
+    step: &Fall,
+    (name, hatched): (&str, bool),
+    top: f64,
+    greatest: f64,
+) -> std::fmt::Result {
+    let (left, width) = BARS;
+    writeln!(
+        out,
+        "<text x=\"{}\" y=\"{:.0}\" text-anchor=\"end\">{}</text>",
+        left - 10.0,
+        top + 14.0,
+        escaped(name)
+    )?;
+    let fitted = match hatched {
+        true => "class=\"correction\" fill=\"url(#hatched)\" stroke=\"#1f5fa0\"",
+        false => "class=\"mechanism\" fill=\"#1f5fa0\"",
+    };
+    let bars = [
+        (Some(step.fit_mm2), fitted, 0.0),
+        (step.cv_mm2, "fill=\"white\" stroke=\"#1f5fa0\"", 12.0),
+        (step.check_mm2, "fill=\"white\" stroke=\"#1f5fa0\" stroke-dasharray=\"3 2\"", 24.0),
+    ];
+    for (square, style, down) in bars {
+        let Some(error) = square.map(f64::sqrt).filter(|error| error.is_finite()) else { continue };
+        let long = (width * error / greatest).max(0.5);
+        writeln!(
+            out,
+            "<rect x=\"{left}\" y=\"{:.0}\" width=\"{long:.1}\" height=\"10\" {style}/>",
+            top + 4.0 + down
+        )?;
+        writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.0}\" font-size=\"10\" fill=\"#555\">{error:.4} mm</text>",
+            left + long + 6.0,
+            top + 13.0 + down,
+        )?;
+    }
+    Ok(())
+}
+
+/// The axis below the bars.
+fn axis(out: &mut String, height: f64, greatest: f64) -> std::fmt::Result {
+    let (left, width) = BARS;
+    let y = height - 16.0;
+    writeln!(
+        out,
+        "<path d=\"M{left} {y:.0}h{width}\" stroke=\"#888\"/><text x=\"{left}\" y=\"{t:.0}\" fill=\"#555\">0</text><text x=\"{end}\" y=\"{t:.0}\" fill=\"#555\" \
+         text-anchor=\"end\">{greatest:.4} mm</text><text x=\"{middle}\" y=\"{t:.0}\" fill=\"#555\" text-anchor=\"middle\">RMS error of one measured point, mm</text>",
+        t = y + 13.0,
+        end = left + width,
+        middle = left + 0.5 * width,
+    )
+}
+
+/// A line across all steps with its name below, at an error in mm.
+fn vertical_line(
+    out: &mut String,
+    (name, colour, error): (&str, &str, f64),
+    below: f64,
+    greatest: f64,
+) -> std::fmt::Result {
+    let x = BARS.0 + BARS.1 * (error / greatest).min(1.0);
+    let foot = below - 12.0;
+    writeln!(
+        out,
+        "<path d=\"M{x:.1} 6V{foot:.0}\" stroke=\"{colour}\" stroke-width=\"1.5\" stroke-dasharray=\"5 3\"/>"
+    )?;
+    writeln!(out, "<text x=\"{x:.1}\" y=\"{below:.0}\" fill=\"{colour}\">{name} {error:.4} mm</text>")
+}
