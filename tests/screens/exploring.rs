@@ -75,9 +75,86 @@ fn a_hidden_error_is_named_previewed_added_and_undone() {
         "what was undone is written as the next revision"
     );
     session.press("n");
-    session.press("joint_nonsense(elbow)\r");
+    session.press("joint_nons\tense(elbow)\r");
     session.wait_for("joint_nonsense");
     session.press("q");
+    assert!(session.wait_for_end().success());
+}
+
+#[test]
+fn the_own_plot_comes_first_enter_opens_details_and_the_worst_row_is_found_by_its_line() {
+    let folder = TempDir::new().expect("a folder for the files");
+    let [model, data] = machine(folder.path());
+    // Somebody typed the x of the 30th pose wrongly: line 31 of the file.
+    let table = fs::read_to_string(&data).expect("the table is read");
+    let mut lines: Vec<String> = table.lines().map(str::to_owned).collect();
+    let mut cells: Vec<String> = lines[30].split(',').map(str::to_owned).collect();
+    let x: f64 = cells[3].parse().expect("x is a number");
+    cells[3] = format!("{:.4}", x + 25.0);
+    lines[30] = cells.join(",");
+    fs::write(&data, lines.join("\n") + "\n").expect("the table is written");
+    for (columns, rows) in [(80, 24), (120, 40), (200, 60)] {
+        let mut session =
+            Session::start(plumb(), &["model", "screen", &model, "--data", &data], columns, rows);
+        let page = session.wait_for("Explainable");
+        let first = page.lines().nth(1).expect("a line below the tabs");
+        assert!(
+            first.contains("Error") && first.contains("RMS"),
+            "how large the error is comes first:\n{page}"
+        );
+        let page = session.wait_for("joint_zero(shoulder");
+        assert!(page.contains("Explainable") && page.contains("worst lines 31"), "{page}");
+        let page = session.wait_for("named \u{b7} model.yaml");
+        assert!(page.contains("shoulder, deg"), "what drives it goes across:\n{page}");
+        session.press("\r");
+        let page = session.wait_for("To see it:");
+        assert!(page.contains("joint_zero(shoulder)") && page.contains("Size"), "{page}");
+        session.press("\r");
+        session.wait_until_gone("To see it:");
+        session.press("w");
+        let page = session.wait_for("Line 31 (the worst of 60)");
+        assert!(page.contains("shoulder") && page.contains("deg"), "{page}");
+        session.press("q");
+        assert!(session.wait_for_end().success());
+    }
+}
+
+#[test]
+fn a_rejected_candidate_is_added_only_after_a_question() {
+    let folder = TempDir::new().expect("a folder for the files");
+    let [model, data] = machine(folder.path());
+    let mut session = Session::start(plumb(), &["model", "screen", &model, "--data", &data], 120, 40);
+    session.wait_for("named \u{b7} model.yaml");
+    session.press("\x1b[B");
+    session.wait_for("not named:");
+    session.press("a");
+    let page = session.wait_for("Add what was not named?");
+    assert!(page.contains("was not named:"), "{page}");
+    session.press("n");
+    session.wait_until_gone("Add what was not named?");
+    assert!(!folder.path().join("model.rev1.yaml").exists(), "nothing was written");
+    session.press("a");
+    session.wait_for("Add what was not named?");
+    session.press("y");
+    session.wait_for("added; revision 1");
+    assert!(folder.path().join("model.rev1.yaml").exists());
+    session.press("q");
+    assert!(session.wait_for_end().success());
+}
+
+#[test]
+fn a_revision_that_cannot_be_written_is_told_and_leaves_the_model_as_it_was() {
+    let folder = TempDir::new().expect("a folder for the files");
+    let [model, data] = machine(folder.path());
+    let mut session = Session::start(plumb(), &["model", "screen", &model, "--data", &data], 120, 40);
+    session.wait_for("named \u{b7} model.yaml");
+    fs::remove_dir_all(folder.path()).expect("the folder is taken away");
+    session.press("a");
+    let page = session.wait_for("model.rev1.yaml");
+    assert!(page.contains('\u{2717}') && !page.contains("added; revision"), "{page}");
+    session.press("\r");
+    session.wait_for("To see it:");
+    session.press("\rq");
     assert!(session.wait_for_end().success());
 }
 

@@ -144,6 +144,11 @@ fn what_the_matter_is_with_stripes_is_named_previewed_added_and_undone_on_the_mo
     let mut session = Session::start(plumb(), &["stripe", "screen", &cell, "--scans", &scans], 120, 40);
     let page = session.wait_for("named \u{b7} ");
     assert!(page.contains("stripe_bow"), "{page}");
+    session.press("w");
+    session.wait_for("(the worst of");
+    assert!(session.text().contains("Stripe "), "a row is a stripe here: {}", session.text());
+    session.press("W");
+    session.wait_until_gone("the worst of");
     session.press(" ");
     session.wait_for("Preview: with stripe_bow added");
     session.press("a");

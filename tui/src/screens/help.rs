@@ -66,7 +66,7 @@ fn page_of(binding: &Binding) -> Option<Screen> {
             | Context::Aborting,
             _,
         ) => Some(Screen::Run),
-        (Context::Model | Context::Naming, _) => Some(Screen::Model),
+        (Context::Model | Context::Naming | Context::AddingRejected, _) => Some(Screen::Model),
         (Context::History | Context::Filtering | Context::OpenedRun | Context::BringingBack, _) => {
             Some(Screen::History)
         }

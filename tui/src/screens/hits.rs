@@ -13,6 +13,8 @@ pub(crate) enum Hit {
     Answer,
     /// The candidate at this place.
     Card(usize),
+    /// A point of a plot: the row of the table it is of.
+    Row(usize),
     /// The run at this place of those shown.
     Run(usize),
     /// The view of a cloud.

@@ -27,6 +27,10 @@ pub(crate) enum Overlay {
     Abort,
     /// "Bring back what a run put in force?"
     BringBack,
+    /// The chosen candidate of the model in full.
+    Candidate,
+    /// "Add a candidate that the lab rejects?"
+    AddRejected,
 }
 
 /// One line above the footer: the last thing worth saying.
@@ -164,9 +168,14 @@ impl State {
     /// Where the keys of this moment are looked up, the narrowest place first.
     pub(crate) fn places(&self) -> Vec<Context> {
         match self.overlay {
-            Some(Overlay::Help { .. }) => vec![Context::Overlay, Context::NotWriting, Context::Everywhere],
+            Some(Overlay::Help { .. } | Overlay::Candidate) => {
+                vec![Context::Overlay, Context::NotWriting, Context::Everywhere]
+            }
             Some(Overlay::Leave) => vec![Context::Leaving, Context::NotWriting, Context::Everywhere],
             Some(Overlay::Abort) => vec![Context::Aborting, Context::NotWriting, Context::Everywhere],
+            Some(Overlay::AddRejected) => {
+                vec![Context::AddingRejected, Context::NotWriting, Context::Everywhere]
+            }
             Some(Overlay::BringBack) => vec![Context::BringingBack, Context::NotWriting, Context::Everywhere],
             None => self.places_of_page(),
         }

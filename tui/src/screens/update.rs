@@ -110,6 +110,7 @@ fn click(state: &mut State, column: u16, row: u16) -> Vec<Action> {
         }
         Some(Hit::Answer) => return obey(state, Command::Answer),
         Some(Hit::Card(place)) => return model::choose_at(state, place),
+        Some(Hit::Row(row)) => return model::point_at(state, row),
         Some(Hit::Run(place)) => history::choose(state, place),
         Some(Hit::Cloud) => return scan::click(state, column, row),
         None => {}
@@ -149,6 +150,11 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         Command::PageDown => return scroll(state, PAGE),
         Command::Preview
         | Command::Add
+        | Command::AddNow
+        | Command::Details
+        | Command::NextWorst
+        | Command::PreviousWorst
+        | Command::CompleteName
         | Command::Undo
         | Command::NameEffect
         | Command::AddNamed
@@ -326,7 +332,7 @@ fn scroll(state: &mut State, by: isize) -> Vec<Action> {
 
 fn note_stop(state: &mut State, leave: bool) -> Vec<Action> {
     let works = state.model.as_mut().is_some_and(|model| {
-        model.naming = None;
+        (model.naming, model.pointed) = (None, None);
         model.busy.is_some()
     });
     if let Some(history) = &mut state.history {

@@ -74,6 +74,12 @@ pub(crate) fn view(state: &State, frame: &mut Frame) {
             let text = asked.map(BringBack::question).unwrap_or_default();
             question(state, frame, rows.body, "Bring earlier corrections back?", &text);
         }
+        Some(Overlay::Candidate) => model::details(state, frame, rows.body),
+        Some(Overlay::AddRejected) => {
+            let asked = state.model.as_ref().and_then(|model| model.doubtful.as_ref());
+            let text = asked.map(model::Doubtful::question).unwrap_or_default();
+            question(state, frame, rows.body, "Add what was not named?", &text);
+        }
         None => {}
     }
 }

@@ -7,6 +7,7 @@ use plumb_calibration::effect::{self, Family, Kind, Parameter, Places, Search};
 
 use super::arguments::EffectsArguments;
 use super::text::figure;
+use crate::effect_sketch;
 
 /// An arm at which every effect of the library can act: where sites have names, parameters have units.
 const EXAMPLE: &str = "
@@ -67,7 +68,7 @@ fn list() -> String {
         text.push('\n');
     }
     text.push_str(
-        "`plumb model effects NAME` says what to measure and which parameters it has.\n`geometry(*)` stands for all of the first group but joint_zero. \
+        "`plumb model effects NAME` draws it, says what to measure and which parameters it has.\n`geometry(*)` stands for all of the first group but joint_zero. \
          An effect of your own is written in the model file under `define:`.\n",
     );
     text
@@ -114,7 +115,11 @@ fn details(kind: &Kind) -> Result<String, Box<dyn Error>> {
         id.inner = Some(1.0);
     }
     let effect = effect::build(&id, &model)?;
-    let mut text = format!("{}\n\n{}\n", signature(kind), kind.sentence);
+    let mut text = format!("{}\n\n", signature(kind));
+    for line in effect_sketch::of(kind.name).into_iter().flatten() {
+        text.push_str(&format!("    {line}\n"));
+    }
+    text.push_str(&format!("\n{}\n", kind.sentence));
     text.push_str(&format!("\nTo see it: {}\n", kind.how_to_see));
     text.push_str("\nParameters\n");
     for parameter in effect.parameters() {
@@ -171,6 +176,8 @@ mod tests {
             let details = details(kind).unwrap();
             assert!(details.contains(kind.how_to_see), "{details}");
             assert!(details.contains("plausible from"), "{details}");
+            let sketch = effect_sketch::of(kind.name).unwrap();
+            assert!(sketch.iter().all(|line| details.contains(line)), "the sketch is drawn: {details}");
         }
     }
 

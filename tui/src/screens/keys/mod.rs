@@ -24,6 +24,8 @@ pub(crate) enum Context {
     Leaving,
     /// While the program asks whether to abort the run.
     Aborting,
+    /// While the program asks whether to add a candidate that the lab rejects.
+    AddingRejected,
     /// While the program asks whether to bring earlier corrections back.
     BringingBack,
     /// On the Cell screen.
@@ -61,9 +63,10 @@ impl Context {
             Self::Everywhere => "everywhere",
             Self::NotWriting => "not while writing",
             Self::NotTyping => "not while typing",
-            Self::Overlay => "help",
+            Self::Overlay => "help, details",
             Self::Leaving => "leaving",
             Self::Aborting => "aborting",
+            Self::AddingRejected => "Model, adding what was not named",
             Self::BringingBack => "History, bringing back",
             Self::Cell => "Cell",
             Self::Run => "while a run is open",
@@ -155,6 +158,16 @@ pub(crate) enum Command {
     Preview,
     /// Add the chosen candidate to the model.
     Add,
+    /// Add it although the lab rejects it.
+    AddNow,
+    /// Show the chosen candidate in full.
+    Details,
+    /// Point out the next row, from the worst on.
+    NextWorst,
+    /// Point out the row before.
+    PreviousWorst,
+    /// Complete the name that is being written.
+    CompleteName,
     /// Take the effect added last away again.
     Undo,
     /// Write the name of an effect to be added.

@@ -1,14 +1,15 @@
 //! The candidates as ranked cards: the effect, where, its size, what it gains where it was not fitted, what would explain
 //! it as well, why it was not named.
 
+use plumb_diagnosis::percent;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
-use super::sketch;
 use super::state::{Card, CardStanding, ModelState};
+use crate::effect_sketch;
 use crate::screens::hits::{Hit, Hits};
 use crate::screens::pane::{self, columns, fitted, wrapped};
 use crate::screens::theme::Theme;
@@ -18,7 +19,7 @@ const ROOM_FOR_A_SKETCH: u16 = 22;
 
 /// Draws the cards, the chosen one in full.
 pub(crate) fn view(model: &ModelState, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
-    let inner = pane::open(frame, area, theme, "What could explain it", true);
+    let inner = pane::open(frame, area, theme, "Which effect, how sure", true);
     let Some(standing) = &model.standing else { return };
     let width = usize::from(inner.width);
     let roomy = inner.height >= ROOM_FOR_A_SKETCH;
@@ -85,7 +86,7 @@ fn card_lines(
         lines.extend(indented(format!("at {}", card.place), theme.heading));
     }
     if roomy {
-        if let Some(sketch) = sketch::of(&card.effect) {
+        if let Some(sketch) = effect_sketch::of(&card.effect) {
             lines.extend(sketch.map(|line| Line::styled(format!("     {line}"), theme.machine)));
         }
         if let Some(kind) = plumb_calibration::effect::kind(&card.effect) {
@@ -99,19 +100,26 @@ fn card_lines(
             theme.text,
         ));
     }
+    if let Some(probability) = card.probability {
+        lines.extend(indented(format!("probability: {}", percent(probability)), theme.text));
+    }
     if let Some(p) = card.holm_p {
-        lines.extend(indented(format!("chance: {}", chance(p)), theme.text));
+        lines.extend(indented(format!("by chance: p {}", chance(p)), theme.text));
     }
     if !card.ties.is_empty() {
         lines.extend(indented(format!("as well: {}", card.ties.join(", ")), theme.warning));
     }
-    let verdict = if card.reason.is_empty() { word.to_owned() } else { format!("{word}: {}", card.reason) };
-    lines.extend(indented(verdict, style));
+    lines.extend(indented(verdict(card, word), style));
     lines.push(Line::from(Span::raw("")));
     lines
 }
 
-fn chance(p: f64) -> String {
+/// How the lab judges a candidate, and why.
+pub(super) fn verdict(card: &Card, word: &str) -> String {
+    if card.reason.is_empty() { word.to_owned() } else { format!("{word}: {}", card.reason) }
+}
+
+pub(super) fn chance(p: f64) -> String {
     if p < 1e-12 {
         "below 1e-12".to_owned()
     } else if p < 0.001 {
@@ -121,10 +129,11 @@ fn chance(p: f64) -> String {
     }
 }
 
-fn look(standing: CardStanding, theme: &Theme) -> (&'static str, &'static str, Style) {
+pub(super) fn look(standing: CardStanding, theme: &Theme) -> (&'static str, &'static str, Style) {
     match standing {
         CardStanding::Named => ("\u{2713}", "named", theme.good),
         CardStanding::Tied => ("~", "tied", theme.warning),
+        CardStanding::InModel => ("+", "in the model", theme.good),
         CardStanding::Rejected => ("\u{b7}", "not named", theme.text),
     }
 }

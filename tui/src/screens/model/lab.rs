@@ -7,6 +7,7 @@ use std::thread;
 
 use plumb_calibration::revision::{Entry, Family, RevisionError};
 use plumb_diagnosis::laboratory::{Comparison, Laboratory, LaboratoryError};
+use plumb_diagnosis::report::StepKind;
 use plumb_estimation::Progress;
 use thiserror::Error;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
@@ -242,7 +243,8 @@ impl Worker {
                 true => laboratory.compare_in_full(&self.progress())?,
                 false => laboratory.compare(&self.progress())?,
             };
-            self.layers.push(Layer { laboratory, number, step: standing::step(&did, &comparison) });
+            let step = standing::step(&did, self.kind_of_step(&laboratory), &comparison);
+            self.layers.push(Layer { laboratory, number, step });
             if newest {
                 self.judge(&comparison)?;
             }
@@ -257,9 +259,16 @@ impl Worker {
         let fall: Vec<FallStep> = self.layers.iter().map(|layer| layer.step.clone()).collect();
         self.say(LabAnswer::Compared(Box::new(standing::compared(comparison, &fall))));
         let diagnosis = top.laboratory.diagnose(&self.progress())?;
+        let plots =
+            top.laboratory.effect_plots(&standing::plotted(comparison, &diagnosis), &self.progress())?;
         self.judged = true;
-        self.say(LabAnswer::Examined(Box::new(standing::examined(comparison, &diagnosis, &fall))));
+        self.say(LabAnswer::Examined(Box::new(standing::examined(comparison, &diagnosis, plots, &fall))));
         Ok(())
+    }
+
+    /// What the model to be looked at adds to the newest that was.
+    fn kind_of_step(&self, laboratory: &Laboratory) -> StepKind {
+        standing::kind_of_step(self.layers.last().map(|layer| layer.laboratory.model()), laboratory.model())
     }
 
     /// The newest model.
@@ -292,14 +301,15 @@ impl Worker {
         let entry = self.family.write(addition.model, Some(top.number), &did, Some(&self.data), rms)?;
         let (table, options) = (top.laboratory.table().clone(), top.laboratory.options().clone());
         let laboratory = Laboratory::new(entry.model, table, options)?;
-        let step = standing::step(effect, &addition.comparison);
+        let step = standing::step(effect, self.kind_of_step(&laboratory), &addition.comparison);
         self.layers.push(Layer { laboratory, number: entry.number, step });
         let mut news = vec![format!("{effect} added; revision {} is {}", entry.number, entry.path.display())];
         news.extend(
             addition.moved.iter().map(|moved| format!("moved by more than two standard errors: {moved}")),
         );
         self.say(LabAnswer::Did(news));
-        self.judge(&addition.comparison)
+        // In full: how much of what is left now could be explained, and which effects were added.
+        self.look_again()
     }
 
     /// Goes back to the revision before, which becomes the next one.

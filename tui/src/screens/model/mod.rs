@@ -3,22 +3,26 @@
 
 mod arm_view;
 mod cards;
+mod chart;
+mod details;
 mod lab;
+mod names;
 mod plane;
 mod plots;
 mod residuals;
-mod sketch;
 mod standing;
 mod state;
+mod strip;
 mod stripes;
 mod update;
 mod view;
 mod waterfall;
 
+pub(crate) use details::view as details;
 pub(crate) use lab::{Desk, Lab, LabAnswer, LabRequest};
-pub(crate) use state::ModelState;
+pub(crate) use state::{Doubtful, ModelState};
 pub(crate) use stripes::open as open_stripes;
-pub(crate) use update::{choose, choose_at, note_progress, obey, take, write};
+pub(crate) use update::{choose, choose_at, note_progress, obey, point_at, take, write};
 pub(crate) use view::view;
 
 /// What tests need to make a model's standing by hand.

@@ -1,97 +1,123 @@
-//! The residuals in fixed small plots: against each joint along that joint's own motion, as a bull's eye with the floor's
-//! ring, as a histogram, against moments of gravity, sides of approach, order and every other condition. All share one
-//! scale tied to the noise floor; what lies outside is drawn on the rim and counted, so that one gross error squashes
-//! nothing.
+//! The plots of the Model screen: first the chosen candidate's own plot and the error in space, then the residuals along each joint's own motion, as a bull's
+//! eye with the noise's ring, as a histogram, against moments of gravity, sides of approach, order and every other condition. All share one scale tied to the
+//! noise floor.
 
-use plumb_diagnosis::laboratory::Series;
+use plumb_diagnosis::laboratory::{EffectPlot, Series};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line as TextLine, Span};
-use ratatui::widgets::canvas::{Canvas, Circle, Context, Line, Points};
+use ratatui::widgets::canvas::{Canvas, Line};
 
-use super::arm_view;
-use super::plane::{plane_name, span};
-use super::residuals::{PLANES, Residuals, Subject, is_of_size, varies};
+use super::arm_view::{self, Scene};
+use super::chart::{self, Chart, Look, Parts};
+use super::plane::span;
+use super::residuals::{AXES, PLANES, Residuals, Subject, varies};
 use super::state::ModelState;
-use crate::screens::pane::{self, fitted};
+use crate::screens::hits::Hits;
+use crate::screens::pane::{self, columns, fitted};
 use crate::screens::theme::Theme;
 
 /// The least a plot takes, in columns and rows.
-const SMALLEST: (u16, u16) = (26, 5);
+const SMALLEST: (u16, u16) = (26, 7);
 
-/// Points to be drawn, mm upwards.
-type Dots = Vec<(f64, f64)>;
+/// Rows of the pane from which the own plot and the error in space get nearly half of them.
+const ROOM_FOR_BOTH: u16 = 18;
+
+/// The own plot's curve may take this much more than the common scale.
+const AIR_OVER_CURVE: f64 = 1.15;
 
 /// One of the plots.
 #[derive(Clone, Copy)]
 enum Plot<'a> {
+    /// The chosen candidate's own.
+    Own(&'a EffectPlot),
+    /// The error in space, on a drawing of the arm.
+    Space,
     /// Errors against something.
     Against(&'a Series),
     /// Errors in a plane, one axis over the other.
     BullsEye,
-    /// How often which size.
+    /// How many rows of which size.
     Histogram,
 }
 
 /// What all plots share.
 struct Sheet<'a> {
     residuals: &'a Residuals,
+    arm_mm: &'a [[f64; 3]],
     plane: [usize; 2],
     /// Half the height of a plot, mm.
     half: f64,
     floor: Option<f64>,
-    inks: Inks,
+    floor_of_a_point: Option<f64>,
+    look: Look,
 }
 
-/// Colours of what a plot shows.
-#[derive(Clone, Copy)]
-struct Inks {
-    points: Color,
-    floor: Color,
-    axis: Color,
-    outside: Color,
+impl Sheet<'_> {
+    /// The height of plots of sizes, mm: the error of a point is larger than that of a reading by what makes a point of readings.
+    fn half_of_a_point(&self) -> f64 {
+        let ratio = match (self.floor_of_a_point, self.floor) {
+            (Some(point), Some(reading)) if reading > 0.0 => point / reading,
+            _ => 3.0_f64.sqrt(),
+        };
+        ratio * self.half
+    }
 }
 
-/// What the title of a plot tells of its drawing.
-struct Drawn {
-    title: String,
-    /// Errors beyond the scale.
-    outside: usize,
+/// Draws as many plots as there is room for.
+pub(crate) fn view(model: &ModelState, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
+    let residuals = shown(model);
+    let plots = residuals.map_or_else(Vec::new, |residuals| order(residuals, model.own_plot()));
+    let room = area.height.saturating_sub(2);
+    let above =
+        usize::from(if room >= ROOM_FOR_BOTH { above_width(area.width.saturating_sub(2)) } else { 0 });
+    let (first, others) = plots.split_at(above.min(plots.len()));
+    let inner = Rect { x: area.x + 1, y: area.y + 1, width: area.width.saturating_sub(2), height: room };
+    let high = if first.is_empty() { 0 } else { inner.height * 9 / 20 };
+    let [top, rest] = Layout::vertical([Constraint::Length(high), Constraint::Fill(1)]).areas(inner);
+    let cells = grid(rest, others.len());
+    let scrolled = model.plots_scrolled.min(others.len().saturating_sub(cells.len()));
+    let width = usize::from(area.width.saturating_sub(4));
+    pane::open(frame, area, theme, &title(model, (others.len(), cells.len(), scrolled), width), false);
+    let Some(residuals) = residuals else { return };
+    let sheet = sheet(model, residuals, theme);
+    let across = Layout::horizontal((0..first.len()).map(|_| Constraint::Fill(1))).spacing(1).split(top);
+    for (plot, cell) in first.iter().zip(across.iter()) {
+        draw(*plot, &sheet, theme, hits, frame, *cell);
+    }
+    for (plot, cell) in others.iter().skip(scrolled).zip(cells) {
+        draw(*plot, &sheet, theme, hits, frame, cell);
+    }
 }
 
-/// Rows of the pane from which the arm with its whiskers gets a third of them.
-const ROOM_FOR_THE_ARM: u16 = 18;
+/// The chosen candidate's own plot alone.
+pub(super) fn own(model: &ModelState, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
+    if let (Some(residuals), Some(plot)) = (shown(model), model.own_plot()) {
+        draw(Plot::Own(plot), &sheet(model, residuals, theme), theme, hits, frame, area);
+    }
+}
 
-/// Draws the arm with its whiskers, and below it as many plots as there is room for.
-pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: Rect) {
-    let title = format!("Residuals \u{b1}{:.3} mm, {}", model.half_height_mm(), times(model));
-    let title = fitted(&title, usize::from(area.width.saturating_sub(4)));
-    let inner = pane::open(frame, area, theme, &title, false);
-    let Some(residuals) = shown(model) else { return };
+fn sheet<'a>(model: &'a ModelState, residuals: &'a Residuals, theme: &Theme) -> Sheet<'a> {
     let colour = |style: Style| style.fg.unwrap_or(Color::Reset);
-    let sheet = Sheet {
+    let standing = model.standing.as_ref();
+    Sheet {
         residuals,
+        arm_mm: standing.map_or(&[][..], |standing| standing.arm_mm.as_slice()),
         plane: PLANES.get(model.plane).copied().unwrap_or([0, 1]),
         half: model.half_height_mm(),
         floor: model.floor_mm(),
-        inks: Inks {
+        floor_of_a_point: standing.and_then(|standing| standing.floor_of_a_point_mm),
+        look: Look {
             points: colour(if model.preview.is_some() { theme.preview } else { theme.measured }),
+            curve: colour(theme.machine),
             floor: colour(theme.good),
             axis: colour(theme.faint),
             outside: colour(theme.bad),
+            mark: theme.warning,
+            pointed: model.pointed,
         },
-    };
-    let drawn = if inner.height >= ROOM_FOR_THE_ARM { inner.height * 2 / 5 } else { 0 };
-    let [arm, inner] = Layout::vertical([Constraint::Length(drawn), Constraint::Fill(1)]).areas(inner);
-    let arm_mm = model.standing.as_ref().map_or(&[][..], |standing| standing.arm_mm.as_slice());
-    arm_view::view(residuals, arm_mm, sheet.plane, sheet.inks.points, theme, frame, arm);
-    let plots = order(residuals);
-    let cells = grid(inner, plots.len());
-    let first = model.plots_scrolled.min(plots.len().saturating_sub(cells.len()));
-    for (plot, cell) in plots.into_iter().skip(first).zip(cells) {
-        draw(plot, &sheet, theme, frame, cell);
     }
 }
 
@@ -103,26 +129,48 @@ fn shown(model: &ModelState) -> Option<&Residuals> {
     }
 }
 
-fn times(model: &ModelState) -> String {
+/// The scale, and which of the plots are shown where not all are: the longest that fits.
+fn title(model: &ModelState, (plots, shown, scrolled): (usize, usize, usize), width: usize) -> String {
     let times = model.half_height_mm() / model.unit_mm();
-    match model.floor_mm() {
+    let scale = match model.floor_mm() {
         Some(_) => format!("{times:.0} \u{d7} noise"),
         None => format!("{times:.0} typical errors"),
+    };
+    let (first, last) = (scrolled + 1, (scrolled + shown).min(plots));
+    let half = model.half_height_mm();
+    let (long, short) = match plots > shown {
+        true if shown > 1 => (
+            format!(" \u{b7} {first}\u{2013}{last} of {plots}, PgDn"),
+            format!(" \u{b7} {first}\u{2013}{last}/{plots} PgDn"),
+        ),
+        true => (format!(" \u{b7} {first} of {plots}, PgDn"), format!(" \u{b7} {first}/{plots} PgDn")),
+        false => (String::new(), String::new()),
+    };
+    let full = format!("Error, \u{b1}{half:.3} mm = {scale}{long}");
+    match columns(&full) <= width {
+        true => full,
+        false => fitted(&format!("\u{b1}{half:.2} mm{short}"), width),
     }
 }
 
-/// The plots in the order in which they are shown: joints, bull's eye and histogram, moments of gravity, sides of approach,
-/// then order, time, temperature and the rest.
-fn order(residuals: &Residuals) -> Vec<Plot<'_>> {
+/// How many plots stand above the others, side by side.
+fn above_width(width: u16) -> u16 {
+    if width > 2 * SMALLEST.0 { 2 } else { 1 }
+}
+
+/// The plots in the order in which they are shown: the chosen candidate's own, the error in space, joints, bull's eye and histogram, moments of gravity, sides
+/// of approach, then order, time, temperature and the rest.
+fn order<'a>(residuals: &'a Residuals, own: Option<&'a EffectPlot>) -> Vec<Plot<'a>> {
     let mut series: Vec<&Series> =
         residuals.series.iter().filter(|series| varies(series, &residuals.series)).collect();
     series.sort_by_key(|series| Subject::of(series));
     let (joints, others): (Vec<&Series>, Vec<&Series>) =
         series.into_iter().partition(|series| Subject::of(series) == Subject::Joint);
-    let mut plots: Vec<Plot> = joints.into_iter().map(Plot::Against).collect();
-    if residuals.rows.iter().any(|row| row.vector_mm != [0.0; 3]) {
-        plots.push(Plot::BullsEye);
-    }
+    let in_space = residuals.rows.iter().any(|row| row.vector_mm != [0.0; 3]);
+    let mut plots: Vec<Plot> = own.map(Plot::Own).into_iter().collect();
+    plots.extend(in_space.then_some(Plot::Space));
+    plots.extend(joints.into_iter().map(Plot::Against));
+    plots.extend(in_space.then_some(Plot::BullsEye));
     plots.push(Plot::Histogram);
     plots.extend(others.into_iter().map(Plot::Against));
     plots
@@ -130,6 +178,9 @@ fn order(residuals: &Residuals) -> Vec<Plot<'_>> {
 
 /// Divides the room into as many cells as are useful.
 fn grid(area: Rect, plots: usize) -> Vec<Rect> {
+    if plots == 0 || area.height == 0 {
+        return Vec::new();
+    }
     let columns = (area.width / SMALLEST.0).clamp(1, 4);
     let wanted = u16::try_from(plots.div_ceil(usize::from(columns))).unwrap_or(u16::MAX).max(1);
     let rows = (area.height / SMALLEST.1).clamp(1, wanted);
@@ -138,108 +189,82 @@ fn grid(area: Rect, plots: usize) -> Vec<Rect> {
     lines.iter().flat_map(|line| across.split(*line).to_vec()).collect()
 }
 
-fn draw(plot: Plot, sheet: &Sheet, theme: &Theme, frame: &mut Frame, area: Rect) {
-    if area.height < 2 || area.width < 4 {
+fn draw(plot: Plot, sheet: &Sheet, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
+    match plot {
+        Plot::Own(own) => own_chart(own, sheet, theme, hits, frame, area),
+        Plot::Space => {
+            let (residuals, arm_mm, plane) = (sheet.residuals, sheet.arm_mm, sheet.plane);
+            arm_view::view(&Scene { residuals, arm_mm, plane }, sheet.look, theme, hits, frame, area);
+        }
+        Plot::Against(series) => against(series, sheet, theme, hits, frame, area),
+        Plot::BullsEye => bulls_eye(sheet, theme, hits, frame, area),
+        Plot::Histogram => histogram(sheet, theme, frame, area),
+    }
+}
+
+fn own_chart(plot: &EffectPlot, sheet: &Sheet, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
+    let places = plot.points.iter().map(|point| point.0).chain(plot.curve.iter().map(|point| point.0));
+    let Some((left, right)) = span(places) else { return };
+    let highest = plot.curve.iter().map(|point| point.1.abs()).fold(0.0, f64::max);
+    let half = sheet.half.max(AIR_OVER_CURVE * highest);
+    let added = if plot.added { ", in the model" } else { "" };
+    let chart = Chart {
+        heading: format!("{}{added}", plot.effect),
+        // The heading says what `it` is, and only a joint has a motion.
+        title: plot.up.title().replace("left without it, along the motion of ", "left along "),
+        across: plot.across.title(),
+        x: Some([left, right]),
+        y: [-half, half],
+        points: &plot.points,
+        curve: &plot.curve,
+        floor: sheet.floor,
+    };
+    chart::draw(&chart, sheet.look, theme, hits, frame, area);
+}
+
+fn against(series: &Series, sheet: &Sheet, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
+    let Some((left, right)) = span(series.points.iter().map(|point| point.0)) else { return };
+    let (y, floor) = match series.of_size {
+        true => ([0.0, sheet.half_of_a_point()], sheet.floor_of_a_point),
+        false => ([-sheet.half, sheet.half], sheet.floor),
+    };
+    let unit = if series.unit.is_empty() { String::new() } else { format!(", {}", series.unit) };
+    let chart = Chart {
+        heading: String::new(),
+        title: series.shows.replace("residual along the motion of ", "error along "),
+        across: format!("{}{unit}", series.against),
+        x: Some([left, right]),
+        y,
+        points: &series.points,
+        curve: &[],
+        floor,
+    };
+    chart::draw(&chart, sheet.look, theme, hits, frame, area);
+}
+
+fn bulls_eye(sheet: &Sheet, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
+    let axis = |place: usize| sheet.plane.get(place).and_then(|axis| AXES.get(*axis)).copied().unwrap_or("");
+    let points: Vec<(f64, f64, usize)> = sheet.residuals.in_plane(sheet.plane).collect();
+    let chart = Chart {
+        heading: String::new(),
+        title: format!("error along {}, mm", axis(1)),
+        across: format!("error along {}, mm", axis(0)),
+        x: None,
+        y: [-sheet.half, sheet.half],
+        points: &points,
+        curve: &[],
+        floor: sheet.floor,
+    };
+    chart::draw(&chart, sheet.look, theme, hits, frame, area);
+}
+
+fn histogram(sheet: &Sheet, theme: &Theme, frame: &mut Frame, area: Rect) {
+    if area.height < 3 || area.width < 8 {
         return;
     }
-    let head = Rect { height: 1, ..area };
-    let body = Rect { y: area.y + 1, height: area.height - 1, ..area };
-    let drawn = match plot {
-        Plot::Against(series) => against(series, sheet, frame, body),
-        Plot::BullsEye => bulls_eye(sheet, frame, body),
-        Plot::Histogram => histogram(sheet, frame, body),
-    };
-    let count = if drawn.outside > 0 { format!("{} off", drawn.outside) } else { String::new() };
-    let room = usize::from(area.width).saturating_sub(count.len() + 1);
-    frame.render_widget(Span::styled(fitted(&drawn.title, room), theme.heading), head);
-    frame.render_widget(TextLine::from(Span::styled(count, theme.bad)).right_aligned(), head);
-}
-
-/// Parts points into those inside the height of a plot and those on its rim.
-fn parted(points: Dots, wide: f64, low: f64, high: f64) -> (Dots, Dots) {
-    let inside = |point: &(f64, f64)| point.0.abs() <= wide && (low..=high).contains(&point.1);
-    let (inside, outside): (Vec<_>, Vec<_>) = points.into_iter().partition(inside);
-    let rim =
-        outside.into_iter().map(|point| (point.0.clamp(-wide, wide), point.1.clamp(low, high))).collect();
-    (inside, rim)
-}
-
-fn against(series: &Series, sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
-    let points: Vec<(f64, f64)> = series
-        .points
-        .iter()
-        .map(|(against, error, _)| (*against, *error))
-        .filter(|point| point.0.is_finite() && point.1.is_finite())
-        .collect();
-    let Some((left, right)) = span(points.iter().map(|point| point.0)) else {
-        return Drawn { title: series.against.clone(), outside: 0 };
-    };
-    let [low, high] = if is_of_size(series) { [0.0, sheet.half] } else { [-sheet.half, sheet.half] };
-    let (inside, rim) = parted(points, f64::INFINITY, low, high);
-    let margin = 0.02 * (right - left).max(1e-9);
-    let x = [left - margin, right + margin];
-    let canvas =
-        Canvas::default().marker(Marker::Braille).x_bounds(x).y_bounds([low, high]).paint(|context| {
-            floor_lines(context, sheet, x);
-            context.draw(&Points { coords: &inside, color: sheet.inks.points });
-            context.layer();
-            context.draw(&Points { coords: &rim, color: sheet.inks.outside });
-        });
-    frame.render_widget(canvas, area);
-    Drawn {
-        title: format!("{} {} {}", series.against, from_to(left, right), series.unit),
-        outside: rim.len(),
-    }
-}
-
-/// The ends of an axis with the digits that tell them apart.
-fn from_to(left: f64, right: f64) -> String {
-    // Between 0 and 4.
-    let decimals = (1.0 - (right - left).abs().max(1e-12).log10().floor()).clamp(0.0, 4.0) as usize;
-    let decimals = if right - left >= 10.0 { 0 } else { decimals };
-    // A negative nothing is nothing.
-    let shown = |value: f64| if value.abs() < 1e-9 { 0.0 } else { value };
-    format!("{:.decimals$}\u{2026}{:.decimals$}", shown(left), shown(right))
-}
-
-/// The line of no error, and the floor above and below it.
-fn floor_lines(context: &mut Context, sheet: &Sheet, x: [f64; 2]) {
-    context.draw(&Line { x1: x[0], y1: 0.0, x2: x[1], y2: 0.0, color: sheet.inks.axis });
-    for y in sheet.floor.into_iter().flat_map(|floor| [-floor, floor]) {
-        let dots: Vec<(f64, f64)> =
-            (0..24).map(|dot| (x[0] + (x[1] - x[0]) * f64::from(dot) / 23.0, y)).collect();
-        context.draw(&Points { coords: &dots, color: sheet.inks.floor });
-    }
-    context.layer();
-}
-
-fn bulls_eye(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
-    let half = sheet.half;
-    // One scale both ways: a Braille dot is about square, two across and four down to a cell.
-    let wide = half * f64::from(area.width) / (2.0 * f64::from(area.height));
-    let (inside, rim) = parted(sheet.residuals.in_plane(sheet.plane).collect(), wide, -half, half);
-    let inks = sheet.inks;
-    let canvas =
-        Canvas::default().marker(Marker::Braille).x_bounds([-wide, wide]).y_bounds([-half, half]).paint(
-            |context| {
-                context.draw(&Line { x1: -wide, y1: 0.0, x2: wide, y2: 0.0, color: inks.axis });
-                context.draw(&Line { x1: 0.0, y1: -half, x2: 0.0, y2: half, color: inks.axis });
-                context.layer();
-                context.draw(&Points { coords: &inside, color: inks.points });
-                context.draw(&Points { coords: &rim, color: inks.outside });
-                context.layer();
-                if let Some(floor) = sheet.floor {
-                    context.draw(&Circle { x: 0.0, y: 0.0, radius: 2.0 * floor, color: inks.floor });
-                }
-            },
-        );
-    frame.render_widget(canvas, area);
-    Drawn { title: format!("error {}", plane_name(sheet.plane)), outside: rim.len() }
-}
-
-fn histogram(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
-    let most_mm = sheet.half;
-    let bins = usize::from(area.width) * 2;
+    let parts = Parts::of(area, false);
+    let most_mm = sheet.half_of_a_point();
+    let bins = usize::from(parts.canvas.width) * 2;
     let mut counts = vec![0_u32; bins];
     let mut outside = 0;
     for row in &sheet.residuals.rows {
@@ -251,37 +276,30 @@ fn histogram(sheet: &Sheet, frame: &mut Frame, area: Rect) -> Drawn {
         }
     }
     let most = f64::from(counts.iter().copied().max().unwrap_or(0).max(1));
+    let look = sheet.look;
     let canvas =
         Canvas::default().marker(Marker::Braille).x_bounds([0.0, most_mm]).y_bounds([0.0, most]).paint(
             |context| {
                 for (bin, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
                     let x = (bin as f64 + 0.5) * most_mm / bins as f64;
-                    context.draw(&Line {
-                        x1: x,
-                        y1: 0.0,
-                        x2: x,
-                        y2: f64::from(*count),
-                        color: sheet.inks.points,
-                    });
+                    let bar = Line { x1: x, y1: 0.0, x2: x, y2: f64::from(*count), color: look.points };
+                    context.draw(&bar);
                 }
                 context.layer();
-                if let Some(x) = sheet.floor {
-                    context.draw(&Line { x1: x, y1: 0.0, x2: x, y2: most, color: sheet.inks.floor });
+                if let Some(x) = sheet.floor_of_a_point {
+                    context.draw(&Line { x1: x, y1: 0.0, x2: x, y2: most, color: look.floor });
                 }
             },
         );
-    frame.render_widget(canvas, area);
-    Drawn { title: format!("frequency, 0\u{2026}{most_mm:.2} mm"), outside }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_ends_of_an_axis_are_told_apart() {
-        assert_eq!(from_to(-150.2, 149.8), "-150\u{2026}150");
-        assert_eq!(from_to(20.1, 23.4), "20.1\u{2026}23.4");
-        assert_eq!(from_to(-1e-15, 0.31), "0.00\u{2026}0.31");
+    frame.render_widget(canvas, parts.canvas);
+    let count = if outside > 0 { format!("{outside} off") } else { String::new() };
+    let title = fitted("rows by size", usize::from(area.width).saturating_sub(count.len() + 1));
+    frame.render_widget(Span::styled(title, theme.heading), parts.head);
+    frame.render_widget(TextLine::from(Span::styled(count, theme.bad)).right_aligned(), parts.head);
+    if parts.gutter.width > 0 && parts.gutter.height > 0 {
+        let top = Rect { height: 1, ..parts.gutter };
+        frame.render_widget(Span::styled(format!("{most:>6.0} "), theme.faint), top);
     }
+    let below = Rect { x: parts.canvas.x, width: parts.canvas.width, ..parts.foot };
+    chart::across("error of a row, mm", [0.0, most_mm], theme, frame, below);
 }

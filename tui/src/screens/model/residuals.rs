@@ -27,19 +27,19 @@ impl Residuals {
         sizes.get(sizes.len() / 2).map_or(0.0, |median| median / 1.538)
     }
 
-    /// How many of the axes were measured anywhere.
-    pub(crate) fn axes(&self) -> usize {
-        let measured = |axis: &usize| {
-            self.rows.iter().any(|row| row.vector_mm.get(*axis).is_some_and(|error| *error != 0.0))
-        };
-        (0..AXES.len()).filter(measured).count()
+    /// The rows in which anything is left, by their place in the table, the worst first.
+    pub(crate) fn worst(&self) -> Vec<usize> {
+        let mut rows: Vec<&RowResidual> =
+            self.rows.iter().filter(|row| row.size_mm.is_finite() && row.size_mm > 0.0).collect();
+        rows.sort_by(|one, other| other.size_mm.total_cmp(&one.size_mm));
+        rows.into_iter().map(|row| row.row).collect()
     }
 
-    /// Errors of all measurements in a plane, mm.
-    pub(crate) fn in_plane(&self, plane: [usize; 2]) -> impl Iterator<Item = (f64, f64)> + '_ {
+    /// Errors of all measurements in a plane, mm, with their rows.
+    pub(crate) fn in_plane(&self, plane: [usize; 2]) -> impl Iterator<Item = (f64, f64, usize)> + '_ {
         self.rows.iter().filter_map(move |row| {
             let (across, up) = (*row.vector_mm.get(plane[0])?, *row.vector_mm.get(plane[1])?);
-            (across.is_finite() && up.is_finite()).then_some((across, up))
+            (across.is_finite() && up.is_finite()).then_some((across, up, row.row))
         })
     }
 }
@@ -92,9 +92,4 @@ fn width(series: &Series) -> f64 {
     let values = || series.points.iter().map(|point| point.0).filter(|value| value.is_finite());
     let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
     if high > low { high - low } else { 0.0 }
-}
-
-/// Whether a series shows sizes, which are never negative.
-pub(crate) fn is_of_size(series: &Series) -> bool {
-    series.shows.starts_with("size")
 }

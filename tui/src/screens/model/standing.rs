@@ -1,8 +1,10 @@
 //! From what the lab says to what the screen shows.
 
-use plumb_diagnosis::laboratory::Comparison;
+use plumb_calibration::arm_model::Model;
+use plumb_diagnosis::laboratory::{Comparison, EffectPlot, EffectValue};
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
-use plumb_diagnosis::{Candidate, Diagnosis, EffectPlace, NextPose, Verdict};
+use plumb_diagnosis::report::StepKind;
+use plumb_diagnosis::{Candidate, Claim, Diagnosis, EffectPlace, NextPose, Verdict, percent};
 
 use super::residuals::Residuals;
 use super::state::{Card, CardStanding, FallStep, Standing};
@@ -11,15 +13,22 @@ use super::state::{Card, CardStanding, FallStep, Standing};
 pub(crate) fn compared(comparison: &Comparison, fall: &[FallStep]) -> Standing {
     Standing {
         verdict: String::new(),
+        at_floor: false,
         sentence: comparison.sentence.clone(),
         floor_mm: comparison.floor.sigma_mm,
+        floor_of_a_point_mm: comparison.floor_of_a_point_mm,
         floor_source: source(&comparison.floor).to_owned(),
         not_predictable_mm: comparison
             .explainable
             .as_ref()
             .filter(|explainable| explainable.is_structured())
             .map(|explainable| explainable.not_predictable_mm),
-        error: error(comparison),
+        how_large: how_large(comparison),
+        how_much: how_much(comparison),
+        where_it_is: where_it_is(comparison),
+        row_name: "Line",
+        joints: comparison.joints.clone(),
+        plots: Vec::new(),
         cards: Vec::new(),
         warnings: comparison.warnings.clone(),
         residuals: Residuals { rows: comparison.rows.clone(), series: comparison.series.clone() },
@@ -29,30 +38,99 @@ pub(crate) fn compared(comparison: &Comparison, fall: &[FallStep]) -> Standing {
     }
 }
 
-/// The same with what could explain what is left.
-pub(crate) fn examined(comparison: &Comparison, diagnosis: &Diagnosis, fall: &[FallStep]) -> Standing {
+/// The same with what could explain what is left, and the own plots of that.
+pub(crate) fn examined(
+    comparison: &Comparison,
+    diagnosis: &Diagnosis,
+    plots: Vec<EffectPlot>,
+    fall: &[FallStep],
+) -> Standing {
+    let mut cards = cards(diagnosis);
+    cards.extend(comparison.effects.iter().filter(|effect| effect.added).map(added));
     Standing {
         verdict: verdict(diagnosis.verdict).to_owned(),
-        sentence: diagnosis.sentence.clone(),
+        at_floor: diagnosis.verdict == Verdict::AtFloor,
+        sentence: sentence(diagnosis),
         warnings: diagnosis.warnings.clone(),
-        cards: cards(diagnosis),
+        cards,
+        plots,
         next: diagnosis.next.iter().map(next_pose).collect(),
         ..compared(comparison, fall)
     }
 }
 
-/// The error of a point, and how much of it could be explained.
-fn error(comparison: &Comparison) -> String {
+/// The effects that get a plot of their own: every card's.
+pub(crate) fn plotted(comparison: &Comparison, diagnosis: &Diagnosis) -> Vec<String> {
+    let added = comparison.effects.iter().filter(|effect| effect.added).map(|effect| effect.label.clone());
+    cards(diagnosis).into_iter().map(|card| card.key).chain(added).collect()
+}
+
+/// What the lab says, and how sure it is.
+fn sentence(diagnosis: &Diagnosis) -> String {
+    match diagnosis.probability {
+        Some(probability) => format!("{} Probability {}.", diagnosis.sentence, percent(probability)),
+        None => diagnosis.sentence.clone(),
+    }
+}
+
+/// The error of a measured point.
+fn how_large(comparison: &Comparison) -> String {
     let fit = comparison.error_mm.fit;
-    let size = format!(
-        "Error of a point: RMS {:.3}, mean {:.3}, 95 % {:.3}, maximum {:.3} mm.",
+    let held_out =
+        comparison.error_mm.check.map_or_else(String::new, |check| format!("; held out {:.3}", check.rms));
+    let noise = comparison
+        .floor_of_a_point_mm
+        .map_or_else(|| "noise unknown".to_owned(), |noise| format!("noise {noise:.3}"));
+    format!(
+        "RMS {:.3}, mean {:.3}, 95 % {:.3}, max {:.3} mm{held_out}; {noise}",
         fit.rms, fit.mean, fit.percentile_95, fit.max
-    );
+    )
+}
+
+/// How much of the error could be explained, and by what kind of knowledge.
+fn how_much(comparison: &Comparison) -> String {
     let mapped =
-        comparison.residual_map.map_or_else(String::new, |map| format!(" Besides, {}.", map.sentence()));
-    match &comparison.explainable {
-        Some(explainable) => format!("{size}{mapped} Explainable: {}.", explainable.sentence),
-        None => format!("{size}{mapped}"),
+        comparison.residual_map.map_or_else(String::new, |map| format!("; besides, {}", map.sentence()));
+    let Some(known) = &comparison.explainable else { return format!("not asked: too few poses{mapped}") };
+    if !known.is_structured() {
+        return format!("nothing of it is predictable (0.000 \u{b1} {:.3} mm){mapped}", known.scatter_mm);
+    }
+    format!(
+        "{:.3} \u{b1} {:.3} mm, from {}; {:.3} mm is not predictable{mapped}",
+        known.to_name_mm,
+        known.scatter_mm,
+        known.kinds().join(" + "),
+        known.not_predictable_mm
+    )
+}
+
+/// Joints named at most: the rest are in the plots.
+const JOINTS_NAMED: usize = 3;
+
+/// Rows named at most.
+const ROWS_NAMED: usize = 3;
+
+/// Along which joints most is left, and in which rows.
+fn where_it_is(comparison: &Comparison) -> String {
+    let mut joints: Vec<_> = comparison.along_joints.iter().collect();
+    joints.sort_by(|one, other| other.rms_mm.total_cmp(&one.rms_mm));
+    let along: Vec<String> = joints
+        .into_iter()
+        .take(JOINTS_NAMED)
+        .map(|joint| format!("{} {:.3}", joint.joint, joint.rms_mm))
+        .collect();
+    let residuals = Residuals { rows: comparison.rows.clone(), series: Vec::new() };
+    let lines: Vec<String> = residuals
+        .worst()
+        .into_iter()
+        .take(ROWS_NAMED)
+        .filter_map(|row| comparison.rows.get(row))
+        .map(|row| row.line.to_string())
+        .collect();
+    let lines = format!("worst lines {}", lines.join(", "));
+    match along.is_empty() {
+        true => lines,
+        false => format!("{lines}; along {} mm RMS", along.join(", ")),
     }
 }
 
@@ -79,12 +157,21 @@ fn next_pose(pose: &NextPose) -> String {
 }
 
 /// The step of the fall that a comparison is.
-pub(crate) fn step(added: &str, comparison: &Comparison) -> FallStep {
+pub(crate) fn step(added: &str, kind: StepKind, comparison: &Comparison) -> FallStep {
     let rms = comparison.rms_mm;
-    FallStep {
-        added: added.to_owned(),
-        fit_mm2: rms.fit * rms.fit,
-        held_out_mm2: rms.cv.map(|rms| rms * rms),
+    FallStep { added: added.to_owned(), kind, fit_mm: rms.fit, held_out_mm: rms.cv }
+}
+
+/// What a revision added to the one before it.
+pub(crate) fn kind_of_step(before: Option<&Model>, now: &Model) -> StepKind {
+    let Some(before) = before else { return StepKind::Start };
+    let is_new = |id| !before.effects.iter().any(|known| known.id.same_as(id));
+    if now.residual_map.is_some() && before.residual_map.is_none() {
+        StepKind::ResidualMap
+    } else if now.corrections.iter().any(|correction| is_new(&correction.id)) {
+        StepKind::Correction
+    } else {
+        StepKind::Mechanism
     }
 }
 
@@ -126,7 +213,7 @@ fn cards(diagnosis: &Diagnosis) -> Vec<Card> {
     cards.sort_by_key(|card| match card.standing {
         CardStanding::Named => 0,
         CardStanding::Tied => 1,
-        CardStanding::Rejected => 2,
+        CardStanding::Rejected | CardStanding::InModel => 2,
     });
     cards
 }
@@ -152,6 +239,27 @@ fn unlisted(effect: &EffectPlace, size: String, standing: CardStanding, ties: Ve
     }
 }
 
+/// The card of an effect that is in the model.
+fn added(effect: &EffectValue) -> Card {
+    let (_, arguments) = effect.label.split_once('(').unwrap_or((effect.label.as_str(), ""));
+    let reason = match effect.claim {
+        Claim::Mechanism => String::new(),
+        Claim::Correction => format!("a correction, which may be {}", effect.may_be.join(", or ")),
+    };
+    Card {
+        key: effect.label.clone(),
+        effect: effect.effect.clone(),
+        place: arguments.trim_end_matches(')').to_owned(),
+        size: match effect.held {
+            true => "not estimated: these rows cannot tell it".to_owned(),
+            false => measured(effect.size, effect.se, &effect.unit),
+        },
+        standing: CardStanding::InModel,
+        reason,
+        ..Card::default()
+    }
+}
+
 /// What cannot be told from an effect, if it is among those that are tied.
 fn ties(effect: &EffectPlace, diagnosis: &Diagnosis) -> Vec<String> {
     if !diagnosis.tied.contains(effect) {
@@ -171,6 +279,7 @@ fn card(candidate: &Candidate, diagnosis: &Diagnosis) -> Card {
         size: measured(candidate.size, candidate.se, &candidate.unit),
         gain_mm: candidate.cv_gain,
         holm_p: Some(candidate.holm_p),
+        probability: candidate.probability,
         ties: ties(&candidate.effect, diagnosis),
         standing: match (is_named, is_tied) {
             (true, _) => CardStanding::Named,

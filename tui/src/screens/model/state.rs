@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+use plumb_diagnosis::laboratory::{EffectPlot, JointAxis};
+use plumb_diagnosis::report::StepKind;
+
 use super::residuals::Residuals;
 
 /// Multiples of the noise floor the plots can be scaled to.
@@ -22,6 +25,10 @@ pub(crate) struct ModelState {
     pub chosen: usize,
     /// The name of an effect while it is being written.
     pub naming: Option<String>,
+    /// The row of the table that is pointed out in all plots.
+    pub pointed: Option<usize>,
+    /// What is to be added although the lab rejects it, while that is asked.
+    pub doubtful: Option<Doubtful>,
     /// Which of [`super::residuals::PLANES`] the bull's eye and the whiskers show.
     pub plane: usize,
     /// Plots scrolled away.
@@ -54,6 +61,26 @@ impl Busy {
     }
 }
 
+/// An effect that the lab rejects, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Doubtful {
+    /// As the lab names it.
+    pub effect: String,
+    /// Why it was not named.
+    pub reason: String,
+}
+
+impl Doubtful {
+    /// What is asked before it is added.
+    pub(crate) fn question(&self) -> String {
+        format!(
+            "{} was not named: {}.\n\nAny effect makes the error in the fit smaller, also one that is not there; the arm is then commanded by it. \
+             Space shows first what it would leave.\n\n  y  add it all the same\n  n  leave the model as it is",
+            self.effect, self.reason
+        )
+    }
+}
+
 /// What adding a candidate would leave.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Preview {
@@ -70,16 +97,30 @@ pub(crate) struct Preview {
 pub(crate) struct Standing {
     /// The verdict, as the contract words it.
     pub verdict: String,
+    /// Nothing but noise is left.
+    pub at_floor: bool,
     /// One plain sentence.
     pub sentence: String,
     /// One standard deviation of the noise in one direction, mm, where it is known.
     pub floor_mm: Option<f64>,
+    /// The same for a measured point, mm: what errors of points are compared with.
+    pub floor_of_a_point_mm: Option<f64>,
     /// Where the floor comes from.
     pub floor_source: String,
     /// Error of a point that no function of what is known of a row predicts, mm; nothing where that is not known, or nothing is predictable.
     pub not_predictable_mm: Option<f64>,
-    /// Mean, 95 % and maximum of the error of a point, and how much of it could be explained, in words.
-    pub error: String,
+    /// How large the error of a point is, in words.
+    pub how_large: String,
+    /// How much of it could be explained, and by what kind of knowledge, in words.
+    pub how_much: String,
+    /// Where it is: along which joints, in which rows, in words.
+    pub where_it_is: String,
+    /// What the number of a row is called: a line of a table, or a stripe.
+    pub row_name: &'static str,
+    /// The joints.
+    pub joints: Vec<JointAxis>,
+    /// The own plots of the candidates and of what was added.
+    pub plots: Vec<EffectPlot>,
     /// What could explain what is left, the likeliest first.
     pub cards: Vec<Card>,
     /// What is left.
@@ -109,6 +150,8 @@ pub(crate) struct Card {
     pub gain_mm: Option<f64>,
     /// Chance that noise alone looks as convincing, over all candidates (Holm).
     pub holm_p: Option<f64>,
+    /// Posterior probability, where it was weighed against others.
+    pub probability: Option<f64>,
     /// What would explain it as well.
     pub ties: Vec<String>,
     /// How the lab judges it.
@@ -124,6 +167,8 @@ pub(crate) enum CardStanding {
     Named,
     /// It could be this as well as another.
     Tied,
+    /// It was added, or is fitted with the rest.
+    InModel,
     /// It is not this, or cannot be told.
     #[default]
     Rejected,
@@ -134,10 +179,12 @@ pub(crate) enum CardStanding {
 pub(crate) struct FallStep {
     /// The effect added; `start` at first.
     pub added: String,
-    /// Mean square error in the fit, mm2.
-    pub fit_mm2: f64,
-    /// Mean square error where it was not fitted, mm2, where it was measured.
-    pub held_out_mm2: Option<f64>,
+    /// What that is.
+    pub kind: StepKind,
+    /// Root mean square error of a measured point in the fit, mm.
+    pub fit_mm: f64,
+    /// The same where regions were left out in turn, mm, where it was measured.
+    pub held_out_mm: Option<f64>,
 }
 
 impl ModelState {
@@ -150,6 +197,8 @@ impl ModelState {
             preview: None,
             chosen: 0,
             naming: None,
+            pointed: None,
+            doubtful: None,
             // From the side.
             plane: 1,
             plots_scrolled: 0,
@@ -162,6 +211,12 @@ impl ModelState {
     /// The candidate that is chosen.
     pub(crate) fn card(&self) -> Option<&Card> {
         self.standing.as_ref()?.cards.get(self.chosen)
+    }
+
+    /// The own plot of the candidate that is chosen; none where these rows cannot show it.
+    pub(crate) fn own_plot(&self) -> Option<&EffectPlot> {
+        let key = &self.card()?.key;
+        self.standing.as_ref()?.plots.iter().find(|plot| plot.effect == *key)
     }
 
     /// Whether an effect was added that can be taken away again.
@@ -198,13 +253,22 @@ impl ModelState {
     /// times over: few gross ones do not change it, and a preview is drawn on the scale of what it is compared with.
     pub(crate) fn take(&mut self, standing: Standing) {
         let typical = standing.residuals.typical_mm();
+        self.chosen = first_choice(&standing);
         self.standing = Some(standing);
         self.preview = None;
-        self.chosen = 0;
+        self.doubtful = None;
         if !self.scale_kept {
             let unit = self.unit_mm();
             let fits = |scale: &f64| scale * unit >= 3.0 * typical;
             self.scale = SCALES.iter().position(fits).unwrap_or(SCALES.len() - 1);
         }
     }
+}
+
+/// The card that is shown first: what could explain the rest; where nothing is left to explain, what was added last.
+fn first_choice(standing: &Standing) -> usize {
+    let is_open =
+        standing.cards.iter().any(|card| matches!(card.standing, CardStanding::Named | CardStanding::Tied));
+    let added = standing.cards.iter().rposition(|card| card.standing == CardStanding::InModel);
+    added.filter(|_| standing.at_floor && !is_open).unwrap_or(0)
 }

@@ -5,7 +5,8 @@ use std::sync::mpsc::Receiver;
 use std::thread;
 
 use plumb_calibration::effect::EffectNameError;
-use plumb_diagnosis::laboratory::{RowResidual, Series};
+use plumb_diagnosis::laboratory::{JointAxis, RowResidual, Series};
+use plumb_diagnosis::report::StepKind;
 use plumb_diagnosis::stripe::{
     AdjustError, Adjustment, StripeDiagnosis, StripeVerdict, Suspect, Tried, ViewResidual, adjust, suspect,
     with_added,
@@ -87,7 +88,8 @@ impl Worker {
         self.diagnosis = None;
         let left = self.adjusted(&self.stripes.added)?;
         let rms = left.rms_mm;
-        self.fall.push(FallStep { added: added.to_owned(), fit_mm2: rms * rms, held_out_mm2: None });
+        let kind = if self.fall.is_empty() { StepKind::Start } else { StepKind::Mechanism };
+        self.fall.push(FallStep { added: added.to_owned(), kind, fit_mm: rms, held_out_mm: None });
         self.say(LabAnswer::Compared(Box::new(self.compared(&left, None))));
         let diagnosis = diagnosis_of(&self.stripes)?;
         self.say(LabAnswer::Examined(Box::new(self.examined(&diagnosis))));
@@ -104,11 +106,15 @@ impl Worker {
     fn compared(&self, left: &Adjustment, floor_mm: Option<f64>) -> Standing {
         Standing {
             floor_mm,
+            // A distance is one reading.
+            floor_of_a_point_mm: floor_mm,
             floor_source: "from the pictures".to_owned(),
-            error: format!(
-                "Distance of {} points from their surfaces: RMS {:.3} mm; neighbouring points scatter by {:.3} mm. A stripe is one measurement.",
-                left.points, left.rms_mm, left.noise_mm
+            how_large: format!(
+                "RMS {:.3} mm: distance of {} points from their surfaces; neighbouring points scatter by {:.3} mm. A stripe is one measurement.",
+                left.rms_mm, left.points, left.noise_mm
             ),
+            joints: self.joints(),
+            row_name: "Stripe",
             residuals: self.residuals(left),
             warnings: left
                 .not_observable
@@ -123,6 +129,7 @@ impl Worker {
     /// The same with what could explain the rest.
     fn examined(&self, diagnosis: &StripeDiagnosis) -> Standing {
         Standing {
+            at_floor: diagnosis.verdict == StripeVerdict::AtFloor,
             verdict: diagnosis.verdict.word().replace('_', " "),
             sentence: diagnosis.sentence.clone(),
             cards: cards(diagnosis),
@@ -144,7 +151,8 @@ impl Worker {
             Series {
                 against: against.to_owned(),
                 unit: unit.to_owned(),
-                shows: "size of the distance".to_owned(),
+                shows: "distance of a stripe, mm".to_owned(),
+                of_size: true,
                 points: left.views.iter().filter_map(point).collect(),
             }
         };
@@ -155,7 +163,20 @@ impl Worker {
             })
             .collect();
         all.push(series("order", "row", &|view| Some(view as f64)));
+        let row = |one: &ViewResidual| row(one, self.pose(one.view));
         Residuals { rows: left.views.iter().map(row).collect(), series: all }
+    }
+
+    /// The joints as they are shown: those of an arm that carries a stripe camera turn.
+    fn joints(&self) -> Vec<JointAxis> {
+        let joints = self.stripes.model.chain.joints.iter();
+        joints.map(|joint| JointAxis { name: joint.name.clone(), unit: "deg" }).collect()
+    }
+
+    /// The coordinates of the joints in a view, deg.
+    fn pose(&self, view: usize) -> Vec<f64> {
+        let known = self.stripes.scans.views.get(view);
+        known.map_or_else(Vec::new, |known| known.q.iter().map(|angle| angle.to_degrees()).collect())
     }
 
     fn preview(&self, effect: &str) -> Result<(), StripeLabError> {
@@ -202,7 +223,7 @@ impl Worker {
     }
 }
 
-fn row(one: &ViewResidual) -> RowResidual {
+fn row(one: &ViewResidual, joints: Vec<f64>) -> RowResidual {
     RowResidual {
         row: one.view,
         line: u32::try_from(one.view + 1).unwrap_or(u32::MAX),
@@ -211,6 +232,7 @@ fn row(one: &ViewResidual) -> RowResidual {
         vector_mm: one.off_mm,
         size_mm: one.rms_mm,
         point_mm: one.middle_mm,
+        joints,
     }
 }
 

@@ -4,11 +4,12 @@ use plumb_cell::event::LogLevel;
 use ratatui::crossterm::event::KeyCode;
 
 use super::lab::{LabAnswer, LabRequest};
+use super::names;
 use super::residuals::PLANES;
-use super::state::{Busy, SCALES};
+use super::state::{Busy, CardStanding, Doubtful, ModelState, SCALES};
 use crate::screens::keys::Command;
 use crate::screens::message::Action;
-use crate::screens::state::{Gravity, State};
+use crate::screens::state::{Gravity, Overlay, State};
 
 /// What the lab does while it looks for what could explain the rest.
 const JUDGING: &str = "judging what could explain the rest";
@@ -20,17 +21,58 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         Command::NextPlane => model.plane = (model.plane + 1) % PLANES.len(),
         Command::PreviousPlane => model.plane = (model.plane + PLANES.len() - 1) % PLANES.len(),
         Command::NameEffect => model.naming = Some(String::new()),
+        Command::CompleteName => {
+            if let Some(name) = &model.naming {
+                model.naming = Some(names::completed(model.standing.as_ref(), name));
+            }
+        }
+        Command::Details if model.card().is_some() => state.overlay = Some(Overlay::Candidate),
+        Command::NextWorst => point_beside(model, 1),
+        Command::PreviousWorst => point_beside(model, -1),
         Command::Scale => {
             (model.scale, model.scale_kept) = ((model.scale + 1) % SCALES.len(), true);
         }
         Command::Cancel if model.busy.is_some() => return vec![Action::CancelLab],
         Command::Preview if model.preview.is_some() => model.preview = None,
-        Command::Preview | Command::Add | Command::AddNamed | Command::Undo | Command::Judge => {
-            return ask(state, command);
-        }
+        Command::Preview
+        | Command::Add
+        | Command::AddNow
+        | Command::AddNamed
+        | Command::Undo
+        | Command::Judge => return ask(state, command),
         _ => {}
     }
     Vec::new()
+}
+
+/// Points out the row beside the one that is, in the order of the worst; past either end none.
+fn point_beside(model: &mut ModelState, by: isize) {
+    let worst = model.standing.as_ref().map_or_else(Vec::new, |standing| standing.residuals.worst());
+    let here = model.pointed.and_then(|row| worst.iter().position(|other| *other == row));
+    let there = match here {
+        Some(place) => place.checked_add_signed(by),
+        None if by > 0 => Some(0),
+        None => worst.len().checked_sub(1),
+    };
+    model.pointed = there.and_then(|place| worst.get(place).copied());
+}
+
+/// Points out a row of the table; the same again points out none.
+pub(crate) fn point_at(state: &mut State, row: usize) -> Vec<Action> {
+    if let Some(model) = &mut state.model {
+        model.pointed = if model.pointed == Some(row) { None } else { Some(row) };
+    }
+    Vec::new()
+}
+
+/// Why an effect should not be added without a question: the lab has judged and not named it.
+fn doubts(model: &ModelState, effect: &str) -> Option<Doubtful> {
+    let bare = |name: &str| name.split_whitespace().collect::<String>();
+    let cards = &model.standing.as_ref()?.cards;
+    let card = cards.iter().find(|card| bare(&card.key) == bare(effect))?;
+    let reason = if card.reason.is_empty() { "the lab gives no reason" } else { card.reason.as_str() };
+    let doubtful = Doubtful { effect: card.key.clone(), reason: reason.to_owned() };
+    (card.standing == CardStanding::Rejected).then_some(doubtful)
 }
 
 /// Gives the lab what a key asks for, unless it is at work or there is nothing to give.
@@ -44,10 +86,20 @@ fn ask(state: &mut State, command: Command) -> Vec<Action> {
         return Vec::new();
     }
     let chosen = model.card().map(|card| card.key.clone());
+    let doubtful = model.doubtful.take();
+    let is_added = model.card().is_some_and(|card| card.standing == CardStanding::InModel);
+    if is_added && matches!(command, Command::Add | Command::Preview) {
+        state.say(Gravity::Calm, "That is in the model already; u takes what was added last away.");
+        return Vec::new();
+    }
     let request = match command {
         Command::Undo => model.can_undo().then_some(LabRequest::Undo),
         Command::Judge => model.can_judge().then_some(LabRequest::Judge),
         Command::Preview => chosen.map(LabRequest::Preview),
+        Command::AddNow => {
+            state.overlay = None;
+            doubtful.map(|doubtful| LabRequest::Add(doubtful.effect))
+        }
         Command::AddNamed => named.filter(|name| !name.trim().is_empty()).map(LabRequest::Add),
         _ => chosen.map(LabRequest::Add),
     };
@@ -60,6 +112,13 @@ fn ask(state: &mut State, command: Command) -> Vec<Action> {
         state.say(Gravity::Calm, text);
         return Vec::new();
     };
+    if let (LabRequest::Add(effect), false) = (&request, command == Command::AddNow)
+        && let Some(doubtful) = doubts(model, effect)
+    {
+        model.doubtful = Some(doubtful);
+        state.overlay = Some(Overlay::AddRejected);
+        return Vec::new();
+    }
     let doing = match &request {
         LabRequest::Preview(effect) => format!("previewing {effect}"),
         LabRequest::Add(effect) => format!("adding {effect}"),

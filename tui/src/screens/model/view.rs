@@ -1,4 +1,5 @@
-//! Draws the Model screen: cards at the left, plots in the middle, the fall of the error at the right, one sentence below.
+//! Draws the Model screen in the order of the questions: over the page how large the error is, how much of it could be explained and where it is; then from
+//! left to right which effect and how sure, the plots, what adding effects did; one sentence below.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -6,12 +7,16 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::state::ModelState;
-use super::{cards, plots, waterfall};
+use super::names;
+use super::state::{ModelState, Standing};
+use super::{cards, plots, strip, waterfall};
 use crate::screens::pane::{self, wrapped};
 use crate::screens::run::sentence_case;
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
+
+/// Rows of the page from which the strip is shown.
+const ROOM_FOR_A_STRIP: u16 = 16;
 
 /// Draws the page.
 pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
@@ -20,9 +25,17 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
     let inside = usize::from(area.width.saturating_sub(4));
     let rows = wrapped(&sentence, inside).len().clamp(1, 4);
     let foot = if area.height >= 14 { u16::try_from(rows + 2).unwrap_or(3) } else { 1 };
-    let [body, foot] = Layout::vertical([Constraint::Fill(1), Constraint::Length(foot)]).areas(area);
-    foot_pane(state, model, &sentence, frame, foot);
     let theme = &state.theme;
+    let lines = if area.height >= ROOM_FOR_A_STRIP {
+        strip::lines(model, (area.width, area.height), theme)
+    } else {
+        Vec::new()
+    };
+    let strip = Constraint::Length(u16::try_from(lines.len()).unwrap_or(0));
+    let [above, body, foot] =
+        Layout::vertical([strip, Constraint::Fill(1), Constraint::Length(foot)]).areas(area);
+    strip::view(lines, frame, above);
+    foot_pane(state, model, &sentence, frame, foot);
     if body.width < 60 {
         cards::view(model, theme, &state.hits, frame, body);
         return;
@@ -34,16 +47,14 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
         Layout::horizontal([Constraint::Length(25), Constraint::Fill(1), Constraint::Length(24)]).areas(body)
     };
     cards::view(model, theme, &state.hits, frame, left);
-    plots::view(model, theme, frame, middle);
+    plots::view(model, theme, &state.hits, frame, middle);
     waterfall::view(model, theme, frame, right);
 }
 
 /// What the sentence at the foot says.
 fn sentence(model: &ModelState) -> String {
     if let Some(name) = &model.naming {
-        return format!(
-            "Add effect: {name}\u{2588}   Enter adds it, Esc closes. For example joint_zero(*), geometry(*)."
-        );
+        return naming(model.standing.as_ref(), name);
     }
     if let Some(busy) = &model.busy {
         let known = model
@@ -60,14 +71,62 @@ fn sentence(model: &ModelState) -> String {
         let doing = sentence_case(&busy.doing);
         return format!("{known} {doing} \u{2026}{so_far}").trim_start().to_owned();
     }
+    if let Some(text) = model.pointed.and_then(|row| pointed(model.standing.as_ref()?, row)) {
+        return text;
+    }
     match (&model.preview, &model.standing) {
         (Some(preview), _) => format!(
             "Preview: with {} added, {:.4} mm RMS would be left. a adds it, Space goes back.",
             preview.candidate, preview.rms_mm
         ),
-        (None, Some(standing)) => format!("{} {}", standing.sentence, standing.error).trim_end().to_owned(),
+        (None, Some(standing)) => standing.sentence.clone(),
         (None, None) => format!("Looking at {} \u{2026}", model.files),
     }
+}
+
+/// Names shown at most while one is being written.
+const NAMES_SHOWN: usize = 4;
+
+/// The name that is being written, and what it could become.
+fn naming(standing: Option<&Standing>, name: &str) -> String {
+    let found = names::matching(standing, name);
+    let shown: Vec<&str> = found.iter().take(NAMES_SHOWN).map(String::as_str).collect();
+    let known = match (shown.is_empty(), found.len() > NAMES_SHOWN) {
+        (true, _) => "no effect of the library begins so (`plumb model effects` lists them).".to_owned(),
+        (false, true) => {
+            format!("Tab completes: {} and {} more.", shown.join(", "), found.len() - NAMES_SHOWN)
+        }
+        (false, false) => format!("Tab completes: {}.", shown.join(", ")),
+    };
+    format!("Add effect: {name}\u{2588}   Enter adds it, Esc closes; {known}")
+}
+
+/// The row that is pointed out: its line, how far off it is, its pose.
+fn pointed(standing: &Standing, row: usize) -> Option<String> {
+    let worst = standing.residuals.worst();
+    let known = standing.residuals.rows.iter().find(|known| known.row == row)?;
+    let rank = worst.iter().position(|other| *other == row)?;
+    let place = match rank {
+        0 => "the worst".to_owned(),
+        _ => format!("number {} from the worst", rank + 1),
+    };
+    let joints = standing.joints.iter().zip(&known.joints);
+    let pose: Vec<String> =
+        joints.map(|(joint, value)| format!("{} {value:.1} {}", joint.name, joint.unit)).collect();
+    let held_out = if known.held_out { " Held out." } else { "" };
+    let weight = match known.weight < 0.995 {
+        true => format!(" Weight in the fit {:.2}.", known.weight),
+        false => String::new(),
+    };
+    let [x, y, z] = known.vector_mm;
+    Some(format!(
+        "{} {} ({place} of {}): off by {:.3} mm (x {x:.3}, y {y:.3}, z {z:.3}) at {}.{held_out}{weight}",
+        standing.row_name,
+        known.line,
+        worst.len(),
+        known.size_mm,
+        pose.join(", ")
+    ))
 }
 
 fn foot_pane(state: &State, model: &ModelState, sentence: &str, frame: &mut Frame, area: Rect) {

@@ -1,6 +1,8 @@
-//! The fall of the error from the bare model through each effect to the floor, in variance, because root mean squares do
-//! not add. What is fitted is solid, what is left where nothing was fitted is hollow.
+//! What adding effects did: the error of a measured point, mm, from the bare model through each effect. Mechanisms are solid, corrections and a residual map
+//! hatched; the end of a whisker is what is left where nothing was fitted. The noise of a point and what no function of what is known of a row predicts are
+//! lines across all bars.
 
+use plumb_diagnosis::report::StepKind;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -8,51 +10,78 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::state::{FallStep, ModelState, Standing};
-use crate::screens::pane::{self, columns, fitted};
+use crate::screens::pane::{self, columns, fitted, wrapped};
 use crate::screens::theme::Theme;
+
+/// What fills a bar: mechanisms, and what has a correction in.
+const SOLID: &str = "\u{2588}";
+const HATCHED: &str = "\u{2592}";
+
+/// The lines across the bars: the noise, and what is not predictable.
+const NOISE: &str = "\u{2502}";
+const BOUND: &str = "\u{250a}";
+
+/// Length of a bar in columns per millimetre, and the two lines.
+struct Scale {
+    greatest_mm: f64,
+    width: usize,
+    noise_mm: Option<f64>,
+    bound_mm: Option<f64>,
+}
+
+impl Scale {
+    /// The column in which an error ends, from 0; the last for the greatest.
+    fn column(&self, error_mm: f64) -> usize {
+        let share = if self.greatest_mm > 0.0 { (error_mm / self.greatest_mm).clamp(0.0, 1.0) } else { 0.0 };
+        // At most the width of a terminal, so the cast is exact.
+        (share * self.width.saturating_sub(1) as f64).round() as usize
+    }
+}
 
 /// Draws the fall.
 pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: Rect) {
-    let inner = pane::open(frame, area, theme, "Error left, mm\u{b2}", false);
+    let inner = pane::open(frame, area, theme, "RMS of a point, mm", false);
     let Some(standing) = &model.standing else { return };
     let width = usize::from(inner.width);
-    let greatest = standing
-        .fall
-        .iter()
-        .flat_map(|step| [step.fit_mm2, step.held_out_mm2.unwrap_or(0.0)])
-        .filter(|value| value.is_finite())
-        .fold(0.0, f64::max);
-    let legend = Line::from(vec![
-        Span::styled("\u{2588}", theme.measured),
-        Span::styled(" fit ", theme.faint),
-        Span::styled("\u{2591}", theme.measured),
-        Span::styled(" held out", theme.faint),
-    ]);
-    let numbers = Line::styled(format!("{:>width$}", "RMS mm"), theme.faint);
-    let mut lines = vec![legend, numbers];
+    let scale = scale(standing, width);
+    let mut lines = Vec::new();
+    let mut hatched = false;
     for step in &standing.fall {
-        lines.extend(step_lines(step, greatest, width, theme));
+        hatched |= matches!(step.kind, StepKind::Correction | StepKind::ResidualMap);
+        lines.extend(step_lines(step, hatched, &scale, theme));
     }
     if let Some(preview) = &model.preview {
         let step = FallStep {
             added: format!("? {}", preview.candidate),
-            fit_mm2: preview.rms_mm * preview.rms_mm,
-            held_out_mm2: None,
+            kind: StepKind::Mechanism,
+            fit_mm: preview.rms_mm,
+            held_out_mm: None,
         };
-        lines.extend(step_lines(&step, greatest, width, theme).map(|line| in_style(line, theme.preview)));
+        lines.extend(step_lines(&step, hatched, &scale, theme).map(|line| in_style(line, theme.preview)));
     }
-    let mut floor = bound_lines(standing, greatest, width, theme);
-    floor.extend(floor_lines(standing, greatest, width, theme));
+    let legend = legend(standing, hatched, (width, inner.height), theme);
     let next = next_lines(standing, width, theme);
-    // The newest steps and the floor stay where room is short.
-    let next =
-        if lines.len() + floor.len() + next.len() <= usize::from(inner.height) { next } else { Vec::new() };
-    let room = usize::from(inner.height).saturating_sub(floor.len() + next.len());
+    // The newest steps and the noise stay where room is short.
+    let height = usize::from(inner.height);
+    let next = if lines.len() + legend.len() + next.len() <= height { next } else { Vec::new() };
+    let room = height.saturating_sub(legend.len() + next.len());
     let cut = lines.len().saturating_sub(room);
     let mut shown: Vec<Line> = lines.into_iter().skip(cut).collect();
-    shown.extend(floor);
+    shown.extend(legend);
     shown.extend(next);
     frame.render_widget(Paragraph::new(shown), inner);
+}
+
+fn scale(standing: &Standing, width: usize) -> Scale {
+    let errors = standing.fall.iter().flat_map(|step| [Some(step.fit_mm), step.held_out_mm]).flatten();
+    let lines = [standing.floor_of_a_point_mm, standing.not_predictable_mm];
+    let all = errors.chain(lines.into_iter().flatten()).filter(|error| error.is_finite());
+    Scale {
+        greatest_mm: all.fold(0.0, f64::max),
+        width,
+        noise_mm: standing.floor_of_a_point_mm,
+        bound_mm: standing.not_predictable_mm,
+    }
 }
 
 /// The poses to measure next, where the lab asks for some.
@@ -65,74 +94,92 @@ fn next_lines(standing: &Standing, width: usize, theme: &Theme) -> Vec<Line<'sta
     heads.chain(poses).collect()
 }
 
-/// What no function of pose, moves and conditions predicts, as a bar beside the others.
-fn bound_lines(standing: &Standing, greatest: f64, width: usize, theme: &Theme) -> Vec<Line<'static>> {
-    let Some(bound) = standing.not_predictable_mm else { return Vec::new() };
-    let step = FallStep { added: "not predictable".to_owned(), fit_mm2: bound * bound, held_out_mm2: None };
-    step_lines(&step, greatest, width, theme).map(|line| in_style(line, theme.preview)).into()
-}
+/// Rows of the pane from which the legend says all.
+const ROOM_FOR_LEGEND: u16 = 18;
 
-/// The floor as a bar beside the others, and where it comes from. Residuals are lengths in space where more than one axis
-/// was measured, and so is the floor then.
-fn floor_lines(standing: &Standing, greatest: f64, width: usize, theme: &Theme) -> Vec<Line<'static>> {
-    let words = |text: &str| {
-        let lines = pane::wrapped(text, width).into_iter();
-        lines.map(|line| Line::styled(line, theme.good)).collect::<Vec<_>>()
+/// What the signs mean, and the errors at which the lines are; in a small pane only the latter.
+fn legend(
+    standing: &Standing,
+    hatched: bool,
+    (width, height): (usize, u16),
+    theme: &Theme,
+) -> Vec<Line<'static>> {
+    let roomy = height >= ROOM_FOR_LEGEND;
+    let mut lines = Vec::new();
+    let mut say = |text: String, style: Style| {
+        lines.extend(wrapped(&text, width).into_iter().map(|line| Line::styled(line, style)));
     };
-    let Some(floor) = standing.floor_mm else { return words("floor unknown: no repeats, none declared") };
-    let axes = standing.residuals.axes().max(1);
-    let square = floor * floor * axes as f64;
-    let step = FallStep { added: "noise floor".to_owned(), fit_mm2: square, held_out_mm2: None };
-    let mut lines: Vec<Line> =
-        step_lines(&step, greatest, width, theme).map(|line| in_style(line, theme.good)).into();
-    let each = if axes > 1 { format!("{floor:.4} mm an axis, ") } else { String::new() };
-    lines.extend(words(&format!("{each}{}", standing.floor_source)));
+    match (standing.floor_of_a_point_mm, standing.floor_mm) {
+        (Some(point), Some(reading)) if roomy => say(
+            format!(
+                "{NOISE} noise of a point {point:.4} ({reading:.4} a reading, {})",
+                standing.floor_source
+            ),
+            theme.good,
+        ),
+        (Some(point), _) => say(format!("{NOISE} noise {point:.4}"), theme.good),
+        _ => say("noise unknown: no repeats, none declared".to_owned(), theme.good),
+    }
+    if let Some(bound) = standing.not_predictable_mm {
+        say(format!("{BOUND} not predictable {bound:.4}"), theme.preview);
+    }
+    if !roomy {
+        return lines;
+    }
+    let correction = if hatched { format!(", {HATCHED} with corrections") } else { String::new() };
+    let held_out = match standing.fall.iter().any(|step| step.held_out_mm.is_some()) {
+        true => ", \u{2524} regions left out",
+        false => "",
+    };
+    say(format!("{SOLID} fit{correction}{held_out}"), theme.faint);
     lines
 }
 
-/// A line all in one style.
+/// A line all in one style, but for the lines across.
 fn in_style(mut line: Line<'static>, style: Style) -> Line<'static> {
-    line.iter_mut().for_each(|span| span.style = style);
+    let is_line = |span: &Span| span.content == NOISE || span.content == BOUND;
+    line.iter_mut().filter(|span| !is_line(span)).for_each(|span| span.style = style);
     line
 }
 
-fn step_lines(step: &FallStep, greatest: f64, width: usize, theme: &Theme) -> [Line<'static>; 2] {
-    let rms = |square: f64| format!("{:.4}", square.max(0.0).sqrt());
-    let (fit, held_out) = (rms(step.fit_mm2), step.held_out_mm2.map_or_else(String::new, rms));
-    let label = fitted(&step.added, width.saturating_sub(columns(&fit) + 1));
-    let gap = width.saturating_sub(columns(&label) + columns(&fit));
-    let room = width.saturating_sub(columns(&fit) + 1);
-    let (solid, hollow) = bar(step, greatest, room);
-    let rest = width.saturating_sub(columns(&solid) + columns(&hollow));
+fn step_lines(step: &FallStep, hatched: bool, scale: &Scale, theme: &Theme) -> [Line<'static>; 2] {
+    let fit = format!("{:.4}", step.fit_mm);
+    let held_out = step.held_out_mm.map_or_else(String::new, |error| format!("\u{2524}{error:.4}"));
+    let numbers = format!("{fit}{held_out}");
+    let label = fitted(&step.added, scale.width.saturating_sub(columns(&numbers) + 1));
+    let gap = scale.width.saturating_sub(columns(&label) + columns(&numbers));
     [
         Line::from(vec![
             Span::styled(label, theme.heading),
             Span::styled(format!("{:gap$}{fit}", ""), theme.text),
+            Span::styled(held_out, theme.faint),
         ]),
-        Line::from(vec![
-            Span::styled(solid, theme.measured),
-            Span::styled(hollow, theme.measured),
-            Span::styled(format!("{held_out:>rest$}"), theme.faint),
-        ]),
+        bar(step, hatched, scale, theme),
     ]
 }
 
-/// The solid and the hollow part of a bar, in eighths of a column.
-fn bar(step: &FallStep, greatest: f64, width: usize) -> (String, String) {
-    const EIGHTHS: [&str; 8] =
-        ["", "\u{258f}", "\u{258e}", "\u{258d}", "\u{258c}", "\u{258b}", "\u{258a}", "\u{2589}"];
-    let eighths = |value: f64| {
-        let share = if greatest > 0.0 { (value / greatest).clamp(0.0, 1.0) } else { 0.0 };
-        // At most eight times the width of a terminal, so the cast is exact.
-        (share * width as f64 * 8.0).round() as usize
+/// The bar of a step, column by column.
+fn bar(step: &FallStep, hatched: bool, scale: &Scale, theme: &Theme) -> Line<'static> {
+    let fill = if hatched { HATCHED } else { SOLID };
+    let fit = scale.column(step.fit_mm);
+    let held_out = step.held_out_mm.map(|error| scale.column(error)).filter(|end| *end > fit);
+    let noise = scale.noise_mm.map(|error| scale.column(error));
+    let bound = scale.bound_mm.map(|error| scale.column(error));
+    let last = [Some(fit), held_out, noise, bound].into_iter().flatten().max().unwrap_or(0);
+    let cell = |column: usize| -> Span<'static> {
+        if Some(column) == noise {
+            Span::styled(NOISE, theme.good)
+        } else if Some(column) == bound {
+            Span::styled(BOUND, theme.preview)
+        } else if column <= fit {
+            Span::styled(fill, theme.measured)
+        } else {
+            match held_out {
+                Some(end) if column == end => Span::styled("\u{2524}", theme.measured),
+                Some(end) if column < end => Span::styled("\u{2500}", theme.measured),
+                _ => Span::raw(" "),
+            }
+        }
     };
-    let fit = eighths(step.fit_mm2);
-    let mut solid = "\u{2588}".repeat(fit / 8);
-    solid.push_str(EIGHTHS.get(fit % 8).copied().unwrap_or(""));
-    if solid.is_empty() && step.fit_mm2 > 0.0 {
-        solid.push_str(EIGHTHS[1]);
-    }
-    let held_out = step.held_out_mm2.map_or(0, eighths).div_ceil(8);
-    let hollow = "\u{2591}".repeat(held_out.saturating_sub(columns(&solid)));
-    (solid, hollow)
+    (0..=last.min(scale.width.saturating_sub(1))).map(cell).collect()
 }

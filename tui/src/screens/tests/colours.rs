@@ -1,4 +1,4 @@
-//! The pages of a cell at three sizes, with colours and without: the same text, and which style each place has.
+//! The pages at three sizes, with colours and without: the same text, and which style each place has.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,8 @@ use ratatui::crossterm::event::KeyCode;
 use ratatui::style::Color;
 
 use super::fixtures::{
-    begun, decision_asked, drawn, finished, jog_asked, passed, press, recorded, searching, started, tell,
+    begun, decision_asked, drawn, examined, finished, jog_asked, passed, press, recorded, searching, started,
+    tell,
 };
 use super::scanning::scanned;
 use crate::screens::screen::Screen;
@@ -32,7 +33,11 @@ fn pages() -> Vec<(&'static str, State)> {
     let mut failed = searching();
     tell(&mut failed, finished("cycle[2].lower", StepOutcome::Failed, "eye stayed OFF"));
     tell(&mut failed, decision_asked());
+    let mut details = examined();
+    press(&mut details, KeyCode::Enter);
     vec![
+        ("model", examined()),
+        ("model-details", details),
         ("cell", on(Screen::Cell, searching())),
         ("run-jog", jogging),
         ("run-large", large),
@@ -90,7 +95,7 @@ fn in_words(cell: &Cell) -> String {
 }
 
 #[test]
-fn every_page_of_a_cell_has_its_colours_and_without_them_the_same_text_in_none() {
+fn every_page_has_its_colours_and_without_them_the_same_text_in_none() {
     for (name, state) in pages() {
         let plain = State { theme: Theme::plain(), ..state.clone() };
         for (width, height) in SIZES {

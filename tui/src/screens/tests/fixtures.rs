@@ -6,7 +6,8 @@ use plumb_cell::event::{
     Correction, DeviceState, Event, NamedValue, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath,
 };
 use plumb_cell::prompt::{ChoiceOption, Decision, JogGoal, Prompt, PromptId, PromptKind};
-use plumb_diagnosis::laboratory::{RowResidual, Series};
+use plumb_diagnosis::laboratory::{EffectPlot, JointAxis, PlotAxis, RowResidual, Series};
+use plumb_diagnosis::report::StepKind;
 use plumb_record::{RunEnd, RunId, RunState, RunSummary};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -347,6 +348,7 @@ fn standing() -> Standing {
         size: "1.90e-4 rad/(N m) \u{b1} 1.0e-6".to_owned(),
         gain_mm: Some(0.241),
         holm_p: Some(3e-14),
+        probability: Some(0.93),
         ties: Vec::new(),
         standing,
         reason: String::new(),
@@ -364,18 +366,49 @@ fn standing() -> Standing {
             .to_owned(),
         floor_mm: Some(0.05),
         floor_source: "repeats".to_owned(),
-        not_predictable_mm: None,
-        error: String::new(),
+        floor_of_a_point_mm: Some(0.0866),
+        at_floor: false,
+        row_name: "Line",
+        not_predictable_mm: Some(0.14),
+        how_large: "RMS 0.312, mean 0.204, 95 % 0.410, max 12.728 mm; noise 0.087".to_owned(),
+        how_much: "0.17 \u{b1} 0.02 mm, from pose + last move; 0.140 mm is not predictable".to_owned(),
+        where_it_is: "worst lines 79, 134, 73; along lift 0.191, pan 0.110 mm RMS".to_owned(),
+        joints: JOINTS.map(|name| JointAxis { name: name.to_owned(), unit: "deg" }).into(),
+        plots: vec![own_plot()],
         cards,
         warnings: vec!["row 79 lies far outside the others' scatter".to_owned()],
         residuals: residuals(),
         arm_mm: vec![[0.0, 0.0, 0.0], [0.0, 0.0, 300.0], [200.0, 40.0, 420.0], [320.0, 60.0, 300.0]],
         next: vec!["10 -40 80 0 30 5 side ++0000".to_owned()],
         fall: vec![
-            FallStep { added: "start".to_owned(), fit_mm2: 0.51, held_out_mm2: Some(0.53) },
-            FallStep { added: "joint_zero(*)".to_owned(), fit_mm2: 0.33, held_out_mm2: Some(0.34) },
-            FallStep { added: "geometry(*)".to_owned(), fit_mm2: 0.0121, held_out_mm2: Some(0.0144) },
+            fall_step("start", StepKind::Start, 0.714, 0.728),
+            fall_step("joint_zero(*)", StepKind::Mechanism, 0.574, 0.583),
+            fall_step("joint_harmonic(pan, 2)", StepKind::Correction, 0.310, 0.320),
         ],
+    }
+}
+
+const JOINTS: [&str; 6] = ["pan", "lift", "elbow", "wrist1", "wrist2", "wrist3"];
+
+fn fall_step(added: &str, kind: StepKind, fit_mm: f64, held_out_mm: f64) -> FallStep {
+    FallStep { added: added.to_owned(), kind, fit_mm, held_out_mm: Some(held_out_mm) }
+}
+
+/// The own plot of the first candidate: what is left goes with the moment about the shoulder.
+fn own_plot() -> EffectPlot {
+    let moment = |row: usize| (row * 37 % 181) as f64 - 90.0;
+    let noise = |row: usize| (row as f64 * 1.7).sin() * 0.05;
+    EffectPlot {
+        effect: "joint_compliance(shoulder)".to_owned(),
+        added: false,
+        across: PlotAxis { shows: "moment about shoulder".to_owned(), unit: "N m".to_owned() },
+        up: PlotAxis {
+            shows: "left without it, along the motion of shoulder".to_owned(),
+            unit: "mm".to_owned(),
+        },
+        points: (0..200).map(|row| (moment(row), 0.003 * moment(row) + noise(row), row)).collect(),
+        curve: vec![(-90.0, -0.27), (90.0, 0.27)],
+        rms_mm: [0.16, 0.035],
     }
 }
 
@@ -395,15 +428,17 @@ fn residuals() -> Residuals {
             vector_mm: [error(row), 0.4 * noise(row), -error(row)],
             size_mm: error(row).abs() * 2.0_f64.sqrt(),
             point_mm: [spread(row, 17) * 2.0, spread(row, 23) * 2.0, 300.0],
+            joints: (0..6).map(|joint| spread(row, 29 + 8 * joint)).collect(),
         })
         .collect();
     let series = |against: &str, unit: &str, shows: &str, points: Vec<(f64, f64, usize)>| Series {
         against: against.to_owned(),
         unit: unit.to_owned(),
         shows: shows.to_owned(),
+        of_size: unit == "row",
         points,
     };
-    let mut all: Vec<Series> = ["pan", "lift", "elbow", "wrist1", "wrist2", "wrist3"]
+    let mut all: Vec<Series> = JOINTS
         .iter()
         .enumerate()
         .map(|(joint, name)| {
@@ -412,7 +447,7 @@ fn residuals() -> Residuals {
         })
         .collect();
     let sizes = (0..200).map(|row| (row as f64, error(row).abs(), row)).collect();
-    all.push(series("order", "row", "size of the residual, mm", sizes));
+    all.push(series("order", "row", "error of a row, mm", sizes));
     Residuals { rows, series: all }
 }
 

@@ -3,6 +3,7 @@
 mod browsing;
 mod colours;
 mod fixtures;
+mod modelling;
 mod operating;
 mod pages;
 mod panicking;

@@ -1,4 +1,4 @@
-//! A sketch of each effect in three lines: what is drawn is dashed or thin, what is built is heavy.
+//! A sketch of each effect in three lines, for screens and text: what is drawn is dashed or thin, what is built is heavy.
 
 /// Columns of the widest sketch.
 #[cfg(test)]
@@ -51,14 +51,18 @@ mod tests {
     use plumb_calibration::effect::kinds;
 
     use super::*;
-    use crate::screens::pane::columns;
 
     #[test]
     fn every_effect_of_the_library_has_a_sketch_that_fits_a_card() {
         for kind in kinds() {
             let sketch = of(kind.name).unwrap_or_else(|| panic!("{} has no sketch", kind.name));
             for line in sketch {
-                assert!(columns(line) <= WIDEST, "{}: {line} takes {} columns", kind.name, columns(line));
+                assert!(
+                    line.chars().count() <= WIDEST,
+                    "{}: {line} takes {} columns",
+                    kind.name,
+                    line.chars().count()
+                );
             }
         }
     }

@@ -1,0 +1,77 @@
+//! Names that can be added: the effects of the library at the arm's joints. `Tab` completes what has been written.
+
+use plumb_calibration::effect::{Places, kinds};
+
+use super::state::Standing;
+
+/// Every name that could be meant, the judged candidates first.
+fn names(standing: Option<&Standing>) -> Vec<String> {
+    let cards = standing.into_iter().flat_map(|standing| standing.cards.iter().map(|card| card.key.clone()));
+    let joints =
+        || standing.into_iter().flat_map(|standing| standing.joints.iter().map(|joint| joint.name.as_str()));
+    let mut all: Vec<String> = cards.collect();
+    all.push("geometry(*)".to_owned());
+    for kind in kinds() {
+        let name = kind.name;
+        match kind.places {
+            Places::Joints => {
+                all.push(format!("{name}(*)"));
+                all.extend(joints().map(|joint| format!("{name}({joint})")));
+            }
+            Places::JointsAndOrder | Places::JointPairs | Places::JointsAndQuantity => {
+                all.extend(joints().map(|joint| format!("{name}({joint}, ")));
+            }
+            Places::Targets => all.push(format!("{name}(p")),
+            Places::Axes => all.extend(["x", "y", "z"].map(|axis| format!("{name}({axis})"))),
+            Places::Surfaces | Places::Readings => all.push(format!("{name}(")),
+            Places::Base | Places::Instrument | Places::Sensor => all.push(name.to_owned()),
+        }
+    }
+    let mut seen = std::collections::HashSet::new();
+    all.retain(|name| seen.insert(name.clone()));
+    all
+}
+
+/// The names that begin with what has been written.
+pub(super) fn matching(standing: Option<&Standing>, written: &str) -> Vec<String> {
+    names(standing).into_iter().filter(|name| name.starts_with(written)).collect()
+}
+
+/// What has been written, completed as far as all names that begin with it agree.
+pub(super) fn completed(standing: Option<&Standing>, written: &str) -> String {
+    let found = matching(standing, written);
+    let Some(first) = found.first() else { return written.to_owned() };
+    let agree = |length: &usize| found.iter().all(|name| name.get(..*length) == first.get(..*length));
+    let length = (written.len()..=first.len()).rev().find(agree).unwrap_or(written.len());
+    first.get(..length).unwrap_or(written).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use plumb_diagnosis::laboratory::JointAxis;
+
+    use super::*;
+
+    fn arm() -> Standing {
+        let joints = ["pan", "lift"].map(|name| JointAxis { name: name.to_owned(), unit: "deg" });
+        Standing { joints: joints.into(), ..Standing::default() }
+    }
+
+    #[test]
+    fn a_name_is_completed_as_far_as_it_is_certain() {
+        let arm = arm();
+        assert_eq!(completed(Some(&arm), "joint_st"), "joint_st", "joint_step and joint_stiffening");
+        assert_eq!(completed(Some(&arm), "joint_sti"), "joint_stiffening(");
+        assert_eq!(completed(Some(&arm), "joint_stiffening(l"), "joint_stiffening(lift)");
+        assert_eq!(completed(Some(&arm), "geo"), "geometry(*)");
+        assert_eq!(completed(Some(&arm), "nonsense"), "nonsense");
+        assert_eq!(completed(None, "base_t"), "base_tilt");
+    }
+
+    #[test]
+    fn every_effect_of_the_library_can_be_completed() {
+        for kind in kinds() {
+            assert!(!matching(Some(&arm()), kind.name).is_empty(), "{}", kind.name);
+        }
+    }
+}

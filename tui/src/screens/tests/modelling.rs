@@ -1,0 +1,249 @@
+//! The Model screen: the order of what it says, the chosen candidate's own plot, details, rows that are pointed out, and what asks before it is added.
+
+use ratatui::crossterm::event::KeyCode;
+
+use super::fixtures::{examined, page, press};
+use crate::screens::message::{Action, Message};
+use crate::screens::model::testing::{CardStanding, Standing};
+use crate::screens::model::{LabAnswer, LabRequest};
+use crate::screens::screen::Screen;
+use crate::screens::state::{Overlay, State};
+use crate::screens::update::update;
+
+/// The sizes the page is looked at in.
+const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
+
+fn standing(state: &State) -> Standing {
+    state.model.as_ref().and_then(|model| model.standing.clone()).expect("the model was examined")
+}
+
+fn take(state: &mut State, standing: Standing) {
+    update(state, Message::Lab(LabAnswer::Examined(Box::new(standing))));
+}
+
+/// The row and column of a text on the page.
+#[track_caller]
+fn place_of(page: &str, text: &str) -> (usize, usize) {
+    let mut lines = page.lines().enumerate();
+    let found = lines.find_map(|(row, line)| {
+        let (before, _) = line.trim_matches('"').split_once(text)?;
+        Some((row, before.chars().count()))
+    });
+    found.unwrap_or_else(|| panic!("{text} is not on the page:\n{page}"))
+}
+
+#[test]
+fn the_page_answers_in_order_how_large_how_much_where_which_and_what_adding_did() {
+    for (width, height) in SIZES {
+        let page = page(&examined(), width, height);
+        let strip = ["Error  ", "Explainable", "Where  "].map(|name| place_of(&page, name).0);
+        assert!(strip.is_sorted() && strip[0] == 1, "{page}");
+        assert!(page.contains("RMS 0.312, mean 0.204, 95 % 0.410, max 12.728 mm"), "{page}");
+        assert!(page.contains("from pose + last move"), "{page}");
+        let panes = ["Which effect", "\u{b1}0.40", "RMS of a point"].map(|name| place_of(&page, name));
+        assert!(panes[0].0 > strip[2], "{page}");
+        assert!(panes.map(|pane| pane.1).is_sorted(), "{page}");
+    }
+}
+
+#[test]
+fn the_chosen_candidates_own_plot_comes_first_with_both_axes_named() {
+    for (width, height) in SIZES {
+        let mut state = examined();
+        let page_of = |state: &State| page(state, width, height);
+        let shown = page_of(&state);
+        let (own, _) = place_of(&shown, "joint_compliance(shoulder");
+        let first_joint = shown.lines().position(|line| line.contains("error along pan"));
+        assert!(first_joint.is_none_or(|row| row > own), "{shown}");
+        assert!(
+            shown.contains("moment about shoulder, N m") && shown.contains("-90") && shown.contains("90"),
+            "{shown}"
+        );
+        press(&mut state, KeyCode::Down);
+        let shown = page_of(&state);
+        assert!(!shown.contains("moment about"), "the next candidate has no plot:\n{shown}");
+    }
+    let wide = page(&examined(), 200, 60);
+    assert!(wide.contains("moment about shoulder, N m"), "{wide}");
+    assert!(wide.contains("error along pan, mm") && wide.contains("pan, deg"), "{wide}");
+    assert!(wide.contains("error of a row, mm") && wide.contains("order, row"), "{wide}");
+    assert!(wide.contains("error in space"), "{wide}");
+}
+
+#[test]
+fn a_pane_too_small_for_all_plots_says_which_are_shown_and_pages_through_them() {
+    let mut state = examined();
+    let shown = page(&state, 80, 24);
+    assert!(shown.contains("1/11 PgDn"), "{shown}");
+    press(&mut state, KeyCode::PageDown);
+    assert!(page(&state, 80, 24).contains("2/11 PgDn"), "{}", page(&state, 80, 24));
+}
+
+#[test]
+fn enter_opens_the_details_of_a_candidate_and_closes_them() {
+    for (width, height) in SIZES {
+        let mut state = examined();
+        assert_eq!(press(&mut state, KeyCode::Enter), [], "nothing is added");
+        let shown = page(&state, width, height);
+        assert!(shown.contains("1 of 3 \u{b7} joint_compliance(shoulder)"), "{shown}");
+        assert!(shown.contains("Probability 93 %."), "{shown}");
+        assert!(shown.contains("To see it:"), "{shown}");
+        press(&mut state, KeyCode::Down);
+        assert!(page(&state, width, height).contains("2 of 3 \u{b7} link_sag(upper_arm)"));
+        press(&mut state, KeyCode::Enter);
+        assert_eq!(state.overlay, None);
+    }
+    let mut state = examined();
+    press(&mut state, KeyCode::Enter);
+    assert_eq!(press(&mut state, KeyCode::Esc), [Action::Stop], "the stop key closes them too");
+    assert_eq!(state.overlay, None);
+}
+
+#[test]
+fn what_was_not_named_is_added_only_after_a_question() {
+    let mut state = examined();
+    press(&mut state, KeyCode::Down);
+    press(&mut state, KeyCode::Down);
+    for refusal in [KeyCode::Char('n'), KeyCode::Enter, KeyCode::Esc] {
+        assert_eq!(press(&mut state, KeyCode::Char('a')), []);
+        assert_eq!(state.overlay, Some(Overlay::AddRejected));
+        let shown = page(&state, 80, 24);
+        let reason = "joint_backlash(elbow) was not named: no gain where it was";
+        assert!(shown.contains(reason) && shown.contains("y  add it all the same"), "{shown}");
+        let actions = press(&mut state, refusal);
+        assert!(!actions.iter().any(|action| matches!(action, Action::Lab(_))), "{actions:?}");
+        assert_eq!(state.overlay, None);
+    }
+    press(&mut state, KeyCode::Char('a'));
+    let add = Action::Lab(LabRequest::Add("joint_backlash(elbow)".to_owned()));
+    assert_eq!(press(&mut state, KeyCode::Char('y')), [add]);
+    assert_eq!(state.overlay, None);
+
+    let mut state = examined();
+    press(&mut state, KeyCode::Char('n'));
+    for key in "joint_backlash( elbow )".chars() {
+        press(&mut state, KeyCode::Char(key));
+    }
+    assert_eq!(press(&mut state, KeyCode::Enter), [], "by its name as well");
+    assert_eq!(state.overlay, Some(Overlay::AddRejected));
+}
+
+#[test]
+fn what_is_in_the_model_is_shown_first_at_the_floor_and_not_added_again() {
+    let mut state = examined();
+    let mut standing = standing(&state);
+    standing.at_floor = true;
+    for card in &mut standing.cards {
+        card.standing = CardStanding::Rejected;
+    }
+    standing.cards.swap(0, 2);
+    standing.cards[2].standing = CardStanding::InModel;
+    standing.plots[0].added = true;
+    take(&mut state, standing);
+    let shown = page(&state, 120, 40);
+    assert!(shown.contains("in the model") && shown.contains("moment about"), "{shown}");
+    for key in [KeyCode::Char('a'), KeyCode::Char(' ')] {
+        assert_eq!(press(&mut state, key), []);
+        let notice = state.notice.as_ref().map(|notice| notice.text.clone()).unwrap_or_default();
+        assert!(notice.starts_with("That is in the model already"), "{notice}");
+    }
+}
+
+#[test]
+fn rows_are_pointed_out_from_the_worst_on_and_by_a_click_on_a_point() {
+    let mut state = examined();
+    press(&mut state, KeyCode::Char('w'));
+    let shown = page(&state, 120, 40);
+    assert!(shown.contains("Line 79 (the worst of 200): off by"), "{shown}");
+    assert!(shown.contains("pan") && shown.contains('\u{25c6}'), "the row is marked in the plots:\n{shown}");
+    press(&mut state, KeyCode::Char('w'));
+    assert!(page(&state, 120, 40).contains("(number 2 from the worst of 200)"));
+    press(&mut state, KeyCode::Char('W'));
+    press(&mut state, KeyCode::Char('W'));
+    assert_eq!(state.model.as_ref().and_then(|model| model.pointed), None, "before the worst there is none");
+
+    // The line of the worst row stands in the picture of the error in space.
+    state.size = (200, 60);
+    let shown = page(&state, 200, 60);
+    let space = place_of(&shown, "error in space");
+    let marked = shown.lines().enumerate().skip(space.0).find_map(|(row, line)| {
+        let line = line.trim_matches('"');
+        let characters: Vec<char> = line.chars().collect();
+        let found = (space.1..characters.len() - 1).find(|at| characters[*at..].starts_with(&['7', '9']));
+        found.map(|column| (column, row))
+    });
+    let (column, row) = marked.unwrap_or_else(|| panic!("79 is not marked:\n{shown}"));
+    let at = |place: usize| u16::try_from(place).expect("a place of the page");
+    update(&mut state, Message::Click { column: at(column), row: at(row) });
+    assert_eq!(state.model.as_ref().and_then(|model| model.pointed), Some(77));
+    update(&mut state, Message::Click { column: at(column), row: at(row) });
+    assert_eq!(state.model.as_ref().and_then(|model| model.pointed), None, "again lets go of it");
+}
+
+#[test]
+fn the_fall_is_solid_for_mechanisms_and_hatched_for_corrections_with_noise_and_bound_as_lines() {
+    for (width, height) in [(120, 40), (200, 60)] {
+        let shown = page(&examined(), width, height);
+        let bar_below = |label: &str| -> String {
+            let (row, column) = place_of(&shown, label);
+            shown.lines().nth(row + 1).unwrap_or_default().trim_matches('"').chars().skip(column).collect()
+        };
+        let (start, correction) = (bar_below("start"), bar_below("joint_harm"));
+        assert!(start.contains('\u{2588}') && !start.contains('\u{2592}'), "{start}");
+        assert!(correction.contains('\u{2592}') && !correction.contains('\u{2588}'), "{correction}");
+        for bar in [&start, &correction] {
+            assert!(bar.contains('\u{2502}') && bar.contains('\u{250a}'), "both lines cross {bar}");
+        }
+        assert!(shown.contains("noise of a point 0.0866"), "like is compared with like:\n{shown}");
+        assert!(shown.contains("not predictable 0.1400"), "{shown}");
+    }
+}
+
+#[test]
+fn a_name_is_completed_by_tab_and_says_what_it_could_become() {
+    let mut state = examined();
+    press(&mut state, KeyCode::Char('n'));
+    for key in "joint_sti".chars() {
+        press(&mut state, KeyCode::Char(key));
+    }
+    assert!(page(&state, 120, 40).contains("Tab completes: joint_stiffening(*), joint_stiffening(pan)"));
+    assert_eq!(press(&mut state, KeyCode::Tab), []);
+    assert_eq!(state.screen, Screen::Model, "no other page is shown");
+    let naming = |state: &State| state.model.as_ref().and_then(|model| model.naming.clone());
+    assert_eq!(naming(&state).as_deref(), Some("joint_stiffening("));
+    for key in "q".chars() {
+        press(&mut state, KeyCode::Char(key));
+    }
+    press(&mut state, KeyCode::Tab);
+    assert_eq!(naming(&state).as_deref(), Some("joint_stiffening(q"), "nothing begins so");
+    assert!(page(&state, 120, 40).contains("no effect of the library begins so"));
+}
+
+#[test]
+fn numbers_that_are_none_and_rows_that_are_missing_break_no_plot() {
+    let mut state = examined();
+    let mut standing = standing(&state);
+    for row in &mut standing.residuals.rows {
+        row.vector_mm = [f64::NAN; 3];
+        row.size_mm = f64::INFINITY;
+        row.joints.clear();
+    }
+    for series in &mut standing.residuals.series {
+        series.points.iter_mut().for_each(|point| point.1 = f64::NAN);
+    }
+    standing.plots[0].points.clear();
+    standing.plots[0].curve = vec![(f64::NAN, f64::INFINITY); 3];
+    take(&mut state, standing.clone());
+    for (width, height) in SIZES {
+        page(&state, width, height);
+    }
+    press(&mut state, KeyCode::Char('w'));
+    assert_eq!(state.model.as_ref().and_then(|model| model.pointed), None);
+    standing.residuals.rows.clear();
+    standing.residuals.series.clear();
+    take(&mut state, standing);
+    press(&mut state, KeyCode::Enter);
+    for (width, height) in SIZES {
+        page(&state, width, height);
+    }
+}
