@@ -24,6 +24,11 @@ mod lab;
 #[path = "../run/hosts.rs"]
 mod run_hosts;
 
+#[allow(unused_imports, reason = "its tests are none here")]
+#[path = "../run/python_drivers.rs"]
+mod run_python;
+
+mod drivers;
 mod files;
 mod hosts;
 mod machine;
@@ -69,7 +74,9 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|text| !text.starts_with('-')).collect();
     let rounds = arguments.iter().find_map(|text| text.parse().ok()).unwrap_or(1);
     let wanted: Vec<&String> = arguments.iter().filter(|text| text.parse::<usize>().is_err()).collect();
-    let all = [hosts::ROWS, plugins::ROWS, worlds::ROWS, outside::ROWS, machine::ROWS, files::ROWS].concat();
+    let all =
+        [hosts::ROWS, plugins::ROWS, drivers::ROWS, worlds::ROWS, outside::ROWS, machine::ROWS, files::ROWS]
+            .concat();
     if std::env::args().any(|text| text == "--list") {
         all.iter().for_each(|row| println!("{}: test", row.name));
         return ExitCode::SUCCESS;

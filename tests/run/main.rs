@@ -46,6 +46,7 @@ mod remembering;
 mod rig_corrections;
 mod schema;
 mod serial;
+mod shipped_plugins;
 mod streams;
 mod stripe_bad_input;
 mod stripe_serial;

@@ -1,8 +1,7 @@
-//! Drivers in Python behind the bridge, as a run meets them: stopped while they move, killed, hanging, failing, saying what is no message; and two worked
-//! drivers, on pyserial and on ophyd.
+//! Drivers in Python behind the bridge, as a run meets them: stopped while they move, killed, hanging, failing, saying what is no message; and
+//! changing between two runs.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -10,16 +9,15 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::Signal;
 
 use crate::lab::{Lab, command_of, kill, wait_gone};
-use crate::own_plugins::Own;
 
 /// The driver of an arm that takes its time, and says in a file when it was told to stop.
-const SLOW: [(&str, &str); 2] = [
+pub(crate) const SLOW: [(&str, &str); 2] = [
     ("MAX_SPEED = [1.0, 100.0]", "MAX_SPEED = [0.1, 10.0]"),
     ("\"\"\"Brings it to rest, now.\"\"\"", "open('stopped', 'w').close()"),
 ];
 
 /// A cell with an arm of `plumb plugins new`, its driver changed; none without Python, which is said.
-fn cell(changes: &[(&str, &str)]) -> Option<Lab> {
+pub(crate) fn cell(changes: &[(&str, &str)]) -> Option<Lab> {
     if Command::new("python3").arg("--version").output().is_err() {
         println!("skipped: there is no `python3` here");
         return None;
@@ -36,7 +34,7 @@ fn cell(changes: &[(&str, &str)]) -> Option<Lab> {
 }
 
 /// The living process of a driver of this lab.
-fn driver_of(lab: &Lab) -> Option<u32> {
+pub(crate) fn driver_of(lab: &Lab) -> Option<u32> {
     let folder = fs::canonicalize(lab.path("pyarm")).unwrap();
     let numbers = fs::read_dir("/proc")
         .unwrap()
@@ -211,64 +209,4 @@ fn a_driver_that_has_changed_is_a_question_before_it_runs() {
     let refused = lab.plumb(&["run", "cell-py.yaml", "--headless"]);
     assert_eq!(refused.code(), 4, "{}", refused.all());
     assert!(refused.err().contains("pyarm/driver.py (SHA-256 "), "{}", refused.err());
-}
-
-/// The worked drivers.
-fn examples() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins/bridge/examples")
-}
-
-/// A worked driver in a folder of its own; none where a module that it needs is not installed, which is said.
-fn worked(own: &Own, name: &str, module: &str) -> bool {
-    let found = Command::new("python3").args(["-c", &format!("import {module}")]).output();
-    if !found.is_ok_and(|output| output.status.success()) {
-        println!("skipped: python3 has no module `{module}` here");
-        return false;
-    }
-    for file in ["plugin.yaml", "driver.py"] {
-        fs::copy(examples().join(name).join(file), own.folder().join(file)).unwrap();
-    }
-    true
-}
-
-#[test]
-fn a_sensor_on_pyserial_conforms_on_a_pseudo_terminal() {
-    let own = Own::new("sensor", "gauge", "python");
-    if !worked(&own, "serial-gauge", "serial") {
-        return;
-    }
-    let pair = nix::pty::openpty(None, None).unwrap();
-    let port = nix::unistd::ttyname(&pair.slave).unwrap();
-    // The gauge: a height for each question mark, until the terminal is closed.
-    thread::spawn(move || {
-        let mut line = fs::File::from(pair.master);
-        let mut letter = [0];
-        while std::io::Read::read_exact(&mut line, &mut letter).is_ok() {
-            if letter == *b"?" {
-                std::io::Write::write_all(&mut line, b"12.503\r").unwrap();
-            }
-        }
-    });
-    let config = format!("{{port: {}}}", port.display());
-    let checked = own.plumb(&["plugins", "check", ".", "--config", &config]);
-    assert_eq!(checked.code(), 0, "{}", checked.all());
-    assert!(
-        checked.out().contains("passed   its readings hold what its description says"),
-        "{}",
-        checked.out()
-    );
-    let absent = own.plumb(&["plugins", "check", ".", "--config", "{port: /dev/no-such-port}"]);
-    assert!(absent.out().contains("/dev/no-such-port cannot be opened"), "{}", absent.out());
-    drop(pair.slave);
-}
-
-#[test]
-fn an_axis_of_ophyd_conforms() {
-    let own = Own::new("robot", "axis", "python");
-    if !worked(&own, "ophyd-axis", "ophyd") {
-        return;
-    }
-    let checked = own.plumb(&["plugins", "check", ".", "--move"]);
-    assert_eq!(checked.code(), 0, "{}", checked.all());
-    assert!(checked.out().contains("passed   a move ends where it was told to"), "{}", checked.out());
 }

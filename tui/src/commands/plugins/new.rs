@@ -98,6 +98,10 @@ pub(super) fn run(arguments: &NewArguments, output: &mut impl Write) -> CommandR
     for line in project.commands() {
         writeln!(output, "  {line}")?;
     }
+    if project.language == Language::Rust && source.is_none() {
+        let line = "Cargo.toml takes plumb-plugin from the registry; with plumb's source, give its path: plumb-plugin = { path = \".../core/plugin\" }";
+        writeln!(output, "  ({line})")?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 
