@@ -80,6 +80,18 @@ fn a_driver_that_is_killed_while_it_moves_ends_the_step_with_how_it_ended() {
 }
 
 #[test]
+fn a_driver_that_was_killed_is_started_anew_when_the_step_is_done_again() {
+    let Some(lab) = cell(&SLOW) else { return };
+    lab.write("decide.yaml", "answers: {}\non_error: {out: retry}\n");
+    let mut running = lab.start(&["run", "cell-py.yaml", "--answers", "decide.yaml"]);
+    running.until_moving_in("out");
+    let driver = driver_of(&lab).unwrap();
+    kill(driver);
+    let (last, code) = running.end();
+    assert_eq!(code, Some(0), "{last}");
+}
+
+#[test]
 fn a_driver_ends_with_its_host_and_with_plumb_and_is_told_to_stop_before() {
     let Some(lab) = cell(&SLOW) else { return };
     let mut running = lab.start(&["run", "cell-py.yaml"]);

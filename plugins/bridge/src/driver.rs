@@ -79,7 +79,7 @@ impl Driver {
 
     fn ask(&mut self, question: &Value) -> Result<Value, PluginError> {
         if let Some(why) = &self.gone {
-            return Err(PluginError::Disconnected(why.clone()));
+            return Err(PluginError::Panicked(why.clone()));
         }
         let mut told_to_stop = question["stop"] == true;
         if self.shared.send(question).is_err() {
@@ -118,12 +118,13 @@ impl Driver {
         let last_words = locked(&self.shared.last_words).clone();
         let colon = if last_words.is_empty() { "" } else { ": " };
         let why = format!(
-            "its driver `{}` (process {}) has ended ({how}){colon}{last_words}; the device must be started anew",
+            "its driver `{}` (process {}) has ended ({how}){colon}{last_words}",
             self.command,
             self.process.id()
         );
         self.gone = Some(why.clone());
-        PluginError::Disconnected(why)
+        // As a panic: nothing that was known of the device holds any more, and a retry starts it anew.
+        PluginError::Panicked(why)
     }
 
     /// How it ended; none when it had to be killed.
