@@ -36,6 +36,7 @@ fn without_findings(verdict: Verdict, floor: Floor, comparison: Comparison) -> D
         named: None,
         located: None,
         tied: Vec::new(),
+        free_first: None,
         probability: None,
         left_unexplained_mm: None,
         same: Vec::new(),
@@ -167,6 +168,7 @@ impl Laboratory {
         diagnosis.named = finding.named();
         diagnosis.located = finding.located();
         diagnosis.tied = finding.tied();
+        diagnosis.free_first = finding.free_first;
         diagnosis.left_unexplained_mm = finding.left_unexplained_mm;
         if matches!(finding.verdict, Verdict::Named | Verdict::Located | Verdict::Tied) {
             diagnosis.probability = finding.probability();

@@ -12,7 +12,7 @@ use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::outcome::{Diagnosis, Named, Verdict};
 use crate::thresholds::{FEW_POSES, FEW_POSES_RETURNS, LACK_OF_FIT_LEVEL};
 use crate::verdict::effect_place;
-use crate::wording::{figure, sentence};
+use crate::wording::{sentence, size_text};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect;
 use plumb_estimation::{Progress, f_tail};
@@ -117,11 +117,9 @@ impl Laboratory {
             return Ok((diagnosis, found));
         };
         let sentence = format!(
-            "{} is at work: {} +- {} {}, the same at every pose; add it. {}, and nothing in the library explains that.",
+            "{} is at work: {}, the same at every pose; add it. {}, and nothing in the library explains that.",
             self.model().label(&effect.id),
-            figure(sized.size),
-            figure(sized.se),
-            sized.unit,
+            size_text(sized.size, sized.se, &sized.unit),
             capital(&share_in_words)
         );
         found.named = Some(effect);

@@ -117,11 +117,19 @@ impl Growing {
         Ok(())
     }
 
-    /// Adds what is named; whether anything was.
+    /// Adds what is named; whether anything was. What makes the locked rows worse is not added, however well it does elsewhere: the model is to be used where nothing
+    /// was fitted.
     fn add_named(&mut self, progress: &Progress) -> Result<bool, LaboratoryError> {
         let named = self.diagnosis.named.clone().filter(|_| self.diagnosis.verdict == Verdict::Named);
         let (Some(effect), Some(named)) = (self.found.named.take(), named) else { return Ok(false) };
         let label = self.laboratory.model().label(&effect.id);
+        self.opened += u32::from(!self.laboratory.split().check_rows().is_empty());
+        if self.laboratory.locked_fall(&effect, progress)?.is_some_and(|fall| fall.total < 0.0) {
+            self.diagnosis.warnings.push(format!(
+                "{label} is named by the rows that were fitted, but the locked rows are predicted worse with it: it is not added"
+            ));
+            return Ok(false);
+        }
         let addition = self.laboratory.take_in(vec![effect], progress)?;
         self.go_on(addition, (named, label), (Claim::Mechanism, Vec::new()), progress)?;
         Ok(true)
@@ -243,8 +251,17 @@ impl Laboratory {
 
     /// Whether the locked rows are predicted better with an effect than without it, by more than one standard error over poses; never where none are locked.
     fn is_borne_out(&self, effect: &AddedEffect, progress: &Progress) -> Result<bool, LaboratoryError> {
+        Ok(self.locked_fall(effect, progress)?.is_some_and(|gain| gain.counts()))
+    }
+
+    /// By how much the squared errors of the locked rows fall with an effect, mm2, over poses; nothing where none are locked.
+    fn locked_fall(
+        &self,
+        effect: &AddedEffect,
+        progress: &Progress,
+    ) -> Result<Option<Gain>, LaboratoryError> {
         if let Some(dated) = self.dated_for(std::iter::once(&effect.id), progress)? {
-            return dated.is_borne_out(effect, progress);
+            return dated.locked_fall(effect, progress);
         }
         let held = self.split().check_rows();
         let before = self.fit_with(&[], None, progress)?;
@@ -257,7 +274,7 @@ impl Laboratory {
         let (old, new) = (squares(&before), squares(&after));
         let fall = |rows: &Vec<usize>| -> f64 { rows.iter().map(|row| old[*row] - new[*row]).sum() };
         let falls: Vec<f64> = pose_groups(self.table(), &held).iter().map(fall).collect();
-        Ok(Gain::over(&falls).is_some_and(|gain| gain.counts()))
+        Ok(Gain::over(&falls))
     }
 
     /// The error of the model without its corrections.

@@ -194,6 +194,9 @@ pub struct Diagnosis {
     pub located: Option<Located>,
     /// Effects that cannot be told apart.
     pub tied: Vec<EffectPlace>,
+    /// The group of the geometry to free before anything is named: errors of it explain as much as what would be named, or is tied.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub free_first: Option<&'static str>,
     /// Posterior probability that it is what is named, or one of what is tied; nothing where neither is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,

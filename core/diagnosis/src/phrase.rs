@@ -1,5 +1,7 @@
 //! Numbers and lists as a person would write them.
 
+use plumb_calibration::effect::Unit;
+
 /// A number with three figures, as a person would write it.
 pub(crate) fn figure(value: f64) -> String {
     let size = value.abs();
@@ -12,6 +14,12 @@ pub(crate) fn figure(value: f64) -> String {
     } else {
         format!("{value:.4}")
     }
+}
+
+/// A size with its standard error and unit: `0.0078 +- 0.0003 rad`. A ratio has no unit to be shown.
+pub(crate) fn size_text(size: f64, error: f64, unit: &str) -> String {
+    let number = format!("{} +- {}", figure(size), figure(error));
+    if unit == Unit::RATIO.name { number } else { format!("{number} {unit}") }
 }
 
 /// Words joined as in speech: `a, b and c`.

@@ -43,6 +43,8 @@ pub(crate) struct Finding<'a> {
     pub(crate) places: Vec<Spot>,
     /// What is left with the effect in question in, less the noise, mm; where it was named, located or tied although more than noise is left.
     pub(crate) left_unexplained_mm: Option<f64>,
+    /// The group of the geometry that is to be freed before anything is named; where errors of it explain as much as what would be named.
+    pub(crate) free_first: Option<&'static str>,
     /// What was found beside a flexible part for what nothing explains; nothing where that was not asked.
     mechanism: Option<Mechanism>,
     /// Whether more than noise may be left with the effect in question in.
@@ -105,10 +107,11 @@ impl Laboratory {
             besides,
             places: evidence.alone,
             left_unexplained_mm: None,
+            free_first: None,
             mechanism: None,
             dirty,
         };
-        finding.weighed(base, &candidates.unlisted, floor, progress)
+        finding.weighed(base, candidates, floor, progress)
     }
 
     /// Of the effects a stage has taken in, the one it would miss most and that still passes with the others in: the stage
@@ -386,7 +389,7 @@ impl Finding<'_> {
     /// What cannot be told apart, if there is more than one.
     pub(crate) fn tied(&self) -> Vec<EffectPlace> {
         let asked = matches!(self.verdict, Verdict::Tied | Verdict::Located);
-        if self.close.len() < 2 || !asked {
+        if (self.close.len() < 2 && self.free_first.is_none()) || !asked {
             return Vec::new();
         }
         let places = self.close.iter().filter_map(|index| self.at(*index));

@@ -1,6 +1,6 @@
 //! One plain sentence.
 
-pub(crate) use super::phrase::{figure, listed};
+pub(crate) use super::phrase::{figure, listed, size_text};
 
 use super::outcome::{Diagnosis, EffectPlace, Located, Named, NotShown, Verdict};
 
@@ -53,7 +53,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
 fn name(diagnosis: &Diagnosis, named: &Named) -> String {
     let miss = diagnosis.rms_mm.fit;
     let label = label_of(diagnosis, &named.effect);
-    let size = format!("{} +- {} {}", figure(named.size), figure(named.se), named.unit);
+    let size = size_text(named.size, named.se, &named.unit);
     match named.effect.at {
         Some(at) => format!(
             "The error of {miss:.3} mm is {label} at {at:.0} s: {size}. No number of the model cures lost steps: find the zeros anew, and drive \
@@ -83,6 +83,13 @@ fn why_not_named(diagnosis: &Diagnosis, located: &Located) -> String {
 /// Several effects at several places do as well.
 fn tie(diagnosis: &Diagnosis) -> String {
     let labels: Vec<String> = diagnosis.tied.iter().take(4).map(|tie| label_of(diagnosis, tie)).collect();
+    if let Some(group) = diagnosis.free_first {
+        return format!(
+            "The error of {:.3} mm may be {}, or errors of the arm's geometry that the model does not free: they explain it as well. Free `{group}` and ask again.",
+            diagnosis.rms_mm.fit,
+            listed(&labels, "or")
+        );
+    }
     let mut others = diagnosis.tied.iter().skip(1).map(|tie| label_of(diagnosis, tie));
     if !diagnosis.same.is_empty() && others.all(|label| diagnosis.same.contains(&label)) {
         return format!(

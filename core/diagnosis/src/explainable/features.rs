@@ -238,7 +238,57 @@ pub(super) fn knowledge(machine: &ResidualModel<'_>, fit: &Fit, columns: usize) 
     Products::of_knowledge(&own, &readings, columns)
 }
 
+/// The equations of each of these rows.
+fn equations_of(machine: &ResidualModel<'_>, rows: &[usize]) -> Vec<Range<usize>> {
+    let mut next = 0;
+    let of_row = |row: &usize| {
+        let own = next..next + machine.observations.range(*row).len();
+        next = own.end;
+        own
+    };
+    rows.iter().map(of_row).collect()
+}
+
 impl Features {
+    /// Of these rows of a fitted model, without any flexible column: what is fitted, and the residuals.
+    pub(crate) fn plain(machine: &ResidualModel<'_>, fit: &Fit, rows: &[usize]) -> Self {
+        let block = machine.block(&fit.state, rows, &fit.weights, &[]);
+        let fitted = fit.factor.whiten(&block.jacobian);
+        let fixed = fitted.nrows();
+        let mut design = fitted.transpose().insert_column(fixed, 0.0);
+        design.set_column(fixed, &DVector::from_vec(block.residuals));
+        let knowledge = knowledge(machine, fit, design.ncols());
+        Self {
+            design,
+            fixed,
+            components: Vec::new(),
+            joints: Vec::new(),
+            carriers: Vec::new(),
+            groups: Vec::new(),
+            equations: equations_of(machine, rows),
+            knowledge,
+        }
+    }
+
+    /// The same with further components: columns by equations, those of one component with one variance.
+    pub(crate) fn with_components(mut self, further: &[DMatrix<f64>]) -> Self {
+        for component in further {
+            let last = self.design.ncols() - 1;
+            let entries = component.len().max(1) as f64;
+            let length = (component.norm_squared() / entries).sqrt();
+            if length < 1e-12 {
+                continue;
+            }
+            self.design = self.design.insert_columns(last, component.ncols(), 0.0);
+            self.design.columns_mut(last, component.ncols()).copy_from(&(component / length));
+            let first = last - self.fixed;
+            self.components.push(first..first + component.ncols());
+            self.joints.push(None);
+            self.knowledge = self.knowledge.widened(component.ncols());
+        }
+        self
+    }
+
     /// Of these rows of a fitted model.
     pub(crate) fn of(machine: &ResidualModel<'_>, fit: &Fit, rows: &[usize]) -> Self {
         let known = Known::of(machine, rows);
@@ -258,13 +308,9 @@ impl Features {
         let driven = block.jacobian.rows(slots, block.jacobian.nrows() - slots).into_owned();
         let joints: Vec<bool> = zeros.iter().map(Option::is_some).collect();
         let carriers = Carriers::of(&driven, count(&shift), count(&tilt), &joints);
-        let mut equations = Vec::with_capacity(rows.len());
-        let mut row_of = Vec::new();
-        for (place, row) in rows.iter().enumerate() {
-            let own = row_of.len()..row_of.len() + machine.observations.range(*row).len();
-            row_of.extend(std::iter::repeat_n(place, own.len()));
-            equations.push(own);
-        }
+        let equations = equations_of(machine, rows);
+        let places = equations.iter().enumerate();
+        let row_of = places.flat_map(|(place, own)| std::iter::repeat_n(place, own.len())).collect();
         let mut builder = Builder {
             known: &known,
             row_of,

@@ -4,6 +4,7 @@
 //! Schwarz's criterion, which is a Bayes factor for a prior worth one reading (Kass & Wasserman 1995; Kass & Raftery 1995).
 
 mod bench;
+mod left_out_geometry;
 mod predictions;
 mod suspects;
 
@@ -11,6 +12,8 @@ use crate::explainable::{Features, Mixed, MixedFit, chosen_rows};
 use crate::forward_selection::{Contender, Stage};
 use crate::score_test::Probe;
 use crate::thresholds::{EVIDENCE_ROWS, NAMING_LEVEL, SITE_LEFT, SIZE_ERRORS, TIE_BIC};
+pub(crate) use left_out_geometry::{GEOMETRY, explains_as_well};
+
 use bench::{Bench, Weighed};
 use nalgebra::DMatrix;
 use plumb_calibration::effect::{Effect, EffectId, Family, Spot, kind};

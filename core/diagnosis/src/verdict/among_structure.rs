@@ -1,49 +1,67 @@
 //! A name among structure that nothing explains, how probable each candidate is, and why the others are rejected.
 
 use super::Finding;
+use crate::candidates::Candidates;
 use crate::forward_selection::{Contender, Stage};
 use crate::laboratory::{LaboratoryError, points_in};
-use crate::mechanism_test::{Doubt, Mechanism, posterior};
+use crate::mechanism_test::{Doubt, GEOMETRY, Mechanism, explains_as_well, posterior};
 use crate::noise_floor::{Floor, typical_sigma};
 use crate::outcome::Verdict;
 use crate::predictive_gain::Gain;
 use crate::score_test::Probe;
 use crate::thresholds::NAMING_LEVEL;
 use crate::wording::{AS_WELL, NOT_PREDICTED};
+use plumb_calibration::effect::EffectId;
 use plumb_estimation::Progress;
 
 impl<'a> Finding<'a> {
     /// Asks for a mechanism where more than noise may be left and nothing is named, or something while nobody knows the noise.
     pub(super) fn weighed(
-        self,
-        base: Option<Stage<'a>>,
-        unlisted: &[Probe],
+        mut self,
+        mut base: Option<Stage<'a>>,
+        candidates: &Candidates,
         floor: &Floor,
         progress: &Progress,
     ) -> Result<Self, LaboratoryError> {
         let in_the_dark = self.verdict == Verdict::Named && floor.scale.is_none();
-        if !self.dirty || !(self.verdict.is_nameless() || in_the_dark) {
-            return Ok(self);
+        if self.dirty && (self.verdict.is_nameless() || in_the_dark) {
+            progress.report(0.8, "weighing it beside what nothing explains")?;
+            self = self.among_structure(&mut base, &candidates.unlisted, floor);
         }
-        progress.report(0.8, "weighing it beside what nothing explains")?;
-        Ok(self.among_structure(base, unlisted, floor))
+        if self.verdict == Verdict::Named {
+            progress.report(0.85, "asking the geometry that is not free")?;
+            self.ask_left_out_geometry(base.as_ref(), &candidates.listed);
+        }
+        Ok(self)
+    }
+
+    /// Takes a name back that errors of the geometry explain as well, where the model does not free all of it.
+    fn ask_left_out_geometry(&mut self, base: Option<&Stage<'_>>, listed: &[Probe]) {
+        let Some(name) = self.best().map(|best| best.id.clone()) else { return };
+        let first = base.unwrap_or(&self.stage);
+        let taken = self.stage.taken.iter().map(|taken| taken.id.clone());
+        let found: Vec<EffectId> = taken.chain(std::iter::once(name)).collect();
+        if explains_as_well(first, listed, &found) {
+            self.verdict = Verdict::Tied;
+            self.free_first = Some(GEOMETRY);
+        }
     }
 
     /// Asks whether an effect is identified although more is left: first with nothing taken in, then beside what was. Where none is, any other verdict stands as it
     /// is, and a name only if it is the likeliest then too and neither a smooth function nor a mechanism without a name does as well.
-    fn among_structure(mut self, base: Option<Stage<'a>>, unlisted: &[Probe], floor: &Floor) -> Self {
+    fn among_structure(mut self, base: &mut Option<Stage<'a>>, unlisted: &[Probe], floor: &Floor) -> Self {
         let asked = |stage: &Stage<'_>| match stage.contenders.iter().any(Contender::passes) {
             true => Mechanism::of(stage, unlisted),
             false => None,
         };
         let named = self.verdict == Verdict::Named;
-        if let Some(base) = base.filter(|_| !named) {
-            let mechanism = asked(&base).filter(|mechanism| mechanism.doubt.is_none());
-            if let Some(mechanism) = mechanism {
-                self.stage = base;
-                self.besides.clear();
-                return self.settled_by(mechanism, floor);
-            }
+        let asked_base = base.as_ref().filter(|_| !named).and_then(asked);
+        if let Some(mechanism) = asked_base.filter(|mechanism| mechanism.doubt.is_none())
+            && let Some(base) = base.take()
+        {
+            self.stage = base;
+            self.besides.clear();
+            return self.settled_by(mechanism, floor);
         }
         match asked(&self.stage) {
             Some(mechanism) if mechanism.doubt.is_none() && !named => self.settled_by(mechanism, floor),
@@ -121,6 +139,9 @@ impl<'a> Finding<'a> {
             self.close.iter().filter_map(|index| self.at(*index)).any(|other| other.id == contender.id);
         if is_best && self.verdict == Verdict::Named {
             return None;
+        }
+        if let (true, Some(group)) = (is_best, self.free_first) {
+            return Some(format!("errors of the geometry that is not free explain it as well: free `{group}`"));
         }
         Some(if contender.holm_p >= NAMING_LEVEL {
             not_significant(contender.holm_p)
