@@ -39,8 +39,11 @@ fn long_lines(folder: &Path) -> BTreeSet<String> {
 }
 
 /// A driver's folder and crate, and the folder of the controller it drives.
-const DRIVERS: [(&str, &str, &str); 2] =
-    [("puma", "plumb_puma", "val2"), ("teachmover", "plumb_teachmover", "teachmover")];
+const DRIVERS: [(&str, &str, &str); 3] = [
+    ("feetech", "plumb_feetech", "feetech"),
+    ("puma", "plumb_puma", "val2"),
+    ("teachmover", "plumb_teachmover", "teachmover"),
+];
 
 fn plugins() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins")

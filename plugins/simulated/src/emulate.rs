@@ -2,6 +2,7 @@
 
 mod emulator;
 pub(crate) mod fault;
+pub mod feetech;
 mod line;
 pub mod teachmover;
 pub(crate) mod terminal;

@@ -33,6 +33,10 @@ const ARM: &[(&str, &str)] = &[
     ("tip", "The link at the end of the chain, where the URDF file's chain forks."),
     ("joints", "The joints from the base outwards."),
     ("links", "What the parts weigh."),
+    (
+        "levels",
+        "Where a spirit level can lie: the joint that carries the place, and the arrow of the level as it points where every joint is at zero.",
+    ),
     ("most_hung_kg", "What may hang on the flange beside the tool."),
     ("braking_s", "From full speed to rest."),
 ];

@@ -413,6 +413,19 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
     (
+        "emulate feetech",
+        &[
+            example(
+                "plumb emulate feetech --link so101",
+                "six servos with nothing on them; a link to the port",
+            ),
+            example(
+                "plumb emulate feetech --world world.socket --reversed 2",
+                "an arm whose second servo is reversed",
+            ),
+        ],
+    ),
+    (
         "emulate teachmover",
         &[
             example("plumb emulate teachmover", "motors on a bench; prints its port"),

@@ -1,5 +1,6 @@
 //! `plumb emulate`: the controller of an arm as a program on a pseudo-terminal, so that its real driver can be tried without the arm.
 
+mod feetech;
 mod line;
 mod teachmover;
 mod typed;
@@ -12,6 +13,7 @@ use crate::failure::CommandResult;
 /// Which controller.
 #[derive(Subcommand)]
 pub(crate) enum EmulateCommand {
+    Feetech(feetech::Arguments),
     Teachmover(teachmover::Arguments),
     Val2(val2::Arguments),
 }
@@ -19,6 +21,7 @@ pub(crate) enum EmulateCommand {
 /// Works as a controller until it is told to end.
 pub(crate) fn run(command: &EmulateCommand) -> CommandResult {
     match command {
+        EmulateCommand::Feetech(arguments) => feetech::run(arguments),
         EmulateCommand::Teachmover(arguments) => teachmover::run(arguments),
         EmulateCommand::Val2(arguments) => val2::run(arguments),
     }

@@ -1,5 +1,6 @@
 //! What the world of an arm is made of, checked and in its own units.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -40,6 +41,8 @@ pub struct SpiritLevel {
     pub instrument: Instrument,
     /// What it shows on a level surface, rad: the error of its own zero.
     pub zero: f64,
+    /// How far from level it still shows, rad: a bubble is soon at its end, an inclinometer goes on.
+    pub reach: f64,
 }
 
 /// Which way the arrow of a level points that lies on a surface of the arm.
@@ -56,13 +59,15 @@ pub enum LevelDirection {
     SquareToAxes(usize, usize),
     /// A direction of the tool on the flange.
     OnTool(Vector),
+    /// Fixed to the link after the joint that carries it; given as it points where every joint is at its zero.
+    AtZero(Vector),
 }
 
 /// A surface of the arm on which a spirit level can lie.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LevelSurface {
     /// As procedures name it.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Index of the joint that carries it.
     pub carried_by: usize,
     /// Which way the level's arrow points there.

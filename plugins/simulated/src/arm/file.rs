@@ -33,6 +33,9 @@ use named::JointNumbers;
 /// No joint starts further from its zero than this, deg or mm: beyond the stops of any arm.
 const FAR: f64 = 5000.0;
 
+/// Where the bubble of a spirit level is at its end, deg.
+const END_OF_THE_BUBBLE_DEG: f64 = 10.0;
+
 /// No zero is wrong by more, deg or mm.
 const WORST_ZERO: f64 = 20.0;
 
@@ -153,6 +156,7 @@ struct RawLevel {
     error_deg: Option<Number>,
     division_deg: Option<Number>,
     zero_deg: Option<Number>,
+    reach_deg: Option<Number>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -359,7 +363,8 @@ impl Checker<'_> {
             division: degrees("division_deg", &raw.division_deg, 5.0),
         };
         let zero = self.typed.or("zero_deg", &raw.zero_deg, 0.0, -5.0..=5.0, "deg").to_radians();
-        SpiritLevel { instrument, zero }
+        let reach = self.typed.or("reach_deg", &raw.reach_deg, END_OF_THE_BUBBLE_DEG, 0.1..=89.0, "deg");
+        SpiritLevel { instrument, zero, reach: reach.to_radians() }
     }
 
     fn ruler(&self, raw: &RawRuler) -> Instrument {

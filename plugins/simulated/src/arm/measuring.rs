@@ -44,9 +44,6 @@ pub enum MeasuringError {
     NoEquilibrium(#[from] NoEquilibrium),
 }
 
-/// A bubble at its end, deg.
-const END_OF_THE_BUBBLE_DEG: f64 = 10.0;
-
 /// With a level of no divisions, a bubble this near to the middle is in the middle, deg.
 const IN_THE_MIDDLE_DEG: f64 = 1e-7;
 
@@ -110,12 +107,12 @@ impl ArmWorld {
     /// [`MeasuringError`]
     pub fn read_level(&mut self, at: &str, turned: bool) -> Result<f64, MeasuringError> {
         let stance = self.standing()?;
-        let along = self.level_direction(&stance, self.surface_named(at)?, turned);
+        let along = self.level_direction(&stance, &self.surface_named(at)?, turned);
         let tilt = along.z.clamp(-1.0, 1.0).asin();
-        if tilt.to_degrees().abs() > END_OF_THE_BUBBLE_DEG {
+        let level = self.description.level;
+        if tilt.abs() > level.reach {
             return Err(MeasuringError::Steep(tilt.to_degrees()));
         }
-        let level = self.description.level;
         Ok(self.take(level.instrument, tilt + level.zero).to_degrees())
     }
 
@@ -132,7 +129,7 @@ impl ArmWorld {
         }
         let stance = self.standing()?;
         let surface = self.surface_named(at)?;
-        let along = self.level_direction(&stance, surface, turned);
+        let along = self.level_direction(&stance, &surface, turned);
         let no_effect = || MeasuringError::NoEffect {
             joint: self.description.paper.shape.joint_name(joint).to_owned(),
             place: at.to_owned(),
@@ -161,7 +158,7 @@ impl ArmWorld {
     }
 
     /// The way the level's arrow points, world.
-    fn level_direction(&self, stance: &Stance, surface: LevelSurface, turned: bool) -> Vector {
+    fn level_direction(&self, stance: &Stance, surface: &LevelSurface, turned: bool) -> Vector {
         let axis = |joint: usize| stance.posture.axes.get(joint).map_or(Vector::Z, |axis| axis.direction);
         let along = match surface.direction {
             LevelDirection::AlongAxis { along, square_to } => axis(along).across(axis(square_to)),
@@ -169,6 +166,10 @@ impl ArmWorld {
             LevelDirection::OnTool(direction) => {
                 let lean = Rotation::from_roll_pitch_yaw(self.description.tool.lean);
                 (stance.posture.world_from_flange.rotation * lean).apply(direction)
+            }
+            LevelDirection::AtZero(direction) => {
+                let carrier = stance.posture.world_from_home.get(surface.carried_by);
+                carrier.map_or(direction, |world_from_home| world_from_home.rotation.apply(direction))
             }
         };
         let along = along.unit().unwrap_or(Vector::X);
@@ -178,8 +179,8 @@ impl ArmWorld {
     /// The surface of this name on which a level can lie.
     fn surface_named(&self, name: &str) -> Result<LevelSurface, MeasuringError> {
         let surfaces = &self.description.paper.level_surfaces;
-        surfaces.iter().find(|surface| surface.name == name).copied().ok_or_else(|| {
-            let names: Vec<&str> = surfaces.iter().map(|surface| surface.name).collect();
+        surfaces.iter().find(|surface| surface.name == name).cloned().ok_or_else(|| {
+            let names: Vec<&str> = surfaces.iter().map(|surface| surface.name.as_ref()).collect();
             let places = match names.is_empty() {
                 true => "this arm has no surface for one".to_owned(),
                 false => format!("its places are {}", names.join(", ")),

@@ -1,5 +1,7 @@
 //! The PUMA 560: angles as VAL reads them, motors' encoders behind coupled wrist gears, and the cage on its flange where levels lie.
 
+use std::borrow::Cow;
+
 use super::description::{ArmOnPaper, LevelDirection, LevelSurface};
 use super::drive::{Drive, JointDrive, MotorCoupling};
 use crate::physics::arms;
@@ -60,11 +62,15 @@ const WRIST_GEARS: [MotorCoupling; 3] = [
 /// flange and is level when joint 6 stands upright, one way and the other; on the cage's top, level when the cage looks straight ahead.
 const LEVEL_SURFACES: [LevelSurface; 5] = [
     LevelSurface {
-        name: "forearm",
+        name: Cow::Borrowed("forearm"),
         carried_by: 3,
         direction: LevelDirection::AlongAxis { along: 3, square_to: 4 },
     },
-    LevelSurface { name: "forearm_across", carried_by: 3, direction: LevelDirection::SquareToAxes(4, 3) },
+    LevelSurface {
+        name: Cow::Borrowed("forearm_across"),
+        carried_by: 3,
+        direction: LevelDirection::SquareToAxes(4, 3),
+    },
     on_cage("cage_back", -1.0),
     on_cage("cage_back_across", 1.0),
     on_cage("cage_top", 1.0),
@@ -84,7 +90,7 @@ const fn joint(
 const fn on_cage(name: &'static str, side: f64) -> LevelSurface {
     const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
     let direction = LevelDirection::OnTool(Vector::new(DIAGONAL, side * DIAGONAL, 0.0));
-    LevelSurface { name, carried_by: 5, direction }
+    LevelSurface { name: Cow::Borrowed(name), carried_by: 5, direction }
 }
 
 impl JointOfPuma {

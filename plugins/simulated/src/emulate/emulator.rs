@@ -8,6 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
+use super::feetech::ShaftError;
 use super::line::Line;
 use super::teachmover::MotorsError;
 use super::terminal::TerminalError;
@@ -25,6 +26,9 @@ pub enum EmulatorError {
     /// The arm is gone.
     #[error(transparent)]
     Arm(#[from] ArmError),
+    /// The servos turn nothing any more.
+    #[error(transparent)]
+    Shafts(#[from] ShaftError),
     /// The system failed.
     #[error("the pseudo-terminal failed: {0}")]
     System(#[from] std::io::Error),

@@ -11,7 +11,7 @@ use nix::unistd::Pid;
 use plumb_cell::workcell::Pace;
 
 /// The controllers there are.
-const CONTROLLERS: [&str; 2] = ["teachmover", "val2"];
+const CONTROLLERS: [&str; 3] = ["feetech", "teachmover", "val2"];
 
 /// How long a controller may take to end.
 const ENDED_WITHIN: Duration = Duration::from_secs(5);
@@ -53,11 +53,14 @@ impl EmulatedController {
         world: &Path,
         pace: Pace,
     ) -> Result<Self, ControllerError> {
-        if !CONTROLLERS.contains(&controller) {
-            return Err(ControllerError::Unknown { wanted: controller.to_owned() });
+        // As it would be typed: `feetech --reversed 2`.
+        let mut words = controller.split_whitespace();
+        let name = words.next().unwrap_or_default();
+        if !CONTROLLERS.contains(&name) {
+            return Err(ControllerError::Unknown { wanted: name.to_owned() });
         }
         let mut command = Command::new(std::env::current_exe()?);
-        command.arg("emulate").arg(controller).arg("--world").arg(world).arg("--ends-with-parent");
+        command.arg("emulate").arg(name).args(words).arg("--world").arg(world).arg("--ends-with-parent");
         if pace == Pace::Fast {
             command.arg("--as-fast-as-possible");
         }

@@ -8,6 +8,7 @@
 //!   - {name: shoulder, a_mm: 325, d_mm: 390, limits_deg: [-132, 132], speed_deg_per_s: 380, step_deg: 0.005}
 //!   - {name: slide, slides: true, alpha_deg: 180, limits_mm: [0, 200], speed_mm_per_s: 800, step_mm: 0.01, home_mm: 50}
 //! links: [{after: shoulder, mass_kg: 11, centre_mm: [-170, 0, 20]}]
+//! levels: [{name: upper_arm, on: shoulder, arrow: [1, 0, 0]}]   # where a spirit level can lie; its arrow where every joint is at zero
 //! most_hung_kg: 5                    # what may hang on the flange beside the tool
 //! braking_s: 0.1                     # from full speed to rest
 //! ```
@@ -15,6 +16,7 @@
 //! `urdf: FILE` (and `tip: LINK`, where its chain forks) stands in place of `convention` and the rows' numbers; `joints` then says only what the
 //! URDF file does not.
 
+use std::borrow::Cow;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
@@ -22,7 +24,7 @@ use plumb_document::{FileKind, FileProblems, Problems, Span, Spanned, parse, rea
 use serde::Deserialize;
 
 use super::urdf;
-use crate::arm::description::ArmOnPaper;
+use crate::arm::description::{ArmOnPaper, LevelDirection, LevelSurface};
 use crate::arm::drive::{Drive, JointDrive};
 use crate::joint_values::MOST_JOINTS;
 use crate::physics::description::{ArmDescription, Convention, Joint, Motion, Weight};
@@ -56,6 +58,8 @@ struct RawArm {
     joints: Vec<RawJoint>,
     #[serde(default)]
     links: Vec<RawLink>,
+    #[serde(default)]
+    levels: Vec<RawLevel>,
     most_hung_kg: Option<Number>,
     braking_s: Option<Number>,
 }
@@ -87,6 +91,15 @@ struct RawLink {
     after: Spanned<String>,
     mass_kg: Number,
     centre_mm: Spanned<[f64; 3]>,
+}
+
+/// A flat part of a link.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawLevel {
+    name: String,
+    on: Spanned<String>,
+    arrow: Spanned<[f64; 3]>,
 }
 
 /// The JSON Schema of arm files.
@@ -147,6 +160,8 @@ impl Reader<'_> {
         self.require_joints(&raw.arm, &shape)?;
         let weights: Vec<Weight> = raw.links.iter().filter_map(|link| self.weight(link, &shape)).collect();
         shape.weights.extend(weights);
+        let level_surfaces =
+            raw.levels.iter().filter_map(|level| self.level_surface(level, &shape)).collect();
         let joints = shape.joints.iter().zip(&speeds).map(|(joint, speed)| {
             let typed = raw.joints.iter().find(|typed| typed.name.value == joint.name);
             self.drive(&raw.arm, joint, typed, *speed)
@@ -164,7 +179,7 @@ impl Reader<'_> {
                 braking_s: self.typed.or("braking_s", &raw.braking_s, 0.0, 0.0..=5.0, "s"),
             },
             shape,
-            level_surfaces: Vec::new(),
+            level_surfaces,
             wrist: None,
             most_hung_kg,
         })
@@ -359,6 +374,22 @@ impl Reader<'_> {
         };
         self.typed.wrong(arm.span, &problem);
         None
+    }
+
+    /// A place for a spirit level; none after a complaint.
+    fn level_surface(&self, raw: &RawLevel, shape: &ArmDescription) -> Option<LevelSurface> {
+        let Some(carried_by) = shape.joint_index(&raw.on.value) else {
+            self.typed.unknown("joint", &raw.on, shape.joints.iter().map(|joint| joint.name.as_str()));
+            return None;
+        };
+        let Some(arrow) = Vector::from(raw.arrow.value).unit() else {
+            let problem =
+                "`arrow` has no direction; three numbers, as it points where every joint is at zero";
+            self.typed.wrong(raw.arrow.span, problem);
+            return None;
+        };
+        let name = Cow::Owned(raw.name.clone());
+        Some(LevelSurface { name, carried_by, direction: LevelDirection::AtZero(arrow) })
     }
 
     fn weight(&self, raw: &RawLink, shape: &ArmDescription) -> Option<Weight> {

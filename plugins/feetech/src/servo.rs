@@ -1,0 +1,96 @@
+//! One servo's state, and what is wrong with it.
+
+use crate::registers::position_of_register;
+
+/// Steps of a whole turn.
+pub(crate) const STEPS_A_TURN: i32 = 4096;
+/// The step that stands for a joint's zero: the middle of what a servo counts.
+pub(crate) const MIDDLE: i32 = STEPS_A_TURN / 2;
+/// One step, degrees.
+pub(crate) const STEP_DEG: f64 = 360.0 / STEPS_A_TURN as f64;
+
+/// Bits of a status that are faults, and what to do about each. Bit 4 says that torque is on, which is none.
+const FAULTS: [(u8, &str); 5] = [
+    (1, "its supply voltage is out of range: check the power supply and its plug"),
+    (2, "its position encoder does not work: switch the arm off and on; if it stays so, change the servo"),
+    (4, "it is too hot and has let go: let it cool down, and take load off"),
+    (8, "it draws too much current and has let go: look for what blocks the joint"),
+    (32, "it was overloaded and has let go: free the joint, then activate the arm again"),
+];
+
+/// What a servo tells of itself at one moment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ServoState {
+    /// Where it is, steps, the middle being [`MIDDLE`].
+    pub(crate) position: i32,
+    /// How much of its torque it uses, per mille.
+    pub(crate) load: u16,
+    /// Tenths of a volt.
+    pub(crate) decivolts: u8,
+    /// Degrees Celsius.
+    pub(crate) celsius: u8,
+    /// Its faults.
+    pub(crate) status: u8,
+    /// Whether it is on its way to a goal.
+    pub(crate) moving: bool,
+}
+
+impl ServoState {
+    /// From the block of registers that holds it, and the status of the answer.
+    pub(crate) fn of_block(status: u8, block: &[u8]) -> Option<Self> {
+        let [low, high, _, _, load_low, load_high, decivolts, celsius, _, own_status, moving] = *block else {
+            return None;
+        };
+        Some(Self {
+            position: nearest_to_middle(position_of_register(u16::from_le_bytes([low, high]))),
+            // Bit 10 is the direction of the load.
+            load: u16::from_le_bytes([load_low, load_high]) & 0x3ff,
+            decivolts,
+            celsius,
+            status: status | own_status,
+            moving: moving != 0,
+        })
+    }
+
+    /// What is wrong with it.
+    pub(crate) fn fault(&self) -> Option<&'static str> {
+        FAULTS.iter().find(|(bit, _)| self.status & bit != 0).map(|(_, text)| *text)
+    }
+
+    /// Load and temperature in words, for a message.
+    pub(crate) fn in_words(&self) -> String {
+        format!(
+            "load {:.0} %, {} degrees Celsius, {:.1} V",
+            f64::from(self.load) / 10.0,
+            self.celsius,
+            f64::from(self.decivolts) / 10.0
+        )
+    }
+}
+
+/// Some firmware goes on counting beyond a turn, or below 0, where the homing offset carries it there: the same place within half a turn of the middle.
+pub(crate) fn nearest_to_middle(position: i32) -> i32 {
+    position.rem_euclid(STEPS_A_TURN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_told_within_half_a_turn_of_the_middle() {
+        for (told, place) in [(2048, 2048), (0, 0), (4095, 4095), (4096, 0), (-1, 4095), (8191, 4095)] {
+            assert_eq!(nearest_to_middle(told), place, "{told}");
+        }
+    }
+
+    #[test]
+    fn faults_are_named_and_torque_is_none() {
+        let block = [0, 8, 0, 0, 100, 4, 74, 31, 0, 0, 0];
+        let state = ServoState::of_block(0x10, &block).unwrap();
+        assert_eq!((state.position, state.load, state.fault()), (2048, 100, None));
+        let hot = ServoState::of_block(4, &block).unwrap();
+        assert!(hot.fault().unwrap().starts_with("it is too hot"));
+        assert_eq!(ServoState::of_block(0, &[0; 4]), None);
+    }
+}
