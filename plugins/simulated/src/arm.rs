@@ -221,8 +221,37 @@ impl ArmWorld {
         if !(0.001..=1.0).contains(&speed) {
             return Err(TravelRefused::Speed);
         }
+        self.require_within_stops(target)?;
         let drive = &self.description.paper.drive;
-        for ((joint, target), believed) in drive.joints.iter().zip(target).zip(&self.believed) {
+        let target = drive.nearest_held(target);
+        self.travel = Some(Travel::plan(drive, self.believed.clone(), target, speed, self.time_ns));
+        self.shutter.set_out(self.time_ns);
+        Ok(())
+    }
+
+    /// Leads the servos on: all joints go evenly from where they are to `target` (rad or mm, as the controller believes) within a time, ns.
+    ///
+    /// # Errors
+    /// [`TravelRefused`] beyond a stop, or while a motion is under way that the arm makes by itself; then the arm goes on as it went.
+    pub fn follow(&mut self, target: &[f64], duration_ns: u64) -> Result<(), TravelRefused> {
+        if self.travel.as_ref().is_some_and(|travel| !travel.is_led()) {
+            return Err(TravelRefused::Moving);
+        }
+        self.require_values(target)?;
+        self.require_within_stops(target)?;
+        if self.travel.is_none() {
+            self.shutter.set_out(self.time_ns);
+        }
+        let target = self.description.paper.drive.nearest_held(target);
+        self.travel = Some(Travel::led(self.believed.clone(), target, self.time_ns, duration_ns));
+        Ok(())
+    }
+
+    /// No joint goes further beyond a stop than it is.
+    fn require_within_stops(&self, target: &[f64]) -> Result<(), TravelRefused> {
+        for ((joint, target), believed) in
+            self.description.paper.drive.joints.iter().zip(target).zip(&self.believed)
+        {
             let beyond = |value: f64| joint.beyond_stop(value);
             if beyond(*target) > beyond(*believed).max(1e-9) {
                 return Err(TravelRefused::Stop {
@@ -234,9 +263,6 @@ impl ArmWorld {
                 });
             }
         }
-        let target = drive.nearest_held(target);
-        self.travel = Some(Travel::plan(drive, self.believed.clone(), target, speed, self.time_ns));
-        self.shutter.set_out(self.time_ns);
         Ok(())
     }
 

@@ -1,4 +1,4 @@
-//! Controllers of arms as a driver meets them: programs on a pseudo-terminal.
+//! Controllers of arms as a driver meets them: programs on a pseudo-terminal or on the network.
 
 mod emulator;
 pub(crate) mod fault;
@@ -6,6 +6,7 @@ pub mod feetech;
 mod line;
 pub mod teachmover;
 pub(crate) mod terminal;
+pub mod universal_robots;
 pub mod val2;
 pub(crate) mod wire;
 

@@ -125,6 +125,14 @@ pub enum Verb {
         #[serde(default = "full_speed")]
         speed: f64,
     },
+    /// A cycle of a controller that leads its servos along a way of its own: from where they are the joints go evenly to these, in place of where they
+    /// were to go. Ends at once with [`Say::Reading`]; the next cycle may come before this one is over.
+    Follow {
+        /// Where the servos shall be at the end of the cycle, as the controller reckons, rad or mm.
+        joints: JointValues,
+        /// How long the cycle lasts, ms.
+        ms: f64,
+    },
     /// Stops whatever moves; ends with [`Say::Reading`].
     Stop {},
     /// Sets the output lines; ends with [`Say::Reading`].

@@ -86,6 +86,13 @@ pub trait Arm {
     /// # Errors
     /// Why not.
     fn begin(&mut self, request: &MotionRequest) -> Result<(), String>;
+    /// Goes evenly to these joints (rad or mm) within a time (ns), in place of where it was being led.
+    ///
+    /// # Errors
+    /// Why not; an arm whose motors step is not led.
+    fn follow(&mut self, _joints: &[f64], _duration_ns: u64) -> Result<(), String> {
+        Err("the motors of this arm are not led; move its joints instead".to_owned())
+    }
     /// Stops whatever moves.
     fn halt(&mut self);
     /// Has the controller believe that the arm stands so, rad or mm.

@@ -1,9 +1,10 @@
-//! `plumb emulate`: the controller of an arm as a program on a pseudo-terminal, so that its real driver can be tried without the arm.
+//! `plumb emulate`: the controller of an arm as a program on a pseudo-terminal or on the network, so that its real driver can be tried without the arm.
 
 mod feetech;
 mod line;
 mod teachmover;
 mod typed;
+mod universal_robots;
 mod val2;
 
 use clap::Subcommand;
@@ -15,6 +16,7 @@ use crate::failure::CommandResult;
 pub(crate) enum EmulateCommand {
     Feetech(feetech::Arguments),
     Teachmover(teachmover::Arguments),
+    UniversalRobots(universal_robots::Arguments),
     Val2(val2::Arguments),
 }
 
@@ -23,6 +25,7 @@ pub(crate) fn run(command: &EmulateCommand) -> CommandResult {
     match command {
         EmulateCommand::Feetech(arguments) => feetech::run(arguments),
         EmulateCommand::Teachmover(arguments) => teachmover::run(arguments),
+        EmulateCommand::UniversalRobots(arguments) => universal_robots::run(arguments),
         EmulateCommand::Val2(arguments) => val2::run(arguments),
     }
 }

@@ -45,7 +45,7 @@ pub trait World: Send {
     /// Whether it was started for this run, in place of one that an earlier run left.
     fn is_new(&self) -> bool;
 
-    /// The port of an emulated controller of the world's arm for a device; it is started unless it works already.
+    /// The port, or the address, of an emulated controller of the world's arm for a device; it is started unless it works already.
     ///
     /// # Errors
     /// A sentence that says why there is none, and what would be right.
@@ -228,7 +228,9 @@ impl HostedDevices {
             set("world", world.socket());
         }
         if let Some(controller) = &device.emulate {
-            set("port", world.emulate(&device.name, controller).map_err(StartError::Unsuitable)?);
+            // A driver of a controller on the network asks for an address.
+            let key = if asks("address") { "address" } else { "port" };
+            set(key, world.emulate(&device.name, controller).map_err(StartError::Unsuitable)?);
         }
         Ok(config)
     }

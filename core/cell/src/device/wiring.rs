@@ -30,7 +30,7 @@ pub(crate) fn check_plugins(
         };
         // The cell fills these in where they are wanted.
         let given: &[&str] = match (&cell.world, &device.emulate) {
-            (Some(_), Some(_)) => &["world", "port"],
+            (Some(_), Some(_)) => &["world", "port", "address"],
             (Some(_), None) => &["world"],
             _ => &[],
         };

@@ -78,8 +78,8 @@ fn part_of(plugin: &Manifest) -> Value {
         }
         properties.insert("config".to_owned(), config);
     }
-    // The world's socket and an emulated controller's port are given by the cell.
-    if !mistakes(&Value::Null, &plugin.config, &["world", "port"]).is_empty() {
+    // The world's socket and an emulated controller's port or address are given by the cell.
+    if !mistakes(&Value::Null, &plugin.config, &["world", "port", "address"]).is_empty() {
         required.push("config");
     }
     let stream = |message: &str| json!({"description": format!("A stream of {message}."), "type": "string"});

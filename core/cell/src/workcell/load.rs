@@ -139,9 +139,10 @@ impl Loader<'_> {
                 let message = "a controller is emulated only over the arm of a simulated world";
                 problems.add(*place, message, "add `world: {file: ...}` to the cell, or take `emulate` away");
             }
-            if raw.config.get("port").is_some() {
-                let message = "the port of an emulated controller is known when it has been started";
-                problems.add(*place, message, "take `port` out of the device's `config`");
+            if let Some(key) = ["port", "address"].into_iter().find(|key| raw.config.get(key).is_some()) {
+                let message =
+                    format!("the {key} of an emulated controller is known when it has been started");
+                problems.add(*place, message, format!("take `{key}` out of the device's `config`"));
             }
         }
         let inputs = raw.inputs.iter().filter_map(|(input, stream, place)| {

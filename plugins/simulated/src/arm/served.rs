@@ -174,6 +174,10 @@ impl Arm for ArmWorld {
         ArmWorld::begin(self, &target, request.speed).map_err(|refused| refused.to_string())
     }
 
+    fn follow(&mut self, joints: &[f64], duration_ns: u64) -> Result<(), String> {
+        ArmWorld::follow(self, joints, duration_ns).map_err(|refused| refused.to_string())
+    }
+
     fn halt(&mut self) {
         self.brake();
     }

@@ -119,6 +119,7 @@ impl Session {
             Verb::Move { joints, relative, speed } => {
                 self.answer_motion(id, &Order::Joints(MotionRequest { joints, relative, speed }))
             }
+            Verb::Follow { joints, ms } => self.change(id, |state| state.follow(&joints, ms)),
             Verb::Step { half_steps, rate } => self.answer_motion(id, &Order::HalfSteps(half_steps, rate)),
             Verb::Place { joints } => self.answer_place(id, &joints),
             Verb::RestOnGauge { height_mm } => {

@@ -14,6 +14,9 @@ use crate::served_world::{
 };
 use crate::world::LineChange;
 
+/// The longest cycle in which a controller leads its servos, ms: slower ones lead nothing.
+const LONGEST_CYCLE_MS: f64 = 100.0;
+
 /// The world, its clock and its pendant.
 pub(super) struct Shared {
     state: Mutex<State>,
@@ -121,6 +124,16 @@ impl State {
             Order::Joints(order) => self.world.begin(order)?,
             Order::HalfSteps(travel, rate) => self.stepper_motors()?.begin_half_steps(travel, *rate)?,
         }
+        self.catch_up();
+        Ok(())
+    }
+
+    /// Leads the servos on; in a fast world the cycle is over at once.
+    pub(super) fn follow(&mut self, joints: &JointValues, ms: f64) -> Result<(), String> {
+        if !(0.1..=LONGEST_CYCLE_MS).contains(&ms) {
+            return Err(format!("a cycle of {ms} ms is not to be had; from 0.1 to {LONGEST_CYCLE_MS} ms is"));
+        }
+        self.world.follow(joints, (ms * 1e6) as u64)?;
         self.catch_up();
         Ok(())
     }

@@ -11,7 +11,7 @@ use nix::unistd::Pid;
 use plumb_cell::workcell::Pace;
 
 /// The controllers there are.
-const CONTROLLERS: [&str; 3] = ["feetech", "teachmover", "val2"];
+const CONTROLLERS: [&str; 4] = ["feetech", "teachmover", "universal-robots", "val2"];
 
 /// How long a controller may take to end.
 const ENDED_WITHIN: Duration = Duration::from_secs(5);
@@ -40,7 +40,7 @@ pub(super) enum ControllerError {
 pub(super) struct EmulatedController {
     /// The device it stands behind.
     pub(super) device: String,
-    /// The path of its port.
+    /// The path of its port, or its address on the network.
     pub(super) port: PathBuf,
     child: Child,
 }

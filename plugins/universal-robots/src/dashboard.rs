@@ -1,0 +1,50 @@
+//! The dashboard server: a line asked, a line answered.
+//!
+//! <https://www.universal-robots.com/how-tos-and-faqs/how-to/ur-how-tos/dashboard-server-port-29999-15690/>
+
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::time::Instant;
+
+use plumb_plugin::PluginError;
+
+use crate::socket::{ANSWERS_WITHIN, connect, found_nothing};
+
+/// The longest answer, bytes.
+const LONGEST: usize = 4096;
+
+/// Asks one question, or gives one command.
+///
+/// # Errors
+/// [`PluginError::Disconnected`], [`PluginError::TimedOut`].
+pub(crate) fn ask(address: &str, port: u16, question: &str) -> Result<String, PluginError> {
+    let mut stream = connect(address, port, "the dashboard server")?;
+    let mut heard = Vec::new();
+    // It greets whoever connects.
+    line(&mut stream, &mut heard)?;
+    stream.write_all(format!("{question}\n").as_bytes())?;
+    line(&mut stream, &mut heard)
+}
+
+fn line(stream: &mut TcpStream, heard: &mut Vec<u8>) -> Result<String, PluginError> {
+    let begin = Instant::now();
+    let mut bytes = [0; 512];
+    loop {
+        if let Some(end) = heard.iter().position(|byte| *byte == b'\n') {
+            let line: Vec<u8> = heard.drain(..=end).collect();
+            return Ok(String::from_utf8_lossy(&line).trim().to_owned());
+        }
+        if begin.elapsed() > ANSWERS_WITHIN || heard.len() > LONGEST {
+            return Err(PluginError::TimedOut("the dashboard server did not answer with a line".to_owned()));
+        }
+        match stream.read(&mut bytes) {
+            Ok(0) => {
+                let text = "the dashboard server ended the connection";
+                return Err(PluginError::Disconnected(text.to_owned()));
+            }
+            Ok(count) => heard.extend_from_slice(bytes.get(..count).unwrap_or_default()),
+            Err(error) if found_nothing(&error) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! The connection that programs are sent on. A thread of its own reads it all the time: a controller whose words nobody reads may cut it.
+
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+use plumb_plugin::PluginError;
+
+use crate::primary::{Messages, Said};
+use crate::socket::{connect, found_nothing};
+
+/// As many texts of the controller's are kept until somebody looks.
+const MOST_SAID: usize = 100;
+
+/// The connection.
+#[derive(Debug)]
+pub(crate) struct Scripts {
+    stream: TcpStream,
+    heard: Arc<Heard>,
+    thread: Option<JoinHandle<()>>,
+}
+
+#[derive(Debug, Default)]
+struct Heard {
+    closing: AtomicBool,
+    book: Mutex<Book>,
+}
+
+#[derive(Debug, Default)]
+struct Book {
+    said: Vec<Said>,
+    ended: Option<String>,
+}
+
+impl Scripts {
+    /// Connects.
+    ///
+    /// # Errors
+    /// [`PluginError::Disconnected`].
+    pub(crate) fn connect(address: &str, port: u16) -> Result<Self, PluginError> {
+        let stream = connect(address, port, "the script interface")?;
+        let mut reading = stream.try_clone()?;
+        let heard = Arc::new(Heard::default());
+        let noted = Arc::clone(&heard);
+        let thread = std::thread::spawn(move || noted.listen(&mut reading));
+        Ok(Self { stream, heard, thread: Some(thread) })
+    }
+
+    /// Sends a program. It takes the place of the one that runs.
+    ///
+    /// # Errors
+    /// [`PluginError::Disconnected`].
+    pub(crate) fn send(&mut self, program: &str) -> Result<(), PluginError> {
+        if let Some(ended) = self.ended() {
+            return Err(PluginError::Disconnected(ended));
+        }
+        self.stream.write_all(program.as_bytes()).map_err(|error| {
+            PluginError::Disconnected(format!("a program could not be sent to the controller: {error}"))
+        })
+    }
+
+    /// What the controller has said since this was asked last.
+    pub(crate) fn take_said(&self) -> Vec<Said> {
+        std::mem::take(&mut self.heard.book.lock().unwrap_or_else(PoisonError::into_inner).said)
+    }
+
+    /// Why the connection has ended, if it has.
+    pub(crate) fn ended(&self) -> Option<String> {
+        self.heard.book.lock().unwrap_or_else(PoisonError::into_inner).ended.clone()
+    }
+}
+
+impl Heard {
+    fn listen(&self, stream: &mut TcpStream) {
+        let mut messages = Messages::default();
+        let mut bytes = [0; 4096];
+        while !self.closing.load(Ordering::Acquire) {
+            let end = match stream.read(&mut bytes) {
+                Ok(0) => Some("the controller has ended the connection that programs are sent on".to_owned()),
+                Ok(count) => {
+                    messages.push(bytes.get(..count).unwrap_or_default());
+                    self.note(&mut messages)
+                }
+                Err(error) if found_nothing(&error) => None,
+                Err(error) => Some(format!("the connection that programs are sent on broke: {error}")),
+            };
+            if let Some(end) = end {
+                self.book.lock().unwrap_or_else(PoisonError::into_inner).ended = Some(end);
+                return;
+            }
+        }
+    }
+
+    fn note(&self, messages: &mut Messages) -> Option<String> {
+        loop {
+            match messages.take() {
+                Ok(Some(said)) => {
+                    let mut book = self.book.lock().unwrap_or_else(PoisonError::into_inner);
+                    if book.said.len() < MOST_SAID {
+                        book.said.push(said);
+                    }
+                }
+                Ok(None) => return None,
+                Err(error) => return Some(format!("the script interface: {error}")),
+            }
+        }
+    }
+}
+
+impl Drop for Scripts {
+    fn drop(&mut self) {
+        self.heard.closing.store(true, Ordering::Release);
+        if let Some(thread) = self.thread.take() {
+            // It has panicked or ended: either way it reads no more.
+            let _ = thread.join();
+        }
+    }
+}
