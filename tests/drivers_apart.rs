@@ -39,10 +39,11 @@ fn long_lines(folder: &Path) -> BTreeSet<String> {
 }
 
 /// A driver's folder and crate, and the folder of the controller it drives.
-const DRIVERS: [(&str, &str, &str); 3] = [
+const DRIVERS: [(&str, &str, &str); 4] = [
     ("feetech", "plumb_feetech", "feetech"),
     ("puma", "plumb_puma", "val2"),
     ("teachmover", "plumb_teachmover", "teachmover"),
+    ("universal-robots", "plumb_universal_robots", "universal_robots"),
 ];
 
 fn plugins() -> PathBuf {

@@ -249,7 +249,7 @@ impl UniversalRobot {
             }
             let state = received.state;
             self.emit(&received, true)?;
-            require_running(&state)?;
+            require_running(&state).map_err(|error| self.with_what_it_says(error))?;
             begun |= state.begun == self.program;
             if !begun {
                 if sent.elapsed() > BEGINS_WITHIN {
@@ -416,6 +416,15 @@ impl UniversalRobot {
             format!("the controller says: {said}")
         };
         PluginError::Failed(format!("the move was ended before the arm arrived; {why}"))
+    }
+
+    /// An error of the arm's modes, with the controller's own reason where it has told one.
+    fn with_what_it_says(&self, error: PluginError) -> PluginError {
+        let said = self.errors_said();
+        if said.is_empty() {
+            return error;
+        }
+        PluginError::NotReady(format!("{}; the controller says: {said}", error.text()))
     }
 
     fn errors_said(&self) -> String {

@@ -433,6 +433,19 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
     (
+        "emulate universal-robots",
+        &[
+            example(
+                "plumb emulate universal-robots --world /run/user/1000/world.socket",
+                "over the arm of a simulated world; prints its address",
+            ),
+            example(
+                "plumb emulate universal-robots --world world.socket --series cb3",
+                "a controller of the generation before",
+            ),
+        ],
+    ),
+    (
         "emulate val2",
         &[
             example(

@@ -75,9 +75,6 @@ fn microseconds(controller: &Controller) -> u64 {
 }
 
 fn message(kind: u8, body: &[u8]) -> Vec<u8> {
-    let length = u32::try_from(body.len() + 5).unwrap_or(u32::MAX);
-    let mut bytes = length.to_be_bytes().to_vec();
-    bytes.push(kind);
-    bytes.extend(body);
-    bytes
+    let [.., a, b, c, d] = (5 + body.len()).to_be_bytes();
+    [&[a, b, c, d, kind], body].concat()
 }

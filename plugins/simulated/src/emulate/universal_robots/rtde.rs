@@ -279,9 +279,6 @@ impl RtdeSession {
 }
 
 fn package(kind: u8, body: &[u8]) -> Vec<u8> {
-    let length = u16::try_from(body.len() + HEADER).unwrap_or(u16::MAX);
-    let mut bytes = length.to_be_bytes().to_vec();
-    bytes.push(kind);
-    bytes.extend(body);
-    bytes
+    let [.., high, low] = (HEADER + body.len()).to_be_bytes();
+    [&[high, low, kind], body].concat()
 }
