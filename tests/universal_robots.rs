@@ -88,7 +88,8 @@ struct Listening {
 
 impl Listening {
     fn start(mut command: Command) -> Self {
-        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut child =
+            command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let output = BufReader::new(child.stdout.take().unwrap());
         Self { child, output, first: String::new() }
     }
@@ -147,7 +148,8 @@ fn sixty_poses_by_rtde_name_what_the_arm_hides_and_compensated_targets_bring_the
     let before = cells.true_error();
     cells.said(&["run", "cell-rtde.yaml", "measure-tip", "--headless"]);
     let table = cells.said(&["show", "2", "--table"]);
-    let rows = table.lines().filter(|line| line.starts_with(|first: char| first.is_ascii_digit() || first == '-'));
+    let rows =
+        table.lines().filter(|line| line.starts_with(|first: char| first.is_ascii_digit() || first == '-'));
     assert_eq!(rows.count(), 60, "{table}");
     cells.write("table.csv", &table);
     let diagnosis = cells.said(&["model", "diagnose", "ur5.model.yaml", "--data", "table.csv"]);
@@ -176,7 +178,11 @@ const A_LONG_WAY: &str = "  - {id: there, do: {move: {robot: arm, to_deg: {pan: 
 
 /// Runs a long move, lets something happen in the middle of it, and gives how it ended.
 fn interrupted(cells: &Cells, controller: &mut Listening, event: &str) -> (Option<i32>, String) {
-    let run = cells.command(&["run", "cell-line.yaml", "--headless"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let run = cells
+        .command(&["run", "cell-line.yaml", "--headless"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn();
     let run = run.unwrap();
     controller.wait_until_it_moves();
     controller.type_line(event);
@@ -226,16 +232,27 @@ fn a_controller_in_local_control_and_one_that_is_not_there_are_told_before_anyth
     cell_at(&cells, "127.0.0.1", A_LONG_WAY);
     let (code, said) = cells.plumb(&["run", "cell-line.yaml", "--headless"]);
     assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("RTDE of the controller at 127.0.0.1:30004") && said.contains("nothing listens there"), "{said}");
+    assert!(
+        said.contains("RTDE of the controller at 127.0.0.1:30004") && said.contains("nothing listens there"),
+        "{said}"
+    );
 }
 
 #[test]
 fn a_cell_says_what_is_wrong_with_its_address() {
     let cells = Cells::shipped();
-    cells.write("cell-line.yaml", &fs::read_to_string(cells.path("cell-rtde.yaml")).unwrap().replace("config: {", "config: {address: 10.0.0.5, "));
+    cells.write(
+        "cell-line.yaml",
+        &fs::read_to_string(cells.path("cell-rtde.yaml"))
+            .unwrap()
+            .replace("config: {", "config: {address: 10.0.0.5, "),
+    );
     let (code, said) = cells.plumb(&["check", "cell-line.yaml"]);
     assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("the address of an emulated controller is known when it has been started"), "{said}");
+    assert!(
+        said.contains("the address of an emulated controller is known when it has been started"),
+        "{said}"
+    );
     cell_at(&cells, "x, adress: 10.0.0.5", A_LONG_WAY);
     let (_, said) = cells.plumb(&["check", "cell-line.yaml"]);
     assert!(said.contains("adress") && said.contains("did you mean `address`?"), "{said}");

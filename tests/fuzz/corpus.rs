@@ -175,6 +175,26 @@ pub(crate) fn lines_of(lines: &[&str]) -> Vec<Vec<u8>> {
     all
 }
 
+/// What a controller of Universal Robots answers, and a state.
+pub(crate) fn rtde_packages() -> Vec<Vec<u8>> {
+    use plumb_universal_robots::rtde::{Kind, STATE_BYTES, package};
+    let mut state = vec![0; STATE_BYTES];
+    state[0] = 1;
+    vec![
+        package(Kind::RequestVersion, &[1]),
+        package(Kind::ControllerVersion, &[0, 0, 0, 5, 0, 0, 0, 19, 0, 0, 0, 0, 0, 0, 0, 1]),
+        package(Kind::SetUpOutputs, b"\x01DOUBLE,VECTOR6D"),
+        package(Kind::Text, b"\x02hi\x02me\x03"),
+        package(Kind::Data, &state),
+    ]
+}
+
+/// What its primary interface tells: an error in line 3 of a program, and a state.
+pub(crate) fn primary_messages() -> Vec<Vec<u8>> {
+    let error = b"\x00\x00\x00\x1c\x14\0\0\0\0\0\0\0\x09\xfd\x0a\0\0\0\x03\0\0\0\x01wrong";
+    vec![error.to_vec(), b"\x00\x00\x00\x06\x10\x01".to_vec()]
+}
+
 pub(crate) fn world_lines() -> Vec<Vec<u8>> {
     let lines = [
         r#"{"protocol":1,"client":"plumb"}"#,

@@ -169,6 +169,22 @@ target!(teachmover_reply, corpus::lines_of(&["0", "1", "2,0,0,0,0,0,0,0", "?"]),
     let _state = plumb_teachmover::protocol::parse_state(bytes);
     let _program = plumb_teachmover::protocol::parse_program(bytes);
 });
+target!(rtde_packages, corpus::rtde_packages(), |bytes: &[u8]| {
+    use plumb_universal_robots::rtde::{Packages, State, accepted, controller_version, recipe, text};
+    let mut packages = Packages::default();
+    packages.push(bytes);
+    while let Ok(Some((kind, body))) = packages.take() {
+        let _read = (accepted(kind, &body), controller_version(&body), recipe(kind, &body), text(&body));
+        if let Ok(state) = State::read(1, &body) {
+            assert!(state.timestamp.is_finite() && state.joints.iter().all(|joint| joint.is_finite()));
+        }
+    }
+});
+target!(primary_messages, corpus::primary_messages(), |bytes: &[u8]| {
+    let mut messages = plumb_universal_robots::primary::Messages::default();
+    messages.push(bytes);
+    while let Ok(Some(_said)) = messages.take() {}
+});
 target!(world_protocol, corpus::world_lines(), |bytes: &[u8]| {
     let _call: Result<Call, _> = serde_json::from_slice(bytes);
     let _answer: Result<Answer, _> = serde_json::from_slice(bytes);

@@ -111,6 +111,27 @@ fn a_slide_has_play_in_millimetres_that_shows_by_the_side_it_comes_from() {
 }
 
 #[test]
+fn a_controller_leads_an_arm_cycle_by_cycle_and_it_rests_where_the_cycles_end() {
+    let mut world = Files::new(CRANE, WORLD).open();
+    let began_ns = world.reading().time_ns;
+    let [turn, trolley, hook] = <[f64; 3]>::try_from(world.believed().to_vec()).unwrap();
+    Arm::follow(&mut world, &[turn, trolley + 4.0, hook], 8_000_000).unwrap();
+    world.advance(began_ns + 4_000_000);
+    assert_eq!(world.believed(), [turn, trolley + 2.0, hook], "half of the cycle");
+    // The next cycle takes the place of what is left of this one.
+    Arm::follow(&mut world, &[turn, trolley + 1.0, hook], 8_000_000).unwrap();
+    world.advance(began_ns + 12_000_000);
+    assert_eq!(world.believed(), [turn, trolley + 1.0, hook]);
+    assert!(!world.reading().moving);
+    let beyond = Arm::follow(&mut world, &[turn, 900.0, hook], 8_000_000).unwrap_err();
+    assert!(beyond.contains("joint `trolley` has its stops at 98 and 802 mm"), "{beyond}");
+    let own = MotionRequest { joints: vec![None, Some(50.0), None], relative: true, speed: 0.1 };
+    Arm::begin(&mut world, &own).unwrap();
+    let refused = Arm::follow(&mut world, &[turn, trolley, hook], 8_000_000).unwrap_err();
+    assert!(refused.starts_with("the arm is moving already"), "{refused}");
+}
+
+#[test]
 fn a_request_for_another_count_of_joints_is_refused_and_moves_nothing() {
     let mut world = Files::new(CRANE, WORLD).open();
     let six = MotionRequest { joints: vec![Some(0.1); 6], relative: true, speed: 1.0 };

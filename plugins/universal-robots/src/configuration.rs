@@ -49,8 +49,7 @@ impl Configuration {
     /// [`PluginError::Refused`], naming the key and what would be right.
     pub fn read(config: &Value) -> Result<Self, PluginError> {
         if config.is_null() {
-            let text =
-                "config: name the controller's address on the network, such as `config: {address: 192.168.1.10}`";
+            let text = "config: name the controller's address on the network, such as `config: {address: 192.168.1.10}`";
             return Err(PluginError::Refused(text.to_owned()));
         }
         let raw: Raw =
@@ -115,7 +114,10 @@ mod tests {
     #[test]
     fn an_address_is_enough_and_every_wrong_value_is_named() {
         let plain = Configuration::read(&json!({"address": "192.168.1.10"})).unwrap();
-        assert_eq!((plain.rtde_port, plain.script_port, plain.dashboard_port), (30_004, 30_001, Some(29_999)));
+        assert_eq!(
+            (plain.rtde_port, plain.script_port, plain.dashboard_port),
+            (30_004, 30_001, Some(29_999))
+        );
         assert!((plain.full_speed - 60.0_f64.to_radians()).abs() < 1e-12);
         for (config, text) in [
             (json!(null), "config: name the controller's address on the network"),

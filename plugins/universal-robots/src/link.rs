@@ -71,7 +71,8 @@ impl Link {
     /// [`PluginError::Disconnected`], [`PluginError::TimedOut`]; [`PluginError::Failed`] for a controller that does not agree.
     pub(crate) fn connect(address: &str, port: u16, first_register: u8) -> Result<Self, PluginError> {
         let stream = connect(address, port, "RTDE")?;
-        let mut agreeing = Agreeing { stream, packages: Packages::default(), address: format!("{address}:{port}") };
+        let mut agreeing =
+            Agreeing { stream, packages: Packages::default(), address: format!("{address}:{port}") };
         agreeing.version()?;
         let version = agreeing.controller_version()?;
         let output_recipe = agreeing.outputs(first_register)?;

@@ -5,8 +5,6 @@
 
 use plumb_plugin::PluginError;
 
-use crate::rtde::State;
-
 /// What the arm is powered for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RobotMode(pub i32);
@@ -40,27 +38,41 @@ impl RuntimeState {
 ///
 /// # Errors
 /// [`PluginError::NotReady`] with what to do.
-pub(crate) fn require_running(state: &State) -> Result<(), PluginError> {
-    safety(state.safety_mode)?;
-    power(state.robot_mode)
+pub(crate) fn require_running(safety_mode: SafetyMode, robot_mode: RobotMode) -> Result<(), PluginError> {
+    safety(safety_mode)?;
+    power(robot_mode)
 }
 
 fn safety(mode: SafetyMode) -> Result<(), PluginError> {
     let text = match mode.0 {
         // Normal, and reduced, in which the arm is slower.
         1 | 2 => return Ok(()),
-        3 => "the arm is in a protective stop: find out what it ran into, unlock it at the pendant, then go on",
+        3 => {
+            "the arm is in a protective stop: find out what it ran into, unlock it at the pendant, then go on"
+        }
         4 => "the safety system is in recovery: bring the arm back inside its limits at the pendant",
         5 => "a safeguard input has stopped the arm: close the safeguard and reset it",
-        6 => "the system's emergency stop is pressed: release it, switch the arm on at the pendant, then go on",
-        7 => "the robot's emergency stop is pressed: release it, switch the arm on at the pendant, then go on",
-        8 => "the safety system has found a violation: read the pendant's log, then restart the safety system",
+        6 => {
+            "the system's emergency stop is pressed: release it, switch the arm on at the pendant, then go on"
+        }
+        7 => {
+            "the robot's emergency stop is pressed: release it, switch the arm on at the pendant, then go on"
+        }
+        8 => {
+            "the safety system has found a violation: read the pendant's log, then restart the safety system"
+        }
         9 => "the safety system has found a fault: read the pendant's log, then restart the safety system",
         10 => "the safety system wants the joints' identities confirmed at the pendant",
         11 => "the safety system does not know its own mode: read the pendant's log",
         12 => "a safeguard of automatic mode has stopped the arm: close the safeguard and reset it",
-        13 => "the three-position switch has stopped the arm: hold it in the middle, or switch to automatic mode",
-        other => return Err(PluginError::NotReady(format!("the safety system is in mode {other}, which this driver does not know"))),
+        13 => {
+            "the three-position switch has stopped the arm: hold it in the middle, or switch to automatic mode"
+        }
+        other => {
+            return Err(PluginError::NotReady(format!(
+                "the safety system is in mode {other}, which this driver does not know"
+            )));
+        }
     };
     Err(PluginError::NotReady(text.to_owned()))
 }
@@ -77,7 +89,9 @@ fn power(mode: RobotMode) -> Result<(), PluginError> {
         6 => "the arm is being moved by hand (backdrive): end that at the pendant",
         8 => "the joints' firmware is being updated: wait",
         other => {
-            return Err(PluginError::NotReady(format!("the robot is in mode {other}, which this driver does not know")));
+            return Err(PluginError::NotReady(format!(
+                "the robot is in mode {other}, which this driver does not know"
+            )));
         }
     };
     Err(PluginError::NotReady(text.to_owned()))
@@ -89,7 +103,9 @@ mod tests {
 
     #[test]
     fn only_a_running_arm_may_be_read() {
-        for (mode, fine) in [(1, true), (2, true), (0, false), (3, false), (7, false), (13, false), (99, false)] {
+        for (mode, fine) in
+            [(1, true), (2, true), (0, false), (3, false), (7, false), (13, false), (99, false)]
+        {
             assert_eq!(safety(SafetyMode(mode)).is_ok(), fine, "{mode}");
         }
         for (mode, fine) in [(7, true), (-1, false), (3, false), (5, false), (42, false)] {

@@ -96,7 +96,8 @@ mod tests {
 
     /// A runtime exception as the client library of Universal Robots reads one: line 3, column 1.
     const EXCEPTION: [u8; 28] = [
-        0, 0, 0, 28, 20, 0, 0, 0, 0, 0, 0, 0, 9, 253, 10, 0, 0, 0, 3, 0, 0, 0, 1, b'w', b'r', b'o', b'n', b'g',
+        0, 0, 0, 28, 20, 0, 0, 0, 0, 0, 0, 0, 9, 253, 10, 0, 0, 0, 3, 0, 0, 0, 1, b'w', b'r', b'o', b'n',
+        b'g',
     ];
 
     #[test]

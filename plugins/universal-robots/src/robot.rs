@@ -11,7 +11,7 @@ use plumb_plugin::{
 use crate::configuration::Configuration;
 use crate::dashboard;
 use crate::link::{Link, Received};
-use crate::modes::{RuntimeState, require_running};
+use crate::modes::{self, RuntimeState};
 use crate::primary::Said;
 use crate::program;
 use crate::rtde::{AXES, State};
@@ -88,7 +88,8 @@ impl Robot for UniversalRobot {
             max_speed: self.configuration.full_speed,
             home: home.to_radians(),
         });
-        let slowing = self.configuration.full_speed / LEAVES_PROGRAM.min(self.configuration.stop_deceleration);
+        let slowing =
+            self.configuration.full_speed / LEAVES_PROGRAM.min(self.configuration.stop_deceleration);
         RobotDescription {
             model: "Universal Robots, RTDE".to_owned(),
             joints: joints.collect(),
@@ -147,7 +148,10 @@ impl Robot for UniversalRobot {
             self.configuration.first_register,
             self.configuration.watchdog,
         );
-        self.link.sign_of_life(self.program).and_then(|()| self.scripts.send(&text)).map_err(|error| self.doubted(error))?;
+        self.link
+            .sign_of_life(self.program)
+            .and_then(|()| self.scripts.send(&text))
+            .map_err(|error| self.doubted(error))?;
         match self.follow() {
             Ok(state) => Ok(state),
             Err(error @ PluginError::Stopped(_)) => Err(error),
@@ -173,10 +177,18 @@ fn moves(state: &State) -> bool {
     state.runtime != RuntimeState::STOPPED || state.fastest() > AT_REST
 }
 
+/// What keeps the robot from being read and moved, if anything does.
+fn require_running(state: &State) -> Result<(), PluginError> {
+    modes::require_running(state.safety_mode, state.robot_mode)
+}
+
 /// Where a motion leads, rad.
 fn target(motion: &Motion, here: &[f64; AXES]) -> Result<[f64; AXES], PluginError> {
     let given: &[f64; AXES] = motion.target.as_slice().try_into().map_err(|_| {
-        PluginError::Refused(format!("a target of {} joint values for an arm of six joints", motion.target.len()))
+        PluginError::Refused(format!(
+            "a target of {} joint values for an arm of six joints",
+            motion.target.len()
+        ))
     })?;
     let mut target = *here;
     for (place, (target, given)) in target.iter_mut().zip(given).enumerate() {
@@ -219,7 +231,10 @@ impl UniversalRobot {
     fn too_old(&self, age: Duration) -> PluginError {
         let silent = self.link.latest().map_or(FRESH_WITHIN, |latest| latest.arrived.elapsed());
         let text = if silent > FRESH {
-            format!("the controller has told nothing for {:.1} s: is it on, and is the network sound?", silent.as_secs_f64())
+            format!(
+                "the controller has told nothing for {:.1} s: is it on, and is the network sound?",
+                silent.as_secs_f64()
+            )
         } else {
             format!(
                 "the controller's states are {:.1} s old when they come: they are late, or its clock stands; is the network sound?",
@@ -258,7 +273,8 @@ impl UniversalRobot {
                 continue;
             }
             if state.runtime.is_pause() {
-                let text = "the move was paused at the controller: somebody pressed pause, or its safety system did";
+                let text =
+                    "the move was paused at the controller: somebody pressed pause, or its safety system did";
                 return Err(PluginError::NotReady(text.to_owned()));
             }
             let arrived = state.ended == self.program;
@@ -314,11 +330,7 @@ impl UniversalRobot {
     }
 
     /// Waits until no program runs and nothing moves; where a program was sent to that end, until it has.
-    fn comes_to_rest(
-        &mut self,
-        within: Duration,
-        by: Option<i32>,
-    ) -> Result<Option<Received>, PluginError> {
+    fn comes_to_rest(&mut self, within: Duration, by: Option<i32>) -> Result<Option<Received>, PluginError> {
         let begin = Instant::now();
         while begin.elapsed() < within {
             let Some(received) = self.link.newer(self.seen, within.saturating_sub(begin.elapsed()))? else {

@@ -171,11 +171,8 @@ pub fn controller_version(body: &[u8]) -> Result<[u32; 4], RtdeError> {
 /// # Errors
 /// [`RtdeError::Size`] for an answer without a number.
 pub fn recipe(kind: Kind, body: &[u8]) -> Result<(u8, Vec<String>), RtdeError> {
-    let (number, types) = body.split_first().ok_or(RtdeError::Size {
-        kind: char::from(kind as u8),
-        found: 0,
-        wanted: 1,
-    })?;
+    let (number, types) =
+        body.split_first().ok_or(RtdeError::Size { kind: char::from(kind as u8), found: 0, wanted: 1 })?;
     Ok((*number, String::from_utf8_lossy(types).split(',').map(str::to_owned).collect()))
 }
 

@@ -25,12 +25,30 @@ impl Travel {
         let durations = drive.joints.iter().zip(ways).map(|(joint, way)| way / (joint.top_speed * speed));
         let slowest = durations.fold(0.0, f64::max);
         let duration_ns = (slowest * 1e9).ceil() as u64;
-        Self { from, to, speed, braking_s: drive.braking_s, began_ns: now_ns, duration_ns, braking: false, led: false }
+        Self {
+            from,
+            to,
+            speed,
+            braking_s: drive.braking_s,
+            began_ns: now_ns,
+            duration_ns,
+            braking: false,
+            led: false,
+        }
     }
 
     /// One cycle of a controller that leads the servos; where it ends they stand, without brakes.
     pub(super) fn led(from: Vec<f64>, to: Vec<f64>, now_ns: u64, duration_ns: u64) -> Self {
-        Self { from, to, speed: 1.0, braking_s: 0.0, began_ns: now_ns, duration_ns, braking: false, led: true }
+        Self {
+            from,
+            to,
+            speed: 1.0,
+            braking_s: 0.0,
+            began_ns: now_ns,
+            duration_ns,
+            braking: false,
+            led: true,
+        }
     }
 
     /// Whether a controller leads the servos, cycle by cycle.

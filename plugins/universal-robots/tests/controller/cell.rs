@@ -94,7 +94,10 @@ impl Cell {
     }
 
     /// Sends the arm a long way, and lets something happen to the controller once it has moved by 5 degrees.
-    pub(crate) fn go_until(&mut self, happen: impl FnOnce(&mut Emulator) + Send) -> Result<JointState, PluginError> {
+    pub(crate) fn go_until(
+        &mut self,
+        happen: impl FnOnce(&mut Emulator) + Send,
+    ) -> Result<JointState, PluginError> {
         let Self { arm, emulator, world, .. } = self;
         let (begin, _) = world.joints();
         std::thread::scope(|scope| {

@@ -85,7 +85,8 @@ fn local_control_is_told_when_it_is_activated_and_when_it_comes_in_between() {
     let mut cell = Cell::start();
     cell.arm.activate().unwrap();
     cell.emulator.tell(Event::Remote(false));
-    for error in [cell.go([20.0, -90.0, 0.0, -90.0, 0.0, 0.0]).unwrap_err(), cell.arm.activate().unwrap_err()] {
+    for error in [cell.go([20.0, -90.0, 0.0, -90.0, 0.0, 0.0]).unwrap_err(), cell.arm.activate().unwrap_err()]
+    {
         assert!(matches!(error, PluginError::NotReady(_)), "{error:?}");
         assert!(error.text().contains("local control and takes no programs: switch it to remote"), "{error}");
     }

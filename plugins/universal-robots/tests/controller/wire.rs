@@ -21,8 +21,8 @@ fn requests_are_the_guides_bytes() {
 #[test]
 fn answers_are_read_whatever_pieces_they_come_in() {
     let answers: &[u8] = &[
-        0, 4, b'V', 1, 0, 19, b'v', 0, 0, 0, 5, 0, 0, 0, 19, 0, 0, 0, 0, 0, 18, 0x79, 0x27, 0, 10, b'O', 1, b'D',
-        b'O', b'U', b'B', b'L', b'E', 0, 10, b'M', 2, b'h', b'i', 2, b'm', b'e', 3,
+        0, 4, b'V', 1, 0, 19, b'v', 0, 0, 0, 5, 0, 0, 0, 19, 0, 0, 0, 0, 0, 18, 0x79, 0x27, 0, 10, b'O', 1,
+        b'D', b'O', b'U', b'B', b'L', b'E', 0, 10, b'M', 2, b'h', b'i', 2, b'm', b'e', 3,
     ];
     let mut packages = Packages::default();
     let mut found = Vec::new();
@@ -30,8 +30,12 @@ fn answers_are_read_whatever_pieces_they_come_in() {
         packages.push(&[*byte]);
         found.extend(packages.take().unwrap());
     }
-    let [(Kind::RequestVersion, version), (Kind::ControllerVersion, software), (Kind::SetUpOutputs, outputs), (Kind::Text, said)] =
-        found.as_slice()
+    let [
+        (Kind::RequestVersion, version),
+        (Kind::ControllerVersion, software),
+        (Kind::SetUpOutputs, outputs),
+        (Kind::Text, said),
+    ] = found.as_slice()
     else {
         panic!("{found:?}")
     };
@@ -70,10 +74,8 @@ fn a_state_is_read_and_one_that_is_cut_or_another_recipes_is_not() {
 
 #[test]
 fn what_is_no_rtde_is_named() {
-    for (bytes, error) in [
-        (&[0, 2, b'V'][..], RtdeError::Length(2)),
-        (&[0, 3, b'X'], RtdeError::Kind(b'X')),
-    ] {
+    for (bytes, error) in [(&[0, 2, b'V'][..], RtdeError::Length(2)), (&[0, 3, b'X'], RtdeError::Kind(b'X'))]
+    {
         let mut packages = Packages::default();
         packages.push(bytes);
         assert_eq!(packages.take(), Err(error));

@@ -5,7 +5,9 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use plumb_simulated::emulate::universal_robots::{Emulator, EmulatorOptions, Event, SERVERS, Series, Standing};
+use plumb_simulated::emulate::universal_robots::{
+    Emulator, EmulatorOptions, Event, SERVERS, Series, Standing,
+};
 
 use super::typed::Typing;
 use crate::failure::CommandResult;
@@ -59,7 +61,9 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
     output.flush()?;
     let ports = SERVERS.map(|port| port.to_string()).join(", ");
     let world = arguments.world.display();
-    eprintln!("Universal Robots controller at {address} (ports {ports}), leading the arm of the world at {world}");
+    eprintln!(
+        "Universal Robots controller at {address} (ports {ports}), leading the arm of the world at {world}"
+    );
     work(typing, emulator)
 }
 
@@ -96,5 +100,10 @@ fn status(standing: &Standing) -> String {
     let moves = if standing.moving { "moving" } else { "at rest" };
     let joints: Vec<String> =
         standing.joints.iter().map(|joint| format!("{:.3}", joint.to_degrees())).collect();
-    format!("{address} {moves}, {}, {} connected, joints {}", standing.modes, standing.clients, joints.join(" "))
+    format!(
+        "{address} {moves}, {}, {} connected, joints {}",
+        standing.modes,
+        standing.clients,
+        joints.join(" ")
+    )
 }

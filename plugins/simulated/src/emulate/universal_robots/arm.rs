@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::controller::AXES;
+use super::states::AXES;
 use crate::client::{ClientError, WorldClient};
 use crate::protocol::{JointUnit, Reading, Verb};
 
@@ -32,7 +32,9 @@ impl LedArm {
         let joints = &client.welcome().joints;
         if joints.len() != AXES || joints.iter().any(|joint| joint.unit != JointUnit::Rad) {
             let there = &client.welcome().model;
-            return Err(ArmError(format!("a {there} stands in that world, no arm whose six joints all turn")));
+            return Err(ArmError(format!(
+                "a {there} stands in that world, no arm whose six joints all turn"
+            )));
         }
         Ok(Self { client })
     }
@@ -63,7 +65,8 @@ impl LedArm {
 
 fn place(reading: &Reading) -> Result<([f64; AXES], bool), ArmError> {
     let joints = reading.joints.fixed();
-    let joints = joints.ok_or_else(|| ArmError(format!("it has {} joints, not six", reading.joints.len())))?;
+    let joints =
+        joints.ok_or_else(|| ArmError(format!("it has {} joints, not six", reading.joints.len())))?;
     Ok((joints, reading.moving))
 }
 

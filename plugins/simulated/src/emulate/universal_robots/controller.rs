@@ -6,17 +6,8 @@ use super::arm::{ArmError, Led, LedArm};
 use super::event::Event;
 use super::motion::Way;
 use super::script::{Program, ScriptError, Statement, WatchdogAction};
-use super::states::{RobotMode, RuntimeState, SafetyMode, Series};
+use super::states::{AXES, CYCLE_S, REGISTERS, RobotMode, RuntimeState, SafetyMode, Series};
 use crate::physics::random::Random;
-
-/// Joints of these arms.
-pub(super) const AXES: usize = 6;
-
-/// From cycle to cycle, s: the pace of a CB3; an e-Series controller counts four times as fast.
-pub(super) const CYCLE_S: f64 = 0.008;
-
-/// General purpose registers of one kind.
-pub(super) const REGISTERS: usize = 48;
 
 /// The greatest acceleration of a joint, rad/s2: what is asked beyond it is not done.
 const MOST_ACCELERATION: f64 = 40.0;

@@ -85,7 +85,10 @@ mod tests {
         assert_eq!(" power off ".parse(), Ok(Event::Power(false)));
         for text in ["", "power", "power up", "late soon", "explode"] {
             let error = text.parse::<Event>().unwrap_err().to_string();
-            assert!(error.starts_with(&format!("`{text}` is nothing that happens to it; there are")), "{error}");
+            assert!(
+                error.starts_with(&format!("`{text}` is nothing that happens to it; there are")),
+                "{error}"
+            );
         }
     }
 }

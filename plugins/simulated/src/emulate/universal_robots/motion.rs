@@ -1,6 +1,6 @@
 //! How the controller leads its joints: along a straight line in joint space, its speed a trapezoid, all joints together.
 
-use super::controller::AXES;
+use super::states::AXES;
 
 /// As near as a way counts as none, rad.
 const NO_WAY: f64 = 1e-9;

@@ -1,8 +1,8 @@
 //! RTDE as a server speaks it: packages of a length (uint16, big-endian, itself included), a kind (uint8) and what the kind has. The link is in the
 //! documentation of the parent module.
 
-use super::controller::{AXES, CYCLE_S, Controller, REGISTERS};
-use super::states::{RuntimeState, SafetyMode};
+use super::controller::Controller;
+use super::states::{AXES, CYCLE_S, REGISTERS, RuntimeState, SafetyMode};
 
 /// Bytes of the header of a package.
 const HEADER: usize = 3;
@@ -153,7 +153,8 @@ impl RtdeSession {
     ) -> Option<Vec<u8>> {
         self.heard.extend(bytes);
         let mut said = Vec::new();
-        while let Some(length) = self.heard.first_chunk().map(|length| usize::from(u16::from_be_bytes(*length)))
+        while let Some(length) =
+            self.heard.first_chunk().map(|length| usize::from(u16::from_be_bytes(*length)))
         {
             if length < HEADER {
                 return None;
@@ -221,7 +222,8 @@ impl RtdeSession {
         let found: Vec<Option<Output>> = names.split(',').map(Output::named).collect();
         let types: Vec<&str> =
             found.iter().map(|found| found.map_or("NOT_FOUND", Output::type_name)).collect();
-        self.outputs_known = found.iter().all(Option::is_some) && (1.0..=controller.series.most_hz()).contains(&hz);
+        self.outputs_known =
+            found.iter().all(Option::is_some) && (1.0..=controller.series.most_hz()).contains(&hz);
         self.outputs = found.into_iter().flatten().collect();
         self.every_s = if hz > 0.0 { 1.0 / hz } else { 1.0 };
         let mut said = if self.version == 1 { Vec::new() } else { vec![u8::from(self.outputs_known)] };

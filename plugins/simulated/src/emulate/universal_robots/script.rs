@@ -1,6 +1,6 @@
 //! The part of URScript that a controller is sent here: a program is a function definition, one statement a line.
 
-use super::controller::AXES;
+use super::states::AXES;
 
 /// A program, line by line.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,12 +14,27 @@ pub(super) struct Program {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Statement {
     /// rad, rad/s2, rad/s.
-    MoveJ { joints: [f64; AXES], acceleration: f64, speed: f64 },
+    MoveJ {
+        joints: [f64; AXES],
+        acceleration: f64,
+        speed: f64,
+    },
     /// rad/s2.
-    StopJ { deceleration: f64 },
-    WriteRegister { register: usize, value: i32 },
-    Watchdog { register: usize, hz: f64, action: WatchdogAction },
-    Sleep { seconds: f64 },
+    StopJ {
+        deceleration: f64,
+    },
+    WriteRegister {
+        register: usize,
+        value: i32,
+    },
+    Watchdog {
+        register: usize,
+        hz: f64,
+        action: WatchdogAction,
+    },
+    Sleep {
+        seconds: f64,
+    },
     Message(String),
     Nothing,
 }

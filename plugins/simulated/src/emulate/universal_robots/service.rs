@@ -17,11 +17,11 @@ use nix::sys::time::TimeSpec;
 
 use super::arm::{ArmError, LedArm};
 use super::client::{Client, Trouble};
-use super::controller::{AXES, CYCLE_S, Controller};
+use super::controller::Controller;
 use super::event::Event;
 use super::ports::{PortsError, Server, listen};
 use super::primary;
-use super::states::Series;
+use super::states::{AXES, CYCLE_S, Series};
 use crate::physics::random::Random;
 
 /// How often the primary and the secondary interface tell how the robot is.

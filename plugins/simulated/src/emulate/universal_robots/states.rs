@@ -2,6 +2,15 @@
 
 use std::str::FromStr;
 
+/// Joints of these arms.
+pub(super) const AXES: usize = 6;
+
+/// From cycle to cycle, s: the pace of a CB3; an e-Series controller counts four times as fast.
+pub(super) const CYCLE_S: f64 = 0.008;
+
+/// General purpose registers of one kind.
+pub(super) const REGISTERS: usize = 48;
+
 /// Which generation of controllers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Series {
