@@ -31,7 +31,8 @@ pub struct Configuration {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Raw {
-    address: String,
+    #[serde(default)]
+    address: Option<String>,
     rtde_port: Option<u16>,
     script_port: Option<u16>,
     dashboard_port: Option<u16>,
@@ -48,15 +49,19 @@ impl Configuration {
     /// # Errors
     /// [`PluginError::Refused`], naming the key and what would be right.
     pub fn read(config: &Value) -> Result<Self, PluginError> {
-        if config.is_null() {
+        let nameless = || {
             let text = "config: name the controller's address on the network, such as `config: {address: 192.168.1.10}`";
-            return Err(PluginError::Refused(text.to_owned()));
+            PluginError::Refused(text.to_owned())
+        };
+        if config.is_null() {
+            return Err(nameless());
         }
         let raw: Raw =
             Raw::deserialize(config).map_err(|error| PluginError::Refused(format!("config: {error}")))?;
-        let address = raw.address.trim().to_owned();
+        let given = raw.address.ok_or_else(nameless)?;
+        let address = given.trim().to_owned();
         if address.is_empty() || address.contains(['/', ' ']) {
-            return Err(wrong("address", &raw.address, "give an address alone, such as 192.168.1.10"));
+            return Err(wrong("address", &given, "give an address alone, such as 192.168.1.10"));
         }
         let port = |key: &str, value: Option<u16>, usual: u16| match value {
             Some(0) => Err(wrong(key, "0", "give 1 to 65535")),
@@ -121,6 +126,7 @@ mod tests {
         assert!((plain.full_speed - 60.0_f64.to_radians()).abs() < 1e-12);
         for (config, text) in [
             (json!(null), "config: name the controller's address on the network"),
+            (json!({"watchdog_ms": 100}), "config: name the controller's address on the network"),
             (json!({"address": " "}), "config: address is  ; give an address alone, such as 192.168.1.10"),
             (json!({"address": "http://ur"}), "config: address is http://ur; give an address alone"),
             (json!({"address": "a", "rtde_port": 0}), "config: rtde_port is 0; give 1 to 65535"),
