@@ -13,7 +13,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use crate::commands::{
     alert, answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model,
     note, plugins, queue, record, run, schema, serve, ship, show, streams, stripe, study, target, trial,
-    watch, world,
+    watch, wire, world,
 };
 
 /// Calibrates lab robots: runs the procedures of workcells, and shows where the model of a machine fails and what it lacks.
@@ -63,6 +63,9 @@ pub(crate) enum Command {
     /// The controller of an arm on a pseudo-terminal, to try its driver without the arm.
     #[command(subcommand)]
     Emulate(emulate::EmulateCommand),
+    /// What goes over a device's line: record it, and hold what plumb sends against a record.
+    #[command(subcommand)]
+    Wire(wire::WireCommand),
     Study(study::StudyArguments),
     Streams(streams::Arguments),
     /// The plugins that can be found, and whether they can be used.

@@ -29,4 +29,5 @@ pub mod study;
 pub(crate) mod target;
 pub mod trial;
 pub(crate) mod watch;
+pub(crate) mod wire;
 pub(crate) mod world;

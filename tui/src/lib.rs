@@ -26,7 +26,7 @@ use command_line::Command;
 use commands::{
     alert, answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model,
     note, plugins, queue, record, run, schema, serve, ship, show, streams, stripe, study, target, trial,
-    watch, world,
+    watch, wire, world,
 };
 use failure::CommandResult;
 
@@ -49,6 +49,7 @@ pub fn program() -> ExitCode {
         Command::Man(arguments) => man::run(&arguments, command_line::command()),
         Command::Model(command) => model::run(&command),
         Command::Emulate(command) => emulate::run(&command),
+        Command::Wire(command) => wire::run(&command),
         Command::Alert(arguments) => alert::run(&arguments),
         Command::Answer(arguments) => answer::run(&arguments),
         Command::Certificate(arguments) => certificate::run(&arguments),

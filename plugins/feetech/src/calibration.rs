@@ -2,13 +2,10 @@
 //! program reads what the other has written: a JSON object of joints, each with `id`, `drive_mode` (1: reversed), `homing_offset`, `range_min` and `range_max`.
 
 use std::collections::BTreeMap;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use plumb_document::{FileKind, ReadError, read_text};
 use serde::{Deserialize, Serialize};
-
-/// More than a file of 253 servos holds, bytes.
-const LARGEST: u64 = 256 * 1024;
 
 /// What the file keeps of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -32,27 +29,20 @@ pub(crate) type Calibration = BTreeMap<String, Kept>;
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CalibrationError {
     #[error("the calibration file {} cannot be read: {error}", file.display())]
-    Read { file: PathBuf, error: std::io::Error },
+    Read { file: PathBuf, error: ReadError },
     #[error("the calibration file {} is not laid out as one: {error}; put it away, and calibrate the arm anew", file.display())]
     Layout { file: PathBuf, error: serde_json::Error },
-    #[error("the calibration file {} is no file of at most {LARGEST} bytes", file.display())]
-    NoFile { file: PathBuf },
     #[error("the servos were calibrated, but the calibration file {} cannot be written: {error}", file.display())]
     Write { file: PathBuf, error: std::io::Error },
 }
 
 /// Reads the file; nothing where there is none yet.
 pub(crate) fn read(file: &Path) -> Result<Calibration, CalibrationError> {
-    let failed = |error| CalibrationError::Read { file: file.to_owned(), error };
-    match std::fs::metadata(file) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Calibration::new()),
-        Err(error) => return Err(failed(error)),
-        Ok(found) if !found.is_file() || found.len() > LARGEST => {
-            return Err(CalibrationError::NoFile { file: file.to_owned() });
-        }
-        Ok(_) => {}
+    if !file.exists() {
+        return Ok(Calibration::new());
     }
-    let text = std::fs::read_to_string(file).map_err(failed)?;
+    let text = read_text(file, FileKind::CALIBRATION)
+        .map_err(|error| CalibrationError::Read { file: file.to_owned(), error })?;
     serde_json::from_str(&text).map_err(|error| CalibrationError::Layout { file: file.to_owned(), error })
 }
 
@@ -89,7 +79,7 @@ mod tests {
         let file = folder.path().join("arm.json");
         std::fs::write(&file, "{\"elbow\": 3}").unwrap();
         assert!(read(&file).unwrap_err().to_string().contains("is not laid out as one"));
-        assert!(read(folder.path()).unwrap_err().to_string().contains("is no file of at most"));
+        assert!(read(folder.path()).unwrap_err().to_string().contains("cannot be read"));
         let nowhere = folder.path().join("no").join("arm.json");
         assert!(write(&nowhere, &Calibration::new()).unwrap_err().to_string().contains("cannot be written"));
     }

@@ -6,6 +6,7 @@ pub mod feetech;
 mod line;
 pub mod teachmover;
 pub(crate) mod terminal;
+pub mod transcript;
 pub mod universal_robots;
 pub mod val2;
 pub(crate) mod wire;

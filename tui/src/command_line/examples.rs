@@ -459,6 +459,32 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
     (
+        "wire record",
+        &[
+            example(
+                "plumb wire record /dev/ttyUSB0 --baud 9600 --link port -o arm.wire",
+                "then drive the arm through ./port",
+            ),
+            example(
+                "plumb wire record /dev/ttyACM0 --baud 1000000 --link port -o so101.wire",
+                "an SO-101's bus",
+            ),
+        ],
+    ),
+    (
+        "wire replay",
+        &[
+            example(
+                "plumb wire replay arm.wire cell-hardware.yaml",
+                "does plumb send now what was sent then?",
+            ),
+            example(
+                "plumb wire replay arm.wire cell-hardware.yaml first-day -- --answers answers.yaml",
+                "another procedure, and options of `plumb run`",
+            ),
+        ],
+    ),
+    (
         "study design",
         &[
             example(

@@ -9,7 +9,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Many cells", &["serve", "ship", "fleet", "alert"]),
     ("Model lab", &["model"]),
     ("Scans", &["stripe"]),
-    ("Practise", &["trial", "emulate", "study"]),
+    ("Practise", &["trial", "emulate", "wire", "study"]),
     ("Extend", &["plugins", "streams", "schema", "completions", "man", "help"]),
 ];
 

@@ -3,7 +3,7 @@
 mod feetech;
 mod line;
 mod teachmover;
-mod typed;
+pub(super) mod typed;
 mod universal_robots;
 mod val2;
 

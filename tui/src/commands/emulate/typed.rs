@@ -11,7 +11,7 @@ use nix::sys::signalfd::{SfdFlags, SignalFd};
 const LOOK: u16 = 200;
 
 /// Lines typed on standard input, and signals.
-pub(super) struct Typing {
+pub(in crate::commands) struct Typing {
     signals: SignalFd,
     input: Option<io::Stdin>,
     typed: Vec<u8>,
@@ -20,7 +20,7 @@ pub(super) struct Typing {
 impl Typing {
     /// Takes SIGTERM and SIGINT over; with `ends_with_parent` the end of the program that started this one is a SIGTERM too. Before any thread is
     /// there, so that the signals come here and nowhere else.
-    pub(super) fn listen(ends_with_parent: bool) -> Result<Self, nix::Error> {
+    pub(in crate::commands) fn listen(ends_with_parent: bool) -> Result<Self, nix::Error> {
         if ends_with_parent {
             nix::sys::prctl::set_pdeathsig(Signal::SIGTERM)?;
         }
@@ -33,7 +33,7 @@ impl Typing {
     }
 
     /// The lines typed within a little while; none once a signal has come.
-    pub(super) fn next(&mut self) -> Result<Option<Vec<String>>, Box<dyn std::error::Error>> {
+    pub(in crate::commands) fn next(&mut self) -> Result<Option<Vec<String>>, Box<dyn std::error::Error>> {
         let mut polled = vec![PollFd::new(self.signals.as_fd(), PollFlags::POLLIN)];
         if let Some(input) = &self.input {
             polled.push(PollFd::new(input.as_fd(), PollFlags::POLLIN));

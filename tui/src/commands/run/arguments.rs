@@ -47,6 +47,9 @@ pub(crate) struct Arguments {
     /// Print what the run would do, about how long it would take and what it would move within what limits. Nothing is started.
     #[arg(long, conflicts_with = "resume")]
     pub(super) dry_run: bool,
+    /// Another port for a device than the cell file's, as in arm=/dev/ttyUSB1; can be given several times.
+    #[arg(long, value_name = "DEVICE=PORT", value_parser = device_port)]
+    pub(super) port: Vec<(String, String)>,
     /// Something to be remembered with the run; can be given several times.
     #[arg(long, value_name = "TEXT")]
     pub(super) note: Vec<String>,
@@ -138,6 +141,13 @@ impl Arguments {
     pub(super) fn is_unattended(&self) -> bool {
         self.is_headless() && !self.attended
     }
+}
+
+/// Reads `DEVICE=PORT`.
+fn device_port(text: &str) -> Result<(String, String), String> {
+    let named = text.split_once('=').filter(|(device, port)| !device.is_empty() && !port.is_empty());
+    let (device, port) = named.ok_or("write DEVICE=PORT, as in arm=/dev/ttyUSB1")?;
+    Ok((device.to_owned(), port.to_owned()))
 }
 
 /// Reads `NAME=VALUE`.

@@ -78,6 +78,8 @@ enum RunError {
     NoProcedure { cell: String, wanted: String, help: String },
     #[error("cell `{cell}` names no procedures: add one under `procedures:`")]
     NothingToRun { cell: String },
+    #[error("cell `{cell}` has no device `{device}` with a port of its own: {help}")]
+    NoPort { cell: String, device: String, help: String },
     #[error("there is no interrupted run to resume in {record}")]
     NothingToResume { record: String },
 }
@@ -95,7 +97,10 @@ pub(super) fn wanted(arguments: &Arguments) -> Result<Wanted, Refused> {
     let resumed = resumed_run(arguments, &record_directory)?;
     let calculator = Calculator::new();
     let cell_file = cell_file(arguments, resumed.as_ref());
-    let cell = Arc::new(load_workcell(&cell_file, &calculator).map_err(Refused::Files)?);
+    let mut cell = load_workcell(&cell_file, &calculator).map_err(Refused::Files)?;
+    let ports = ports_of(arguments, resumed.as_ref());
+    exchange_ports(&mut cell, &ports)?;
+    let cell = Arc::new(cell);
     let catalogue = plugins_of(&cell, &arguments.plugins);
     check_with_world(&cell, &catalogue).map_err(Refused::Files)?;
     let procedure = procedure_of(&cell, arguments, resumed.as_ref())?;
@@ -109,7 +114,7 @@ pub(super) fn wanted(arguments: &Arguments) -> Result<Wanted, Refused> {
         cell,
         procedure,
         parameters: parameters_of(arguments, resumed.as_ref()),
-        settings: json!({"answers": answers.as_ref().map(|answers| absolute(&answers.file))}),
+        settings: json!({"answers": answers.as_ref().map(|answers| absolute(&answers.file)), "ports": ports}),
         answers,
         unattended,
         operator,
@@ -223,6 +228,27 @@ fn parameters_of(arguments: &Arguments, resumed: Option<&RunSummary>) -> BTreeMa
     let stored =
         stored.into_iter().flatten().filter_map(|(name, value)| Some((name.clone(), value.as_f64()?)));
     stored.chain(arguments.set.iter().cloned()).collect()
+}
+
+/// The ports that were named for devices, by the command line or by the run that is resumed.
+fn ports_of(arguments: &Arguments, resumed: Option<&RunSummary>) -> BTreeMap<String, String> {
+    let kept = resumed.and_then(|run| run.settings.get("ports")?.as_object().cloned()).unwrap_or_default();
+    let kept = kept.into_iter().filter_map(|(device, port)| Some((device, port.as_str()?.to_owned())));
+    kept.chain(arguments.port.iter().cloned()).collect()
+}
+
+/// Gives devices other ports than the cell file does.
+fn exchange_ports(cell: &mut Workcell, ports: &BTreeMap<String, String>) -> Result<(), RunError> {
+    for (device, port) in ports {
+        let config = cell.devices.iter_mut().find(|one| one.name == *device).map(|one| &mut one.config);
+        let Some(place) = config.and_then(|config| config.get_mut("port")) else {
+            let with_ports = cell.devices.iter().filter(|one| one.config.get("port").is_some());
+            let help = did_you_mean(device, with_ports.map(|one| one.name.as_str()));
+            return Err(RunError::NoPort { cell: cell.name.clone(), device: device.clone(), help });
+        };
+        *place = port.clone().into();
+    }
+    Ok(())
 }
 
 /// The answers of an unattended run: those given, those the resumed run had, or the cell's own.
