@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use plumb_plugin::{PluginError, Value};
 use serde::Deserialize;
 
-use crate::drive::{GripperCable, Joints, RegisterZero};
+use crate::drive::{GripperCable, Joints, MOTOR_NAMES, RegisterZero, Senses};
 use crate::protocol::Command;
 use crate::speed_code::SpeedCode;
 
@@ -27,6 +27,8 @@ pub struct Configuration {
     pub reply_delay: Option<u8>,
     /// Where the arm stands when its registers read zero.
     pub zero: RegisterZero,
+    /// Which way each motor turns.
+    pub senses: Senses,
     /// The speed number that `speed_fraction` 1 stands for.
     pub full_speed: SpeedCode,
     /// Moves at or below this fraction of full speed read the inputs after every half-step.
@@ -107,6 +109,9 @@ struct RawConfiguration {
     reply_delay: Option<u8>,
     #[serde(default = "usual_following")]
     gripper_follows_elbow: f64,
+    gripper_half_steps_per_mm: Option<f64>,
+    #[serde(default)]
+    reversed_motors: Vec<String>,
     #[serde(default)]
     taught_program: RawProgram,
     /// The cell file's, given by the cell.
@@ -261,9 +266,19 @@ impl RawConfiguration {
         let renamed_from = self.renamed_from.map(|from| printable("renamed_from", from)).transpose()?;
         let right = "give 0 to 2 half-steps for one of the elbow, 1 for a new arm";
         let following = within("gripper_follows_elbow", self.gripper_follows_elbow, 0.0..=2.0, right)?;
+        let mut cable = GripperCable::following(following);
+        if let Some(figure) = self.gripper_half_steps_per_mm {
+            let right = "give 1 to 200; a new arm has 14.6 (371 for an inch)";
+            cable = cable.with_half_steps_per_mm(within(
+                "gripper_half_steps_per_mm",
+                figure,
+                1.0..=200.0,
+                right,
+            )?);
+        }
         Ok(Configuration {
-            zero: RegisterZero::at(self.registers_zero.joints())
-                .with_cable(GripperCable::following(following)),
+            zero: RegisterZero::at(self.registers_zero.joints()).with_cable(cable),
+            senses: self.senses()?,
             pendant: self.pendant()?,
             program: self.program(),
             port: self.port,
@@ -289,6 +304,19 @@ impl RawConfiguration {
             return wrong("baud", self.baud, right);
         }
         Ok(())
+    }
+
+    /// Which way the motors turn.
+    fn senses(&self) -> Result<Senses, PluginError> {
+        let mut motors = Vec::new();
+        for name in &self.reversed_motors {
+            let Some(motor) = MOTOR_NAMES.iter().position(|known| known.replace(' ', "_") == *name) else {
+                let right = "the motors are base, shoulder, elbow, right_wrist, left_wrist and gripper";
+                return wrong("reversed_motors", format!("`{name}`"), right);
+            };
+            motors.push(motor);
+        }
+        Ok(Senses::reversed(&motors))
     }
 
     /// What the arm is handed over to, if anything.

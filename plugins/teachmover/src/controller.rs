@@ -5,7 +5,7 @@ use std::time::Duration;
 use plumb_plugin::PluginError;
 
 use crate::configuration::PendantMode;
-use crate::drive::HalfSteps;
+use crate::drive::{HalfSteps, Senses};
 use crate::protocol::{
     Command, ControllerState, PrintableBytes, ProgramLine, Status, parse_program, parse_state, parse_status,
 };
@@ -17,6 +17,9 @@ const READ_ATTEMPTS: usize = 3;
 
 /// The characters of the longest reply line: seven numbers with sign.
 const LONGEST_REPLY: usize = 50;
+
+/// How soon the rest of a reply follows an empty line.
+const AFTER_EMPTY: Duration = Duration::from_millis(100);
 
 /// How long a program dump may pause between two lines before it is taken as ended.
 const DUMP_PAUSE: Duration = Duration::from_millis(500);
@@ -41,6 +44,11 @@ pub enum ControllerError {
         /// The command as the manual writes it.
         command: String,
     },
+    /// The firmware of another arm, which uses the same words.
+    #[error(
+        "the controller answers OK, as the firmware TCM of an Armdroid or Robko does: it takes the numbers of @STEP for places and not for ways, so this driver would drive it anywhere. Nothing was moved, and nothing will be"
+    )]
+    LookAlike,
     /// A taught program cannot be read or written.
     #[error("{0}")]
     Program(String),
@@ -51,6 +59,7 @@ impl From<ControllerError> for PluginError {
         match error {
             ControllerError::Line(line) => line.into(),
             ControllerError::StopKey { .. } => Self::Stopped(error.to_string()),
+            ControllerError::LookAlike => Self::Refused(error.to_string()),
             ControllerError::Refused { .. } | ControllerError::Program(_) => Self::Failed(error.to_string()),
         }
     }
@@ -74,13 +83,20 @@ pub struct Controller {
     line: ReplyLine,
     recognition: u8,
     reply_limit: Duration,
+    senses: Senses,
 }
 
 impl Controller {
     /// The controller that answers to `recognition`, usually `@`. `reply_limit` is how long it may take to answer, beside the time on the line
     /// and that of the motion.
     pub fn new(line: ReplyLine, recognition: u8, reply_limit: Duration) -> Self {
-        Self { line, recognition, reply_limit }
+        Self { line, recognition, reply_limit, senses: Senses::default() }
+    }
+
+    /// Of an arm some of whose motors turn the other way: counts and registers are turned over here, and nowhere else.
+    #[must_use]
+    pub fn with_senses(self, senses: Senses) -> Self {
+        Self { senses, ..self }
     }
 
     /// Speaks to an arm that answers to another character from now on.
@@ -121,7 +137,13 @@ impl Controller {
         let command = Command::Read;
         self.expect_done(&command, self.reply_limit)?;
         let line = self.reply_line(&command, self.reply_limit)?;
-        parse_state(&line)
+        let state = parse_state(&line);
+        let turned = |state: ControllerState| ControllerState {
+            registers: state.registers.turned(self.senses),
+            ..state
+        };
+        state
+            .map(turned)
             .map_err(|fault| self.error(&command, ReplyFailure::Garbled { received: line, fault }).into())
     }
 
@@ -135,7 +157,7 @@ impl Controller {
         counts: HalfSteps,
         outputs: Option<u8>,
     ) -> Result<MoveEnd, ControllerError> {
-        let command = Command::Step { speed, counts, outputs };
+        let command = Command::Step { speed, counts: counts.turned(self.senses), outputs };
         // The rate of the speed code rests on one figure, so twice the time is no fault.
         let status = self.exchange(&command, self.reply_limit + 2 * speed.duration(counts.largest()))?;
         match status {
@@ -281,7 +303,16 @@ impl Controller {
         self.send(command)?;
         let on_the_line = self.line.duration(self.bytes(command).len());
         let line = self.reply_line(command, limit + on_the_line)?;
+        if self.is_look_alike(&line) {
+            return Err(ControllerError::LookAlike);
+        }
         self.status(command, line)
+    }
+
+    /// Whether this is the answer of a firmware that begins each with an empty line, and then says OK.
+    fn is_look_alike(&mut self, line: &[u8]) -> bool {
+        let is_ok = |line: &[u8]| line.eq_ignore_ascii_case(b"OK");
+        is_ok(line) || line.is_empty() && self.line.read_line(AFTER_EMPTY).is_ok_and(|next| is_ok(&next))
     }
 
     fn send(&mut self, command: &Command) -> Result<(), ControllerError> {

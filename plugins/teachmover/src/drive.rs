@@ -59,7 +59,7 @@ impl Joint {
         }
     }
 
-    /// Half-steps for one rad, or one mm of opening, of the motor or motors that drive it alone.
+    /// Half-steps for one rad, or one mm of opening, of the motor or motors that drive it alone, of a new arm.
     pub fn half_steps_per_unit(self) -> f64 {
         let [base, shoulder, elbow, wrist] = HALF_STEPS_PER_TURN;
         match self {
@@ -94,6 +94,12 @@ impl HalfSteps {
         self.0.iter().map(|count| count.unsigned_abs()).fold(0, u32::max)
     }
 
+    /// The same counts of an arm some of whose motors turn the other way.
+    #[must_use]
+    pub fn turned(self, senses: Senses) -> Self {
+        self.zip(Self(senses.0), i32::wrapping_mul)
+    }
+
     fn zip(self, other: Self, combine: impl Fn(i32, i32) -> i32) -> Self {
         let mut result = self;
         for (value, other) in result.0.iter_mut().zip(other.0) {
@@ -103,23 +109,58 @@ impl HalfSteps {
     }
 }
 
+/// Which way each motor of an arm turns: 1 as [`HalfSteps`] has it, -1 for one that was wired or strung the other way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Senses([i32; MOTORS]);
+
+impl Default for Senses {
+    fn default() -> Self {
+        Self([1; MOTORS])
+    }
+}
+
+impl Senses {
+    /// All as usual but these motors (from 0).
+    pub fn reversed(motors: &[usize]) -> Self {
+        let mut senses = Self::default();
+        for (motor, sense) in senses.0.iter_mut().enumerate() {
+            if motors.contains(&motor) {
+                *sense = -1;
+            }
+        }
+        senses
+    }
+}
+
 /// How the gripper's motor has to follow the elbow's to hold the opening: its half-steps for one of the elbow's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GripperCable {
     follows: f64,
+    half_steps_per_mm: f64,
 }
 
 impl Default for GripperCable {
     /// Half-step for half-step, as the maker says.
     fn default() -> Self {
-        Self { follows: 1.0 }
+        Self { follows: 1.0, half_steps_per_mm: GRIPPER_HALF_STEPS_PER_MM }
     }
 }
 
 impl GripperCable {
     /// Of an arm that was measured.
     pub fn following(half_steps_per_elbow_half_step: f64) -> Self {
-        Self { follows: half_steps_per_elbow_half_step }
+        Self { follows: half_steps_per_elbow_half_step, ..Self::default() }
+    }
+
+    /// The same with another figure of half-steps for a millimetre of opening.
+    #[must_use]
+    pub fn with_half_steps_per_mm(self, half_steps_per_mm: f64) -> Self {
+        Self { half_steps_per_mm, ..self }
+    }
+
+    /// Half-steps for one rad, or one mm of opening, of a joint of an arm with this cable.
+    pub fn half_steps_per_unit(self, joint: Joint) -> f64 {
+        if joint == Joint::Gripper { self.half_steps_per_mm } else { joint.half_steps_per_unit() }
     }
 
     /// Where the gripper's motor stands for an elbow's, the opening being what it is when both read zero.
@@ -198,7 +239,9 @@ impl RegisterZero {
     pub fn registers(&self, start: HalfSteps, target: &Joints, moves: impl Fn(Joint) -> bool) -> HalfSteps {
         let here = self.joints(start);
         let change = |joint: Joint| match (target.get(joint.index()), here.get(joint.index())) {
-            (Some(target), Some(here)) if moves(joint) => (target - here) * joint.half_steps_per_unit(),
+            (Some(target), Some(here)) if moves(joint) => {
+                (target - here) * self.cable.half_steps_per_unit(joint)
+            }
             _ => 0.0,
         };
         let pitch = -change(Joint::WristPitch);
@@ -223,7 +266,7 @@ fn travel(registers: HalfSteps, cable: GripperCable) -> Joints {
     let [base, shoulder, elbow, right, left, gripper] = registers.0.map(f64::from);
     let [_, _, elbow_register, ..] = registers.0;
     let taken_along = f64::from(cable.taken_along(elbow_register));
-    let of = |count: f64, joint: Joint| count / joint.half_steps_per_unit();
+    let of = |count: f64, joint: Joint| count / cable.half_steps_per_unit(joint);
     [
         of(base, Joint::Waist),
         of(-shoulder, Joint::Shoulder),
@@ -320,6 +363,26 @@ mod tests {
             here = piece.after(here);
         }
         assert_eq!(here, down);
+    }
+
+    #[test]
+    fn a_gripper_of_another_figure_opens_by_it() {
+        // 2330 an inch, as one owner's program has it.
+        let cable = GripperCable::default().with_half_steps_per_mm(2330.0 / 25.4);
+        let zero = straight_out().with_cable(cable);
+        let open = zero.registers(HalfSteps::default(), &[0.0, 0.0, 0.0, 0.0, 0.0, 25.4], |joint| {
+            joint == Joint::Gripper
+        });
+        assert_eq!(open, HalfSteps([0, 0, 0, 0, 0, 2330]));
+        assert!((zero.joints(open)[Joint::Gripper.index()] - 25.4).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_reversed_motor_counts_the_other_way_and_back_again() {
+        let senses = Senses::reversed(&[0, 5]);
+        let counts = HalfSteps([1, 2, 3, 4, 5, 6]);
+        assert_eq!(counts.turned(senses), HalfSteps([-1, 2, 3, 4, 5, -6]));
+        assert_eq!(counts.turned(senses).turned(senses), counts);
     }
 
     #[test]

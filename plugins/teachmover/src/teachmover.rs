@@ -69,7 +69,8 @@ impl Robot for TeachMover {
         let reply_within_ms = u64::from(configuration.reply_within_ms);
         let pauses_ms = u64::from(configuration.reply_delay.unwrap_or(0)) * LONGEST_REPLY;
         let reply_limit = Duration::from_millis(reply_within_ms + pauses_ms);
-        let controller = Controller::new(line, configuration.recognition, reply_limit);
+        let controller =
+            Controller::new(line, configuration.recognition, reply_limit).with_senses(configuration.senses);
         let mut arm = Self {
             zero: configuration.zero,
             configuration,

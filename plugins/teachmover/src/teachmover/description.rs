@@ -41,8 +41,8 @@ impl TeachMover {
             unit: if joint == Joint::Gripper { JointUnit::Millimetre } else { JointUnit::Radian },
             lower,
             upper,
-            resolution: 1.0 / joint.half_steps_per_unit(),
-            max_speed: self.configuration.full_speed.rate() / joint.half_steps_per_unit(),
+            resolution: 1.0 / self.zero.cable().half_steps_per_unit(joint),
+            max_speed: self.configuration.full_speed.rate() / self.zero.cable().half_steps_per_unit(joint),
             home: home.get(joint.index()).copied().unwrap_or_default(),
         }
     }

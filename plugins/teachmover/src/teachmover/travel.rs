@@ -159,7 +159,7 @@ impl TeachMover {
             return Ok(Some(Grip { switch, touches: false }));
         }
         if -opening > HARDEST_PRESS {
-            let press = f64::from(HARDEST_PRESS) / Joint::Gripper.half_steps_per_unit();
+            let press = f64::from(HARDEST_PRESS) / self.zero.cable().half_steps_per_unit(Joint::Gripper);
             return Err(PluginError::OutOfRange(format!(
                 "the fingers touch something already (gripper {:.1} mm); they may be pressed together by {press:.1} mm at most",
                 self.joints().last().copied().unwrap_or_default()
