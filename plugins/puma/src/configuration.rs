@@ -6,7 +6,7 @@ use plumb_plugin::{PluginError, Value};
 use serde::Deserialize;
 
 /// The rates a system terminal is set to.
-const BAUD_RATES: [u32; 6] = [300, 1200, 2400, 4800, 9600, 19200];
+const BAUD_RATES: [u32; 7] = [300, 1200, 2400, 4800, 9600, 19200, 38400];
 
 /// What a cell file says about the arm, checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,7 +91,7 @@ impl Configuration {
             return wrong("port", "empty".to_owned(), "name the serial port, such as /dev/ttyUSB0");
         }
         if !BAUD_RATES.contains(&raw.baud) {
-            return wrong("baud", raw.baud.to_string(), "give 300, 1200, 2400, 4800, 9600 or 19200");
+            return wrong("baud", raw.baud.to_string(), "give 300, 1200, 2400, 4800, 9600, 19200 or 38400");
         }
         if !(1.0..=100.0).contains(&raw.full_speed_percent) {
             return wrong("full_speed_percent", raw.full_speed_percent.to_string(), "give 1 to 100");
@@ -128,7 +128,7 @@ mod tests {
             (json!({"port": ""}), "config: port is empty; name the serial port, such as /dev/ttyUSB0"),
             (
                 json!({"port": "p", "baud": 110}),
-                "config: baud is 110; give 300, 1200, 2400, 4800, 9600 or 19200",
+                "config: baud is 110; give 300, 1200, 2400, 4800, 9600, 19200 or 38400",
             ),
             (json!({"port": "p", "full_speed_percent": 0}), "config: full_speed_percent is 0; give 1 to 100"),
             (

@@ -257,6 +257,9 @@ impl Monitor {
             Command::Calibrate => return self.ask_whether_sure(Grave::Calibrate),
             Command::Execute(program) if program == "POTCAL" => return self.ask_whether_sure(Grave::PotCal),
             Command::Execute(_) => return self.end_with(Complaint::NoProgram),
+            Command::Set(name, angles) => {
+                self.points.insert(name, angles);
+            }
             Command::Move(name) => {
                 let Some(values) = self.points.get(&name).copied() else {
                     return self.end_with(Complaint::Undefined);

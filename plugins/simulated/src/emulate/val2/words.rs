@@ -14,6 +14,8 @@ pub(super) enum Command {
     Abort,
     Execute(String),
     Move(String),
+    /// A precision point, and its six angles, degrees.
+    Set(String, [f64; 6]),
     /// Joint from 1, degrees, percent.
     Drive(usize, f64, f64),
     Ready,
@@ -23,7 +25,8 @@ pub(super) enum Command {
 
 const COMMANDS: [&str; 9] =
     ["ABORT", "CALIBRATE", "DIRECTORY", "DO", "EXECUTE", "HERE", "POINT", "SPEED", "WHERE"];
-const INSTRUCTIONS: [&str; 8] = ["ABOVE", "BELOW", "DRIVE", "FLIP", "LEFTY", "MOVE", "READY", "RIGHTY"];
+const INSTRUCTIONS: [&str; 9] =
+    ["ABOVE", "BELOW", "DRIVE", "FLIP", "LEFTY", "MOVE", "READY", "RIGHTY", "SET"];
 
 pub(super) fn parse(line: &str) -> Result<Command, Complaint> {
     let line = line.trim().to_ascii_uppercase();
@@ -57,6 +60,7 @@ fn instruction(line: &str) -> Result<Command, Complaint> {
     match unique(word, &INSTRUCTIONS)? {
         "MOVE" => point_name(rest).map(Command::Move),
         "READY" => Ok(Command::Ready),
+        "SET" => set(rest),
         "DRIVE" => {
             let parts: Vec<&str> = rest.split(',').map(str::trim).collect();
             let [joint, degrees, percent] = parts.as_slice() else { return Err(Complaint::Syntax) };
@@ -72,6 +76,19 @@ fn instruction(line: &str) -> Result<Command, Complaint> {
         }
         _ => Ok(Command::Configuration),
     }
+}
+
+/// `#NAME=#PPOINT(j1,j2,j3,j4,j5,j6)`, as clients of later controllers of the family set their points (RX90, RX60L). Omitted angles are 0.
+fn set(text: &str) -> Result<Command, Complaint> {
+    let (name, value) = text.split_once('=').ok_or(Complaint::Syntax)?;
+    let value = value.trim().strip_prefix("#PPOINT").ok_or(Complaint::Syntax)?.trim();
+    let inside =
+        value.strip_prefix('(').and_then(|value| value.strip_suffix(')')).ok_or(Complaint::Syntax)?;
+    let mut angles = [0.0; 6];
+    for (angle, typed) in angles.iter_mut().zip(changes(inside)?) {
+        *angle = typed.unwrap_or(0.0);
+    }
+    Ok(Command::Set(point_name(name)?, angles))
 }
 
 /// The values typed after a question for changes: omitted ones keep their commas.
@@ -132,6 +149,8 @@ mod tests {
         assert_eq!(parse("do dr 4,-62.5,75"), Ok(Command::Drive(4, -62.5, 75.0)));
         assert_eq!(parse("do ready"), Ok(Command::Ready));
         assert_eq!(parse("here #p1"), Ok(Command::Here("#P1".to_owned())));
+        let angles = [0.0, -90.0, 90.5, 0.0, 0.0, 0.0];
+        assert_eq!(parse("do set #p1=#ppoint(0,-90,90.5,,0,0)"), Ok(Command::Set("#P1".to_owned(), angles)));
         assert_eq!(parse("drive 4,1,1"), Err(Complaint::Unknown), "an instruction wants its DO");
     }
 
@@ -141,6 +160,9 @@ mod tests {
         assert_eq!(parse("do drive 1,x,50"), Err(Complaint::Syntax));
         assert_eq!(parse("speed 0"), Err(Complaint::Argument));
         assert_eq!(parse("point p1"), Err(Complaint::Argument));
+        assert_eq!(parse("do set #p1=(0,0,0,0,0,0)"), Err(Complaint::Syntax));
+        assert_eq!(parse("do set #p1=#ppoint(200)"), Err(Complaint::Argument));
+        assert!(parse("do s #p1=#ppoint(1)").is_ok(), "abbreviated as any instruction");
         assert_eq!(changes("1,,180"), Err(Complaint::Argument));
         assert_eq!(changes("1,,-180"), Ok(vec![Some(1.0), None, Some(-180.0)]));
     }
