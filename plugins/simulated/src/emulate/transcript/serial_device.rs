@@ -8,7 +8,7 @@ use plumb_serial_line::{OpenFailure, SerialLine};
 use super::recorder::Device;
 
 /// How long the device may take no bytes.
-const TAKEN_WITHIN: Duration = Duration::from_secs(2);
+const SENT_WITHIN: Duration = Duration::from_secs(2);
 
 /// A device on a serial port.
 #[derive(Debug)]
@@ -32,6 +32,6 @@ impl Device for SerialDevice {
     }
 
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.line.write(bytes, TAKEN_WITHIN).map_err(io::Error::other)
+        self.line.write(bytes, SENT_WITHIN).map_err(io::Error::other)
     }
 }
