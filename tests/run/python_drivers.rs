@@ -36,14 +36,14 @@ pub(crate) fn cell(changes: &[(&str, &str)]) -> Option<Lab> {
 /// The living process of a driver of this lab.
 pub(crate) fn driver_of(lab: &Lab) -> Option<u32> {
     let folder = fs::canonicalize(lab.path("pyarm")).unwrap();
-    let numbers = fs::read_dir("/proc")
+    let mut numbers = fs::read_dir("/proc")
         .unwrap()
         .filter_map(|entry| entry.ok()?.file_name().to_str()?.parse::<u32>().ok());
     let is_it = |process: &u32| {
         let place = fs::read_link(format!("/proc/{process}/cwd")).unwrap_or_default();
         place == folder && command_of(*process).contains("driver.py")
     };
-    numbers.filter(is_it).next()
+    numbers.find(is_it)
 }
 
 fn message(event: &serde_json::Value) -> String {

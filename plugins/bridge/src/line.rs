@@ -70,8 +70,11 @@ fn level_of(name: &str) -> LogLevel {
     }
 }
 
+/// Makes an error of one kind from its text.
+type Make = fn(String) -> PluginError;
+
 /// The kinds of errors, as drivers name them.
-const KINDS: [(&str, fn(String) -> PluginError); 9] = [
+const KINDS: [(&str, Make); 9] = [
     ("refused", PluginError::Refused),
     ("out_of_range", PluginError::OutOfRange),
     ("unsupported", PluginError::Unsupported),
@@ -84,10 +87,8 @@ const KINDS: [(&str, fn(String) -> PluginError); 9] = [
 ];
 
 fn error_of(kind: &str, text: String) -> PluginError {
-    let make = KINDS
-        .iter()
-        .find(|(name, _)| *name == kind)
-        .map_or(PluginError::Failed as fn(String) -> _, |(_, make)| *make);
+    let make: Make =
+        KINDS.iter().find(|(name, _)| *name == kind).map_or(PluginError::Failed, |(_, make)| *make);
     make(text)
 }
 
