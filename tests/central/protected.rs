@@ -65,7 +65,6 @@ fn the_doctor_looks_at_a_database_and_changes_nothing() {
     let (lab, address) = (Lab::new(), server.address());
     let doctor = |address: &str| lab.plumb(&["doctor", "--database", address]);
     let first = doctor(&address);
-    assert_eq!(first.code(), 0, "{}", first.all());
     for told in [
         "database       good   PostgreSQL ",
         "on this machine, without TLS",
