@@ -156,6 +156,48 @@ fn of_joint(formula: &str) -> String {
 }
 
 #[test]
+fn a_slope_that_begins_far_from_zero_is_a_formula_too() {
+    for slope in [
+        "a*max(q2 - 2.5, 0)",
+        "a*min(q2 + 2.5, 0)",
+        "a*max(m2 - 300, 0)",
+        "a*sign(q1 + 1.9)*max(-40 - m3, 0)",
+    ] {
+        let define = format!(
+            "  - name: slope\n    where: shoulder\n    adds: {{joint: shoulder, deg: \"{slope}\"}}\n    parameters: {{a: {{unit: deg, range: [-1, 1]}}}}\n"
+        );
+        let read = Model::parse("model.yaml", &model(&define));
+        assert!(read.is_ok(), "{slope}: {}", read.err().map_or_else(String::new, |error| error.to_string()));
+    }
+    let never = model(
+        "  - name: slope\n    where: shoulder\n    adds: {joint: shoulder, deg: \"a*0 + max(q2, 0)*0*a\"}\n    parameters: {a: {unit: deg, range: [-1, 1]}}\n",
+    );
+    assert!(
+        Model::parse("model.yaml", &never)
+            .unwrap_err()
+            .to_string()
+            .contains("depends on none of the parameters")
+    );
+}
+
+#[test]
+fn a_sign_before_a_power_is_that_of_the_power() {
+    // As everywhere in mathematics: -q^2 is minus the square.
+    let of = |formula: &str| {
+        let define = format!(
+            "  - name: bend\n    where: shoulder\n    adds: {{joint: shoulder, deg: \"{formula}\"}}\n    parameters: {{a: {{unit: deg, range: [-1, 1]}}}}\n"
+        );
+        let wrong = |q: [f64; 3]| [q[0], q[1] - 0.1 * q[1].to_radians().powi(2), q[2]];
+        let laboratory = laboratory(&model(&define), &table(wrong, still), Options::default());
+        laboratory.add("bend", &Progress::unwatched()).unwrap().model.effects.last().unwrap().values[0]
+    };
+    for formula in ["-a*q2^2", "a*(-q2^2)", "a * -q2^2", "a*(1 - q2^2 - 1)", "-q2^2*a", "a*(-(q2)^2)"] {
+        assert!((of(formula) - 0.1).abs() < 0.01, "{formula}: {}", of(formula));
+    }
+    assert!((of("a*q2^2*2^-1") + 0.2).abs() < 0.02, "{}", of("a*q2^2*2^-1"));
+}
+
+#[test]
 fn a_formula_that_divides_by_zero_names_the_row() {
     says(
         &of_joint("a/(q2 - q2)"),

@@ -66,6 +66,9 @@ const PROGRAM: [&str; 14] = [
     "eval", "if",
 ];
 
+/// How far from zero a formula's quantities are tried, and on which side: a slope may begin at 2 rad, at 300 mm or at -40 N m.
+const TRIED: [f64; 12] = [1.0, 1.0, 1.0, 1.0, -1.0, 4.0, -4.0, 30.0, -30.0, 500.0, -500.0, 1e4];
+
 /// Operations one evaluation may take.
 const MOST_OPERATIONS: u64 = 10_000;
 
@@ -134,14 +137,22 @@ fn words(text: &str) -> (Vec<String>, String) {
                 _ => plain.push_str(&number),
             }
         } else {
-            plain.push_str(if *letter == '^' { "**" } else { "" });
-            if *letter != '^' {
-                plain.push(*letter);
+            match letter {
+                '^' => plain.push_str("**"),
+                // -x^2 is minus the square of x; the engine takes the sign first.
+                '-' if begins_a_term(&plain) => plain.push_str("-1.0*"),
+                other => plain.push(*other),
             }
             place += 1;
         }
     }
     (words, plain)
+}
+
+/// Whether a minus that follows is the sign of a term, not a difference and not the sign of an exponent.
+fn begins_a_term(before: &str) -> bool {
+    let before = before.trim_end();
+    !before.ends_with("**") && before.chars().last().is_none_or(|last| "(,+-*/".contains(last))
 }
 
 impl Formula {
@@ -207,9 +218,10 @@ impl Formula {
     fn check_linear(&self) -> Result<(), FormulaError> {
         let syntax = |reason: String| FormulaError::Syntax { text: self.text.clone(), reason };
         let (mut depends, mut worked_out) = (false, false);
-        for round in 1..=4 {
-            let at = |index: usize| 0.13 + 0.71 * ((index * 7 + round * 3) % 10) as f64 / 10.0;
-            let variables: Vec<f64> = (0..self.variables.len()).map(at).collect();
+        for (round, reach) in TRIED.into_iter().enumerate() {
+            let at = |index: usize| 0.13 + 0.71 * ((index * 7 + (round + 1) * 3) % 10) as f64 / 10.0;
+            let reached = |index: usize| reach * at(index);
+            let variables: Vec<f64> = (0..self.variables.len()).map(reached).collect();
             let some: Vec<f64> = (0..self.parameters.len()).map(|index| 0.5 + at(index + 4)).collect();
             let none = vec![0.0; self.parameters.len()];
             let double: Vec<f64> = some.iter().map(|value| 2.0 * value).collect();
@@ -220,7 +232,8 @@ impl Formula {
             if ![zero, once, twice, sum].iter().all(|value| value.is_finite()) {
                 continue;
             }
-            let slack = 1e-9 * (once.abs() + twice.abs() + 1e-12);
+            let terms: f64 = rates.iter().zip(&some).map(|(rate, value)| (rate * value).abs()).sum();
+            let slack = 1e-9 * (once.abs() + twice.abs() + terms + 1e-12);
             if zero != 0.0 || (twice - 2.0 * once).abs() > slack || (sum - once).abs() > slack {
                 return Err(FormulaError::NotLinear { text: self.text.clone() });
             }
