@@ -18,6 +18,7 @@ mod remainders;
 mod reports;
 mod residual_maps;
 mod returns;
+mod same_arm;
 mod sensor_effects;
 mod sessions;
 mod spreadsheets;
