@@ -389,7 +389,8 @@ impl Finding<'_> {
     /// What cannot be told apart, if there is more than one.
     pub(crate) fn tied(&self) -> Vec<EffectPlace> {
         let asked = matches!(self.verdict, Verdict::Tied | Verdict::Located);
-        if (self.close.len() < 2 && self.free_first.is_none()) || !asked {
+        let alone = self.verdict == Verdict::Located || self.free_first.is_none();
+        if (self.close.len() < 2 && alone) || !asked {
             return Vec::new();
         }
         let places = self.close.iter().filter_map(|index| self.at(*index));

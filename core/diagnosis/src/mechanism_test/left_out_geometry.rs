@@ -31,8 +31,11 @@ pub(crate) fn explains_as_well(base: &Stage<'_>, listed: &[Probe], found: &[Effe
     let absent = vec![f64::INFINITY; components.len()];
     let Some(mixed) = Mixed::new(&features, &columns) else { return false };
     let everything: Vec<usize> = (0..all).collect();
-    let parts =
-        (mixed.fit(&everything, Some(&absent)), mixed.fit(&[], None), mixed.fit(&everything[all - own..], None));
+    let parts = (
+        mixed.fit(&everything, Some(&absent)),
+        mixed.fit(&[], None),
+        mixed.fit(&everything[all - own..], None),
+    );
     let (Some(effects), Some(geometry), Some(beside)) = parts else { return false };
     let families = listed.last().map_or(1.0, |last| last.family as f64);
     let chosen = effects.deviance + effects.rank as f64 * equations + cost_of_choice(families, found.len());

@@ -28,22 +28,25 @@ impl<'a> Finding<'a> {
             progress.report(0.8, "weighing it beside what nothing explains")?;
             self = self.among_structure(&mut base, &candidates.unlisted, floor);
         }
-        if self.verdict == Verdict::Named {
+        if matches!(self.verdict, Verdict::Named | Verdict::Tied | Verdict::Located) {
             progress.report(0.85, "asking the geometry that is not free")?;
             self.ask_left_out_geometry(base.as_ref(), &candidates.listed);
         }
         Ok(self)
     }
 
-    /// Takes a name back that errors of the geometry explain as well, where the model does not free all of it.
+    /// Takes a name back that errors of the geometry explain as well, where the model does not free all of it; says so beside a tie or a place.
     fn ask_left_out_geometry(&mut self, base: Option<&Stage<'_>>, listed: &[Probe]) {
-        let Some(name) = self.best().map(|best| best.id.clone()) else { return };
+        let likeliest = self.best().filter(|best| best.holm_p < NAMING_LEVEL);
+        let Some(name) = likeliest.map(|best| best.id.clone()) else { return };
         let first = base.unwrap_or(&self.stage);
         let taken = self.stage.taken.iter().map(|taken| taken.id.clone());
         let found: Vec<EffectId> = taken.chain(std::iter::once(name)).collect();
         if explains_as_well(first, listed, &found) {
-            self.verdict = Verdict::Tied;
             self.free_first = Some(GEOMETRY);
+            if self.verdict == Verdict::Named {
+                self.verdict = Verdict::Tied;
+            }
         }
     }
 
@@ -141,7 +144,9 @@ impl<'a> Finding<'a> {
             return None;
         }
         if let (true, Some(group)) = (is_best, self.free_first) {
-            return Some(format!("errors of the geometry that is not free explain it as well: free `{group}`"));
+            return Some(format!(
+                "errors of the geometry that is not free explain it as well: free `{group}`"
+            ));
         }
         Some(if contender.holm_p >= NAMING_LEVEL {
             not_significant(contender.holm_p)

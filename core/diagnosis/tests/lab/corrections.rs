@@ -2,6 +2,7 @@
 
 use plumb_calibration::arm_model::Model;
 use plumb_diagnosis::laboratory::Options;
+use plumb_diagnosis::split::Holdout;
 use plumb_diagnosis::{Claim, Verdict};
 use plumb_estimation::Progress;
 
@@ -108,4 +109,30 @@ fn a_claim_that_is_none_is_refused_with_its_place() {
     assert!(unknown.contains("guess") && unknown.contains("correction"), "{unknown}");
     let misplaced = model("correction", "fitted").unwrap_err().to_string();
     assert!(misplaced.contains("under `effects:`"), "{misplaced}");
+}
+
+#[test]
+fn a_name_that_the_locked_rows_contradict_is_given_and_not_added() {
+    // In the last session, which is locked away, the elbow's gain is the other way round, as after a repair.
+    let mut text = String::from("session,q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n");
+    let mut dice = Dice::seeded(5);
+    for (number, q) in column_poses(160, 5).into_iter().enumerate() {
+        let (session, gain) = if number < 110 { ("before", 0.004) } else { ("after", -0.004) };
+        let [x, y, z] = column_tip([q[0], q[1], q[2] * (1.0 + gain)]).map(|part| part + dice.noise(0.02));
+        text.push_str(&format!("{session},{:.5},{:.5},{:.5},{x:.5},{y:.5},{z:.5}\n", q[0], q[1], q[2]));
+    }
+    let options = |holdout| Options { holdout, ..Options::default() };
+    let model = format!("{COLUMN_ARM}targets: {{p1: {{}}}}\nfree: [joint_zero(*)]\nnoise: {{p1_mm: 0.02}}\n");
+    let watch = Progress::unwatched();
+    let growth = laboratory(&model, &text, options(Holdout::Session)).grow(&watch).unwrap();
+    let named = growth.diagnosis.named.as_ref().map(|named| named.effect.effect.as_str());
+    assert_eq!((named, growth.steps.len()), (Some("joint_gain"), 0), "{}", growth.diagnosis.sentence);
+    let told = growth.diagnosis.warnings.join("; ");
+    assert!(told.contains("the locked rows are predicted worse with it: it is not added"), "{told}");
+    // Of the first session alone it is added.
+    let first: String =
+        text.lines().filter(|line| !line.starts_with("after")).map(|line| format!("{line}\n")).collect();
+    let growth =
+        laboratory(&model, &first, options(Holdout::Random { share: 0.2, seed: 1 })).grow(&watch).unwrap();
+    assert_eq!(growth.steps.len(), 1, "{}", growth.diagnosis.sentence);
 }
