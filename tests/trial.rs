@@ -217,6 +217,82 @@ fn what_the_library_has_no_name_for_is_located_by_its_direction_and_not_padded_w
 }
 
 #[test]
+fn a_formula_is_offered_for_what_the_library_does_not_list_and_its_block_does_what_it_says() {
+    let home = tempfile::tempdir().unwrap();
+    let found =
+        diagnosed(home.path(), "t", &["--seed", "303", "--arm", "ur5", "--effect", "cable_wind_up=3x"]);
+    let formula = &found["hypothesis"];
+    assert_eq!((&found["verdict"], &formula["place"]), (&"located".into(), &"elbow".into()), "{formula}");
+    assert!(formula["formula"].as_str().unwrap().contains("max(q3 + q4 - "), "{formula}");
+    assert!(formula["explains"].as_f64().unwrap() > 0.9, "{formula}");
+    let told = plumb(&["model", "diagnose", "t/model.yaml", "--data", "t/table.csv"], home.path());
+    let block = formula["define"].as_str().unwrap();
+    assert!(said(&told).contains("HYPOTHESIS. ") && said(&told).ends_with(block), "{}", said(&told));
+    let model = home.path().join("t/model.yaml");
+    let text = std::fs::read_to_string(&model).unwrap();
+    std::fs::write(&model, format!("{text}{block}")).unwrap();
+    let named = plumb(&["model", "diagnose", "t/model.yaml", "--data", "t/table.csv", "--json"], home.path());
+    let named: serde_json::Value = serde_json::from_slice(&named.stdout).unwrap();
+    assert_eq!(named["candidates"][0]["label"], "hypothesis(elbow)", "{}", named["sentence"]);
+    let added = plumb(
+        &["model", "add", "t/model.yaml", "hypothesis", "--data", "t/table.csv", "--json"],
+        home.path(),
+    );
+    assert_eq!(added.status.code(), Some(0), "{}", complained(&added));
+    let added: serde_json::Value = serde_json::from_slice(&added.stdout).unwrap();
+    let (before, after) = (formula["before_mm"].as_f64().unwrap(), added["rms_mm"]["fit"].as_f64().unwrap());
+    assert!(after < 0.6 * before, "{before} {after}");
+    // Where nothing is hidden nothing is offered.
+    let found = diagnosed(home.path(), "n", &["--seed", "303", "--arm", "ur5", "--effect", "none"]);
+    assert!(found.get("hypothesis").is_none(), "{}", found["hypothesis"]);
+}
+
+/// Six errors of an arm's shape, none of which the model frees.
+const SHAPE: [&str; 12] = [
+    "--effect",
+    "link_twist(axis2)=2x",
+    "--effect",
+    "axis_skew(axis3)=2x",
+    "--effect",
+    "link_twist(axis4)=2x",
+    "--effect",
+    "link_length(axis5)=2x",
+    "--effect",
+    "link_twist(axis6)=2x",
+    "--effect",
+    "link_length(axis2)=2x",
+];
+
+#[test]
+fn before_anything_is_named_the_geometry_that_is_not_free_is_asked() {
+    let home = tempfile::tempdir().unwrap();
+    let options = [&["--seed", "1", "--arm", "irb1600", "--narrow"], &SHAPE[..]].concat();
+    let said = diagnosed(home.path(), "t", &options);
+    assert_ne!(said["verdict"], "named", "{}", said["sentence"]);
+    assert_eq!(said["free_first"], "geometry(*)", "{}", said["sentence"]);
+    let sentence = said["sentence"].as_str().unwrap();
+    assert!(
+        sentence.contains("the model does not free") && sentence.ends_with("and ask again."),
+        "{sentence}"
+    );
+    // Asked again, with the geometry free, there is nothing to free first.
+    let asked = [
+        "model",
+        "diagnose",
+        "t/model.yaml",
+        "--data",
+        "t/table.csv",
+        "--json",
+        "--free",
+        "joint_zero(*),geometry(*)",
+    ];
+    let said = plumb(&asked, home.path());
+    assert_eq!(said.status.code(), Some(0), "{}", complained(&said));
+    let said: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
+    assert!(said.get("free_first").is_none() && said["verdict"] == "at_floor", "{}", said["sentence"]);
+}
+
+#[test]
 fn an_effect_of_the_library_is_named_among_two_that_it_does_not_know() {
     let home = tempfile::tempdir().unwrap();
     let others = ["--effect", "worn_gear(pan)=3x", "--effect", "stick_slip(wrist3)=3x", "--poses", "150"];

@@ -31,6 +31,7 @@ fn without_findings(verdict: Verdict, floor: Floor, comparison: Comparison) -> D
         rms_mm: comparison.rms_mm,
         error_mm: comparison.error_mm,
         explainable: None,
+        hypothesis: None,
         check_opened: u32::from(comparison.rms_mm.check.is_some()),
         jumps: Vec::new(),
         named: None,
@@ -71,7 +72,7 @@ impl Laboratory {
         self.diagnose_for(progress).map(|(diagnosis, _)| diagnosis)
     }
 
-    /// The diagnosis, and, where something is left without a name, how much of it could be explained at all.
+    /// The diagnosis, and, where something is left without a name, how much of it could be explained at all, and a formula for it, if one is found.
     ///
     /// # Errors
     /// Nothing can be fitted, or cancellation.
@@ -79,7 +80,27 @@ impl Laboratory {
         let diagnosis = self.diagnose(progress)?;
         let nameless = diagnosis.verdict.is_nameless();
         let explainable = if nameless { self.explainable(progress)? } else { None };
-        Ok(Diagnosis { explainable, ..diagnosis })
+        self.with_hypothesis(Diagnosis { explainable, ..diagnosis }, progress)
+    }
+
+    /// A diagnosis with a formula for what is left, where nothing is named and one is found. What was re-set between rows is allowed for.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn with_hypothesis(
+        &self,
+        diagnosis: Diagnosis,
+        progress: &Progress,
+    ) -> Result<Diagnosis, LaboratoryError> {
+        let structured = matches!(diagnosis.verdict, Verdict::Unknown | Verdict::Located);
+        if !structured || diagnosis.free_first.is_some() {
+            return Ok(diagnosis);
+        }
+        let hypothesis = match self.dated(progress)? {
+            Some((dated, _)) => dated.hypothesis(&diagnosis.floor, progress),
+            None => self.hypothesis(&diagnosis.floor, progress),
+        }?;
+        Ok(Diagnosis { hypothesis, ..diagnosis })
     }
 
     /// The diagnosis, and what may be added: the named effect, or corrections where nothing is named.

@@ -15,6 +15,7 @@ mod fitted;
 mod forward_selection;
 mod found;
 mod growth;
+mod hypothesis;
 mod joint_range;
 pub mod laboratory;
 mod lack_of_fit;
@@ -49,6 +50,7 @@ pub use epochs::Jump;
 pub use explainable::{BlockedExplainable, Explainable, ExplainableGroup};
 pub use extrapolation::Extrapolation;
 pub use growth::{Growth, Step, StepRms};
+pub use hypothesis::{Hypothesis, HypothesisValue};
 pub use next_poses::{NextPoses, Wanted};
 pub use outcome::{
     Candidate, Diagnosis, EffectPlace, Located, Named, NextPose, NotShown, Remaining, Verdict,

@@ -5,6 +5,7 @@ use serde_json::Value;
 
 use crate::epochs::Jump;
 use crate::explainable::Explainable;
+use crate::hypothesis::Hypothesis;
 use crate::laboratory::{Errors, Rms};
 use crate::noise_floor::Floor;
 use plumb_calibration::measurement::ReadingNoise;
@@ -183,6 +184,9 @@ pub struct Diagnosis {
     /// How much of what is left could be explained at all; nothing where something is named, that was not asked, or the poses are too few.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explainable: Option<Explainable>,
+    /// Where nothing is named: a formula that explains what is left.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hypothesis: Option<Hypothesis>,
     /// Times the locked set was looked at.
     pub check_opened: u32,
     /// Where among the rows something was re-set.

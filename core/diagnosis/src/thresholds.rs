@@ -124,6 +124,18 @@ pub(crate) const MOST_CORRECTIONS: usize = 12;
 /// Candidates that are tried as the next correction at most (candidates). Why: time; those behind explain less.
 pub(crate) const CORRECTIONS_TRIED: usize = 3;
 
+/// Rows in which a formula is searched for; more are thinned at random by pose (rows). Why: time; thousands of forms are asked.
+pub(crate) const HYPOTHESIS_ROWS: usize = 600;
+
+/// Formulas that are fitted for real (formulas). Why: time; those behind are alike or explain less.
+pub(crate) const HYPOTHESES_REFITTED: usize = 6;
+
+/// A formula must take away this share of the squares beyond the noise (fraction). Why: at 60 poses the best of thousands of wrong forms reaches a half.
+pub(crate) const HYPOTHESIS_SHARE: f64 = 0.6;
+
+/// Sets of residuals with signs drawn by lot, in each of which no formula of the place may explain as much (sets). Why: chance does it once in a hundred times.
+pub(crate) const HYPOTHESIS_TWINS: usize = 99;
+
 // Cross-validation
 
 /// Regions of pose space, or ranges of a joint, left out in turn (blocks). Why: Hastie, Tibshirani & Friedman

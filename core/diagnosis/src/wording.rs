@@ -23,11 +23,11 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     let told = match diagnosis.verdict {
         Verdict::Named => diagnosis.named.as_ref().map_or_else(String::new, |named| name(diagnosis, named)),
         Verdict::Located => diagnosis.located.as_ref().map_or_else(String::new, |located| {
-            format!(
-                "The error of {miss:.3} mm sits in {}, but {}.",
-                located.place,
-                why_not_named(diagnosis, located)
-            )
+            let free = diagnosis.free_first.map_or_else(String::new, |group| {
+                format!(" Errors of the arm's geometry that the model does not free explain it as well: free `{group}` and ask again.")
+            });
+            let why = why_not_named(diagnosis, located);
+            format!("The error of {miss:.3} mm sits in {}, but {why}.{free}", located.place)
         }),
         Verdict::Tied => tie(diagnosis),
         Verdict::AtFloor => at_floor(diagnosis, &floor),

@@ -4,6 +4,7 @@ mod cells;
 mod correlation;
 mod error;
 mod evidence;
+mod formulas;
 mod forward_bic;
 mod interval;
 mod lab;
@@ -43,6 +44,9 @@ pub(crate) struct Arguments {
     /// by lot? The cells with one effect when none is given.
     #[arg(long, conflicts_with_all = ["each", "analysts"])]
     ties: bool,
+    /// Which formulas are offered where nothing is named. The cells with nothing hidden, and with what the library does not list, when none is given.
+    #[arg(long, conflicts_with_all = ["each", "analysts", "ties"])]
+    formulas: bool,
     /// Instead of the cells, so many trials of the campaign that the options of `plumb trial new` describe.
     #[arg(long, value_name = "TRIALS", conflicts_with_all = ["cells", "each"])]
     own: Option<usize>,
@@ -62,6 +66,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BenchmarkError> {
         Some(trials) => vec![Work::own(&arguments.campaign, trials, arguments.seed)?],
         None if arguments.each => cells::each_effect().into_iter().map(Work::cell).collect(),
         None if arguments.ties && arguments.cells.is_empty() => cells::one_effect().map(Work::cell).collect(),
+        None if arguments.formulas && arguments.cells.is_empty() => {
+            cells::unlisted_or_nothing().map(Work::cell).collect()
+        }
         None => chosen(&arguments.cells)?.into_iter().map(Work::cell).collect(),
     };
     let analysts =
@@ -73,6 +80,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, BenchmarkError> {
         for work in work {
             let row = ties::settle(&work, arguments.seed, count(&work))?;
             say(&ties::lines(&row))?;
+            rows.push(row);
+        }
+        return keep(arguments, &rows);
+    }
+    if arguments.formulas {
+        let mut rows = Vec::new();
+        say(&formulas::heading())?;
+        for work in work {
+            let row = formulas::offered(&work, arguments.seed, count(&work))?;
+            say(&formulas::line(&row))?;
             rows.push(row);
         }
         return keep(arguments, &rows);

@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use plumb::commands::trial::injection::{Found, InjectionError, Measurements};
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::table::{Table, table_text};
+use plumb_diagnosis::Diagnosis;
 use plumb_diagnosis::laboratory::{LaboratoryError, Options};
 use plumb_estimation::{Progress, Random};
 use plumb_simulated::physics::campaign::catalogue::Choice;
@@ -68,6 +69,9 @@ pub(crate) struct Arguments {
     /// The first seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Tell of every injection what was hidden, and what the lab said.
+    #[arg(long)]
+    each: bool,
 }
 
 /// Why a study ends.
@@ -229,9 +233,27 @@ fn injections(
         let diagnosis = own.diagnose(Some(&hidden), &progress)?;
         let place = hidden.mechanism.place(own.arm());
         let found = Found::of(&diagnosis, (hidden.mechanism.name(), &place), before);
+        if arguments.each {
+            say(&told(hidden.mechanism.name(), &place, found, &diagnosis))?;
+        }
         *counts.found.entry(found).or_default() += 1;
     }
     Ok(counts)
+}
+
+/// One injection in lines: what was hidden, the sentence, and why the first candidates are not the name.
+fn told(effect: &str, place: &str, found: Found, diagnosis: &Diagnosis) -> String {
+    let mut text = format!("  {effect}({place}): {found:?}. {}\n", diagnosis.sentence);
+    for candidate in diagnosis.candidates.iter().take(4) {
+        // Writing to a text cannot fail.
+        let _ = writeln!(
+            text,
+            "    {}: {}",
+            candidate.label,
+            candidate.rejected.as_deref().unwrap_or("the name")
+        );
+    }
+    text
 }
 
 fn say(text: &str) -> Result<(), StudyError> {

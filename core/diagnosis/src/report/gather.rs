@@ -85,7 +85,7 @@ impl Laboratory {
         progress.report(0.0, "comparing")?;
         let comparison = self.compare_in_full(progress)?;
         let (fall, moved) = self.fall(&comparison, progress)?;
-        let diagnosis = self.diagnose(progress)?;
+        let diagnosis = self.with_hypothesis(self.diagnose(progress)?, progress)?;
         let asks = !diagnosis.next.is_empty() || diagnosis.named.is_some();
         let next = match asks {
             true => {

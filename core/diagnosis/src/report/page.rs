@@ -138,6 +138,9 @@ fn how_sure(out: &mut String, report: &Report) -> std::fmt::Result {
     if let Some(left) = diagnosis.left_unexplained_mm {
         writeln!(out, "<p>With it in, {left:.4} mm besides the noise is still not explained.</p>")?;
     }
+    if let Some(hypothesis) = &diagnosis.hypothesis {
+        writeln!(out, "<p>{}</p><pre>{}</pre>", escaped(&hypothesis.sentence), escaped(&hypothesis.define))?;
+    }
     list(out, "Effects that move these readings alike", &diagnosis.alike)?;
     list(out, "Notes", &diagnosis.warnings)
 }

@@ -133,6 +133,11 @@ pub(super) fn one_effect() -> impl Iterator<Item = Cell> {
     CELLS.into_iter().filter(|cell| cell.hides == Hides::One)
 }
 
+/// The cells with nothing hidden, and those with what the library does not list.
+pub(super) fn unlisted_or_nothing() -> impl Iterator<Item = Cell> {
+    CELLS.into_iter().filter(|cell| matches!(cell.hides, Hides::Nothing | Hides::Outside))
+}
+
 /// One cell for each effect that this world and the lab's library both have.
 pub(super) fn each_effect() -> Vec<Cell> {
     let names =

@@ -2,8 +2,8 @@
 
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::table::Table;
-use plumb_diagnosis::Wanted;
 use plumb_diagnosis::laboratory::{Laboratory, LaboratoryError, Options};
+use plumb_diagnosis::{Hypothesis, Wanted};
 use plumb_estimation::Progress;
 use plumb_simulated::physics::campaign::Case;
 use plumb_simulated::physics::campaign::poses::Chosen;
@@ -22,6 +22,11 @@ pub(super) fn diagnose(case: &Case) -> Result<Diagnosis, LaboratoryError> {
 /// Diagnoses and adds until nothing more can be named.
 pub(super) fn grow(case: &Case) -> Result<Diagnosis, LaboratoryError> {
     as_told(&open(case)?.grow(&Progress::unwatched())?)
+}
+
+/// The formula it offers where it names nothing.
+pub(super) fn formula(case: &Case) -> Result<Option<Hypothesis>, LaboratoryError> {
+    Ok(open(case)?.diagnose_in_full(&Progress::unwatched())?.hypothesis)
 }
 
 /// The poses it asks for, to tell apart what it cannot: so many new ones, without the returns that come on top; nothing where it

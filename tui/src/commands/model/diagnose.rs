@@ -47,6 +47,9 @@ pub(super) fn tell(diagnosis: &Diagnosis) -> String {
         text.push_str(&format!("note: {warning}\n"));
     }
     text.push_str(&format!("\n{}. {}\n", verdict(diagnosis.verdict), diagnosis.sentence));
+    if let Some(hypothesis) = &diagnosis.hypothesis {
+        text.push_str(&format!("\nHYPOTHESIS. {}\n\n{}", hypothesis.sentence, hypothesis.define));
+    }
     text
 }
 

@@ -258,7 +258,8 @@ impl Worker {
         let Some(top) = self.layers.last() else { return Ok(()) };
         let fall: Vec<FallStep> = self.layers.iter().map(|layer| layer.step.clone()).collect();
         self.say(LabAnswer::Compared(Box::new(standing::compared(comparison, &fall))));
-        let diagnosis = top.laboratory.diagnose(&self.progress())?;
+        let progress = self.progress();
+        let diagnosis = top.laboratory.with_hypothesis(top.laboratory.diagnose(&progress)?, &progress)?;
         let plots =
             top.laboratory.effect_plots(&standing::plotted(comparison, &diagnosis), &self.progress())?;
         self.judged = true;

@@ -67,9 +67,13 @@ pub(crate) fn plotted(comparison: &Comparison, diagnosis: &Diagnosis) -> Vec<Str
 
 /// What the lab says, and how sure it is.
 fn sentence(diagnosis: &Diagnosis) -> String {
+    let hypothesis = diagnosis.hypothesis.as_ref();
+    let formula = hypothesis.map_or_else(String::new, |hypothesis| {
+        format!(" {} `plumb model diagnose` prints the block.", hypothesis.sentence)
+    });
     match diagnosis.probability {
-        Some(probability) => format!("{} Probability {}.", diagnosis.sentence, percent(probability)),
-        None => diagnosis.sentence.clone(),
+        Some(probability) => format!("{} Probability {}.{formula}", diagnosis.sentence, percent(probability)),
+        None => format!("{}{formula}", diagnosis.sentence),
     }
 }
 

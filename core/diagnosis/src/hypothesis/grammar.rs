@@ -1,0 +1,215 @@
+//! Which forms are tried: at every joint and at the base, sums and products of what the table logs.
+
+use std::sync::Arc;
+
+use super::forms::{Angle, Candidate, Factor, Form, Shape, Site};
+use crate::laboratory::Laboratory;
+use crate::score_test::Probe;
+use plumb_calibration::effect::{EffectId, Search, Spot};
+
+/// Where in the range of an angle a step, or the beginning of a slope, is tried: fractions of the range.
+const KINKS: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
+
+/// Where a slope is tried that begins either way of zero: fractions of the farthest the angle reaches.
+const EITHER_WAY: [f64; 4] = [0.15, 0.3, 0.45, 0.6];
+
+/// Standard deviations of bumps: fractions of the range. Narrower ones few poses would meet, wider ones are waves.
+const BUMPS: [f64; 2] = [0.07, 0.15];
+
+/// Orders of waves in one joint's coordinate. Higher ones are the library's `joint_harmonic`.
+const ORDERS: [u32; 2] = [1, 2];
+
+/// Numbers of a formula are written with so many digits after the point: rad, mm, deg C.
+const DIGITS: f64 = 1e3;
+
+fn rounded(value: f64) -> f64 {
+    (value * DIGITS).round() / DIGITS
+}
+
+/// All forms that a table could show, one probe each; those that differ in a searched number share a family.
+pub(super) fn probes(lab: &Laboratory) -> Vec<(Form, Probe)> {
+    let mut found = Vec::new();
+    let mut family = 0;
+    for site in sites(lab) {
+        for factor in factors(lab, site) {
+            for variants in shapes(lab, site, factor) {
+                family += 1;
+                for shape in variants.into_iter().filter(|shape| is_new(site, factor, *shape)) {
+                    let form = Form { site, factor, shape };
+                    found.push((form, probe(form, family)));
+                }
+            }
+        }
+    }
+    found
+}
+
+fn probe(form: Form, family: usize) -> Probe {
+    let spot = spot(form.site);
+    Probe {
+        id: EffectId::at("hypothesis", spot),
+        effect: Arc::new(Candidate::new(form)),
+        search: if form.shape.is_searched() { Search::Smooth } else { Search::Nothing },
+        family,
+        weight: 1.0,
+        search_cost: 0.0,
+    }
+}
+
+/// Where a form acts.
+pub(super) fn spot(site: Site) -> Spot {
+    match site {
+        Site::Joint { joint, .. } => Spot::Joint(joint),
+        Site::Base => Spot::Base,
+    }
+}
+
+fn sites(lab: &Laboratory) -> Vec<Site> {
+    let turns = |joint: usize| lab.survey().turns(joint);
+    let mut sites: Vec<Site> =
+        (0..lab.model().chain.len()).map(|joint| Site::Joint { joint, slides: !turns(joint) }).collect();
+    sites.push(Site::Base);
+    sites
+}
+
+/// A shift of a joint's zero is free, or a candidate of the library: a form must say more than that.
+fn is_new(site: Site, factor: Factor, shape: Shape) -> bool {
+    let constant = factor == Factor::One && shape == Shape::One;
+    let base_alone = site == Site::Base && factor == Factor::One;
+    !(constant || base_alone)
+}
+
+/// What is known of the rows and varies.
+fn factors(lab: &Laboratory, site: Site) -> Vec<Factor> {
+    let passport = lab.passport();
+    let mut factors = vec![Factor::One];
+    if passport.time_span.is_some_and(|span| span > 0.0) {
+        factors.push(Factor::Hours);
+    }
+    if passport.temperature_range.is_some_and(|range| range > 0.0) {
+        factors.push(Factor::Temperature(middle(lab.table().temperature.as_deref().unwrap_or(&[]))));
+    }
+    if passport.payload_range.is_some_and(|range| range > 0.0) {
+        factors.push(Factor::Payload);
+    }
+    let joints = lab.model().chain.len();
+    let near: Vec<usize> = match site {
+        Site::Joint { joint, .. } => {
+            (joint.saturating_sub(1)..=joint + 1).filter(|one| *one < joints).collect()
+        }
+        Site::Base => (0..joints.min(3)).collect(),
+    };
+    if lab.survey().has_weight() {
+        let felt = |joint: &&usize| passport.greatest_moments.get(**joint).is_some_and(|most| *most > 0.0);
+        for joint in near.iter().filter(felt) {
+            factors.extend([Factor::Moment(*joint), Factor::Load(*joint)]);
+        }
+    }
+    if let Site::Joint { joint, .. } = site {
+        if passport.has_both_sides(joint) {
+            factors.push(Factor::Side(joint));
+        }
+        if passport.time_span.is_some() {
+            factors.push(Factor::Move(joint));
+        }
+    }
+    factors
+}
+
+/// Mean of what was logged, rounded to a tenth.
+fn middle(values: &[f64]) -> f64 {
+    let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    let mean = finite.iter().sum::<f64>() / finite.len().max(1) as f64;
+    (mean * 10.0).round() / 10.0
+}
+
+/// Functions of the pose that a factor is multiplied with; those that differ in a searched number together.
+fn shapes(lab: &Laboratory, site: Site, factor: Factor) -> Vec<Vec<Shape>> {
+    let mut shapes = vec![vec![Shape::One]];
+    let turns = |joint: usize| lab.survey().turns(joint);
+    let all = 0..lab.model().chain.len();
+    for joint in all.clone() {
+        let angle = Angle::of(joint);
+        shapes.push(vec![Shape::Linear(angle)]);
+        if turns(joint) {
+            shapes.extend(ORDERS.map(|order| vec![Shape::Wave(angle, order)]));
+        }
+        shapes.extend(kinked(lab, angle));
+    }
+    // Of two joints the products of waves are waves of their sum and of their difference; what both pull at, such as a cable, goes by the sum.
+    let Site::Joint { joint, .. } = site else { return shapes };
+    for other in all.filter(|other| *other != joint && turns(*other) && turns(joint)) {
+        for minus in [false, true] {
+            let angle = Angle { first: joint, second: Some((other, minus)) };
+            shapes.push(vec![Shape::Wave(angle, 1)]);
+            if factor == Factor::One && joint.abs_diff(other) == 1 {
+                shapes.extend(kinked(lab, angle));
+            }
+        }
+    }
+    shapes
+}
+
+/// Steps and slopes in an angle.
+fn kinked(lab: &Laboratory, angle: Angle) -> Vec<Vec<Shape>> {
+    let (low, high) = reach(lab, angle);
+    if high - low < 1.0 / DIGITS {
+        return Vec::new();
+    }
+    let at = |share: f64| rounded(low + share * (high - low));
+    let mut shapes = vec![
+        KINKS.iter().map(|share| Shape::Above(angle, at(*share))).collect(),
+        KINKS.iter().map(|share| Shape::Below(angle, at(*share))).collect(),
+        KINKS.iter().map(|share| Shape::Step(angle, at(*share))).collect(),
+    ];
+    if angle.second.is_none() {
+        let bump =
+            |share: &f64| BUMPS.map(|wide| Shape::Bump(angle, at(*share), rounded(wide * (high - low))));
+        shapes.push(KINKS.iter().flat_map(bump).collect());
+    }
+    if low < 0.0 && high > 0.0 {
+        let far = low.abs().max(high);
+        shapes.push(EITHER_WAY.iter().map(|share| Shape::Beyond(angle, rounded(share * far))).collect());
+    }
+    shapes
+}
+
+/// Least and greatest value of an angle that the poses can have, each joint for itself.
+fn reach(lab: &Laboratory, angle: Angle) -> (f64, f64) {
+    let of = |joint: usize| lab.passport().ranges.get(joint).copied().unwrap_or((0.0, 0.0));
+    let other = angle.second.map_or((0.0, 0.0), |(joint, minus)| {
+        let (low, high) = of(joint);
+        if minus { (-high, -low) } else { (low, high) }
+    });
+    let own = of(angle.first);
+    (own.0 + other.0, own.1 + other.1)
+}
+
+/// Steps on either side of a searched number at which it is tried again, to a tenth of the first search's spacing.
+const FINER: i32 = 9;
+
+/// The same form with its searched number about where it is, within the first search's spacing.
+pub(super) fn finer(lab: &Laboratory, form: &Form) -> Vec<(Form, Probe)> {
+    let spacing = |angle: Angle| {
+        let (low, high) = reach(lab, angle);
+        KINKS.first().copied().unwrap_or(0.1) * (high - low) / f64::from(FINER + 1)
+    };
+    let about = |angle: Angle, at: f64| {
+        let step = spacing(angle);
+        (-FINER..=FINER).map(move |steps| rounded(at + f64::from(steps) * step))
+    };
+    let shapes: Vec<Shape> = match form.shape {
+        Shape::One | Shape::Linear(_) | Shape::Wave(..) => vec![form.shape],
+        Shape::Above(angle, at) => about(angle, at).map(|at| Shape::Above(angle, at)).collect(),
+        Shape::Below(angle, at) => about(angle, at).map(|at| Shape::Below(angle, at)).collect(),
+        Shape::Step(angle, at) => about(angle, at).map(|at| Shape::Step(angle, at)).collect(),
+        Shape::Beyond(angle, at) => {
+            about(angle, at).filter(|at| *at > 0.0).map(|at| Shape::Beyond(angle, at)).collect()
+        }
+        Shape::Bump(angle, at, wide) => {
+            let wider = |at: f64| [0.7, 1.0, 1.4].map(|times| Shape::Bump(angle, at, rounded(times * wide)));
+            about(angle, at).flat_map(wider).collect()
+        }
+    };
+    shapes.into_iter().map(|shape| Form { shape, ..*form }).map(|form| (form, probe(form, 0))).collect()
+}

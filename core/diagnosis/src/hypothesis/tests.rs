@@ -1,0 +1,149 @@
+//! Formulas for what no effect of the library does, on small made-up arms.
+
+use super::forms::{Angle, Shape};
+use super::*;
+use crate::laboratory::Options;
+use crate::split::Holdout;
+use crate::testing::two_links;
+use plumb_calibration::table::Table;
+
+fn found(lab: &Laboratory) -> Option<Hypothesis> {
+    let machine = lab.machine(&[]).unwrap();
+    lab.hypothesis(&Floor::among(&machine, None), &Progress::unwatched()).unwrap()
+}
+
+#[test]
+fn a_slope_that_begins_at_an_angle_is_found_with_its_joint_and_its_size() {
+    let lab = two_links(150, "joint_zero(*)", 0.05, 1, |q| [0.0, 0.004 * (q[1] - 0.4).max(0.0)]);
+    let found = found(&lab).unwrap();
+    assert_eq!(found.place, "elbow");
+    assert!(found.formula.contains("max(q2 - "), "{}", found.formula);
+    let (value, size) = (&found.values[0], 0.004_f64.to_degrees());
+    assert!((value.value - size).abs() < 0.1 * size, "{value:?}");
+    assert!(found.explains > 0.7 && found.after_mm < 0.6 * found.before_mm, "{found:?}");
+    assert!(found.define.contains("adds: {joint: elbow, deg: \"a*max(q2 - "), "{}", found.define);
+}
+
+#[test]
+fn a_wave_of_the_sum_of_two_joints_is_found() {
+    let lab = two_links(150, "joint_zero(*)", 0.05, 2, |q| [0.0, 0.002 * (q[0] + q[1]).sin()]);
+    let found = found(&lab).unwrap();
+    assert_eq!(found.place, "elbow");
+    assert_eq!(found.formula, "deg: a*sin(q2 + q1) + b*cos(q2 + q1)");
+    assert!((found.values[0].value - 0.002_f64.to_degrees()).abs() < 0.01, "{:?}", found.values);
+    assert!(found.values[1].value.abs() < 4.0 * found.values[1].se, "{:?}", found.values);
+}
+
+#[test]
+fn noise_gets_no_formula_and_neither_does_what_the_library_lists() {
+    for seed in 0..8 {
+        let lab = two_links(80, "joint_zero(*)", 0.05, seed, |_| [0.0, 0.0]);
+        assert_eq!(found(&lab), None, "seed {seed}");
+    }
+    let lab = two_links(150, "joint_zero(*)", 0.05, 1, |q| [0.003 * q[0].sin(), 0.0]);
+    assert_eq!(found(&lab), None, "joint_harmonic(shoulder)");
+}
+
+#[test]
+fn what_no_form_comes_near_gets_no_formula() {
+    // A sawtooth of thirteen teeth a turn.
+    let lab =
+        two_links(150, "joint_zero(*)", 0.05, 3, |q| [0.002 * (13.0 * q[0] / 6.283).rem_euclid(1.0), 0.0]);
+    assert_eq!(found(&lab), None);
+}
+
+/// Everything that a table may log, in few rows.
+fn everything_logged() -> Laboratory {
+    let model = "
+arm: heavy
+convention: distal
+joints:
+  - {name: shoulder, a_mm: 200, limits_deg: [-170, 170]}
+  - {name: slide, alpha_deg: 90, d_mm: 10, slides: true, limits_mm: [-100, 100]}
+  - {name: elbow, a_mm: 150, limits_deg: [-150, 150]}
+base: {xyz_mm: [0, 0, 0], free: false}
+gravity: [0, -1, 0]
+links: [{after: elbow, mass_kg: 2, centre_mm: [-50, 0, 0]}]
+targets: {p1: {xyz_mm: [0, 0, 0], free: false}}
+free: [joint_zero(shoulder)]
+";
+    let mut text = "q1_deg,q2_mm,q3_deg,approach_q1,approach_q2,approach_q3,time_s,temperature_c,payload_kg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
+    for row in 0..40 {
+        let wave = |rate: f64| (rate * f64::from(row)).sin();
+        let side = if row % 2 == 0 { 1 } else { -1 };
+        text.push_str(&format!(
+            "{},{},{},{side},{},{side},{},{},{},{},{},{}\n",
+            100.0 * wave(1.3),
+            50.0 * wave(2.1),
+            80.0 * wave(0.7),
+            -side,
+            60 * row,
+            22.0 + 3.0 * wave(0.2),
+            f64::from(row % 3),
+            300.0 * wave(1.3),
+            200.0 * wave(0.9),
+            100.0 * wave(1.7)
+        ));
+    }
+    let model = Model::parse("model.yaml", model).unwrap();
+    let table = Table::parse("table.csv", &text).unwrap();
+    Laboratory::new(model, table, Options { holdout: Holdout::None, ..Options::default() }).unwrap()
+}
+
+#[test]
+fn every_form_is_what_its_formula_says() {
+    let lab = everything_logged();
+    let machine = lab.machine(&[]).unwrap();
+    let (state, rows) = (machine.start(), (0..lab.table().len()).collect::<Vec<_>>());
+    let weights = vec![1.0; rows.len()];
+    let mut factors = std::collections::BTreeSet::new();
+    let forms = grammar::probes(&lab);
+    for (form, probe) in forms.iter().step_by(7) {
+        let written = definition("hypothesis", form, lab.model()).unwrap_or_else(|| panic!("{form:?}"));
+        let id = EffectId::at("hypothesis", written.spot);
+        let mut model = lab.model().clone();
+        model.definitions.push(Arc::new(written));
+        let defined = effect::build(&id, &model).unwrap();
+        let block = machine.block(&state, &rows, &weights, &[probe.effect.as_ref(), defined.as_ref()]);
+        let (slots, own) = (machine.slots().len(), probe.effect.parameters().len());
+        let (search, file) = (block.jacobian.rows(slots, own), block.jacobian.rows(slots + own, own));
+        assert!((search - file).amax() < 1e-9 * (1.0 + search.amax()), "{form:?}: {:?}", form.formulas());
+        factors.insert(format!("{:?}", form.factor).chars().take(4).collect::<String>());
+    }
+    assert_eq!(factors.len(), 8, "{factors:?}");
+}
+
+#[test]
+fn the_block_is_read_as_it_is_written() {
+    for (site, place) in [(Site::Joint { joint: 1, slides: false }, "elbow"), (Site::Base, "base")] {
+        let angle = Angle { first: 1, second: Some((0, true)) };
+        let form = Form { site, factor: forms::Factor::Load(1), shape: Shape::Wave(angle, 2) };
+        let arm = "arm: two\nconvention: distal\njoints:\n  - {name: shoulder, a_mm: 200, limits_deg: [-170, 170]}\n  - {name: elbow, a_mm: 150, limits_deg: [-150, 150]}\ntargets: {p1: {xyz_mm: [0, 0, 0]}}\n";
+        let read = Model::parse("model.yaml", &format!("{arm}{}", block(&form, place))).unwrap();
+        assert_eq!(*read.definitions[0], definition(NAME, &form, &read).unwrap());
+    }
+}
+
+#[test]
+fn twins_need_a_relation_to_the_pose_and_not_only_large_residuals() {
+    let forms = |lab: &Laboratory| -> Vec<Probe> {
+        grammar::probes(lab)
+            .into_iter()
+            .filter(|(form, _)| grammar::spot(form.site) == effect::Spot::Joint(1))
+            .map(|(_, probe)| probe)
+            .collect()
+    };
+    let angle = Angle::of(1);
+    let form = Form {
+        site: Site::Joint { joint: 1, slides: false },
+        factor: forms::Factor::One,
+        shape: Shape::Above(angle, 0.4),
+    };
+    for (off, beaten) in [(0.004, true), (0.0, false)] {
+        let lab = two_links(120, "joint_zero(*)", 0.2, 5, |q| [0.0, off * (q[1] - 0.4_f64).max(0.0)]);
+        let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        let probes = forms(&lab);
+        let all: Vec<&dyn Effect> = probes.iter().map(|probe| probe.effect.as_ref()).collect();
+        assert_eq!(twins::beaten(&fitted, &Candidate::new(form), &all), beaten, "{off}");
+    }
+}

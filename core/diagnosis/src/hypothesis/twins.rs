@@ -1,0 +1,115 @@
+//! Whether a formula explains more than formulas of its kind explain where there is nothing to explain. Its twins are all formulas of the same place on the same rows with
+//! the signs of the residuals drawn by lot, pose by pose: a randomization test of the greatest statistic (Westfall & Young 1993; Winkler et al. 2014,
+//! NeuroImage 92, 381: sign flips keep what returns to one pose have in common, and unequal noise).
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::cross_validation::pose_groups;
+use crate::fitted::Fitted;
+use crate::thresholds::HYPOTHESIS_TWINS;
+use plumb_calibration::effect::Effect;
+use plumb_estimation::Random;
+
+/// Seed of the signs.
+const SEED: u64 = 0x7077_696e;
+
+/// Share of a column beyond what is fitted below which it holds rounding only.
+const LEAST_LEFT: f64 = 1e-5;
+
+/// Whether what `best` explains is more than any of `all` does with signs drawn by lot.
+pub(super) fn beaten(fitted: &Fitted<'_>, best: &dyn Effect, all: &[&dyn Effect]) -> bool {
+    let (machine, fit) = (&fitted.machine, &fitted.fit);
+    let mut probes: Vec<&dyn Effect> = vec![best];
+    probes.extend(all.iter().filter(|one| one.parameters().len() <= best.parameters().len()));
+    let block = machine.block(&fit.state, &fit.rows, &fit.weights, &probes);
+    let slots = machine.slots().len();
+    let fixed = basis(block.jacobian.rows(0, slots).transpose());
+    let residuals = DVector::from_vec(block.residuals);
+    let mut next = slots;
+    let bases: Vec<DMatrix<f64>> = probes
+        .iter()
+        .map(|effect| {
+            let columns = block.jacobian.rows(next, effect.parameters().len()).transpose();
+            next += effect.parameters().len();
+            beyond(&fixed, columns)
+        })
+        .collect();
+    let free = |residuals: &DVector<f64>| residuals - &fixed * fixed.tr_mul(residuals);
+    let explained = |basis: &DMatrix<f64>, left: &DVector<f64>| basis.tr_mul(left).norm_squared();
+    let Some(own) = bases.first().map(|basis| explained(basis, &free(&residuals))) else { return false };
+    let poses = equations_by_pose(fitted);
+    let mut random = Random::seeded(SEED);
+    (0..HYPOTHESIS_TWINS).all(|_| {
+        let mut flipped = residuals.clone();
+        for pose in &poses {
+            if random.uniform() < 0.5 {
+                pose.iter()
+                    .flat_map(Clone::clone)
+                    .for_each(|equation| flipped[equation] = -flipped[equation]);
+            }
+        }
+        let left = free(&flipped);
+        bases.iter().map(|basis| explained(basis, &left)).fold(0.0, f64::max) < own
+    })
+}
+
+/// Orthonormal columns that span the same.
+fn basis(columns: DMatrix<f64>) -> DMatrix<f64> {
+    let scaled = DMatrix::from_columns(
+        &columns
+            .column_iter()
+            .map(|column| {
+                let length = column.norm();
+                if length > 0.0 { column / length } else { column.into_owned() }
+            })
+            .collect::<Vec<_>>(),
+    );
+    orthonormal(&scaled, LEAST_LEFT)
+}
+
+/// Orthonormal columns of what is left of some columns beyond others.
+fn beyond(fixed: &DMatrix<f64>, mut columns: DMatrix<f64>) -> DMatrix<f64> {
+    for mut column in columns.column_iter_mut() {
+        let length = column.norm();
+        if length > 0.0 {
+            column /= length;
+        }
+    }
+    let left = &columns - fixed * fixed.tr_mul(&columns);
+    orthonormal(&left, LEAST_LEFT)
+}
+
+/// Gram-Schmidt, twice, leaving out columns of which less is left (Björck 1996, section 2.4).
+fn orthonormal(columns: &DMatrix<f64>, least: f64) -> DMatrix<f64> {
+    let mut kept: Vec<DVector<f64>> = Vec::new();
+    for column in columns.column_iter() {
+        let mut left = column.into_owned();
+        for _ in 0..2 {
+            for known in &kept {
+                let along = known.dot(&left);
+                left.axpy(-along, known, 1.0);
+            }
+        }
+        let length = left.norm();
+        if length > least {
+            kept.push(left / length);
+        }
+    }
+    if kept.is_empty() { DMatrix::zeros(columns.nrows(), 0) } else { DMatrix::from_columns(&kept) }
+}
+
+/// The equations of the fitted rows of each pose, by their places in a block.
+fn equations_by_pose(fitted: &Fitted<'_>) -> Vec<Vec<Range<usize>>> {
+    let observations = fitted.machine.observations;
+    let mut next = 0;
+    let mut of_row = std::collections::BTreeMap::new();
+    for row in &fitted.fit.rows {
+        let count = observations.range(*row).len();
+        of_row.insert(*row, next..next + count);
+        next += count;
+    }
+    let poses = pose_groups(fitted.machine.table, &fitted.fit.rows);
+    poses.iter().map(|rows| rows.iter().filter_map(|row| of_row.get(row).cloned()).collect()).collect()
+}

@@ -1,0 +1,91 @@
+//! Where the library has no name for what is hidden: whether a formula is offered, and whether it is one for what is hidden.
+
+use plumb_diagnosis::Hypothesis;
+use serde::Serialize;
+
+use super::cells::Work;
+use super::error::BenchmarkError;
+use super::interval::Share;
+use super::lab;
+use super::report::told;
+use super::trials::over_cases;
+
+/// A formula has the right form if it acts where the hidden effect does, and takes away this share of the squares beyond the noise.
+const RIGHT_SHARE: f64 = 0.8;
+
+/// What became of a cell's trials.
+#[derive(Debug, Serialize)]
+pub(super) struct Row {
+    cell: &'static str,
+    #[serde(skip)]
+    title: &'static str,
+    offered: Share,
+    /// The right place and `RIGHT_SHARE` of the squares.
+    right: Share,
+    /// The right place, whatever it takes away.
+    place: Share,
+    /// Another place, or nothing was hidden.
+    wrong: Share,
+    trials: Vec<Trial>,
+}
+
+/// One trial.
+#[derive(Debug, Serialize)]
+struct Trial {
+    seed: u64,
+    arm: String,
+    hidden: Vec<String>,
+    formula: Option<Hypothesis>,
+    right_place: bool,
+}
+
+/// Asks for a formula in every trial of a cell.
+pub(super) fn offered(work: &Work, seed: u64, count: usize) -> Result<Row, BenchmarkError> {
+    let trials = over_cases(work, seed, count, |case| {
+        let refused = |source| BenchmarkError::Lab { seed: case.truth.seed, source: Box::new(source) };
+        let formula = lab::formula(case).map_err(refused)?;
+        let place = formula.as_ref().map(|formula| formula.place.clone());
+        Ok(Trial {
+            seed: case.truth.seed,
+            arm: case.specification.arm.name.clone(),
+            hidden: case.truth.hidden.iter().map(told).collect(),
+            right_place: case.truth.hidden.iter().any(|hidden| Some(&hidden.place) == place.as_ref()),
+            formula,
+        })
+    })?;
+    let share = |holds: &dyn Fn(&Trial, &Hypothesis) -> bool| {
+        Share::of(trials.iter().map(|one| one.formula.as_ref().is_some_and(|formula| holds(one, formula))))
+    };
+    Ok(Row {
+        cell: work.name(),
+        title: work.title(),
+        offered: share(&|_, _| true),
+        right: share(&|one, formula| one.right_place && formula.explains >= RIGHT_SHARE),
+        place: share(&|one, _| one.right_place),
+        wrong: share(&|one, _| !one.right_place),
+        trials,
+    })
+}
+
+/// The head of the table.
+pub(super) fn heading() -> String {
+    format!(
+        "{:<52} {:>20} {:>20} {:>20} {:>20}\n",
+        "percent", "formula offered", "right form", "right place", "wrong place"
+    )
+}
+
+/// A cell's line.
+pub(super) fn line(row: &Row) -> String {
+    let percent = |share: &Share| {
+        format!("{:.1} [{:.1}, {:.1}]", 100.0 * share.value(), 100.0 * share.low, 100.0 * share.high)
+    };
+    format!(
+        "{:<52} {:>20} {:>20} {:>20} {:>20}\n",
+        format!("{} ({})", row.title, row.offered.trials),
+        percent(&row.offered),
+        percent(&row.right),
+        percent(&row.place),
+        percent(&row.wrong)
+    )
+}
