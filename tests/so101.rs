@@ -1,6 +1,6 @@
 //! An SO-101 as its user has it: a cell over the bus of its servos, emulated, and the calibration of its zeros and directions.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
 #![allow(dead_code, reason = "a part of what the tests of runs share")]
 
 #[path = "run/lab.rs"]

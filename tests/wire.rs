@@ -1,6 +1,6 @@
 //! What goes over a line, recorded between a program and a device, and played in place of the device.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that cannot go on fails")]
 #![allow(dead_code, reason = "a part of what the tests of runs share")]
 
 #[path = "run/lab.rs"]

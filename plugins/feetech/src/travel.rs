@@ -38,6 +38,9 @@ pub(crate) struct Pace {
     pub(crate) settles_within: i32,
 }
 
+/// Hears where the arm is on its way.
+pub(crate) type Tell<'a> = dyn Fn(&Servos, &[ServoState]) -> Result<(), PluginError> + 'a;
+
 /// A move under way.
 pub(crate) struct Travel<'a> {
     pub(crate) servos: &'a mut Servos,
@@ -49,11 +52,7 @@ pub(crate) struct Travel<'a> {
 
 impl Travel<'_> {
     /// Makes the move from `here`. `tell` hears where the arm is on its way. Whatever goes wrong, the servos that moved are told to hold.
-    pub(crate) fn make(
-        &mut self,
-        here: &[ServoState],
-        tell: &dyn Fn(&Servos, &[ServoState]) -> Result<(), PluginError>,
-    ) -> Result<End, PluginError> {
+    pub(crate) fn make(&mut self, here: &[ServoState], tell: &Tell<'_>) -> Result<End, PluginError> {
         let mut seen = here.to_vec();
         let made = self.go(&mut seen, tell);
         if matches!(made, Ok(End::Arrived)) {
@@ -72,11 +71,7 @@ impl Travel<'_> {
         }
     }
 
-    fn go(
-        &mut self,
-        seen: &mut Vec<ServoState>,
-        tell: &dyn Fn(&Servos, &[ServoState]) -> Result<(), PluginError>,
-    ) -> Result<End, PluginError> {
+    fn go(&mut self, seen: &mut Vec<ServoState>, tell: &Tell<'_>) -> Result<End, PluginError> {
         let mut beyond = vec![0; self.targets.len()];
         for _ in 0..=CORRECTIONS {
             let deadline = Instant::now() + self.set_out(seen, &beyond)? * 2 + PATIENCE;
@@ -126,7 +121,7 @@ impl Travel<'_> {
         &mut self,
         seen: &mut Vec<ServoState>,
         deadline: Instant,
-        tell: &dyn Fn(&Servos, &[ServoState]) -> Result<(), PluginError>,
+        tell: &Tell<'_>,
     ) -> Result<End, PluginError> {
         let begin = Instant::now();
         let mut stood = false;

@@ -293,9 +293,7 @@ fn torque_comes_on_without_a_leap() {
 /// The angles by which a joint's servo counts, and those of the joint: its zero 14 degrees off, its direction the other one.
 fn calibrate(bench: &mut Bench) {
     let truth = |reads: f64| -(reads - 14.0);
-    let mut pose = [0.0; 6];
     for by in [0.0, 20.0] {
-        pose[2] = by;
         let stands = bench.reads()[2];
         bench
             .arm

@@ -12,6 +12,6 @@ mod serial_device;
 pub use super::line::LineOptions;
 pub use file::{Entry, Sender, Transcript, TranscriptError};
 pub use player::{Difference, Player, Progress};
-pub use recorder::{Device, Recorder, Recording};
+pub use recorder::{Device, Note, Recorder, Recording};
 pub use replay::{Replay, Replayed};
 pub use serial_device::SerialDevice;

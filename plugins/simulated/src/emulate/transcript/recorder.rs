@@ -25,6 +25,9 @@ pub trait Device: Send {
     fn send(&mut self, bytes: &[u8]) -> std::io::Result<()>;
 }
 
+/// Is told of every turn.
+pub type Note = Box<dyn FnMut(&Entry) -> std::io::Result<()> + Send>;
+
 /// How a recording stands.
 #[derive(Debug, Clone, Default)]
 pub struct Recording {
@@ -42,11 +45,7 @@ impl Recorder {
     ///
     /// # Errors
     /// [`EmulatorError`] when no pseudo-terminal or link can be made.
-    pub fn start(
-        device: Box<dyn Device>,
-        note: Box<dyn FnMut(&Entry) -> std::io::Result<()> + Send>,
-        line: LineOptions,
-    ) -> Result<Self, EmulatorError> {
+    pub fn start(device: Box<dyn Device>, note: Note, line: LineOptions) -> Result<Self, EmulatorError> {
         Self::switch_on(Service { device, note, turn: None, bytes: [0; 2] }, Line::new(line)?)
     }
 }
@@ -54,7 +53,7 @@ impl Recorder {
 /// The recorder between its lines.
 pub struct Service {
     device: Box<dyn Device>,
-    note: Box<dyn FnMut(&Entry) -> std::io::Result<()> + Send>,
+    note: Note,
     /// What the side that sends now has sent.
     turn: Option<Entry>,
     bytes: [u64; 2],
