@@ -201,6 +201,11 @@ fn an_adapter_that_brings_back_what_is_sent_is_no_servo_that_answers() {
     let mut bench = Bench::of(EmulatorOptions { echo: true, ..EmulatorOptions::default() }, &json!({}));
     bench.go([25.0; 6]).unwrap();
     bench.assert_at([25.0; 6]);
+    // A question for two bytes brought back has the length of its answer.
+    bench.arm.set_zero(&vector([30.0; 6])).unwrap();
+    bench.assert_at([30.0; 6]);
+    let offsets = bench.emulator.standing().offsets;
+    assert!(offsets.iter().all(|offset| (offset + 57).abs() <= 1), "5 degrees are 57 steps: {offsets:?}");
     bench.emulator.tell(Event::Answers(1, false));
     let error = bench.arm.read_joints().unwrap_err();
     assert!(error.text().starts_with("shoulder_pan (servo 1) does not answer"), "{error}");
