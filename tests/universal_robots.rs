@@ -71,10 +71,10 @@ impl Cells {
         said
     }
 
-    /// The true error of the tip over fresh points, root mean square, mm.
-    fn true_error(&self) -> f64 {
-        let said = self.said(&["run", "cell-rtde.yaml", "verify", "--headless"]);
-        let line = said.lines().find(|line| line.contains("The error over all points")).unwrap();
+    /// The true error of the tip that a procedure measures, root mean square, mm.
+    fn true_error(&self, procedure: &str) -> f64 {
+        let said = self.said(&["run", "cell-rtde.yaml", procedure, "--headless"]);
+        let line = said.lines().find(|line| line.contains("The error over all ")).unwrap();
         line.split("rms = ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap()
     }
 }
@@ -145,9 +145,14 @@ fn world_and_controller(cells: &Cells) -> (Listening, Listening) {
 #[test]
 fn sixty_poses_by_rtde_name_what_the_arm_hides_and_compensated_targets_bring_the_true_error_down() {
     let cells = Cells::shipped();
-    let before = cells.true_error();
+    let before = cells.true_error("verify");
+    // A program's joint targets as its drawing has them: the file that is shipped.
+    let export = ["model", "export", "ur5.model.yaml", "--as", "targets", "--poses", "program.csv"];
+    let drawn = cells.command(&export).output().unwrap().stdout;
+    assert_eq!(String::from_utf8(drawn).unwrap(), fs::read_to_string(cells.path("targets.csv")).unwrap());
+    let sent_as_drawn = cells.true_error("send-targets");
     cells.said(&["run", "cell-rtde.yaml", "measure-tip", "--headless"]);
-    let table = cells.said(&["show", "2", "--table"]);
+    let table = cells.said(&["show", "3", "--table"]);
     let rows =
         table.lines().filter(|line| line.starts_with(|first: char| first.is_ascii_digit() || first == '-'));
     assert_eq!(rows.count(), 60, "{table}");
@@ -157,9 +162,19 @@ fn sixty_poses_by_rtde_name_what_the_arm_hides_and_compensated_targets_bring_the
     assert!(verdict.starts_with("NAMED.") && verdict.contains("joint_compliance(lift)"), "{diagnosis}");
     cells.said(&["model", "grow", "ur5.model.yaml", "--data", "table.csv"]);
     // From now on that revision works out where the joints are sent.
-    let after = cells.true_error();
+    let after = cells.true_error("verify");
+    // And it makes the program's targets anew, which are sent as they are.
+    let exported = cells.command(&export).output().unwrap();
+    let said = String::from_utf8(exported.stderr).unwrap();
+    assert!(said.starts_with("20 targets by ur5.model.rev"), "{said}");
+    cells.write("targets.csv", &String::from_utf8(exported.stdout).unwrap());
+    let sent_compensated = cells.true_error("send-targets");
     // The tracker's own noise makes 0.087 mm.
     assert!(before > 1.0 && after < 0.12, "{before} mm before, {after} mm after");
+    assert!(
+        sent_as_drawn > 1.0 && sent_compensated < 0.12,
+        "{sent_as_drawn} mm as drawn, {sent_compensated} mm compensated"
+    );
 }
 
 /// A cell of a real controller's kind: an address, and no world.

@@ -4,11 +4,13 @@
 mod dh_table;
 mod rigid_arm;
 mod ros_calibration;
+mod targets;
 mod urdf;
 
 pub use dh_table::dh_table;
 pub use rigid_arm::{ExportError, RigidArm, RigidJoint};
 pub use ros_calibration::ros_calibration;
+pub use targets::{CompensatedTarget, TargetsError, compensated_targets};
 pub use urdf::urdf;
 
 #[cfg(test)]

@@ -43,6 +43,14 @@ pub fn left_out(model: &Model) -> Vec<String> {
     all.filter(|added| is_left_out(added)).map(|added| model.label(&added.id)).collect()
 }
 
+/// The model without what is not used to predict.
+pub(crate) fn without_events(model: &Model) -> Model {
+    let mut model = model.clone();
+    model.effects.retain(|added| !is_left_out(added));
+    model.fitted.retain(|added| !is_left_out(added));
+    model
+}
+
 fn is_left_out(added: &AddedEffect) -> bool {
     // What happened once is put right by finding the zeros anew: nothing to command by.
     effect::kind(&added.id.name).is_some_and(|kind| kind.is_event)

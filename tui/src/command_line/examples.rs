@@ -260,6 +260,10 @@ const EXAMPLES: &[Entry] = &[
                 "plumb model export ur5/ur5.model.yaml --as ros-calibration --leave-out > calibration.yaml",
                 "for the driver of a UR, without what it cannot hold",
             ),
+            example(
+                "plumb model export ur5/ur5.model.yaml --as targets --poses program.csv > targets.csv",
+                "a program's joint targets, compensated",
+            ),
         ],
     ),
     (

@@ -262,6 +262,9 @@ pub(crate) struct ExportArguments {
     /// Leave out effects that the form cannot hold, and say how much that makes. Otherwise they are refused.
     #[arg(long)]
     pub(crate) leave_out: bool,
+    /// For `targets`: the joint targets of a program, worked out by the drawing; a table with columns q1_deg, q2_deg and so on.
+    #[arg(long, value_name = "CSV", required_if_eq("form", "targets"))]
+    pub(crate) poses: Option<PathBuf>,
 }
 
 /// What other programs read.
@@ -273,6 +276,8 @@ pub(crate) enum ExportForm {
     RosCalibration,
     /// The rows of Denavit and Hartenberg as a table, with Hayati's fifth number.
     Dh,
+    /// Joint targets in place of those of `--poses`: with them the tip and the hand come where the drawing (the first revision) would have had them.
+    Targets,
 }
 
 /// Options of `template`.

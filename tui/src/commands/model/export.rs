@@ -3,9 +3,13 @@
 use std::error::Error;
 
 use plumb_calibration::arm_model::Model;
-use plumb_calibration::export::{RigidArm, dh_table, ros_calibration, urdf};
+use plumb_calibration::export::{
+    CompensatedTarget, RigidArm, compensated_targets, dh_table, ros_calibration, urdf,
+};
 use plumb_calibration::forward::ForwardModel;
-use plumb_calibration::revision::Family;
+use plumb_calibration::revision::{Entry, Family};
+use plumb_calibration::table::Table;
+use plumb_kinematics::Motion;
 
 use super::arguments::{ExportArguments, ExportForm};
 
@@ -30,7 +34,11 @@ const POSES: u32 = 1000;
 /// # Errors
 /// The file cannot be read, or holds what the form cannot and that is not to be left out.
 pub(super) fn run(arguments: &ExportArguments) -> Result<String, Box<dyn Error>> {
-    let model = Family::resolve(&arguments.model)?.model;
+    let entry = Family::resolve(&arguments.model)?;
+    if let (ExportForm::Targets, Some(poses)) = (arguments.form, &arguments.poses) {
+        return targets(&entry, &Family::of(&arguments.model)?, &Table::read(poses)?);
+    }
+    let model = entry.model;
     let arm = RigidArm::of(&model)?;
     for effect in &arm.not_the_robot {
         eprintln!("left aside: {effect} is no part of the robot");
@@ -47,7 +55,43 @@ pub(super) fn run(arguments: &ExportArguments) -> Result<String, Box<dyn Error>>
         ExportForm::Urdf => urdf(&arm),
         ExportForm::RosCalibration => ros_calibration(&arm)?,
         ExportForm::Dh => dh_table(&arm, &model),
+        ExportForm::Targets => return Err("give the program's targets with --poses".into()),
     })
+}
+
+/// Targets for the calibrated arm, and where the tip is to come with each: a table that procedures repeat over.
+fn targets(calibrated: &Entry, family: &Family, poses: &Table) -> Result<String, Box<dyn Error>> {
+    let drawing = family.entry(0)?;
+    let found = compensated_targets(&drawing.model, &calibrated.model, poses)?;
+    let off = found.iter().map(|target| target.off_before).fold(0.0, f64::max);
+    eprintln!(
+        "{} targets by {}, in place of those by {}: at the old ones the tip would come up to {off:.3} mm off",
+        found.len(),
+        calibrated.path.display(),
+        drawing.path.display()
+    );
+    Ok(as_table(&found, &calibrated.model))
+}
+
+fn as_table(found: &[CompensatedTarget], model: &Model) -> String {
+    let slides =
+        |joint: usize| model.chain.joints.get(joint).is_some_and(|joint| joint.motion == Motion::Slides);
+    let heads = (0..model.chain.len()).map(|joint| {
+        let unit = if slides(joint) { "mm" } else { "deg" };
+        format!("q{}_{unit}", joint + 1)
+    });
+    let mut text =
+        heads.chain(["x_mm", "y_mm", "z_mm"].map(str::to_owned)).collect::<Vec<_>>().join(",") + "\n";
+    for target in found {
+        let joints = target.q.iter().enumerate();
+        let joints =
+            joints.map(
+                |(joint, q)| if slides(joint) { format!("{q:.5}") } else { format!("{:.5}", q.to_degrees()) },
+            );
+        let place = target.wanted.iter().map(|value| format!("{value:.4}"));
+        text += &(joints.chain(place).collect::<Vec<_>>().join(",") + "\n");
+    }
+    text
 }
 
 /// By how much the flange differs at most, mm and degrees, where the whole model and its rigid part stand in the same pose.
