@@ -67,6 +67,8 @@ fn a_state_is_read_and_one_that_is_cut_or_another_recipes_is_not() {
     let wrong = |found| RtdeError::Size { kind: 'U', found, wanted: STATE_BYTES };
     assert_eq!(State::read(2, &bytes), Err(wrong(STATE_BYTES)));
     assert_eq!(State::read(1, &bytes[..60]), Err(wrong(60)));
+    let longer = [&bytes[..], &[0]].concat();
+    assert_eq!(State::read(1, &longer), Err(wrong(STATE_BYTES + 1)));
     let mut no_number = bytes.clone();
     no_number[9..17].copy_from_slice(&f64::NAN.to_be_bytes());
     assert_eq!(State::read(1, &no_number), Err(RtdeError::NotFinite("a joint")));
