@@ -22,8 +22,8 @@ enum Output {
     RobotStatusBits,
     SafetyStatusBits,
     SpeedScaling,
-    OutputRegister(usize),
-    InputRegister(usize),
+    Register(usize),
+    Input(usize),
     /// What an arm of a world does not have: zeros, of this many numbers.
     NotSimulated(usize),
 }
@@ -53,8 +53,8 @@ impl Output {
             "target_qdd" | "actual_current" | "target_current" | "target_moment" => Self::NotSimulated(AXES),
             "actual_execution_time" | "actual_momentum" | "actual_main_voltage" => Self::NotSimulated(1),
             _ => match register("output_int_register_") {
-                Some(number) => Self::OutputRegister(number),
-                None => Self::InputRegister(register("input_int_register_")?),
+                Some(number) => Self::Register(number),
+                None => Self::Input(register("input_int_register_")?),
             },
         })
     }
@@ -67,7 +67,7 @@ impl Output {
             Self::JointMode => "VECTOR6INT32",
             Self::Timestamp | Self::SpeedScaling | Self::NotSimulated(_) => "DOUBLE",
             Self::RuntimeState | Self::RobotStatusBits | Self::SafetyStatusBits => "UINT32",
-            Self::RobotMode | Self::SafetyMode | Self::OutputRegister(_) | Self::InputRegister(_) => "INT32",
+            Self::RobotMode | Self::SafetyMode | Self::Register(_) | Self::Input(_) => "INT32",
         }
     }
 
@@ -98,10 +98,10 @@ impl Output {
                 };
                 bytes.extend(bits.to_be_bytes());
             }
-            Self::OutputRegister(number) => {
+            Self::Register(number) => {
                 bytes.extend(controller.output_registers.get(number).unwrap_or(&0).to_be_bytes());
             }
-            Self::InputRegister(number) => {
+            Self::Input(number) => {
                 bytes.extend(controller.input_registers.get(number).unwrap_or(&0).to_be_bytes());
             }
         }
