@@ -44,6 +44,15 @@ const SKETCHES: &[(&str, [&str; 3])] = &[
     ("target_reset", ["  ━━━━┓ before", "      ╵○ → • put back", "           elsewhere"]),
     ("joint_zero_reset", ["      ╭──╮   ╭── zero", "  ────╯  ╰───╯", "  found anew each time"]),
     ("sensor_tilt", ["      ▷ leans", "     ╱", "  ━━━━━━━━"]),
+    ("camera_aim", ["   ▭ camera", "   ╎╲ looks aside", "   ╎ ╲"]),
+    ("camera_roll", ["   ┌────┐", "   │ ↻  │ the picture", "   └────┘ is turned"]),
+    ("camera_scale", ["      ▭", "    ╱╱ ╲╲ wider or", "   ╱╱   ╲╲ narrower"]),
+    ("principal_point", ["   ┌────┐", "   │ +• │ its middle", "   └────┘ lies beside"]),
+    ("lens_distortion", ["   ╭────╮ straight", "   │    │ lines bend", "   ╰────╯"]),
+    ("stripe_plane", ["    ╎ ╱ the sheet of", "    ╎╱  light leans", "  ━━━━━━━━"]),
+    ("stripe_bow", ["    ╎ ╲", "    ╎  │ the sheet bends", "    ╎ ╱"]),
+    ("hand_eye", ["  ━━━┓ flange", "     ╎ ←→", "     ╵  ▭ camera, light"]),
+    ("clock_skew", ["  ◯──→◯ moved on", "  •     the picture", "        came late"]),
 ];
 
 #[cfg(test)]

@@ -4,7 +4,9 @@ mod epochs;
 mod measured_region;
 mod model;
 mod residual_map;
+mod rig_number;
 mod sensor;
+mod stripe_rig;
 mod surface;
 
 pub use epochs::Epochs;
@@ -14,5 +16,7 @@ pub use model::{
     Touch, TouchDistance,
 };
 pub use residual_map::{Along, MapCarrier, MapEffect, ResidualMap, Side, Wave};
+pub use rig_number::RigNumber;
 pub use sensor::Sensor;
+pub use stripe_rig::StripeRig;
 pub use surface::{SurfaceShape, square_to};

@@ -160,6 +160,7 @@ fn in_pose(
         q,
         previous: None,
         approach,
+        speed: &[],
         time: f64::NAN,
         clock: f64::NAN,
         epoch: 0,

@@ -14,6 +14,7 @@ mod noise;
 mod observations;
 mod position;
 mod row;
+mod stripe;
 #[cfg(test)]
 mod tests;
 mod tilt;

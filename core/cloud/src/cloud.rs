@@ -21,6 +21,8 @@ pub struct Cloud {
     pub points: Vec<CloudPoint>,
     /// The joints at each stripe, as the drive's with the zeros in force, rad.
     pub poses: Vec<Vec<f64>>,
+    /// When each stripe was exposed, by the cell's clock, s.
+    pub times: Vec<f64>,
     /// The side each joint had arrived from at each stripe, -1, 0 (not known) or 1.
     pub approaches: Vec<Vec<i8>>,
     /// How fast each joint went at each stripe, rad/s or mm/s.

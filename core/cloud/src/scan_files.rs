@@ -38,18 +38,21 @@ impl Cloud {
     /// The joints at each stripe: a measurement table of the lab.
     fn poses_table(&self, joints: &[String]) -> String {
         let numbers = 1..=joints.len();
+        let dated = self.times.len() == self.poses.len();
+        let time = dated.then(|| "time_s".to_owned()).into_iter();
         let columns = numbers.clone().map(|joint| format!("q{joint}_deg"));
         let sides = numbers.clone().map(|joint| format!("approach_q{joint}"));
         let flown = self.speeds.iter().flatten().any(|speed| *speed != 0.0);
         let speeds = numbers.filter(|_| flown).map(|joint| format!("speed_q{joint}_deg_s"));
-        let mut text = format!("{}\n", columns.chain(sides).chain(speeds).collect::<Vec<_>>().join(","));
+        let mut text = format!("{}\n", columns.chain(sides).chain(speeds).chain(time).collect::<Vec<_>>().join(","));
         for (row, pose) in self.poses.iter().enumerate() {
             let values = pose.iter().map(|joint| format!("{:.9}", joint.to_degrees()));
+            let time = self.times.get(row).filter(|_| dated).map(|time| format!("{time:.4}")).into_iter();
             let sides = self.approaches.get(row).map(Vec::as_slice).unwrap_or_default();
             let sides = (0..pose.len()).map(|joint| sides.get(joint).copied().unwrap_or(0).to_string());
             let speeds = self.speeds.get(row).filter(|_| flown).map(Vec::as_slice).unwrap_or_default();
             let speeds = speeds.iter().map(|speed| format!("{:.6}", speed.to_degrees()));
-            let _ = writeln!(text, "{}", values.chain(sides).chain(speeds).collect::<Vec<_>>().join(","));
+            let _ = writeln!(text, "{}", values.chain(sides).chain(speeds).chain(time).collect::<Vec<_>>().join(","));
         }
         text
     }
@@ -90,5 +93,9 @@ mod tests {
         let table = cloud.poses_table(&["a".to_owned(), "b".to_owned()]);
         assert!(table.lines().next().unwrap().ends_with(",speed_q1_deg_s,speed_q2_deg_s"), "{table}");
         assert!(table.lines().nth(1).unwrap().ends_with(",1,-1,1.000000,0.000000"), "{table}");
+        cloud.times = vec![12.5];
+        let table = cloud.poses_table(&["a".to_owned(), "b".to_owned()]);
+        assert!(table.lines().next().unwrap().ends_with(",speed_q2_deg_s,time_s"), "{table}");
+        assert!(table.lines().nth(1).unwrap().ends_with(",0.000000,12.5000"), "{table}");
     }
 }

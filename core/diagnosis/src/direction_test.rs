@@ -30,6 +30,8 @@ pub(crate) struct DirectionTest {
     /// one: a wild row that happens to lie along the motion says nothing of it, and a level quieter than was declared would make
     /// a tracker's rows look as if something were left in them.
     inliers: ((f64, f64), (f64, f64)),
+    /// Variance of one reading at least, declared sigmas squared: of readings that err alike.
+    least_variance: f64,
     /// Probability of so much across if the rest is noise.
     pub(crate) p: f64,
 }
@@ -48,7 +50,8 @@ impl DirectionTest {
         if freedom < 1.0 || across.1 < DIRECTION_FREEDOM || across.0 <= 0.0 {
             return 1.0;
         }
-        f_tail(squares.max(0.0) / freedom / (across.0 / across.1), freedom, across.1)
+        let variance = (across.0 / across.1).max(self.least_variance);
+        f_tail(squares.max(0.0) / freedom / variance, freedom, across.1)
     }
 }
 
@@ -446,6 +449,7 @@ impl Laboratory {
                 spot: site.spot,
                 across: (squares, freedom.max(1.0)),
                 inliers: (across, whole),
+                least_variance: fitted.machine.least_variance(),
                 p: probability_of_noise(squares, freedom, floor).unwrap_or(1.0),
             }
         });
@@ -503,7 +507,7 @@ mod tests {
     /// A site across whose motion so much is left, on 100 degrees of freedom.
     fn site(spot: Spot, squares: f64) -> DirectionTest {
         let p = probability_of_noise(squares, 100.0, &FLOOR).unwrap();
-        DirectionTest { spot, across: (squares, 100.0), inliers: ((squares, 100.0), (squares, 101.0)), p }
+        DirectionTest { spot, across: (squares, 100.0), inliers: ((squares, 100.0), (squares, 101.0)), least_variance: 0.0, p }
     }
 
     #[test]
@@ -531,6 +535,7 @@ mod tests {
             spot: Spot::Joint(0),
             across: (20.0, 20.0),
             inliers: ((20.0, 20.0), (20.0 + 3.0 * along, 23.0)),
+            least_variance: 0.0,
             p: 1.0,
         };
         // Upper 5 % point of F with 3 and 20 degrees of freedom: 3.0984.
@@ -539,6 +544,8 @@ mod tests {
         assert_eq!(uneven_sites(&[test(6.8), test(6.2)]), [Spot::Joint(0)]);
         let few = DirectionTest { inliers: ((7.0, 7.0), (70.0, 10.0)), ..test(1.0) };
         assert_eq!(few.along(), 1.0, "too few degrees of freedom say nothing");
+        let alike = DirectionTest { least_variance: 4.0, ..test(3.098_391) };
+        assert!(alike.along() > 0.5, "readings that err alike are held against what they are uncertain by");
     }
 
     /// One row of three equations a site, whose motion is x; the residual is given.

@@ -14,7 +14,7 @@ use crate::thresholds::{
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{EffectId, kind};
 use plumb_calibration::fit::FitOptions;
-use plumb_estimation::{Progress, bic, f_tail, for_each, holm};
+use plumb_estimation::{Progress, bic_above, f_tail, for_each, holm};
 
 /// A candidate with everything known of it at one stage.
 pub(crate) struct Contender {
@@ -98,7 +98,8 @@ impl Laboratory {
         let equations = fitted.fit.normal.equations as f64;
         let rank = fitted.fit.rank() as f64;
         let squares = fitted.fit.normal.squares;
-        let own = bic(squares, equations, rank, 0.0);
+        let least = fitted.machine.least_variance();
+        let own = bic_above(least, squares, equations, rank, 0.0);
         let mut contenders: Vec<Contender> = open
             .into_iter()
             .zip(adjusted)
@@ -110,7 +111,7 @@ impl Laboratory {
                 Contender {
                     id: probe.id.clone(),
                     holm_p,
-                    bic: bic(promised, equations, rank + score.freedom as f64, search_cost),
+                    bic: bic_above(least, promised, equations, rank + score.freedom as f64, search_cost),
                     search_cost,
                     values: score.values.clone(),
                     covariance: score.covariance.clone(),
@@ -158,7 +159,9 @@ impl Laboratory {
                 .collect::<Result<_, _>>()?;
         let scale = fits.iter().map(|fit| fit.fit.scale).fold(robust.fit.scale, f64::min).max(1e-300);
         let equations = robust.fit.normal.equations as f64;
-        let own = |fit: &Fitted<'_>| bic(fit.loss(scale), equations, fit.fit.rank() as f64, 0.0);
+        let least = robust.machine.least_variance();
+        let own =
+            |fit: &Fitted<'_>| bic_above(least, fit.loss(scale), equations, fit.fit.rank() as f64, 0.0);
         let best = fits.iter().map(|fit| (own(fit), fit)).min_by(|left, right| left.0.total_cmp(&right.0));
         Ok(best.filter(|(best, _)| *best < own(robust)).map_or_else(|| robust.tame(), |(_, fit)| fit.tame()))
     }
@@ -216,8 +219,9 @@ impl Laboratory {
         });
         for (contender, refit) in stage.contenders.iter_mut().zip(refits) {
             let (refit, gains) = refit?;
+            let (squares, rank) = (refit.fit.normal.squares, refit.fit.rank() as f64);
             contender.bic =
-                bic(refit.fit.normal.squares, equations, refit.fit.rank() as f64, contender.search_cost);
+                bic_above(refit.machine.least_variance(), squares, equations, rank, contender.search_cost);
             contender.gains = gains;
             contender.refitted = true;
             if kind(&contender.id.name).is_some_and(|kind| kind.is_event) {

@@ -5,6 +5,7 @@
 mod choose;
 mod design;
 mod not_shown;
+mod pictures;
 mod report;
 mod rivals;
 

@@ -11,7 +11,7 @@ use crate::laboratory::{Laboratory, LaboratoryError};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, EffectId, Search, joint_step};
 use plumb_calibration::fit::FitOptions;
-use plumb_estimation::{Progress, bic};
+use plumb_estimation::{Progress, bic_above};
 
 /// Steps of the logarithm of what is searched for, from coarse to fine.
 const STEPS: [f64; 3] = [0.35, 0.2, 0.1];
@@ -73,8 +73,9 @@ impl Laboratory {
         }
         let best = known.remove(&place).zip(clocks.get(place).copied());
         let equations = stage.fitted.fit.normal.equations as f64;
+        let least = stage.fitted.machine.least_variance();
         if let (Some((best, at)), Some(first)) = (best, stage.contenders.first_mut()) {
-            first.bic = bic(best.squares, equations, best.rank, first.search_cost);
+            first.bic = bic_above(least, best.squares, equations, best.rank, first.search_cost);
             first.values = best.values.iter().copied().collect();
             first.covariance = best.covariance;
             first.id.inner = Some(at);
@@ -110,8 +111,9 @@ impl Laboratory {
         let variance = (2.0 * best.squares / freedom / bend.max(1e-300)).clamp(0.0, 1.0);
         let slope = (high.values - low.values) / (2.0 * step);
         let equations = stage.fitted.fit.normal.equations as f64;
+        let least = stage.fitted.machine.least_variance();
         if let Some(first) = stage.contenders.first_mut() {
-            first.bic = bic(best.squares, equations, best.rank, first.search_cost);
+            first.bic = bic_above(least, best.squares, equations, best.rank, first.search_cost);
             first.values = best.values.iter().copied().collect();
             first.covariance = best.covariance + &slope * slope.transpose() * variance;
             first.id.inner = Some(middle);

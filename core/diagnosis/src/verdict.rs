@@ -21,7 +21,7 @@ use crate::wording::NOT_LISTED;
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{EffectId, Family, LooksAt, Search, Spot};
 use plumb_calibration::fit::ResidualModel;
-use plumb_estimation::{Progress, bic, holm};
+use plumb_estimation::{Progress, bic_above, holm};
 
 /// What the search came to.
 pub(crate) struct Finding<'a> {
@@ -205,7 +205,8 @@ fn strangers_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Spot> {
     let rival = |((index, score), p): (&(usize, Score), f64)| {
         let promised = (squares - score.gain).max(squares * 1e-9);
         let cost = Search::Smooth.cost(equations);
-        let own = bic(promised, equations, rank + score.freedom as f64, cost);
+        let least = stage.fitted.machine.least_variance();
+        let own = bic_above(least, promised, equations, rank + score.freedom as f64, cost);
         Some((own, unlisted.get(*index)?.id.spot)).filter(|_| score.freedom > 0 && p < UNLISTED_LEVEL)
     };
     let strongest = scores.iter().zip(adjusted).filter_map(rival);

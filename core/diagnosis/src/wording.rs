@@ -13,6 +13,9 @@ pub(super) const NOT_PREDICTED: &str = "it does not predict rows it has not seen
 /// What a correction may stand for besides the effects of the library.
 pub(super) const NOT_LISTED: &str = "a mechanism that is not listed";
 
+/// How the noise of light stripes is called among the readings of a table.
+const STRIPES: &str = "stripe_mm";
+
 /// The sentence of a diagnosis.
 pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     let floor = diagnosis
@@ -152,8 +155,12 @@ fn at_floor(diagnosis: &Diagnosis, floor: &str) -> String {
     }
     let spoken: Vec<String> =
         kinds(&diagnosis.not_shown).into_iter().map(|of_kind| together(&of_kind)).collect();
+    let next = match diagnosis.noise.iter().any(|one| one.reading == STRIPES) {
+        true => "`plumb stripe next` lists pictures that would show it.",
+        false => "`plumb model next` lists poses and loads that would show it.",
+    };
     format!(
-        "Nothing is left but {floor}, for what these rows can show. Not shown by them: {}. `plumb model next` lists poses and loads that would show it.{unlogged}",
+        "Nothing is left but {floor}, for what these rows can show. Not shown by them: {}. {next}{unlogged}",
         listed(&spoken, "and")
     )
 }

@@ -10,6 +10,13 @@ pub fn bic(squares: f64, equations: f64, parameters: f64, search_cost: f64) -> f
     equations * (squares.max(LEAST) / equations).ln() + parameters * equations.ln() + search_cost
 }
 
+/// The same where the variance of one equation is known to be no less than `least`: the likelihood is then that of the variance that is likeliest among those.
+pub fn bic_above(least: f64, squares: f64, equations: f64, parameters: f64, search_cost: f64) -> f64 {
+    let variance = (squares / equations).max(least);
+    let surplus = if variance > 0.0 { squares / variance - equations } else { 0.0 };
+    bic(variance * equations, equations, parameters, search_cost) + surplus
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -26,6 +33,14 @@ mod tests {
         let least = 1.0 - 100.0_f64.powf(-0.01);
         let after = |share: f64| bic(50.0 * (1.0 - share), 100.0, 4.0, 0.0) - bic(50.0, 100.0, 3.0, 0.0);
         assert!(after(least + 1e-3) < 0.0 && after(least - 1e-3) > 0.0);
+    }
+
+    #[test]
+    fn below_the_known_variance_squares_count_as_chi_squared_and_above_it_as_ever() {
+        let at = |squares: f64| bic_above(1.0, squares, 100.0, 3.0, 0.0);
+        assert!((at(150.0) - bic(150.0, 100.0, 3.0, 0.0)).abs() < 1e-12);
+        assert!((at(60.0) - at(40.0) - 20.0).abs() < 1e-9);
+        assert!((bic_above(0.0, 60.0, 100.0, 3.0, 0.0) - bic(60.0, 100.0, 3.0, 0.0)).abs() < 1e-12);
     }
 
     #[test]

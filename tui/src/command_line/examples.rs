@@ -310,6 +310,13 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
     (
+        "stripe next",
+        &[example(
+            "plumb stripe next light-stripe/cell.yaml --scans scans -n 6",
+            "poses of six pictures that would tell what these scans cannot",
+        )],
+    ),
+    (
         "stripe screen",
         &[
             example(

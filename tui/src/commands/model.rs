@@ -2,16 +2,16 @@
 
 pub(crate) mod arguments;
 mod compare;
-mod diagnose;
+pub(crate) mod diagnose;
 mod effects;
 mod export;
 mod history;
-mod next;
+pub(crate) mod next;
 mod report;
 mod revise;
 mod screen;
 mod template;
-mod text;
+pub(crate) mod text;
 
 use std::io::{self, Write as _};
 use std::path::Path;

@@ -7,6 +7,7 @@ mod diagnose;
 mod export;
 mod lab;
 mod lab_error;
+mod next;
 mod rig_in_force;
 mod screen;
 mod show;
@@ -16,15 +17,15 @@ use clap::Subcommand;
 
 use crate::failure::CommandResult;
 
-pub(crate) use diagnose::{of as diagnosis_of, sizes_in_words};
-pub(crate) use lab::{Lab as Stripes, to_lab as rig_of_lab};
-pub(crate) use lab_error::LabError;
+pub(crate) use lab::Lab as Stripes;
 
 /// What to do with stripes.
 #[derive(Debug, Subcommand)]
 pub(crate) enum StripeCommand {
-    /// Say what zeros and rig cannot explain of scans, if anything.
+    /// Say what zeros and rig cannot explain of scans, if anything: the diagnosis of `plumb model diagnose`, of stripes.
     Diagnose(diagnose::Arguments),
+    /// Pictures to take next: poses at which what is open would show, beside those that were taken.
+    Next(next::Arguments),
     /// The same on the Model screen, with what adding an effect would leave.
     Screen(screen::Arguments),
     /// Adjust zeros, rig and what is added to scans, and write a cell that uses what was found.
@@ -39,6 +40,7 @@ pub(crate) enum StripeCommand {
 pub(crate) fn run(command: &StripeCommand) -> CommandResult {
     match command {
         StripeCommand::Diagnose(arguments) => diagnose::run(arguments),
+        StripeCommand::Next(arguments) => next::run(arguments),
         StripeCommand::Screen(arguments) => screen::run(arguments),
         StripeCommand::Adjust(arguments) => adjust::run(arguments),
         StripeCommand::Correct(arguments) => correct::run(arguments),

@@ -9,6 +9,7 @@ use super::epochs::Epochs;
 use super::measured_region::{MeasuredRegion, Outside};
 use super::residual_map::ResidualMap;
 use super::sensor::Sensor;
+use super::stripe_rig::StripeRig;
 use super::surface::SurfaceShape;
 use crate::effect::{Definition, EffectId, Spot};
 
@@ -209,6 +210,8 @@ pub struct Model {
     pub levels: Vec<Level>,
     /// The arm's own proximity sensor.
     pub sensor: Option<Sensor>,
+    /// The light stripe it carries; never written to a file, it has one of its own.
+    pub stripe_rig: Option<StripeRig>,
     /// Declared noise.
     pub noise: Noise,
     /// The touching target.

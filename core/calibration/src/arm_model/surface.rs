@@ -5,6 +5,9 @@ use nalgebra::{Unit, Vector3};
 /// Below this length (mm, or of a vector of unit size) a direction is undefined and taken as none.
 const NO_DIRECTION: f64 = 1e-9;
 
+/// The free number of a ball that is its radius.
+const RADIUS: usize = 3;
+
 /// What something lies on, in the frame of the measurements.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SurfaceShape {
@@ -28,6 +31,8 @@ pub enum SurfaceShape {
         centre: Vector3<f64>,
         /// mm.
         radius: f64,
+        /// Whether fits may change the radius as well: of a ball that nobody measured.
+        free_radius: bool,
     },
     /// A point, for `distance_to`.
     Point {
@@ -70,7 +75,7 @@ impl SurfaceShape {
                 let left = left_of(direction, up);
                 (left.dot(&(point - through)), left)
             }
-            Self::Sphere { centre, radius } => {
+            Self::Sphere { centre, radius, .. } => {
                 let (away, length) = direction_and_length(point - centre);
                 (length - radius, away)
             }
@@ -95,10 +100,12 @@ impl SurfaceShape {
         matches!(self, Self::Point { .. } | Self::Sphere { .. })
     }
 
-    /// How many numbers of it may be fitted: offset and two tilts of a plane, sideways shift and turn of a line, three coordinates of a ball or point.
+    /// How many numbers of it may be fitted: offset and two tilts of a plane, sideways shift and turn of a line, three coordinates of a ball or point, and the
+    /// radius of a ball that nobody measured.
     pub fn freedoms(&self) -> usize {
         match self {
             Self::Line { .. } => 2,
+            Self::Sphere { free_radius: true, .. } => 4,
             Self::Plane { .. } | Self::Sphere { .. } | Self::Point { .. } => 3,
         }
     }
@@ -121,6 +128,7 @@ impl SurfaceShape {
                     _ => *direction = (*direction + left * amount).normalize(),
                 }
             }
+            Self::Sphere { radius, .. } if which == RADIUS => *radius += amount,
             Self::Sphere { centre: place, .. } | Self::Point { point: place } => {
                 if let Some(part) = place.get_mut(which) {
                     *part += amount;
@@ -145,6 +153,7 @@ impl SurfaceShape {
                 // Turning the edge to its left lets a point ahead of its given point fall back to the right.
                 _ => -direction.dot(&(point - through)),
             },
+            Self::Sphere { .. } if which == RADIUS => -1.0,
             Self::Sphere { .. } | Self::Point { .. } => {
                 let (_, away) = self.distance(point, up);
                 -away.get(which).copied().unwrap_or(0.0)
@@ -164,7 +173,11 @@ mod tests {
                 point: Vector3::new(100.0, 20.0, 3.0),
                 direction: Vector3::new(0.3, 1.0, 0.0).normalize(),
             },
-            SurfaceShape::Sphere { centre: Vector3::new(150.0, -40.0, 30.0), radius: 25.0 },
+            SurfaceShape::Sphere {
+                centre: Vector3::new(150.0, -40.0, 30.0),
+                radius: 25.0,
+                free_radius: true,
+            },
             SurfaceShape::Point { point: Vector3::new(-20.0, 60.0, 10.0) },
         ]
     }

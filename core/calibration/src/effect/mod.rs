@@ -9,10 +9,15 @@ mod base_position;
 mod base_reset;
 mod base_shifted;
 mod base_tilt;
+mod camera_aim;
+mod camera_roll;
+mod camera_scale;
+mod clock_skew;
 mod defined;
 mod drift;
 mod epoch_steps;
 mod gravity_flexure;
+mod hand_eye;
 mod identity;
 mod instrument_tilt;
 mod joint_backlash;
@@ -26,6 +31,7 @@ mod joint_stiffening;
 mod joint_zero;
 mod joint_zero_reset;
 mod kind;
+mod lens_distortion;
 mod library;
 mod link_length;
 mod link_offset;
@@ -33,14 +39,18 @@ mod link_sag;
 mod link_twist;
 mod passport;
 mod pose_error;
+mod principal_point;
 mod reading_rescaled;
 mod reading_reset;
 mod reflectance;
+mod rig_numbers;
 mod row_error;
 mod scale;
 mod sensor_tilt;
 mod sites;
 mod situation;
+mod stripe_bow;
+mod stripe_plane;
 mod target_reset;
 mod thermal_growth;
 mod tool_offset;
@@ -60,6 +70,8 @@ pub use situation::{Situation, Trigger};
 
 use nalgebra::{DMatrix, Vector3};
 use plumb_kinematics::Knob;
+
+use crate::arm_model::RigNumber;
 
 /// One number of the machine that an effect may move.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,6 +94,8 @@ pub enum Handle {
     Trigger,
     /// How far left of an edge (seen along its direction, from above) the arm's own sensor stands when it triggers, mm.
     Edge,
+    /// A number of the rig of the arm's light stripe.
+    Rig(RigNumber),
     /// A small motion of everything beyond a joint, base frame.
     Twist {
         /// The joint.
@@ -122,6 +136,12 @@ impl Unit {
     pub const DEG: Self = Self { name: "deg", factor: 180.0 / std::f64::consts::PI };
     /// Radians of deflection a newton metre.
     pub const COMPLIANCE: Self = Self { name: "rad/(N m)", factor: 1.0 };
+    /// Pixels.
+    pub const PX: Self = Self { name: "px", factor: 1.0 };
+    /// Milliseconds; seconds inside.
+    pub const MS: Self = Self { name: "ms", factor: 1000.0 };
+    /// Bend of a sheet of light.
+    pub const PER_MM: Self = Self { name: "1/mm", factor: 1.0 };
     /// Reciprocal of a bending stiffness.
     pub const FLEXIBILITY: Self = Self { name: "1/(N m2)", factor: 1.0 };
     /// Relative growth a kelvin.

@@ -33,6 +33,10 @@ pub struct Passport {
     pub triggered_on: Vec<usize>,
     /// Whether in some rows it came on, and in some it went off.
     pub switches_both_ways: bool,
+    /// Whether light stripes were seen.
+    pub stripes: bool,
+    /// Whether the arm was in motion where that is logged.
+    pub moves: bool,
     /// What steps in time are dated by, in order: time in s as in the table, or rows' numbers.
     pub clocks: Vec<f64>,
     /// Greatest moment of gravity about each joint in the table's poses, N m, by the nominal model.
@@ -85,7 +89,10 @@ impl Passport {
                 let height = table.height.as_ref().and_then(|height| height.get(row));
                 table.on.name(row).is_some() && height.is_none_or(|height| !height.is_finite())
             }),
-            clocks: clocks(table),
+            stripes: table.is_of_stripes(),
+            moves: table.speed.iter().flatten().any(|speed| *speed != 0.0),
+            // Pictures stand in the order of their scans, each from another side: undated, what depends on the pose would look like a step.
+            clocks: if table.is_of_stripes() && table.time.is_none() { Vec::new() } else { clocks(table) },
             greatest_moments: greatest_moments(model, table),
             ranges: (0..table.joints).map(span).collect(),
         }

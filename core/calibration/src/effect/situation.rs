@@ -17,6 +17,8 @@ pub struct Situation<'a> {
     pub previous: Option<&'a [f64]>,
     /// Side each joint arrived from; empty where not logged.
     pub approach: &'a [i8],
+    /// How fast each joint went, rad/s or mm/s; empty where not logged.
+    pub speed: &'a [f64],
     /// Seconds since the first row; not a number where not logged.
     pub time: f64,
     /// What steps in time are dated by: seconds as in the table, or the row's number where no time is logged.

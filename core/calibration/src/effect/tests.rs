@@ -6,10 +6,10 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::*;
-use crate::arm_model::{AddedEffect, Model};
+use crate::arm_model::{AddedEffect, Model, StripeRig};
 use crate::fit::ResidualModel;
 use crate::measurement::Observations;
-use crate::table::Table;
+use crate::table::{Stretch, Table};
 
 /// Links, mm.
 const LINKS: [f64; 2] = [400.0, 300.0];
@@ -400,6 +400,54 @@ fn more_hysteresis_lets_go_higher_and_does_not_change_where_it_comes_on() {
     let higher = (lets_go(0.11) - lets_go(0.09)) / 0.02 * 1e-3;
     let found = triggered("trigger_hysteresis", 1e-3, "off");
     assert!((found + higher).abs() < 1e-2 * higher, "{found} {higher}");
+}
+
+/// A camera of a light stripe that looks along the flange's z onto a sheet 100 mm ahead.
+fn rig() -> StripeRig {
+    StripeRig {
+        focal_px: [500.0; 2],
+        principal_px: [100.0; 2],
+        distortion: [0.0; 5],
+        flange_from_camera: nalgebra::Isometry3::identity(),
+        normal: Vector3::z(),
+        d_mm: -100.0,
+        bow: 0.0,
+    }
+}
+
+/// How far a stripe lies off a wall across the planar arm's x, more than without an effect of the rig: its mean, mm. The hand is stretched out and moves.
+fn seen_off(effect: &str, values: &[f64]) -> f64 {
+    let wall = "surfaces: {wall: {plane: {normal: [1, 0, 0], offset_mm: 700}}}\n";
+    let mut model = Model::parse("arm.yaml", &format!("{PLANAR}{wall}")).unwrap();
+    model.stripe_rig = Some(rig());
+    let mut table = Table::parse("table.csv", "q1_deg,q2_deg,p1_x_mm\n0,90,0\n").unwrap();
+    table.stretches = vec![Stretch::new(0, 0, (0..9).map(|row| [150.0, 60.0 + 10.0 * f64::from(row)]).collect(), 1.0)];
+    table.speed = Some(vec![0.2, 0.0]);
+    let observations = Observations::new(&model, &table).unwrap();
+    let at = |values: Vec<f64>| {
+        let added = AddedEffect { id: parse(effect, &model).unwrap(), values };
+        let machine = ResidualModel::new(&model, &table, &observations, &[added]).unwrap();
+        let first = observations.of_row(0).iter().position(|one| one.measurand.kind.name() == "stripe").unwrap();
+        -machine.residuals(&machine.start())[first]
+    };
+    at(values.to_vec()) - at(vec![0.0; values.len()])
+}
+
+#[test]
+fn errors_of_a_light_stripes_rig_move_what_it_shows_as_its_geometry_says() {
+    // With the elbow up the flange's x looks up, its y along -x of the wall's normal; a pixel 50 aside shows a point 10 mm aside.
+    let across = seen_off("hand_eye", &[0.0, 1.0, 0.0]);
+    assert!((across.abs() - 1.0).abs() < 1e-9, "a rig that sits 1 mm beside along the wall's normal: {across}");
+    assert!(seen_off("hand_eye", &[0.0, 0.0, 1.0]).abs() < 1e-9, "along the wall nothing shows");
+    // The mean row of the picture is 100: the principal one.
+    assert!((seen_off("principal_point", &[0.0, 5.0]) + across * 1.0).abs() < 1e-9, "5 px are 1 mm");
+    assert!((seen_off("camera_aim", &[0.01, 0.0]) + across * 100.0 * 0.01_f64.tan()).abs() < 0.02);
+    // The sheet nearer shows the point nearer the middle; in the mean row that is nothing.
+    assert!(seen_off("stripe_plane", &[0.0, 0.0, 3.0]).abs() < 1e-9);
+    // 10 ms at 0.2 rad/s about the shoulder, which turns 400 mm of upper arm and what lies beyond: the height over the shoulder moves along the wall's normal.
+    let height = 300.0 + 10.0;
+    let late = seen_off("clock_skew", &[0.010]);
+    assert!((late.abs() - 0.002 * height).abs() < 0.01, "{late}");
 }
 
 /// What is offered where a table has these columns.

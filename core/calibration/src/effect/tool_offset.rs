@@ -59,6 +59,10 @@ pub(super) const KIND: Kind = Kind {
         Ok(Box::new(ToolOffset { target: setting.target()?, parameters }))
     },
     candidates: |survey| {
+        // What a light stripe sees does not depend on where a tool is.
+        if survey.passport.stripes {
+            return Vec::new();
+        }
         let fixed = survey.model.targets.iter().enumerate().filter(|(_, target)| !target.free);
         fixed.map(|(index, _)| EffectId::at("tool_offset", Spot::Target(index))).collect()
     },

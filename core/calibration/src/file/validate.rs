@@ -135,6 +135,7 @@ impl Checker<'_> {
             working_volume: working_volume.unwrap_or_default(),
             levels: Vec::new(),
             sensor: sensor.unwrap_or_default(),
+            stripe_rig: None,
             noise,
             touch: None,
             definitions: Vec::new(),
@@ -349,7 +350,8 @@ impl Checker<'_> {
                 direction: self.direction(&line.direction)?,
             }),
             (None, None, Some(sphere), None) => {
-                Ok(SurfaceShape::Sphere { centre: Vector3::from(sphere.centre_mm), radius: sphere.radius_mm })
+                let centre = Vector3::from(sphere.centre_mm);
+                Ok(SurfaceShape::Sphere { centre, radius: sphere.radius_mm, free_radius: false })
             }
             (None, None, None, Some(point)) => Ok(SurfaceShape::Point { point: Vector3::from(*point) }),
             _ => self.fail(name, "a surface is one of `plane`, `line`, `sphere`, `point_mm`"),

@@ -222,7 +222,7 @@ fn surfaces(out: &mut String, surfaces: &[Surface]) -> std::fmt::Result {
                 };
                 format!("line: {{point_mm: {}, direction: {}{light}}}", triple(point), triple(direction))
             }
-            SurfaceShape::Sphere { centre, radius } => {
+            SurfaceShape::Sphere { centre, radius, .. } => {
                 format!("sphere: {{centre_mm: {}, radius_mm: {}}}", triple(centre), number(*radius))
             }
             SurfaceShape::Point { point } => format!("point_mm: {}", triple(point)),

@@ -4,7 +4,7 @@ use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Vector3};
 use plumb_kinematics::{Chain, Deviation, Knob, Motion, Posture};
 
 use super::state::State;
-use crate::arm_model::{Frame, MapEffect};
+use crate::arm_model::{Frame, MapEffect, RigNumber, StripeRig};
 use crate::effect::{Channel, Drive, Handle};
 
 /// What the effects change of the arm in one row, before the instrument looks.
@@ -22,6 +22,8 @@ pub(crate) struct Changes {
     target_shifts: Vec<Vector3<f64>>,
     /// Distance over a surface at which the arm's own sensor triggers, mm.
     trigger_height: f64,
+    /// Of the numbers of the light stripe's rig.
+    pub(super) rig: [f64; RigNumber::ALL.len()],
     /// What is added to each number that is read (mm or rad), and the share by which it is read too large.
     readings: [(f64, f64); Channel::ALL.len()],
 }
@@ -37,6 +39,7 @@ impl Changes {
         self.base_turn = Vector3::zeros();
         self.clear_bending();
         self.trigger_height = 0.0;
+        self.rig = Default::default();
         self.readings = Default::default();
     }
 
@@ -84,6 +87,7 @@ impl Changes {
             Handle::BaseShift(axis) => self.base_shift.get_mut(axis),
             Handle::BaseTurn(axis) => self.base_turn.get_mut(axis),
             Handle::Trigger => Some(&mut self.trigger_height),
+            Handle::Rig(number) => self.rig.get_mut(number.place()),
             Handle::ReadingZero(channel) => self.readings.get_mut(channel as usize).map(|(zero, _)| zero),
             Handle::ReadingScale(channel) => self.readings.get_mut(channel as usize).map(|(_, scale)| scale),
             // What the instrument reads and where a sensor meets an edge depend on the point: see `sensor.rs`.
@@ -111,6 +115,8 @@ pub struct ArmPose {
     /// Moments of gravity about the joints' axes, N m.
     pub(crate) moments: Vec<f64>,
     pub(super) changes: Changes,
+    /// The rig of the light stripe, with all that effects change of it.
+    pub(super) rig: Option<StripeRig>,
     /// Orientation and origin of the base in the frame of the measurements.
     pub(super) base: Matrix3<f64>,
     pub(super) origin: Vector3<f64>,
@@ -151,9 +157,20 @@ impl ArmPose {
     pub(crate) fn point(&self, state: &State, target: usize) -> (Vector3<f64>, Vector3<f64>) {
         let tool = state.targets.get(target).copied().unwrap_or_else(Vector3::zeros);
         let shift = self.changes.target_shifts.get(target).copied().unwrap_or_else(Vector3::zeros);
-        let stiff = (self.posture.flange * Point3::from(tool + shift)).coords;
+        self.at_flange(tool + shift)
+    }
+
+    /// A point that is fixed to the flange (mm, flange's frame) in the frame of the measurements and in the base's frame, mm.
+    pub(super) fn at_flange(&self, point: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        let stiff = (self.posture.flange * Point3::from(point)).coords;
         let in_base = stiff + self.changes.bend_shift + self.changes.bend_turn.cross(&stiff);
         (self.base * in_base + self.origin, in_base)
+    }
+
+    /// A small shift in the flange's frame, in the frame of the measurements.
+    pub(crate) fn turned_from_flange(&self, shift: Vector3<f64>) -> Vector3<f64> {
+        let stiff = self.posture.flange.rotation * shift;
+        self.base * (stiff + self.changes.bend_turn.cross(&stiff))
     }
 
     /// Distance over a surface at which the arm's own sensor triggers by the effects of the row, mm.

@@ -32,6 +32,8 @@ impl ResidualModel<'_> {
         if self.parts.iter().any(|part| part.effect.looks_at() == LooksAt::Gravity) {
             self.balance(state, row, drives, pose);
         }
+        let rig = self.model.stripe_rig.as_ref();
+        pose.rig = rig.map(|rig| rig.with(&pose.changes.rig));
         self.place(row, state, pose);
         pose.place_base(&state.base);
     }

@@ -12,6 +12,7 @@ mod problem;
 mod residual_model;
 mod robust;
 mod scratch;
+mod seen;
 mod sensor;
 mod state;
 mod subject_motion;

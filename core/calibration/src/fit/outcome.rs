@@ -309,7 +309,8 @@ fn finish(
         let equations = own.iter().zip(machine.observations.of_row(*row));
         equations.map(move |(residual, equation)| (weight, residual / equation.sigma))
     };
-    let variance = huber_variance(rows.iter().flat_map(equations_of), factor.rank());
+    let scatter = huber_variance(rows.iter().flat_map(equations_of), factor.rank());
+    let variance = scatter.max(machine.least_variance());
     let covariance = factor.inverse() * variance;
     let gauges = machine.gauges(&normal.matrix, &factor);
     let gain = normal.gradient.dot(&factor.solve(&normal.gradient)).max(0.0);

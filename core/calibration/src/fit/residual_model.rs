@@ -3,13 +3,15 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, DVectorViewMut, Vector3};
 
 use super::scratch::Scratch;
 use super::state::{Slot, State};
 use crate::arm_model::{AddedEffect, MapEffect, Model};
 use crate::effect::{self, Effect, EffectId, EffectNameError};
-use crate::measurement::{Equation, Observations, RowContext, SensorShift, Subject};
+use crate::measurement::{
+    Equation, Measurand, Observations, Prediction, RowContext, SensorShift, Subject,
+};
 use crate::table::Table;
 
 /// An effect that takes part in a fit.
@@ -117,6 +119,12 @@ impl<'a> ResidualModel<'a> {
         slots
     }
 
+    /// Variance of one equation at least, declared sigmas squared. Stripes of neighbouring pictures err alike: how little they scatter about a fit does not say how
+    /// well anything is known by them; what they are uncertain by does. Other readings scatter each for itself.
+    pub fn least_variance(&self) -> f64 {
+        if self.table.is_of_stripes() { 1.0 } else { 0.0 }
+    }
+
     /// The epoch of a row, from 0.
     pub fn epoch(&self, row: usize) -> usize {
         self.epochs.get(row).copied().unwrap_or(0)
@@ -155,8 +163,8 @@ impl<'a> ResidualModel<'a> {
         scratch: &'s Scratch,
         (point, sensor): (Vector3<f64>, SensorShift),
     ) -> RowContext<'s> {
-        let (model, table, pose) = (self.model, self.table, &scratch.pose);
-        RowContext { model, table, row, state, pose, point, up: self.up(state), sensor }
+        let (model, table, pose, seen) = (self.model, self.table, &scratch.pose, &scratch.seen.points);
+        RowContext { model, table, row, state, pose, point, seen, up: self.up(state), sensor }
     }
 
     /// What an equation is of.
@@ -172,8 +180,14 @@ impl<'a> ResidualModel<'a> {
         subject: Subject,
         scratch: &mut Scratch,
     ) -> (Vector3<f64>, SensorShift) {
-        let Subject::Target(target) = subject else { return (Vector3::zeros(), SensorShift::default()) };
-        let Scratch { pose, drives, .. } = scratch;
+        let Scratch { pose, drives, seen, .. } = scratch;
+        let target = match subject {
+            Subject::Target(target) => target,
+            Subject::Stretch(_) => {
+                return (seen.look(self.stretch(subject), pose).0, SensorShift::default());
+            }
+            Subject::Frame(_) => return (Vector3::zeros(), SensorShift::default()),
+        };
         let (point, _) = pose.point(state, target);
         let point = point + self.reading_shift(state, row, point, pose, drives);
         (point, self.sensor_shift(state, row, point, pose, drives))
@@ -285,33 +299,51 @@ impl<'a> ResidualModel<'a> {
             let scale = weight / equation.sigma;
             block.residuals.push((equation.measured - prediction.value * (1.0 + stretch) - zero) * scale);
             if column < block.jacobian.ncols() {
-                let mut entries = block.jacobian.column_mut(column);
-                let (by_point, by_turn) = (prediction.by_point * scale, prediction.by_turn * scale);
                 let what = equation.measurand;
-                let by_sensor = what.kind.sensor_handle(self.model, what).map_or(0.0, |_| scale);
-                let motion = &scratch.motion;
-                let motions = motion.linear.iter().zip(&motion.angular).zip(&motion.sensor);
-                for (entry, ((linear, angular), sensor)) in entries.iter_mut().zip(motions) {
-                    *entry =
-                        (by_point.dot(linear) + by_turn.dot(angular)) * (1.0 + stretch) - by_sensor * sensor;
-                }
-                for (entry, read_out) in entries.iter_mut().zip(&motion.reading) {
-                    if let Some((own, zero, stretch)) = read_out
-                        && channel == Some(*own)
-                    {
-                        *entry += (zero + stretch * prediction.value) * scale;
-                    }
-                }
-                what.kind.own_derivatives(what, &context, &mut |wanted, value| {
-                    let index = self.slots.iter().position(|slot| *slot == wanted);
-                    if let Some(entry) = index.and_then(|index| entries.get_mut(index)) {
-                        *entry = value * scale;
-                    }
-                });
+                let entries = block.jacobian.column_mut(column);
+                self.derivatives(what, (&context, prediction), (scale, stretch), scratch, entries);
             }
             column += 1;
         }
         column
+    }
+
+    /// One equation's derivatives by all free numbers and probes, times `scale`; `stretch` is the share by which it is read too large.
+    fn derivatives(
+        &self,
+        what: Measurand,
+        (context, prediction): (&RowContext<'_>, Prediction),
+        (scale, stretch): (f64, f64),
+        scratch: &Scratch,
+        mut entries: DVectorViewMut<'_, f64>,
+    ) {
+        let (by_point, by_turn) = (prediction.by_point * scale, prediction.by_turn * scale);
+        let by_sensor = what.kind.sensor_handle(self.model, what).map_or(0.0, |_| scale);
+        let motion = &scratch.motion;
+        let motions = motion.linear.iter().zip(&motion.angular).zip(&motion.sensor);
+        for (entry, ((linear, angular), sensor)) in entries.iter_mut().zip(motions) {
+            *entry = (by_point.dot(linear) + by_turn.dot(angular)) * (1.0 + stretch) - by_sensor * sensor;
+        }
+        let channel = what.kind.channel(what);
+        for (entry, read_out) in entries.iter_mut().zip(&motion.reading) {
+            if let Some((own, zero, stretch)) = read_out
+                && channel == Some(*own)
+            {
+                *entry += (zero + stretch * prediction.value) * scale;
+            }
+        }
+        for (entry, by_rig) in entries.iter_mut().zip(&motion.rig) {
+            if let Some((number, rate)) = by_rig {
+                let moved = scratch.seen.moved(*number);
+                *entry += rate * what.kind.by_seen_points(what, context, moved) * scale;
+            }
+        }
+        what.kind.own_derivatives(what, context, &mut |wanted, value| {
+            let index = self.slots.iter().position(|slot| *slot == wanted);
+            if let Some(entry) = index.and_then(|index| entries.get_mut(index)) {
+                *entry = value * scale;
+            }
+        });
     }
 }
 

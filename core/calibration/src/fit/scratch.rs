@@ -3,6 +3,8 @@
 use nalgebra::Vector3;
 
 use super::arm_pose::ArmPose;
+use super::seen::Seen;
+use crate::arm_model::RigNumber;
 use crate::effect::{Channel, Drive, Handle};
 
 /// A small motion of the subject: of its point (mm) and attitude (rad), frame of the measurements.
@@ -17,6 +19,8 @@ pub(crate) struct SubjectMotion {
     pub(super) sensor: Vec<f64>,
     /// The number that is read that it changes, and how fast its zero (mm or rad) and its scale grow.
     pub(super) reading: Vec<Option<(Channel, f64, f64)>>,
+    /// The number of the light stripe's rig that it moves, and how fast.
+    pub(super) rig: Vec<Option<(RigNumber, f64)>>,
 }
 
 impl SubjectMotion {
@@ -25,6 +29,7 @@ impl SubjectMotion {
         self.angular.clear();
         self.sensor.clear();
         self.reading.clear();
+        self.rig.clear();
     }
 
     /// Makes room for so many more numbers, none of which moves anything yet; returns the first of them.
@@ -34,11 +39,16 @@ impl SubjectMotion {
         self.angular.resize(first + by, Vector3::zeros());
         self.sensor.resize(first + by, 0.0);
         self.reading.resize(first + by, None);
+        self.rig.resize(first + by, None);
         first
     }
 
     /// Adds what a number changes of what is read out.
     pub(super) fn add_reading(&mut self, index: usize, handle: Handle, rate: f64) {
+        if let (Handle::Rig(number), Some(entry)) = (handle, self.rig.get_mut(index)) {
+            *entry = Some((number, rate));
+            return;
+        }
         let (channel, zero, scale) = match handle {
             Handle::ReadingZero(channel) => (channel, rate, 0.0),
             Handle::ReadingScale(channel) => (channel, 0.0, rate),
@@ -66,4 +76,6 @@ pub(crate) struct Scratch {
     pub(super) motion: SubjectMotion,
     /// How the subject moves when a joint turns, one a joint.
     pub(super) by_joint: Vec<Motion>,
+    /// The points of the light stripe that is looked at.
+    pub(super) seen: Seen,
 }

@@ -36,6 +36,7 @@ impl ResidualModel<'_> {
             q: self.table.q_of(row),
             previous: self.previous.get(row).copied().flatten().map(|before| self.table.q_of(before)),
             approach: approach.unwrap_or(&[]),
+            speed: self.table.speed_of(row),
             time: cell(&self.table.time).map_or(f64::NAN, |time| time - self.first_time),
             clock: cell(&self.table.time).unwrap_or(row as f64),
             epoch: self.epoch(row),

@@ -14,6 +14,7 @@ use super::state::{Slot, State};
 use crate::arm_model::Frame;
 use crate::effect::{Drive, Effect, Handle, Situation};
 use crate::measurement::{SensorShift, Subject};
+use crate::table::Stretch;
 
 const STILL: Motion = (Vector3::new(0.0, 0.0, 0.0), Vector3::new(0.0, 0.0, 0.0));
 
@@ -38,7 +39,7 @@ impl SubjectFrames<'_> {
     /// Whether a joint's row lies beyond the frame whose attitude is measured, so that it does not turn it.
     fn is_beyond(&self, joint: usize) -> bool {
         match self.subject {
-            Subject::Target(_) => false,
+            Subject::Target(_) | Subject::Stretch(_) => false,
             Subject::Frame(Frame::Base) => joint > 0,
             Subject::Frame(Frame::After(carrier)) => joint > carrier,
         }
@@ -70,6 +71,7 @@ impl SubjectFrames<'_> {
             Handle::Target(..)
             | Handle::Trigger
             | Handle::Edge
+            | Handle::Rig(_)
             | Handle::ReadingZero(_)
             | Handle::ReadingScale(_) => STILL,
         }
@@ -116,10 +118,14 @@ impl ResidualModel<'_> {
         probes: &[&dyn Effect],
         scratch: &mut Scratch,
     ) -> (Vector3<f64>, SensorShift) {
-        let Scratch { pose, drives, motion, by_joint } = scratch;
+        let Scratch { pose, drives, motion, by_joint, seen } = scratch;
         let pose = &*pose;
-        let target = if let Subject::Target(target) = subject { target } else { 0 };
-        let (point, in_base) = pose.point(state, target);
+        let stretch = self.stretch(subject);
+        let (point, in_base) = match subject {
+            Subject::Target(target) => pose.point(state, target),
+            Subject::Frame(_) => pose.point(state, 0),
+            Subject::Stretch(_) => seen.look(stretch, pose),
+        };
         let read = point + self.reading_shift(state, row, point, pose, drives);
         let shift = self.sensor_shift(state, row, read, pose, drives);
 
@@ -156,7 +162,14 @@ impl ResidualModel<'_> {
         for effect in taking_part.chain(probes.iter().copied()) {
             frames.add_effect(effect, &situation, sensor, drives, motion);
         }
+        seen.move_by(motion.rig.iter().flatten().map(|(number, _)| *number), stretch, pose);
         (read, shift)
+    }
+
+    /// The stretch of a light stripe that a subject is; none for any other.
+    pub(super) fn stretch(&self, subject: Subject) -> Option<&Stretch> {
+        let Subject::Stretch(index) = subject else { return None };
+        self.table.stretches.get(index)
     }
 
     /// The sensor's own number that a row's trigger depends on, if it triggered there.

@@ -88,6 +88,11 @@ pub trait MeasurementKind: fmt::Debug + Sync {
         None
     }
 
+    /// How the predicted value changes when the points that a light stripe sees move so, flange's frame.
+    fn by_seen_points(&self, _what: Measurand, _context: &RowContext<'_>, _moved: &[Vector3<f64>]) -> f64 {
+        0.0
+    }
+
     /// Derivatives of the predicted value by the free numbers of what is measured against (places, surfaces), handed to `set`.
     fn own_derivatives(&self, _what: Measurand, _context: &RowContext<'_>, _set: &mut dyn FnMut(Slot, f64)) {}
 }
@@ -158,6 +163,8 @@ impl Equation {
 pub enum Subject {
     /// A target's point, by its index in the model.
     Target(usize),
+    /// A stretch of a light stripe, by its place in the table: points that move with the flange as one piece.
+    Stretch(usize),
     /// The attitude of a frame.
     Frame(Frame),
 }
@@ -206,6 +213,8 @@ pub struct RowContext<'a> {
     pub pose: &'a ArmPose,
     /// The subject's point as the instrument reads it, mm, frame of the measurements; zero for a frame's attitude.
     pub point: Vector3<f64>,
+    /// The points of a stretch of a light stripe, mm, frame of the measurements; their mean is `point`.
+    pub seen: &'a [Vector3<f64>],
     /// Upwards, unit length, frame of the measurements.
     pub up: Vector3<f64>,
     /// What the sensor adds to where it triggers.
@@ -236,6 +245,11 @@ impl RowContext<'_> {
                 set(Slot::Surface(what.index(), which), shape.derivative(which, &self.point, &self.up));
             }
         }
+    }
+
+    /// A small shift in the flange's frame, in the frame of the measurements.
+    pub fn turned_from_flange(&self, shift: Vector3<f64>) -> Vector3<f64> {
+        self.pose.turned_from_flange(shift)
     }
 
     /// Axes of a frame of the arm in the frame of the measurements.

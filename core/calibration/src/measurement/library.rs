@@ -10,6 +10,7 @@ static KINDS: &[&dyn MeasurementKind] = &[
     &super::edge::Edge,
     &super::tilt::Tilt,
     &super::distance::Distance,
+    &super::stripe::Stripe,
 ];
 
 /// All kinds of measurement, in the order in which a row's equations stand.

@@ -76,6 +76,11 @@ impl Observations {
         })
     }
 
+    /// Of so many rows in which nothing was measured yet.
+    pub fn without_readings(rows: usize) -> Self {
+        Self { starts: vec![0; rows + 1], ..Self::default() }
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.starts.len().saturating_sub(1)
@@ -103,6 +108,7 @@ impl Observations {
 fn known_columns() -> String {
     let mut columns: Vec<&str> = kinds().iter().map(|kind| kind.columns()).collect();
     columns.dedup();
+    columns.retain(|columns| !columns.is_empty());
     match columns.split_last() {
         Some((last, others)) => format!("{} or {last}", others.join(", ")),
         None => String::new(),

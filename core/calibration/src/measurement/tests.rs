@@ -1,12 +1,12 @@
 //! Every kind's prediction against an independent computation, and its derivatives against differences.
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Isometry3, Rotation3, Vector3};
 
 use super::*;
-use crate::arm_model::{AddedEffect, Model};
+use crate::arm_model::{AddedEffect, Model, StripeRig};
 use crate::effect::{EffectId, Spot, build};
 use crate::fit::{ResidualModel, State};
-use crate::table::Table;
+use crate::table::{Stretch, Table};
 
 const ARM: &str = "
 arm: folded
@@ -108,9 +108,10 @@ q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,p1_x_mm,p1_y_mm,p1_z_mm,p2_x_mm,p2_y_mm,p2_z_
 14,21,-62,-41,45,,,,,,,,,,,210,post,
 16,23,-61,-43,55,,,,,,,,,,,190,ball,
 18,27,-58,-47,65,,,,,,,,,,,,,cone
+20,26,-57,-46,60,,,,,,,,,,,,,
 ";
 
-const EFFECTS: [(&str, Spot); 7] = [
+const EFFECTS: [(&str, Spot); 15] = [
     ("joint_zero", Spot::Joint(0)),
     ("joint_gain", Spot::Joint(2)),
     ("link_length", Spot::Joint(1)),
@@ -118,18 +119,47 @@ const EFFECTS: [(&str, Spot); 7] = [
     ("base_tilt", Spot::Base),
     ("scale", Spot::Axis(1)),
     ("trigger_height", Spot::Sensor),
+    ("camera_aim", Spot::Sensor),
+    ("camera_roll", Spot::Sensor),
+    ("camera_scale", Spot::Sensor),
+    ("principal_point", Spot::Sensor),
+    ("lens_distortion", Spot::Sensor),
+    ("stripe_plane", Spot::Sensor),
+    ("stripe_bow", Spot::Sensor),
+    ("hand_eye", Spot::Sensor),
 ];
 
+/// A camera in the flange's origin that looks along its z, and a sheet of light 100 mm ahead of it.
+fn rig() -> StripeRig {
+    StripeRig {
+        focal_px: [500.0, 400.0],
+        principal_px: [100.0, 90.0],
+        distortion: [0.0; 5],
+        flange_from_camera: Isometry3::identity(),
+        normal: Vector3::z(),
+        d_mm: -100.0,
+        bow: 0.0,
+    }
+}
+
+/// A stretch on the table and one on the ball, seen in the last row.
+fn stretches() -> Vec<Stretch> {
+    let pixels = |first: f64| (0..9).map(|step| [60.0 + 7.0 * f64::from(step), first + 9.0 * f64::from(step)]);
+    vec![Stretch::new(12, 0, pixels(20.0).collect(), 0.1), Stretch::new(12, 1, pixels(40.0).collect(), 0.1)]
+}
+
 fn with_everything(look: impl Fn(&ResidualModel<'_>)) {
-    let model = Model::parse("all.yaml", ALL).unwrap();
-    let table = Table::parse("rows.csv", ROWS).unwrap();
+    let mut model = Model::parse("all.yaml", ALL).unwrap();
+    model.stripe_rig = Some(rig());
+    let mut table = Table::parse("rows.csv", ROWS).unwrap();
+    table.stretches = stretches();
     let observations = Observations::new(&model, &table).unwrap();
     let usable = EFFECTS.iter().map(|(name, site)| EffectId::at(name, *site));
     let effects: Vec<AddedEffect> = usable
         .filter(|id| build(id, &model).is_ok())
         .map(|id| AddedEffect { id, values: Vec::new() })
         .collect();
-    assert!(effects.len() >= 6, "{effects:?}");
+    assert!(effects.len() >= 14, "{effects:?}");
     look(&ResidualModel::new(&model, &table, &observations, &effects).unwrap());
 }
 
@@ -156,6 +186,7 @@ fn every_kind_is_read_from_its_columns() {
             assert_eq!(names[row], [name], "row {row}");
         }
         assert_eq!(names[11], ["touch"; 3]);
+        assert_eq!(names[12], ["stripe"; 6]);
         let mut met: Vec<&str> = names.concat();
         met.sort_unstable();
         met.dedup();
@@ -256,5 +287,17 @@ fn predictions_agree_with_an_arm_worked_out_by_hand() {
         let up = (base * level).inverse() * Vector3::z();
         same(7, &[up.y.atan2(up.z)]);
         same(8, &[(-up.x).atan2(up.z)]);
+        // A pixel shows the point 100 mm ahead that is as far aside as the pixel is of the middle, by the focal length.
+        let shown = |step: f64| {
+            let aside = [60.0 + 7.0 * step - 100.0, 20.0 + 9.0 * step - 90.0];
+            point([20.0, 26.0, -57.0, -46.0, 60.0], [aside[0] / 5.0, aside[1] / 4.0, 100.0])
+        };
+        let mean: f64 = (0..9).map(|step| over_table(shown(f64::from(step)))).sum::<f64>() / 9.0;
+        // In a plane the heights grow evenly: the slope is what the last is above the first, the bend nothing. Nine even steps from -1 to 1 have mean square 5/12.
+        let slope = 0.5 * (over_table(shown(8.0)) - over_table(shown(0.0))) * (5.0_f64 / 12.0).sqrt();
+        let found = predicted(12);
+        let near = |found: f64, expected: f64| (found - expected).abs() < 1e-8;
+        assert!(near(found[0], mean) && near(found[1], slope) && near(found[2], 0.0), "{found:?}");
+        assert!((mean - over_table(shown(4.0))).abs() < 1e-8 && slope.abs() > 1.0);
     });
 }

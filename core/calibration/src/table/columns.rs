@@ -1,5 +1,7 @@
 //! A table in memory: one array a column, rows in the order of the file.
 
+use super::stretch::Stretch;
+
 /// Names met in a text column, each given a number in the order of first appearance.
 #[derive(Debug, Clone, Default)]
 pub struct Names {
@@ -189,6 +191,10 @@ pub struct Table {
     pub session: Names,
     /// Side from which each joint last arrived, -1, 0 or +1, row after row, where the table has `approach_*`.
     pub approach: Option<Vec<i8>>,
+    /// How fast each joint went, rad/s or mm/s, row after row; nothing where not logged.
+    pub speed: Option<Vec<f64>>,
+    /// Stretches of light stripes, in the order of their rows.
+    pub stretches: Vec<Stretch>,
     /// Returns to one pose share an id.
     pub repeat: Names,
     /// Columns kept to test against.
@@ -243,6 +249,24 @@ impl Table {
         self.repeat.push("");
     }
 
+    /// The stretches of a row, by their places; they stand in the order of their rows.
+    pub fn stretches_of(&self, row: usize) -> std::ops::Range<usize> {
+        let first = self.stretches.partition_point(|stretch| stretch.row < row);
+        let end = self.stretches.partition_point(|stretch| stretch.row <= row);
+        first..end
+    }
+
+    /// Whether stretches of light stripes were measured.
+    pub fn is_of_stripes(&self) -> bool {
+        !self.stretches.is_empty()
+    }
+
+    /// How fast the joints went in a row, rad/s or mm/s; empty where not logged.
+    pub fn speed_of(&self, row: usize) -> &[f64] {
+        let speeds = self.speed.as_deref().unwrap_or(&[]);
+        speeds.get(row * self.joints..(row + 1) * self.joints).unwrap_or(&[])
+    }
+
     /// Groups of rows that are full returns to one pose (two rows or more).
     pub fn returns(&self) -> Vec<Vec<usize>> {
         let mut groups = vec![Vec::new(); self.repeat.names.len()];
@@ -295,5 +319,12 @@ mod tests {
         let of = |count: usize| covariate(&words.iter().take(count).map(String::as_str).collect::<Vec<_>>());
         assert!(!of(MOST_LEVELS).has_too_many_levels() && of(MOST_LEVELS + 1).has_too_many_levels());
         assert_eq!(of(40).levels().len(), MOST_LEVELS + 1);
+    }
+
+    #[test]
+    fn stretches_are_found_by_their_row() {
+        let at = |row| Stretch::new(row, 0, Vec::new(), 1.0);
+        let table = Table { stretches: vec![at(1), at(1), at(4)], ..Table::default() };
+        assert_eq!([0, 1, 2, 4, 5].map(|row| table.stretches_of(row)), [0..0, 0..2, 2..2, 2..3, 3..3]);
     }
 }

@@ -5,12 +5,14 @@ mod header;
 mod naming;
 mod number;
 mod read;
+mod stretch;
 mod write;
 
 pub use columns::{Covariate, CovariateValues, MOST_LEVELS, Names, PositionColumns, Table};
 pub(crate) use naming::suggestion;
 pub use naming::{Naming, Rename};
 pub use read::{HeaderProblem, TableError};
+pub use stretch::Stretch;
 pub use write::table_text;
 
 #[cfg(test)]

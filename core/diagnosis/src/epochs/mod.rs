@@ -52,7 +52,8 @@ impl Laboratory {
     /// # Errors
     /// Nothing can be fitted, or cancellation.
     pub(crate) fn dated(&self, progress: &Progress) -> Result<Option<(Self, Vec<Jump>)>, LaboratoryError> {
-        if self.model().epochs.is_some() {
+        // Pictures of one scan lie beside each other in pose as in time: from scan to scan whatever depends on the pose jumps.
+        if self.model().epochs.is_some() || self.table().is_of_stripes() {
             return Ok(None);
         }
         let thin = self.thinned(SEARCH_ROWS);

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::design::{Design, Designer, Sensing, Wish};
+use super::pictures::falls_on_its_surfaces;
 use super::rivals::Rival;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::project::{self, Surface};
@@ -208,6 +209,7 @@ impl<'a> Chooser<'a> {
             let mut all = Vec::new();
             for (row, allowed) in reach_allowed.iter_mut().enumerate() {
                 let block = machine.block(&state, &[row], &ones, &[]);
+                *allowed &= !table.is_of_stripes() || falls_on_its_surfaces(&observations, row, &block.residuals);
                 all.push((-DVector::from_vec(block.residuals), block.jacobian.transpose()));
                 *allowed &= machine.stays_clear(&state, row, wish.keep_out);
             }

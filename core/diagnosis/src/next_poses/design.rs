@@ -2,6 +2,7 @@
 
 use plumb_kinematics::HalfSpace;
 
+use super::pictures;
 use crate::joint_range::{JointRange, joint_range};
 use crate::laboratory::Laboratory;
 use crate::thresholds::CLEAR_OF_LIMITS;
@@ -42,6 +43,9 @@ pub(super) enum Sensing {
 /// Waits before a pose that effects of time are asked with, s: none, ten minutes, an hour.
 const WAITS: [f64; 3] = [0.0, 600.0, 3600.0];
 
+/// What stands for the range of a joint where the hand carries a light stripe, rad: the hand stays over the same surfaces.
+const WIDEST_OF_PICTURES: f64 = 0.3;
+
 /// Where poses are drawn from.
 pub(super) struct Designer<'a> {
     pub(super) lab: &'a Laboratory,
@@ -75,7 +79,9 @@ impl Designer<'_> {
             let (low, high) = self.range(joint);
             low + (high - low) * rng.uniform()
         });
-        let q = q.collect();
+        let anywhere = q.collect();
+        let beside = if self.takes_pictures() { pictures::beside_a_picture(self.lab, rng) } else { None };
+        let q = beside.unwrap_or(anywhere);
         let approach = joints.map(|joint| match self.has_two_directions(joint) {
             true => [-1, 1][rng.below(2)],
             false => 0,
@@ -94,9 +100,16 @@ impl Designer<'_> {
         let mut design = centre.clone();
         for (joint, q) in design.q.iter_mut().enumerate() {
             let (low, high) = self.range(joint);
-            *q = (*q + (high - low) * width * rng.normal()).clamp(low, high);
+            // Of a stripe the surfaces are soon left.
+            let widest = if self.takes_pictures() { WIDEST_OF_PICTURES } else { high - low };
+            *q = (*q + widest * width * rng.normal()).clamp(low, high);
         }
         design
+    }
+
+    /// Whether a light stripe is what measures.
+    fn takes_pictures(&self) -> bool {
+        self.lab.table().is_of_stripes()
     }
 
     /// Whether a joint may be asked to arrive from either side.
@@ -132,6 +145,9 @@ impl Designer<'_> {
             table.payload.iter_mut().for_each(|column| column.push(design.payload));
             table.approach.iter_mut().for_each(|column| column.extend(&design.approach));
             table.note(surface.as_deref(), point.as_deref());
+        }
+        if self.takes_pictures() && sensing == Sensing::AsBefore {
+            table.stretches = pictures::stretches(self.lab, &table);
         }
         if let (Some(level), true) = (known.level.names.first(), table.tilt.is_some()) {
             table.level = Names { names: vec![level.clone()], of_row: vec![Some(0); designs.len()] };

@@ -1,22 +1,75 @@
-//! The adjustment: everything at once, by least squares.
+//! The calibration of a light stripe and its arm from stripes alone: zeros, rig and what is added, by least squares, and the laboratory that asks what is left.
 
-use nalgebra::{DVector, Isometry3};
+use std::ops::Range;
 
-use super::options::{AdjustError, Options};
-use super::problem::{Problem, State, base_from_flange, built};
-use super::spread::spread;
-use super::view_residuals::{ViewResidual, view_residuals};
-use super::{StripePixel, StripeRig, Surface, View};
-use plumb_calibration::arm_model::{AddedEffect, Model};
-use plumb_calibration::effect::EffectId;
+use plumb_calibration::arm_model::{AddedEffect, Model, StripeRig};
+use plumb_calibration::effect::{self, EffectId, EffectNameError, Search};
+use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel, State};
+use plumb_calibration::measurement::{Observations, ObservationsError};
+use plumb_calibration::table::Table;
+use plumb_estimation::Progress;
+
+use super::assign::{Member, assigned, floor_mm, noise_mm, rms_mm, stretches};
+use super::prepare::{free_effects, prepared};
+use super::surface::Surface;
+use super::table::Scans;
+use crate::laboratory::{Laboratory, LaboratoryError, Options};
+
+/// An arm with a light stripe, what stands under it, and scans of that.
+#[derive(Debug, Clone, Copy)]
+pub struct StripeScene<'a> {
+    /// The arm; its own effects do not count.
+    pub model: &'a Model,
+    /// The rig as its file has it.
+    pub rig: &'a StripeRig,
+    /// What stands there, by name, about where.
+    pub surfaces: &'a [(String, Surface)],
+    /// What was seen.
+    pub scans: &'a Scans,
+}
+
+/// Why there is no adjustment.
+#[derive(Debug, thiserror::Error)]
+pub enum AdjustError {
+    /// An effect cannot act in this model.
+    #[error(transparent)]
+    Effect(#[from] EffectNameError),
+    /// The stripes do not go with the model.
+    #[error(transparent)]
+    Observations(#[from] ObservationsError),
+    /// Nothing can be fitted.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// Too few points lie near any surface.
+    #[error(
+        "only {near} of {all} points lie near a surface, for {unknowns} unknowns: do the surfaces stand about where they are said to?"
+    )]
+    TooFew {
+        /// Points near a surface.
+        near: usize,
+        /// All points.
+        all: usize,
+        /// Numbers sought.
+        unknowns: usize,
+    },
+    /// What is searched for inside an effect cannot be found.
+    #[error(transparent)]
+    Laboratory(#[from] Box<LaboratoryError>),
+}
+
+impl From<LaboratoryError> for AdjustError {
+    fn from(error: LaboratoryError) -> Self {
+        Self::Laboratory(Box::new(error))
+    }
+}
 
 /// A number that was found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
-    /// What: an effect with its parameter, or a number of the rig.
+    /// What: an effect, with its parameter where it has several.
     pub name: String,
     /// Its unit.
-    pub unit: String,
+    pub unit: &'static str,
     /// How much it is beyond where it began.
     pub value: f64,
     /// Its standard error.
@@ -26,193 +79,228 @@ pub struct Found {
 /// What an adjustment has found.
 #[derive(Debug, Clone)]
 pub struct Adjustment {
-    /// Every number, in the order of the options.
+    /// Every number: those that are always adjusted, then those that were added.
     pub found: Vec<Found>,
     /// The rig.
     pub rig: StripeRig,
-    /// The surfaces, in their places.
-    pub surfaces: Vec<Surface>,
     /// Distance of the points from their surfaces, root mean square, mm.
     pub rms_mm: f64,
     /// Scatter of neighbouring points of one stripe on one surface, mm: what no effect of arm or rig makes, for these change smoothly along a stripe.
     pub noise_mm: f64,
-    /// The weighted sum of squares.
-    pub chi_square: f64,
+    /// Root mean square distance that the pictures' noise alone would leave, mm.
+    pub floor_mm: f64,
     /// Points that took part.
     pub points: usize,
-    /// Numbers sought, the surfaces' among them.
-    pub unknowns: usize,
     /// Combinations of numbers that no stripe could tell, in words.
     pub not_observable: Vec<String>,
-    /// What is left of each view.
-    pub views: Vec<ViewResidual>,
-    values: Vec<f64>,
-    effects: Vec<EffectId>,
+    /// The effects with their values, free and added.
+    pub effects: Vec<AddedEffect>,
+    /// The model that was adjusted, and the stripes as its table.
+    model: Model,
+    table: Table,
 }
 
-/// Rounds of choosing points' surfaces anew.
+/// Points farther away than this from every surface are none of them at first, mm.
+const FAR_MM: f64 = 12.0;
+
+/// Points within this distance of a surface may always be of it, mm.
+const NEAR_MM: f64 = 0.5;
+
+/// Points belong to a surface within so many times what is left in the mean: an effect that is not in the model moves some stripes much farther than most.
+const REACH: f64 = 8.0;
+
+/// Rounds of giving points to surfaces anew at most.
 const ROUNDS: usize = 4;
 
-/// A step that gains less than this share of what is left is the last.
-pub(super) const SETTLED: f64 = 1e-7;
-
-/// Steps in a round.
-const STEPS: usize = 12;
-
-/// Adjusts rig, effects and the surfaces' places together, from about right ones.
+/// Adjusts zeros, rig, the surfaces' places and `added` together, from about right ones. What is searched for inside an effect (the moment at which a joint
+/// stiffens) is set to what explains the stripes best.
 ///
 /// # Errors
 /// [`AdjustError`]
-pub fn adjust(
-    model: &Model,
-    rig: &StripeRig,
-    surfaces: &[Surface],
-    views: &[View],
-    pixels: &[StripePixel],
-    options: &Options,
+pub fn adjust(scene: StripeScene<'_>, added: &[EffectId]) -> Result<Adjustment, AdjustError> {
+    let mut known: Vec<EffectId> = Vec::new();
+    for id in added {
+        let searched = effect::kind(&id.name).is_some_and(|kind| kind.search != Search::Nothing);
+        let id = match searched && id.inner.is_none() {
+            true => with_effects(scene, &known)?.laboratory()?.searched(id.clone(), &Progress::unwatched())?,
+            false => id.clone(),
+        };
+        known.push(id);
+    }
+    with_effects(scene, &known)
+}
+
+/// The parts of each body among the model's surfaces.
+fn bodies(surfaces: &[(String, Surface)]) -> Vec<Range<usize>> {
+    let mut first = 0;
+    let body = |(name, surface): &(String, Surface)| {
+        let range = first..first + surface.parts(name).len();
+        first = range.end;
+        range
+    };
+    surfaces.iter().map(body).collect()
+}
+
+/// The views as rows of a table, nothing measured in them yet.
+fn table_of(scans: &Scans, joints: usize) -> Table {
+    let views = &scans.views;
+    let moves = views.iter().any(|view| !view.speed.is_empty());
+    let knows_sides = views.iter().any(|view| !view.approach.is_empty());
+    let padded = |numbers: &[f64]| (0..joints).map(|joint| numbers.get(joint).copied().unwrap_or(0.0)).collect();
+    let speeds = || views.iter().flat_map(|view| -> Vec<f64> { padded(&view.speed) }).collect();
+    let side = |view: &super::table::View, joint: usize| view.approach.get(joint).copied().unwrap_or(0);
+    let sides = || views.iter().flat_map(|view| (0..joints).map(move |joint| side(view, joint))).collect();
+    let mut table = Table {
+        source: "stripes".to_owned(),
+        joints,
+        q: views.iter().flat_map(|view| -> Vec<f64> { padded(&view.q) }).collect(),
+        lines: (1..=views.len() as u32).collect(),
+        approach: knows_sides.then(sides),
+        // Only where every picture is dated.
+        time: views.iter().map(|view| view.time_s).collect(),
+        speed: moves.then(speeds),
+        ..Table::default()
+    };
+    for _ in views {
+        table.note(None, None);
+    }
+    table
+}
+
+fn with_effects(scene: StripeScene<'_>, added: &[EffectId]) -> Result<Adjustment, AdjustError> {
+    let StripeScene { scans, surfaces, .. } = scene;
+    let model = prepared(scene.model, scene.rig, surfaces);
+    let bodies = bodies(surfaces);
+    let mut effects: Vec<AddedEffect> = Vec::new();
+    for id in free_effects(&model)?.iter().chain(added) {
+        if effects.iter().any(|known| known.id.same_as(id)) {
+            continue;
+        }
+        let parameters = effect::build(id, &model)?.parameters().len();
+        effects.push(AddedEffect { id: id.clone(), values: vec![0.0; parameters] });
+    }
+    let mut table = table_of(scans, model.chain.len());
+    let nothing = Observations::without_readings(table.len());
+    let mut state = ResidualModel::new(&model, &table, &nothing, &effects)?.start();
+    let mut limit = FAR_MM;
+    let mut before = 0;
+    for _ in 0..ROUNDS {
+        let machine = ResidualModel::new(&model, &table, &nothing, &effects)?;
+        let members = assigned(&machine, &state, &bodies, scans, limit);
+        let unknowns = machine.slots().len();
+        if members.len() < 3 * unknowns {
+            return Err(AdjustError::TooFew { near: members.len(), all: scans.pixels.len(), unknowns });
+        }
+        table.stretches = stretches(&members);
+        state = fitted((&model, &table), &effects, &state, false)?.state;
+        limit = (REACH * rms_mm(&members)).clamp(NEAR_MM, limit);
+        if members.len() == before {
+            break;
+        }
+        before = members.len();
+    }
+    // What is left is told of the points within reach of the state that was reached; far pictures are weighed down now that it is known which are far.
+    let machine = ResidualModel::new(&model, &table, &nothing, &effects)?;
+    table.stretches = stretches(&assigned(&machine, &state, &bodies, scans, limit));
+    let fit = fitted((&model, &table), &effects, &state, true)?;
+    let machine = ResidualModel::new(&model, &table, &nothing, &effects)?;
+    let members = assigned(&machine, &fit.state, &bodies, scans, limit);
+    told(model, table, effects, &fit, &members)
+}
+
+/// The fit of everything to the stretches of a table, from a state on.
+fn fitted(
+    (model, table): (&Model, &Table),
+    effects: &[AddedEffect],
+    start: &State,
+    robust: bool,
+) -> Result<Fit, AdjustError> {
+    let observations = Observations::new(model, table)?;
+    let machine = ResidualModel::new(model, table, &observations, effects)?;
+    let all = vec![true; table.len()];
+    let options = FitOptions { robust, ..FitOptions::default() };
+    Ok(machine.fit(start, &all, options, &Progress::unwatched())?)
+}
+
+/// What a fit says of itself.
+fn told(
+    mut model: Model,
+    table: Table,
+    mut effects: Vec<AddedEffect>,
+    fit: &Fit,
+    members: &[Member],
 ) -> Result<Adjustment, AdjustError> {
-    let mut problem = Problem::new(model, views, options.clone())?;
-    let mut state = problem.beginning(rig, surfaces);
-    problem.solve(&mut state, pixels, 12.0)?;
-    Ok(problem.told(state))
+    let observations = Observations::new(&model, &table)?;
+    let machine = ResidualModel::new(&model, &table, &observations, &effects)?;
+    let found = found(&machine, fit);
+    let not_observable = fit.gauges.iter().map(|gauge| match gauge.same_as.is_empty() {
+        true => format!("{} changes nothing that was seen", gauge.held),
+        false => format!("{} cannot be told from {}", gauge.held, gauge.same_as.join(", ")),
+    });
+    let not_observable = not_observable.collect();
+    let rig = machine.rig(&fit.state).or_else(|| model.stripe_rig.clone());
+    let rig = rig.ok_or_else(|| ObservationsError::Incomplete {
+        table: table.source.clone(),
+        reason: "there is no rig".to_owned(),
+    })?;
+    for (effect, values) in effects.iter_mut().zip(&fit.state.effects) {
+        effect.values.clone_from(values);
+    }
+    for (surface, shape) in model.surfaces.iter_mut().zip(&fit.state.surfaces) {
+        surface.shape.clone_from(shape);
+    }
+    let free = free_effects(&model)?;
+    let is_free = |effect: &AddedEffect| free.iter().any(|id| id.same_as(&effect.id));
+    (model.fitted, model.effects) = effects.iter().cloned().partition(is_free);
+    Ok(Adjustment {
+        found,
+        rig,
+        rms_mm: rms_mm(members),
+        noise_mm: noise_mm(members),
+        floor_mm: floor_mm(members),
+        points: members.len(),
+        not_observable,
+        effects,
+        model,
+        table,
+    })
 }
 
-impl Problem<'_> {
-    /// Chooses each point's surface and settles, in turns; points farther away than `limit` mm are left out at first.
-    pub(super) fn solve(
-        &mut self,
-        state: &mut State,
-        pixels: &[StripePixel],
-        mut limit: f64,
-    ) -> Result<(), AdjustError> {
-        for round in 0..ROUNDS {
-            self.choose(state, pixels, limit)?;
-            self.settle(state, SETTLED)?;
-            let rms = self.rms_mm(state);
-            limit = if round == 0 { (6.0 * rms).clamp(1.0, 8.0) } else { (4.0 * rms).clamp(0.3, limit) };
-        }
-        Ok(())
-    }
-
-    /// Goes down until a step gains less than this share of what is left.
-    pub(super) fn settle(&self, state: &mut State, enough: f64) -> Result<(), AdjustError> {
-        let cost = |residuals: &DVector<f64>| residuals.iter().map(|residual| huber(*residual)).sum::<f64>();
-        let mut residuals = self.residuals(state);
-        let mut damping = 1e-6;
-        for _ in 0..STEPS {
-            let mut jacobian = self.jacobian(state);
-            let weights = residuals.map(weight);
-            let weighted = residuals.component_mul(&weights);
-            jacobian.column_iter_mut().for_each(|mut column| column.component_mul_assign(&weights));
-            let normal = jacobian.tr_mul(&jacobian);
-            let toward = jacobian.tr_mul(&weighted);
-            let before = cost(&residuals);
-            let mut gained = false;
-            for _ in 0..8 {
-                let mut damped = normal.clone();
-                for place in 0..damped.nrows() {
-                    damped[(place, place)] += damping * normal[(place, place)].max(1e-12);
-                }
-                let Some(step) = damped.cholesky().map(|factor| factor.solve(&toward)) else {
-                    damping *= 100.0;
-                    continue;
-                };
-                let mut tried = state.clone();
-                for (unknown, by) in step.iter().enumerate() {
-                    tried = self.moved(&tried, unknown, -by);
-                }
-                let left = self.residuals(&tried);
-                if cost(&left) <= before {
-                    gained = before - cost(&left) > enough * before;
-                    *state = tried;
-                    residuals = left;
-                    damping = (damping * 0.1).max(1e-9);
-                    break;
-                }
-                damping *= 30.0;
-            }
-            if !gained {
-                break;
-            }
-        }
-        if residuals.iter().all(|residual| residual.is_finite()) {
-            Ok(())
-        } else {
-            Err(AdjustError::Diverged)
-        }
-    }
-
-    pub(super) fn told(&self, state: State) -> Adjustment {
-        let residuals = self.residuals(&state);
-        let jacobian = self.jacobian(&state);
-        let chi_square: f64 = residuals.iter().map(|residual| huber(*residual)).sum();
-        let unknowns = jacobian.ncols();
-        let names = self.names();
-        let (sigmas, not_observable) =
-            spread(&jacobian, &names, chi_square / self.members.len().saturating_sub(unknowns).max(1) as f64);
-        let values = state.rig_values.iter().chain(&state.values);
-        let found = names.iter().zip(values).zip(&sigmas).map(|(((name, unit), value), sigma)| Found {
-            name: name.clone(),
-            unit: unit.clone(),
-            value: *value,
-            sigma: *sigma,
-        });
-        Adjustment {
-            found: found.collect(),
-            rms_mm: self.rms_mm(&state),
-            noise_mm: self.noise_mm(&state),
-            chi_square,
-            points: self.members.len(),
-            unknowns,
-            not_observable,
-            views: view_residuals(self, &state),
-            rig: state.rig,
-            surfaces: state.surfaces,
-            values: state.values,
-            effects: self.options.effects.clone(),
-        }
-    }
-}
-
-/// Residuals beyond so many sigmas count linearly.
-const HUBER: f64 = 3.0;
-
-/// The weight of a residual, as a factor on it.
-pub(super) fn weight(residual: f64) -> f64 {
-    (HUBER / residual.abs().max(HUBER)).sqrt()
-}
-
-pub(super) fn huber(residual: f64) -> f64 {
-    let size = residual.abs();
-    if size <= HUBER { size * size } else { 2.0 * HUBER * size - HUBER * HUBER }
+/// Every number of the effects that were fitted, in shown units.
+fn found(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Found> {
+    let number = |(place, slot): (usize, &plumb_calibration::fit::Slot)| {
+        let plumb_calibration::fit::Slot::Effect(part, which) = *slot else { return None };
+        let parameter = machine.parts.get(part)?.effect.parameters().get(which)?.clone();
+        let value = *fit.state.effects.get(part)?.get(which)?;
+        let variance = fit.covariance.get((place, place)).copied().unwrap_or(0.0);
+        Some(Found {
+            name: machine.slot_name(*slot),
+            unit: if parameter.unit.name == "1" { "" } else { parameter.unit.name },
+            value: value * parameter.unit.factor,
+            sigma: variance.max(0.0).sqrt() * parameter.unit.factor,
+        })
+    };
+    machine.slots().iter().enumerate().filter_map(number).collect()
 }
 
 impl Adjustment {
-    /// Where the flange is under what was found.
+    /// The laboratory in which what is left is asked about: the stripes as a table, with the model that was adjusted to them.
     ///
     /// # Errors
-    /// As [`adjust`], for another model than it was adjusted with.
-    pub fn flange(&self, model: &Model, view: &View) -> Result<Isometry3<f64>, AdjustError> {
-        let effects = built(model, &self.effects)?;
-        Ok(base_from_flange(model, &effects, &self.values, view, self.rig.clock_skew_s))
+    /// The stripes cannot be asked.
+    pub fn laboratory(&self) -> Result<Laboratory, LaboratoryError> {
+        Laboratory::new(self.model.clone(), self.table.clone(), Options::default())
     }
 
-    /// The effects with their values, as a model file keeps them.
-    ///
-    /// # Errors
-    /// As [`adjust`], for another model than it was adjusted with.
-    pub fn added(&self, model: &Model) -> Result<Vec<AddedEffect>, AdjustError> {
-        let mut values = self.values.iter().copied();
-        let effects = built(model, &self.effects)?;
-        let added = self.effects.iter().zip(&effects).map(|(id, effect)| AddedEffect {
-            id: id.clone(),
-            values: values.by_ref().take(effect.parameters().len()).collect(),
-        });
-        Ok(added.collect())
+    /// The effects of the arm alone, as a model file keeps them; those of the rig go into the rig's file.
+    pub fn of_arm(&self) -> Vec<AddedEffect> {
+        let of_rig = |effect: &&AddedEffect| effect.id.spot == plumb_calibration::effect::Spot::Sensor;
+        self.effects.iter().filter(|effect| !of_rig(effect)).cloned().collect()
     }
 
-    /// The Bayesian information criterion: less is better, and a difference of 10 is beyond doubt.
-    pub fn bic(&self) -> f64 {
-        self.chi_square + self.unknowns as f64 * (self.points as f64).ln()
+    /// How much later than their times say the pictures were exposed, s; 0 where that was not asked.
+    pub fn late_s(&self) -> f64 {
+        let skew = self.effects.iter().find(|effect| effect.id.name == "clock_skew");
+        skew.and_then(|effect| effect.values.first()).copied().unwrap_or(0.0)
     }
 }

@@ -17,7 +17,7 @@ use plumb_document::{
 };
 use serde::Deserialize;
 
-use super::Surface;
+use super::surface::Surface;
 
 /// Why a scene cannot be read: every mistake in it.
 #[derive(Debug, thiserror::Error)]

@@ -1,6 +1,10 @@
 //! Surfaces of known form and unknown place.
 
-use nalgebra::{Point3, Rotation3, Vector3};
+use std::ops::Range;
+
+use nalgebra::{Point3, Vector3};
+use plumb_calibration::arm_model;
+use plumb_calibration::arm_model::SurfaceShape;
 
 /// A surface of known form.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,12 +15,14 @@ pub enum Surface {
     Sphere(Point3<f64>, f64),
 }
 
-/// How far a point is from a surface, and from which part.
+/// How far a point is from a body, and from which part of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Away {
+    /// The part, by its place among the model's surfaces.
     pub(super) part: usize,
+    /// mm, outside positive.
     pub(super) distance: f64,
-    /// How much nearer this part is than the next of the same surface, mm.
+    /// How much nearer this part is than the next of the same body, mm.
     pub(super) lead: f64,
 }
 
@@ -37,70 +43,42 @@ impl Surface {
         Self::Faces((0..4).map(face).collect())
     }
 
-    /// How many numbers place it.
-    pub(super) fn freedoms(&self) -> usize {
-        match self {
-            Self::Faces(faces) => 3 * faces.len(),
-            Self::Sphere(..) => 4,
-        }
-    }
-
-    /// How far a point is outside.
-    pub(super) fn away(&self, point: &Point3<f64>) -> Away {
+    /// Its parts as surfaces of a model, each free to move: the faces of a body for themselves, a ball with its radius.
+    pub(super) fn parts(&self, name: &str) -> Vec<arm_model::Surface> {
+        let part = |name: String, shape| arm_model::Surface { name, shape, free: true, light: None };
         match self {
             Self::Faces(faces) => {
-                let (mut part, mut first, mut second) = (0, f64::NEG_INFINITY, f64::NEG_INFINITY);
-                for (place, (normal, offset)) in faces.iter().enumerate() {
-                    let distance = normal.dot(&point.coords) - offset;
-                    if distance > first {
-                        (part, second, first) = (place, first, distance);
-                    } else {
-                        second = second.max(distance);
-                    }
+                let shapes =
+                    faces.iter().map(|(normal, offset)| SurfaceShape::Plane { normal: *normal, offset: *offset });
+                match faces.len() {
+                    1 => shapes.map(|shape| part(name.to_owned(), shape)).collect(),
+                    _ => shapes
+                        .enumerate()
+                        .map(|(face, shape)| part(format!("{name} {}", face + 1), shape))
+                        .collect(),
                 }
-                Away { part, distance: first, lead: first - second }
             }
-            Self::Sphere(..) => Away { part: 0, distance: self.distance(0, point), lead: f64::INFINITY },
+            Self::Sphere(centre, radius) => {
+                let shape =
+                    SurfaceShape::Sphere { centre: centre.coords, radius: *radius, free_radius: true };
+                vec![part(name.to_owned(), shape)]
+            }
         }
     }
+}
 
-    /// How far a point is from one part.
-    pub(super) fn distance(&self, part: usize, point: &Point3<f64>) -> f64 {
-        match self {
-            Self::Faces(faces) => {
-                faces.get(part).map_or(0.0, |(normal, offset)| normal.dot(&point.coords) - offset)
+/// How far a point is outside the body that these parts bound; nothing of a body without parts.
+pub(super) fn away(shapes: &[SurfaceShape], body: &Range<usize>, point: &Vector3<f64>) -> Option<Away> {
+    let mut nearest: Option<Away> = None;
+    for (part, shape) in shapes.iter().enumerate().take(body.end).skip(body.start) {
+        let (distance, _) = shape.distance(point, &Vector3::z());
+        nearest = Some(match nearest {
+            None => Away { part, distance, lead: f64::INFINITY },
+            Some(known) if distance > known.distance => {
+                Away { part, distance, lead: distance - known.distance }
             }
-            Self::Sphere(centre, radius) => (point - centre).norm() - radius,
-        }
+            Some(known) => Away { lead: known.lead.min(known.distance - distance), ..known },
+        });
     }
-
-    /// Moves one of the numbers that place it: for each face two tilts about points near `about` (rad at 100 mm) and a shift, mm; for a ball its middle and
-    /// radius, mm.
-    pub(super) fn shift(&mut self, freedom: usize, by: f64, about: &Point3<f64>) {
-        match self {
-            Self::Faces(faces) => {
-                let Some((normal, offset)) = faces.get_mut(freedom / 3) else { return };
-                match freedom % 3 {
-                    2 => *offset += by,
-                    which => {
-                        let other = if normal.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
-                        let first = normal.cross(&other).normalize();
-                        let axis = if which == 0 { first } else { normal.cross(&first) };
-                        let out = normal.dot(&about.coords) - *offset;
-                        let foot = about.coords - *normal * out;
-                        *normal = Rotation3::new(axis * (by / 100.0)) * *normal;
-                        *offset = normal.dot(&foot);
-                    }
-                }
-            }
-            Self::Sphere(centre, radius) => match freedom {
-                3 => *radius += by,
-                axis => {
-                    if let Some(coordinate) = centre.coords.get_mut(axis) {
-                        *coordinate += by;
-                    }
-                }
-            },
-        }
-    }
+    nearest
 }

@@ -6,7 +6,31 @@ use std::path::{Path, PathBuf};
 
 use plumb_document::{FileKind, read_text};
 
-use super::{StripePixel, View};
+/// One picture: where the arm was told to be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// Commanded joints, rad or mm.
+    pub q: Vec<f64>,
+    /// How fast they were at the exposure, rad/s or mm/s; empty at rest.
+    pub speed: Vec<f64>,
+    /// Side each joint arrived from, -1, 0 or 1; empty where not known.
+    pub approach: Vec<i8>,
+    /// When the picture was exposed, s; nothing where not logged.
+    pub time_s: Option<f64>,
+}
+
+/// One point of a stripe.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StripePixel {
+    /// The view it is of.
+    pub view: usize,
+    /// Column, pixels.
+    pub u_px: f64,
+    /// Row, pixels.
+    pub v_px: f64,
+    /// The column's standard uncertainty, pixels.
+    pub sigma_px: f64,
+}
 
 /// Scans that are looked at together.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -105,7 +129,10 @@ impl Scans {
             return Err(poses.wrong(1, what.to_owned()));
         }
         for (line, row) in &poses.rows {
-            let mut view = View { q: Vec::new(), speed: Vec::new(), approach: Vec::new() };
+            let mut view = View { q: Vec::new(), speed: Vec::new(), approach: Vec::new(), time_s: None };
+            if poses.place("time_s").is_some() {
+                view.time_s = Some(poses.number(*line, row, "time_s")?);
+            }
             for joint in 1..=joints {
                 view.q.push(poses.number(*line, row, &format!("q{joint}_deg"))?.to_radians());
                 let side = format!("approach_q{joint}");
@@ -215,6 +242,16 @@ mod tests {
         assert!((scans.views[0].q[0] - 90_f64.to_radians()).abs() < 1e-12);
         assert_eq!(scans.views[0].approach, [1, -1]);
         assert_eq!(scans.thinned(2).pixels.len(), 2);
+    }
+
+    #[test]
+    fn the_time_of_a_picture_is_read_where_it_was_logged() {
+        let stripes = "row,u_px,v_px,sigma_px,on\n1,100.5,7,0.03,ball\n";
+        assert_eq!(read(POSES, stripes).unwrap().views[0].time_s, None);
+        let dated = read("q1_deg,q2_deg,time_s\n90,0,12.5\n", stripes).unwrap();
+        assert_eq!(dated.views[0].time_s, Some(12.5));
+        let wrong = read("q1_deg,q2_deg,time_s\n90,0,late\n", stripes).unwrap_err().to_string();
+        assert_eq!(wrong, "a.poses.csv:2: `time_s` is `late`, which is no number");
     }
 
     #[test]

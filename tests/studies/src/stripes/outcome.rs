@@ -59,7 +59,8 @@ pub(super) fn line(outcome: &Outcome) -> String {
 pub(super) const NAMED: &str = "named";
 
 /// The verdicts of `plumb stripe diagnose --json`.
-const VERDICTS: [&str; 4] = ["at_floor", NAMED, "tied", "unknown"];
+const VERDICTS: [&str; 7] =
+    ["at_floor", NAMED, "located", "tied", "unknown", "not_repeatable", "floor_unknown"];
 
 const COLUMNS: &str = "rig,hidden,seed,on_paper_mm,zeros_and_rig_mm,with_effect_mm,verdict,named";
 

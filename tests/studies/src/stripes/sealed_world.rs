@@ -222,14 +222,17 @@ fn stripe(
     }
 }
 
-/// The verdict of the diagnosis with these effects added already, and its best candidate.
+/// The verdict of the diagnosis with these effects added already, and what it names.
 fn diagnosis(cell: &Path, scans: &Path, added: &[String]) -> Result<(String, Option<String>), StudyError> {
     let printed = stripe("diagnose", cell, scans, added, &["--json".as_ref()])?;
     let no_json = |said: String| StudyError::Stripe { command: "diagnose", said };
     let diagnosis: Value = serde_json::from_slice(&printed).map_err(|error| no_json(error.to_string()))?;
     let text = |pointer: &str| diagnosis.pointer(pointer).and_then(Value::as_str).map(str::to_owned);
     let verdict = text("/verdict").ok_or_else(|| no_json("its JSON has no `verdict`".to_owned()))?;
-    Ok((verdict, text("/candidates/0/effect")))
+    // Of the candidates the one that is named alone was not rejected.
+    let candidates = diagnosis["candidates"].as_array().into_iter().flatten();
+    let mut named = candidates.filter(|one| one["rejected"].is_null());
+    Ok((verdict, named.next().and_then(|one| one["label"].as_str()).map(str::to_owned)))
 }
 
 /// The world file a cell file names.

@@ -33,8 +33,14 @@ pub(super) fn verdict(verdict: Verdict) -> &'static str {
 pub(super) fn tell(diagnosis: &Diagnosis) -> String {
     let mut text = error_lines(&diagnosis.error_mm);
     text.push_str(&floor_line(&diagnosis.floor));
-    text.push_str(&explainable_line(diagnosis.explainable.as_ref()));
     text.push_str(&noise_lines(&diagnosis.noise));
+    text.push_str(&findings(diagnosis));
+    text
+}
+
+/// What was found: how much could be explained, the candidates, the verdict.
+pub(crate) fn findings(diagnosis: &Diagnosis) -> String {
+    let mut text = explainable_line(diagnosis.explainable.as_ref());
     text.push_str(&candidates(&diagnosis.candidates));
     if !diagnosis.besides.is_empty() {
         text.push_str(&format!("also at work: {}\n", diagnosis.besides.join(", ")));

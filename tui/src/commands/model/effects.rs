@@ -2,7 +2,8 @@
 
 use std::error::Error;
 
-use plumb_calibration::arm_model::Model;
+use nalgebra::{Isometry3, Vector3};
+use plumb_calibration::arm_model::{Model, StripeRig};
 use plumb_calibration::effect::{self, Family, Kind, Parameter, Places, Search};
 
 use super::arguments::EffectsArguments;
@@ -107,13 +108,15 @@ fn example(kind: &Kind) -> String {
 }
 
 fn details(kind: &Kind) -> Result<String, Box<dyn Error>> {
-    let model = Model::parse("example", EXAMPLE)?;
+    let mut model = Model::parse("example", EXAMPLE)?;
     let example = example(kind);
     let mut id = effect::parse(&example, &model)?;
     if kind.search != Search::Nothing {
         // The parameters are the same whatever number is searched for.
         id.inner = Some(1.0);
     }
+    let of_a_stripe = effect::build(&id, &model).is_err();
+    model.stripe_rig = Some(example_rig());
     let effect = effect::build(&id, &model)?;
     let mut text = format!("{}\n\n", signature(kind));
     for line in effect_sketch::of(kind.name).into_iter().flatten() {
@@ -128,8 +131,24 @@ fn details(kind: &Kind) -> Result<String, Box<dyn Error>> {
     for line in properties(kind) {
         text.push_str(&format!("\n{line}\n"));
     }
-    text.push_str(&format!("\nAdd it: plumb model add MODEL '{example}' --data TABLE\n"));
+    text.push_str(&match of_a_stripe {
+        true => format!("\nAdd it: plumb stripe adjust CELL --scans RUN --add '{example}' -o NEW_CELL\n"),
+        false => format!("\nAdd it: plumb model add MODEL '{example}' --data TABLE\n"),
+    });
     Ok(text)
+}
+
+/// Any light stripe will do for its effects to have parameters.
+fn example_rig() -> StripeRig {
+    StripeRig {
+        focal_px: [700.0; 2],
+        principal_px: [128.0; 2],
+        distortion: [0.0; 5],
+        flange_from_camera: Isometry3::identity(),
+        normal: Vector3::z(),
+        d_mm: -300.0,
+        bow: 0.0,
+    }
 }
 
 /// `play_deg  between -5.73 and 5.73 deg on a real machine`.

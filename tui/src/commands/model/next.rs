@@ -31,7 +31,7 @@ pub(super) fn run(arguments: &NextArguments) -> Result<String, Box<dyn Error>> {
 }
 
 /// A line a pose: joints, the side each is to arrive from (1 moving up, -1 moving down, 0 no matter), load, and a number that all returns to one pose share, none of which the data has; 0 for a pose without returns.
-fn as_table(poses: &NextPoses, data: &Table, model: &Model) -> String {
+pub(crate) fn as_table(poses: &NextPoses, data: &Table, model: &Model) -> String {
     let numbers = data.repeat.names.iter().filter_map(|name| name.parse::<f64>().ok());
     let mut newest = numbers.fold(0.0, f64::max).max(data.repeat.names.len() as f64);
     let mut text = String::new();
@@ -63,7 +63,7 @@ fn as_table(poses: &NextPoses, data: &Table, model: &Model) -> String {
     text
 }
 
-fn tell(poses: &NextPoses, joints: &[&str]) -> String {
+pub(crate) fn tell(poses: &NextPoses, joints: &[&str]) -> String {
     let mut text = format!("{:>3}", "");
     for joint in joints {
         text.push_str(&format!(" {joint:>11}"));

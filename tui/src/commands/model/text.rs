@@ -18,7 +18,7 @@ pub(super) fn rms_line(rms: &Rms) -> String {
 }
 
 /// The error of one measured point where the model was fitted and where it was not, a line each.
-pub(super) fn error_lines(errors: &Errors) -> String {
+pub(crate) fn error_lines(errors: &Errors) -> String {
     let mut text = format!(
         "{:<28}{:>10}{:>10}{:>10}{:>10}{:>9}\n",
         "error of a point, mm", "RMS", "mean", "95 %", "maximum", "points"

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use plumb_calibration::file::model_text;
-use plumb_diagnosis::stripe::{Adjustment, adjust, with_added};
+use plumb_diagnosis::stripe::Adjustment;
 use plumb_light_stripe::geometry::write_rig;
 
 use super::cell_text::with_value;
 use super::diagnose::numbers;
-use super::lab::{Chosen, DELAY, Lab, from_lab, to_lab};
+use super::lab::{Chosen, DELAY, Lab, from_lab};
 use super::lab_error::LabError;
 use crate::failure::CommandResult;
 
@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
 /// Adjusts, tells, and writes.
 pub(super) fn run(arguments: &Arguments) -> CommandResult {
     let lab = arguments.chosen.open()?;
-    let found = of(&lab)?;
+    let found = lab.adjusted().map_err(LabError::from)?;
     let mut text = format!("{} points, {:.3} mm are left\n{}", found.points, found.rms_mm, numbers(&found));
     if let Some(output) = &arguments.output {
         for file in write(&lab, &found, &arguments.chosen.cell, output)? {
@@ -39,14 +39,6 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The adjustment of what was opened.
-pub(super) fn of(lab: &Lab) -> Result<Adjustment, LabError> {
-    let options = with_added(&lab.model, &lab.added);
-    let scans = &lab.scans;
-    let rig = to_lab(&lab.rig);
-    Ok(adjust(&lab.model, &rig, &lab.surfaces, &scans.views, &scans.pixels, &options)?)
-}
-
 /// Writes a cell that uses what was found, with its model and rig; the files.
 pub(super) fn write(lab: &Lab, found: &Adjustment, from: &Path, to: &Path) -> Result<Vec<PathBuf>, LabError> {
     let failed = |path: &Path, what: String| LabError::Write { path: path.to_owned(), what };
@@ -54,7 +46,7 @@ pub(super) fn write(lab: &Lab, found: &Adjustment, from: &Path, to: &Path) -> Re
         return Err(failed(to, format!("the new cell must lie beside {}", from.display())));
     }
     let mut model = lab.model.clone();
-    model.effects = found.added(&model)?;
+    model.effects = found.of_arm();
     let rig = write_rig(&from_lab(&found.rig, &lab.rig)).map_err(|what| failed(to, what))?;
     let name = |ending: &str| {
         let stem = to.file_stem().unwrap_or_default().to_string_lossy();
@@ -66,8 +58,8 @@ pub(super) fn write(lab: &Lab, found: &Adjustment, from: &Path, to: &Path) -> Re
     let changed = with_value(&cell, "model", &arm_name).and_then(|cell| with_value(&cell, "rig", &rig_name));
     let what = "`model:` and `rig:` must stand in it once each, for them to be replaced".to_owned();
     let mut changed = changed.ok_or_else(|| failed(from, what))?;
-    if found.rig.clock_skew_s != 0.0 {
-        let delay_ms = lab.exposure_delay_ms + 1000.0 * found.rig.clock_skew_s;
+    if found.late_s() != 0.0 {
+        let delay_ms = lab.exposure_delay_ms + 1000.0 * found.late_s();
         let what = format!(
             "`{DELAY}:` must stand in the light stripe's `config` once, if only as 0, for {delay_ms:.4} to be written"
         );

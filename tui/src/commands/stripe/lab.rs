@@ -2,12 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use plumb_calibration::arm_model::Model;
+use plumb_calibration::arm_model::{Model, StripeRig};
+use plumb_calibration::effect::{self, EffectId};
 use plumb_cell::expression::Calculator;
 use plumb_cell::workcell::{DeviceSetting, Workcell, load_workcell};
-use plumb_diagnosis::stripe::{
-    Scans, StripeRig, Surface, Suspect, read_scene, resolved, suspect, suspect_of,
-};
+use plumb_diagnosis::stripe::{AdjustError, Adjustment, Scans, StripeScene, Surface, adjust, read_scene};
 use plumb_light_stripe::geometry::{Distortion, Rig, StripePlane, read_rig};
 
 use super::lab_error::LabError;
@@ -38,11 +37,32 @@ pub(crate) struct Lab {
     /// How much later than its time says a picture was taken, as the cell has it, ms.
     pub(crate) exposure_delay_ms: f64,
     /// Forms, about where they stand.
-    pub(crate) surfaces: Vec<Surface>,
+    pub(crate) surfaces: Vec<(String, Surface)>,
     /// What was seen.
     pub(crate) scans: Scans,
     /// What is adjusted beside zeros and rig.
-    pub(crate) added: Vec<Suspect>,
+    pub(crate) added: Vec<EffectId>,
+}
+
+impl Lab {
+    /// The adjustment of zeros, rig and these effects to the scans.
+    ///
+    /// # Errors
+    /// [`AdjustError`]
+    pub(crate) fn adjusted_with(&self, added: &[EffectId]) -> Result<Adjustment, AdjustError> {
+        let rig = to_lab(&self.rig);
+        let scene =
+            StripeScene { model: &self.model, rig: &rig, surfaces: &self.surfaces, scans: &self.scans };
+        adjust(scene, added)
+    }
+
+    /// The same with what was opened.
+    ///
+    /// # Errors
+    /// [`AdjustError`]
+    pub(crate) fn adjusted(&self) -> Result<Adjustment, AdjustError> {
+        self.adjusted_with(&self.added)
+    }
 }
 
 /// The key of the sensor's configuration for how much later than its time says a picture was taken.
@@ -68,12 +88,11 @@ impl Chosen {
             robot.ok_or_else(|| lacks("the light stripe's `pose` comes from no robot of `robots:`"))?;
         let file = robot.model.as_ref().ok_or_else(|| lacks("the robot has no `model:`"))?;
         let mut model = Model::parse(&file.file.display().to_string(), &file.text)?;
-        let mut added: Vec<Suspect> = Vec::new();
         let before = model.effects.iter().filter(|effect| effect.id.name != "joint_zero");
-        added.extend(before.map(|effect| suspect_of(effect.id.clone(), &model)));
+        let mut added: Vec<EffectId> = before.map(|effect| effect.id.clone()).collect();
         for name in &self.add {
-            let one = suspect(name, &model)?;
-            if !added.iter().any(|known| known.name == one.name) {
+            let one = effect::parse(name, &model)?;
+            if !added.iter().any(|known| known.same_as(&one)) {
                 added.push(one);
             }
         }
@@ -86,9 +105,8 @@ impl Chosen {
         let corrections = in_force(record, &cell, &sensor)?;
         let rig = rig_with(&read_rig(&beside.join(rig))?, &corrections)?;
         let every_row = rig.camera.height_px / ROWS_A_PICTURE;
-        let surfaces: Vec<Surface> = read_scene(&scene)?.into_iter().map(|(_, surface)| surface).collect();
+        let surfaces = read_scene(&scene)?;
         let scans = Scans::read(&self.scans)?.thinned(every_row);
-        let added = resolved(&model, &to_lab(&rig), &surfaces, &scans, added)?;
         Ok(Lab {
             model,
             rig,
@@ -126,7 +144,6 @@ pub(crate) fn to_lab(rig: &Rig) -> StripeRig {
         normal: rig.plane.normal,
         d_mm: rig.plane.d_mm,
         bow: rig.bow_per_mm,
-        clock_skew_s: 0.0,
     }
 }
 

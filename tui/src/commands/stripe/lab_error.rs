@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use plumb_calibration::effect::EffectNameError;
 use plumb_calibration::file::ModelFileError;
+use plumb_diagnosis::laboratory::LaboratoryError;
 use plumb_diagnosis::stripe::{AdjustError, ScansError, SceneError};
 use plumb_light_stripe::geometry::RigFileError;
 use plumb_record::RecordError;
@@ -31,6 +32,8 @@ pub(crate) enum LabError {
     Effect(#[from] EffectNameError),
     #[error(transparent)]
     Adjust(#[from] AdjustError),
+    #[error(transparent)]
+    Laboratory(#[from] LaboratoryError),
     #[error("{}: {what}", path.display())]
     Write { path: PathBuf, what: String },
 }

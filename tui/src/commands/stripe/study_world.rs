@@ -45,8 +45,8 @@ impl Hidden {
             Self::Shoulder => name == "joint_compliance(shoulder)",
             Self::Elbow => name == "joint_backlash(elbow)",
             Self::Wheel => name.starts_with("joint_harmonic(shoulder"),
-            Self::Lens => name == "lens_distortion",
-            Self::Delay => name == "clock_skew",
+            Self::Lens => name == "lens_distortion(sensor)",
+            Self::Delay => name == "clock_skew(sensor)",
         }
     }
 

@@ -252,6 +252,7 @@ impl Engine {
         }
         let stripe = cloud.poses.len() as u32;
         cloud.poses.push(capture.pose);
+        cloud.times.push(header.time_ns as f64 * 1e-9);
         cloud.approaches.push(capture.approach);
         cloud.speeds.push(capture.speeds);
         let mut places = Vec::with_capacity(points.len());

@@ -1,6 +1,6 @@
 //! A trial in the light stripe's cell.
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::bench::Bench;
 use super::{End, Rehearsal, word};
@@ -22,13 +22,13 @@ pub(super) fn rehearse(bench: &Bench, floor_mm: f64) -> Result<End, TrialError> 
     let before_mm = adjusted(bench, &scans, "classical", None)?;
     let said = bench.json(&["stripe", "diagnose", CELL, "--scans", &scans, "--json"])?;
     let (verdict, sentence) = (word(&said, "verdict"), word(&said, "sentence"));
-    let first = said.pointer("/candidates/0/effect").and_then(Value::as_str).unwrap_or_default();
+    let first = first_in_question(&said).unwrap_or_default();
     let found = ["named", "tied"].contains(&verdict.as_str()) && !first.is_empty();
     let after_mm = match found {
         true => adjusted(bench, &scans, "true", Some(first))?,
         false => before_mm,
     };
-    let score = bench.score(&as_table_lab(&said))?;
+    let score = bench.score(&said)?;
     Ok(End::Scored(Rehearsal {
         at_first: None,
         verdict,
@@ -44,23 +44,11 @@ pub(super) fn rehearse(bench: &Bench, floor_mm: f64) -> Result<End, TrialError> 
     }))
 }
 
-/// The diagnosis in the words of the table lab: effect and place apart.
-fn as_table_lab(said: &Value) -> Value {
-    let apart = |name: &str| {
-        let (effect, rest) = name.split_once('(').unwrap_or((name, ""));
-        let place = rest.split([',', ')']).next().unwrap_or_default();
-        json!({"effect": effect, "where": place})
-    };
-    let candidates: Vec<Value> = said
-        .get("candidates")
-        .and_then(Value::as_array)
-        .into_iter()
-        .flatten()
-        .filter_map(|one| Some(apart(one.get("effect")?.as_str()?)))
-        .collect();
-    let named = said.get("named").and_then(Value::as_str).map(apart);
-    let tied = if word(said, "verdict") == "tied" { candidates.clone() } else { Vec::new() };
-    json!({"verdict": word(said, "verdict"), "named": named, "tied": tied, "candidates": candidates})
+/// What a diagnosis names, or the likeliest of what it cannot tell apart, as it is added.
+fn first_in_question(said: &Value) -> Option<&str> {
+    let candidates = said.get("candidates")?.as_array()?;
+    let is_named = |one: &&Value| one.get("rejected").is_none_or(Value::is_null);
+    candidates.iter().find(is_named).or(candidates.first())?.get("label")?.as_str()
 }
 
 /// In motion where a picture's time may be wrong.

@@ -1,8 +1,8 @@
-//! The rig as the lab has it: camera and sheet of light in the flange's frame.
+//! The rig of a light stripe: camera and sheet of light in the flange's frame.
 
 use nalgebra::{Isometry3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 
-use super::RigParameter;
+use super::rig_number::RigNumber;
 
 /// Camera and sheet of light on a flange.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,8 +21,6 @@ pub struct StripeRig {
     pub d_mm: f64,
     /// The sheet is n.x + d = bow s^2, with s the place along it across the camera's view, mm from the flange's axis; 1/mm.
     pub bow: f64,
-    /// A picture is exposed so much later than its time says, s.
-    pub clock_skew_s: f64,
 }
 
 impl StripeRig {
@@ -35,30 +33,26 @@ impl StripeRig {
 
     /// The same rig with one of its numbers moved.
     #[must_use]
-    pub fn moved(&self, parameter: RigParameter, by: f64) -> Self {
+    pub fn moved(&self, parameter: RigNumber, by: f64) -> Self {
         let mut rig = self.clone();
         let axes = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
         let axis = |place: usize| axes.get(place).copied().unwrap_or(Vector3::z_axis());
         match parameter {
-            RigParameter::CameraAim(place) => rig.turn_camera(axis(place), by),
-            RigParameter::CameraRoll => rig.turn_camera(axis(2), by),
-            RigParameter::CameraScale(place) => {
+            RigNumber::CameraAim(place) => rig.turn_camera(axis(place), by),
+            RigNumber::CameraRoll => rig.turn_camera(axis(2), by),
+            RigNumber::CameraScale(place) => {
                 if let Some(focal) = rig.focal_px.get_mut(place) {
                     *focal *= 1.0 + by;
                 }
             }
-            RigParameter::PrincipalPoint(place) => {
+            RigNumber::PrincipalPoint(place) => {
                 if let Some(principal) = rig.principal_px.get_mut(place) {
                     *principal += by;
                 }
             }
-            RigParameter::LensDistortion(power) => {
-                if let Some(radial) = rig.distortion.get_mut(power) {
-                    *radial += by;
-                }
-            }
-            RigParameter::StripePlane(2) => rig.d_mm += by,
-            RigParameter::StripePlane(which) => {
+            RigNumber::LensDistortion => rig.distortion[0] += by,
+            RigNumber::StripePlane(2) => rig.d_mm += by,
+            RigNumber::StripePlane(which) => {
                 // It tilts about where it meets the principal ray, so that tilt and shift stay apart.
                 let (first, second) = rig.in_sheet();
                 let about = Unit::new_normalize(if which == 0 { first } else { second });
@@ -66,20 +60,26 @@ impl StripeRig {
                 rig.normal = Rotation3::from_axis_angle(&about, by) * rig.normal;
                 rig.d_mm = -rig.normal.dot(&pivot);
             }
-            RigParameter::StripeBow => rig.bow += by,
-            RigParameter::HandEyeShift(place) => {
+            RigNumber::StripeBow => rig.bow += by,
+            RigNumber::HandEye(place) => {
                 let shift = axis(place).into_inner() * by;
                 rig.flange_from_camera.translation.vector += shift;
                 rig.d_mm -= rig.normal.dot(&shift);
             }
-            RigParameter::HandEyeTurn(place) => {
-                let turn = UnitQuaternion::from_axis_angle(&axis(place), by);
-                rig.flange_from_camera = turn * rig.flange_from_camera;
-                rig.normal = turn * rig.normal;
-            }
-            RigParameter::ClockSkew => rig.clock_skew_s += by,
         }
         rig
+    }
+
+    /// The same rig with every number moved, in the order of [`RigNumber::ALL`].
+    #[must_use]
+    pub fn with(&self, amounts: &[f64; RigNumber::ALL.len()]) -> Self {
+        let moved = RigNumber::ALL.into_iter().zip(amounts).filter(|(_, amount)| **amount != 0.0);
+        moved.fold(self.clone(), |rig, (number, amount)| rig.moved(number, *amount))
+    }
+
+    /// Where the light meets the principal ray, flange's frame, mm: the point the rig looks at.
+    pub fn working_point(&self) -> Vector3<f64> {
+        self.on_principal_ray()
     }
 
     fn turn_camera(&mut self, axis: Unit<Vector3<f64>>, by: f64) {

@@ -1,0 +1,35 @@
+//! A picture was exposed later than its time says: where the arm was meanwhile is taken for where it was then.
+
+use super::kind::{Kind, Setting};
+use super::rig_numbers::{kind, needs_rig};
+use super::{Drive, Effect, EffectId, Parameter, Situation, Spot, Unit};
+
+#[derive(Debug)]
+struct ClockSkew {
+    parameters: [Parameter; 1],
+}
+
+impl Effect for ClockSkew {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let speeds = situation.speed.iter().enumerate();
+        drives.extend(speeds.map(|(joint, speed)| situation.drive_joint(joint, 0, *speed)));
+    }
+}
+
+pub(super) const KIND: Kind = kind(
+    "clock_skew",
+    "The pictures are exposed later (or earlier) than their times say, so that an arm in motion was elsewhere.",
+    "Scans in motion, fast and slow, and to and fro.",
+    |setting: &Setting<'_>| {
+        needs_rig(setting)?;
+        Ok(Box::new(ClockSkew { parameters: [Parameter::new("late_ms", Unit::MS, (-0.2, 0.2))] }))
+    },
+    |survey| match survey.passport.stripes && survey.passport.moves {
+        true => vec![EffectId::at("clock_skew", Spot::Sensor)],
+        false => Vec::new(),
+    },
+);

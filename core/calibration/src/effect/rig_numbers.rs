@@ -1,0 +1,100 @@
+//! What the effects of a light stripe's rig share: each moves some numbers of it, the same in every picture.
+
+use nalgebra::DMatrix;
+
+use super::kind::{Family, Kind, Places, Search, Setting, Survey};
+use super::tool_offset::length_of;
+use super::{Drive, Effect, EffectId, EffectNameError, Handle, Parameter, Situation, Size, Spot, Unit};
+use crate::arm_model::RigNumber;
+
+/// A number of the rig as a parameter: name, unit, greatest plausible size either way (internal unit), number.
+pub(super) type RigParameter = (&'static str, Unit, f64, RigNumber);
+
+/// Some numbers of the rig, one a parameter.
+#[derive(Debug)]
+struct RigNumbers {
+    parameters: Vec<Parameter>,
+    numbers: Vec<RigNumber>,
+}
+
+impl Effect for RigNumbers {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
+        let numbers = self.numbers.iter().enumerate();
+        drives.extend(numbers.map(|(parameter, number)| Drive {
+            parameter,
+            handle: Handle::Rig(*number),
+            rate: 1.0,
+        }));
+    }
+
+    fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
+        let unit = self.parameters.first().map_or(Unit::RATIO, |parameter| parameter.unit);
+        let scaled = |value: f64| value * unit.factor;
+        if let [value] = values {
+            let variance = covariance.get((0, 0)).copied().unwrap_or(0.0);
+            return Size { value: scaled(*value), unit: unit.name, error: scaled(variance.max(0.0).sqrt()) };
+        }
+        let length = length_of(values, covariance);
+        Size { value: scaled(length.value), unit: unit.name, error: scaled(length.error) }
+    }
+}
+
+/// Makes the effect of these numbers; the model has to have a rig.
+pub(super) fn build(
+    setting: &Setting<'_>,
+    parameters: &[RigParameter],
+) -> Result<Box<dyn Effect>, EffectNameError> {
+    needs_rig(setting)?;
+    let numbers = parameters.iter().map(|(.., number)| *number).collect();
+    let parameters = parameters
+        .iter()
+        .map(|(name, unit, most, _)| Parameter::new(name, *unit, (-most, *most)))
+        .collect();
+    Ok(Box::new(RigNumbers { parameters, numbers }))
+}
+
+/// Refuses a model without a rig.
+pub(super) fn needs_rig(setting: &Setting<'_>) -> Result<(), EffectNameError> {
+    match setting.model.stripe_rig {
+        Some(_) => Ok(()),
+        None => Err(setting
+            .unusable("is of the rig of a light stripe, which no model file holds: give it to `plumb stripe`")),
+    }
+}
+
+/// A candidate where stripes were seen.
+pub(super) fn candidates(name: &str, survey: &Survey<'_>) -> Vec<EffectId> {
+    match survey.passport.stripes {
+        true => vec![EffectId::at(name, Spot::Sensor)],
+        false => Vec::new(),
+    }
+}
+
+/// What all kinds of the rig have alike.
+pub(super) const fn kind(
+    name: &'static str,
+    sentence: &'static str,
+    how_to_see: &'static str,
+    build: fn(&Setting<'_>) -> Result<Box<dyn Effect>, EffectNameError>,
+    candidates: fn(&Survey<'_>) -> Vec<EffectId>,
+) -> Kind {
+    Kind {
+        name,
+        family: Family::Sensor,
+        places: Places::Sensor,
+        geometry_group: false,
+        depends_on_conditions: false,
+        imitates_anything: false,
+        depends_on_time: false,
+        is_event: false,
+        search: Search::Nothing,
+        sentence,
+        how_to_see,
+        build,
+        candidates,
+    }
+}

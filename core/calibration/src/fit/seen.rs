@@ -1,0 +1,95 @@
+//! What a light stripe sees in a row: the points its pixels show, and how the numbers of its rig move them.
+
+use nalgebra::Vector3;
+
+use super::arm_pose::ArmPose;
+use super::residual_model::ResidualModel;
+use super::scratch::Scratch;
+use super::state::State;
+use crate::arm_model::{RigNumber, StripeRig};
+use crate::table::Stretch;
+
+/// Where a ray that misses the sheet is taken to end, mm from the flange: so far off that no step of a fit that leads there is taken.
+const MISSED: f64 = 1e5;
+
+/// The step of a derivative, as a share of what is worth a hundredth of a millimetre: large beside rounding (1e-13 mm), small beside what bends.
+const STEP: f64 = 1e-3;
+
+/// The points of one stretch, and how they move.
+#[derive(Default)]
+pub(crate) struct Seen {
+    /// Frame of the measurements, mm.
+    pub(super) points: Vec<Vector3<f64>>,
+    /// The same in the flange's frame.
+    in_flange: Vec<Vector3<f64>>,
+    /// How they move with a number of the rig, flange's frame, mm a unit of it.
+    by_rig: Vec<(RigNumber, Vec<Vector3<f64>>)>,
+    /// The rig with each number a little more, and the rig these are of: it is the same from row to row.
+    nearby: [Option<StripeRig>; RigNumber::ALL.len()],
+    nearby_of: Option<StripeRig>,
+}
+
+/// The point of the sheet that a pixel shows, flange's frame, mm.
+fn in_flange(rig: &StripeRig, [u, v]: [f64; 2]) -> Vector3<f64> {
+    rig.point(u, v).map_or_else(|| Vector3::repeat(MISSED), |point| point.coords)
+}
+
+impl Seen {
+    /// Looks at a stretch; its mean point in the frame of the measurements and in the base's frame.
+    pub(super) fn look(&mut self, stretch: Option<&Stretch>, pose: &ArmPose) -> (Vector3<f64>, Vector3<f64>) {
+        self.points.clear();
+        self.in_flange.clear();
+        self.by_rig.clear();
+        let (Some(stretch), Some(rig)) = (stretch, &pose.rig) else { return Default::default() };
+        self.in_flange.extend(stretch.pixels.iter().map(|pixel| in_flange(rig, *pixel)));
+        self.points.extend(self.in_flange.iter().map(|point| pose.at_flange(*point).0));
+        pose.at_flange(self.in_flange.iter().sum::<Vector3<f64>>() / self.in_flange.len().max(1) as f64)
+    }
+
+    /// Works out how the points move with these numbers of the rig, by differences.
+    pub(super) fn move_by(
+        &mut self,
+        numbers: impl Iterator<Item = RigNumber>,
+        stretch: Option<&Stretch>,
+        pose: &ArmPose,
+    ) {
+        let (Some(stretch), Some(rig)) = (stretch, &pose.rig) else { return };
+        if self.nearby_of.as_ref() != Some(rig) {
+            self.nearby = Default::default();
+            self.nearby_of = Some(rig.clone());
+        }
+        for number in numbers {
+            if self.by_rig.iter().any(|(known, _)| *known == number) {
+                continue;
+            }
+            let small = STEP * number.small();
+            let more = self.nearby[number.place()].get_or_insert_with(|| rig.moved(number, small));
+            let moved = |(pixel, here): (&[f64; 2], &Vector3<f64>)| (in_flange(more, *pixel) - here) / small;
+            let moved = stretch.pixels.iter().zip(&self.in_flange).map(moved).collect();
+            self.by_rig.push((number, moved));
+        }
+    }
+
+    /// How the points move with a number of the rig, flange's frame.
+    pub(super) fn moved(&self, number: RigNumber) -> &[Vector3<f64>] {
+        self.by_rig.iter().find(|(known, _)| *known == number).map_or(&[], |(_, moved)| moved)
+    }
+}
+
+impl ResidualModel<'_> {
+    /// Where the pixels of a picture lie in a state, frame of the measurements, mm; `row` is the picture's. None for a pixel whose ray misses the sheet of light.
+    pub fn stripe_points(&self, state: &State, row: usize, pixels: &[[f64; 2]]) -> Vec<Option<Vector3<f64>>> {
+        let mut scratch = Scratch::default();
+        self.assume(state, row, &mut scratch);
+        let pose = &scratch.pose;
+        let point = |[u, v]: &[f64; 2]| Some(pose.at_flange(pose.rig.as_ref()?.point(*u, *v)?.coords).0);
+        pixels.iter().map(point).collect()
+    }
+
+    /// The rig of the light stripe as it is in a state; none where the model has none.
+    pub fn rig(&self, state: &State) -> Option<StripeRig> {
+        let mut scratch = Scratch::default();
+        self.assume(state, 0, &mut scratch);
+        scratch.pose.rig
+    }
+}

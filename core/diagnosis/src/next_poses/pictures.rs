@@ -1,0 +1,47 @@
+//! Poses for a light stripe: beside pictures that were taken, where the stripe falls on the same surfaces again.
+
+use plumb_calibration::measurement::Observations;
+use plumb_calibration::table::{Stretch, Table};
+use plumb_estimation::Random;
+
+use crate::laboratory::Laboratory;
+
+/// By how much a joint differs from that of a picture which was taken, at first, rad: the hand then moves by some centimetres.
+const BESIDE: f64 = 0.05;
+
+/// How far from its surface a stripe may seem to fall (where the pixels of the nearest picture are taken for those to come), mm: it is then on it, some pixels aside.
+const FALLS_WITHIN: f64 = 25.0;
+
+/// The joints of a picture that was taken, each a little different.
+pub(super) fn beside_a_picture(lab: &Laboratory, rng: &mut Random) -> Option<Vec<f64>> {
+    let rows = lab.measured_rows();
+    let row = *rows.get(rng.below(rows.len().max(1)))?;
+    Some(lab.table().q_of(row).iter().map(|q| q + BESIDE * rng.normal()).collect())
+}
+
+/// The stretches that pictures from these poses would show: those of the nearest picture that was taken.
+pub(super) fn stretches(lab: &Laboratory, poses: &Table) -> Vec<Stretch> {
+    let known = lab.table();
+    let apart = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+    let rows = lab.measured_rows();
+    let mut all = Vec::new();
+    for pose in 0..poses.len() {
+        let q = poses.q_of(pose);
+        let near = |one: &&usize, other: &&usize| {
+            apart(q, known.q_of(**one)).total_cmp(&apart(q, known.q_of(**other)))
+        };
+        let Some(nearest) = rows.iter().min_by(near) else { continue };
+        let shown = known.stretches.get(known.stretches_of(*nearest)).unwrap_or(&[]);
+        all.extend(shown.iter().map(|stretch| {
+            Stretch::new(pose, stretch.surface, stretch.pixels.clone(), stretch.sigma)
+        }));
+    }
+    all
+}
+
+/// Whether the stripe of a row falls on the surfaces it is to fall on; `residuals` are the row's, in sigmas.
+pub(super) fn falls_on_its_surfaces(observations: &Observations, row: usize, residuals: &[f64]) -> bool {
+    let equations = observations.of_row(row).iter().zip(residuals);
+    let mut means = equations.filter(|(equation, _)| equation.measurand.component == 0);
+    means.all(|(equation, residual)| (residual * equation.sigma).abs() <= FALLS_WITHIN)
+}

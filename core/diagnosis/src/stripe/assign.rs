@@ -1,0 +1,153 @@
+//! Which point lies on which surface, and how much the points of a stripe scatter.
+
+use std::ops::Range;
+
+use plumb_calibration::fit::{ResidualModel, State};
+use plumb_calibration::table::Stretch;
+
+use super::surface::away;
+use super::table::{Scans, StripePixel};
+use crate::thresholds::STRETCH_SCATTER;
+
+/// A point at an edge could be of either side: it is left out, mm.
+const EDGE_MM: f64 = 1.5;
+
+/// What a surface is rough by, and what else no model knows, mm.
+const ROUGH_MM: f64 = 0.02;
+
+/// A point so many of its standard uncertainties off the middle of its neighbours is none of the stripe.
+const STRAY: f64 = 6.0;
+
+/// Neighbours on either side among which a stray point is looked for.
+const NEIGHBOURS: usize = 2;
+
+/// A point with the surface it lies on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Member {
+    view: usize,
+    pixel: [f64; 2],
+    /// The surface, by its place in the model.
+    part: usize,
+    /// How far it lies outside, mm.
+    distance: f64,
+    /// Its standard uncertainty, mm.
+    sigma_mm: f64,
+}
+
+impl Member {
+    fn is_beside(&self, other: &Self) -> bool {
+        self.view == other.view && self.part == other.part
+    }
+}
+
+/// The pixels of each view, by their places: they stand in the order of the views.
+fn by_view(scans: &Scans) -> Vec<Vec<&StripePixel>> {
+    let mut views: Vec<Vec<&StripePixel>> = vec![Vec::new(); scans.views.len()];
+    for pixel in &scans.pixels {
+        if let Some(view) = views.get_mut(pixel.view) {
+            view.push(pixel);
+        }
+    }
+    views
+}
+
+/// Gives every point within `limit` mm of one body, and of no other, to the part of it that is nearest.
+pub(super) fn assigned(
+    machine: &ResidualModel<'_>,
+    state: &State,
+    bodies: &[Range<usize>],
+    scans: &Scans,
+    limit: f64,
+) -> Vec<Member> {
+    let mut members = Vec::new();
+    for (view, pixels) in by_view(scans).iter().enumerate() {
+        let seen: Vec<[f64; 2]> = pixels
+            .iter()
+            .flat_map(|pixel| [[pixel.u_px, pixel.v_px], [pixel.u_px + 0.5, pixel.v_px]])
+            .collect();
+        let points = machine.stripe_points(state, view, &seen);
+        let own = pixels.iter().zip(points.chunks(2)).filter_map(|(pixel, points)| {
+            let (point, aside) = (points.first().copied()??, points.get(1).copied()??);
+            let mut near: Vec<_> =
+                bodies.iter().filter_map(|body| away(&state.surfaces, body, &point)).collect();
+            near.sort_by(|one, other| one.distance.abs().total_cmp(&other.distance.abs()));
+            let nearest = near.first()?;
+            let rival = near.get(1).map_or(f64::INFINITY, |other| other.distance.abs());
+            let distance = nearest.distance;
+            let certain = nearest.lead > EDGE_MM && rival - distance.abs() > EDGE_MM;
+            let per_px = 2.0 * (aside - point).norm();
+            (certain && distance.abs() <= limit).then(|| Member {
+                view,
+                pixel: [pixel.u_px, pixel.v_px],
+                part: nearest.part,
+                distance,
+                sigma_mm: (per_px * pixel.sigma_px).hypot(ROUGH_MM),
+            })
+        });
+        members.extend(own);
+    }
+    // The points of one surface in one picture stand together, in the order in which they were seen.
+    members.sort_by_key(|member| (member.view, member.part));
+    without_strays(&members)
+}
+
+/// Those that do not lie far off their neighbours.
+fn without_strays(members: &[Member]) -> Vec<Member> {
+    let is_stray = |place: usize, member: &Member| {
+        let near = place.saturating_sub(NEIGHBOURS)..(place + NEIGHBOURS + 1).min(members.len());
+        let own = members.get(near).unwrap_or(&[]).iter().filter(|other| other.is_beside(member));
+        let mut distances: Vec<f64> = own.map(|other| other.distance).collect();
+        distances.sort_by(f64::total_cmp);
+        let middle = distances.get(distances.len() / 2).copied().unwrap_or(member.distance);
+        (member.distance - middle).abs() > STRAY * member.sigma_mm
+    };
+    let stays = |(place, member): &(usize, &Member)| !is_stray(*place, member);
+    members.iter().enumerate().filter(stays).map(|(_, member)| *member).collect()
+}
+
+/// Root mean square distance from the surfaces, mm.
+pub(super) fn rms_mm(members: &[Member]) -> f64 {
+    root_mean_square(members.iter().map(|member| member.distance))
+}
+
+/// What the points' own uncertainties would leave, mm.
+pub(super) fn floor_mm(members: &[Member]) -> f64 {
+    root_mean_square(members.iter().map(|member| member.sigma_mm))
+}
+
+fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len().max(1) as f64;
+    (values.map(|value| value * value).sum::<f64>() / count).sqrt()
+}
+
+/// Scatter of neighbouring points of one stripe on one surface, mm, from second differences: what changes evenly along a stripe is not in it.
+pub(super) fn noise_mm(members: &[Member]) -> f64 {
+    let bends: Vec<f64> = members
+        .windows(3)
+        .filter_map(|three| match three {
+            [before, at, after] if before.is_beside(at) && at.is_beside(after) => {
+                Some(before.distance - 2.0 * at.distance + after.distance)
+            }
+            _ => None,
+        })
+        .collect();
+    // A second difference has six times the variance of one point.
+    (bends.iter().map(|bend| bend * bend).sum::<f64>() / 6.0 / bends.len().max(1) as f64).sqrt()
+}
+
+/// The stretches that the points make. Their uncertainty: the points' own, brought to the scatter that neighbours show, falls with their number; and points of
+/// one stripe err alike besides, by up to a part of that scatter however many they are.
+pub(super) fn stretches(members: &[Member]) -> Vec<Stretch> {
+    let noise = noise_mm(members);
+    let scatter_over_own = noise / floor_mm(members).max(f64::MIN_POSITIVE);
+    let stretch = |own: &[Member]| {
+        let first = own.first()?;
+        let per_point = floor_mm(own) * scatter_over_own;
+        let alone = per_point / (own.len() as f64).sqrt();
+        let sigma = alone.hypot(STRETCH_SCATTER * noise).max(f64::MIN_POSITIVE);
+        let pixels = own.iter().map(|member| member.pixel).collect();
+        Some(Stretch::new(first.view, first.part, pixels, sigma))
+    };
+    let all = members.chunk_by(Member::is_beside).filter_map(stretch);
+    all.filter(|stretch| stretch.readings() > 0).collect()
+}
