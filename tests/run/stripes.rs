@@ -166,6 +166,40 @@ fn a_bent_sheet_is_kept_in_the_rig_file_and_scans_with_it_come_out_straight() {
 }
 
 #[test]
+fn pictures_to_take_next_lie_within_the_joints_limits_and_can_be_gone_through_by_a_procedure() {
+    let lab = gathered();
+    let next = |more: &[&str]| {
+        let next = ["stripe", "next", "cell.yaml", "--scans", "record/run-1", "-n", "3"];
+        lab.plumb(&[next.as_slice(), more].concat())
+    };
+    let said = next(&["--json"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    let told: Value = serde_json::from_str(&said.out()).unwrap();
+    // Three new ones, and returns to two of them.
+    let poses = told["next"].as_array().unwrap();
+    assert_eq!(poses.len(), 5, "{told}");
+    let limits = [(-160.0, 160.0), (-225.0, 45.0), (-45.0, 225.0), (-110.0, 170.0), (-100.0, 100.0), (-266.0, 266.0)];
+    for pose in poses {
+        let joints = pose["q_deg"].as_array().unwrap().iter().map(|joint| joint.as_f64().unwrap());
+        assert!(joints.zip(limits).all(|(joint, (low, high))| low < joint && joint < high), "{pose}");
+    }
+    let said = next(&["--csv"]);
+    assert!(said.code() == 0 && said.out().starts_with("q1_deg,q2_deg,"), "{}", said.all());
+    assert_eq!(next(&["--csv", "--json"]).code(), 2);
+}
+
+/// A model file knows no rig: it is told where such an effect belongs.
+#[test]
+fn an_effect_of_the_rig_is_refused_for_a_model_file() {
+    let lab = Lab::of("light-stripe");
+    fs::write(lab.path("table.csv"), "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,p1_x_mm\n0,0,90,0,0,0,1\n10,0,90,0,0,0,2\n").unwrap();
+    let said = lab.plumb(&["model", "add", "arm.yaml", "lens_distortion", "--data", "table.csv"]);
+    assert_eq!(said.code(), 2, "{}", said.all());
+    assert!(said.err().contains("of the rig of a light stripe") && said.err().contains("`plumb stripe`"), "{}", said.err());
+    assert!(lab.plumb(&["model", "effects", "lens_distortion"]).out().contains("plumb stripe adjust"));
+}
+
+#[test]
 fn what_the_lab_cannot_work_with_is_told() {
     let lab = Lab::of("light-stripe");
     fs::create_dir(lab.path("empty")).unwrap();

@@ -8,6 +8,7 @@ mod doubt;
 mod gauge;
 mod normal;
 mod outcome;
+mod picture;
 mod problem;
 mod residual_model;
 mod robust;

@@ -62,6 +62,8 @@ impl SubjectFrames<'_> {
             Handle::Target(target, axis) if self.subject == Subject::Target(target) => {
                 (pose.base * pose.posture.flange.rotation.matrix().column(axis.min(2)), Vector3::zeros())
             }
+            // What a light stripe sees no instrument reads.
+            Handle::Reading(_) if matches!(self.subject, Subject::Stretch(_)) => STILL,
             Handle::BaseShift(axis) | Handle::Reading(axis) => {
                 (Vector3::ith(axis.min(2), 1.0), Vector3::zeros())
             }

