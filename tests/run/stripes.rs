@@ -78,9 +78,7 @@ fn a_joint_that_another_drags_along_is_named_whichever_it_is() {
 
 #[test]
 fn a_wheel_of_many_teeth_out_of_true_is_named_by_its_order() {
-    let told = diagnosed(
-        "joint_harmonic: {joint: shoulder, per_turn: 8, amplitude_deg: 0.1, phase_deg: 40}",
-    );
+    let told = diagnosed("joint_harmonic: {joint: shoulder, per_turn: 8, amplitude_deg: 0.1, phase_deg: 40}");
     assert_eq!(named(&told), "joint_harmonic(shoulder, 8)", "{}", told["sentence"]);
     is_right(&told, 0.1);
 }
@@ -178,7 +176,8 @@ fn pictures_to_take_next_lie_within_the_joints_limits_and_can_be_gone_through_by
     // Three new ones, and returns to two of them.
     let poses = told["next"].as_array().unwrap();
     assert_eq!(poses.len(), 5, "{told}");
-    let limits = [(-160.0, 160.0), (-225.0, 45.0), (-45.0, 225.0), (-110.0, 170.0), (-100.0, 100.0), (-266.0, 266.0)];
+    let limits =
+        [(-160.0, 160.0), (-225.0, 45.0), (-45.0, 225.0), (-110.0, 170.0), (-100.0, 100.0), (-266.0, 266.0)];
     for pose in poses {
         let joints = pose["q_deg"].as_array().unwrap().iter().map(|joint| joint.as_f64().unwrap());
         assert!(joints.zip(limits).all(|(joint, (low, high))| low < joint && joint < high), "{pose}");
@@ -192,10 +191,18 @@ fn pictures_to_take_next_lie_within_the_joints_limits_and_can_be_gone_through_by
 #[test]
 fn an_effect_of_the_rig_is_refused_for_a_model_file() {
     let lab = Lab::of("light-stripe");
-    fs::write(lab.path("table.csv"), "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,p1_x_mm\n0,0,90,0,0,0,1\n10,0,90,0,0,0,2\n").unwrap();
+    fs::write(
+        lab.path("table.csv"),
+        "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,p1_x_mm\n0,0,90,0,0,0,1\n10,0,90,0,0,0,2\n",
+    )
+    .unwrap();
     let said = lab.plumb(&["model", "add", "arm.yaml", "lens_distortion", "--data", "table.csv"]);
     assert_eq!(said.code(), 2, "{}", said.all());
-    assert!(said.err().contains("of the rig of a light stripe") && said.err().contains("`plumb stripe`"), "{}", said.err());
+    assert!(
+        said.err().contains("of the rig of a light stripe") && said.err().contains("`plumb stripe`"),
+        "{}",
+        said.err()
+    );
     assert!(lab.plumb(&["model", "effects", "lens_distortion"]).out().contains("plumb stripe adjust"));
 }
 

@@ -44,7 +44,8 @@ impl Cloud {
         let sides = numbers.clone().map(|joint| format!("approach_q{joint}"));
         let flown = self.speeds.iter().flatten().any(|speed| *speed != 0.0);
         let speeds = numbers.filter(|_| flown).map(|joint| format!("speed_q{joint}_deg_s"));
-        let mut text = format!("{}\n", columns.chain(sides).chain(speeds).chain(time).collect::<Vec<_>>().join(","));
+        let mut text =
+            format!("{}\n", columns.chain(sides).chain(speeds).chain(time).collect::<Vec<_>>().join(","));
         for (row, pose) in self.poses.iter().enumerate() {
             let values = pose.iter().map(|joint| format!("{:.9}", joint.to_degrees()));
             let time = self.times.get(row).filter(|_| dated).map(|time| format!("{time:.4}")).into_iter();
@@ -52,7 +53,11 @@ impl Cloud {
             let sides = (0..pose.len()).map(|joint| sides.get(joint).copied().unwrap_or(0).to_string());
             let speeds = self.speeds.get(row).filter(|_| flown).map(Vec::as_slice).unwrap_or_default();
             let speeds = speeds.iter().map(|speed| format!("{:.6}", speed.to_degrees()));
-            let _ = writeln!(text, "{}", values.chain(sides).chain(speeds).chain(time).collect::<Vec<_>>().join(","));
+            let _ = writeln!(
+                text,
+                "{}",
+                values.chain(sides).chain(speeds).chain(time).collect::<Vec<_>>().join(",")
+            );
         }
         text
     }

@@ -507,7 +507,13 @@ mod tests {
     /// A site across whose motion so much is left, on 100 degrees of freedom.
     fn site(spot: Spot, squares: f64) -> DirectionTest {
         let p = probability_of_noise(squares, 100.0, &FLOOR).unwrap();
-        DirectionTest { spot, across: (squares, 100.0), inliers: ((squares, 100.0), (squares, 101.0)), least_variance: 0.0, p }
+        DirectionTest {
+            spot,
+            across: (squares, 100.0),
+            inliers: ((squares, 100.0), (squares, 101.0)),
+            least_variance: 0.0,
+            p,
+        }
     }
 
     #[test]

@@ -160,8 +160,7 @@ impl Laboratory {
         let scale = fits.iter().map(|fit| fit.fit.scale).fold(robust.fit.scale, f64::min).max(1e-300);
         let equations = robust.fit.normal.equations as f64;
         let least = robust.machine.least_variance();
-        let own =
-            |fit: &Fitted<'_>| bic_above(least, fit.loss(scale), equations, fit.fit.rank() as f64, 0.0);
+        let own = |fit: &Fitted<'_>| bic_above(least, fit.loss(scale), equations, fit.fit.rank() as f64, 0.0);
         let best = fits.iter().map(|fit| (own(fit), fit)).min_by(|left, right| left.0.total_cmp(&right.0));
         Ok(best.filter(|(best, _)| *best < own(robust)).map_or_else(|| robust.tame(), |(_, fit)| fit.tame()))
     }

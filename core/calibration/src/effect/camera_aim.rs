@@ -5,10 +5,8 @@ use super::kind::Kind;
 use super::rig_numbers::{RigParameter, build, candidates, kind};
 use crate::arm_model::RigNumber;
 
-const NUMBERS: [RigParameter; 2] = [
-    ("x_deg", Unit::DEG, 0.1, RigNumber::CameraAim(0)),
-    ("y_deg", Unit::DEG, 0.1, RigNumber::CameraAim(1)),
-];
+const NUMBERS: [RigParameter; 2] =
+    [("x_deg", Unit::DEG, 0.1, RigNumber::CameraAim(0)), ("y_deg", Unit::DEG, 0.1, RigNumber::CameraAim(1))];
 
 pub(super) const KIND: Kind = kind(
     "camera_aim",

@@ -50,10 +50,8 @@ pub(super) fn build(
 ) -> Result<Box<dyn Effect>, EffectNameError> {
     needs_rig(setting)?;
     let numbers = parameters.iter().map(|(.., number)| *number).collect();
-    let parameters = parameters
-        .iter()
-        .map(|(name, unit, most, _)| Parameter::new(name, *unit, (-most, *most)))
-        .collect();
+    let parameters =
+        parameters.iter().map(|(name, unit, most, _)| Parameter::new(name, *unit, (-most, *most))).collect();
     Ok(Box::new(RigNumbers { parameters, numbers }))
 }
 
@@ -61,8 +59,9 @@ pub(super) fn build(
 pub(super) fn needs_rig(setting: &Setting<'_>) -> Result<(), EffectNameError> {
     match setting.model.stripe_rig {
         Some(_) => Ok(()),
-        None => Err(setting
-            .unusable("is of the rig of a light stripe, which no model file holds: give it to `plumb stripe`")),
+        None => Err(setting.unusable(
+            "is of the rig of a light stripe, which no model file holds: give it to `plumb stripe`",
+        )),
     }
 }
 

@@ -421,13 +421,15 @@ fn seen_off(effect: &str, values: &[f64]) -> f64 {
     let mut model = Model::parse("arm.yaml", &format!("{PLANAR}{wall}")).unwrap();
     model.stripe_rig = Some(rig());
     let mut table = Table::parse("table.csv", "q1_deg,q2_deg,p1_x_mm\n0,90,0\n").unwrap();
-    table.stretches = vec![Stretch::new(0, 0, (0..9).map(|row| [150.0, 60.0 + 10.0 * f64::from(row)]).collect(), 1.0)];
+    table.stretches =
+        vec![Stretch::new(0, 0, (0..9).map(|row| [150.0, 60.0 + 10.0 * f64::from(row)]).collect(), 1.0)];
     table.speed = Some(vec![0.2, 0.0]);
     let observations = Observations::new(&model, &table).unwrap();
     let at = |values: Vec<f64>| {
         let added = AddedEffect { id: parse(effect, &model).unwrap(), values };
         let machine = ResidualModel::new(&model, &table, &observations, &[added]).unwrap();
-        let first = observations.of_row(0).iter().position(|one| one.measurand.kind.name() == "stripe").unwrap();
+        let first =
+            observations.of_row(0).iter().position(|one| one.measurand.kind.name() == "stripe").unwrap();
         -machine.residuals(&machine.start())[first]
     };
     at(values.to_vec()) - at(vec![0.0; values.len()])
@@ -437,7 +439,10 @@ fn seen_off(effect: &str, values: &[f64]) -> f64 {
 fn errors_of_a_light_stripes_rig_move_what_it_shows_as_its_geometry_says() {
     // With the elbow up the flange's x looks up, its y along -x of the wall's normal; a pixel 50 aside shows a point 10 mm aside.
     let across = seen_off("hand_eye", &[0.0, 1.0, 0.0]);
-    assert!((across.abs() - 1.0).abs() < 1e-9, "a rig that sits 1 mm beside along the wall's normal: {across}");
+    assert!(
+        (across.abs() - 1.0).abs() < 1e-9,
+        "a rig that sits 1 mm beside along the wall's normal: {across}"
+    );
     assert!(seen_off("hand_eye", &[0.0, 0.0, 1.0]).abs() < 1e-9, "along the wall nothing shows");
     // The mean row of the picture is 100: the principal one.
     assert!((seen_off("principal_point", &[0.0, 5.0]) + across * 1.0).abs() < 1e-9, "5 px are 1 mm");

@@ -9,9 +9,7 @@ use super::scratch::Scratch;
 use super::state::{Slot, State};
 use crate::arm_model::{AddedEffect, MapEffect, Model};
 use crate::effect::{self, Effect, EffectId, EffectNameError};
-use crate::measurement::{
-    Equation, Measurand, Observations, Prediction, RowContext, SensorShift, Subject,
-};
+use crate::measurement::{Equation, Measurand, Observations, Prediction, RowContext, SensorShift, Subject};
 use crate::table::Table;
 
 /// An effect that takes part in a fit.

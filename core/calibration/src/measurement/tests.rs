@@ -144,7 +144,8 @@ fn rig() -> StripeRig {
 
 /// A stretch on the table and one on the ball, seen in the last row.
 fn stretches() -> Vec<Stretch> {
-    let pixels = |first: f64| (0..9).map(move |step| [60.0 + 7.0 * f64::from(step), first + 9.0 * f64::from(step)]);
+    let pixels =
+        |first: f64| (0..9).map(move |step| [60.0 + 7.0 * f64::from(step), first + 9.0 * f64::from(step)]);
     vec![Stretch::new(12, 0, pixels(20.0).collect(), 0.1), Stretch::new(12, 1, pixels(40.0).collect(), 0.1)]
 }
 

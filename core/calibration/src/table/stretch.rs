@@ -69,7 +69,8 @@ mod tests {
         let stretch = stretch(11);
         for one in 0..3 {
             for other in 0..3 {
-                let product: f64 = stretch.weights(one).iter().zip(stretch.weights(other)).map(|(a, b)| a * b).sum();
+                let product: f64 =
+                    stretch.weights(one).iter().zip(stretch.weights(other)).map(|(a, b)| a * b).sum();
                 let expected = if one == other { 1.0 / 11.0 } else { 0.0 };
                 assert!((product - expected).abs() < 1e-12, "{one}, {other}: {product}");
             }

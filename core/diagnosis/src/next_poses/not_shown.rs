@@ -26,10 +26,8 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Option<NextPoses>, LaboratoryError> {
         let mut faint = self.faint(&stage.fitted, floor)?;
-        if self.table().is_of_stripes() {
-            // What moves all surfaces alike no picture ever shows.
-            faint.retain(|one| !one.any_size);
-        }
+        // What moves all surfaces alike no picture ever shows.
+        faint.retain(|one| !(self.table().is_of_stripes() && one.any_size));
         let mut kinds: Vec<String> = Vec::new();
         faint.retain(|one| {
             let known = kinds.contains(&one.id.name);

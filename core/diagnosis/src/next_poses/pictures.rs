@@ -32,9 +32,11 @@ pub(super) fn stretches(lab: &Laboratory, poses: &Table) -> Vec<Stretch> {
         };
         let Some(nearest) = rows.iter().min_by(near) else { continue };
         let shown = known.stretches.get(known.stretches_of(*nearest)).unwrap_or(&[]);
-        all.extend(shown.iter().map(|stretch| {
-            Stretch::new(pose, stretch.surface, stretch.pixels.clone(), stretch.sigma)
-        }));
+        all.extend(
+            shown
+                .iter()
+                .map(|stretch| Stretch::new(pose, stretch.surface, stretch.pixels.clone(), stretch.sigma)),
+        );
     }
     all
 }

@@ -122,7 +122,9 @@ pub fn adjust(scene: StripeScene<'_>, added: &[EffectId]) -> Result<Adjustment, 
     for id in added {
         let searched = effect::kind(&id.name).is_some_and(|kind| kind.search != Search::Nothing);
         let id = match searched && id.inner.is_none() {
-            true => with_effects(scene, &known)?.laboratory()?.searched(id.clone(), &Progress::unwatched())?,
+            true => {
+                with_effects(scene, &known)?.laboratory()?.searched(id.clone(), &Progress::unwatched())?
+            }
             false => id.clone(),
         };
         known.push(id);
@@ -146,7 +148,8 @@ fn table_of(scans: &Scans, joints: usize) -> Table {
     let views = &scans.views;
     let moves = views.iter().any(|view| !view.speed.is_empty());
     let knows_sides = views.iter().any(|view| !view.approach.is_empty());
-    let padded = |numbers: &[f64]| (0..joints).map(|joint| numbers.get(joint).copied().unwrap_or(0.0)).collect();
+    let padded =
+        |numbers: &[f64]| (0..joints).map(|joint| numbers.get(joint).copied().unwrap_or(0.0)).collect();
     let speeds = || views.iter().flat_map(|view| -> Vec<f64> { padded(&view.speed) }).collect();
     let side = |view: &super::table::View, joint: usize| view.approach.get(joint).copied().unwrap_or(0);
     let sides = || views.iter().flat_map(|view| (0..joints).map(move |joint| side(view, joint))).collect();

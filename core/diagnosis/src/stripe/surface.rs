@@ -48,8 +48,9 @@ impl Surface {
         let part = |name: String, shape| arm_model::Surface { name, shape, free: true, light: None };
         match self {
             Self::Faces(faces) => {
-                let shapes =
-                    faces.iter().map(|(normal, offset)| SurfaceShape::Plane { normal: *normal, offset: *offset });
+                let shapes = faces
+                    .iter()
+                    .map(|(normal, offset)| SurfaceShape::Plane { normal: *normal, offset: *offset });
                 match faces.len() {
                     1 => shapes.map(|shape| part(name.to_owned(), shape)).collect(),
                     _ => shapes

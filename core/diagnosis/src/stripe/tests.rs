@@ -87,9 +87,7 @@ fn seen(model: &Model, rig: &StripeRig, deviations: &[Deviation], views: &[View]
     for (view, told) in views.iter().enumerate() {
         let flange = Posture::of(&model.chain, &told.q, deviations).flange;
         for row in (4..252).step_by(8) {
-            let height = |u: f64| {
-                Some(self::height(&(flange * rig.point(u, f64::from(row))?)))
-            };
+            let height = |u: f64| Some(self::height(&(flange * rig.point(u, f64::from(row))?)));
             // From the projector's side inward the first sign change is where light meets matter.
             let columns: Vec<f64> = (0..=255).map(f64::from).collect();
             let crossing = columns.windows(2).find_map(|pair| {

@@ -51,10 +51,16 @@ fn told(lab: &Lab, adjusted: &Adjustment, diagnosis: &Diagnosis) -> String {
         adjusted.floor_mm
     );
     text.push_str(&numbers(adjusted));
-    let _ = writeln!(text, "\na stripe on a surface is one point of the lab: where it lies, how it is turned, how it bends");
+    let _ = writeln!(
+        text,
+        "\na stripe on a surface is one point of the lab: where it lies, how it is turned, how it bends"
+    );
     text.push_str(&error_lines(&diagnosis.error_mm));
     if let Some(sigma) = diagnosis.floor.sigma_mm {
-        let _ = writeln!(text, "noise: {sigma:.4} mm a reading of a stripe, from the scatter of neighbouring points");
+        let _ = writeln!(
+            text,
+            "noise: {sigma:.4} mm a reading of a stripe, from the scatter of neighbouring points"
+        );
     }
     text.push_str(&findings(diagnosis));
     text
