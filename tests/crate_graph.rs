@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// From the ground up.
-const FLOORS: [&str; 18] = [
+const FLOORS: [&str; 19] = [
     "plumb-document",
     "plumb-abi",
     "plumb-serial-line",
@@ -19,6 +19,7 @@ const FLOORS: [&str; 18] = [
     "plumb-estimation",
     "plumb-calibration",
     "plumb-diagnosis",
+    "plumb-standards",
     "plumb-bus",
     "plumb-host",
     "plumb-record",

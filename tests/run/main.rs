@@ -47,6 +47,7 @@ mod rig_corrections;
 mod schema;
 mod serial;
 mod shipped_plugins;
+mod standards;
 mod streams;
 mod stripe_bad_input;
 mod stripe_serial;

@@ -12,8 +12,8 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::commands::{
     alert, answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model,
-    note, plugins, queue, record, run, schema, serve, ship, show, streams, stripe, study, target, trial,
-    watch, wire, world,
+    note, plugins, queue, record, report, run, schema, serve, ship, show, streams, stripe, study, target,
+    trial, watch, wire, world,
 };
 
 /// Calibrates lab robots: runs the procedures of workcells, and shows where the model of a machine fails and what it lacks.
@@ -54,6 +54,9 @@ pub(crate) enum Command {
     /// Compare a model with measurements, see what it lacks, add it, watch the error fall.
     #[command(subcommand)]
     Model(model::ModelCommand),
+    /// Reports after standards, from measurement tables: ISO 230-2 of an axis, ISO 9283 of a robot, with an uncertainty budget by effect.
+    #[command(subcommand)]
+    Report(report::ReportCommand),
     /// What the stripes of a light stripe sensor say of the arm that carries it.
     #[command(subcommand)]
     Stripe(stripe::StripeCommand),

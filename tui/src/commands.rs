@@ -18,6 +18,7 @@ pub(crate) mod note;
 pub(crate) mod plugins;
 pub(crate) mod queue;
 pub(crate) mod record;
+pub(crate) mod report;
 pub mod run;
 pub(crate) mod schema;
 pub(crate) mod serve;

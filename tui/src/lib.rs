@@ -25,8 +25,8 @@ mod web;
 use command_line::Command;
 use commands::{
     alert, answer, certificate, check, completions, doctor, emulate, fleet, history, host, init, man, model,
-    note, plugins, queue, record, run, schema, serve, ship, show, streams, stripe, study, target, trial,
-    watch, wire, world,
+    note, plugins, queue, record, report, run, schema, serve, ship, show, streams, stripe, study, target,
+    trial, watch, wire, world,
 };
 use failure::CommandResult;
 
@@ -60,6 +60,7 @@ pub fn program() -> ExitCode {
         Command::Note(arguments) => note::run(&arguments),
         Command::Queue(command) => queue::run(&command),
         Command::Record(command) => record::run(&command),
+        Command::Report(command) => report::run(&command),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Serve(arguments) => serve::run(&arguments),

@@ -297,6 +297,26 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
     (
+        "report iso230",
+        &[
+            example("plumb report iso230 axis.csv", "accuracy, repeatability and reversal error of an axis"),
+            example(
+                "plumb report iso230 axis.csv --model gantry.yaml --digits 5 -o axis.html",
+                "as a page, with an uncertainty budget by effect",
+            ),
+        ],
+    ),
+    (
+        "report iso9283",
+        &[
+            example("plumb report iso9283 poses.csv", "accuracy and repeatability of a robot's poses"),
+            example(
+                "plumb report iso9283 poses.csv --model ur5/ur5.model.yaml --json",
+                "commanded places by a model; for another program",
+            ),
+        ],
+    ),
+    (
         "stripe diagnose",
         &[
             example(

@@ -7,7 +7,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Operate", &["init", "run", "queue", "watch", "answer", "target", "check", "doctor"]),
     ("Look back", &["history", "show", "certificate", "note", "record"]),
     ("Many cells", &["serve", "ship", "fleet", "alert"]),
-    ("Model lab", &["model"]),
+    ("Model lab", &["model", "report"]),
     ("Scans", &["stripe"]),
     ("Practise", &["trial", "emulate", "wire", "study"]),
     ("Extend", &["plugins", "streams", "schema", "completions", "man", "help"]),

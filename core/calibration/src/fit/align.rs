@@ -34,8 +34,8 @@ pub struct Sight {
     pub flange: IsometryMatrix3<f64>,
 }
 
-/// The rigid motion `to = motion * from` that fits best (Kabsch).
-fn rigid(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> Option<IsometryMatrix3<f64>> {
+/// The rigid motion `to = motion * from` that fits best (Kabsch 1976); nothing from fewer than three points.
+pub fn rigid(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> Option<IsometryMatrix3<f64>> {
     if from.len() < 3 {
         return None;
     }

@@ -26,7 +26,7 @@ pub use gauge::Gauge;
 pub use outcome::{Convergence, Fit, FitError};
 pub use state::{Slot, State};
 
-pub use align::{Sight, base_and_targets};
+pub use align::{Sight, base_and_targets, rigid};
 pub use arm_pose::ArmPose;
 pub use beliefs::RowDetails;
 pub use residual_model::{Part, ResidualModel, RowBlock};

@@ -1,0 +1,123 @@
+//! `plumb report`: figures after ISO 230-2 and ISO 9283 as a user asks for them.
+
+use serde_json::Value;
+
+use crate::lab::Lab;
+
+/// Targets, mm, and deviations in the positive and the negative direction, um. The figures below were worked out apart from this program.
+const DEVIATIONS: [(f64, [f64; 5], [f64; 5]); 6] = [
+    (3.0, [0.2, -1.0, 0.6, 0.0, 0.3], [-2.9, -3.8, -2.9, -3.5, -4.6]),
+    (61.2, [5.6, 5.9, 5.5, 4.5, 4.6], [2.2, 2.3, 2.4, -0.5, 1.9]),
+    (118.9, [2.9, 3.5, 2.5, 2.6, 3.4], [-0.2, -0.5, -0.6, 1.0, -0.1]),
+    (181.4, [-0.6, 0.1, 1.1, 0.7, -0.4], [-2.7, -3.5, -4.2, -3.8, -2.2]),
+    (240.7, [3.0, 2.4, 4.2, 3.1, 2.6], [0.7, -0.3, -0.5, -1.4, 1.3]),
+    (299.0, [9.5, 8.3, 10.7, 9.9, 10.4], [7.4, 5.2, 5.5, 6.7, 6.9]),
+];
+
+const SLIDE: &str = "arm: slide
+convention: distal
+joints: [{name: x, slides: true}]
+base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 90, 0], free: false}
+targets: {p1: {xyz_mm: [0, 0, 0]}}
+effects: [{effect: joint_zero, where: x, values: {zero_mm: 0}}, {effect: joint_backlash, where: x, values: {play_mm: 0}}]
+";
+
+fn axis(header: &str) -> String {
+    let mut text = format!("{header}\n");
+    for (at, positive, negative) in DEVIATIONS {
+        for (side, deviations) in [(1, positive), (-1, negative)] {
+            for deviation in deviations {
+                text.push_str(&format!("{at},{side},t{at},{:.4}\n", at + deviation / 1000.0));
+            }
+        }
+    }
+    text
+}
+
+fn lab() -> Lab {
+    let lab = Lab::of("ur5");
+    lab.write("axis.csv", &axis("q1_mm,approach_q1,repeat,p1_x_mm"));
+    lab.write("slide.yaml", SLIDE);
+    lab
+}
+
+#[test]
+fn an_axis_is_reported_as_text_json_and_page_with_its_uncertainty_budget() {
+    let lab = lab();
+    let said = lab.plumb(&["report", "iso230", "axis.csv", "--digits", "6"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    for line in [
+        "  accuracy                      A               0.016592      0.012892      0.013188",
+        "  repeatability                 R               0.007264      0.003748      0.004888",
+        "  mean reversal error           mean B          0.003360",
+    ] {
+        assert!(said.out().contains(line), "{}\nwanted: {line}", said.out());
+    }
+    let page = lab.path("axis.html");
+    let written =
+        lab.plumb(&["report", "iso230", "axis.csv", "--model", "slide.yaml", "--json", "-o", "axis.html"]);
+    assert_eq!(written.code(), 0, "{}", written.all());
+    let json: Value = serde_json::from_str(&written.out()).unwrap();
+    let figure = json["bidirectional"]["R"].as_f64().unwrap();
+    assert!((figure - 0.007263926).abs() < 1e-8, "{figure}");
+    let parts: Vec<&str> = json["budget"]["components"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|one| one["name"].as_str().unwrap())
+        .collect();
+    assert!(parts.contains(&"joint_backlash(x)"), "{parts:?}");
+    let page = std::fs::read_to_string(page).unwrap();
+    for part in ["<svg", "Uncertainty budget", "joint_backlash(x)", "expanded uncertainty (k = 2)", "0.0166"]
+    {
+        assert!(page.contains(part), "{part} is not on the page");
+    }
+}
+
+#[test]
+fn poses_are_reported_against_their_commanded_places() {
+    let lab = lab();
+    let mut text = "q1_deg,repeat,commanded_x_mm,commanded_y_mm,p1_x_mm,p1_y_mm\n".to_owned();
+    for (x, y) in [(10.1, 20.0), (10.3, 20.0), (10.2, 20.1), (10.2, 19.9)] {
+        text.push_str(&format!("0,P1,10,20,{x},{y}\n"));
+    }
+    lab.write("poses.csv", &text);
+    let said = lab.plumb(&["report", "iso9283", "poses.csv", "-o", "poses.html"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    // Four points on a circle of 0.1 mm about (10.2, 20): AP 0.2, every distance 0.1, so RP is 0.1.
+    let line = said.out().lines().find(|line| line.trim_start().starts_with("P1")).unwrap().to_owned();
+    let cells: Vec<&str> = line.split_whitespace().collect();
+    assert_eq!(cells, ["P1", "4", "0.2000", "0.2000", "0.0000", "0.0000", "0.1000", "0.1000", "0.0000"]);
+    assert!(
+        said.out().contains("note: 4 returns to some pose; the standard asks for 30 cycles"),
+        "{}",
+        said.out()
+    );
+    assert!(std::fs::read_to_string(lab.path("poses.html")).unwrap().contains("<svg"));
+}
+
+#[test]
+fn what_cannot_be_reported_is_refused_with_what_would_be_right() {
+    let lab = lab();
+    lab.write("one-sided.csv", &axis("q1_mm,side,repeat,p1_x_mm"));
+    lab.write("inches.csv", &axis("q1_mm,approach_q1,repeat,p1_x_in"));
+    for (arguments, needed) in [
+        (&["iso230", "one-sided.csv"][..], "no column `approach_q1`"),
+        (&["iso230", "inches.csv"], "p1_x changes by 25.4"),
+        (&["iso230", "axis.csv", "--axis", "y"], "there is no axis `y`; there are q1"),
+        (&["iso230", "axis.csv", "--reading", "p1_q"], "no reading `p1_q` in mm; there are p1_x"),
+        (&["iso230", "none.csv"], "none.csv"),
+        (&["iso230", "axis.csv", "-o", "nowhere/axis.html"], "nowhere/axis.html cannot be written"),
+        (&["iso9283", "axis.csv", "--target", "p2"], "nothing was read of a target `p2`; there are p1"),
+    ] {
+        let mut words = vec!["report"];
+        words.extend(arguments);
+        let said = lab.plumb(&words);
+        assert_eq!((said.code(), said.out().as_str()), (2, ""), "{}", said.all());
+        assert!(
+            said.err().starts_with("plumb: ") && said.err().contains(needed),
+            "{}\nwanted: {needed}",
+            said.err()
+        );
+    }
+}
