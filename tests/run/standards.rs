@@ -46,12 +46,15 @@ fn an_axis_is_reported_as_text_json_and_page_with_its_uncertainty_budget() {
     let lab = lab();
     let said = lab.plumb(&["report", "iso230", "axis.csv", "--digits", "6"]);
     assert_eq!(said.code(), 0, "{}", said.all());
+    let lines: Vec<String> =
+        said.out().lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
     for line in [
-        "  accuracy                      A               0.016592      0.012892      0.013188",
-        "  repeatability                 R               0.007264      0.003748      0.004888",
-        "  mean reversal error           mean B          0.003360",
+        "accuracy A 0.016592 0.012892 0.013188",
+        "repeatability R 0.007264 0.003748 0.004888",
+        "mean reversal error mean B 0.003360",
+        "61.2 0.005220 0.000630 0.002520 0.001660 0.001222 0.004888 0.003440 0.003560 0.007264",
     ] {
-        assert!(said.out().contains(line), "{}\nwanted: {line}", said.out());
+        assert!(lines.iter().any(|one| one == line), "{}\nwanted: {line}", said.out());
     }
     let page = lab.path("axis.html");
     let written =
