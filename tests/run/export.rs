@@ -100,5 +100,93 @@ fn a_ur_driver_gets_the_calibration_in_its_own_form_and_another_arm_does_not() {
     assert_eq!(refused.code(), 2);
     assert!(refused.err().contains("of six joints; `scara4` has 4"), "{}", refused.err());
     let unknown = export(&lab, "../arms/ur5.yaml", &["sdf"]);
-    assert!(unknown.err().contains("[possible values: urdf, ros-calibration, dh]"), "{}", unknown.err());
+    assert!(
+        unknown.err().contains("[possible values: urdf, ros-calibration, dh, targets, linuxcnc]"),
+        "{}",
+        unknown.err()
+    );
+}
+
+/// A slide that counts against its axis, with a gain, play and a wave of the residual map along it.
+const SLIDE: &str = "arm: slide
+convention: distal
+joints: [{name: x, slides: true, sign: -1, limits_mm: [-100, 500]}]
+targets: {p1: {}}
+measured_region: {ranges: {x: [0, 400]}, reach: 0.5, poses: [[0], [400]]}
+residual_map: {not_understood: 0.5, along: [{joint: x, weights: [0.03]}]}
+effects:
+  - {effect: joint_gain, where: x, values: {gain: 0.0001}}
+  - {effect: joint_backlash, where: x, values: {play_mm: 0.02}}
+";
+
+/// As LinuxCNC reads it: triplets until a line is none; trims of type 0 are nominal less reached; straight lines between.
+fn trim(text: &str, at: f64, forward: bool) -> f64 {
+    let lines: Vec<[f64; 3]> = text
+        .lines()
+        .map(|line| {
+            line.split(' ').map(|word| word.parse().unwrap()).collect::<Vec<f64>>().try_into().unwrap()
+        })
+        .collect();
+    let pair = lines.windows(2).find(|pair| (pair[0][0]..=pair[1][0]).contains(&at)).unwrap();
+    let of = |line: &[f64; 3]| line[0] - if forward { line[1] } else { line[2] };
+    of(&pair[0]) + (of(&pair[1]) - of(&pair[0])) * (at - pair[0][0]) / (pair[1][0] - pair[0][0])
+}
+
+#[test]
+fn a_compensation_file_takes_away_what_the_model_says_of_a_joint() {
+    let lab = Lab::of("ur5");
+    lab.write("slide.yaml", SLIDE);
+    let written = export(&lab, "slide.yaml", &["linuxcnc"]);
+    assert_eq!(written.code(), 0, "{}", written.all());
+    assert!(written.err().contains("COMP_FILE_TYPE = 0"), "{}", written.err());
+    let text = written.out();
+    assert_eq!(text.lines().count(), 101);
+    // By hand, at 100 and 300 mm of 0 to 400: the gain adds a ten thousandth of the way, the play takes half of itself off on the side it came from, and
+    // the map adds its weight times the cosine of half a period over the range, which is 1 / sqrt 2 at a quarter of it and -1 / sqrt 2 at three quarters.
+    let wave = 0.03 * std::f64::consts::FRAC_1_SQRT_2;
+    for (at, forward, error) in [
+        (100.0, true, 0.01 - 0.01 + wave),
+        (100.0, false, 0.01 + 0.01 + wave),
+        (300.0, true, 0.03 - 0.01 - wave),
+        (300.0, false, 0.03 + 0.01 - wave),
+    ] {
+        let found = trim(&text, at, forward);
+        assert!((found + error).abs() < 2e-6, "{at} {forward}: {found} and not {}", -error);
+    }
+    assert!(
+        text.starts_with("0.000000 ") && text.trim_end().lines().last().unwrap().starts_with("400.000000 ")
+    );
+}
+
+#[test]
+fn what_a_compensation_file_cannot_hold_is_refused() {
+    let lab = Lab::of("ur5");
+    lab.write("slide.yaml", SLIDE);
+    lab.write(
+        "settling.yaml",
+        &SLIDE.replace(
+            "joint_gain, where: x, values: {gain: 0.0001}",
+            "axis_skew, where: x, values: {skew_deg: 0.01}",
+        ),
+    );
+    lab.write(
+        "endless.yaml",
+        &SLIDE
+            .replace(", limits_mm: [-100, 500]", "")
+            .replace("measured_region", "#")
+            .replace("residual_map", "#"),
+    );
+    for (arguments, needed) in [
+        (&["settling.yaml", "linuxcnc"][..], "cannot hold axis_skew(x); --leave-out writes the rest"),
+        (&["endless.yaml", "linuxcnc"], "x has no limits"),
+        (&["slide.yaml", "linuxcnc", "--joint", "y"], "there is no joint `y`: "),
+        (&["../arms/puma560.yaml", "linuxcnc"], "is of one joint; say which, as in --joint waist"),
+        (&["slide.yaml", "linuxcnc", "--lines", "257"], "257 is not in 2..=256"),
+    ] {
+        let refused = export(&lab, arguments[0], &arguments[1..]);
+        assert_eq!((refused.code(), refused.out().as_str()), (2, ""), "{}", refused.all());
+        assert!(refused.err().contains(needed), "{}\nwanted: {needed}", refused.err());
+    }
+    let rest = export(&lab, "settling.yaml", &["linuxcnc", "--leave-out"]);
+    assert!(rest.code() == 0 && rest.err().contains("left out: axis_skew(x)"), "{}", rest.all());
 }

@@ -264,6 +264,10 @@ const EXAMPLES: &[Entry] = &[
                 "plumb model export ur5/ur5.model.yaml --as targets --poses program.csv > targets.csv",
                 "a program's joint targets, compensated",
             ),
+            example(
+                "plumb model export gantry.yaml --as linuxcnc --joint x > x.comp",
+                "a joint's compensation file for LinuxCNC",
+            ),
         ],
     ),
     (

@@ -265,6 +265,12 @@ pub(crate) struct ExportArguments {
     /// For `targets`: the joint targets of a program, worked out by the drawing; a table with columns q1_deg, q2_deg and so on.
     #[arg(long, value_name = "CSV", required_if_eq("form", "targets"))]
     pub(crate) poses: Option<PathBuf>,
+    /// The joint of a compensation table (linuxcnc), where the model has several.
+    #[arg(long, value_name = "JOINT")]
+    pub(crate) joint: Option<String>,
+    /// Lines of a compensation table.
+    #[arg(long, default_value_t = 101, value_name = "N", value_parser = clap::value_parser!(u16).range(2..=256))]
+    pub(crate) lines: u16,
 }
 
 /// What other programs read.
@@ -278,6 +284,8 @@ pub(crate) enum ExportForm {
     Dh,
     /// Joint targets in place of those of `--poses`: with them the tip and the hand come where the drawing (the first revision) would have had them.
     Targets,
+    /// A compensation file of LinuxCNC for one joint (COMP_FILE, type 0): its zero, gain, waves, play and residual map. mm or degrees.
+    Linuxcnc,
 }
 
 /// Options of `template`.

@@ -4,7 +4,7 @@ use std::error::Error;
 
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::export::{
-    CompensatedTarget, RigidArm, compensated_targets, dh_table, ros_calibration, urdf,
+    CompensatedTarget, RigidArm, compensated_targets, compensation, dh_table, linuxcnc, ros_calibration, urdf,
 };
 use plumb_calibration::forward::ForwardModel;
 use plumb_calibration::revision::{Entry, Family};
@@ -39,6 +39,9 @@ pub(super) fn run(arguments: &ExportArguments) -> Result<String, Box<dyn Error>>
         return targets(&entry, &Family::of(&arguments.model)?, &Table::read(poses)?);
     }
     let model = entry.model;
+    if let ExportForm::Linuxcnc = arguments.form {
+        return compensation_file(&model, arguments);
+    }
     let arm = RigidArm::of(&model)?;
     for effect in &arm.not_the_robot {
         eprintln!("left aside: {effect} is no part of the robot");
@@ -56,6 +59,7 @@ pub(super) fn run(arguments: &ExportArguments) -> Result<String, Box<dyn Error>>
         ExportForm::RosCalibration => ros_calibration(&arm)?,
         ExportForm::Dh => dh_table(&arm, &model),
         ExportForm::Targets => return Err("give the program's targets with --poses".into()),
+        ExportForm::Linuxcnc => compensation_file(&model, arguments)?,
     })
 }
 
@@ -92,6 +96,42 @@ fn as_table(found: &[CompensatedTarget], model: &Model) -> String {
         text += &(joints.chain(place).collect::<Vec<_>>().join(",") + "\n");
     }
     text
+}
+
+/// One joint's errors for LinuxCNC; how to use the file goes to standard error.
+fn compensation_file(model: &Model, arguments: &ExportArguments) -> Result<String, Box<dyn Error>> {
+    let joints = &model.chain.joints;
+    let joint = match (&arguments.joint, joints.as_slice()) {
+        (Some(name), _) => model.chain.position_of(name),
+        (None, [_]) => Some(0),
+        (None, _) => None,
+    };
+    let joint = joint.ok_or_else(|| {
+        let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+        let said =
+            arguments.joint.as_ref().map_or_else(String::new, |name| format!("there is no joint `{name}`: "));
+        format!(
+            "{said}a compensation file is of one joint; say which, as in --joint {}",
+            names.join(" or --joint ")
+        )
+    })?;
+    let table = compensation(model, joint, usize::from(arguments.lines))?;
+    if !table.left_out.is_empty() {
+        let what = table.left_out.join(", ");
+        if !arguments.leave_out {
+            return Err(format!(
+                "a compensation file holds what goes by the joint's own position and direction, and cannot hold {what}; --leave-out writes the rest"
+            )
+            .into());
+        }
+        eprintln!("left out: {what}");
+    }
+    eprintln!(
+        "for the joint's section of the INI file: COMP_FILE = NAME, COMP_FILE_TYPE = 0, no BACKLASH beside it. Lengths are in mm, as of a machine with LINEAR_UNITS = mm. \
+         Between its lines the file is off by up to {:.6} {}",
+        table.between, table.unit
+    );
+    Ok(linuxcnc(&table))
 }
 
 /// By how much the flange differs at most, mm and degrees, where the whole model and its rigid part stand in the same pose.
