@@ -114,7 +114,7 @@ fn what_is_no_run_along_an_axis_is_refused_with_its_place_and_what_would_be_righ
         ),
         (
             format!("{head}{rows}").replace("9,1,b,9", "9,1,b,228.6").replace("9,-1,b,9", "9,-1,b,228.6"),
-            "p1_x changes by 25.4",
+            "p1_x changes by 25.39",
         ),
         (
             format!("{head}{rows}").replace("9,-1,b,9\n", "9,-1,a,9\n"),
@@ -208,7 +208,7 @@ const SLIDE: &str = "arm: slide
 convention: distal
 joints: [{name: x, slides: true, theta_deg: 0, alpha_deg: 0}]
 base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 90, 0], free: false}
-targets: {p1: {xyz_mm: [0, 0, 0]}}
+targets: {p1: {xyz_mm: [0, 0, 0], free: false}}
 effects:
   - {effect: joint_zero, where: x, values: {zero_mm: 0}}
   - {effect: joint_backlash, where: x, values: {play_mm: 0}}
