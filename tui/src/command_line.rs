@@ -5,6 +5,7 @@ mod cells_examples;
 mod example;
 mod examples;
 mod groups;
+mod result_examples;
 
 use std::path::PathBuf;
 

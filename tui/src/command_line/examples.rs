@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::cells_examples::CELLS_EXAMPLES;
 use super::example::{Entry, Example, example};
+use super::result_examples::RESULT_EXAMPLES;
 
 const EXAMPLES: &[Entry] = &[
     (
@@ -250,27 +251,6 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
     (
-        "model export",
-        &[
-            example(
-                "plumb model export ur5/ur5.model.yaml --as urdf > ur5.urdf",
-                "its newest revision for ROS or a planner",
-            ),
-            example(
-                "plumb model export ur5/ur5.model.yaml --as ros-calibration --leave-out > calibration.yaml",
-                "for the driver of a UR, without what it cannot hold",
-            ),
-            example(
-                "plumb model export ur5/ur5.model.yaml --as targets --poses program.csv > targets.csv",
-                "a program's joint targets, compensated",
-            ),
-            example(
-                "plumb model export gantry.yaml --as linuxcnc --joint x > x.comp",
-                "a joint's compensation file for LinuxCNC",
-            ),
-        ],
-    ),
-    (
         "model template",
         &[
             example("plumb model template ur5", "model and table of a known robot"),
@@ -297,26 +277,6 @@ const EXAMPLES: &[Entry] = &[
             example(
                 "plumb model screen ur5/ur5.model.yaml --data table.csv --free none",
                 "with nothing fitted beforehand",
-            ),
-        ],
-    ),
-    (
-        "report iso230",
-        &[
-            example("plumb report iso230 axis.csv", "accuracy, repeatability and reversal error of an axis"),
-            example(
-                "plumb report iso230 axis.csv --model gantry.yaml --digits 5 -o axis.html",
-                "as a page, with an uncertainty budget by effect",
-            ),
-        ],
-    ),
-    (
-        "report iso9283",
-        &[
-            example("plumb report iso9283 poses.csv", "accuracy and repeatability of a robot's poses"),
-            example(
-                "plumb report iso9283 poses.csv --model ur5/ur5.model.yaml --json",
-                "commanded places by a model; for another program",
             ),
         ],
     ),
@@ -599,7 +559,7 @@ const EXAMPLES: &[Entry] = &[
 
 /// The examples of a command.
 fn of(path: &str) -> &'static [Example] {
-    let mut all = EXAMPLES.iter().chain(CELLS_EXAMPLES);
+    let mut all = EXAMPLES.iter().chain(CELLS_EXAMPLES).chain(RESULT_EXAMPLES);
     all.find(|(known, _)| *known == path).map_or(&[], |(_, examples)| *examples)
 }
 
