@@ -295,10 +295,13 @@ const EXAMPLES: &[Entry] = &[
     ),
     (
         "stripe next",
-        &[example(
-            "plumb stripe next light-stripe/cell.yaml --scans scans -n 6",
-            "poses of six pictures that would tell what these scans cannot",
-        )],
+        &[
+            example(
+                "plumb stripe next light-stripe/cell.yaml --scans scans -n 6",
+                "poses of six pictures that would tell what these scans cannot",
+            ),
+            example("plumb stripe next light-stripe/cell.yaml --scans scans --json", "the same for a script"),
+        ],
     ),
     (
         "stripe screen",
