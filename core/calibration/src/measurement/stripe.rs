@@ -46,7 +46,7 @@ impl<'a> Reading<'a> {
     }
 
     /// The weighted distance from a surface that is no plane, and its gradients by a shift of all points and by a turn about `middle`.
-    fn from_curved(&self, middle: &Vector3<f64>) -> Prediction {
+    fn against_curved(&self, middle: &Vector3<f64>) -> Prediction {
         let mut told = Prediction::of_point(0.0, Vector3::zeros());
         for (point, weight) in self.seen.iter().zip(self.weights) {
             let (distance, normal) = self.shape.distance(point, &self.up);
@@ -106,7 +106,7 @@ impl MeasurementKind for Stripe {
             return Prediction::of_point(0.0, Vector3::zeros());
         };
         let SurfaceShape::Plane { normal, offset } = reading.shape else {
-            return reading.from_curved(&context.point);
+            return reading.against_curved(&context.point);
         };
         let (sum, point) = reading.sums(reading.seen);
         Prediction {
