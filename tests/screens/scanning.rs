@@ -150,9 +150,9 @@ fn what_the_matter_is_with_stripes_is_named_previewed_added_and_undone_on_the_mo
     session.press("W");
     session.wait_until_gone("the worst of");
     session.press(" ");
-    session.wait_for("Preview: with stripe_bow added");
+    session.wait_for("Preview: with stripe_bow(sensor) added");
     session.press("a");
-    session.wait_for("stripe_bow added");
+    session.wait_for("stripe_bow(sensor) added");
     session.wait_until("judged anew", |screen| {
         let page = screen.contents();
         page.contains("at floor \u{b7} ") || page.contains("unknown \u{b7} ")
