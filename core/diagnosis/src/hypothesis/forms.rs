@@ -30,6 +30,8 @@ pub(super) enum Factor {
     Moment(usize),
     /// Its amount.
     Load(usize),
+    /// The way it pulls: gravity takes play up to that side.
+    Pull(usize),
 }
 
 /// A joint's coordinate, or the sum or difference of two.
@@ -55,6 +57,8 @@ pub(super) enum Shape {
     Beyond(Angle, f64),
     /// Which side of a value it is on.
     Step(Angle, f64),
+    /// Which half of the turn about a value it is in: what leans one way or the other as the arm swings round.
+    Half(Angle, f64),
     /// A bump about a value, of so many rad (mm) standard deviation: what is worn, bent or dirty at one place.
     Bump(Angle, f64, f64),
 }
@@ -82,6 +86,7 @@ impl Factor {
             Self::Payload => situation.weights.payload,
             Self::Moment(joint) => situation.moment(joint),
             Self::Load(joint) => situation.moment(joint).abs(),
+            Self::Pull(joint) => sign(situation.moment(joint)),
         }
     }
 
@@ -96,6 +101,7 @@ impl Factor {
             Self::Payload => "payload_kg".to_owned(),
             Self::Moment(joint) => format!("m{}", joint + 1),
             Self::Load(joint) => format!("abs(m{})", joint + 1),
+            Self::Pull(joint) => format!("sign(m{})", joint + 1),
         })
     }
 }
@@ -124,6 +130,11 @@ impl Angle {
     }
 }
 
+/// As formulas have it: 0 of 0.
+fn sign(value: f64) -> f64 {
+    if value == 0.0 { 0.0 } else { value.signum() }
+}
+
 /// ` - 0.5`, or ` + 0.5` where half is to be added.
 fn less(value: f64) -> String {
     if value < 0.0 { format!(" + {}", -value) } else { format!(" - {value}") }
@@ -132,7 +143,6 @@ fn less(value: f64) -> String {
 impl Shape {
     fn values(self, situation: &Situation<'_>) -> Vec<f64> {
         let value = |angle: Angle| angle.value(|joint| situation.coordinate(joint));
-        let sign = |value: f64| if value == 0.0 { 0.0 } else { value.signum() };
         match self {
             Self::One => vec![1.0],
             Self::Linear(angle) => vec![value(angle)],
@@ -146,6 +156,7 @@ impl Shape {
                 vec![(value(angle) - at).max(0.0), (value(angle) + at).min(0.0)]
             }
             Self::Step(angle, at) => vec![sign(value(angle) - at)],
+            Self::Half(angle, at) => vec![sign((value(angle) - at).sin())],
             Self::Bump(angle, at, wide) => vec![(-((value(angle) - at) / wide).powi(2) / 2.0).exp()],
         }
     }
@@ -171,6 +182,7 @@ impl Shape {
                 some(format!("min({}{}, 0)", angle.written(), less(-at))),
             ],
             Self::Step(angle, at) => vec![some(format!("sign({}{})", angle.written(), less(at)))],
+            Self::Half(angle, at) => vec![some(format!("sign(sin({}{}))", angle.written(), less(at)))],
             Self::Bump(angle, at, wide) => {
                 vec![some(format!("exp(-0.5*(({}{})/{wide})^2)", angle.written(), less(at)))]
             }
@@ -179,7 +191,7 @@ impl Shape {
 
     /// Whether a number inside it was searched for.
     pub(super) fn is_searched(self) -> bool {
-        matches!(self, Self::Above(..) | Self::Below(..) | Self::Beyond(..) | Self::Step(..) | Self::Bump(..))
+        !matches!(self, Self::One | Self::Linear(_) | Self::Wave(..))
     }
 }
 

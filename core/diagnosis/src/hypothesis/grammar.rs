@@ -13,6 +13,9 @@ const KINKS: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
 /// Where a slope is tried that begins either way of zero: fractions of the farthest the angle reaches.
 const EITHER_WAY: [f64; 4] = [0.15, 0.3, 0.45, 0.6];
 
+/// Where a turn is parted into halves: fractions of half a turn, for the other half only changes the sign.
+const HALVES: [f64; 8] = [0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
+
 /// Standard deviations of bumps: fractions of the range. Narrower ones few poses would meet, wider ones are waves.
 const BUMPS: [f64; 2] = [0.07, 0.15];
 
@@ -75,7 +78,7 @@ fn sites(lab: &Laboratory) -> Vec<Site> {
 /// A shift of a joint's zero is free, or a candidate of the library: a form must say more than that.
 fn is_new(site: Site, factor: Factor, shape: Shape) -> bool {
     let constant = factor == Factor::One && shape == Shape::One;
-    let base_alone = site == Site::Base && factor == Factor::One;
+    let base_alone = site == Site::Base && factor == Factor::One && !matches!(shape, Shape::Half(..));
     !(constant || base_alone)
 }
 
@@ -102,7 +105,7 @@ fn factors(lab: &Laboratory, site: Site) -> Vec<Factor> {
     if lab.survey().has_weight() {
         let felt = |joint: &&usize| passport.greatest_moments.get(**joint).is_some_and(|most| *most > 0.0);
         for joint in near.iter().filter(felt) {
-            factors.extend([Factor::Moment(*joint), Factor::Load(*joint)]);
+            factors.extend([Factor::Moment(*joint), Factor::Load(*joint), Factor::Pull(*joint)]);
         }
     }
     if let Site::Joint { joint, .. } = site {
@@ -133,6 +136,8 @@ fn shapes(lab: &Laboratory, site: Site, factor: Factor) -> Vec<Vec<Shape>> {
         shapes.push(vec![Shape::Linear(angle)]);
         if turns(joint) {
             shapes.extend(ORDERS.map(|order| vec![Shape::Wave(angle, order)]));
+            shapes
+                .push(HALVES.map(|share| Shape::Half(angle, rounded(share * std::f64::consts::PI))).to_vec());
         }
         shapes.extend(kinked(lab, angle));
     }
@@ -203,6 +208,10 @@ pub(super) fn finer(lab: &Laboratory, form: &Form) -> Vec<(Form, Probe)> {
         Shape::Above(angle, at) => about(angle, at).map(|at| Shape::Above(angle, at)).collect(),
         Shape::Below(angle, at) => about(angle, at).map(|at| Shape::Below(angle, at)).collect(),
         Shape::Step(angle, at) => about(angle, at).map(|at| Shape::Step(angle, at)).collect(),
+        Shape::Half(angle, at) => {
+            let step = HALVES[1] * std::f64::consts::PI / f64::from(FINER + 1);
+            (-FINER..=FINER).map(|steps| Shape::Half(angle, rounded(at + f64::from(steps) * step))).collect()
+        }
         Shape::Beyond(angle, at) => {
             about(angle, at).filter(|at| *at > 0.0).map(|at| Shape::Beyond(angle, at)).collect()
         }

@@ -47,8 +47,9 @@ fn noise_gets_no_formula_and_neither_does_what_the_library_lists() {
 #[test]
 fn what_no_form_comes_near_gets_no_formula() {
     // A sawtooth of thirteen teeth a turn.
-    let lab =
-        two_links(150, "joint_zero(*)", 0.05, 3, |q| [0.002 * (13.0 * q[0] / 6.283).rem_euclid(1.0), 0.0]);
+    let lab = two_links(150, "joint_zero(*)", 0.05, 3, |q| {
+        [0.002 * (13.0 * q[0] / std::f64::consts::TAU).rem_euclid(1.0), 0.0]
+    });
     assert_eq!(found(&lab), None);
 }
 
@@ -110,7 +111,7 @@ fn every_form_is_what_its_formula_says() {
         assert!((search - file).amax() < 1e-9 * (1.0 + search.amax()), "{form:?}: {:?}", form.formulas());
         factors.insert(format!("{:?}", form.factor).chars().take(4).collect::<String>());
     }
-    assert_eq!(factors.len(), 8, "{factors:?}");
+    assert_eq!(factors.len(), 9, "{factors:?}");
 }
 
 #[test]
