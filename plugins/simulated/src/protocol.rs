@@ -528,7 +528,7 @@ mod tests {
     fn an_unknown_verb_is_named_with_those_there_are() {
         let error = serde_json::from_str::<Call>(r#"{"id":4,"do":{"fly":{}}}"#).unwrap_err().to_string();
         assert!(
-            error.starts_with("unknown variant `fly`, expected one of `read`, `move`, `stop`"),
+            error.starts_with("unknown variant `fly`, expected one of `read`, `move`, `follow`"),
             "{error}"
         );
     }
