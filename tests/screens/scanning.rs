@@ -135,7 +135,7 @@ fn a_newcomer_has_time_to_see_a_scan_grow() {
 #[test]
 fn what_the_matter_is_with_stripes_is_named_previewed_added_and_undone_on_the_model_screen() {
     let bench = Bench::of("light-stripe");
-    bench.edit("world.yaml", "    width_mm: 1\n", "    width_mm: 1\n    bow: 0.03\n");
+    bench.edit("world.yaml", "    width_mm: 1\n", "    width_mm: 1\n    bow: 0.01\n");
     let (cell, record) = (bench.path("cell/cell.yaml"), bench.path("record"));
     let mut gather = Command::new(plumb());
     gather.arg("run").arg(&cell).args(["gather", "--headless", "--record"]).arg(&record);
