@@ -47,6 +47,23 @@ fn a_plan_as_json_has_the_same_steps_as_the_run() {
 }
 
 #[test]
+fn a_plan_and_its_run_count_the_same_steps_and_leave_out_no_number() {
+    let lab = Lab::new();
+    let plan = lab.plumb(&["run", "cell.yaml", "--dry-run"]).out();
+    let run = lab.plumb(&["run", "cell.yaml"]).out();
+    for told in [&plan, &run] {
+        assert!(told.contains("34 steps, "), "as many as the screen counts: {told}");
+        assert_eq!(numbers(told), (1..=34).collect::<Vec<usize>>(), "{told}");
+    }
+}
+
+/// The numbers of the lines that begin as `[ 3/34]`, in their order.
+fn numbers(text: &str) -> Vec<usize> {
+    let number = |line: &str| line.strip_prefix('[')?.split_once('/')?.0.trim().parse().ok();
+    text.lines().filter_map(number).collect()
+}
+
+#[test]
 fn a_plan_that_would_have_to_ask_is_shown_and_ends_with_four() {
     let lab = Lab::new();
     lab.edit("answers.yaml", "  hand: done\n", "");

@@ -19,7 +19,9 @@ pub mod progress;
 mod record_directory;
 mod say;
 mod screens;
+mod shown_unit;
 pub mod signals;
+mod step_numbers;
 mod web;
 
 use command_line::Command;

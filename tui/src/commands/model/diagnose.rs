@@ -7,6 +7,7 @@ use plumb_diagnosis::{Candidate, Diagnosis, Verdict};
 use super::arguments::DiagnoseArguments;
 use super::text::{error_lines, explainable_line, figure, floor_line, noise_lines};
 use crate::progress::watched;
+use crate::shown_unit::shown_unit;
 
 /// Diagnoses, prints.
 pub(super) fn run(arguments: &DiagnoseArguments) -> Result<String, Box<dyn Error>> {
@@ -70,7 +71,12 @@ fn candidates(candidates: &[Candidate]) -> String {
     let mut text = String::from("\n");
     for candidate in candidates.iter().take(8) {
         let size = match candidate.se.is_finite() && candidate.se.abs() < LARGEST_SHOWN {
-            true => format!("{} +- {} {}", figure(candidate.size), figure(candidate.se), candidate.unit),
+            true => format!(
+                "{} +- {} {}",
+                figure(candidate.size),
+                figure(candidate.se),
+                shown_unit(&candidate.unit)
+            ),
             false => "size not determined".to_owned(),
         };
         let why = candidate.rejected.as_deref().unwrap_or("named");

@@ -9,6 +9,7 @@ use plumb_calibration::effect::{self, Family, Kind, Parameter, Places, Search};
 use super::arguments::EffectsArguments;
 use super::text::figure;
 use crate::effect_sketch;
+use crate::shown_unit::shown_unit;
 
 /// An arm at which every effect of the library can act: where sites have names, parameters have units.
 const EXAMPLE: &str = "
@@ -154,7 +155,7 @@ fn example_rig() -> StripeRig {
 /// `play_deg  between -5.73 and 5.73 deg on a real machine`.
 fn parameter_line(parameter: &Parameter) -> String {
     let shown = |value: f64| figure(value * parameter.unit.factor);
-    let unit = if parameter.unit.name == "1" { "" } else { parameter.unit.name };
+    let unit = shown_unit(parameter.unit.name);
     let (least, greatest) = parameter.range;
     let range = format!("plausible from {} to {} {unit}", shown(least), shown(greatest));
     format!("{:<16}{}", parameter.name, range.trim_end())

@@ -5,6 +5,8 @@ use plumb_diagnosis::laboratory::{EffectValue, ErrorSummary, Errors, Rms};
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
 use plumb_diagnosis::{Claim, Explainable};
 
+use crate::shown_unit::shown_unit;
+
 /// `RMS error: fit 0.112 mm, cross-validation 0.126 mm, held out 0.111 mm`.
 pub(super) fn rms_line(rms: &Rms) -> String {
     let mut text = format!("RMS error: fit {:.4} mm", rms.fit);
@@ -95,7 +97,9 @@ pub(super) fn effects_table(effects: &[EffectValue]) -> String {
         if effect.claim == Claim::Correction {
             odd.push_str(&format!("  (correction: may be {})", effect.may_be.join(", or ")));
         }
-        format!("  {label}  {:>12} +- {:<10} {}{odd}\n", figure(effect.size), figure(effect.se), effect.unit)
+        let unit = shown_unit(&effect.unit);
+        let line = format!("  {label}  {:>12} +- {:<10} {unit}{odd}", figure(effect.size), figure(effect.se));
+        format!("{}\n", line.trim_end())
     };
     effects.iter().map(line).collect()
 }

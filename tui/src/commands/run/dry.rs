@@ -10,6 +10,7 @@ use super::Arguments;
 use super::headless::duration;
 use super::prepare::{Refused, Wanted, wanted};
 use crate::say::say;
+use crate::step_numbers::{step_count, step_numbers};
 
 /// Prints what the run would do. The exit code is 4 when it could not start without somebody there.
 pub(super) fn plan(arguments: &Arguments) -> Result<ExitCode, Refused> {
@@ -52,14 +53,15 @@ fn print(plan: &DryRun) -> io::Result<()> {
         say!("parameters: {}", parameters.join(", "))?;
     }
     let asks = plan.steps.iter().filter(|step| step.asks).count();
+    let depths: Vec<u32> = plan.steps.iter().map(|step| step.depth).collect();
     say!(
         "{} steps, {asks} of which ask; about {} at typical speeds, prompts left out; nothing was started",
-        plan.steps.len(),
+        step_count(&depths),
         duration(plan.estimate_s)
     )?;
     say!()?;
-    for (index, step) in plan.steps.iter().enumerate() {
-        print_step(index + 1, plan.steps.len(), step)?;
+    for (number, step) in step_numbers(&depths).into_iter().zip(&plan.steps) {
+        print_step(number, step_count(&depths), step)?;
     }
     say!()?;
     for sentence in &plan.safety {
@@ -68,8 +70,9 @@ fn print(plan: &DryRun) -> io::Result<()> {
     Ok(())
 }
 
-fn print_step(number: usize, all: usize, step: &DryStep) -> io::Result<()> {
+fn print_step(number: Option<usize>, all: usize, step: &DryStep) -> io::Result<()> {
     let width = all.to_string().len();
+    let number = number.map_or_else(String::new, |number| number.to_string());
     let time = match step.estimate_s {
         Some(seconds) if seconds >= 0.5 => format!(", about {}", duration(seconds)),
         _ => String::new(),

@@ -10,6 +10,7 @@ use plumb_cell::{change_in_words, corrected_quantity, give_or_take};
 
 use super::json_events::{self, Wanted};
 use crate::commands::answer::ways_to_answer;
+use crate::step_numbers::{step_count, step_numbers};
 
 /// Prints what happens until the run has ended.
 ///
@@ -72,7 +73,8 @@ impl Printer {
                 format!("run {run} of {cell}, resumed at {step}: {title}")
             }
             Event::Planned { steps, estimate_s } => {
-                format!("{} steps, about {}, prompts left out", steps.len(), duration(*estimate_s))
+                let count = step_count(&depths(steps));
+                format!("{count} steps, about {}, prompts left out", duration(*estimate_s))
             }
             Event::StepFinished { step, outcome, message, .. } => self.finished(step, *outcome, message)?,
             Event::PromptAsked { prompt } if self.attended => asked(prompt),
@@ -108,7 +110,9 @@ impl Printer {
         if is_frame && outcome == StepOutcome::Passed {
             return None;
         }
-        let place = format!("[{:>2}/{}]", index + 1, self.plan.len());
+        let numbers = step_numbers(&depths(&self.plan));
+        let number = numbers.get(index).copied().flatten().map_or_else(String::new, |number| number.to_string());
+        let place = format!("[{number:>2}/{}]", numbers.iter().flatten().count());
         Some(match outcome {
             StepOutcome::Passed => format!("{place} {step}: {}: {message}", planned.title),
             StepOutcome::NotNeeded => format!("{place} {step}: not needed"),
@@ -118,6 +122,10 @@ impl Printer {
             StepOutcome::Error => format!("{place} {step}: ERROR: {message}"),
         })
     }
+}
+
+fn depths(plan: &[PlannedStep]) -> Vec<u32> {
+    plan.iter().map(|step| step.depth).collect()
 }
 
 /// A question, for who answers it from another terminal.

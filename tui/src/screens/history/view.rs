@@ -43,9 +43,9 @@ fn list(state: &State, history: &HistoryState, frame: &mut Frame, area: Rect) {
     let shown = history.shown();
     let all = history.runs.as_ref().map_or(0, Vec::len);
     let title = if history.filter.is_empty() {
-        format!("Runs ({all})")
+        format!("Runs ({all}), times in UTC")
     } else {
-        format!("Runs ({} of {all})", shown.len())
+        format!("Runs ({} of {all}), times in UTC", shown.len())
     };
     let inner = pane::open(frame, area, theme, &title, true);
     let writes = history.filtering || !history.filter.is_empty();

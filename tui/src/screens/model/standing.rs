@@ -8,6 +8,7 @@ use plumb_diagnosis::{Candidate, Claim, Diagnosis, EffectPlace, NextPose, Verdic
 
 use super::residuals::Residuals;
 use super::state::{Card, CardStanding, FallStep, Standing};
+use crate::shown_unit::shown_unit;
 
 /// The model held against its table, before the candidates are judged.
 pub(crate) fn compared(comparison: &Comparison, fall: &[FallStep]) -> Standing {
@@ -311,7 +312,7 @@ fn place(effect: &EffectPlace) -> String {
 
 /// A size with its standard error, both to the digits the error leaves meaning in.
 fn measured(size: f64, error: f64, unit: &str) -> String {
-    let unit = if unit == "1" { "" } else { unit };
+    let unit = shown_unit(unit);
     let text = if !error.is_finite() || error <= 0.0 || size.abs().max(error) < 1e-3 {
         format!("{size:.2e} \u{b1} {error:.0e} {unit}")
     } else {

@@ -2,16 +2,17 @@
 //! below.
 
 use ratatui::Frame;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style};
 use ratatui::symbols::Marker;
 use ratatui::text::Line as TextLine;
 use ratatui::widgets::canvas::{Canvas, Circle, Line};
+use ratatui::widgets::{Block, Borders, Padding};
 
 use crate::screens::theme::Theme;
 
 /// Columns the plot needs to say something.
-pub(crate) const LEAST: u16 = 16;
+pub(crate) const LEAST: u16 = 18;
 
 /// The greatest and the smallest change the axis shows, as powers of ten; degrees or mm.
 const DECADES: (i32, i32) = (1, -4);
@@ -22,6 +23,15 @@ pub(crate) fn view(series: &[(String, Vec<f64>)], unit: &str, theme: &Theme, fra
     if area.height < 4 || area.width < LEAST || turns == 0 {
         return;
     }
+    // A line of its own and a rule at the left: beside the table's columns the axis's numbers would read as one of them.
+    let block = Block::new().borders(Borders::LEFT).border_style(theme.faint).padding(Padding::left(1));
+    let inner = block.inner(area);
+    frame.render_widget(block, area);
+    let area = inner;
+    let [caption, area] = Layout::vertical([Constraint::Length(1), Constraint::Min(0)]).areas(area);
+    let what = format!("change from turn to turn, {unit}");
+    let what = if what.chars().count() < usize::from(area.width) { what } else { format!("change, {unit}") };
+    frame.render_widget(TextLine::styled(what, theme.heading).right_aligned(), caption);
     let colour = |style: Style| style.fg.unwrap_or(Color::Reset);
     let inks = [colour(theme.measured), colour(theme.machine)];
     let (high, low) = (f64::from(DECADES.0), f64::from(DECADES.1));
@@ -38,8 +48,6 @@ pub(crate) fn view(series: &[(String, Vec<f64>)], unit: &str, theme: &Theme, fra
                 context.layer();
                 let column = (right - left) / f64::from(area.width);
                 let at_the_right = |text: &str| right - column * text.chars().count() as f64;
-                let what = format!("change, {unit}");
-                context.print(at_the_right(&what), high, TextLine::styled(what.clone(), theme.faint));
                 for ((name, changes), color) in series.iter().zip(inks.into_iter().cycle()) {
                     let height = |change: &f64| change.abs().max(1e-12).log10().clamp(low, high);
                     let points: Vec<(f64, f64)> = changes

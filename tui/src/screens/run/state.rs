@@ -7,6 +7,7 @@ use plumb_cell::prompt::{Prompt, PromptKind};
 
 use super::OpenPrompt;
 use crate::screens::keys::Context;
+use crate::step_numbers::step_numbers;
 
 /// The run as the screen shows it.
 #[derive(Clone, Debug, Default)]
@@ -299,11 +300,8 @@ impl RunState {
 
     /// The steps that hold no others.
     fn leaves(&self) -> impl Iterator<Item = &Step> {
-        self.steps.iter().enumerate().filter_map(|(place, step)| {
-            let next = self.steps.get(place + 1);
-            let holds = next.is_some_and(|next| next.planned.depth > step.planned.depth);
-            (!holds).then_some(step)
-        })
+        let depths: Vec<u32> = self.steps.iter().map(|step| step.planned.depth).collect();
+        step_numbers(&depths).into_iter().zip(&self.steps).filter_map(|(number, step)| number.map(|_| step))
     }
 
     /// Estimated seconds that are left, prompts left out.

@@ -1,0 +1,35 @@
+//! How steps are counted wherever they are told: those that do something, not those that only hold others.
+
+/// The number of each step of a plan, from 1, by how deep it stands; none for a `call` or a `repeat` that holds the deeper ones after it.
+pub(crate) fn step_numbers(depths: &[u32]) -> Vec<Option<usize>> {
+    let holds = |place: usize| depths.get(place + 1) > depths.get(place);
+    let mut number = 0;
+    (0..depths.len())
+        .map(|place| {
+            (!holds(place)).then(|| {
+                number += 1;
+                number
+            })
+        })
+        .collect()
+}
+
+/// How many steps of a plan do something.
+pub(crate) fn step_count(depths: &[u32]) -> usize {
+    step_numbers(depths).iter().flatten().count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_that_only_hold_others_have_no_number() {
+        let depths = [0, 0, 1, 1, 0, 1, 2, 0];
+        let numbers = step_numbers(&depths);
+        assert_eq!(numbers, [Some(1), None, Some(2), Some(3), None, None, Some(4), Some(5)]);
+        assert_eq!(step_count(&depths), 5);
+        assert_eq!(step_count(&[]), 0);
+        assert_eq!(step_numbers(&[0, 1]), [None, Some(1)], "the last step holds nothing");
+    }
+}
