@@ -13,6 +13,7 @@ mod alerts;
 mod both_sides;
 mod browser;
 mod certificates;
+mod cycle;
 mod fleet;
 mod http;
 #[path = "../run/lab.rs"]
@@ -29,10 +30,11 @@ use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 use both_sides::both_sides;
+use cycle::cycle_ratio;
 use lab::{Lab, kill};
 use plumb_record::{NewRun, Record};
 use server::Server;
-use soak::{MOST_LAG_S, Plan, cycle_ratio, soak};
+use soak::{Figures, MOST_LAG_S, Plan, soak};
 
 /// A fleet's page may be this far behind its cells, s (issue: lag under 2 s).
 const LAG: Duration = Duration::from_secs(2);
@@ -200,12 +202,26 @@ fn what_cannot_be_shipped_says_why() {
 #[test]
 fn cells_at_work_lose_and_double_nothing_while_everything_around_them_fails() {
     let time = Duration::from_secs(60);
-    let plan = Plan { cells: 3, time, between_failures: Duration::from_secs(3), seed: 7 };
+    let plan =
+        Plan { cells: 3, time, every: Duration::ZERO, between_failures: Duration::from_secs(3), seed: 7 };
     let Some(figures) = soak(plan) else { return };
     assert!(figures.wrong.is_empty() && figures.not_passed.is_empty(), "\n{figures}");
     assert!(figures.rows > 1_000 && !figures.failures.is_empty(), "\n{figures}");
-    assert!(figures.lags_s.is_empty() || figures.most_lag_s() < MOST_LAG_S, "\n{figures}");
+    assert!(figures.most_lag_s().is_none_or(|lag| lag < MOST_LAG_S), "\n{figures}");
     // How a run's time compares is for a quiet machine; here that both ways of running it work.
     let ratio = cycle_ratio(2).unwrap();
-    assert!(ratio.median > 0.2 && ratio.median < 5.0, "\n{ratio}");
+    for ratio_of in [ratio.wall, ratio.processor] {
+        assert!(ratio_of.median > 0.2 && ratio_of.median < 5.0, "\n{ratio}");
+    }
+}
+
+#[test]
+fn a_soak_too_short_to_look_at_the_lag_says_so_and_is_not_sound() {
+    let short = Figures::default();
+    let told = short.to_string();
+    assert!(told.contains("lag: not measured") && !told.contains("NaN"), "{told}");
+    assert!(!short.is_sound(), "what was not measured is not good");
+    let looked = Figures { lags_s: vec![0.2, 0.5], ..Figures::default() };
+    assert!(looked.is_sound() && looked.to_string().contains("2 looks: median 0.20 s"), "{looked}");
+    assert!(!Figures { lags_s: vec![0.2, 2.5], ..Figures::default() }.is_sound());
 }

@@ -24,8 +24,11 @@ const RECOVERY: Duration = Duration::from_secs(20);
 /// How long the lag is looked at between failures, at least.
 const MEASURED: Duration = Duration::from_secs(5);
 
-/// How long something stays broken.
+/// How long something stays broken, at least.
 const BROKEN: Duration = Duration::from_secs(3);
+
+/// The failure that may last long.
+const CUT: &str = "network cut";
 
 /// How long until everything that was written has arrived at the end.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -37,6 +40,8 @@ pub(crate) struct Plan {
     pub(crate) cells: usize,
     /// For how long they work.
     pub(crate) time: Duration,
+    /// How long from the start of a run of a cell to that of its next; with zero one follows the other.
+    pub(crate) every: Duration,
     /// How long from one failure to the next.
     pub(crate) between_failures: Duration,
     /// Where chance begins.
@@ -48,6 +53,7 @@ pub(crate) struct Plan {
 pub(crate) struct Figures {
     cells: usize,
     time: Duration,
+    every: Duration,
     pub(crate) runs: usize,
     /// Runs that did not pass.
     pub(crate) not_passed: Vec<String>,
@@ -63,22 +69,46 @@ pub(crate) struct Figures {
 }
 
 impl Figures {
-    /// The largest lag, s.
-    pub(crate) fn most_lag_s(&self) -> f64 {
-        self.lags_s.last().copied().unwrap_or(f64::NAN)
+    /// The largest lag, s. None where it was never looked at.
+    pub(crate) fn most_lag_s(&self) -> Option<f64> {
+        self.lags_s.last().copied()
     }
 
-    fn quantile(&self, part: f64) -> f64 {
-        let at = ((self.lags_s.len() as f64 - 1.0) * part).max(0.0) as usize;
-        self.lags_s.get(at).copied().unwrap_or(f64::NAN)
+    /// What was asked for: nothing lost or doubled, every run passed, and a lag that was looked at and small enough.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.wrong.is_empty()
+            && self.not_passed.is_empty()
+            && self.most_lag_s().is_some_and(|lag| lag < MOST_LAG_S)
+    }
+
+    fn lag(&self) -> String {
+        let Some(most) = self.most_lag_s() else {
+            return format!(
+                "lag: not measured; it is looked at from {} s after something was mended, and nothing was whole for so long: give it more time",
+                RECOVERY.as_secs()
+            );
+        };
+        // There is one lag at least, so the last index is 0 or more.
+        let quantile = |part: f64| self.lags_s[((self.lags_s.len() - 1) as f64 * part) as usize];
+        format!(
+            "lag from {} s after something was mended, {} looks: median {:.2} s, 99 % {:.2} s, most {most:.2} s",
+            RECOVERY.as_secs(),
+            self.lags_s.len(),
+            quantile(0.5),
+            quantile(0.99)
+        )
     }
 }
 
 impl fmt::Display for Figures {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let pace = match self.every.as_secs_f64() {
+            0.0 => "one run after the other".to_owned(),
+            every => format!("a run every {every} s each"),
+        };
         writeln!(
             formatter,
-            "  {} cells for {} s: {} runs, {} rows",
+            "  {} cells for {} s, {pace}: {} runs, {} rows",
             self.cells,
             self.time.as_secs(),
             self.runs,
@@ -90,14 +120,7 @@ impl fmt::Display for Figures {
         if let Some(reason) = &self.no_network {
             writeln!(formatter, "  the network was not cut: {reason}")?;
         }
-        writeln!(
-            formatter,
-            "  lag where nothing was broken, {} looks: median {:.2} s, 99 % {:.2} s, most {:.2} s",
-            self.lags_s.len(),
-            self.quantile(0.5),
-            self.quantile(0.99),
-            self.most_lag_s()
-        )?;
+        writeln!(formatter, "  {}", self.lag())?;
         writeln!(formatter, "  runs that did not pass: {}", list(&self.not_passed))?;
         write!(formatter, "  rows lost or doubled: {}", list(&self.wrong))
     }
@@ -153,7 +176,7 @@ pub(crate) fn soak(plan: Plan) -> Option<Figures> {
     let (failures, mut lags_s) = std::thread::scope(|scope| {
         for (number, cell) in soak.cells.iter().enumerate() {
             let soak = &soak;
-            scope.spawn(move || soak.work(number, cell));
+            scope.spawn(move || soak.work(number, cell, plan));
         }
         let watched = scope.spawn(|| soak.watch_lag());
         let failures = soak.fail(plan);
@@ -164,6 +187,7 @@ pub(crate) fn soak(plan: Plan) -> Option<Figures> {
     let mut figures = Figures {
         cells: plan.cells,
         time: plan.time,
+        every: plan.every,
         runs: soak.runs.load(Ordering::Relaxed),
         not_passed: soak.not_passed.lock().unwrap().clone(),
         failures,
@@ -200,10 +224,21 @@ impl Soak {
     }
 
     /// Run after run until it is over.
-    fn work(&self, number: usize, cell: &Cell) {
+    fn work(&self, number: usize, cell: &Cell, plan: Plan) {
         // Not all at the same moment.
-        std::thread::sleep(Duration::from_millis(150 * number as u64));
-        while !self.over.load(Ordering::Relaxed) {
+        let apart = match plan.every {
+            Duration::ZERO => Duration::from_millis(150),
+            every => every / plan.cells as u32,
+        };
+        let mut start = Instant::now() + apart * number as u32;
+        loop {
+            while Instant::now() < start && !self.is_over() {
+                std::thread::sleep(Duration::from_millis(50));
+            }
+            if self.is_over() {
+                return;
+            }
+            start = Instant::now().max(start + plan.every);
             let said = cell.lab.plumb(&["run", "cell.yaml", "--headless", "--pace", "fast"]);
             self.runs.fetch_add(1, Ordering::Relaxed);
             if said.code() != 0 {
@@ -213,13 +248,17 @@ impl Soak {
         }
     }
 
+    fn is_over(&self) -> bool {
+        self.over.load(Ordering::Relaxed)
+    }
+
     /// How old the oldest row of any cell is that the database does not have, s, at each look where nothing is broken.
     fn watch_lag(&self) -> Vec<f64> {
         let mut lags = Vec::new();
         let records: Vec<Record> =
             self.cells.iter().map(|cell| Record::open(&cell.lab.state()).unwrap()).collect();
         let identities: Vec<String> = records.iter().map(|record| record.identity().unwrap()).collect();
-        while !self.over.load(Ordering::Relaxed) {
+        while !self.is_over() {
             std::thread::sleep(Duration::from_millis(500));
             let is_whole =
                 || self.whole_since.lock().unwrap().is_some_and(|since| since.elapsed() > RECOVERY);
@@ -259,15 +298,22 @@ impl Soak {
                 plan.between_failures + calm.min(plan.time.saturating_sub(begin.elapsed()) / 2),
             );
             *self.whole_since.lock().unwrap() = None;
-            let what = self.break_something(&mut chance);
+            // The first cut is a long one: two minutes of an hour.
+            let cut = if failures.contains_key(CUT) { BROKEN } else { BROKEN.max(plan.time / 30) };
+            let what = self.break_something(&mut chance, cut);
             *failures.entry(what).or_default() += 1;
             *self.whole_since.lock().unwrap() = Some(Instant::now());
+            eprintln!(
+                "  after {} s: {what}; {} runs so far",
+                begin.elapsed().as_secs(),
+                self.runs.load(Ordering::Relaxed)
+            );
         }
         std::thread::sleep(plan.time.saturating_sub(begin.elapsed()));
         failures
     }
 
-    fn break_something(&self, chance: &mut Chance) -> &'static str {
+    fn break_something(&self, chance: &mut Chance, cut: Duration) -> &'static str {
         let cell = &self.cells[chance.below(self.cells.len())];
         match chance.below(4) {
             0 => {
@@ -296,9 +342,9 @@ impl Soak {
             _ => {
                 let Ok(network) = &self.network else { return "nothing" };
                 network.cut();
-                std::thread::sleep(BROKEN + Duration::from_millis(chance.below(15_000) as u64));
+                std::thread::sleep(cut + Duration::from_millis(chance.below(15_000) as u64));
                 network.mend();
-                "network cut"
+                CUT
             }
         }
     }
@@ -359,73 +405,4 @@ impl Chance {
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((z ^ (z >> 31)) % end.max(1) as u64) as usize
     }
-}
-
-/// The time of a run beside a shipper that works, over that beside none.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct CycleRatio {
-    /// Median of the ratios of neighbouring runs.
-    pub(crate) median: f64,
-    /// Its standard error, from the median absolute deviation of the ratios.
-    pub(crate) error: f64,
-    /// Median time of a run without, s.
-    pub(crate) without_s: f64,
-    /// How many pairs.
-    pub(crate) pairs: usize,
-}
-
-impl fmt::Display for CycleRatio {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            formatter,
-            "  time of a run beside a shipper over that without: {:.4} +- {:.4} ({} pairs in turn, {:.3} s a run)",
-            self.median, self.error, self.pairs, self.without_s
-        )
-    }
-}
-
-/// How long a shipper has to connect and to send what the last run left, before the next is timed.
-const CAUGHT_UP: Duration = Duration::from_millis(1_500);
-
-/// Runs in turn, with a shipper at work and with none; which comes first changes from pair to pair. (One that was only held still
-/// would keep its place in the record's log, and so hold up those beside it.)
-pub(crate) fn cycle_ratio(pairs: usize) -> Option<CycleRatio> {
-    let server = Server::new()?;
-    let lab = Lab::new();
-    let address = server.address();
-    let timed = |beside_a_shipper: bool| {
-        let shipper = Mutex::new(None);
-        if beside_a_shipper {
-            let started = lab.command(&["ship", "--to", &address]).stdout(Stdio::null()).spawn().unwrap();
-            *shipper.lock().unwrap() = Some(started);
-        }
-        std::thread::sleep(CAUGHT_UP);
-        let begin = Instant::now();
-        let said = lab.plumb(&["run", "cell.yaml", "--headless", "--pace", "fast"]);
-        let time_s = begin.elapsed().as_secs_f64();
-        end(&shipper);
-        assert_eq!(said.code(), 0, "{}", said.all());
-        time_s
-    };
-    // Files are read, and tables made, before anything is timed.
-    timed(true);
-    let (mut ratios, mut without) = (Vec::new(), Vec::new());
-    for pair in 0..pairs {
-        let shipper_first = pair.is_multiple_of(2);
-        let (first, second) = (timed(shipper_first), timed(!shipper_first));
-        let (beside, alone) = if shipper_first { (first, second) } else { (second, first) };
-        ratios.push(beside / alone);
-        without.push(alone);
-    }
-    let middle = median(&mut ratios);
-    let mut apart: Vec<f64> = ratios.iter().map(|ratio| (ratio - middle).abs()).collect();
-    // 1.4826: a normal spread's standard deviation in its median absolute deviations; 1.2533: error of a median over that of a mean.
-    let error = 1.2533 * 1.4826 * median(&mut apart) / (pairs as f64).sqrt();
-    Some(CycleRatio { median: middle, error, without_s: median(&mut without), pairs })
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let half = values.len() / 2;
-    if values.len().is_multiple_of(2) { f64::midpoint(values[half - 1], values[half]) } else { values[half] }
 }

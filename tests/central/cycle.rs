@@ -1,0 +1,148 @@
+//! What a shipper costs the run beside it: runs in turn, with a shipper at work on their record and with none.
+
+use std::fmt;
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+use nix::sys::resource::{UsageWho, getrusage};
+use nix::sys::time::TimeVal;
+
+use crate::lab::{Lab, kill};
+use crate::server::Server;
+
+/// What a run took.
+#[derive(Debug, Clone, Copy)]
+struct Cost {
+    /// By the clock, s.
+    wall_s: f64,
+    /// Of the processors, by the program and the processes it has started, s. Other programs on the machine lengthen it far less than the time by the clock.
+    processor_s: f64,
+}
+
+/// A run beside a shipper over one without.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ratio {
+    /// Median of the ratios of neighbouring runs.
+    pub(crate) median: f64,
+    /// Its standard error, from the median absolute deviation of the ratios.
+    pub(crate) error: f64,
+    /// Median of the runs without, s.
+    pub(crate) without_s: f64,
+}
+
+impl Ratio {
+    /// Of pairs: beside, without.
+    fn of(pairs: &[(f64, f64)]) -> Self {
+        let mut ratios: Vec<f64> = pairs.iter().map(|(beside, without)| beside / without).collect();
+        let middle = median(&mut ratios);
+        let mut apart: Vec<f64> = ratios.iter().map(|ratio| (ratio - middle).abs()).collect();
+        // 1.4826: a normal spread's standard deviation in its median absolute deviations; 1.2533: error of a median over that of a mean.
+        let error = 1.2533 * 1.4826 * median(&mut apart) / (pairs.len() as f64).sqrt();
+        let mut without: Vec<f64> = pairs.iter().map(|(_, without)| *without).collect();
+        Self { median: middle, error, without_s: median(&mut without) }
+    }
+}
+
+/// Both ways to look at it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CycleRatio {
+    /// Time by the clock.
+    pub(crate) wall: Ratio,
+    /// Processor time.
+    pub(crate) processor: Ratio,
+    /// How many pairs.
+    pub(crate) pairs: usize,
+}
+
+impl fmt::Display for CycleRatio {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(formatter, "  a run beside a shipper over one without, {} pairs in turn:", self.pairs)?;
+        for (what, ratio) in [("time by the clock", self.wall), ("processor time", self.processor)] {
+            writeln!(
+                formatter,
+                "    {what}: {:.4} +- {:.4} ({:.3} s a run without)",
+                ratio.median, ratio.error, ratio.without_s
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// How long a shipper has to connect and to send what was written while there was none.
+const CONNECTED: Duration = Duration::from_millis(1_500);
+
+/// How long it has to send the end of a run before the next is timed: it looks three times a second.
+const CAUGHT_UP: Duration = Duration::from_millis(500);
+
+/// After so many pairs the shipper goes to the other record.
+const PAIRS_A_SHIPPER: usize = 10;
+
+/// A shipper at work on one of the records.
+struct Shipper(Child);
+
+impl Shipper {
+    fn start(lab: &Lab, address: &str) -> Self {
+        let child = lab.command(&["ship", "--to", address]).stdout(Stdio::null()).spawn().unwrap();
+        std::thread::sleep(CONNECTED);
+        Self(child)
+    }
+}
+
+impl Drop for Shipper {
+    fn drop(&mut self) {
+        kill(self.0.id());
+        let _over = self.0.wait();
+    }
+}
+
+/// Runs in turn on two records, one with a shipper at work and one without; which comes first changes from pair to pair, and after some pairs the records
+/// change places. (A shipper that was only held still would keep its place in the record's log, and so hold up those beside it.)
+pub(crate) fn cycle_ratio(pairs: usize) -> Option<CycleRatio> {
+    let server = Server::new()?;
+    let (labs, address) = ([Lab::new(), Lab::new()], server.address());
+    // Files are read, and tables made, before anything is timed.
+    for lab in &labs {
+        let _shipper = Shipper::start(lab, &address);
+        timed(lab);
+    }
+    let (mut wall, mut processor) = (Vec::new(), Vec::new());
+    for (block, first) in (0..pairs).step_by(PAIRS_A_SHIPPER).enumerate() {
+        let (beside, without) = (&labs[block % 2], &labs[1 - block % 2]);
+        let _shipper = Shipper::start(beside, &address);
+        for pair in first..pairs.min(first + PAIRS_A_SHIPPER) {
+            let (one, other) = if pair.is_multiple_of(2) {
+                let one = timed(beside);
+                (one, timed(without))
+            } else {
+                let other = timed(without);
+                (timed(beside), other)
+            };
+            wall.push((one.wall_s, other.wall_s));
+            processor.push((one.processor_s, other.processor_s));
+        }
+    }
+    Some(CycleRatio { wall: Ratio::of(&wall), processor: Ratio::of(&processor), pairs })
+}
+
+fn timed(lab: &Lab) -> Cost {
+    let (begin, before_s) = (Instant::now(), processor_time_of_children_s());
+    let said = lab.plumb(&["run", "cell.yaml", "--headless", "--pace", "fast"]);
+    let wall_s = begin.elapsed().as_secs_f64();
+    let processor_s = processor_time_of_children_s() - before_s;
+    assert_eq!(said.code(), 0, "{}", said.all());
+    std::thread::sleep(CAUGHT_UP);
+    Cost { wall_s, processor_s }
+}
+
+/// Of children that have ended, and of theirs: a shipper that is at work is not among them.
+fn processor_time_of_children_s() -> f64 {
+    let used = getrusage(UsageWho::RUSAGE_CHILDREN).unwrap();
+    let seconds = |time: TimeVal| time.tv_sec() as f64 + time.tv_usec() as f64 * 1e-6;
+    seconds(used.user_time()) + seconds(used.system_time())
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let half = values.len() / 2;
+    if values.len().is_multiple_of(2) { f64::midpoint(values[half - 1], values[half]) } else { values[half] }
+}
