@@ -15,6 +15,7 @@ mod browser;
 mod certificates;
 mod cycle;
 mod fleet;
+mod fleet_alerts;
 mod http;
 #[path = "../run/lab.rs"]
 mod lab;

@@ -136,6 +136,26 @@ fn a_prompt_is_answered_from_the_page_by_one_holder_at_a_time() {
 }
 
 #[test]
+fn a_lease_that_has_run_out_answers_nothing_and_another_may_take_it() {
+    let lab = Lab::new();
+    let (file, token) = new_token(&lab);
+    let page = Page::start(&lab, &["--token-file", &file]);
+    let running = attended_run(&lab);
+    let prompt = page.prompt_of("target");
+    let (_, ada) = page.ask("POST", "/api/lease", &token, r#"{"name": "ada"}"#);
+    let lease = ada["lease"].as_str().unwrap();
+    // Her page is closed: the lease holds for half a minute.
+    wait_until("the lease runs out", Duration::from_secs(45), || {
+        page.ask("POST", "/api/lease", &token, r#"{"name": "bob"}"#).0 == 200
+    });
+    let (status, said) = page.ask("POST", "/api/answer", &token, &answer(lease, &prompt, "done"));
+    assert!(status == 409 && said["error"].as_str().unwrap().contains("no longer"), "{status} {said}");
+    assert_eq!(page.prompt_of("target")["id"], prompt["id"], "the prompt still waits");
+    running.signal(nix::sys::signal::Signal::SIGTERM);
+    running.end();
+}
+
+#[test]
 fn of_two_answers_at_once_one_wins_and_both_are_told() {
     let lab = Lab::new();
     let (file, token) = new_token(&lab);

@@ -153,7 +153,8 @@ impl Server {
 
     /// Its address for `plumb`.
     pub(crate) fn address(&self) -> String {
-        format!("postgres:///postgres?user=plumb&host={}", self.place.path().display())
+        let port = self.port.map(|port| format!("&port={port}")).unwrap_or_default();
+        format!("postgres:///postgres?user=plumb&host={}{port}", self.place.path().display())
     }
 
     /// What it answers to a question of one value.

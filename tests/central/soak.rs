@@ -51,9 +51,9 @@ pub(crate) struct Plan {
 /// What came of it.
 #[derive(Debug, Default)]
 pub(crate) struct Figures {
-    cells: usize,
-    time: Duration,
-    every: Duration,
+    pub(crate) cells: usize,
+    pub(crate) time: Duration,
+    pub(crate) every: Duration,
     pub(crate) runs: usize,
     /// Runs that did not pass.
     pub(crate) not_passed: Vec<String>,

@@ -22,6 +22,7 @@ mod screens;
 mod shown_unit;
 pub mod signals;
 mod step_numbers;
+mod unchecked_server;
 mod web;
 
 use command_line::Command;

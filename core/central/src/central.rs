@@ -56,6 +56,27 @@ impl Central {
         self.connection.ping().await.during("does not answer any more")
     }
 
+    /// What nobody checks of the server that `address` leads to, in words; none where nothing crosses a network, or its certificate and its name are
+    /// checked.
+    ///
+    /// # Errors
+    /// [`CentralError::Address`], [`CentralError::Unprotected`].
+    pub fn unchecked(address: &str) -> Result<Option<String>, CentralError> {
+        let options = options_of(address)?;
+        let host = options.get_host();
+        if options.get_socket().is_some() || is_this_machine(host) {
+            return Ok(None);
+        }
+        let open = match options.get_ssl_mode() {
+            PgSslMode::VerifyFull => return Ok(None),
+            PgSslMode::VerifyCa => "whether its certificate is of that name",
+            _ => "whether it is the right server",
+        };
+        Ok(Some(format!(
+            "the connection to {host} is encrypted, but nobody checks {open}: give sslmode=verify-full in the address, and sslrootcert=FILE where the authority is your own"
+        )))
+    }
+
     async fn migrate(&mut self) -> Result<(), CentralError> {
         let operation = "cannot make its tables";
         let mut transaction = self.connection.begin().await.during(operation)?;
@@ -148,6 +169,22 @@ mod tests {
         assert_eq!(mode("postgres://u@localhost/plumb?sslmode=disable").expect("taken"), "Disable");
         let told = mode("postgres://u@lab.example/plumb?sslmode=disable").expect_err("refused").to_string();
         assert!(told.contains("lab.example") && told.contains("verify-full"), "{told}");
+    }
+
+    #[test]
+    fn what_nobody_checks_of_another_machine_is_told() {
+        let unchecked = |address: &str| Central::unchecked(address).expect("an address");
+        for (mode, told) in [
+            ("", "whether it is the right server"),
+            ("?sslmode=require", "whether it is the right server"),
+            ("?sslmode=verify-ca", "whether its certificate is of that name"),
+        ] {
+            let text = unchecked(&format!("postgres://u@lab.example/plumb{mode}")).expect("told");
+            assert!(text.contains(told) && text.contains("lab.example"), "{mode}: {text}");
+        }
+        assert_eq!(unchecked("postgres://u@lab.example/plumb?sslmode=verify-full"), None);
+        assert_eq!(unchecked("postgres://u@localhost/plumb"), None);
+        assert!(Central::unchecked("lab").is_err());
     }
 
     #[test]

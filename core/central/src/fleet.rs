@@ -5,6 +5,7 @@ use sqlx::postgres::PgRow;
 use sqlx::{FromRow, Row as _};
 
 use crate::error::During as _;
+use crate::sql::{from_row, utc};
 use crate::{Central, CentralError};
 
 /// A cell as its record last told. Times are UTC, RFC 3339.
@@ -16,7 +17,9 @@ pub struct CellState {
     pub cell: String,
     /// The machine that ships its record.
     pub host: String,
-    /// How long ago its shipper was last heard of, s.
+    /// When its shipper was last heard of, by the database's clock.
+    pub last_seen: String,
+    /// How long ago that was, s.
     pub silent_s: f64,
     /// Number of its last run, in its own record.
     pub run: i64,
@@ -34,6 +37,8 @@ pub struct CellState {
     pub step: Option<String>,
     /// Title of the prompt that waits.
     pub waits_for: Option<String>,
+    /// Since when it has waited, by the cell's clock.
+    pub waits_since: Option<String>,
     /// How long it has waited, s.
     pub waits_s: Option<f64>,
     /// The instrument of that run whose calibration runs out first.
@@ -128,29 +133,11 @@ pub struct Quantity {
     pub values: i64,
 }
 
-/// Reads a row whose columns have the names of the fields.
-macro_rules! from_row {
-    ($name:ident: $($field:ident),+) => {
-        impl<'r> FromRow<'r, PgRow> for $name {
-            fn from_row(row: &'r PgRow) -> Result<Self, sqlx::Error> {
-                Ok(Self { $($field: row.try_get(stringify!($field))?),+ })
-            }
-        }
-    };
-}
-
-from_row!(CellState: record, cell, host, silent_s, run, procedure, state, started, ended, message, step, waits_for, waits_s, due_instrument, due, last_passed, queued, arm);
+from_row!(CellState: record, cell, host, last_seen, silent_s, run, procedure, state, started, ended, message, step, waits_for, waits_since, waits_s, due_instrument, due, last_passed, queued, arm);
 from_row!(Quantity: name, is_effect, arm, cells, values);
 from_row!(Waiting: record, cell, run, step, title, waits_s);
 from_row!(CorrectionPoint: cell, record, device, quantity, place, run, proposed, value, uncertainty, unit);
 from_row!(EffectPoint: cell, record, device, made, effect, place, parameter, value, claim);
-
-/// A time as RFC 3339, as SQL.
-macro_rules! utc {
-    ($column:literal) => {
-        concat!("to_char(", $column, " AT TIME ZONE 'UTC', 'YYYY-MM-DD\"T\"HH24:MI:SS.MS\"Z\"')")
-    };
-}
 
 impl Central {
     /// Every cell, by name.
@@ -159,11 +146,15 @@ impl Central {
     /// The database does not answer.
     pub async fn cells(&mut self) -> Result<Vec<CellState>, CentralError> {
         sqlx::query_as(concat!(
-            "SELECT record, cell, host, extract(epoch FROM now() - last_seen)::float8 AS silent_s, run, procedure, state, ",
+            "SELECT record, cell, host, extract(epoch FROM now() - last_seen)::float8 AS silent_s, ",
+            utc!("last_seen"),
+            " AS last_seen, run, procedure, state, ",
             utc!("started"),
             " AS started, ",
             utc!("ended"),
-            " AS ended, message, step, waits_for, extract(epoch FROM now() - waits_since)::float8 AS waits_s, due_instrument, due, ",
+            " AS ended, message, step, waits_for, extract(epoch FROM now() - waits_since)::float8 AS waits_s, ",
+            utc!("waits_since"),
+            " AS waits_since, due_instrument, due, ",
             utc!("last_passed"),
             " AS last_passed, queued, arm FROM cells ORDER BY cell, record"
         ))

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod attention;
 mod central;
 mod comparison;
 mod control_limits;
@@ -8,7 +9,9 @@ mod fleet;
 mod inspection;
 mod model_effects;
 mod ship;
+mod sql;
 
+pub use attention::{BadEnd, OpenStep};
 pub use central::Central;
 pub use comparison::{CellSummary, CellValues, compare};
 pub use control_limits::{ControlLimits, FEWEST_VALUES};

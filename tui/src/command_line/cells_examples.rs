@@ -90,6 +90,10 @@ pub(super) const CELLS_EXAMPLES: &[Entry] = &[
                 "plumb alert --webhook https://chat.lab.example/hooks/plumb --ended",
                 "to a chat, also when a run ends otherwise than passed",
             ),
+            example(
+                "plumb alert --from postgres://plumb@localhost/plumb --mail ada@lab.example --silent-after 30min",
+                "of all cells, also when one was not heard of",
+            ),
             example("plumb alert --mail ada@lab.example --test", "does it arrive?"),
         ],
     ),

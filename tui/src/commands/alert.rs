@@ -2,7 +2,9 @@
 
 mod channel;
 mod duration;
+mod fleet_trouble;
 mod mail;
+mod sender;
 mod told;
 mod trouble;
 mod webhook;
@@ -10,19 +12,23 @@ mod webhook;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use plumb_record::Record;
 
 use crate::failure::{CommandResult, with_causes};
 use crate::record_directory::record_directory;
 use crate::say::say;
-use channel::{Channel, Delivery};
+use crate::unchecked_server::tell_unchecked;
+use channel::Channel;
+use fleet_trouble::Watch;
+use sender::Sender;
 use told::Told;
 use trouble::{Limits, Trouble};
 
 /// Tell people by webhook or e-mail when a prompt waits, when a step takes far longer than planned, or when the program of a run has gone. It reads the record from outside:
-/// no run waits for it, whatever becomes of a message.
+/// no run waits for it, whatever becomes of a message. With --from it does so for all cells, from the central database, and tells also when one was not heard of: a
+/// machine that is dead cannot.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Where to send a message by HTTP POST, as JSON with `text` in it: https, or http on this machine. An address is often a secret: PLUMB_WEBHOOK takes it too, where no
@@ -35,6 +41,13 @@ pub(crate) struct Arguments {
     /// The mailer: any program that takes `-i -- ADDRESS...` and a message, as sendmail, msmtp and nullmailer do.
     #[arg(long, value_name = "PROGRAM", default_value = "/usr/sbin/sendmail")]
     sendmail: PathBuf,
+    /// Look at all cells of the central database, postgres://USER@HOST/DATABASE, in place of the record here.
+    #[arg(long, value_name = "ADDRESS", conflicts_with = "record")]
+    from: Option<String>,
+    /// With --from: how long a cell may send nothing before its machine, its network or its `plumb ship` is taken to be gone; and how long the database may not answer. A
+    /// machine that is switched off is silent too.
+    #[arg(long, value_name = "TIME", value_parser = duration::read, default_value = "15min", requires = "from")]
+    silent_after: Duration,
     /// How long a prompt may wait, as in 90s, 5min, 2h.
     #[arg(long, value_name = "TIME", value_parser = duration::read, default_value = "5min")]
     prompt_after: Duration,
@@ -61,9 +74,6 @@ const WEBHOOK_VARIABLE: &str = "PLUMB_WEBHOOK";
 /// How often the record is looked at. A person who is called does not come within less.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// How long until a message that did not arrive is sent again.
-const TRY_AGAIN: Duration = Duration::from_secs(30);
-
 /// Exit code where a message did not arrive.
 const NOT_DELIVERED: u8 = 1;
 
@@ -79,17 +89,27 @@ enum AlertError {
 /// Tells until it is ended.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let channels = channels(arguments)?;
-    let directory = record_directory(arguments.record.as_ref())?;
     if arguments.test {
         return test(&channels);
     }
-    let record = open_when_there(arguments, &directory)?;
     let limits =
         Limits { prompt: arguments.prompt_after, step: arguments.step_after, ended: arguments.ended };
-    let mut sender = Sender { channels, told: Told::read(&directory)?, failing: Vec::new() };
+    if let Some(from) = &arguments.from {
+        tell_unchecked("alert", from)?;
+        let told = Told::of_the_fleet(&record_directory(None)?)?;
+        let mut watch = Watch::new(from, limits, arguments.silent_after, Sender::new(channels, told))?;
+        if arguments.once {
+            return Ok(exit_code(watch.once()?));
+        }
+        say!("looking for cells that need somebody; Ctrl-C ends")?;
+        watch.forever()?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let directory = record_directory(arguments.record.as_ref())?;
+    let record = open_when_there(arguments, &directory)?;
+    let mut sender = Sender::new(channels, Told::read(&directory)?);
     if arguments.once {
-        let delivered = sender.tell_all(&trouble::look(&record, &limits)?)?;
-        return Ok(if delivered { ExitCode::SUCCESS } else { ExitCode::from(NOT_DELIVERED) });
+        return Ok(exit_code(sender.tell_all(&trouble::look(&record, &limits)?)?));
     }
     say!("looking for runs that need somebody; Ctrl-C ends")?;
     let mut last_error = String::new();
@@ -108,6 +128,10 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         }
         sleep(LOOK);
     }
+}
+
+fn exit_code(arrived: bool) -> ExitCode {
+    if arrived { ExitCode::SUCCESS } else { ExitCode::from(NOT_DELIVERED) }
 }
 
 fn channels(arguments: &Arguments) -> Result<Vec<Channel>, Box<dyn std::error::Error>> {
@@ -133,7 +157,7 @@ fn test(channels: &[Channel]) -> CommandResult {
             }
         }
     }
-    Ok(if arrived { ExitCode::SUCCESS } else { ExitCode::from(NOT_DELIVERED) })
+    Ok(exit_code(arrived))
 }
 
 /// The record. One that is not there yet is waited for, so that a service may be started before the first run.
@@ -149,63 +173,4 @@ fn open_when_there(arguments: &Arguments, directory: &Path) -> Result<Record, Bo
         }
     }
     Ok(Record::open(directory)?)
-}
-
-/// Sends each trouble over each channel, once.
-struct Sender {
-    channels: Vec<Channel>,
-    told: Told,
-    /// What did not arrive: channel and trouble, and when it was tried last.
-    failing: Vec<(String, String, Instant)>,
-}
-
-impl Sender {
-    /// Sends what was not sent; whether everything has arrived.
-    fn tell_all(&mut self, found: &[Trouble]) -> Result<bool, Box<dyn std::error::Error>> {
-        self.told.keep_only(found)?;
-        self.failing.retain(|(_, key, _)| found.iter().any(|trouble| trouble.key == *key));
-        let mut all = true;
-        for trouble in found {
-            for index in 0..self.channels.len() {
-                all &= self.tell(index, trouble)?;
-            }
-        }
-        Ok(all)
-    }
-
-    fn tell(&mut self, index: usize, trouble: &Trouble) -> Result<bool, Box<dyn std::error::Error>> {
-        let Some(channel) = self.channels.get(index) else { return Ok(true) };
-        let (name, channel_key) = (channel.name().to_owned(), channel.key().to_owned());
-        if self.told.has(&trouble.key, &channel_key) {
-            return Ok(true);
-        }
-        let is_this = |entry: &&(String, String, Instant)| entry.0 == channel_key && entry.1 == trouble.key;
-        if self.failing.iter().find(is_this).is_some_and(|(.., tried)| tried.elapsed() < TRY_AGAIN) {
-            return Ok(false);
-        }
-        let first = !self.failing.iter().any(|entry| is_this(&entry));
-        self.failing.retain(|entry| !is_this(&entry));
-        match channel.send(trouble) {
-            Ok(()) => {
-                self.told.note(&trouble.key, &channel_key)?;
-                say!("{name}: told of {}", trouble.text)?;
-                Ok(true)
-            }
-            Err(error) => {
-                let again = match error.delivery() {
-                    // Asking again would get the same answer.
-                    Delivery::Refused => {
-                        self.told.note(&trouble.key, &channel_key)?;
-                        "not tried again".to_owned()
-                    }
-                    Delivery::MayPass => format!("trying again every {} s", TRY_AGAIN.as_secs()),
-                };
-                if first {
-                    eprintln!("plumb alert: {name}: {}; {again}: {}", with_causes(&error), trouble.text);
-                }
-                self.failing.push((channel_key, trouble.key.clone(), Instant::now()));
-                Ok(false)
-            }
-        }
-    }
 }

@@ -11,6 +11,7 @@ use tokio::signal::unix::{SignalKind, signal};
 use crate::failure::{CommandResult, with_causes};
 use crate::record_directory::record_directory;
 use crate::say::say;
+use crate::unchecked_server::tell_unchecked;
 
 /// Send what the record holds to a central PostgreSQL database, row by row, and go on as runs write more. May be killed, and the network may be gone for
 /// days: it goes on where the database is. A cell never waits for it.
@@ -63,6 +64,7 @@ enum ShipError {
 /// Sends until it is told to end, or everything is sent.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let directory = record_directory(arguments.record.as_ref())?;
+    tell_unchecked("ship", &arguments.to)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {
         let mut terminate = signal(SignalKind::terminate())?;

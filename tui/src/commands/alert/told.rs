@@ -10,6 +10,9 @@ use super::trouble::Trouble;
 /// The name of the file.
 const FILE: &str = "alerts.json";
 
+/// The name of the file of what was told of all cells. A cell's own alerts may run beside it, and each would forget what the other told.
+const FLEET_FILE: &str = "fleet-alerts.json";
+
 /// Why the file is of no use.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum ToldError {
@@ -28,7 +31,19 @@ pub(super) struct Told {
 
 impl Told {
     pub(super) fn read(directory: &Path) -> Result<Self, ToldError> {
-        let path = directory.join(FILE);
+        Self::read_file(directory.join(FILE))
+    }
+
+    /// Of all cells. The folder is made where no run has made it.
+    pub(super) fn of_the_fleet(directory: &Path) -> Result<Self, ToldError> {
+        let path = directory.join(FLEET_FILE);
+        match fs::create_dir_all(directory) {
+            Ok(()) => Self::read_file(path),
+            Err(cause) => Err(ToldError::Write { path, cause }),
+        }
+    }
+
+    fn read_file(path: PathBuf) -> Result<Self, ToldError> {
         let told = match fs::read_to_string(&path) {
             Ok(text) => serde_json::from_str(&text).map_err(io::Error::from),
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(BTreeMap::new()),

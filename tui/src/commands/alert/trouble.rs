@@ -12,8 +12,8 @@ use crate::commands::answer::is_alive;
 /// Runs that are looked at. More that go on at once than this are on no machine.
 const RUNS: u32 = 200;
 
-/// How long after its end a run is still told of, s: one that ended while nobody looked was seen by who looks after a weekend.
-const RECENT_S: f64 = 3.0 * 86_400.0;
+/// How many days after its end a run is still told of: one that ended while nobody looked was seen by who looks after a weekend.
+pub(super) const RECENT_DAYS: u32 = 3;
 
 /// When somebody is told.
 pub(super) struct Limits {
@@ -37,6 +37,10 @@ pub(super) enum Kind {
     Killed,
     /// A run ended otherwise than passed.
     Ended,
+    /// The central database was not told anything by a cell for long.
+    Silent,
+    /// The central database does not answer.
+    DatabaseSilent,
     /// Nothing is wrong; somebody tries whether messages arrive.
     Test,
 }
@@ -44,15 +48,15 @@ pub(super) enum Kind {
 /// One thing to be told.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Trouble {
-    /// What tells it from every other one of this record.
+    /// What tells it from every other one of this record, or of all records of a database.
     #[serde(skip)]
     pub(super) key: String,
     /// Which kind.
     pub(super) kind: Kind,
     /// The cell.
     pub(super) cell: String,
-    /// The run.
-    pub(super) run: i64,
+    /// The run; none where it is of no run.
+    pub(super) run: Option<i64>,
     /// Since when, UTC.
     pub(super) since: String,
     /// A sentence.
@@ -62,7 +66,7 @@ pub(super) struct Trouble {
 impl Trouble {
     fn of(run: &RunSummary, kind: Kind, key: String, since: &str, text: String) -> Self {
         let text = format!("{}: {text}", run.cell);
-        Self { key, kind, cell: run.cell.clone(), run: run.run.0, since: since.to_owned(), text }
+        Self { key, kind, cell: run.cell.clone(), run: Some(run.run.0), since: since.to_owned(), text }
     }
 
     /// A message that says that it is a test.
@@ -71,7 +75,7 @@ impl Trouble {
             key: "test".to_owned(),
             kind: Kind::Test,
             cell: String::new(),
-            run: 0,
+            run: None,
             since: plumb_record::timestamp(),
             text: "a test of plumb alert: nothing is wrong".to_owned(),
         }
@@ -117,8 +121,7 @@ fn of_open_run(record: &Record, run: &RunSummary, limits: &Limits) -> Result<Opt
     let Some(step) = record.open_step(run.run)? else { return Ok(None) };
     let planned_s = step.estimate_s.unwrap_or(0.0).max(0.0);
     let late_s = seconds_since(&step.started).unwrap_or(0.0) - planned_s;
-    let text =
-        format!("step {} of run {number} has taken {} longer than planned", step.step, minutes(late_s));
+    let text = late_text(&step.step, number, late_s);
     let key = format!("step {}", step.row);
     let late = Trouble::of(run, Kind::StepLate, key, &step.started, text);
     Ok((late_s > limits.step.as_secs_f64()).then_some(late))
@@ -127,7 +130,7 @@ fn of_open_run(record: &Record, run: &RunSummary, limits: &Limits) -> Result<Opt
 fn waiting(run: &RunSummary, prompt: &StoredPrompt, limits: &Limits) -> Option<Trouble> {
     let waits_s = seconds_since(&prompt.asked)?;
     let title = prompt.description.get("title").and_then(serde_json::Value::as_str).unwrap_or(&prompt.step);
-    let text = format!("`{title}` has waited for an answer for {} (run {})", minutes(waits_s), run.run);
+    let text = waiting_text(title, waits_s, run.run.0);
     let trouble = Trouble::of(run, Kind::PromptWaits, format!("prompt {}", prompt.id), &prompt.asked, text);
     (waits_s >= limits.prompt.as_secs_f64()).then_some(trouble)
 }
@@ -135,18 +138,30 @@ fn waiting(run: &RunSummary, prompt: &StoredPrompt, limits: &Limits) -> Option<T
 fn of_ended_run(run: &RunSummary) -> Option<Trouble> {
     let RunState::Ended(end) = run.state else { return None };
     let ended = run.ended.as_deref()?;
-    if end == RunEnd::Passed || seconds_since(ended)? > RECENT_S {
+    if end == RunEnd::Passed || seconds_since(ended)? > f64::from(RECENT_DAYS) * 86_400.0 {
         return None;
     }
-    let (number, how) = (run.run.0, end.name().replace('_', " "));
-    let message = run.message.as_ref().map(|message| format!(", {message}")).unwrap_or_default();
-    let text = format!("run {number} has ended: {how}{message}");
+    let number = run.run.0;
+    let text = ended_text(number, end.name(), run.message.as_deref());
     // A run that was resumed may end again.
     Some(Trouble::of(run, Kind::Ended, format!("ended {number} {ended}"), ended, text))
 }
 
+pub(super) fn waiting_text(title: &str, waits_s: f64, run: i64) -> String {
+    format!("`{title}` has waited for an answer for {} (run {run})", minutes(waits_s))
+}
+
+pub(super) fn late_text(step: &str, run: i64, late_s: f64) -> String {
+    format!("step {step} of run {run} has taken {} longer than planned", minutes(late_s))
+}
+
+pub(super) fn ended_text(run: i64, state: &str, message: Option<&str>) -> String {
+    let message = message.map(|message| format!(", {message}")).unwrap_or_default();
+    format!("run {run} has ended: {}{message}", state.replace('_', " "))
+}
+
 /// A time for people.
-fn minutes(seconds: f64) -> String {
+pub(super) fn minutes(seconds: f64) -> String {
     match seconds {
         seconds if seconds < 120.0 => format!("{seconds:.0} s"),
         seconds if seconds < 7_200.0 => format!("{:.0} min", seconds / 60.0),

@@ -1,0 +1,80 @@
+//! Messages that are sent once, and again while they do not arrive.
+
+use std::time::{Duration, Instant};
+
+use super::channel::{Channel, Delivery};
+use super::told::Told;
+use super::trouble::Trouble;
+use crate::failure::with_causes;
+use crate::say::say;
+
+/// How long until a message that did not arrive is sent again.
+const TRY_AGAIN: Duration = Duration::from_secs(30);
+
+/// Sends each trouble over each channel, once.
+pub(super) struct Sender {
+    channels: Vec<Channel>,
+    told: Told,
+    /// What did not arrive: channel and trouble, and when it was tried last.
+    failing: Vec<(String, String, Instant)>,
+}
+
+impl Sender {
+    pub(super) fn new(channels: Vec<Channel>, told: Told) -> Self {
+        Self { channels, told, failing: Vec::new() }
+    }
+
+    /// Sends what was not sent, and forgets what is over; whether everything has arrived.
+    pub(super) fn tell_all(&mut self, found: &[Trouble]) -> Result<bool, Box<dyn std::error::Error>> {
+        self.told.keep_only(found)?;
+        self.failing.retain(|(_, key, _)| found.iter().any(|trouble| trouble.key == *key));
+        self.tell_also(found)
+    }
+
+    /// Sends what was not sent. Whatever was told before may go on, although it is not among it.
+    pub(super) fn tell_also(&mut self, found: &[Trouble]) -> Result<bool, Box<dyn std::error::Error>> {
+        let mut all = true;
+        for trouble in found {
+            for index in 0..self.channels.len() {
+                all &= self.tell(index, trouble)?;
+            }
+        }
+        Ok(all)
+    }
+
+    fn tell(&mut self, index: usize, trouble: &Trouble) -> Result<bool, Box<dyn std::error::Error>> {
+        let Some(channel) = self.channels.get(index) else { return Ok(true) };
+        let (name, channel_key) = (channel.name().to_owned(), channel.key().to_owned());
+        if self.told.has(&trouble.key, &channel_key) {
+            return Ok(true);
+        }
+        let is_this = |entry: &&(String, String, Instant)| entry.0 == channel_key && entry.1 == trouble.key;
+        if self.failing.iter().find(is_this).is_some_and(|(.., tried)| tried.elapsed() < TRY_AGAIN) {
+            return Ok(false);
+        }
+        let first = !self.failing.iter().any(|entry| is_this(&entry));
+        self.failing.retain(|entry| !is_this(&entry));
+        match channel.send(trouble) {
+            Ok(()) => {
+                self.told.note(&trouble.key, &channel_key)?;
+                say!("{name}: told of {}", trouble.text)?;
+                Ok(true)
+            }
+            Err(error) => {
+                let again = match error.delivery() {
+                    // Asking again would get the same answer.
+                    Delivery::Refused => {
+                        self.told.note(&trouble.key, &channel_key)?;
+                        "not tried again".to_owned()
+                    }
+                    Delivery::MayPass => format!("trying again every {} s", TRY_AGAIN.as_secs()),
+                };
+                if first {
+                    eprintln!("plumb alert: {name}: {}; {again}: {}", with_causes(&error), trouble.text);
+                }
+                self.failing.push((channel_key, trouble.key.clone(), Instant::now()));
+                Ok(false)
+            }
+        }
+    }
+}
