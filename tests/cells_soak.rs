@@ -61,11 +61,14 @@ impl Asked {
                 "--every" => &mut asked.every,
                 "--pairs" => &mut asked.pairs,
                 _ => {
-                    return Err(format!("`{word}` is not known: --cells, --seconds, --every and --pairs are"));
+                    return Err(format!(
+                        "`{word}` is not known: --cells, --seconds, --every and --pairs are"
+                    ));
                 }
             };
             let value = words.next().ok_or_else(|| format!("{word} needs a number"))?;
-            *number = value.parse().map_err(|_| format!("{word} {value}: write a whole number, 0 or more"))?;
+            *number =
+                value.parse().map_err(|_| format!("{word} {value}: write a whole number, 0 or more"))?;
         }
         Ok(asked)
     }

@@ -141,7 +141,7 @@ fn write_record(place: &Path, cell: usize) {
 }
 
 /// A database with all records, and the folder of each.
-fn fleet(lab: &Lab, server: &Server) -> Vec<PathBuf> {
+pub(crate) fn fleet(lab: &Lab, server: &Server) -> Vec<PathBuf> {
     let places: Vec<PathBuf> = (0..CELLS).map(|cell| lab.path(&format!("record-{cell}"))).collect();
     for (cell, place) in places.iter().enumerate() {
         write_record(place, cell);

@@ -16,6 +16,7 @@ mod certificates;
 mod cycle;
 mod fleet;
 mod fleet_alerts;
+mod fleet_screen;
 mod http;
 #[path = "../run/lab.rs"]
 mod lab;
@@ -25,6 +26,8 @@ mod protected;
 mod receiver;
 mod server;
 mod soak;
+#[path = "../screens/terminal.rs"]
+mod terminal;
 
 use std::path::Path;
 use std::process::{Child, Stdio};

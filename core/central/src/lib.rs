@@ -8,6 +8,7 @@ mod error;
 mod fleet;
 mod inspection;
 mod model_effects;
+mod reader;
 mod ship;
 mod sql;
 
@@ -18,4 +19,5 @@ pub use control_limits::{ControlLimits, FEWEST_VALUES};
 pub use error::CentralError;
 pub use fleet::{CellState, CorrectionPoint, EffectPoint, Quantity, Waiting};
 pub use inspection::{Inspection, Shipment};
+pub use reader::Reader;
 pub use ship::{Shipped, Shipper};

@@ -76,6 +76,10 @@ pub(super) const CELLS_EXAMPLES: &[Entry] = &[
                 "plumb fleet --from postgres://plumb@localhost/plumb --trend arm.waist",
                 "a correction over time, with control limits",
             ),
+            example(
+                "plumb fleet --from postgres://plumb@localhost/plumb --screen",
+                "renewed every two seconds",
+            ),
             example("plumb fleet --from postgres://plumb@localhost/plumb --serve", "as a page, on port 8718"),
         ],
     ),

@@ -3,6 +3,8 @@
 mod chart;
 mod page;
 mod print;
+mod screen;
+mod screen_view;
 mod series;
 mod serve;
 mod words;
@@ -17,7 +19,7 @@ use crate::unchecked_server::tell_unchecked;
 use series::Asked;
 
 /// Many cells at a glance, from the central database that `plumb ship` fills: what each does, which one waits for an answer and for how long, and how a
-/// correction or an effect went over months and machines. In the terminal, or as a page for browsers.
+/// correction or an effect went over months and machines. Printed, on a terminal screen that renews itself, or as a page for browsers.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// The database: postgres://USER@HOST/DATABASE.
@@ -32,6 +34,9 @@ pub(crate) struct Arguments {
     /// Only cells with this arm, as their model files name it.
     #[arg(long, value_name = "NAME")]
     arm: Option<String>,
+    /// Show the cells on a terminal screen that renews itself, who waits first.
+    #[arg(long, conflicts_with_all = ["trend", "effect", "json", "serve"])]
+    screen: bool,
     /// A line of JSON for each cell or value.
     #[arg(long)]
     json: bool,
@@ -61,6 +66,11 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     if let Some(listen) = arguments.serve {
         let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
         runtime.block_on(serve::serve(&arguments.from, listen, arguments.name.clone()))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    if arguments.screen {
+        let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+        runtime.block_on(screen::show(&arguments.from, arguments.arm.clone()))?;
         return Ok(ExitCode::SUCCESS);
     }
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;

@@ -13,13 +13,13 @@ pub(crate) mod keys;
 mod log;
 mod message;
 mod model;
-mod pane;
+pub(crate) mod pane;
 mod run;
 pub(crate) mod scan;
 mod screen;
 mod state;
-mod terminal;
-mod theme;
+pub(crate) mod terminal;
+pub(crate) mod theme;
 mod update;
 mod view;
 

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use plumb_central::{BadEnd, CellState, Central, CentralError, OpenStep};
+use plumb_central::{BadEnd, CellState, Central, CentralError, OpenStep, Reader};
 use tokio::runtime::Runtime;
 
 use super::sender::Sender;
@@ -25,14 +25,12 @@ const OUT_OF_USE_S: f64 = 31.0 * 86_400.0;
 
 /// Looks at the database, and sends what is to be told.
 pub(super) struct Watch {
-    from: String,
+    reader: Reader,
     limits: Limits,
     /// How long a cell, or the database, may be silent.
     silent: Duration,
     sender: Sender,
     runtime: Runtime,
-    /// The connection, while there is one.
-    central: Option<Central>,
 }
 
 impl Watch {
@@ -43,7 +41,7 @@ impl Watch {
         sender: Sender,
     ) -> Result<Self, std::io::Error> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-        Ok(Self { from: from.to_owned(), limits, silent, sender, runtime, central: None })
+        Ok(Self { reader: Reader::new(from, ANSWER_WITHIN), limits, silent, sender, runtime })
     }
 
     /// One look; whether everything has arrived.
@@ -58,8 +56,7 @@ impl Watch {
         if seen.up_s >= SHIPPERS_COME_BACK_S {
             return self.sender.tell_all(&found);
         }
-        let known: Vec<Trouble> =
-            found.into_iter().filter(|trouble| trouble.kind != Kind::Silent).collect();
+        let known: Vec<Trouble> = found.into_iter().filter(|trouble| trouble.kind != Kind::Silent).collect();
         self.sender.tell_also(&known)
     }
 
@@ -97,16 +94,8 @@ impl Watch {
     }
 
     fn look(&mut self) -> Result<Seen, CentralError> {
-        let held = self.central.take();
-        let (from, ended) = (self.from.as_str(), self.limits.ended);
-        let looked = self.runtime.block_on(async {
-            tokio::time::timeout(ANSWER_WITHIN, read(held, from, ended)).await
-        });
-        let limit_s = ANSWER_WITHIN.as_secs();
-        let (central, seen) = looked.unwrap_or(Err(CentralError::Slow { limit_s }))?;
-        // A connection that has failed is not used again.
-        self.central = Some(central);
-        Ok(seen)
+        let ended = self.limits.ended;
+        self.runtime.block_on(self.reader.ask(async |central| read(central, ended).await))
     }
 }
 
@@ -119,16 +108,11 @@ struct Seen {
     up_s: f64,
 }
 
-async fn read(held: Option<Central>, from: &str, ended: bool) -> Result<(Central, Seen), CentralError> {
-    let mut central = match held {
-        Some(central) => central,
-        None => Central::connect(from).await?,
-    };
+async fn read(central: &mut Central, ended: bool) -> Result<Seen, CentralError> {
     let cells = central.cells().await?;
     let steps = central.open_steps().await?;
     let ends = if ended { central.bad_ends(RECENT_DAYS).await? } else { Vec::new() };
-    let up_s = central.up_s().await?;
-    Ok((central, Seen { cells, steps, ends, up_s }))
+    Ok(Seen { cells, steps, ends, up_s: central.up_s().await? })
 }
 
 impl Seen {

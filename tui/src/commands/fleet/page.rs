@@ -7,24 +7,13 @@ use plumb_central::{CellState, CellSummary, CellValues, ControlLimits, FEWEST_VA
 use super::chart::{self, Range, moment};
 use super::print::{DIFFERENT_SIGMAS, cell_values, number};
 use super::series::SeriesPoint;
-use super::words::{Due, doing, due, is_silent, minute};
+use super::words::{Due, doing, due, in_order, is_silent, minute, summary};
 use crate::web::escaped;
 
 /// All cells: who waits comes first, then who runs, then the others by name.
 pub(super) fn cells(cells: &[CellState], today: &str) -> String {
-    let mut sorted: Vec<&CellState> = cells.iter().collect();
-    let rank = |cell: &CellState| match (&cell.waits_for, cell.state.as_str()) {
-        (Some(_), _) => 0,
-        (None, "running") => 1,
-        _ => 2,
-    };
-    sorted.sort_by(|one, other| {
-        (rank(one), &one.cell, &one.record).cmp(&(rank(other), &other.cell, &other.record))
-    });
     let waiting = cells.iter().filter(|cell| cell.waits_for.is_some()).count();
-    let silent = cells.iter().filter(|cell| is_silent(cell)).count();
-    let mut body =
-        format!("<p>{} cells; {waiting} wait for an answer, {silent} are silent.</p>", cells.len());
+    let mut body = format!("<p>{}.</p>", summary(cells));
     if cells.is_empty() {
         body.push_str("<p>No cell has shipped anything yet: <code>plumb ship --to ...</code> beside each cell does.</p>");
     } else {
@@ -41,7 +30,7 @@ pub(super) fn cells(cells: &[CellState], today: &str) -> String {
         ];
         let heads: String = heads.iter().map(|head| format!("<th scope=\"col\">{head}</th>")).collect();
         let _ = write!(body, "<table class=\"cells\"><thead><tr>{heads}</tr></thead><tbody>");
-        for cell in sorted {
+        for cell in in_order(cells) {
             body.push_str(&cell_row(cell, today));
         }
         body.push_str("</tbody></table>");

@@ -6,7 +6,7 @@ use plumb_central::{CellState, CellValues, ControlLimits, FEWEST_VALUES, compare
 use plumb_record::today;
 
 use super::series::SeriesPoint;
-use super::words::{Due, doing, due, is_silent, minute};
+use super::words::{calibration, doing, minute, queued, summary};
 use crate::say::say;
 
 /// Standard deviations from the other machines from which on a machine is told as different; as Shewhart's limits.
@@ -40,24 +40,8 @@ pub(super) fn cells(cells: &[CellState], json: bool) -> Result<(), Box<dyn Error
             calibration(cell, &today)
         )?;
     }
-    let waiting = cells.iter().filter(|cell| cell.waits_for.is_some()).count();
-    let silent = cells.iter().filter(|cell| is_silent(cell)).count();
-    say!("\n{} cells; {waiting} wait for an answer, {silent} are silent", cells.len())?;
+    say!("\n{}", summary(cells))?;
     Ok(())
-}
-
-fn queued(count: i64) -> String {
-    if count == 0 { String::new() } else { format!("; {count} queued") }
-}
-
-/// A calibration that is over, or soon will be.
-fn calibration(cell: &CellState, today: &str) -> String {
-    let (Some(day), Some(instrument)) = (&cell.due, &cell.due_instrument) else { return String::new() };
-    match due(Some(day), today) {
-        Due::Later => String::new(),
-        Due::Soon => format!("; {instrument} is due on {day}"),
-        Due::Over => format!("; {instrument} was DUE on {day}"),
-    }
 }
 
 /// Prints values cell by cell, and the cells beside each other.

@@ -10,7 +10,7 @@ use axum::http::{StatusCode, Uri};
 use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::get;
-use plumb_central::{Central, CentralError};
+use plumb_central::{CentralError, Reader};
 use plumb_record::today;
 use tokio::net::TcpListener;
 use tokio::signal::unix::{SignalKind, signal};
@@ -41,10 +41,9 @@ enum ServeError {
 
 /// What all requests share.
 struct Shared {
-    from: String,
     names: Vec<String>,
-    /// The connection, while there is one; whoever asks has it alone.
-    central: tokio::sync::Mutex<Option<Central>>,
+    /// Whoever asks has it alone.
+    reader: tokio::sync::Mutex<Reader>,
     /// The list of cells, and when it was read.
     cells: Mutex<Option<(Instant, String)>>,
 }
@@ -61,13 +60,9 @@ pub(super) async fn serve(
         return Err(ServeError::NotThisMachine(listen).into());
     }
     // An address that is none, or a database that cannot be read, is told at once; later it may come and go.
-    let central = Central::connect(from).await?;
-    let shared = Arc::new(Shared {
-        from: from.to_owned(),
-        names,
-        central: tokio::sync::Mutex::new(Some(central)),
-        cells: Mutex::new(None),
-    });
+    let mut reader = Reader::new(from, ANSWER_WITHIN);
+    reader.ask(async |central| central.ping().await).await?;
+    let shared = Arc::new(Shared { names, reader: tokio::sync::Mutex::new(reader), cells: Mutex::new(None) });
     let router = Router::new()
         .route("/", get(cells))
         .route("/trends", get(trends))
@@ -107,29 +102,13 @@ impl Shared {
     fn cells(&self) -> MutexGuard<'_, Option<(Instant, String)>> {
         self.cells.lock().unwrap_or_else(PoisonError::into_inner)
     }
-
-    /// Asks the database. A connection that fails is dropped, and the next who asks makes a new one.
-    async fn ask<T>(
-        &self,
-        question: impl AsyncFnOnce(&mut Central) -> Result<T, CentralError>,
-    ) -> Result<T, CentralError> {
-        let mut held = self.central.lock().await;
-        let mut central = match held.take() {
-            Some(central) => central,
-            None => Central::connect(&self.from).await?,
-        };
-        let answered = tokio::time::timeout(ANSWER_WITHIN, question(&mut central)).await;
-        let answer = answered.unwrap_or(Err(CentralError::Slow { limit_s: ANSWER_WITHIN.as_secs() }))?;
-        *held = Some(central);
-        Ok(answer)
-    }
 }
 
 async fn cells(State(shared): Served) -> Response {
     if let Some(text) = shared.fresh_cells() {
         return Html(text).into_response();
     }
-    match shared.ask(async |central| central.cells().await).await {
+    match shared.reader.lock().await.ask(async |central| central.cells().await).await {
         Ok(cells) => {
             let text = page::cells(&cells, &today());
             *shared.cells() = Some((Instant::now(), text.clone()));
@@ -140,7 +119,7 @@ async fn cells(State(shared): Served) -> Response {
 }
 
 async fn trends(State(shared): Served) -> Response {
-    match shared.ask(async |central| central.quantities().await).await {
+    match shared.reader.lock().await.ask(async |central| central.quantities().await).await {
         Ok(quantities) => Html(page::quantities(&quantities)).into_response(),
         Err(error) => no_answer(&error),
     }
@@ -161,7 +140,8 @@ async fn trend(State(shared): Served, address: Uri) -> Response {
         Err(error) => return bad_request(&error.to_string()),
     };
     let arm = wanted("arm").filter(|arm| !arm.is_empty());
-    match shared.ask(async |central| points(central, &asked, arm.as_deref()).await).await {
+    match shared.reader.lock().await.ask(async |central| points(central, &asked, arm.as_deref()).await).await
+    {
         Ok(points) => Html(page::trend(&name, arm.as_deref(), &points)).into_response(),
         Err(error) => no_answer(&error),
     }

@@ -26,6 +26,45 @@ pub(super) fn is_silent(cell: &CellState) -> bool {
     cell.silent_s > SILENT_AFTER_S
 }
 
+/// Who waits comes first, then who runs, then the others by name.
+pub(super) fn in_order(cells: &[CellState]) -> Vec<&CellState> {
+    let mut sorted: Vec<&CellState> = cells.iter().collect();
+    sorted.sort_by(|one, other| {
+        (rank(one), &one.cell, &one.record).cmp(&(rank(other), &other.cell, &other.record))
+    });
+    sorted
+}
+
+fn rank(cell: &CellState) -> u8 {
+    match (&cell.waits_for, cell.state.as_str()) {
+        (Some(_), _) => 0,
+        (None, "running") => 1,
+        _ => 2,
+    }
+}
+
+/// All cells in a line.
+pub(super) fn summary(cells: &[CellState]) -> String {
+    let waiting = cells.iter().filter(|cell| cell.waits_for.is_some()).count();
+    let silent = cells.iter().filter(|cell| is_silent(cell)).count();
+    format!("{} cells; {waiting} wait for an answer, {silent} are silent", cells.len())
+}
+
+/// Runs that wait for the cell, where there are any.
+pub(super) fn queued(count: i64) -> String {
+    if count == 0 { String::new() } else { format!("; {count} queued") }
+}
+
+/// A calibration that is over, or soon will be.
+pub(super) fn calibration(cell: &CellState, today: &str) -> String {
+    let (Some(day), Some(instrument)) = (&cell.due, &cell.due_instrument) else { return String::new() };
+    match due(Some(day), today) {
+        Due::Later => String::new(),
+        Due::Soon => format!("; {instrument} is due on {day}"),
+        Due::Over => format!("; {instrument} was DUE on {day}"),
+    }
+}
+
 /// A duration in the largest unit that says it in whole numbers.
 pub(super) fn duration(seconds: f64) -> String {
     match seconds.max(0.0) {
