@@ -95,10 +95,15 @@ fn write_record(place: &Path, cell: usize) {
             "passed"
         };
         let ended = (state != "running").then_some(&time);
+        let message = match state {
+            "running" => None,
+            "failed" => Some("line A was not found"),
+            _ => Some("all steps passed"),
+        };
         all.execute(
             "INSERT INTO runs (cell, cell_file, procedure, procedure_file, title, operator, unattended, parameters, settings, program, started, ended, state, message) \
              VALUES (?1, ?1, 'initialize', '', 'Initialize', 'ada', 1, '{}', '{}', '0.1.0', ?2, ?3, ?4, ?5)",
-            (&name, &time, ended, state, (state != "running").then_some("all steps done")),
+            (&name, &time, ended, state, message),
         )
         .unwrap();
         let id = all.last_insert_rowid();

@@ -247,6 +247,11 @@ fn a_prompt_is_answered_in_a_browser_with_the_keyboard_alone() {
         assert!(browser.text().contains("live"), "{}", browser.text());
         let wider = browser.run("return document.documentElement.scrollWidth > window.innerWidth");
         assert_eq!(wider, Value::Bool(false), "nothing is cut off at {width} pixels");
+        // The drawing of the T keeps its columns: all its letters have one width.
+        let drawing = browser.run("const drawing = document.querySelector('.prompt pre'); return drawing && getComputedStyle(drawing).fontFamily + drawing.textContent");
+        let drawing = drawing.as_str().unwrap_or_default();
+        assert!(drawing.starts_with("monospace") && drawing.contains("line B  ------"), "{drawing}");
+        assert!(!drawing.contains("Lay the T target"), "sentences are no drawing: {drawing}");
         if let Some(pictures) = std::env::var_os("PLUMB_PICTURES") {
             browser.picture(&Path::new(&pictures).join(format!("serve-{width}.png")));
         }
@@ -335,6 +340,9 @@ fn the_fall_of_the_error_and_the_clouds_of_a_run_are_on_its_page() {
         browser.run("document.images.length && document.images[document.images.length - 1].scrollIntoView()");
         let seen = browser.run(seen);
         seen.to_string().contains("model.yaml") && seen.to_string().contains("bar.ply")
+    });
+    wait_until("what is wrong with the third is said", Duration::from_secs(30), || {
+        browser.text().contains("It cannot be drawn.")
     });
     if let Some(pictures) = std::env::var_os("PLUMB_PICTURES") {
         browser.resize(1280, 1400);

@@ -67,6 +67,19 @@ async function give(cell, answer) {
   show();
 }
 
+// A prompt's text: sentences, and drawings whose lines keep their columns. A line of a drawing has two spaces in a row; no sentence has.
+function promptText(text) {
+  const parts = [];
+  for (const line of text.split("\n")) {
+    const drawn = /  /.test(line.trimEnd());
+    const last = parts[parts.length - 1];
+    if (last && (last.drawn === drawn || !line.trim())) last.lines.push(line);
+    else parts.push({ drawn, lines: [line] });
+  }
+  return parts.map((part) => part.drawn ? element("pre", { className: "drawing", textContent: part.lines.join("\n").trimEnd() })
+    : element("p", { textContent: part.lines.join("\n").trim() }));
+}
+
 function answers(cell) {
   const prompt = cell.prompt;
   if (prompt.only_at_the_arm) return element("p", { textContent: prompt.only_at_the_arm });
@@ -103,7 +116,7 @@ function article(cell) {
   const made = element("article", { id: "cell-" + cell.run }, element("h2", { textContent: cell.cell }), state_line);
   if (cell.message) made.append(element("p", { textContent: cell.message }));
   if (cell.prompt) {
-    made.append(element("div", { className: "prompt" }, element("h3", { textContent: cell.prompt.title }), element("p", { textContent: cell.prompt.text }), answers(cell)));
+    made.append(element("div", { className: "prompt" }, element("h3", { textContent: cell.prompt.title }), ...promptText(cell.prompt.text), answers(cell)));
   }
   if (cell.corrections.length) made.append(element("h3", { textContent: "Corrections" }), correctionTable(cell));
   const done = cell.steps.filter((step) => step.outcome && step.outcome !== "running").length;
@@ -119,7 +132,9 @@ function article(cell) {
 }
 
 function image(source, text) {
-  return element("figure", {}, element("figcaption", { textContent: text }), element("img", { src: source, alt: text, loading: "lazy" }));
+  const picture = element("img", { src: source, alt: text, loading: "lazy" });
+  picture.onerror = () => picture.replaceWith(element("p", { textContent: "It cannot be drawn." }));
+  return element("figure", {}, element("figcaption", { textContent: text }), picture);
 }
 
 async function look(key, cell) {
