@@ -235,6 +235,34 @@ fn one_effect_over_twenty_cells_and_months_in_sql_in_the_terminal_and_on_the_pag
     assert_eq!(status, 421);
 }
 
+/// Rows of the outbox that a plan has gone through (PostgreSQL's `EXPLAIN (ANALYZE, FORMAT JSON)`).
+fn rows_gone_through(plan: &Value) -> f64 {
+    let number = |key: &str| plan[key].as_f64().unwrap_or(0.0);
+    let own = match plan["Relation Name"].as_str() {
+        Some("outbox") => (number("Actual Rows") + number("Rows Removed by Filter")) * number("Actual Loops"),
+        _ => 0.0,
+    };
+    own + plan["Plans"].as_array().into_iter().flatten().map(rows_gone_through).sum::<f64>()
+}
+
+#[test]
+fn the_list_of_cells_does_not_go_through_all_their_runs() {
+    let Some(server) = Server::new() else { return };
+    let lab = Lab::new();
+    fleet(&lab, &server);
+    server.ask("ANALYZE");
+    let plan: Value =
+        serde_json::from_str(&server.ask("EXPLAIN (ANALYZE, FORMAT JSON) SELECT * FROM cells")).unwrap();
+    let rows = rows_gone_through(&plan[0]["Plan"]);
+    // A cell's last run, step, prompt and instrument, and its models for its arm.
+    let most = (10 + RUNS / RUNS_A_MODEL) as f64;
+    assert!(rows > 0.0 && rows / CELLS as f64 <= most, "{rows} rows for {CELLS} cells with {RUNS} runs each");
+    assert_eq!(
+        server.ask("SELECT max(ended) FROM runs WHERE state = 'passed' AND cell = 'cell-07'"),
+        server.ask("SELECT last_passed FROM cells WHERE cell = 'cell-07'"),
+    );
+}
+
 #[test]
 fn the_fleets_page_is_read_on_a_desk_and_on_a_telephone_with_the_keyboard_alone() {
     let Some(browser) = Browser::start() else { return };

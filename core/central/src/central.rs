@@ -9,7 +9,8 @@ use crate::CentralError;
 use crate::error::During as _;
 
 /// Each entry takes the schema from its index to the next version. Entries are never changed, only added.
-const MIGRATIONS: [&str; 2] = [include_str!("schema-1.sql"), include_str!("schema-2.sql")];
+const MIGRATIONS: [&str; 3] =
+    [include_str!("schema-1.sql"), include_str!("schema-2.sql"), include_str!("schema-3.sql")];
 
 /// The version this program knows.
 pub(crate) const KNOWN: i32 = MIGRATIONS.len() as i32;
@@ -26,6 +27,9 @@ const SERVER_LETS_GO: [(&str, &str); 5] = [
     ("tcp_keepalives_count", "2"),
     ("tcp_user_timeout", "15000"),
 ];
+
+/// The server compiles questions that it takes for long ones, which takes longer than any of these does.
+const NO_COMPILATION: [(&str, &str); 1] = [("jit", "off")];
 
 /// Key of the lock that lets one program at a time make the tables. Any number serves that nobody else uses; this one is "plumb"
 /// in ASCII.
@@ -127,7 +131,8 @@ fn options_of(address: &str) -> Result<PgConnectOptions, CentralError> {
     let options: PgConnectOptions =
         address.parse().map_err(|cause: sqlx::Error| CentralError::Address { reason: cause.to_string() })?;
     // What goes wrong is said by whoever asked; the library's own log would say it twice.
-    let options = options.application_name("plumb").disable_statement_logging().options(SERVER_LETS_GO);
+    let options = options.application_name("plumb").disable_statement_logging();
+    let options = options.options(SERVER_LETS_GO).options(NO_COMPILATION);
     let host = options.get_host().to_owned();
     if options.get_socket().is_some() || is_this_machine(&host) {
         return Ok(options);

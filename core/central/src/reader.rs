@@ -27,18 +27,13 @@ impl Reader {
         &mut self,
         question: impl AsyncFnOnce(&mut Central) -> Result<T, CentralError>,
     ) -> Result<T, CentralError> {
-        let held = self.central.take();
-        let asked = async {
-            let mut central = match held {
-                Some(central) => central,
-                None => Central::connect(&self.from).await?,
-            };
-            let answer = question(&mut central).await?;
-            Ok((central, answer))
+        // A connection has a time limit of its own, and making new tables of many rows may take longer.
+        let mut central = match self.central.take() {
+            Some(central) => central,
+            None => Central::connect(&self.from).await?,
         };
-        let answered = tokio::time::timeout(self.within, asked).await;
-        let (central, answer) =
-            answered.unwrap_or(Err(CentralError::Slow { limit_s: self.within.as_secs() }))?;
+        let answered = tokio::time::timeout(self.within, question(&mut central)).await;
+        let answer = answered.unwrap_or(Err(CentralError::Slow { limit_s: self.within.as_secs() }))?;
         self.central = Some(central);
         Ok(answer)
     }

@@ -111,7 +111,8 @@ impl Printer {
             return None;
         }
         let numbers = step_numbers(&depths(&self.plan));
-        let number = numbers.get(index).copied().flatten().map_or_else(String::new, |number| number.to_string());
+        let number =
+            numbers.get(index).copied().flatten().map_or_else(String::new, |number| number.to_string());
         let place = format!("[{number:>2}/{}]", numbers.iter().flatten().count());
         Some(match outcome {
             StepOutcome::Passed => format!("{place} {step}: {}: {message}", planned.title),
