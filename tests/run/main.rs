@@ -25,6 +25,7 @@ mod killed;
 mod lab;
 mod left_behind;
 mod light_stripe;
+mod linear_axes;
 mod logs;
 mod manual;
 mod model_bad_input;

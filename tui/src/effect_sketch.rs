@@ -10,6 +10,9 @@ pub(crate) fn of(effect: &str) -> Option<[&'static str; 3]> {
 }
 
 const SKETCHES: &[(&str, [&str; 3])] = &[
+    ("axis_roll", ["  ━━▭━━━━━━ level", "       ↻", "  ━━━━━━▱━━ rolls over"]),
+    ("axis_pitch", ["         ▱ lifts", "  ▭    ╱", "  ━━━━━ bowed upright"]),
+    ("axis_yaw", ["         ▱ seen from", "  ▭    ╱   above", "  ━━━━━ bowed sideways"]),
     ("joint_zero", ["     ╱ where it stands", "    ╱ ↕", "   ◯╌╌╌╌ where it says"]),
     ("joint_gain", ["says 0   30   60   90", "     ┼────┼────┼────┤", "is   0    31    62    93"]),
     ("link_length", ["  ◯━━━━━━━━━━━◯ built", "  ◯╌╌╌╌╌╌╌╌◯ drawn", "            ←→"]),
@@ -22,6 +25,8 @@ const SKETCHES: &[(&str, [&str; 3])] = &[
     ("gravity_flexure", ["  ◯╌╌╌╌╌╌╌ without weight", "   ╲ turns in the joint", "    ╲━━━━━▼ how heavy?"]),
     ("joint_backlash", ["   ┃╲ ╱┃   the tooth", "   ┃ ▼ ┃   lies left or", "   → ← gap  right"]),
     ("joint_harmonic", ["   ╭╮  ╭╮  ╭╮", "  ╱  ╲╱  ╲╱  ╲ error", "  ── turns of a wheel ──"]),
+    ("screw_wave", ["   ╭╮  ╭╮  ╭╮", "  ╱  ╲╱  ╲╱  ╲ error", "  ├───┤ turn of the screw"]),
+    ("positioning_error", ["      ╱╲___", "  ───╱     ╲ error", "  ├──┼──┼──┼─ travel"]),
     ("joint_settling", ["  ──╮ asked", "     ╲", "      ╰─── creeps in"]),
     ("joint_coupling", ["  ↻ ◯━━━━◯ ↻", "  one joint turns,", "  the other turns along"]),
     ("joint_step", ["         ┌──── after", "  ───────┘", "  before   it slipped"]),

@@ -14,7 +14,7 @@ use crate::thresholds::{FEW_POSES, FEW_POSES_RETURNS, LACK_OF_FIT_LEVEL};
 use crate::verdict::effect_place;
 use crate::wording::{sentence, size_text};
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect;
+use plumb_calibration::effect::{self, EffectId, Spot};
 use plumb_estimation::{Progress, f_tail};
 
 /// What goes with the pose alone.
@@ -114,13 +114,15 @@ impl Laboratory {
             if !diagnosis.sentence.contains(&share_in_words) {
                 diagnosis.sentence.push_str(&format!(" {}.", capital(&share_in_words)));
             }
+            diagnosis.sentence.push_str(&self.curve_of_the_axis().unwrap_or_default());
             return Ok((diagnosis, found));
         };
         let sentence = format!(
-            "{} is at work: {}, the same at every pose; add it. {}, and nothing in the library explains that.",
+            "{} is at work: {}, the same at every pose; add it. {}, and nothing in the library explains that.{}",
             self.model().label(&effect.id),
             size_text(sized.size, sized.se, &sized.unit),
-            capital(&share_in_words)
+            capital(&share_in_words),
+            self.curve_of_the_axis().unwrap_or_default()
         );
         found.named = Some(effect);
         // What is left is told of the model itself, not of what stood beside it to ask.
@@ -135,6 +137,27 @@ impl Laboratory {
             ..asked
         };
         Ok((named, found))
+    }
+
+    /// Where a slide alone was moved: how its positioning error is taken in as a curve, with as many pieces as the positions show.
+    fn curve_of_the_axis(&self) -> Option<String> {
+        let passport = self.passport();
+        let mut moved = passport.ranges.iter().enumerate().filter(|(_, (low, high))| high > low);
+        let (joint, None) = (moved.next()?.0, moved.next()) else { return None };
+        let positions = passport.places.get(joint).map_or(0, Vec::len);
+        let curve = |pieces: usize| EffectId {
+            order: Some(pieces as f64),
+            ..EffectId::at("positioning_error", Spot::Joint(joint))
+        };
+        let shown = |id: &EffectId| {
+            effect::build(id, self.model()).is_ok()
+                && effect::not_at_these_positions(&self.survey(), id).is_none()
+        };
+        let id = (1..positions).rev().map(curve).find(shown)?;
+        Some(format!(
+            " `{}` holds it as the axis's positioning error; `grow` keeps it as a residual map.",
+            self.model().label(&id)
+        ))
     }
 
     /// The condition that was named, or that passes all a name needs and stands alone, with its size.

@@ -41,6 +41,8 @@ pub struct Joint {
     pub sign: f64,
     /// Motor turns per joint turn, where known.
     pub gear_ratio: Option<f64>,
+    /// Travel of a slide for a turn of its screw, mm, where known.
+    pub screw_pitch: Option<f64>,
     /// Turning or sliding.
     pub motion: Motion,
     /// Constant pose before the row (identity for Denavit-Hartenberg files; a URDF joint's origin).
@@ -63,6 +65,7 @@ impl Joint {
             limits: (-turn, turn),
             sign: 1.0,
             gear_ratio: None,
+            screw_pitch: None,
             motion: Motion::Turns,
             before: None,
             less: None,

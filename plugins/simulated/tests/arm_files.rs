@@ -22,7 +22,7 @@ title: A crane
 convention: distal
 joints:
   - {name: turn, d_mm: 500, alpha_deg: 90, theta_deg: 90, limits_deg: [-170, 170], speed_deg_per_s: 90}
-  - {name: trolley, slides: true, alpha_deg: 90, limits_mm: [100, 800], speed_mm_per_s: 400, step_mm: 0.5, home_mm: 200}
+  - {name: trolley, slides: true, alpha_deg: 90, limits_mm: [100, 800], speed_mm_per_s: 400, step_mm: 0.5, home_mm: 200, screw_pitch_mm: 5}
   - {name: hook, slides: true, limits_mm: [0, 400], speed_mm_per_s: 200}
 ";
 
@@ -176,6 +176,14 @@ fn a_bad_arm_file_is_told_where_and_what_would_be_right() {
         arm_refused("name: hook", "name: turn"),
         "crane.arm.yaml:1:6: two joints are named `turn`; names must differ"
     );
+    assert_eq!(
+        arm_refused("screw_pitch_mm: 5", "screw_pitch_mm: 0"),
+        "crane.arm.yaml:6:143: `screw_pitch_mm` is 0; it is 0.05 to 20000 mm"
+    );
+    assert_eq!(
+        arm_refused("speed_deg_per_s: 90", "speed_deg_per_s: 90, screw_pitch_mm: 5"),
+        "crane.arm.yaml:5:120: joint `turn` turns; `screw_pitch_mm` is of a joint that slides"
+    );
     assert!(arm_refused("convention: distal\n", "").contains("say how the rows are to be read"));
     let nine: String = (1..=9)
         .map(|joint| format!("  - {{name: j{joint}, limits_deg: [0, 1], speed_deg_per_s: 1}}\n"))
@@ -213,6 +221,18 @@ fn a_bad_world_of_such_an_arm_is_told_where_and_what_would_be_right() {
     assert_eq!(
         fault("joint_harmonic: {joint: hook, per_turn: 1, amplitude_deg: 0.1}"),
         "world.yaml:6:34: joint `hook` slides; this is an error of joints that turn"
+    );
+    assert_eq!(
+        fault("screw_wave: {joint: turn, amplitude_mm: 0.1}"),
+        "world.yaml:6:30: joint `turn` turns; this is an error of joints that slide"
+    );
+    assert_eq!(
+        fault("screw_wave: {joint: hook, amplitude_mm: 0.1}"),
+        "world.yaml:6:30: joint `hook` has no screw: give it `screw_pitch_mm`, the travel for one turn, in the arm's file"
+    );
+    assert_eq!(
+        fault("axis_yaw: {joint: trolley, deg_per_m: 3}"),
+        "world.yaml:6:50: `deg_per_m` is 3; it is -1 to 1 deg/m"
     );
 }
 
@@ -321,6 +341,10 @@ fn an_imperfection_is_written_as_it_is_read() {
         "axis_skew: {joint: trolley, deg: 0.125}",
         "joint_compliance: {joint: hook, mm_per_n: 0.002}",
         "joint_backlash: {joint: hook, width_mm: 0.5}",
+        "screw_wave: {joint: trolley, per_turn: 2, amplitude_mm: 0.03, phase_deg: 30}",
+        "axis_roll: {joint: trolley, deg_per_m: 0.02}",
+        "axis_pitch: {joint: hook, deg_per_m: -0.02}",
+        "axis_yaw: {joint: trolley, deg_per_m: 0.01}",
         "joint_harmonic: {joint: turn, per_turn: 2, amplitude_deg: 0.25, phase_deg: 30}",
     ];
     for fault in faults {
@@ -337,4 +361,43 @@ fn an_imperfection_is_written_as_it_is_read() {
         assert_eq!(one.mechanism.name(), again.mechanism.name(), "{written}");
         assert!((one.size - again.size).abs() < 1e-12, "{fault} is written {written}");
     }
+}
+
+/// How far the hook's tip is from where it should be with something wrong with the trolley, at turn 0.
+fn off(fault: &str, trolley: f64, hook: f64) -> [f64; 3] {
+    let text =
+        format!("world: w\narm:\n  described:\n    by: crane.arm.yaml\n    imperfections: [{{{fault}}}]\n");
+    let mut world = Files::new(CRANE, &text).open();
+    go(&mut world, [0.0, trolley, hook]);
+    let [x, y, z] = tip(&mut world);
+    [x - trolley, y, z - (500.0 - hook)]
+}
+
+fn assert_off(fault: &str, (trolley, hook): (f64, f64), expected: [f64; 3]) {
+    let found = off(fault, trolley, hook);
+    let close = found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 2e-4);
+    assert!(close, "{fault}: {found:?} and not {expected:?}");
+}
+
+#[test]
+fn a_screw_out_of_true_goes_to_and_fro_with_its_turns() {
+    let fault = "screw_wave: {joint: trolley, amplitude_mm: 0.04, phase_deg: 30}";
+    // A fifth of a turn beyond 40 whole ones, and half a turn on.
+    let wave = |turns: f64| 0.04 * (turns * 360.0 + 30.0_f64).to_radians().sin();
+    assert_off(fault, (201.0, 0.0), [wave(0.2), 0.0, 0.0]);
+    assert_off(fault, (203.5, 0.0), [wave(0.7), 0.0, 0.0]);
+}
+
+#[test]
+fn a_carriage_on_a_guideway_that_is_not_straight_turns_and_leaves_the_line() {
+    // 800 mm along an arc of 0.02 deg/m: a turn of 0.016 deg, half of that times the way aside, and at 400 mm below the turn times 400.
+    let turn = 0.016_f64.to_radians();
+    assert_off(
+        "axis_pitch: {joint: trolley, deg_per_m: 0.02}",
+        (800.0, 400.0),
+        [400.0 * turn, 0.0, 400.0 * turn],
+    );
+    assert_off("axis_yaw: {joint: trolley, deg_per_m: 0.02}", (800.0, 400.0), [0.0, 400.0 * turn, 0.0]);
+    assert_off("axis_roll: {joint: trolley, deg_per_m: 0.02}", (800.0, 400.0), [0.0, 400.0 * turn, 0.0]);
+    assert_off("axis_roll: {joint: trolley, deg_per_m: 0.02}", (800.0, 0.0), [0.0; 3]);
 }

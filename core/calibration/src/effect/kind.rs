@@ -31,6 +31,8 @@ pub enum Places {
     Joints,
     /// One joint and a number of periods a turn: `name(joint, n)`.
     JointsAndOrder,
+    /// One joint and a number of straight pieces: `name(joint, n)`.
+    JointsAndPieces,
     /// Two joints: `name(joint, other)`.
     JointPairs,
     /// One joint and what of it changes: `name(joint, zero|length|offset)`.

@@ -16,7 +16,7 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
-    sentence: "The next axis is twisted about the link's own length.",
+    sentence: "The next axis is twisted about the link's own length; of two slides: they are not square (ISO 230-1).",
     how_to_see: "Wide turns of the next joint, at several angles of this one.",
     build: |setting: &Setting<'_>| {
         let parameter = Parameter::new("twist_deg", Unit::DEG, (-0.1, 0.1));

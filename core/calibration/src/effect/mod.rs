@@ -4,7 +4,10 @@
 //! row, the base, a target. How those move what is measured is known once and for all, so an effect needs no
 //! derivative of its own.
 
+mod axis_pitch;
+mod axis_roll;
 mod axis_skew;
+mod axis_yaw;
 mod base_position;
 mod base_reset;
 mod base_shifted;
@@ -17,6 +20,7 @@ mod defined;
 mod drift;
 mod epoch_steps;
 mod gravity_flexure;
+mod guideway;
 mod hand_eye;
 mod identity;
 mod instrument_tilt;
@@ -39,13 +43,17 @@ mod link_sag;
 mod link_twist;
 mod passport;
 mod pose_error;
+mod positioning_error;
+mod positions;
 mod principal_point;
 mod reading_rescaled;
 mod reading_reset;
 mod reflectance;
 mod rig_numbers;
 mod row_error;
+mod sampling;
 mod scale;
+mod screw_wave;
 mod sensor_tilt;
 mod sites;
 mod situation;
@@ -66,6 +74,7 @@ pub use kind::{Family, Kind, Places, Search, Setting, Survey};
 pub use library::{build, expand, kind, kinds, parse};
 pub use passport::Passport;
 pub use pose_error::POSE_ERROR;
+pub use positions::{not_at_these_positions, waves_not_shown};
 pub use situation::{Situation, Trigger};
 
 use nalgebra::{DMatrix, Vector3};
@@ -146,6 +155,8 @@ impl Unit {
     pub const FLEXIBILITY: Self = Self { name: "1/(N m2)", factor: 1.0 };
     /// Relative growth a kelvin.
     pub const GROWTH: Self = Self { name: "1/K", factor: 1.0 };
+    /// Degrees for a metre of travel; rad for a mm inside.
+    pub const DEG_PER_M: Self = Self { name: "deg/m", factor: 180e3 / std::f64::consts::PI };
     /// Millimetres an hour.
     pub const MM_PER_HOUR: Self = Self { name: "mm/h", factor: 1.0 };
     /// Units a defined parameter may have; formulas see them as they are shown.

@@ -3,6 +3,7 @@
 use plumb_kinematics::{Posture, Weights};
 
 use super::identity::Channel;
+use super::sampling::distinct;
 use crate::arm_model::{Model, SurfaceShape};
 use crate::table::Table;
 
@@ -43,6 +44,8 @@ pub struct Passport {
     pub greatest_moments: Vec<f64>,
     /// Least and greatest coordinate of each joint.
     pub ranges: Vec<(f64, f64)>,
+    /// Where each slide was measured, mm, each place once and in order; empty of joints that turn.
+    pub places: Vec<Vec<f64>>,
 }
 
 fn range(values: &[f64]) -> Option<f64> {
@@ -95,6 +98,7 @@ impl Passport {
             clocks: if table.is_of_stripes() && table.time.is_none() { Vec::new() } else { clocks(table) },
             greatest_moments: greatest_moments(model, table),
             ranges: (0..table.joints).map(span).collect(),
+            places: (0..table.joints).map(|joint| places(model, table, joint)).collect(),
         }
     }
 
@@ -112,6 +116,14 @@ impl Passport {
     pub fn has_both_sides(&self, joint: usize) -> bool {
         self.both_sides.get(joint).copied().unwrap_or(false)
     }
+}
+
+/// Where a slide was measured, mm.
+fn places(model: &Model, table: &Table, joint: usize) -> Vec<f64> {
+    if !model.slides(joint) {
+        return Vec::new();
+    }
+    distinct((0..table.len()).filter_map(|row| table.q_of(row).get(joint).copied()).collect())
 }
 
 /// The numbers that a table holds readings of.

@@ -28,7 +28,7 @@ impl<'a> Sites<'a> {
             (Places::Sensor, [] | ["sensor"]) => self.ids([Spot::Sensor]),
             (Places::Joints, []) => self.ids(self.joints("*")?),
             (Places::Joints, [name]) => self.ids(self.joints(name)?),
-            (Places::JointsAndOrder, [name, order]) => self.with_order(name, order),
+            (Places::JointsAndOrder | Places::JointsAndPieces, [name, order]) => self.with_order(name, order),
             (Places::JointPairs, [first, other]) => self.pairs(first, other),
             (Places::JointsAndQuantity, [name, of]) => self.with_quantity(name, of),
             (Places::Targets, [] | ["*"]) => self.ids((0..model.targets.len()).map(Spot::Target)),
@@ -125,6 +125,7 @@ impl<'a> Sites<'a> {
         let arguments = match self.kind.places {
             Places::Joints => "(joint)",
             Places::JointsAndOrder => "(joint, periods a turn)",
+            Places::JointsAndPieces => "(joint, pieces)",
             Places::JointPairs => "(joint, other joint)",
             Places::JointsAndQuantity => "(joint, zero|length|offset)",
             Places::Targets => "(p1)",

@@ -6,17 +6,29 @@
 
 use std::fmt::Write as _;
 
+use nalgebra::Vector3;
+use plumb_kinematics::Posture;
 use thiserror::Error;
 
 use crate::arm_model::{AddedEffect, MapCarrier, Model};
-use crate::effect::{self, EffectNameError};
+use crate::effect::{self, EffectId, EffectNameError};
 use crate::forward::rates;
 
 /// Lines that LinuxCNC takes at most.
 pub const MOST_LINES: usize = 256;
 
 /// Effects that go by a joint's own coordinate and the side from which it arrived, and by nothing else.
-const HELD: [&str; 4] = ["joint_zero", "joint_gain", "joint_harmonic", "joint_backlash"];
+const HELD: [&str; 6] =
+    ["joint_zero", "joint_gain", "joint_harmonic", "joint_backlash", "screw_wave", "positioning_error"];
+
+/// Lines that a wave needs in its period at least: straight lines between eight miss it by less than a twelfth of its amplitude.
+const LINES_A_WAVE: f64 = 8.0;
+
+/// Places between two lines at which the model is held against the straight line.
+const LOOKED_BETWEEN: u32 = 7;
+
+/// What a map does across the axis is left out of a table without a word below this, mm: a tenth of the finest resolution that reading heads have.
+const NO_STRAIGHTNESS: f64 = 1e-5;
 
 /// Limits as far apart, mm or rad, are none: no axis is that long.
 const LONGEST: f64 = 1e5;
@@ -41,7 +53,7 @@ pub struct Compensation {
     pub unit: &'static str,
     /// What of the joint such a table cannot hold, as people write it.
     pub left_out: Vec<String>,
-    /// By how much straight lines between the table's lines miss the model at most, halfway between them.
+    /// By how much straight lines between the table's lines miss the model at most.
     pub between: f64,
 }
 
@@ -51,9 +63,9 @@ pub struct Compensation {
 /// [`CompensationError`].
 pub fn compensation(model: &Model, joint: usize, lines: usize) -> Result<Compensation, CompensationError> {
     let (low, high) = travel(model, joint)?;
-    let errors = JointErrors::of(model, joint)?;
-    let factor = if model.slides(joint) { 1.0 } else { 1.0_f64.to_degrees() };
     let count = lines.clamp(2, MOST_LINES);
+    let errors = JointErrors::of(model, joint, ((low, high), count))?;
+    let factor = if model.slides(joint) { 1.0 } else { 1.0_f64.to_degrees() };
     let at = |line: f64| low + (high - low) * line / (count - 1) as f64;
     let reached = |q: f64| [1, -1].map(|side| q + errors.at(q, side));
     let table: Vec<[f64; 3]> = (0..count)
@@ -65,9 +77,12 @@ pub fn compensation(model: &Model, joint: usize, lines: usize) -> Result<Compens
         .collect();
     let mut between = 0.0_f64;
     for (line, (one, next)) in table.iter().zip(table.iter().skip(1)).enumerate() {
-        let exact = reached(at(line as f64 + 0.5));
-        for (side, exact) in exact.into_iter().enumerate() {
-            between = between.max((f64::midpoint(one[side + 1], next[side + 1]) - exact * factor).abs());
+        for part in 1..=LOOKED_BETWEEN {
+            let part = f64::from(part) / f64::from(LOOKED_BETWEEN + 1);
+            for (side, exact) in reached(at(line as f64 + part)).into_iter().enumerate() {
+                let straight = one[side + 1] + part * (next[side + 1] - one[side + 1]);
+                between = between.max((straight - exact * factor).abs());
+            }
         }
     }
     let unit = if model.slides(joint) { "mm" } else { "deg" };
@@ -92,25 +107,58 @@ struct JointErrors<'m> {
     model: &'m Model,
     joint: usize,
     effects: Vec<(Box<dyn effect::Effect>, &'m [f64])>,
+    /// The direction in which the joint's coordinate grows, base frame, where it is the only one and slides: shifts along it are errors of its position.
+    alone: Option<Vector3<f64>>,
     left_out: Vec<String>,
 }
 
+/// Which way the only slide of a machine goes, base frame; nothing where there are more joints, or where it turns.
+fn only_slide(model: &Model) -> Option<Vector3<f64>> {
+    let [row] = model.chain.joints.as_slice() else { return None };
+    let posture = Posture::of(&model.chain, &[0.0], &[]);
+    let axis = posture.joints.first()?.axis;
+    model.slides(0).then(|| axis * row.sign)
+}
+
 impl<'m> JointErrors<'m> {
-    fn of(model: &'m Model, joint: usize) -> Result<Self, CompensationError> {
-        let mut errors = Self { model, joint, effects: Vec::new(), left_out: Vec::new() };
+    /// Those that so many lines over a travel hold.
+    fn of(
+        model: &'m Model,
+        joint: usize,
+        ((low, high), lines): ((f64, f64), usize),
+    ) -> Result<Self, CompensationError> {
+        let alone = only_slide(model);
+        let mut errors = Self { model, joint, effects: Vec::new(), alone, left_out: Vec::new() };
+        let apart = (high - low) / (lines.max(2) - 1) as f64;
         let is_there = |added: &&AddedEffect| {
             added.id.joint() == Some(joint) && added.values.iter().any(|value| *value != 0.0)
         };
         for added in model.effects.iter().chain(&model.fitted).filter(is_there) {
+            if let Some(needed) = lines_for(model, &added.id, apart) {
+                errors.left_out.push(format!("{} ({needed})", model.label(&added.id)));
+                continue;
+            }
             match HELD.contains(&added.id.name.as_str()) {
                 true => errors.effects.push((effect::build(&added.id, model)?, &added.values)),
                 false => errors.left_out.push(model.label(&added.id)),
             }
         }
-        if model.residual_map.as_ref().is_some_and(|map| !map.waves.is_empty()) {
-            errors.left_out.push("the part of the residual map that goes by the whole pose".to_owned());
-        }
+        errors.left_out.extend(errors.not_of_the_joint());
         Ok(errors)
+    }
+
+    /// What of the residual map is no error of the joint's own position.
+    fn not_of_the_joint(&self) -> Option<String> {
+        let waves =
+            self.model.residual_map.as_ref().map(|map| &map.waves).filter(|waves| !waves.is_empty())?;
+        let Some(along) = self.alone else {
+            return Some("the part of the residual map that goes by the whole pose".to_owned());
+        };
+        let across = waves.iter().map(|wave| (wave.shift - along * wave.shift.dot(&along)).norm());
+        let most: f64 = across.sum();
+        (most > NO_STRAIGHTNESS).then(|| {
+            format!("the part of the residual map across the axis, its straightness (up to {most:.4} mm)")
+        })
     }
 
     /// By how much the joint is beyond what was commanded, rad or mm.
@@ -136,10 +184,25 @@ impl<'m> JointErrors<'m> {
         let along = map.along.iter().flat_map(|along| &along.weights);
         let weights = shifts.chain(along).chain(map.sides.iter().flat_map(|side| &side.weights));
         let columns = map.columns(region, pose, sides);
-        let own =
-            columns.iter().zip(weights).filter(|((carrier, _), _)| *carrier == MapCarrier::Joint(self.joint));
-        own.map(|((_, value), weight)| value * weight).sum()
+        let share = |carrier: MapCarrier| match (carrier, self.alone) {
+            (MapCarrier::Joint(joint), _) if joint == self.joint => 1.0,
+            (MapCarrier::Shift(axis), Some(along)) => along.get(axis).copied().unwrap_or(0.0),
+            _ => 0.0,
+        };
+        columns.iter().zip(weights).map(|((carrier, value), weight)| share(*carrier) * value * weight).sum()
     }
+}
+
+/// What lines so far apart (mm) lack for a wave of a screw; nothing where they hold it, and of other effects.
+fn lines_for(model: &Model, id: &EffectId, apart: f64) -> Option<String> {
+    let row = model.chain.joints.get(id.joint()?).filter(|_| id.name == "screw_wave")?;
+    let period = row.screw_pitch? / id.order?;
+    (apart * LINES_A_WAVE > period * (1.0 + 1e-9)).then(|| {
+        format!(
+            "its period is {period} mm and the file's lines are {apart:.3} mm apart; {:.3} would do, and LinuxCNC takes at most {MOST_LINES} lines",
+            period / LINES_A_WAVE
+        )
+    })
 }
 
 /// The table as LinuxCNC reads it: nothing but its lines.

@@ -139,6 +139,7 @@ pub(super) struct RawJoint {
     pub(super) limits_mm: Option<Spanned<[f64; 2]>>,
     pub(super) sign: Option<Spanned<f64>>,
     pub(super) gear_ratio: Option<Spanned<f64>>,
+    pub(super) screw_pitch_mm: Option<Spanned<f64>>,
     #[serde(default)]
     pub(super) slides: bool,
     pub(super) less: Option<Spanned<String>>,

@@ -20,6 +20,10 @@ const WORDS: &[(&str, &str)] = &[
         "joints.gear_ratio",
         "Turns of the motor for a turn of the joint; harmonics of the motor's turn need it.",
     ),
+    (
+        "joints.screw_pitch_mm",
+        "Travel of a joint that slides for one turn of its screw; `screw_wave` needs it.",
+    ),
     ("joints.slides", "It slides along its axis in place of turning about it."),
     ("joints.less", "The reading is an attitude: the joint turns by it less that of this joint."),
     ("links", "What the parts weigh, for effects of gravity."),

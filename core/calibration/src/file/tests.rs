@@ -12,7 +12,7 @@ arm: whole
 convention: proximal
 joints:
   - {name: turn, a_mm: 10, alpha_deg: -90, d_mm: 20, theta_deg: 5, limits_deg: [-170, 160], sign: -1, gear_ratio: 80}
-  - {name: slide, slides: true, alpha_deg: 90, limits_mm: [0, 400]}
+  - {name: slide, slides: true, alpha_deg: 90, limits_mm: [0, 400], screw_pitch_mm: 5}
   - {name: wrist, a_mm: 30, limits_deg: [-90, 90], less: turn}
 links: [{after: slide, mass_kg: 2.5, centre_mm: [1, -2, 3]}]
 base: {xyz_mm: [100, -50, 7], rpy_deg: [10, -20, 30], free: true}
@@ -58,6 +58,7 @@ fn every_section_becomes_what_it_means_in_millimetres_and_radians() {
     assert!((turn.alpha + std::f64::consts::FRAC_PI_2).abs() < 1e-12 && turn.sign == -1.0);
     assert_eq!((turn.gear_ratio, wrist.less, slide.limits), (Some(80.0), Some(0), (0.0, 400.0)));
     assert!(model.slides(1) && !model.slides(2));
+    assert_eq!((turn.screw_pitch, slide.screw_pitch), (None, Some(5.0)));
     assert_eq!((model.masses[0].after, model.masses[0].mass), (1, 2.5));
     let (roll, pitch, yaw) = model.base.pose.rotation.euler_angles();
     let degrees = [roll, pitch, yaw].map(f64::to_degrees);
@@ -135,8 +136,16 @@ fn each_mistake_is_told_with_its_line_and_what_would_be_right() {
         ("less: turn", "less: torn", "there is no joint `torn` before it", "did you mean `turn`?"),
         ("sign: -1", "sign: 2", "a sign is 1 or -1, not 2", ""),
         ("gear_ratio: 80", "gear_ratio: 0", "a gear ratio of 0 cannot be", ""),
+        ("gear_ratio: 80", "screw_pitch_mm: 5", "`turn` turns", "screw_pitch_mm is of a joint that slides"),
         (
-            "slides: true, alpha_deg: 90, limits_mm: [0, 400]",
+            "screw_pitch_mm: 5",
+            "screw_pitch_mm: 0",
+            "a pitch of 0 mm cannot be",
+            "it is the travel for one turn of the screw, more than 0",
+        ),
+        ("screw_pitch_mm: 5", "screw_pitch_mm: -5", "a pitch of -5 mm cannot be", ""),
+        (
+            "slides: true, alpha_deg: 90, limits_mm: [0, 400], screw_pitch_mm: 5",
             "slides: true, limits_deg: [0, 4]",
             "a joint that slides has limits_mm",
             "",

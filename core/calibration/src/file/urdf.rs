@@ -85,6 +85,7 @@ impl Checker<'_> {
             }
             joint.sign = read.sign;
             joint.gear_ratio = read.gear_ratio;
+            joint.screw_pitch = read.screw_pitch;
         }
         Chain::new(arm.chain.convention, joints)
             .or_else(|error| self.fail(&raw.convention.span, error.to_string()))

@@ -259,7 +259,25 @@ impl Checker<'_> {
             }
             joint.gear_ratio = Some(ratio.value);
         }
+        joint.screw_pitch = self.screw_pitch(raw)?;
         Ok(joint)
+    }
+
+    /// Travel for a turn of the screw, mm; nothing where none is given.
+    fn screw_pitch(&self, raw: &RawJoint) -> Checked<Option<f64>> {
+        let Some(pitch) = &raw.screw_pitch_mm else { return Ok(None) };
+        if !raw.slides {
+            let reason = format!("`{}` turns; screw_pitch_mm is of a joint that slides", raw.name.value);
+            return self.fail(&pitch.span, reason);
+        }
+        if !(pitch.value.is_finite() && pitch.value > 0.0) {
+            let reason = format!(
+                "a pitch of {} mm cannot be; it is the travel for one turn of the screw, more than 0",
+                pitch.value
+            );
+            return self.fail(&pitch.span, reason);
+        }
+        Ok(Some(pitch.value))
     }
 
     pub(super) fn joint_named(&self, name: &Spanned<String>, chain: &Chain) -> Checked<usize> {

@@ -103,6 +103,9 @@ fn joints(out: &mut String, model: &Model) -> std::fmt::Result {
         if let Some(ratio) = joint.gear_ratio {
             write!(out, ", gear_ratio: {}", number(ratio))?;
         }
+        if let Some(pitch) = joint.screw_pitch {
+            write!(out, ", screw_pitch_mm: {}", number(pitch))?;
+        }
         writeln!(out, "}}")?;
     }
     if !model.masses.is_empty() {

@@ -10,7 +10,7 @@ use crate::cross_validation::blocked_errors;
 use crate::explainable::{Explainable, explainable};
 use crate::noise_floor::Floor;
 use crate::thresholds::OUTLIER_WEIGHT;
-use plumb_calibration::effect::LooksAt;
+use plumb_calibration::effect::{self, LooksAt};
 use plumb_calibration::fit::{Convergence, Fit, Gauge, Part, ResidualModel, Slot};
 use plumb_calibration::measurement::ReadingNoise;
 use plumb_estimation::Progress;
@@ -280,6 +280,7 @@ impl Laboratory {
     fn noticed(&self, fit: &Fit) -> Vec<String> {
         let outside = self.rows_outside();
         let mut warnings = self.table.warnings.clone();
+        warnings.extend(effect::waves_not_shown(&self.survey()));
         warnings.extend(fit.doubts.iter().map(ToString::to_string));
         if outside > 0 {
             warnings.push(format!(

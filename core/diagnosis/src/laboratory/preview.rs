@@ -73,6 +73,9 @@ impl Laboratory {
             if fitted.iter().any(|known| known.id.same_as(&id)) {
                 continue;
             }
+            if let Some(reason) = effect::not_at_these_positions(&self.survey(), &id) {
+                return Err(LaboratoryError::Refused(reason));
+            }
             let id = self.searched(id, progress)?;
             let parameters = effect::build(&id, self.model())?.parameters().len();
             more.push(AddedEffect { id, values: vec![0.0; parameters] });

@@ -57,6 +57,7 @@ fn the_play_of_an_axis_is_named_beside_an_error_of_position_which_a_map_then_tak
     assert_eq!(named.effect.effect, "joint_backlash");
     assert!((named.size - PLAY).abs() < 3.0 * named.se && named.se < 0.001, "{} +- {}", named.size, named.se);
     assert!(told.sentence.contains("goes with the pose alone"), "{}", told.sentence);
+    assert!(told.sentence.contains("`positioning_error(x, 7)` holds it"), "{}", told.sentence);
 
     let growth = lab.grow_with_map(&watch).unwrap();
     let map = growth.residual_map.as_ref().expect("a map of the position's error");
@@ -87,5 +88,77 @@ fn a_sound_axis_has_neither_play_nor_map() {
         let growth = lab.grow_with_map(&Progress::unwatched()).unwrap();
         assert!(growth.steps.is_empty(), "seed {seed}: {:?}", growth.steps);
         assert!(growth.residual_map.is_none(), "seed {seed}: {:?}", growth.residual_map);
+    }
+}
+
+/// The same axis on a screw of 5 mm a turn.
+fn on_a_screw() -> String {
+    AXIS.replace("limits_mm: [-5, 205]", "limits_mm: [-5, 205], screw_pitch_mm: 5")
+}
+
+/// Wave of a made-up screw, mm, and its phase, rad.
+const WAVE: f64 = 0.011;
+const PHASE: f64 = 0.9;
+
+fn wave(x: f64) -> f64 {
+    WAVE * (std::f64::consts::TAU * x / 5.0 + PHASE).sin()
+}
+
+/// So many positions, each from both sides, at random along the travel or whole pitches apart.
+fn positions(seed: u64, count: u32, whole: bool) -> String {
+    let mut dice = Dice::seeded(seed);
+    let mut text = "q1_mm,approach_q1,p1_x_mm\n".to_owned();
+    for index in 0..count {
+        let x = match whole {
+            true => 10.0 * f64::from(index % 20),
+            false => (dice.between(0.0, 200.0) * 1000.0).round() / 1000.0,
+        };
+        for side in [1.0, -1.0] {
+            let read = x + wave(x) + 2e-4 * x - side * PLAY / 2.0 + dice.noise(SCATTER);
+            text.push_str(&format!("{x},{side},{read}\n"));
+        }
+    }
+    text
+}
+
+#[test]
+fn a_screw_out_of_true_is_named_with_its_size_beside_play_and_lead() {
+    let lab = laboratory(&on_a_screw(), &positions(5, 60, false), Options::default());
+    let growth = lab.grow_with_map(&Progress::unwatched()).unwrap();
+    let sizes: Vec<(String, f64, f64)> =
+        growth.steps.iter().map(|step| (step.label.clone(), step.added.size, step.added.se)).collect();
+    for (label, truth) in [("screw_wave(x, 1)", WAVE), ("joint_backlash(x)", PLAY), ("joint_gain(x)", 2e-4)] {
+        let (_, size, se) =
+            sizes.iter().find(|(found, ..)| found == label).unwrap_or_else(|| panic!("{label}: {sizes:?}"));
+        assert!((size - truth).abs() < 3.0 * se, "{label}: {size} +- {se}");
+    }
+    assert_eq!(growth.diagnosis.verdict, Verdict::AtFloor, "{}", growth.diagnosis.sentence);
+}
+
+#[test]
+fn at_whole_pitches_no_wave_is_told_and_the_notes_say_what_would_tell_it() {
+    let lab = laboratory(&on_a_screw(), &positions(6, 40, true), Options::default());
+    let told = lab.diagnose(&Progress::unwatched()).unwrap();
+    let is_wave = |label: &str| label.starts_with("screw_wave");
+    assert!(!told.candidates.iter().any(|one| is_wave(&one.label)), "{:?}", told.candidates);
+    let note = told.warnings.iter().find(|note| is_wave(note)).expect("a note about the wave");
+    assert!(
+        note.contains("cannot be identified: at the positions of x that were measured, whole pitches apart, it is the same everywhere. Measure at random within a pitch")
+            && note.contains("1.25 mm apart over 10.0 mm"),
+        "{note}"
+    );
+    let refused = lab.add("screw_wave(x, 1)", &Progress::unwatched()).unwrap_err().to_string();
+    assert_eq!(&refused, note);
+}
+
+#[test]
+fn a_sound_screw_is_not_said_to_run_out_of_true() {
+    for seed in 20..26 {
+        let text = table(seed, PLAY, |_| 0.0);
+        let growth = laboratory(&on_a_screw(), &text, Options::default())
+            .grow_with_map(&Progress::unwatched())
+            .unwrap();
+        let labels: Vec<&str> = growth.steps.iter().map(|step| step.label.as_str()).collect();
+        assert_eq!(labels, ["joint_backlash(x)"], "seed {seed}");
     }
 }

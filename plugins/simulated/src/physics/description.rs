@@ -57,6 +57,9 @@ pub struct Joint {
     pub limits: [f64; 2],
     /// Turns of the motor for a turn of the joint, where known.
     pub gear_ratio: Option<f64>,
+    /// Travel of a slide for a turn of its screw, mm, where known.
+    #[serde(default)]
+    pub screw_pitch: Option<f64>,
 }
 
 /// A weight carried by a link.
@@ -112,14 +115,24 @@ pub enum DescriptionError {
         joint: String,
     },
     /// The travel of a joint is empty or not finite.
-    #[error("joint `{joint}`: limits_deg [{low}, {high}] leave no travel; the lower limit comes first")]
+    #[error("joint `{joint}`: {key} [{low}, {high}] leave no travel; the lower limit comes first")]
     Limits {
         /// The joint.
         joint: String,
-        /// Lower limit, degrees.
+        /// As the limits are written.
+        key: &'static str,
+        /// Lower limit, degrees or mm.
         low: f64,
-        /// Upper limit, degrees.
+        /// Upper limit, degrees or mm.
         high: f64,
+    },
+    /// Limits under the other kind of joint's key, or a slide without any.
+    #[error("joint `{joint}`: its travel is written as `{key}: [from, to]`")]
+    Travel {
+        /// The joint.
+        joint: String,
+        /// As its limits are written.
+        key: &'static str,
     },
     /// A number that is not finite or of no use.
     #[error("joint `{joint}`: {what} is {value}; {right}")]
@@ -172,9 +185,12 @@ struct RawJoint {
     theta_deg: f64,
     #[serde(default = "one")]
     sign: f64,
-    #[serde(default = "full_circle")]
-    limits_deg: [f64; 2],
+    #[serde(default)]
+    slides: bool,
+    limits_deg: Option<[f64; 2]>,
+    limits_mm: Option<[f64; 2]>,
     gear_ratio: Option<f64>,
+    screw_pitch_mm: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -217,9 +233,8 @@ fn one() -> f64 {
     1.0
 }
 
-fn full_circle() -> [f64; 2] {
-    [-360.0, 360.0]
-}
+/// Travel of a joint that turns and has no limits, degrees.
+const FULL_CIRCLE: [f64; 2] = [-360.0, 360.0];
 
 impl RawJoint {
     fn checked(self) -> Result<Joint, DescriptionError> {
@@ -239,9 +254,17 @@ impl RawJoint {
         if self.sign.abs() != 1.0 {
             return refuse("sign", self.sign, "it is 1 or -1");
         }
-        let [low, high] = self.limits_deg;
+        let (limits, key) = match (self.slides, self.limits_deg, self.limits_mm) {
+            (false, given, None) => (given.unwrap_or(FULL_CIRCLE), "limits_deg"),
+            (true, None, Some(given)) => (given, "limits_mm"),
+            (slides, ..) => {
+                let key = if slides { "limits_mm" } else { "limits_deg" };
+                return Err(DescriptionError::Travel { joint: self.name, key });
+            }
+        };
+        let [low, high] = limits;
         if !(low.is_finite() && high.is_finite() && low < high) {
-            return Err(DescriptionError::Limits { joint: self.name, low, high });
+            return Err(DescriptionError::Limits { joint: self.name, key, low, high });
         }
         Ok(Joint {
             length: self.a_mm,
@@ -249,10 +272,11 @@ impl RawJoint {
             offset: self.d_mm,
             rest_angle: self.theta_deg.to_radians(),
             sign: self.sign,
-            limits: [low.to_radians(), high.to_radians()],
+            limits: if self.slides { limits } else { limits.map(f64::to_radians) },
             gear_ratio: self.gear_ratio,
+            screw_pitch: self.screw_pitch_mm.filter(|_| self.slides),
             name: self.name,
-            motion: Motion::Turns,
+            motion: if self.slides { Motion::Slides } else { Motion::Turns },
             mounted: Rigid::IDENTITY,
         })
     }
@@ -360,7 +384,22 @@ mod tests {
         );
         let unknown = message("a_mm: 500", "a_mm: 500, length: 3");
         assert!(unknown.contains("model:4:30: unknown key `length`"), "{unknown}");
-        let slides = message("a_mm: 500", "slides: true");
-        assert!(slides.contains("unknown key `slides`"), "an arm here has no slides: {slides}");
+        for slip in ["slides: true", "slides: true, limits_deg: [0, 90]"] {
+            assert_eq!(
+                message("a_mm: 500", slip),
+                "joint `pivot`: its travel is written as `limits_mm: [from, to]`"
+            );
+        }
+        assert_eq!(
+            message("a_mm: 500", "slides: true, limits_mm: [90, 0]"),
+            "joint `pivot`: limits_mm [90, 0] leave no travel; the lower limit comes first"
+        );
+    }
+
+    #[test]
+    fn a_slide_has_its_travel_in_mm_and_the_pitch_of_its_screw() {
+        let text = ONE_LINK.replace("a_mm: 500", "slides: true, limits_mm: [0, 90], screw_pitch_mm: 5");
+        let joint = &ArmDescription::from_yaml(&text).unwrap().joints[0];
+        assert_eq!((joint.motion, joint.limits, joint.screw_pitch), (Motion::Slides, [0.0, 90.0], Some(5.0)));
     }
 }

@@ -7,6 +7,7 @@ mod lost_steps;
 mod play;
 mod settling;
 mod stick_slip;
+mod thrust_face;
 
 use super::description::ArmDescription;
 use super::imperfection::{Imperfection, Mechanism};
@@ -38,6 +39,9 @@ fn part(arm: &ArmDescription, imperfection: &Imperfection) -> Option<(u8, Box<dy
         }
         Mechanism::JointHarmonic { joint, per_turn, phase } => {
             (1, Box::new(EccentricWheel { joint, eccentricity: size * per_turn, per_turn, phase }))
+        }
+        Mechanism::ScrewWave { joint, pitch, per_turn, phase } => {
+            (1, Box::new(thrust_face::ThrustFace { joint, pitch, per_turn, phase, runout: size }))
         }
         Mechanism::JointGain { joint } => (2, Box::new(gear_ratio::Ratio { joint, excess: size })),
         Mechanism::JointCoupling { joint, driver } => {

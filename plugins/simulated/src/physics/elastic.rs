@@ -1,6 +1,7 @@
 //! What yields under load: springs in the drives, beams for links, cables, feet. All act at once and on the yielded arm.
 
 mod beam;
+mod guideway;
 mod rocking_base;
 mod torsion_spring;
 mod wind_up;
@@ -82,6 +83,13 @@ fn part(imperfection: &Imperfection) -> Option<Box<dyn ElasticPart>> {
             Box::new(StiffeningSpring { joint, compliance: size, knee })
         }
         Mechanism::LinkSag { joint } => Box::new(beam::Beam { joint, flexibility: size }),
+        Mechanism::AxisRoll { joint } => Box::new(guideway::Twisted { joint, twist: size }),
+        Mechanism::AxisPitch { joint } => {
+            Box::new(guideway::Bowed { joint, curvature: size, toward: guideway::Toward::Up })
+        }
+        Mechanism::AxisYaw { joint } => {
+            Box::new(guideway::Bowed { joint, curvature: size, toward: guideway::Toward::Left })
+        }
         Mechanism::CableWindUp { joint, slack } => Box::new(wind_up::WindUp { joint, pull: size, slack }),
         Mechanism::RockingBase { direction, softness } => {
             Box::new(rocking_base::RockingBase { direction, softness, tilt: size })

@@ -56,6 +56,14 @@ pub enum Mechanism {
     JointStiffening { joint: usize, knee: f64 },
     /// A wheel turning `per_turn` times for a turn of the joint runs out of true; rad at the joint.
     JointHarmonic { joint: usize, per_turn: f64, phase: f64 },
+    /// The face on which a screw of this pitch (mm) bears runs out, so that it goes to and fro `per_turn` times a turn; mm, the amplitude.
+    ScrewWave { joint: usize, pitch: f64, per_turn: f64, phase: f64 },
+    /// The guideway of a slide is twisted, so that its carriage rolls about its travel; rad for a mm.
+    AxisRoll { joint: usize },
+    /// The guideway is bowed upright: its carriage rises along an arc of this curvature; rad for a mm.
+    AxisPitch { joint: usize },
+    /// The guideway is bowed sideways, to the left of its travel; rad for a mm.
+    AxisYaw { joint: usize },
     /// Play of the gears; rad, the whole width.
     JointBacklash { joint: usize },
     /// The drive creeps into place: it lags by a share of the last moves, forgotten with time; rad per rad.
@@ -124,6 +132,10 @@ impl Mechanism {
             Self::JointCompliance { .. } => "joint_compliance",
             Self::JointStiffening { .. } => "joint_stiffening",
             Self::JointHarmonic { .. } => "joint_harmonic",
+            Self::ScrewWave { .. } => "screw_wave",
+            Self::AxisRoll { .. } => "axis_roll",
+            Self::AxisPitch { .. } => "axis_pitch",
+            Self::AxisYaw { .. } => "axis_yaw",
             Self::JointBacklash { .. } => "joint_backlash",
             Self::JointSettling { .. } => "joint_settling",
             Self::JointCoupling { .. } => "joint_coupling",
@@ -160,7 +172,9 @@ impl Mechanism {
             Self::LinkLength { .. }
             | Self::LinkOffset { .. }
             | Self::BasePosition { .. }
-            | Self::ToolOffset { .. } => "mm",
+            | Self::ToolOffset { .. }
+            | Self::ScrewWave { .. } => "mm",
+            Self::AxisRoll { .. } | Self::AxisPitch { .. } | Self::AxisYaw { .. } => "rad/mm",
             Self::WarmUp { of: Warming::Length | Warming::Offset, .. } => "mm",
             Self::JointGain { .. }
             | Self::JointSettling { .. }
@@ -187,6 +201,10 @@ impl Mechanism {
             | Self::JointCompliance { joint }
             | Self::JointStiffening { joint, .. }
             | Self::JointHarmonic { joint, .. }
+            | Self::ScrewWave { joint, .. }
+            | Self::AxisRoll { joint }
+            | Self::AxisPitch { joint }
+            | Self::AxisYaw { joint }
             | Self::JointBacklash { joint }
             | Self::JointSettling { joint, .. }
             | Self::JointCoupling { joint, .. }
@@ -243,6 +261,8 @@ impl Mechanism {
         match self.unit_on(arm) {
             "mm" => 10.0,
             "mm/h" => 20.0,
+            // A degree a metre.
+            "rad/mm" => 1.75e-5,
             "mm/mm" => 0.01,
             "rad/rad" => 0.05,
             "rad/(N m)" | "rad" => 0.05,
@@ -257,6 +277,7 @@ impl Mechanism {
             "rad/(N m)" => 1e-6,
             "1/(N m2)" => 1e-7,
             "1/K" => 1e-5,
+            "rad/mm" => 1e-7,
             "mm" | "mm/h" => 0.1,
             _ => 1e-4,
         }

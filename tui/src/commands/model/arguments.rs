@@ -284,7 +284,7 @@ pub(crate) enum ExportForm {
     Dh,
     /// Joint targets in place of those of `--poses`: with them the tip and the hand come where the drawing (the first revision) would have had them.
     Targets,
-    /// A compensation file of LinuxCNC for one joint (COMP_FILE, type 0): its zero, gain, waves, play and residual map. mm or degrees.
+    /// A compensation file of LinuxCNC for one joint (COMP_FILE, type 0): its zero, gain, waves, map and play. mm or degrees.
     Linuxcnc,
 }
 

@@ -4,7 +4,7 @@ use std::error::Error;
 
 use nalgebra::{Isometry3, Vector3};
 use plumb_calibration::arm_model::{Model, StripeRig};
-use plumb_calibration::effect::{self, Family, Kind, Parameter, Places, Search};
+use plumb_calibration::effect::{self, EffectId, EffectNameError, Family, Kind, Parameter, Places, Search};
 
 use super::arguments::EffectsArguments;
 use super::text::figure;
@@ -16,6 +16,7 @@ const EXAMPLE: &str = "
 arm: example
 convention: distal
 joints:
+  - {name: rail, slides: true, limits_mm: [0, 500], screw_pitch_mm: 5}
   - {name: waist, a_mm: 0, alpha_deg: 90, d_mm: 400}
   - {name: shoulder, a_mm: 300, alpha_deg: 0, d_mm: 0}
   - {name: elbow, a_mm: 250, alpha_deg: 0, d_mm: 0}
@@ -81,6 +82,7 @@ fn signature(kind: &Kind) -> String {
     let places = match kind.places {
         Places::Joints => "(JOINT)",
         Places::JointsAndOrder => "(JOINT, PERIODS)",
+        Places::JointsAndPieces => "(JOINT, PIECES)",
         Places::JointPairs => "(JOINT, DRIVING)",
         Places::JointsAndQuantity => "(JOINT, WHAT)",
         Places::Targets => "(TARGET)",
@@ -92,31 +94,39 @@ fn signature(kind: &Kind) -> String {
     format!("{}{places}", kind.name)
 }
 
-/// The effect at a site of the example arm.
-fn example(kind: &Kind) -> String {
+/// The effect at a site of the example arm: at a joint that turns, or, where it is of slides, at its rail.
+fn example(kind: &Kind, joint: &str) -> String {
     let place = match kind.places {
-        Places::Joints => "(elbow)",
-        Places::JointsAndOrder => "(elbow, 2)",
-        Places::JointPairs => "(elbow, shoulder)",
-        Places::JointsAndQuantity => "(elbow, zero)",
-        Places::Targets => "(p1)",
-        Places::Axes => "(x)",
-        Places::Surfaces => "(table)",
-        Places::Readings => "(distance)",
-        Places::Base | Places::Instrument | Places::Sensor => "",
+        Places::Joints => format!("({joint})"),
+        Places::JointsAndOrder => format!("({joint}, 2)"),
+        Places::JointsAndPieces => format!("({joint}, 10)"),
+        Places::JointPairs => format!("({joint}, shoulder)"),
+        Places::JointsAndQuantity => format!("({joint}, zero)"),
+        Places::Targets => "(p1)".to_owned(),
+        Places::Axes => "(x)".to_owned(),
+        Places::Surfaces => "(table)".to_owned(),
+        Places::Readings => "(distance)".to_owned(),
+        Places::Base | Places::Instrument | Places::Sensor => String::new(),
     };
     format!("{}{place}", kind.name)
 }
 
-fn details(kind: &Kind) -> Result<String, Box<dyn Error>> {
-    let mut model = Model::parse("example", EXAMPLE)?;
-    let example = example(kind);
-    let mut id = effect::parse(&example, &model)?;
+/// The effect of a kind at the example arm, with what is searched for in it set to something: its parameters are the same whatever that is.
+fn example_id(kind: &Kind, joint: &str, model: &Model) -> Result<EffectId, EffectNameError> {
+    let mut id = effect::parse(&example(kind, joint), model)?;
     if kind.search != Search::Nothing {
-        // The parameters are the same whatever number is searched for.
         id.inner = Some(1.0);
     }
-    let of_a_stripe = effect::build(&id, &model).is_err();
+    Ok(id)
+}
+
+fn details(kind: &Kind) -> Result<String, Box<dyn Error>> {
+    let mut model = Model::parse("example", EXAMPLE)?;
+    let acts = |joint: &str| effect::build(&example_id(kind, joint, &model)?, &model).map(|_| ());
+    let at = ["elbow", "rail"].into_iter().find(|joint| acts(joint).is_ok());
+    let of_a_stripe = at.is_none();
+    let example = example(kind, at.unwrap_or("elbow"));
+    let id = example_id(kind, at.unwrap_or("elbow"), &model)?;
     model.stripe_rig = Some(example_rig());
     let effect = effect::build(&id, &model)?;
     let mut text = format!("{}\n\n", signature(kind));

@@ -8,7 +8,7 @@ use plumb_simulated::physics::campaign::catalogue::Choice;
 use plumb_simulated::physics::campaign::specification::{
     Approach, Free, Reading, Size, Specification, Spread, Wanted,
 };
-use plumb_simulated::physics::description::ArmDescription;
+use plumb_simulated::physics::description::{ArmDescription, Motion};
 use plumb_simulated::physics::random::Random;
 
 use super::error::TrialError;
@@ -149,8 +149,12 @@ pub fn find_arm(name: &str) -> Result<ArmDescription, TrialError> {
     }
     let text = read_text(Path::new(name), FileKind::WORLD)
         .map_err(|source| TrialError::Read { path: name.into(), source: source.into() })?;
-    ArmDescription::from_yaml(&text)
-        .map_err(|source| TrialError::Description { path: name.to_owned(), source })
+    let arm = ArmDescription::from_yaml(&text)
+        .map_err(|source| TrialError::Description { path: name.to_owned(), source })?;
+    match arm.joints.iter().find(|joint| joint.motion == Motion::Slides) {
+        Some(joint) => Err(TrialError::Slides { path: name.to_owned(), joint: joint.name.clone() }),
+        None => Ok(arm),
+    }
 }
 
 /// Most trials hide one effect; some none, two, something unknown to the lab, or a machine that does not repeat.

@@ -30,6 +30,16 @@ pub enum TrialError {
         /// What is wrong.
         source: DescriptionError,
     },
+    /// Its tables are of joints that turn.
+    #[error(
+        "{path}: joint `{joint}` slides, and a trial of --arm is of joints that turn; hide something in a cell of it with --cell, or in measurements of it with `plumb trial inject`"
+    )]
+    Slides {
+        /// The file.
+        path: String,
+        /// The joint.
+        joint: String,
+    },
     /// `--effect` cannot be read.
     #[error(transparent)]
     Wish(#[from] WishError),

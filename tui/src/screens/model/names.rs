@@ -18,7 +18,10 @@ fn names(standing: Option<&Standing>) -> Vec<String> {
                 all.push(format!("{name}(*)"));
                 all.extend(joints().map(|joint| format!("{name}({joint})")));
             }
-            Places::JointsAndOrder | Places::JointPairs | Places::JointsAndQuantity => {
+            Places::JointsAndOrder
+            | Places::JointsAndPieces
+            | Places::JointPairs
+            | Places::JointsAndQuantity => {
                 all.extend(joints().map(|joint| format!("{name}({joint}, ")));
             }
             Places::Targets => all.push(format!("{name}(p")),

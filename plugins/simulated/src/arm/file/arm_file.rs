@@ -43,6 +43,9 @@ const USUALLY_HUNG_KG: f64 = 5.0;
 /// Longest link, mm: lengths beyond it are no arm's.
 const LONGEST_MM: f64 = 20_000.0;
 
+/// The finest screw, mm: a tenth of what micrometers have.
+const FINEST_PITCH_MM: f64 = 0.05;
+
 /// Furthest travel, deg or mm.
 const FURTHEST: f64 = 5000.0;
 
@@ -83,6 +86,7 @@ struct RawJoint {
     step_mm: Option<Number>,
     home_deg: Option<Number>,
     home_mm: Option<Number>,
+    screw_pitch_mm: Option<Number>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -230,6 +234,7 @@ impl Reader<'_> {
         if typed.limits_deg.is_some() || typed.limits_mm.is_some() {
             joint.limits = self.limits(typed, joint.motion);
         }
+        joint.screw_pitch = self.screw_pitch(typed, joint.motion);
     }
 
     fn row(&self, raw: &RawJoint) -> Joint {
@@ -251,7 +256,20 @@ impl Reader<'_> {
             sign,
             limits: self.limits(raw, motion),
             gear_ratio: None,
+            screw_pitch: self.screw_pitch(raw, motion),
         }
+    }
+
+    /// Travel for a turn of the screw, mm; none after a complaint.
+    fn screw_pitch(&self, raw: &RawJoint, motion: Motion) -> Option<f64> {
+        let pitch = raw.screw_pitch_mm.as_ref()?;
+        if motion == Motion::Turns {
+            let problem =
+                format!("joint `{}` turns; `screw_pitch_mm` is of a joint that slides", raw.name.value);
+            self.typed.wrong(pitch.span, &problem);
+            return None;
+        }
+        Some(self.typed.number("screw_pitch_mm", pitch, FINEST_PITCH_MM..=LONGEST_MM, "mm"))
     }
 
     /// How far a joint goes, rad or mm; NaN after a complaint.

@@ -32,6 +32,16 @@ impl Checker<'_> {
     }
 
     /// The same of a joint that turns: what needs angles and moments is nothing of a slide's.
+    pub(super) fn sliding_joint(&self, name: &Spanned<String>) -> Option<usize> {
+        let joint = self.joint(name)?;
+        if self.motion(joint) == Motion::Turns {
+            let problem = format!("joint `{}` turns; this is an error of joints that slide", name.value);
+            self.typed.wrong(name.span, &problem);
+            return None;
+        }
+        Some(joint)
+    }
+
     pub(super) fn turning_joint(&self, name: &Spanned<String>) -> Option<usize> {
         let joint = self.joint(name)?;
         if self.motion(joint) == Motion::Slides {

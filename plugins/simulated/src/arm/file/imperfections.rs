@@ -13,6 +13,9 @@ use crate::physics::imperfection::{Imperfection, Mechanism, Warming};
 /// The softest drive, rad/(N m): what trials take for the most that anyone would believe ([`Mechanism::greatest_plausible`]).
 const SOFTEST: f64 = 0.05;
 
+/// Millimetres in a metre.
+const MM_PER_M: f64 = 1000.0;
+
 /// One thing that is wrong.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -26,6 +29,10 @@ pub(super) enum RawImperfection {
     JointCompliance(Compliance),
     JointStiffening(Stiffening),
     JointHarmonic(Harmonic),
+    ScrewWave(ScrewWave),
+    AxisRoll(Rail),
+    AxisPitch(Rail),
+    AxisYaw(Rail),
     JointBacklash(Backlash),
     JointSettling(Settling),
     JointCoupling(Coupling),
@@ -93,6 +100,24 @@ pub(super) struct Harmonic {
     amplitude_deg: Number,
     #[serde(default)]
     phase_deg: Option<Number>,
+}
+
+/// A screw out of true; its pitch stands in the arm's file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ScrewWave {
+    joint: Spanned<String>,
+    per_turn: Option<Number>,
+    amplitude_mm: Number,
+    phase_deg: Option<Number>,
+}
+
+/// A guideway that is not straight.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Rail {
+    joint: Spanned<String>,
+    deg_per_m: Number,
 }
 
 /// Play.
@@ -172,6 +197,12 @@ pub fn written(one: &Imperfection, paper: &ArmOnPaper) -> Option<String> {
         Mechanism::JointHarmonic { per_turn, phase, .. } => {
             format!("per_turn: {per_turn}, amplitude_deg: {degrees}, phase_deg: {}", phase.to_degrees())
         }
+        Mechanism::ScrewWave { per_turn, phase, .. } => {
+            format!("per_turn: {per_turn}, amplitude_mm: {size}, phase_deg: {}", phase.to_degrees())
+        }
+        Mechanism::AxisRoll { .. } | Mechanism::AxisPitch { .. } | Mechanism::AxisYaw { .. } => {
+            format!("deg_per_m: {}", degrees * MM_PER_M)
+        }
         Mechanism::JointBacklash { .. } => format!("width_{unit}: {own}"),
         Mechanism::JointCoupling { driver, .. } => {
             format!("driver: {}, deg_per_deg: {size}", paper.drive.joints.get(driver)?.name)
@@ -212,6 +243,10 @@ impl Checker<'_> {
             RawImperfection::JointCompliance(raw) => self.compliance(raw)?,
             RawImperfection::JointStiffening(raw) => self.stiffening(raw)?,
             RawImperfection::JointHarmonic(raw) => self.harmonic(raw)?,
+            RawImperfection::ScrewWave(raw) => self.screw_wave(raw)?,
+            RawImperfection::AxisRoll(raw) => at(self.rail(raw)?, |joint| Mechanism::AxisRoll { joint }),
+            RawImperfection::AxisPitch(raw) => at(self.rail(raw)?, |joint| Mechanism::AxisPitch { joint }),
+            RawImperfection::AxisYaw(raw) => at(self.rail(raw)?, |joint| Mechanism::AxisYaw { joint }),
             RawImperfection::JointBacklash(raw) => self.backlash(raw)?,
             RawImperfection::JointSettling(raw) => self.settling(raw)?,
             RawImperfection::JointCoupling(raw) => self.coupling(raw)?,
@@ -292,6 +327,28 @@ impl Checker<'_> {
         let phase = self.typed.or("phase_deg", &raw.phase_deg, 0.0, -360.0..=360.0, "deg").to_radians();
         let size = self.typed.number("amplitude_deg", &raw.amplitude_deg, 0.0..=3.0, "deg").to_radians();
         Some((Mechanism::JointHarmonic { joint: joint?, per_turn, phase }, size))
+    }
+
+    fn screw_wave(&self, raw: &ScrewWave) -> Option<(Mechanism, f64)> {
+        let per_turn = self.typed.or("per_turn", &raw.per_turn, 1.0, 0.1..=10.0, "waves a turn of the screw");
+        let phase = self.typed.or("phase_deg", &raw.phase_deg, 0.0, -360.0..=360.0, "deg").to_radians();
+        let size = self.typed.number("amplitude_mm", &raw.amplitude_mm, 0.0..=1.0, "mm");
+        let joint = self.sliding_joint(&raw.joint)?;
+        let Some(pitch) = self.paper.shape.joints.get(joint).and_then(|row| row.screw_pitch) else {
+            let problem = format!(
+                "joint `{}` has no screw: give it `screw_pitch_mm`, the travel for one turn, in the arm's file",
+                raw.joint.value
+            );
+            self.typed.wrong(raw.joint.span, &problem);
+            return None;
+        };
+        Some((Mechanism::ScrewWave { joint, pitch, per_turn, phase }, size))
+    }
+
+    fn rail(&self, raw: &Rail) -> Option<(usize, f64)> {
+        let size =
+            self.typed.number("deg_per_m", &raw.deg_per_m, -1.0..=1.0, "deg/m").to_radians() / MM_PER_M;
+        Some((self.sliding_joint(&raw.joint)?, size))
     }
 
     fn warm_up(&self, raw: &WarmUp, place: Span) -> Option<(Mechanism, f64)> {

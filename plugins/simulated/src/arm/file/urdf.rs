@@ -166,6 +166,7 @@ fn rows(chain: &[&Typed<'_>], links: &[Node<'_, '_>]) -> Result<UrdfArm, UrdfErr
                 sign: 1.0,
                 limits: joint.limits,
                 gear_ratio: None,
+                screw_pitch: None,
             });
             arm.speeds.push(joint.speed);
             row_from_link = link_from_row.inverse();

@@ -134,6 +134,11 @@ pub(super) fn describe(
             tell("n", per_turn.into());
             tell("phase_rad", phase.into());
         }
+        Mechanism::ScrewWave { pitch, per_turn, phase, .. } => {
+            tell("n", per_turn.into());
+            tell("pitch_mm", pitch.into());
+            tell("phase_rad", phase.into());
+        }
         Mechanism::JointCoupling { driver, .. } => tell("with", arm.joint_name(driver).into()),
         Mechanism::JointStep { at_s, .. } => tell("at_s", at_s.into()),
         Mechanism::JointStiffening { knee, .. } => tell("knee_nm", knee.into()),

@@ -30,6 +30,9 @@ pub const LIBRARY: [&str; 15] = [
     "warm_up",
 ];
 
+/// Effects of the lab's library that slides alone have; never drawn by lot with the others, for most arms have no slide.
+pub const SLIDES: [&str; 4] = ["screw_wave", "axis_roll", "axis_pitch", "axis_yaw"];
+
 /// Effects that need a campaign of their own: fixed base or target, or nothing free.
 pub const SPECIAL: [&str; 7] =
     ["joint_zero", "base_tilt", "base_position", "tool_offset", "drift", "scale", "instrument_tilt"];
@@ -156,6 +159,10 @@ impl Choice {
                     phase: random.between(0.0, TAU),
                 }
             }
+            "screw_wave" => self.screw_wave(arm, random)?,
+            "axis_roll" => Mechanism::AxisRoll { joint: joint(random)? },
+            "axis_pitch" => Mechanism::AxisPitch { joint: joint(random)? },
+            "axis_yaw" => Mechanism::AxisYaw { joint: joint(random)? },
             "joint_backlash" => Mechanism::JointBacklash { joint: joint(random)? },
             "joint_settling" => {
                 Mechanism::JointSettling { joint: joint(random)?, forgetting_s: random.between(4.0, 15.0) }
@@ -269,6 +276,21 @@ impl Choice {
         }
     }
 
+    fn screw_wave(&self, arm: &ArmDescription, random: &mut Random) -> Result<Mechanism, ChoiceError> {
+        let joint = self.joint("screw_wave", arm, random)?;
+        let pitch = arm.joints.get(joint).and_then(|row| row.screw_pitch);
+        let pitch =
+            pitch.ok_or_else(|| ChoiceError::NoPlace { name: self.name.clone(), arm: arm.name.clone() })?;
+        let per_turn = match &self.detail {
+            Some(text) => match text.parse::<f64>() {
+                Ok(per_turn) if (0.1..=10.0).contains(&per_turn) => per_turn,
+                _ => return self.refuse("a number of waves a turn of the screw, such as 1 or 2"),
+            },
+            None => 1.0,
+        };
+        Ok(Mechanism::ScrewWave { joint, pitch, per_turn, phase: random.between(0.0, TAU) })
+    }
+
     fn driver(&self, arm: &ArmDescription, joint: usize, random: &mut Random) -> Result<usize, ChoiceError> {
         let turns = |other: usize| arm.joints.get(other).is_some_and(|row| row.motion == Motion::Turns);
         match &self.detail {
@@ -310,7 +332,7 @@ impl Choice {
 
 /// Every name a choice can have, for messages.
 pub fn known_names() -> String {
-    let all = LIBRARY.iter().chain(&SPECIAL).chain(&OUTSIDE).chain([&NOT_REPEATABLE]);
+    let all = LIBRARY.iter().chain(&SLIDES).chain(&SPECIAL).chain(&OUTSIDE).chain([&NOT_REPEATABLE]);
     all.copied().chain(["any", "outside", "not_repeatable"]).collect::<Vec<_>>().join(", ")
 }
 
@@ -326,6 +348,8 @@ pub fn places(name: &str, arm: &ArmDescription) -> Vec<usize> {
         {
             false
         }
+        "screw_wave" => arm.joints.get(*joint).is_some_and(|row| row.screw_pitch.is_some()),
+        "axis_roll" | "axis_pitch" | "axis_yaw" => slides(*joint),
         "joint_compliance" | "joint_stiffening" => greatest_moment(arm, *joint) > 0.2,
         "link_sag" => link_span(arm, *joint) > 100.0,
         "thermal_growth" => arm.joints.get(*joint).is_some_and(|row| row.length.hypot(row.offset) > 50.0),

@@ -84,6 +84,7 @@ fn has_either_sign(mechanism: &Mechanism) -> bool {
         Mechanism::JointCompliance { .. }
             | Mechanism::JointStiffening { .. }
             | Mechanism::JointHarmonic { .. }
+            | Mechanism::ScrewWave { .. }
             | Mechanism::JointBacklash { .. }
             | Mechanism::JointSettling { .. }
             | Mechanism::LinkSag { .. }

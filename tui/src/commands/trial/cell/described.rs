@@ -30,6 +30,15 @@ const FAULTS: [(&str, &str); 11] = [
     ("skew", "axis_skew"),
 ];
 
+/// What slides alone have: hidden where it is asked for, or drawn for an arm with a screw.
+const OF_SLIDES: [(&str, &str); 4] =
+    [("screw", "screw_wave"), ("roll", "axis_roll"), ("pitch", "axis_pitch"), ("yaw", "axis_yaw")];
+
+/// What can be hidden in any arm, and what in one that slides.
+fn faults() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
+    FAULTS.iter().chain(&OF_SLIDES)
+}
+
 /// The name with which nothing is hidden.
 const NONE: &str = "none";
 
@@ -47,7 +56,7 @@ const POSES: &str = "poses.csv";
 type CellFile = (String, String);
 
 /// The shipped cells of this kind.
-const SHIPPED: [(&str, &[(&str, &str)]); 2] = [
+const SHIPPED: [(&str, &[(&str, &str)]); 3] = [
     (
         "ur5",
         &[
@@ -86,6 +95,29 @@ const SHIPPED: [(&str, &[(&str, &str)]); 2] = [
                 include_str!("../../../../../workcells/scara/procedures/read-tip.yaml"),
             ),
             ("procedures/verify.yaml", include_str!("../../../../../workcells/scara/procedures/verify.yaml")),
+        ],
+    ),
+    (
+        "gantry",
+        &[
+            ("cell.yaml", include_str!("../../../../../workcells/gantry/cell.yaml")),
+            ("answers.yaml", include_str!("../../../../../workcells/gantry/answers.yaml")),
+            ("gantry.arm.yaml", include_str!("../../../../../workcells/gantry/gantry.arm.yaml")),
+            ("gantry.model.yaml", include_str!("../../../../../workcells/gantry/gantry.model.yaml")),
+            (POSES, include_str!("../../../../../workcells/gantry/poses.csv")),
+            (WORLD, include_str!("../../../../../workcells/gantry/world.yaml")),
+            (
+                "procedures/measure-tip.yaml",
+                include_str!("../../../../../workcells/gantry/procedures/measure-tip.yaml"),
+            ),
+            (
+                "procedures/read-tip.yaml",
+                include_str!("../../../../../workcells/gantry/procedures/read-tip.yaml"),
+            ),
+            (
+                "procedures/verify.yaml",
+                include_str!("../../../../../workcells/gantry/procedures/verify.yaml"),
+            ),
         ],
     ),
 ];
@@ -140,11 +172,11 @@ pub(super) fn fault(asked: Option<&str>, random: &mut Random) -> Result<Option<F
         );
     };
     let fault = Fault::read(asked);
-    let known = || FAULTS.iter().flat_map(|(name, effect)| [*name, *effect]);
+    let known = || faults().flat_map(|(name, effect)| [*name, *effect]);
     match fault.name == NONE || known().any(|name| name == fault.name) {
         true => Ok(Some(fault)),
         false => {
-            let names: Vec<&str> = [NONE].into_iter().chain(FAULTS.iter().map(|(name, _)| *name)).collect();
+            let names: Vec<&str> = [NONE].into_iter().chain(faults().map(|(name, _)| *name)).collect();
             Err(TrialError::UnknownFault { name: fault.name, known: names.join(", ") })
         }
     }
@@ -181,11 +213,13 @@ fn draw(
 ) -> Result<(String, Hidden), TrialError> {
     let over_noise = random.between(OVER_NOISE.0, OVER_NOISE.1);
     let mut refused = None;
+    let has_a_screw = arm.paper.shape.joints.iter().any(|joint| joint.screw_pitch.is_some());
+    let all: Vec<_> = FAULTS.iter().chain(OF_SLIDES.iter().filter(|_| has_a_screw)).collect();
     for _ in 0..DRAWS {
-        let drawn = random.pick(&FAULTS).map_or("joint_backlash", |(_, effect)| *effect);
+        let drawn = random.pick(&all).map_or("joint_backlash", |(_, effect)| *effect);
         let choice = match fault {
             Some(fault) => {
-                let effect = FAULTS.iter().find(|(name, _)| *name == fault.name);
+                let effect = faults().find(|(name, _)| *name == fault.name);
                 let name = effect.map_or(fault.name.as_str(), |(_, effect)| effect);
                 Choice { place: fault.place.clone(), ..Choice::named(name) }
             }

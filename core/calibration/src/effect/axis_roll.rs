@@ -1,0 +1,20 @@
+//! A slide's carriage rolls about its travel as it goes: its guideway is twisted.
+
+use super::guideway::{Guideway, Turn, candidates};
+use super::kind::{Family, Kind, Places, Search, Setting};
+
+pub(super) const KIND: Kind = Kind {
+    name: "axis_roll",
+    family: Family::Geometry,
+    places: Places::Joints,
+    geometry_group: false,
+    depends_on_conditions: false,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    sentence: "The carriage of a slide rolls as it goes (ISO 230-1: EAX): its guideway is twisted.",
+    how_to_see: "Positions over the whole travel with the axes beyond it at both ends of theirs: a point far from the guideway shows it.",
+    build: |setting: &Setting<'_>| Ok(Box::new(Guideway::new(setting, Turn::Roll, "roll_deg_per_m")?)),
+    candidates: |survey| candidates(survey, "axis_roll"),
+};
