@@ -122,17 +122,22 @@ fn positions(seed: u64, count: u32, whole: bool) -> String {
 }
 
 #[test]
-fn a_screw_out_of_true_is_named_with_its_size_beside_play_and_lead() {
-    let lab = laboratory(&on_a_screw(), &positions(5, 60, false), Options::default());
-    let growth = lab.grow_with_map(&Progress::unwatched()).unwrap();
-    let sizes: Vec<(String, f64, f64)> =
-        growth.steps.iter().map(|step| (step.label.clone(), step.added.size, step.added.se)).collect();
-    for (label, truth) in [("screw_wave(x, 1)", WAVE), ("joint_backlash(x)", PLAY), ("joint_gain(x)", 2e-4)] {
-        let (_, size, se) =
-            sizes.iter().find(|(found, ..)| found == label).unwrap_or_else(|| panic!("{label}: {sizes:?}"));
-        assert!((size - truth).abs() < 3.0 * se, "{label}: {size} +- {se}");
+fn a_screw_out_of_true_is_named_with_its_size_beside_play() {
+    // Along one axis a wrong lead and a wrong scale of the instrument are one thing: it is fitted, not asked about.
+    let model = on_a_screw().replace("free: [joint_zero(x)]", "free: [joint_zero(x), joint_gain(x)]");
+    let model = format!("{model}noise: {{p1_mm: {SCATTER}}}\n");
+    for seed in 5..8 {
+        let lab = laboratory(&model, &positions(seed, 60, false), Options::default());
+        let growth = lab.grow_with_map(&Progress::unwatched()).unwrap();
+        let steps: Vec<&str> = growth.steps.iter().map(|step| step.label.as_str()).collect();
+        for (label, truth) in [("screw_wave(x, 1)", WAVE), ("joint_backlash(x)", PLAY)] {
+            let step = growth.steps.iter().find(|step| step.label == label);
+            let added = &step.unwrap_or_else(|| panic!("{label}: {steps:?}")).added;
+            assert!((added.size - truth).abs() < 3.0 * added.se, "{label}: {} +- {}", added.size, added.se);
+        }
+        assert_eq!(steps.len(), 2, "{steps:?}");
+        assert_eq!(growth.diagnosis.verdict, Verdict::AtFloor, "{}", growth.diagnosis.sentence);
     }
-    assert_eq!(growth.diagnosis.verdict, Verdict::AtFloor, "{}", growth.diagnosis.sentence);
 }
 
 #[test]

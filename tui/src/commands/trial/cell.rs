@@ -243,6 +243,22 @@ mod tests {
     }
 
     #[test]
+    fn a_gantry_hides_what_only_slides_have() {
+        for (fault, effect, joint) in [
+            ("screw(z)", "screw_wave", "z"),
+            ("roll(x)", "axis_roll", "x"),
+            ("pitch(x)", "axis_pitch", "x"),
+            ("axis_yaw(y)", "axis_yaw", "y"),
+        ] {
+            let place = tempfile::tempdir().unwrap();
+            new("gantry", Some(fault), 3, place.path()).unwrap();
+            let truth = open(place.path()).unwrap();
+            assert_eq!(truth.effects, [(effect.to_owned(), joint.to_owned())], "{fault}");
+            assert!(truth.hidden[0].visible_over_noise > 0.5, "{:?}", truth.hidden);
+        }
+    }
+
+    #[test]
     fn a_copy_of_a_folder_is_a_cell_to_hide_something_in() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../workcells/scara");
         let place = tempfile::tempdir().unwrap();
@@ -259,6 +275,8 @@ mod tests {
             new(cell, Some(fault), 1, place.path()).err().unwrap().to_string()
         };
         assert!(refused("scara", "harmonic(slide)").contains("cannot sit at `slide`"));
+        assert!(refused("gantry", "screw(y)").contains("cannot sit at `y`; on this arm it can at x, z"));
+        assert!(refused("ur5", "yaw").contains("the arm ur5 has no joint at which `axis_yaw` could show"));
         assert!(refused("ur5", "rust").contains("known are none, compliance"));
         assert!(refused("nowhere", "none").contains("teachmover, puma, light-stripe, ur5, scara"));
     }

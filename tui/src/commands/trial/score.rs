@@ -202,6 +202,8 @@ fn to_unit_of(hidden: &Hidden, found: &Candidate) -> f64 {
     let factor = |unit: &str| match unit {
         "deg" | "deg/deg" => std::f64::consts::PI / 180.0,
         "mrad" | "mrad/(N m)" => 1e-3,
+        // Of what is hidden in rad for a mm.
+        "deg/m" => std::f64::consts::PI / 180e3,
         _ => 1.0,
     };
     // A ratio of angles is the same number in degrees and radians.
