@@ -178,11 +178,11 @@ fn a_bad_arm_file_is_told_where_and_what_would_be_right() {
     );
     assert_eq!(
         arm_refused("screw_pitch_mm: 5", "screw_pitch_mm: 0"),
-        "crane.arm.yaml:6:143: `screw_pitch_mm` is 0; it is 0.05 to 20000 mm"
+        "crane.arm.yaml:6:138: `screw_pitch_mm` is 0; it lies between 0.05 and 20000 mm"
     );
     assert_eq!(
         arm_refused("speed_deg_per_s: 90", "speed_deg_per_s: 90, screw_pitch_mm: 5"),
-        "crane.arm.yaml:5:120: joint `turn` turns; `screw_pitch_mm` is of a joint that slides"
+        "crane.arm.yaml:5:121: joint `turn` turns; `screw_pitch_mm` is of a joint that slides"
     );
     assert!(arm_refused("convention: distal\n", "").contains("say how the rows are to be read"));
     let nine: String = (1..=9)
@@ -232,7 +232,7 @@ fn a_bad_world_of_such_an_arm_is_told_where_and_what_would_be_right() {
     );
     assert_eq!(
         fault("axis_yaw: {joint: trolley, deg_per_m: 3}"),
-        "world.yaml:6:50: `deg_per_m` is 3; it is -1 to 1 deg/m"
+        "world.yaml:6:48: `deg_per_m` is 3; it lies between -1 and 1 deg/m"
     );
 }
 
