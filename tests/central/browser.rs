@@ -36,8 +36,11 @@ pub(crate) struct Browser {
 impl Browser {
     /// None where no browser is installed: the test then says what it skipped.
     pub(crate) fn start() -> Option<Self> {
-        let started =
-            Command::new("chromedriver").arg("--port=0").stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
+        let profile = tempfile::tempdir().unwrap();
+        // What the browser writes elsewhere goes with its profile.
+        let mut command = Command::new("chromedriver");
+        command.arg("--port=0").env("TMPDIR", profile.path());
+        let started = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
         let Ok(mut driver) = started else {
             eprintln!(
                 "skipped: no Chromium with its driver is installed (Debian: apt-get install chromium chromium-driver)"
@@ -52,7 +55,6 @@ impl Browser {
         let address = format!("127.0.0.1:{}", port.expect("the driver says its port"));
         // What the driver says later is read, so that it never waits for a reader.
         std::thread::spawn(move || lines.for_each(drop));
-        let profile = tempfile::tempdir().unwrap();
         let mut arguments: Vec<String> = ARGUMENTS.iter().map(ToString::to_string).collect();
         arguments.push(format!("--user-data-dir={}", profile.path().display()));
         let asked = json!({ "capabilities": { "alwaysMatch": { "timeouts": { "pageLoad": 60_000 },

@@ -118,6 +118,8 @@ impl Server {
         command.arg("-D").arg(self.place.path().join("data")).arg("-k").arg(self.place.path());
         // Nothing of a test has to outlive the machine's power.
         command.args(["-c", "listen_addresses=", "-c", "fsync=off"]);
+        // In its own folder, not in /dev/shm, where a server that is killed leaves it behind.
+        command.args(["-c", "dynamic_shared_memory_type=mmap"]);
         for setting in &self.settings {
             command.args(["-c", setting]);
         }
@@ -173,6 +175,14 @@ impl Server {
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     }
 
+    /// A server that was killed and not started again leaves a segment of System V behind: key and number are in the seventh line of the file with its process.
+    fn remove_shared_memory(&self) {
+        let left = fs::read_to_string(self.place.path().join("data/postmaster.pid")).unwrap_or_default();
+        if let Some(number) = left.lines().nth(6).and_then(|line| line.split_whitespace().nth(1)) {
+            let _gone = Command::new("ipcrm").args(["-m", number]).stderr(Stdio::null()).status();
+        }
+    }
+
     fn program(&self, name: &str) -> Command {
         let path = self.programs.join(name);
         if !is_root() {
@@ -193,6 +203,7 @@ impl Drop for Server {
             stop.args(["stop", "-m", "immediate", "-D"]).arg(self.place.path().join("data")).output();
         drop(stopped);
         self.wait();
+        self.remove_shared_memory();
     }
 }
 
