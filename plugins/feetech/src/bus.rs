@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use plumb_serial_line::{OpenFailure, SerialLine, Unplugged, WriteError};
+use plumb_serial_line::{OpenFailure, SerialLine, Unplugged, WriteError, WriteFailure};
 
 use crate::packet::{Answer, EVERY_SERVO, Instruction, packet, take_answer};
 use crate::registers::Register;
@@ -25,10 +25,20 @@ pub(crate) enum BusError {
     Unplugged(#[from] Unplugged),
     /// The adapter takes no bytes.
     #[error("the bus adapter took too little: {0}")]
-    Write(#[from] WriteError),
+    Write(WriteError),
     /// Servos did not answer; some answers may have come damaged.
     #[error("no answer from {servos:?}")]
     Silent { servos: Vec<u8>, damaged: u32 },
+}
+
+impl From<WriteError> for BusError {
+    /// An adapter that is pulled out in the middle of a write is gone, as one that is pulled out in the middle of a read.
+    fn from(error: WriteError) -> Self {
+        match error.failure {
+            WriteFailure::Unplugged(unplugged) => Self::Unplugged(unplugged),
+            WriteFailure::Full { .. } => Self::Write(error),
+        }
+    }
 }
 
 /// How the line did.
@@ -199,5 +209,18 @@ impl Bus {
         self.counts.packets += 1;
         let limit = self.within + self.line.duration(bytes.len());
         Ok(self.line.write(bytes, limit)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_adapter_that_goes_in_mid_write_is_gone_and_one_that_takes_no_more_is_not() {
+        let gone = WriteFailure::Unplugged(Unplugged { cause: "I/O error".to_owned() });
+        let full = WriteFailure::Full { waited: Duration::from_millis(20) };
+        assert!(matches!(WriteError { sent: 0, failure: gone }.into(), BusError::Unplugged(_)));
+        assert!(matches!(WriteError { sent: 3, failure: full }.into(), BusError::Write(_)));
     }
 }
