@@ -13,6 +13,7 @@ pub fn bic(squares: f64, equations: f64, parameters: f64, search_cost: f64) -> f
 /// The same where the variance of one equation is known to be no less than `least`: the likelihood is then that of the variance that is likeliest among those.
 pub fn bic_above(least: f64, squares: f64, equations: f64, parameters: f64, search_cost: f64) -> f64 {
     let variance = (squares / equations).max(least);
+    // With a known variance the likelihood holds the squares themselves, not their logarithm.
     let surplus = if variance > 0.0 { squares / variance - equations } else { 0.0 };
     bic(variance * equations, equations, parameters, search_cost) + surplus
 }
@@ -31,15 +32,19 @@ mod tests {
     fn a_parameter_pays_when_it_takes_away_more_than_its_price() {
         // Of n = 100 equations one parameter must take away the share 1 - n^(-1/n) = 4.5 % of the squares.
         let least = 1.0 - 100.0_f64.powf(-0.01);
-        let after = |share: f64| bic(50.0 * (1.0 - share), 100.0, 4.0, 0.0) - bic(50.0, 100.0, 3.0, 0.0);
-        assert!(after(least + 1e-3) < 0.0 && after(least - 1e-3) > 0.0);
+        assert!(change_when_less(least + 1e-3) < 0.0 && change_when_less(least - 1e-3) > 0.0);
+    }
+
+    /// How the criterion changes when a fourth parameter takes away this share of the squares.
+    fn change_when_less(share: f64) -> f64 {
+        bic(50.0 * (1.0 - share), 100.0, 4.0, 0.0) - bic(50.0, 100.0, 3.0, 0.0)
     }
 
     #[test]
     fn below_the_known_variance_squares_count_as_chi_squared_and_above_it_as_ever() {
-        let at = |squares: f64| bic_above(1.0, squares, 100.0, 3.0, 0.0);
-        assert!((at(150.0) - bic(150.0, 100.0, 3.0, 0.0)).abs() < 1e-12);
-        assert!((at(60.0) - at(40.0) - 20.0).abs() < 1e-9);
+        let [many, some, few] = [150.0, 60.0, 40.0].map(|squares| bic_above(1.0, squares, 100.0, 3.0, 0.0));
+        assert!((many - bic(150.0, 100.0, 3.0, 0.0)).abs() < 1e-12);
+        assert!((some - few - 20.0).abs() < 1e-9);
         assert!((bic_above(0.0, 60.0, 100.0, 3.0, 0.0) - bic(60.0, 100.0, 3.0, 0.0)).abs() < 1e-12);
     }
 

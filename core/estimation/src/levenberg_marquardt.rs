@@ -198,6 +198,7 @@ impl<P: Problem> Run<'_, P> {
 
     /// One step; whether the descent converged, once it ends.
     fn step(&mut self) -> Option<bool> {
+        // The scale never shrinks (Moré 1978, section 6): a parameter that a curve makes idle for a while does not run away.
         for (scale, fresh) in self.scales.iter_mut().zip(self.normal.matrix.diagonal().iter()) {
             *scale = scale.max(*fresh);
         }
@@ -231,10 +232,12 @@ impl<P: Problem> Run<'_, P> {
         for index in 0..damped.nrows() {
             damped[(index, index)] += self.damping.value * self.scales[index].max(LEAST_SCALE);
         }
+        // A held parameter's row is zero; one on the diagonal leaves it where it is and the rest untouched.
         for parameter in self.held {
             damped[(*parameter, *parameter)] = 1.0;
         }
         let change = Cholesky::new(damped)?.solve(&gradient);
+        // What the linear model gains by this step: (lambda h'Dh + h'g), Madsen, Nielsen and Tingleff 2004, equation 3.14, without its 1/2.
         let scaled: f64 =
             change.iter().zip(self.scales.iter()).map(|(change, scale)| change * change * scale).sum();
         let predicted = self.damping.value * scaled + change.dot(&gradient);

@@ -3,24 +3,30 @@
 /// Holm's step-down adjustment of p values with weights (which sum to the number of tests): adjusted values, in the
 /// order given.
 pub fn holm(p_values: &[f64], weights: &[f64]) -> Vec<f64> {
-    let ratio = |index: usize| {
-        let weight = weights.get(index).copied().unwrap_or(1.0).max(1e-12);
-        p_values.get(index).copied().unwrap_or(1.0) / weight
-    };
     let mut order: Vec<usize> = (0..p_values.len()).collect();
-    order.sort_by(|left, right| ratio(*left).total_cmp(&ratio(*right)));
+    order.sort_by(|left, right| ratio(p_values, weights, *left).total_cmp(&ratio(p_values, weights, *right)));
     let mut remaining: f64 =
         (0..p_values.len()).map(|index| weights.get(index).copied().unwrap_or(1.0)).sum();
     let mut adjusted = vec![1.0; p_values.len()];
     let mut highest: f64 = 0.0;
     for index in order {
-        highest = highest.max((ratio(index) * remaining).min(1.0));
+        // A test is adjusted no less than one that was more significant: the procedure stops at the first that fails.
+        highest = highest.max((ratio(p_values, weights, index) * remaining).min(1.0));
         if let Some(slot) = adjusted.get_mut(index) {
             *slot = highest;
         }
         remaining -= weights.get(index).copied().unwrap_or(1.0);
     }
     adjusted
+}
+
+/// Weights below this are of tests that are not to be believed at all; zero would divide by zero.
+const LEAST_WEIGHT: f64 = 1e-12;
+
+/// The p value of a test over its weight, by which tests are ordered.
+fn ratio(p_values: &[f64], weights: &[f64], index: usize) -> f64 {
+    let weight = weights.get(index).copied().unwrap_or(1.0).max(LEAST_WEIGHT);
+    p_values.get(index).copied().unwrap_or(1.0) / weight
 }
 
 /// The median; not a number for an empty list.

@@ -44,6 +44,7 @@ impl NormalEquations {
 
     /// Adds equations whose residuals and Jacobian (one column an equation) are given, both divided by the sigmas.
     pub fn take(&mut self, residuals: &[f64], jacobian: &DMatrix<f64>) {
+        // A product with the transposed copy runs along columns, in blocks: several times as fast as row by row.
         let transposed = jacobian.transpose();
         self.matrix.gemm(1.0, jacobian, &transposed, 1.0);
         self.gradient.gemv(1.0, jacobian, &DVector::from_column_slice(residuals), 1.0);

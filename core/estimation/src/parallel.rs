@@ -3,6 +3,7 @@
 use std::cell::Cell;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::ScopedJoinHandle;
 
 /// Items handled at once by one thread of [`over_chunks`].
 const CHUNK: usize = 128;
@@ -29,22 +30,30 @@ pub fn for_each<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) ->
         return items.iter().map(work).collect();
     }
     let next = AtomicUsize::new(0);
-    let share = || {
-        BUSY.set(true);
-        let mut own: Vec<(usize, R)> = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(item) = items.get(index) else { return own };
-            own.push((index, work(item)));
-        }
-    };
     let mut all: Vec<(usize, R)> = std::thread::scope(|scope| {
-        let handles: Vec<_> = (0..threads).map(|_| scope.spawn(share)).collect();
-        let joined = handles.into_iter().map(std::thread::ScopedJoinHandle::join);
-        joined.flat_map(|own| own.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+        // All threads are at work before the first is waited for.
+        let handles: Vec<_> = (0..threads).map(|_| scope.spawn(|| taken(items, &next, &work))).collect();
+        handles.into_iter().flat_map(joined).collect()
     });
     all.sort_by_key(|(index, _)| *index);
     all.into_iter().map(|(_, answer)| answer).collect()
+}
+
+/// Does one item after another until none is left, with other threads that do the same: items take very different times, so that
+/// equal shares given out beforehand would leave threads idle.
+fn taken<T, R>(items: &[T], next: &AtomicUsize, work: &impl Fn(&T) -> R) -> Vec<(usize, R)> {
+    BUSY.set(true);
+    let mut own: Vec<(usize, R)> = Vec::new();
+    loop {
+        let index = next.fetch_add(1, Ordering::Relaxed);
+        let Some(item) = items.get(index) else { return own };
+        own.push((index, work(item)));
+    }
+}
+
+/// What a thread comes to. A panic in it goes on here: a share that is missing would be a wrong result.
+fn joined<R>(handle: ScopedJoinHandle<'_, R>) -> R {
+    handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 /// Runs `work` over chunks of `items` on as many threads as the machine has, and hands each thread's sum to `join`.
@@ -54,27 +63,25 @@ pub fn over_chunks<S: Send>(
     work: impl Fn(&mut S, &[usize]) + Sync,
     mut join: impl FnMut(S),
 ) {
+    // Fewer than four chunks a thread are done sooner than a thread is started.
     let threads = cores().min(items.len().div_ceil(4 * CHUNK)).max(1);
     if threads == 1 {
-        let mut sum = start();
-        items.chunks(CHUNK).for_each(|chunk| work(&mut sum, chunk));
-        return join(sum);
+        return join(sum_of(items, start, work));
     }
     let share = items.len().div_ceil(threads);
     let sums: Vec<S> = std::thread::scope(|scope| {
-        let spawn = |part: &[usize]| {
-            let part = part.to_vec();
-            let (start, work) = (&start, &work);
-            scope.spawn(move || {
-                let mut sum = start();
-                part.chunks(CHUNK).for_each(|chunk| work(&mut sum, chunk));
-                sum
-            })
-        };
-        let handles: Vec<_> = items.chunks(share).map(spawn).collect();
-        handles.into_iter().filter_map(|handle| handle.join().ok()).collect()
+        let (start, work) = (&start, &work);
+        let handles: Vec<_> =
+            items.chunks(share).map(|part| scope.spawn(move || sum_of(part, start, work))).collect();
+        handles.into_iter().map(joined).collect()
     });
     sums.into_iter().for_each(join);
+}
+
+fn sum_of<S>(items: &[usize], start: impl Fn() -> S, work: impl Fn(&mut S, &[usize])) -> S {
+    let mut sum = start();
+    items.chunks(CHUNK).for_each(|chunk| work(&mut sum, chunk));
+    sum
 }
 
 #[cfg(test)]
@@ -118,5 +125,12 @@ mod tests {
     fn a_panic_in_one_item_is_not_swallowed() {
         let items: Vec<usize> = (0..64).collect();
         for_each(&items, |item| assert!(*item != 17, "one item fails"));
+    }
+
+    #[test]
+    #[should_panic(expected = "one chunk fails")]
+    fn a_panic_in_one_chunk_is_not_swallowed() {
+        let items: Vec<usize> = (0..64 * CHUNK).collect();
+        over_chunks(&items, || (), |(), chunk| assert!(!chunk.contains(&17), "one chunk fails"), |()| ());
     }
 }

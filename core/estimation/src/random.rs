@@ -56,19 +56,15 @@ mod tests {
 
     #[test]
     fn the_same_seed_tells_the_same_and_another_something_else() {
-        let first = |seed: u64| Random::seeded(seed).bits();
-        assert_eq!(first(5), first(5));
-        assert_ne!(first(5), first(6));
+        let [first, again, other] = [5, 5, 6].map(|seed| Random::seeded(seed).bits());
+        assert_eq!(first, again);
+        assert_ne!(first, other);
     }
 
     #[test]
     fn uniform_numbers_have_their_mean_and_variance_and_normal_ones_theirs() {
         let mut random = Random::seeded(3);
         let count = 100_000;
-        let moments = |numbers: &[f64]| {
-            let mean = numbers.iter().sum::<f64>() / numbers.len() as f64;
-            (mean, numbers.iter().map(|number| (number - mean).powi(2)).sum::<f64>() / numbers.len() as f64)
-        };
         let uniform: Vec<f64> = (0..count).map(|_| random.uniform()).collect();
         assert!(uniform.iter().all(|number| (0.0..1.0).contains(number)));
         let (mean, variance) = moments(&uniform);
@@ -76,6 +72,12 @@ mod tests {
         let normal: Vec<f64> = (0..count).map(|_| random.normal()).collect();
         let (mean, variance) = moments(&normal);
         assert!(mean.abs() < 0.015 && (variance - 1.0).abs() < 0.02, "{mean} {variance}");
+    }
+
+    /// Mean and variance.
+    fn moments(numbers: &[f64]) -> (f64, f64) {
+        let mean = numbers.iter().sum::<f64>() / numbers.len() as f64;
+        (mean, numbers.iter().map(|number| (number - mean).powi(2)).sum::<f64>() / numbers.len() as f64)
     }
 
     #[test]

@@ -6,6 +6,10 @@ use nalgebra::{DMatrix, DVector};
 /// Share of a column (squared) that must be left after projection on the columns before it, or it counts as dependent.
 const DEPENDENT: f64 = 1e-9;
 
+/// Square of a column, as a share of the largest one's, below which it moves nothing: twelve digits below, in lengths, is what
+/// sums of products in double precision leave of a column of zeros.
+const NO_COLUMN: f64 = 1e-24;
+
 /// The factor of a symmetric matrix, restricted to the columns that are independent of those before them.
 #[derive(Debug, Clone)]
 pub struct RankRevealingCholesky {
@@ -20,12 +24,12 @@ pub struct RankRevealingCholesky {
 }
 
 impl RankRevealingCholesky {
-    /// RankRevealingCholeskys `matrix` (symmetric, positive semi-definite).
+    /// Factors `matrix` (symmetric, positive semi-definite).
     pub fn new(matrix: &DMatrix<f64>) -> Self {
         let size = matrix.nrows();
         let largest = matrix.diagonal().iter().copied().fold(0.0, f64::max);
-        let scale = |value: f64| if value > largest * 1e-24 && value > 0.0 { value.sqrt() } else { 0.0 };
-        let scales = DVector::from_iterator(size, matrix.diagonal().iter().map(|value| scale(*value)));
+        // Columns of length one: degrees, millimetres and metres per newton are then compared alike.
+        let scales = matrix.diagonal().map(|square| length_of(square, largest));
         let mut rows: Vec<Vec<f64>> = Vec::with_capacity(size);
         let (mut independent, mut dependent) = (Vec::new(), Vec::new());
         for column in 0..size {
@@ -43,6 +47,7 @@ impl RankRevealingCholesky {
                 left -= entry * entry;
                 row.push(entry);
             }
+            // `left` is the squared sine of the angle between the column and the span of those kept so far.
             if left > DEPENDENT {
                 row.push(left.sqrt());
                 rows.push(row);
@@ -125,9 +130,17 @@ impl RankRevealingCholesky {
     /// The same in units where every column has length one.
     pub fn combination(&self, matrix: &DMatrix<f64>, column: usize) -> Vec<(usize, f64)> {
         let scale = self.scales[column];
-        let share = |(other, weight): (usize, f64)| (other, weight * self.scales[other] / scale);
-        self.weights_of(matrix, column).into_iter().map(share).collect()
+        let mut weights = self.weights_of(matrix, column);
+        for (other, weight) in &mut weights {
+            *weight *= self.scales[*other] / scale;
+        }
+        weights
     }
+}
+
+/// Length of a column by its square; zero where it moves nothing beside the largest.
+fn length_of(square: f64, largest: f64) -> f64 {
+    if square > largest * NO_COLUMN && square > 0.0 { square.sqrt() } else { 0.0 }
 }
 
 #[cfg(test)]

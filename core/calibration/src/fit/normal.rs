@@ -1,4 +1,4 @@
-//! NormalEquations equations of a machine over rows of its table.
+//! Normal equations of a machine over rows of its table.
 
 use nalgebra::DVector;
 use plumb_estimation::{NormalEquations, over_chunks};
@@ -9,7 +9,7 @@ use super::state::State;
 use crate::effect::Effect;
 
 impl ResidualModel<'_> {
-    /// NormalEquations equations of the free slots and the probes over `rows`.
+    /// Normal equations of the free slots and the probes over `rows`.
     pub fn normal(
         &self,
         state: &State,
@@ -32,7 +32,7 @@ impl ResidualModel<'_> {
         total
     }
 
-    /// NormalEquations equations of some rows alone, without what is known between places.
+    /// Normal equations of some rows alone, without what is known between places.
     pub fn normal_of_rows(&self, state: &State, rows: &[usize], weights: &[f64]) -> NormalEquations {
         let mut total = NormalEquations::zeros(self.slots.len());
         let block = self.block(state, rows, weights, &[]);

@@ -25,7 +25,7 @@ pub(super) struct Tangent<'t> {
     jacobian: DMatrix<f64>,
     /// First equation of each row, and one past the last.
     first: Vec<usize>,
-    /// NormalEquations equations of what is known besides the rows: distances between places.
+    /// Normal equations of what is known besides the rows: distances between places.
     known: NormalEquations,
 }
 

@@ -11,7 +11,7 @@ use crate::laboratory::points_in;
 use plumb_calibration::effect::Effect;
 use plumb_estimation::{NormalEquations, over_chunks};
 
-/// NormalEquations equations in mm (degrees in a table of tilts alone) of what is fitted and what was picked, by region.
+/// Normal equations in mm (degrees in a table of tilts alone) of what is fitted and what was picked, by region.
 pub(super) struct Fall {
     regions: Vec<NormalEquations>,
     total: NormalEquations,

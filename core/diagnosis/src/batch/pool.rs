@@ -1,4 +1,4 @@
-//! NormalEquations equations of everything fitted and of every candidate, by region of pose space and by random fold, from one pass
+//! Normal equations of everything fitted and of every candidate, by region of pose space and by random fold, from one pass
 //! over the rows. Selection, significance and cross-validation cost no further pass.
 
 use nalgebra::{DMatrix, DVector};
@@ -11,9 +11,7 @@ use crate::score_test::Probe;
 use crate::thresholds::{BATCH_EFFECTS, BATCH_LEFT, BATCH_PARSIMONY, HIGH_ORDER, NAMING_LEVEL, TIE_BIC};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{Effect, Search};
-use plumb_estimation::Progress;
-use plumb_estimation::{NormalEquations, RankRevealingCholesky};
-use plumb_estimation::{Random, f_tail};
+use plumb_estimation::{NormalEquations, Progress, Random, RankRevealingCholesky, f_tail, for_each};
 
 /// Random folds.
 const FOLDS: usize = 4;
@@ -21,7 +19,7 @@ const FOLDS: usize = 4;
 /// Rows handled at once.
 const CHUNK: usize = 128;
 
-/// NormalEquations equations of the fitted numbers and of all candidates, by cell of pose space and fold.
+/// Normal equations of the fitted numbers and of all candidates, by cell of pose space and fold.
 pub(super) struct Pool {
     pub(super) probes: Vec<Probe>,
     ranges: Vec<std::ops::Range<usize>>,
@@ -328,7 +326,7 @@ fn cells(fitted: &Fitted<'_>) -> Vec<Vec<usize>> {
     cells
 }
 
-/// NormalEquations equations of every cell, on all cores.
+/// Normal equations of every cell, on all cores.
 fn gather_cells(
     fitted: &Fitted<'_>,
     cells: &[Vec<usize>],
@@ -336,24 +334,12 @@ fn gather_cells(
     size: usize,
 ) -> Vec<NormalEquations> {
     let effects: Vec<&dyn Effect> = probes.iter().map(|probe| probe.effect.as_ref()).collect();
-    let one = |rows: &Vec<usize>| {
+    for_each(cells, |rows| {
         let mut normal = NormalEquations::zeros(size);
         for chunk in rows.chunks(CHUNK) {
             let block = fitted.machine.block(&fitted.fit.state, chunk, &fitted.fit.weights, &effects);
             normal.take(&block.residuals, &block.jacobian);
         }
         normal
-    };
-    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let share = cells.len().div_ceil(cores).max(1);
-    std::thread::scope(|scope| {
-        let handles: Vec<_> = cells
-            .chunks(share)
-            .map(|part| {
-                let one = &one;
-                scope.spawn(move || part.iter().map(one).collect::<Vec<NormalEquations>>())
-            })
-            .collect();
-        handles.into_iter().filter_map(|handle| handle.join().ok()).flatten().collect()
     })
 }
