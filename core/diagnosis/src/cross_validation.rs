@@ -163,7 +163,7 @@ fn left_out_by(
         return None;
     }
     let mut all = vec![None; machine.table.len()];
-    for block in blocks {
+    for block in blocks.iter().filter(|block| !block.is_empty()) {
         let without = Without::of(&fit.normal, fit.rank(), &normal_of(block))?;
         let state = fit.state.stepped(machine.slots(), &without.step);
         let residuals = machine.residuals_apart(&state, block, &[]);
@@ -222,6 +222,9 @@ impl Without {
             return Vec::new();
         }
         let jacobian = jacobian();
+        if jacobian.ncols() == 0 {
+            return Vec::new();
+        }
         let surfaces: Vec<usize> = (0..machine.slots().len())
             .filter(|index| machine.slots().get(*index).is_some_and(of_surface))
             .collect();

@@ -55,4 +55,4 @@ pub use next_poses::{NextPoses, Wanted};
 pub use outcome::{
     Candidate, Diagnosis, EffectPlace, Located, Named, NextPose, NotShown, Remaining, Verdict,
 };
-pub use phrase::percent;
+pub use phrase::{is_determined, percent};

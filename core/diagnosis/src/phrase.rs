@@ -16,8 +16,19 @@ pub(crate) fn figure(value: f64) -> String {
     }
 }
 
+/// A size known no better than this, in any unit the lab shows, is not determined at all: 1 km, or 2,800 turns.
+const LARGEST_SHOWN: f64 = 1e6;
+
+/// Whether rows determine a number of this standard error, shown unit.
+pub fn is_determined(error: f64) -> bool {
+    error.is_finite() && error < LARGEST_SHOWN
+}
+
 /// A size with its standard error and unit: `0.0078 +- 0.0003 rad`. A ratio has no unit to be shown.
 pub(crate) fn size_text(size: f64, error: f64, unit: &str) -> String {
+    if !is_determined(error) {
+        return "size not determined".to_owned();
+    }
     let number = format!("{} +- {}", figure(size), figure(error));
     if unit == Unit::RATIO.name { number } else { format!("{number} {unit}") }
 }

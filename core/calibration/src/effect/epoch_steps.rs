@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::kind::{Family, Setting};
-use super::{Drive, Effect, EffectNameError, Handle, Parameter, Situation, Size, Unit};
+use super::{Drive, Effect, EffectNameError, Handle, Parameter, Situation, Size, Unit, standard_error};
 
 /// A number that changes from epoch to epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,7 +84,7 @@ impl Effect for EpochSteps {
     fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
         let unit = self.parameters.first().map_or(Unit::RATIO, |parameter| parameter.unit);
         let width = self.steps.len();
-        let mut greatest = (0.0, 0.0);
+        let mut greatest = (0.0, f64::INFINITY);
         for epoch in 0..values.len() / width.max(1) {
             // How the length changes with each value: the change against the epoch before.
             let at = |epoch: usize, index: usize| values.get(epoch * width + index).copied().unwrap_or(0.0);
@@ -102,7 +102,13 @@ impl Effect for EpochSteps {
                     slope[before * width + index] -= share;
                 }
             }
-            greatest = (length, error_along(&slope, covariance));
+            // A number that these rows cannot tell (its variance is exactly zero) may have changed by as much as those they do tell.
+            let first = epoch * width;
+            let variances = (first..first + self.counted).map(|place| covariance.get((place, place)).copied());
+            let untold = variances.filter(|variance| variance.is_none_or(|variance| variance <= 0.0)).count();
+            let unseen = if untold > 0 { length } else { 0.0 };
+            let error = if untold == self.counted { f64::INFINITY } else { error_along(&slope, covariance) };
+            greatest = (length, error.hypot(unseen));
         }
         let (value, error) = greatest;
         Size { value: value * unit.factor, unit: unit.name, error: error * unit.factor }
@@ -117,5 +123,29 @@ fn error_along(slope: &[f64], covariance: &DMatrix<f64>) -> f64 {
             variance += left * right * covariance.get((row, column)).copied().unwrap_or(0.0);
         }
     }
-    variance.max(0.0).sqrt()
+    standard_error(variance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two numbers of one unit in each of two epochs after the first.
+    fn steps() -> EpochSteps {
+        let step = |name| Step { handle: Handle::BaseShift(0), rate: 1.0, name, unit: Unit::MM, most: 9.0 };
+        let parameter = |name: &str| Parameter::new(name, Unit::MM, (-9.0, 9.0));
+        let parameters = ["a", "b", "c", "d"].map(parameter).to_vec();
+        EpochSteps { steps: vec![step("x_mm"), step("y_mm")], counted: 2, parameters }
+    }
+
+    #[test]
+    fn the_size_is_the_greatest_change_with_its_error_and_what_is_untold_is_not_known_to_be_zero() {
+        let size = |variances: [f64; 4]| {
+            steps().size(&[3.0, 4.0, 3.0, 4.0], &DMatrix::from_diagonal(&variances.to_vec().into()))
+        };
+        let told = size([0.01; 4]);
+        assert!((told.value - 5.0).abs() < 1e-12 && (told.error - 0.1).abs() < 1e-12, "{told:?}");
+        assert!((size([0.01, 0.0, 0.01, 0.01]).error - 5.0_f64.hypot(0.06)).abs() < 1e-12, "one part is untold");
+        assert_eq!(size([0.0, 0.0, 0.01, 0.01]).error, f64::INFINITY);
+    }
 }

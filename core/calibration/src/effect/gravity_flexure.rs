@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::kind::{Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, LooksAt, Parameter, Situation, Size, Unit};
+use super::{Drive, Effect, LooksAt, Parameter, Situation, Size, Unit, standard_error};
 
 /// Links looked at, from the joint on: those beyond are short and light, and their moments are nearly those of the last of these.
 const LINKS: usize = 3;
@@ -58,7 +58,7 @@ impl Effect for GravityFlexure {
             }
         }
         let factor = Unit::DEG.factor;
-        Size { value: value * factor, unit: Unit::DEG.name, error: variance.max(0.0).sqrt() * factor }
+        Size { value: value * factor, unit: Unit::DEG.name, error: standard_error(variance) * factor }
     }
 }
 

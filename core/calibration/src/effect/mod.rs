@@ -218,8 +218,14 @@ pub struct Size {
     pub value: f64,
     /// Its unit.
     pub unit: &'static str,
-    /// One standard error.
+    /// One standard error; infinite where the rows do not determine the number.
     pub error: f64,
+}
+
+/// The standard error of a number of this variance. A variance of exactly zero is that of a number which the rows cannot tell and which is held:
+/// nothing is known of it.
+pub(crate) fn standard_error(variance: f64) -> f64 {
+    if variance > 0.0 { variance.sqrt() } else { f64::INFINITY }
 }
 
 /// What of a row an effect looks at: what must be known before it can be computed.
@@ -256,7 +262,7 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
         let unit = self.parameters().first().map_or(Unit::RATIO, |parameter| parameter.unit);
         let value = values.first().copied().unwrap_or(0.0);
         let variance = covariance.get((0, 0)).copied().unwrap_or(0.0);
-        Size { value: value * unit.factor, unit: unit.name, error: variance.max(0.0).sqrt() * unit.factor }
+        Size { value: value * unit.factor, unit: unit.name, error: standard_error(variance) * unit.factor }
     }
 
     /// Whether the values could be those of a real machine.
@@ -278,7 +284,7 @@ pub(crate) fn amplitude(values: &[f64], covariance: &DMatrix<f64>, unit: Unit) -
     } else {
         entry(0, 0).max(entry(1, 1))
     };
-    Size { value: value * unit.factor, unit: unit.name, error: variance.max(0.0).sqrt() * unit.factor }
+    Size { value: value * unit.factor, unit: unit.name, error: standard_error(variance) * unit.factor }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::kind::{Family, Kind, Places, Search, Setting, Survey};
 use super::tool_offset::length_of;
-use super::{Drive, Effect, EffectId, EffectNameError, Handle, Parameter, Situation, Size, Spot, Unit};
+use super::{Drive, Effect, EffectId, EffectNameError, Handle, Parameter, Situation, Size, Spot, Unit, standard_error};
 use crate::arm_model::RigNumber;
 
 /// A number of the rig as a parameter: name, unit, greatest plausible size either way (internal unit), number.
@@ -36,7 +36,7 @@ impl Effect for RigNumbers {
         let scaled = |value: f64| value * unit.factor;
         if let [value] = values {
             let variance = covariance.get((0, 0)).copied().unwrap_or(0.0);
-            return Size { value: scaled(*value), unit: unit.name, error: scaled(variance.max(0.0).sqrt()) };
+            return Size { value: scaled(*value), unit: unit.name, error: scaled(standard_error(variance)) };
         }
         let length = length_of(values, covariance);
         Size { value: scaled(length.value), unit: unit.name, error: scaled(length.error) }

@@ -526,6 +526,11 @@ fn sizes_are_shown_in_their_own_units_with_their_errors() {
     assert!((wave.error - error.to_degrees()).abs() < 1e-9, "{wave:?}");
     let shift = size("base_position", None, &[3.0, 0.0, -4.0], &[0.01; 3]);
     assert!((shift.value - 5.0).abs() < 1e-9 && (shift.error - 0.1).abs() < 1e-9 && shift.unit == "mm");
+    // What the rows cannot tell is not known to be zero: an unseen part may be as large as those that are seen.
+    assert_eq!(size("joint_zero(elbow)", None, &[0.0], &[0.0]).error, f64::INFINITY);
+    assert_eq!(size("base_position", None, &[0.0; 3], &[0.0; 3]).error, f64::INFINITY);
+    let partly = size("base_position", None, &[3.0, 0.0, -4.0], &[0.01, 0.0, 0.01]);
+    assert!((partly.error - 5.0_f64.hypot(0.1)).abs() < 1e-9, "{partly:?}");
     let drift = size("drift", None, &[0.0, 0.3, 0.0], &[1e-4; 3]);
     assert!((drift.value - 0.3).abs() < 1e-9 && drift.unit == "mm/h");
     let soft = size("joint_compliance(elbow)", None, &[2e-5], &[1e-12]);

@@ -1,7 +1,7 @@
 //! The measured point sits elsewhere on the flange than the model says.
 
 use super::kind::{Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
+use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit, standard_error};
 use nalgebra::DMatrix;
 
 #[derive(Debug)]
@@ -38,8 +38,12 @@ pub(super) fn length_of(values: &[f64], covariance: &DMatrix<f64>) -> Size {
     }
     let known = |row: usize| covariance.get((row, row)).is_some_and(|variance| *variance > 0.0);
     let seen = (0..values.len()).filter(|row| known(*row)).count();
-    let unseen = if seen > 0 && seen < values.len() { value } else { 0.0 };
-    Size { value, unit: "mm", error: variance.max(0.0).sqrt().hypot(unseen) }
+    let unseen = if seen < values.len() { value } else { 0.0 };
+    // Of shifts that are all zero the length has no slope: its error is that of the worst known component.
+    let worst = || (0..values.len()).filter_map(|row| covariance.get((row, row)).copied()).fold(0.0, f64::max);
+    let variance = if value > 0.0 { variance } else { worst() };
+    let error = if seen == 0 { f64::INFINITY } else { standard_error(variance).hypot(unseen) };
+    Size { value, unit: "mm", error }
 }
 
 pub(super) const KIND: Kind = Kind {

@@ -108,7 +108,7 @@ impl Laboratory {
                     effect: effect_place(&before.machine, id),
                     size: value.map_or(0.0, |value| value.size),
                     unit: value.map_or_else(String::new, |value| value.unit.clone()),
-                    se: value.map_or(0.0, |value| value.se),
+                    se: value.map_or(f64::INFINITY, |value| value.se),
                 },
                 claim: Claim::Mechanism,
                 may_be: Vec::new(),

@@ -9,8 +9,9 @@ use crate::Diagnosis;
 use crate::claim::Claim;
 use crate::explainable::Explainable;
 use crate::laboratory::{Comparison, EffectValue, ErrorSummary, Errors, RowResidual};
-use crate::phrase::{figure, listed, percent};
+use crate::phrase::{figure, is_determined, listed, percent};
 use crate::plot::escaped;
+use plumb_calibration::effect::Unit;
 
 /// The error of one measured point where the model was fitted and where it was not.
 pub(super) fn errors(out: &mut String, errors: &Errors) -> std::fmt::Result {
@@ -201,10 +202,9 @@ pub(super) fn effects(out: &mut String, comparison: &Comparison) -> std::fmt::Re
             )?,
             false => writeln!(
                 out,
-                "<tr><td>{label}</td><td class=\"n\">{}</td><td class=\"n\">{} {}</td><td>{}</td></tr>",
+                "<tr><td>{label}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td></tr>",
                 figure(effect.size),
-                figure(effect.se),
-                escaped(&effect.unit),
+                error_text(effect.se, &effect.unit),
                 remark(effect)
             )?,
         }
@@ -214,6 +214,14 @@ pub(super) fn effects(out: &mut String, comparison: &Comparison) -> std::fmt::Re
         Some(map) => writeln!(out, "<p>Besides, {}.</p>", escaped(&map.sentence())),
         None => Ok(()),
     }
+}
+
+/// A standard error with its unit; a ratio has none.
+fn error_text(error: f64, unit: &str) -> String {
+    if !is_determined(error) {
+        return "not determined".to_owned();
+    }
+    if unit == Unit::RATIO.name { figure(error) } else { format!("{} {}", figure(error), escaped(unit)) }
 }
 
 /// What could explain the rest.
@@ -230,12 +238,11 @@ pub(super) fn candidates(out: &mut String, diagnosis: &Diagnosis) -> std::fmt::R
         let probability = candidate.probability.map_or_else(String::new, percent);
         writeln!(
             out,
-            "<tr><td>{}</td><td class=\"n\">{:.4}</td><td>{} &plusmn; {} {}</td><td class=\"n\">{probability}</td><td class=\"n\">{}</td><td>{}</td></tr>",
+            "<tr><td>{}</td><td class=\"n\">{:.4}</td><td>{} &plusmn; {}</td><td class=\"n\">{probability}</td><td class=\"n\">{}</td><td>{}</td></tr>",
             escaped(&candidate.label),
             candidate.explains_mm,
             figure(candidate.size),
-            figure(candidate.se),
-            escaped(&candidate.unit),
+            error_text(candidate.se, &candidate.unit),
             figure(candidate.holm_p),
             escaped(why)
         )?;

@@ -202,6 +202,29 @@ fn distances_to_two_nails() {
     finds_the_elbow(&compare(&model(surfaces), &format!("{Q},distance_mm,distance_to"), &rows));
 }
 
+/// Seen failing with a division by zero: an empty block of rows was asked what it says of a free surface.
+#[test]
+fn an_error_is_named_and_the_model_grown_by_distances_to_a_point_of_which_nobody_knows_where_it_is() {
+    let mut dice = Dice::seeded(17);
+    let nail = [60.0, 480.0, 20.0];
+    let rows: Vec<String> = column_poses(120, 17)
+        .into_iter()
+        .map(|q| {
+            let tip = column_tip([q[0], q[1], q[2] + 0.02 * q[2]]);
+            let squares = tip.iter().zip(nail).map(|(part, nail): (&f64, f64)| (part - nail).powi(2)).sum::<f64>();
+            format!("{},{:.5},nail", joints(q), squares.sqrt() + dice.noise(0.05))
+        })
+        .collect();
+    let surfaces = "surfaces: {nail: {point_mm: [50, 490, 30], free: true}}\nnoise: {distance_mm: 0.05}\n";
+    let table = format!("{Q},distance_mm,distance_to\n{}\n", rows.join("\n"));
+    let growth = laboratory(&model(surfaces), &table, Options::default())
+        .grow_with_corrections(&Progress::unwatched())
+        .unwrap();
+    let added: Vec<&str> = growth.steps.iter().map(|step| step.label.as_str()).collect();
+    assert_eq!(added, ["joint_gain(elbow)"], "{}", growth.diagnosis.sentence);
+    assert!((growth.steps[0].added.size - 0.02).abs() < 4.0 * growth.steps[0].added.se, "{:?}", growth.steps[0]);
+}
+
 #[test]
 fn one_pointer_on_marks_of_which_only_a_distance_is_known() {
     // Each mark is reached by both bends of the elbow and nothing else is known but how far apart two marks are.

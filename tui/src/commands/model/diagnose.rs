@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use plumb_diagnosis::{Candidate, Diagnosis, Verdict};
+use plumb_diagnosis::{Candidate, Diagnosis, Verdict, is_determined};
 
 use super::arguments::DiagnoseArguments;
 use super::text::{error_lines, explainable_line, figure, floor_line, noise_lines};
@@ -60,9 +60,6 @@ pub(crate) fn findings(diagnosis: &Diagnosis) -> String {
     text
 }
 
-/// A size known no better than this, in any unit the lab shows, is not determined at all: 1 km, or 2,800 turns.
-const LARGEST_SHOWN: f64 = 1e6;
-
 fn candidates(candidates: &[Candidate]) -> String {
     if candidates.is_empty() {
         return String::new();
@@ -70,7 +67,7 @@ fn candidates(candidates: &[Candidate]) -> String {
     let width = candidates.iter().map(|candidate| candidate.label.len()).max().unwrap_or(0);
     let mut text = String::from("\n");
     for candidate in candidates.iter().take(8) {
-        let size = match candidate.se.is_finite() && candidate.se.abs() < LARGEST_SHOWN {
+        let size = match is_determined(candidate.se) {
             true => format!(
                 "{} +- {} {}",
                 figure(candidate.size),

@@ -3,7 +3,7 @@
 use plumb_calibration::measurement::{NoiseSource, ReadingNoise};
 use plumb_diagnosis::laboratory::{EffectValue, ErrorSummary, Errors, Rms};
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
-use plumb_diagnosis::{Claim, Explainable};
+use plumb_diagnosis::{Claim, Explainable, is_determined};
 
 use crate::shown_unit::shown_unit;
 
@@ -96,6 +96,9 @@ pub(super) fn effects_table(effects: &[EffectValue]) -> String {
         let mut odd = if effect.plausible { String::new() } else { "  (implausible value)".to_owned() };
         if effect.claim == Claim::Correction {
             odd.push_str(&format!("  (correction: may be {})", effect.may_be.join(", or ")));
+        }
+        if !is_determined(effect.se) {
+            return format!("  {label}  size not determined{odd}\n");
         }
         let unit = shown_unit(&effect.unit);
         let line = format!("  {label}  {:>12} +- {:<10} {unit}{odd}", figure(effect.size), figure(effect.se));

@@ -4,7 +4,7 @@ use plumb_calibration::arm_model::Model;
 use plumb_diagnosis::laboratory::{Comparison, EffectPlot, EffectValue};
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
 use plumb_diagnosis::report::StepKind;
-use plumb_diagnosis::{Candidate, Claim, Diagnosis, EffectPlace, NextPose, Verdict, percent};
+use plumb_diagnosis::{Candidate, Claim, Diagnosis, EffectPlace, NextPose, Verdict, is_determined, percent};
 
 use super::residuals::Residuals;
 use super::state::{Card, CardStanding, FallStep, Standing};
@@ -312,8 +312,11 @@ fn place(effect: &EffectPlace) -> String {
 
 /// A size with its standard error, both to the digits the error leaves meaning in.
 fn measured(size: f64, error: f64, unit: &str) -> String {
+    if !is_determined(error) {
+        return "size not determined".to_owned();
+    }
     let unit = shown_unit(unit);
-    let text = if !error.is_finite() || error <= 0.0 || size.abs().max(error) < 1e-3 {
+    let text = if error <= 0.0 || size.abs().max(error) < 1e-3 {
         format!("{size:.2e} \u{b1} {error:.0e} {unit}")
     } else {
         // One digit more than the first of the error.
@@ -332,6 +335,7 @@ mod tests {
         assert_eq!(measured(0.731_42, 0.012_3, "deg"), "0.731 \u{b1} 0.012 deg");
         assert_eq!(measured(1.9e-4, 1.0e-6, "rad/(N m)"), "1.90e-4 \u{b1} 1e-6 rad/(N m)");
         assert_eq!(measured(12.0, 3.0, "1"), "12.0 \u{b1} 3.0");
-        assert_eq!(measured(1.0, f64::NAN, "mm"), "1.00e0 \u{b1} NaN mm");
+        assert_eq!(measured(1.0, f64::NAN, "mm"), "size not determined");
+        assert_eq!(measured(1.0, f64::INFINITY, "mm"), "size not determined");
     }
 }
