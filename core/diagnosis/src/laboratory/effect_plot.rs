@@ -4,6 +4,7 @@
 //! How far an effect moves the point depends on the pose (a joint turns a far point more than a near one). So what is left is seen along the motion, and both
 //! it and the curve are scaled to the root mean square lever of all rows: then the curve is a function of what drives the effect.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
@@ -325,17 +326,27 @@ fn against_driver(
     (drawn, curve)
 }
 
+/// How far the angle of a wave goes (rad) for a unit of its driver as it is shown, degrees of a joint or mm of a slide; nothing of what is no wave.
+fn wave_rate(fitted: &Fitted<'_>, id: &EffectId) -> Option<f64> {
+    let row = fitted.machine.model.chain.joints.get(id.joint()?)?;
+    match id.name.as_str() {
+        "joint_harmonic" => Some(id.order?.to_radians()),
+        "screw_wave" => Some(TAU * id.order? / row.screw_pitch?),
+        _ => None,
+    }
+}
+
 /// A wave of a joint between the poses too: they may be fewer than its periods.
 fn wave(fitted: &Fitted<'_>, valued: &Valued, drawn: &Drawn, lever: f64) -> Option<Vec<(f64, f64)>> {
-    let (order, joint) = (valued.id.order?, valued.id.joint()?);
-    let sign = fitted.machine.model.chain.joints.get(joint)?.sign;
+    let rate = wave_rate(fitted, &valued.id)?;
+    let sign = fitted.machine.model.chain.joints.get(valued.id.joint()?)?.sign;
     let [sine, cosine] = [0, 1].map(|index| valued.values.get(index).copied().unwrap_or(0.0));
     let (low, high) = drawn
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), point| (low.min(point.0), high.max(point.0)));
     let at = |step: usize| {
         let across = low + (high - low) * step as f64 / (CURVE_POINTS - 1) as f64;
-        let (own_sine, own_cosine) = (order * across.to_radians()).sin_cos();
+        let (own_sine, own_cosine) = (rate * across).sin_cos();
         (across, lever * sign * (sine * own_sine + cosine * own_cosine))
     };
     (high > low).then(|| (0..CURVE_POINTS).map(at).collect())

@@ -44,7 +44,10 @@ impl Regressor {
             ("joint_coupling", Some(_)) => id.with.map(|driving| coordinate(machine, driving)),
             ("joint_backlash", Some(joint)) => Some(side(machine, joint)),
             ("joint_settling", Some(joint)) => Some(last_move(machine, joint)),
-            ("gravity_flexure" | "link_sag" | "axis_skew", _) => None,
+            ("screw_wave", Some(joint)) => turn_of_screw(machine, joint),
+            ("gravity_flexure" | "link_sag" | "axis_skew" | "axis_roll" | "axis_pitch" | "axis_yaw", _) => {
+                None
+            }
             ("thermal_growth", _) => temperature(machine),
             _ if kind.family == Family::Epoch => Some(order(machine)),
             _ if kind.depends_on_time => Some(time(machine)),
@@ -76,6 +79,13 @@ fn coordinate(machine: &ResidualModel<'_>, joint: usize) -> Regressor {
     let (factor, unit) = shown(machine, joint);
     let axis = PlotAxis::new(name_of(machine, joint), unit);
     Regressor::over_rows(machine, axis, |row| commanded(machine, row, joint) * factor)
+}
+
+/// Where within a turn of its screw a slide stands: over its whole travel a wave would have more periods than a plot has columns.
+fn turn_of_screw(machine: &ResidualModel<'_>, joint: usize) -> Option<Regressor> {
+    let pitch = machine.model.chain.joints.get(joint)?.screw_pitch?;
+    let axis = PlotAxis::new(format!("{} within a turn of its screw", name_of(machine, joint)), "mm");
+    Some(Regressor::over_rows(machine, axis, |row| commanded(machine, row, joint).rem_euclid(pitch)))
 }
 
 /// The moment of gravity about a joint.

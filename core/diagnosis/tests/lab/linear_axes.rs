@@ -167,3 +167,17 @@ fn a_sound_screw_is_not_said_to_run_out_of_true() {
         assert_eq!(labels, ["joint_backlash(x)"], "seed {seed}");
     }
 }
+
+#[test]
+fn a_screws_wave_is_drawn_over_one_turn_of_the_screw() {
+    let model = on_a_screw()
+        .replace("free: [joint_zero(x)]", "free: [joint_zero(x), joint_gain(x), joint_backlash(x)]");
+    let lab = laboratory(&model, &positions(9, 60, false), Options::default());
+    let plots = lab.effect_plots(&["screw_wave(x, 1)".to_owned()], &Progress::unwatched()).unwrap();
+    let plot = plots.first().expect("its own plot");
+    assert_eq!(plot.across.title(), "x within a turn of its screw, mm");
+    assert!(plot.points.iter().all(|point| (0.0..5.0).contains(&point.0)));
+    for (across, up) in &plot.curve {
+        assert!((up - wave(*across)).abs() < 2e-3, "at {across}: {up} for {}", wave(*across));
+    }
+}
