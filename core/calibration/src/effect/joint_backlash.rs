@@ -15,7 +15,7 @@ impl Effect for JointBacklash {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        drives.push(situation.drive_joint(self.joint, 0, -0.5 * situation.side(self.joint)));
+        drives.push(situation.drive_joint(self.joint, 0, -0.5 * situation.side_or_way(self.joint)));
     }
 
     fn changes_coordinate(&self) -> Option<usize> {
@@ -34,7 +34,7 @@ pub(super) const KIND: Kind = Kind {
     is_event: false,
     search: Search::Nothing,
     sentence: "The joint has play: it stops short on the side it came from.",
-    how_to_see: "The same poses reached from both sides, with the side logged in `approach_q<n>`.",
+    how_to_see: "The same poses reached from both sides, with the side logged in `approach_q<n>`; without that column the way from the row before counts.",
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         // The sense is open: what `approach` calls +1 is the table's own business.
@@ -46,7 +46,7 @@ pub(super) const KIND: Kind = Kind {
     },
     candidates: |survey| {
         let mut ids = survey.every_joint("joint_backlash");
-        ids.retain(|id| id.joint().is_some_and(|joint| survey.passport.has_both_sides(joint)));
+        ids.retain(|id| id.joint().is_some_and(|joint| survey.passport.came_both_ways(joint)));
         ids
     },
 };

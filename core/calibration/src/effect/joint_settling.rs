@@ -15,9 +15,7 @@ impl Effect for JointSettling {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        let before = situation.previous.and_then(|previous| previous.get(self.joint)).copied();
-        let moved = before.map_or(0.0, |before| situation.coordinate(self.joint) - before);
-        drives.push(situation.drive_joint(self.joint, 0, -moved));
+        drives.push(situation.drive_joint(self.joint, 0, -situation.last_move(self.joint)));
     }
 
     fn changes_coordinate(&self) -> Option<usize> {

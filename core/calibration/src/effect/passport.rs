@@ -4,6 +4,7 @@ use plumb_kinematics::{Posture, Weights};
 
 use super::identity::Channel;
 use super::sampling::distinct;
+use super::situation::way;
 use crate::arm_model::{Model, SurfaceShape};
 use crate::table::Table;
 
@@ -16,6 +17,8 @@ pub struct Passport {
     pub returns: usize,
     /// Joints that arrived from both sides.
     pub both_sides: Vec<bool>,
+    /// Joints that moved both ways from row to row, in a table that logs no sides of approach and whose rows are poses gone to one after the other.
+    pub both_ways: Vec<bool>,
     /// Span of time, s; nothing if not logged.
     pub time_span: Option<f64>,
     /// Range of temperature, K; nothing if not logged.
@@ -82,6 +85,7 @@ impl Passport {
             rows: table.len(),
             returns: table.returns().iter().map(Vec::len).sum(),
             both_sides: (0..table.joints).map(sides).collect(),
+            both_ways: both_ways(table),
             time_span: table.time.as_deref().and_then(range),
             temperature_range: table.temperature.as_deref().and_then(range),
             payload_range: table.payload.as_deref().and_then(range),
@@ -112,10 +116,29 @@ impl Passport {
         self.triggered_on.iter().any(lit)
     }
 
-    /// Whether a joint arrived from both sides.
+    /// Whether a joint is known to have arrived from both sides: it was logged.
     pub fn has_both_sides(&self, joint: usize) -> bool {
         self.both_sides.get(joint).copied().unwrap_or(false)
     }
+
+    /// Whether a joint arrived from both sides, as logged or, where no sides are logged, by its way from row to row.
+    pub fn came_both_ways(&self, joint: usize) -> bool {
+        self.has_both_sides(joint) || self.both_ways.get(joint).copied().unwrap_or(false)
+    }
+}
+
+/// Which joints moved both ways from row to row; none where sides of approach are logged, or the rows are pictures of scans.
+fn both_ways(table: &Table) -> Vec<bool> {
+    if table.approach.is_some() || table.is_of_stripes() {
+        return vec![false; table.joints];
+    }
+    let order = table.order();
+    let moved = |joint: usize, sign: f64| {
+        let pairs = order.iter().zip(order.iter().skip(1));
+        let coordinate = |row: &usize| table.q_of(*row).get(joint).copied().unwrap_or(0.0);
+        pairs.into_iter().any(|(before, after)| way(coordinate(after) - coordinate(before)) == sign)
+    };
+    (0..table.joints).map(|joint| moved(joint, 1.0) && moved(joint, -1.0)).collect()
 }
 
 /// Where a slide was measured, mm.

@@ -58,6 +58,14 @@ pub struct Trigger {
     pub sensor: Option<Sensor>,
 }
 
+/// A smaller change of a joint's coordinate from one row to the next is no move but the scatter of what was read, rad or mm.
+const LEAST_MOVE: f64 = 1e-3;
+
+/// The way of a move: +1 up, -1 down, 0 where it is none.
+pub(super) fn way(moved: f64) -> f64 {
+    if moved.abs() < LEAST_MOVE { 0.0 } else { moved.signum() }
+}
+
 impl Situation<'_> {
     /// The commanded coordinate of a joint.
     pub fn coordinate(&self, joint: usize) -> f64 {
@@ -67,6 +75,20 @@ impl Situation<'_> {
     /// The side a joint arrived from, as a number.
     pub fn side(&self, joint: usize) -> f64 {
         self.approach.get(joint).copied().map_or(0.0, f64::from)
+    }
+
+    /// How far a joint moved since the row before, rad or mm; 0 where there is none.
+    pub fn last_move(&self, joint: usize) -> f64 {
+        let before = self.previous.and_then(|previous| previous.get(joint)).copied();
+        before.map_or(0.0, |before| self.coordinate(joint) - before)
+    }
+
+    /// The side from which a joint arrived: as it was logged; where no sides were logged, by its way from the row before.
+    pub fn side_or_way(&self, joint: usize) -> f64 {
+        match self.approach.is_empty() {
+            true => way(self.last_move(joint)),
+            false => self.side(joint),
+        }
     }
 
     /// The moment of gravity about a joint's axis, N m.

@@ -130,6 +130,28 @@ fn play_leaves_a_joint_half_its_width_behind_on_the_side_it_came_from() {
 }
 
 #[test]
+fn without_a_logged_side_play_goes_by_the_way_from_the_row_before() {
+    let play = 0.004;
+    let rows = ["0,20,0,0,0", "5,40,0,0,0", "9,30,0,0,0", "9,30.01,0,0,0"];
+    let table = format!("q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{}\n", rows.join("\n"));
+    let found = |row: usize| changes(PLANAR, &table, row, "joint_backlash(elbow)", &[play]);
+    let tip_at = |shoulder: f64, elbow: f64| tip(LINKS, shoulder.to_radians(), elbow.to_radians());
+    let moved = |shoulder: f64, elbow: f64, by: f64| {
+        tip_at(shoulder, elbow + by.to_degrees()) - tip_at(shoulder, elbow)
+    };
+    for (row, expected) in [(1, moved(5.0, 40.0, -0.5 * play)), (2, moved(9.0, 30.0, 0.5 * play))] {
+        assert_close(&found(row), expected.as_slice(), 1e-9, "up, then down");
+    }
+    for row in [0, 3] {
+        assert_close(&found(row), &[0.0; 3], 1e-9, "no row before it, and no move but scatter");
+    }
+    // The shoulder moved one way only: nothing tells play from a zero there.
+    let model = Model::parse("arm.yaml", PLANAR).unwrap();
+    let passport = Passport::of(&model, &Table::parse("table.csv", &table).unwrap());
+    assert_eq!([0, 1].map(|joint| passport.came_both_ways(joint)), [false, true]);
+}
+
+#[test]
 fn a_soft_joint_is_turned_by_the_moment_of_gravity_and_lets_the_tip_down() {
     let [shoulder, elbow] = pose();
     let compliance = 1e-5;

@@ -96,9 +96,15 @@ fn moment(machine: &ResidualModel<'_>, state: &State, joint: usize) -> Regressor
     })
 }
 
+/// The side from which a joint arrived: as it was logged, else by its way from the row before.
 fn side(machine: &ResidualModel<'_>, joint: usize) -> Regressor {
     let axis = PlotAxis::new(format!("side from which {} arrived", name_of(machine, joint)), "");
-    Regressor::over_rows(machine, axis, |row| f64::from(machine.table.approach_of(row, joint)))
+    if machine.table.approach.is_some() {
+        return Regressor::over_rows(machine, axis, |row| f64::from(machine.table.approach_of(row, joint)));
+    }
+    let mut values = last_move(machine, joint).values;
+    values.iter_mut().for_each(|moved| *moved = if *moved == 0.0 { 0.0 } else { moved.signum() });
+    Regressor { axis, values }
 }
 
 /// How far a joint moved from the row before, in the order of time.
