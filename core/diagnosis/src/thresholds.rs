@@ -242,11 +242,29 @@ pub(crate) const EVIDENCE_SUSPECTS: usize = 12;
 /// Weighed beside them, without a name (mechanisms). Why: time; those that explain most.
 pub(crate) const EVIDENCE_STRANGERS: usize = 6;
 
-/// Of what an effect explains may at most be left at its joint (fraction). Why: it then accounts for four fifths of what is there; the first harmonic of a sawtooth accounts for six tenths.
+/// Of them that may act at once, at most (suspects). Why: time; what is left then is small beside the foremost.
+pub(crate) const EVIDENCE_SET: usize = 4;
+
+/// Of what the foremost takes from what is left, something takes at least this share by itself to stand in its place (fraction). Why: what takes less leaves the rest
+/// to the flexible part, and is no rival of its own.
+pub(crate) const RIVAL_SHARE: f64 = 0.5;
+
+/// By which an effect predicts rows left out better than a smooth function that explains the rows seen as well, in every way of leaving blocks out (standard errors). Why:
+/// three sigma; inside the rows a smooth function follows anything, beyond them it knows nothing.
+pub(crate) const SMOOTH_ERRORS: f64 = 3.0;
+
+/// Of what an effect explains may at most be left at its joint, where the effect can imitate nothing else (fraction). Why: it is then the greater part of what is there.
+pub(crate) const JOINT_LEFT: f64 = 1.0;
+
+/// Of what an effect that can imitate others explains may at most be left at its joint (fraction). Why: it then accounts for four fifths of what is there; the first harmonic of a sawtooth accounts for six tenths.
 pub(crate) const SITE_LEFT: f64 = 0.25;
 
 /// By which a size with the flexible part and without it may differ at most (standard errors, by blocks of rows). Why: three sigma.
 pub(crate) const SIZE_ERRORS: f64 = 3.0;
+
+/// By which part of itself it may differ whatever its errors (fraction). Why: what is left bends a size that is fitted without it; a larger change would be that of another effect.
+pub(crate) const SIZE_SHARE: f64 = 0.3;
+
 /// Rows a residual map is fitted to; of more a random part by pose (rows). Why: time; it has a few hundred weights.
 pub(crate) const MAP_ROWS: usize = 2500;
 

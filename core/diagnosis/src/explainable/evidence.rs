@@ -46,10 +46,6 @@ pub(crate) struct MixedFit {
     /// Values of the suspects' parameters, and their covariance.
     pub(crate) values: DVector<f64>,
     pub(crate) covariance: DMatrix<f64>,
-    /// Sum of squares that the suspects explain beyond what is fitted, by equation and sigma.
-    pub(crate) explained: f64,
-    /// The same of each component.
-    pub(crate) by_component: Vec<f64>,
     /// Per component the noise's variance over that of a coefficient; infinite where it was given up.
     pub(crate) ratios: Vec<f64>,
     columns: Vec<usize>,
@@ -57,10 +53,39 @@ pub(crate) struct MixedFit {
     weights: DVector<f64>,
 }
 
+impl MixedFit {
+    /// The same suspects beside a flexible part of the variances of another fit, for predictions.
+    pub(crate) fn at_ratios_of(&self, other: &Self) -> Self {
+        Self { ratios: other.ratios.clone(), ..self.clone() }
+    }
+}
+
 /// Some rows that are left out, by their equations, and everything else.
 pub(crate) struct LeftOutRows {
     equations: Vec<usize>,
     rest: Reduced,
+}
+
+/// What the rows say of every suspect when the flexible part keeps its variances: models with any of them in are then compared without a further fit.
+pub(crate) struct Outlook {
+    information: DMatrix<f64>,
+    score: DVector<f64>,
+    /// Products of the suspects' columns before the flexible part took its share.
+    own: DMatrix<f64>,
+    squares: f64,
+    freedom: f64,
+}
+
+impl Outlook {
+    /// Twice the negative logarithm of the likelihood with these parameters in, but for what all models share, and how many of them are independent.
+    pub(crate) fn deviance(&self, parameters: &[usize]) -> (f64, usize) {
+        let own = self.own.select_rows(parameters).select_columns(parameters);
+        let information = self.information.select_rows(parameters).select_columns(parameters);
+        let score = self.score.select_rows(parameters);
+        let (inverse, rank) = inverse_and_rank(&own, &information);
+        let squares = self.squares - score.dot(&(&inverse * &score));
+        (self.freedom * squares.max(1e-12 * self.squares).max(f64::MIN_POSITIVE).ln(), rank)
+    }
 }
 
 /// What one round finds at given ratios.
@@ -101,11 +126,21 @@ impl Mixed {
 
     /// The model with these of the suspects' parameters in, from these ratios on; nothing where the numbers break down.
     pub(crate) fn fit(&self, parameters: &[usize], start: Option<&[f64]>) -> Option<MixedFit> {
+        self.fit_within(ROUNDS, parameters, start)
+    }
+
+    /// The same in so many rounds at most.
+    pub(crate) fn fit_within(
+        &self,
+        rounds: usize,
+        parameters: &[usize],
+        start: Option<&[f64]>,
+    ) -> Option<MixedFit> {
         let suspects: Vec<usize> = parameters.iter().map(|one| self.flexible + one).collect();
         let first = || self.components.iter().map(|one| FIRST_RATIO * one.len() as f64).collect();
         let mut ratios: Vec<f64> = start.map_or_else(first, <[f64]>::to_vec);
         let mut best: Option<(Vec<f64>, Round)> = None;
-        for _ in 0..ROUNDS {
+        for _ in 0..rounds {
             let round = self.round(&self.reduced, &suspects, &ratios)?;
             let fall = best.as_ref().map_or(f64::INFINITY, |(_, best)| best.deviance - round.deviance);
             let next = round.better.clone();
@@ -124,15 +159,7 @@ impl Mixed {
     fn told(&self, parameters: &[usize], columns: Vec<usize>, ratios: Vec<f64>, round: &Round) -> MixedFit {
         let unit =
             |index: usize| parameters.get(index).and_then(|one| self.units.get(*one)).copied().unwrap_or(0.0);
-        let matrix = &self.reduced.matrix;
-        let own = matrix.select_rows(&columns).select_columns(&columns);
-        let explained = round.suspects.dot(&(own * &round.suspects));
         let weights = self.weights(round, &columns);
-        let of_component = |one: &Range<usize>| {
-            let part = matrix.view((one.start, one.start), (one.len(), one.len()));
-            let own = weights.rows(one.start, one.len());
-            own.dot(&(part * own))
-        };
         let noise = round.noise;
         let covariance = DMatrix::from_fn(columns.len(), columns.len(), |row, column| {
             noise * round.inverse_information[(row, column)] * unit(row) * unit(column)
@@ -141,17 +168,7 @@ impl Mixed {
             columns.len(),
             round.suspects.iter().enumerate().map(|(index, value)| value * unit(index)),
         );
-        MixedFit {
-            deviance: round.deviance,
-            rank: round.rank,
-            values,
-            covariance,
-            explained,
-            by_component: self.components.iter().map(of_component).collect(),
-            ratios,
-            columns,
-            weights,
-        }
+        MixedFit { deviance: round.deviance, rank: round.rank, values, covariance, ratios, columns, weights }
     }
 
     /// The coefficients of all columns but those of what is fitted.
@@ -167,20 +184,9 @@ impl Mixed {
     /// One round at these ratios: everything that is fitted then, and ratios under which the rows are likelier (MacKay 1992, equations 4.9 and 4.10).
     fn round(&self, reduced: &Reduced, suspects: &[usize], ratios: &[f64]) -> Option<Round> {
         let active: Vec<usize> = (0..self.components.len()).filter(|one| ratios[*one].is_finite()).collect();
-        let columns: Vec<usize> = active.iter().flat_map(|one| self.components[*one].clone()).collect();
-        let of_column: Vec<f64> = active
-            .iter()
-            .flat_map(|one| std::iter::repeat_n(ratios[*one], self.components[*one].len()))
-            .collect();
+        let (columns, of_column) = self.active_columns(ratios);
         let rows = reduced.matrix.select_rows(&columns);
-        let mut matrix = rows.select_columns(&columns);
-        for (index, ratio) in of_column.iter().enumerate() {
-            matrix[(index, index)] += ratio;
-        }
-        let (inverse, logarithm) = match columns.is_empty() {
-            true => (DMatrix::zeros(0, 0), 0.0),
-            false => symmetric_inverse(&matrix)?,
-        };
+        let (inverse, logarithm) = regularized_inverse(rows.select_columns(&columns), &of_column)?;
         let right = reduced.right.select_rows(&columns);
         let across = rows.select_columns(suspects);
         let through = &inverse * &across;
@@ -209,6 +215,58 @@ impl Mixed {
         }
         let deviance = reduced.freedom * noise.ln() + logarithm - prior;
         Some(Round { deviance, rank, suspects: found, inverse_information, noise, columns, weights, better })
+    }
+
+    /// What the rows say of all suspects while the flexible part keeps these ratios; nothing where the numbers break down.
+    pub(crate) fn outlook(&self, ratios: &[f64]) -> Option<Outlook> {
+        let suspects: Vec<usize> = (self.flexible..self.reduced.right.len()).collect();
+        let matrix = &self.reduced.matrix;
+        let (columns, of_column) = self.active_columns(ratios);
+        let rows = matrix.select_rows(&columns);
+        let (inverse, _) = regularized_inverse(rows.select_columns(&columns), &of_column)?;
+        let right = self.reduced.right.select_rows(&columns);
+        let across = rows.select_columns(&suspects);
+        let through = &inverse * &across;
+        let own = matrix.select_rows(&suspects).select_columns(&suspects);
+        Some(Outlook {
+            information: &own - across.tr_mul(&through),
+            score: self.reduced.right.select_rows(&suspects) - through.tr_mul(&right),
+            own,
+            squares: self.reduced.squares - right.dot(&(&inverse * &right)),
+            freedom: self.reduced.freedom,
+        })
+    }
+
+    /// The columns of the components that were not given up, and the ratio of each.
+    fn active_columns(&self, ratios: &[f64]) -> (Vec<usize>, Vec<f64>) {
+        let active = self.components.iter().zip(ratios).filter(|(_, ratio)| ratio.is_finite());
+        active.flat_map(|(component, ratio)| component.clone().map(|column| (column, *ratio))).unzip()
+    }
+
+    /// Sum of squares that some of a fit's parameters explain beyond what is fitted, by equation and sigma.
+    pub(crate) fn squares_of(&self, fit: &MixedFit, parameters: &[usize]) -> f64 {
+        self.squares_of_columns(fit, parameters.iter().map(|one| self.flexible + one).collect())
+    }
+
+    /// The same of some components together.
+    pub(crate) fn squares_of_components(&self, fit: &MixedFit, components: &[usize]) -> f64 {
+        let own = components.iter().filter_map(|one| self.components.get(*one).cloned());
+        self.squares_of_columns(fit, own.flatten().collect())
+    }
+
+    fn squares_of_columns(&self, fit: &MixedFit, columns: Vec<usize>) -> f64 {
+        let own = self.reduced.matrix.select_rows(&columns).select_columns(&columns);
+        let weights = fit.weights.select_rows(&columns);
+        weights.dot(&(own * &weights))
+    }
+
+    /// Ratios at which the search begins for some components, all others given up.
+    pub(crate) fn ratios_of(&self, components: &[usize]) -> Vec<f64> {
+        let first = |(index, one): (usize, &Range<usize>)| match components.contains(&index) {
+            true => FIRST_RATIO * one.len() as f64,
+            false => f64::INFINITY,
+        };
+        self.components.iter().enumerate().map(first).collect()
     }
 
     /// Equations of the rows that are looked at.
@@ -242,6 +300,17 @@ impl Mixed {
         let values = fit.columns.iter().zip(round.suspects.iter());
         let values = values.map(|(column, value)| value * self.units[column - self.flexible]).collect();
         Some((left_out.equations.iter().copied().zip(left.iter().copied()).collect(), values))
+    }
+}
+
+/// The inverse of a matrix with these ratios on its diagonal, and the logarithm of its determinant.
+fn regularized_inverse(mut matrix: DMatrix<f64>, ratios: &[f64]) -> Option<(DMatrix<f64>, f64)> {
+    for (index, ratio) in ratios.iter().enumerate() {
+        matrix[(index, index)] += ratio;
+    }
+    match ratios.is_empty() {
+        true => Some((DMatrix::zeros(0, 0), 0.0)),
+        false => symmetric_inverse(&matrix),
     }
 }
 
@@ -323,7 +392,8 @@ mod tests {
         let error = with.covariance[(0, 0)].sqrt();
         assert!((with.values[0] - 1.5).abs() < 3.0 * error && (0.05..0.15).contains(&error), "{with:?}");
         // Root mean square 1.5 / sqrt(2) in 300 equations.
-        assert!((with.explained - 337.0).abs() < 80.0, "{}", with.explained);
+        let explained = mixed.squares_of(&with, &[0]);
+        assert!((explained - 337.0).abs() < 80.0, "{explained}");
     }
 
     #[test]
@@ -350,6 +420,22 @@ mod tests {
         assert!((one - other).abs() < 0.5 && one > 30.0, "{one} {other}");
         assert_eq!(with.rank, 1);
         assert!((pair - one).abs() < 0.5, "{pair} {one}");
+    }
+
+    #[test]
+    fn the_outlook_at_the_ratios_of_a_fit_is_that_fit() {
+        let (features, t) = smooth(11, |t| 4.0 * (4.0 * t).sin() + 1.5 * wave(t));
+        let mixed = Mixed::new(&features, &column(&t, wave)).unwrap();
+        let (nothing, with) = (mixed.fit(&[], None).unwrap(), mixed.fit(&[0], None).unwrap());
+        let outlook = mixed.outlook(&with.ratios).unwrap();
+        let (alone, rank) = outlook.deviance(&[0]);
+        let none = outlook.deviance(&[]);
+        assert_eq!((rank, none.1), (1, 0));
+        // Both leave out what the ratios themselves cost, so that differences are those of the same ratios.
+        let again = mixed.fit_within(1, &[0], Some(&with.ratios)).unwrap();
+        let without = mixed.fit_within(1, &[], Some(&with.ratios)).unwrap();
+        assert!((none.0 - alone - (without.deviance - again.deviance)).abs() < 1e-6);
+        assert!(with.deviance < nothing.deviance);
     }
 
     #[test]

@@ -1,13 +1,20 @@
-//! What is asked of one stage: the suspects beside a flexible part, each weighed by its marginal likelihood.
+//! What is asked of one stage: the suspects beside a flexible part, alone and together, each set of them weighed by its marginal likelihood.
 
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::left_out_geometry::cost_of_choice;
 use super::suspects::{Suspect, Who};
 use crate::explainable::{Features, Mixed, MixedFit};
 use crate::forward_selection::{Contender, Stage};
-use plumb_estimation::for_each;
+use plumb_calibration::effect::EffectId;
 
-/// A suspect's fit and its criterion: twice the negative logarithm of its marginal likelihood.
-pub(super) struct Weighed<'s> {
-    pub(super) suspect: &'s Suspect,
+/// Some suspects that act at once, fitted, and their criterion: twice the negative logarithm of their marginal likelihood.
+#[derive(Clone)]
+pub(super) struct Set {
+    /// By their places in the list of suspects, ascending.
+    pub(super) members: Vec<usize>,
     pub(super) fit: MixedFit,
     pub(super) criterion: f64,
 }
@@ -15,6 +22,9 @@ pub(super) struct Weighed<'s> {
 /// Everything that is asked of one stage.
 pub(super) struct Bench<'b> {
     pub(super) stage: &'b Stage<'b>,
+    pub(super) suspects: Vec<Suspect>,
+    /// Of the likeliest waves: the parameters of their overtones.
+    pub(super) overtones: Vec<(EffectId, Vec<usize>)>,
     pub(super) rows: Vec<usize>,
     pub(super) features: Features,
     pub(super) mixed: Mixed,
@@ -24,25 +34,79 @@ pub(super) struct Bench<'b> {
 }
 
 impl Bench<'_> {
-    pub(super) fn criterion(&self, fit: &MixedFit, cost: f64) -> f64 {
-        fit.deviance + fit.rank as f64 * self.equations.ln() + cost
+    /// Effects that the likeliest were chosen from.
+    pub(super) fn families(&self) -> f64 {
+        self.stage.contenders.len() as f64
     }
 
-    pub(super) fn weigh<'s>(&self, suspects: &'s [Suspect]) -> Vec<Weighed<'s>> {
-        let fits = for_each(suspects, |one| self.mixed.fit(&one.parameters, Some(&self.nothing.ratios)));
-        let weighed = suspects.iter().zip(fits).filter_map(|(suspect, fit)| {
-            let fit = fit.filter(|fit| fit.rank > 0)?;
-            Some(Weighed { suspect, criterion: self.criterion(&fit, suspect.cost), fit })
-        });
-        let mut weighed: Vec<Weighed<'_>> = weighed.collect();
-        weighed.sort_by(|left, right| left.criterion.total_cmp(&right.criterion));
-        weighed
+    /// Twice the negative logarithm of the marginal likelihood of a set: each independent parameter is charged as by Schwarz, searches and the choice of several besides.
+    pub(super) fn criterion(&self, members: &[usize], deviance: f64, rank: usize) -> f64 {
+        let searches: f64 =
+            members.iter().filter_map(|one| self.suspects.get(*one)).map(|one| one.cost).sum();
+        let choice = cost_of_choice(self.families(), members.len());
+        deviance + rank as f64 * self.equations.ln() + searches + choice
     }
 
-    pub(super) fn contender(&self, weighed: &Weighed<'_>) -> Option<&Contender> {
-        match weighed.suspect.who {
+    /// The parameters of a set, member by member.
+    pub(super) fn parameters(&self, members: &[usize]) -> Vec<usize> {
+        let own = members.iter().filter_map(|one| self.suspects.get(*one));
+        own.flat_map(|one| one.parameters.iter().copied()).collect()
+    }
+
+    /// A set fitted in so many rounds at most, from these ratios on; nothing where the numbers break down, or a member adds nothing.
+    pub(super) fn fitted(&self, members: &[usize], start: &[f64], rounds: usize) -> Option<Set> {
+        let fit = self.mixed.fit_within(rounds, &self.parameters(members), Some(start))?;
+        if fit.rank < members.len() {
+            return None;
+        }
+        let criterion = self.criterion(members, fit.deviance, fit.rank);
+        Some(Set { members: members.to_vec(), fit, criterion })
+    }
+
+    /// Where a member's parameters are among those of its set.
+    fn place(&self, set: &Set, member: usize) -> Range<usize> {
+        let count = |one: &usize| self.suspects.get(*one).map_or(0, |one| one.parameters.len());
+        let first = set.members.iter().take_while(|one| **one != member).map(count).sum();
+        first..first + count(&member)
+    }
+
+    /// The values of a member's parameters and their covariance.
+    pub(super) fn values(&self, set: &Set, member: usize) -> (DVector<f64>, DMatrix<f64>) {
+        let place = self.place(set, member);
+        let values = set.fit.values.rows(place.start, place.len()).into_owned();
+        let covariance = &set.fit.covariance;
+        (values, covariance.view((place.start, place.start), (place.len(), place.len())).into_owned())
+    }
+
+    /// A member's values among those of all parameters of its set.
+    pub(super) fn part<'v>(&self, set: &Set, member: usize, values: &'v [f64]) -> &'v [f64] {
+        values.get(self.place(set, member)).unwrap_or_default()
+    }
+
+    /// Sum of squares that a member explains in a fit of its set.
+    pub(super) fn explained(&self, fit: &MixedFit, member: usize) -> f64 {
+        self.suspects.get(member).map_or(0.0, |one| self.mixed.squares_of(fit, &one.parameters))
+    }
+
+    pub(super) fn contender(&self, member: usize) -> Option<&Contender> {
+        match self.suspects.get(member)?.who {
             Who::Listed(index) => self.stage.contenders.get(index),
             Who::Unlisted(_) => None,
         }
+    }
+
+    /// Whether a suspect is an effect of the library that chance would hardly make, and of a possible size.
+    pub(super) fn is_plausible(&self, member: usize) -> bool {
+        self.contender(member).is_some_and(Contender::is_plausible)
+    }
+
+    /// What a suspect takes from what is left if it comes in alone.
+    pub(super) fn gain(&self, member: usize) -> f64 {
+        self.suspects.get(member).map_or(0.0, |one| one.gain)
+    }
+
+    /// Of some suspects the one that would take most from what is left if it came in alone: what the error is, in the main.
+    pub(super) fn foremost(&self, members: impl Iterator<Item = usize>) -> Option<usize> {
+        members.max_by(|left, right| self.gain(*left).total_cmp(&self.gain(*right)))
     }
 }

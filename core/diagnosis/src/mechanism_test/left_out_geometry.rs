@@ -44,7 +44,7 @@ pub(crate) fn explains_as_well(base: &Stage<'_>, listed: &[Probe], found: &[Effe
 }
 
 /// What it costs in the extended BIC to choose so many effects of so many families. The first is free: it is charged by Holm's correction already.
-fn cost_of_choice(families: f64, count: usize) -> f64 {
+pub(super) fn cost_of_choice(families: f64, count: usize) -> f64 {
     (1..count).map(|before| 2.0 * ((families - before as f64).max(1.0) / (before as f64 + 1.0)).ln()).sum()
 }
 

@@ -1,27 +1,33 @@
 //! Whether an effect is a mechanism although other structure is left that nothing explains. The structure is given its own part of the model, the flexible regression
-//! of `explainable/`; an effect is identified where the rows are much likelier with it than with anything else beside that part: no effect at all, every other effect
-//! of the library, mechanisms without a name. Models are compared by their marginal likelihood (Rasmussen & Williams 2006, chapter 5), effects charged as by
-//! Schwarz's criterion, which is a Bayes factor for a prior worth one reading (Kass & Wasserman 1995; Kass & Raftery 1995).
+//! of `explainable/`; what may act besides, effects of the library and mechanisms without a name, is weighed in sets (`sets.rs`). An effect is identified where the
+//! rows are much likelier with it than with anything in its place: nothing, any other effect of the library, a mechanism without a name. Models are compared by their
+//! marginal likelihood (Rasmussen & Williams 2006, chapter 5), effects charged as by Schwarz's criterion, which is a Bayes factor for a prior worth one reading (Kass &
+//! Wasserman 1995; Kass & Raftery 1995).
 
 mod bench;
 mod left_out_geometry;
+mod posterior;
 mod predictions;
+mod rules;
+mod sets;
 mod suspects;
 
-use crate::explainable::{Features, Mixed, MixedFit, chosen_rows};
+use crate::explainable::{Features, Mixed, chosen_rows};
 use crate::forward_selection::{Contender, Stage};
 use crate::score_test::Probe;
-use crate::thresholds::{EVIDENCE_ROWS, NAMING_LEVEL, SITE_LEFT, SIZE_ERRORS, TIE_BIC};
+use crate::thresholds::{EVIDENCE_ROWS, NAMING_LEVEL, SITE_LEFT, TIE_BIC};
 pub(crate) use left_out_geometry::{GEOMETRY, explains_as_well};
+pub(crate) use posterior::posterior;
 
-use bench::{Bench, Weighed};
-use nalgebra::DMatrix;
-use plumb_calibration::effect::{Effect, EffectId, Family, Spot, kind};
+use bench::{Bench, Set};
+use nalgebra::{DMatrix, DVector};
+use plumb_calibration::effect::{Effect, EffectId, Family, Spot, build, kind};
 use plumb_estimation::chi_squared_tail;
 use predictions::Predictions;
-use suspects::{Who, suspects};
+use sets::Sets;
+use suspects::{Asked, Who, suspects};
 
-/// Why the likeliest effect is not identified.
+/// Why the foremost effect is not identified.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Doubt {
     /// Some smooth function of what is known of a row does as well.
@@ -32,37 +38,51 @@ pub(crate) enum Doubt {
     MoreAtItsJoint,
     /// Rows that were left out are predicted as well without it.
     NotPredicted,
-    /// Its size, or sign, is beyond belief, or another beside the flexible part.
+    /// Its size, or sign, is beyond belief, or quite another without the flexible part.
     Size,
-    /// With every row in, or rows left out, it does not pass without the flexible part.
+    /// With every row in it does not pass, or chance does as much.
     NotPassed,
 }
 
 /// What the rows say of the contenders of a stage beside a flexible part.
 pub(crate) struct Mechanism {
-    /// Contenders that cannot be told apart, by their places in the stage's list, the likeliest first.
+    /// Contenders that cannot be told apart, by their places in the stage's list, the foremost first.
     pub(crate) close: Vec<usize>,
-    /// Nothing where the likeliest is identified, or tied with the others of `close` alone.
+    /// Nothing where the foremost is identified, or tied with the others of `close` alone.
     pub(crate) doubt: Option<Doubt>,
-    /// Posterior probability of each contender that was asked, among them, mechanisms without a name, and none at all.
+    /// Posterior probability of each contender that was asked.
     pub(crate) probabilities: Vec<(usize, f64)>,
-    /// The likeliest, as it is beside the flexible part.
-    best: MixedFit,
+    /// Values of the foremost and their covariance, as they are beside the flexible part.
+    values: (DVector<f64>, DMatrix<f64>),
+}
+
+/// What would do in place of the foremost suspect of the likeliest set.
+#[derive(Default)]
+struct Rivals {
+    /// Effects of the library.
+    listed: Vec<usize>,
+    /// Where a mechanism without a name would sit.
+    unlisted: Option<Spot>,
+    /// The flexible part does.
+    smooth: bool,
 }
 
 impl Bench<'_> {
-    /// What is left at the joint of an effect with it in, as a share of what it explains: what the flexible part does there, and by how much more is left along
-    /// the joint's motion than across it.
-    fn share_left_at(&self, joint: usize, best: &MixedFit) -> f64 {
-        let own = self.features.joints.iter().zip(&best.by_component);
-        let smooth: f64 = own.filter(|(at, _)| **at == Some(joint)).map(|(_, squares)| squares).sum();
-        let (along, across) = self.along_and_across(joint, best);
-        (smooth + (along - across).max(0.0)) / best.explained.max(f64::MIN_POSITIVE)
+    /// What else is at the joint of a suspect, as a share of what that explains: whatever smooth functions of the joint do there if they are the whole flexible part, so that
+    /// none of them makes up for another part, and by how much more everything leaves along the joint's motion than across it.
+    fn share_left_at(&self, joint: usize, set: &Set, suspect: usize) -> Option<f64> {
+        let at_joint = self.features.joints.iter().enumerate().filter(|(_, at)| **at == Some(joint));
+        let own: Vec<usize> = at_joint.map(|(component, _)| component).collect();
+        let alone = self.mixed.fit(&self.parameters(&set.members), Some(&self.mixed.ratios_of(&own)))?;
+        let smooth = self.mixed.squares_of_components(&alone, &own);
+        let (along, across) = self.along_and_across(joint, set);
+        let explained = self.explained(&alone, suspect).max(f64::MIN_POSITIVE);
+        Some((smooth + (along - across).max(0.0)) / explained)
     }
 
     /// Sums of squares of what everything leaves along a joint's motion, and across it in each other direction.
-    fn along_and_across(&self, joint: usize, best: &MixedFit) -> (f64, f64) {
-        let left = self.mixed.residuals(best);
+    fn along_and_across(&self, joint: usize, set: &Set) -> (f64, f64) {
+        let left = self.mixed.residuals(&set.fit);
         let Some(Some(carrier)) = self.features.carriers.get(joint) else { return (0.0, 0.0) };
         let mut sums = (0.0, 0.0);
         for range in &self.features.equations {
@@ -79,83 +99,151 @@ impl Bench<'_> {
         sums
     }
 
-    /// A mechanism without a name that explains the same, or that is at work at the same joint.
-    fn stranger(&self, best: &Weighed<'_>, all: &[Weighed<'_>]) -> Option<Spot> {
-        let at_same = |spot: Spot| spot == best.suspect.id.spot && is_of_a_joint(&best.suspect.id);
-        let strangers = all.iter().filter_map(|one| match one.suspect.who {
-            Who::Unlisted(spot) => Some((one, spot)),
-            Who::Listed(_) => None,
-        });
-        for (stranger, spot) in strangers {
-            let rivals = stranger.criterion < best.criterion + TIE_BIC;
-            if !rivals && !at_same(spot) {
-                continue;
-            }
-            let both = [best.suspect.parameters.as_slice(), &stranger.suspect.parameters].concat();
-            let Some(pair) = self.mixed.fit(&both, Some(&self.nothing.ratios)) else { continue };
-            let criterion = self.criterion(&pair, best.suspect.cost + stranger.suspect.cost);
-            let explains_same = rivals && stranger.criterion - criterion < TIE_BIC;
-            let beside = best.criterion - criterion > TIE_BIC
-                && pair.explained - best.fit.explained > SITE_LEFT * best.fit.explained;
-            if explains_same || (at_same(spot) && beside) {
-                return Some(spot);
+    /// What stands in the place of `foremost` in sets that are about as likely as its own: whatever is new there and takes nearly as much from what is left, else the
+    /// flexible part.
+    fn rivals(&self, foremost: usize, own: &Set, sets: &Sets) -> Rivals {
+        let mut rivals = Rivals::default();
+        let others = sets.all.iter().take_while(|set| set.criterion < own.criterion + TIE_BIC);
+        for set in others.filter(|set| !set.members.contains(&foremost)) {
+            let new = set.members.iter().copied().filter(|one| !own.members.contains(one));
+            let instead =
+                self.foremost(new).filter(|one| rules::stands_for(self.gain(*one), self.gain(foremost)));
+            match instead.and_then(|one| Some((one, self.suspects.get(one)?))) {
+                Some((one, suspect)) => match suspect.who {
+                    Who::Unlisted(spot) => rivals.unlisted = Some(spot),
+                    Who::Listed(_) if self.is_plausible(one) && !rivals.listed.contains(&one) => {
+                        rivals.listed.push(one);
+                    }
+                    Who::Listed(_) => {}
+                },
+                None => rivals.smooth = true,
             }
         }
-        None
+        rivals
     }
 
-    /// Whether the size beside the flexible part is that of a real machine, and the same as without that part within what blocks of rows differ by.
-    fn has_steady_size(&self, effect: &dyn Effect, best: &MixedFit, told: &Predictions) -> bool {
-        let size = |values: &[f64], covariance: &DMatrix<f64>| effect.size(values, covariance).value;
-        let (flexible, plain) = (
-            size(best.values.as_slice(), &best.covariance),
-            size(told.plain.values.as_slice(), &told.plain.covariance),
-        );
-        let one = effect.size(best.values.as_slice(), &best.covariance).error;
-        let scatter = |values: &[Vec<f64>]| {
-            predictions::jackknife(values.iter().map(|one| size(one, &best.covariance)))
-        };
+    /// Whether something else is at work at the joint of a set's foremost, and explains more than [`SITE_LEFT`] of what that does: another of the set, or overtones of a wave.
+    fn company(&self, foremost: usize, set: &Set) -> Option<Doubt> {
+        let suspect = self.suspects.get(foremost).filter(|one| imitates(&one.id))?;
+        let most = SITE_LEFT * self.explained(&set.fit, foremost);
+        let others = set.members.iter().filter(|one| **one != foremost);
+        let mut others = others.filter_map(|one| Some((*one, self.suspects.get(*one)?)));
+        let at_same = others.find(|(one, other)| {
+            other.id.spot == suspect.id.spot
+                && is_of_a_joint(&other.id)
+                && self.explained(&set.fit, *one) > most
+        });
+        if let Some((_, other)) = at_same {
+            return Some(match other.who {
+                Who::Unlisted(spot) => Doubt::Unlisted(spot),
+                Who::Listed(_) => Doubt::MoreAtItsJoint,
+            });
+        }
+        let overtones = self.overtones.iter().find(|(wave, _)| wave.same_as(&suspect.id))?;
+        let parameters = [self.parameters(&set.members), overtones.1.clone()].concat();
+        let with = self.mixed.fit(&parameters, Some(&set.fit.ratios))?;
+        let falls = set.fit.deviance - with.deviance;
+        let asked = falls - (with.rank - set.fit.rank.min(with.rank)) as f64 * self.equations.ln() > TIE_BIC;
+        (asked && self.mixed.squares_of(&with, &overtones.1) > most)
+            .then_some(Doubt::Unlisted(suspect.id.spot))
+    }
+
+    /// Whether a size beside the flexible part is that of a real machine, and much the same without that part: within what blocks of rows differ by, or within a share of itself.
+    fn has_steady_size(
+        &self,
+        effect: &dyn Effect,
+        values: &(DVector<f64>, DMatrix<f64>),
+        told: &Predictions,
+    ) -> bool {
+        let (values, covariance) = values;
+        let size = |values: &[f64]| effect.size(values, covariance).value;
+        let (flexible, plain) = (size(values.as_slice()), size(&told.plain));
+        let one = effect.size(values.as_slice(), covariance).error;
+        let scatter = |values: &[Vec<f64>]| predictions::jackknife(values.iter().map(|one| size(one)));
         let error =
             (one.powi(2) + scatter(&told.values).powi(2) + scatter(&told.plain_values).powi(2)).sqrt();
         let possible =
-            effect.parameters().iter().zip(best.values.iter()).enumerate().all(|(index, (one, value))| {
-                let reach = 2.0 * best.covariance[(index, index)].max(0.0).sqrt();
+            effect.parameters().iter().zip(values.iter()).enumerate().all(|(index, (one, value))| {
+                let reach = 2.0 * covariance[(index, index)].max(0.0).sqrt();
                 (one.range.0 - reach..=one.range.1 + reach).contains(value)
             });
-        possible && (flexible - plain).abs() <= SIZE_ERRORS * error
+        possible && rules::is_steady(flexible, plain, error)
     }
 
-    fn doubt(&self, best: &Weighed<'_>, all: &[Weighed<'_>], families: f64) -> Option<Doubt> {
-        let passes = self.contender(best).is_some_and(Contender::passes);
-        let fit = &best.fit;
-        let chance =
-            chi_squared_tail(wald(fit), fit.rank as f64) * families * (0.5 * best.suspect.cost).exp();
-        if !passes || chance >= NAMING_LEVEL {
+    /// What is to be said against the foremost of a set.
+    fn doubt(&self, foremost: usize, set: &Set, sets: &Sets, rivals: &Rivals) -> Option<Doubt> {
+        let (Some(contender), Some(suspect)) = (self.contender(foremost), self.suspects.get(foremost)) else {
+            return Some(Doubt::NotPassed);
+        };
+        let values = self.values(set, foremost);
+        let (wald, rank) = wald(&values);
+        let chance = chi_squared_tail(wald, rank) * self.families() * (0.5 * suspect.cost).exp();
+        if contender.outvoted || chance >= NAMING_LEVEL {
             return Some(Doubt::NotPassed);
         }
-        if self.nothing.deviance - best.criterion < TIE_BIC {
-            return Some(Doubt::Smooth);
-        }
-        if let Some(spot) = self.stranger(best, all) {
+        if let Some(spot) = rivals.unlisted {
             return Some(Doubt::Unlisted(spot));
         }
-        let joint = best.suspect.id.joint().filter(|_| is_of_a_joint(&best.suspect.id));
-        let at_same = |id: &EffectId| id.spot == best.suspect.id.spot && is_of_a_joint(id);
-        if joint.is_some() && self.stage.taken.iter().any(|taken| at_same(&taken.id)) {
+        let told =
+            sets.without(foremost, set).and_then(|without| Predictions::of(self, foremost, without, set));
+        let gain = told.as_ref().map_or(0.0, |told| told.gain);
+        // What a smooth function explains as well in rows that were seen is none if it predicts unseen ones much worse: there it knows nothing, and the effect does.
+        if rivals.smooth && !rules::beats_smooth(gain) {
+            return Some(Doubt::Smooth);
+        }
+        if let Some(company) = self.company(foremost, set) {
+            return Some(company);
+        }
+        let joint = suspect.id.joint().filter(|_| is_of_a_joint(&suspect.id));
+        // Several numbers, as those of gravity without masses, bend to much.
+        let imitates = imitates(&suspect.id) || rank > 1.0;
+        let is_crowded = |share| rules::is_crowded(share, imitates);
+        if joint.is_some_and(|joint| self.share_left_at(joint, set, foremost).is_none_or(is_crowded)) {
             return Some(Doubt::MoreAtItsJoint);
         }
-        if joint.is_some_and(|joint| self.share_left_at(joint, fit) > SITE_LEFT) {
-            return Some(Doubt::MoreAtItsJoint);
-        }
-        let Some(told) = Predictions::of(self, best) else { return Some(Doubt::NotPredicted) };
-        if !told.predicts {
+        // Where the flexible part holds the same function, as that of the side of approach, it would predict as well with a variance of its own.
+        let Some(told) = told.filter(|told| rules::predicts(told.gain_beside)) else {
             return Some(Doubt::NotPredicted);
-        }
+        };
         let model = self.stage.fitted.machine.model;
-        let steady = plumb_calibration::effect::build(&best.suspect.id, model)
-            .is_ok_and(|effect| self.has_steady_size(effect.as_ref(), fit, &told));
+        let steady =
+            build(&suspect.id, model).is_ok_and(|one| self.has_steady_size(one.as_ref(), &values, &told));
         (!steady).then_some(Doubt::Size)
     }
+
+    /// Which set is asked, and which of its members: of the likeliest the one that takes most from what is left; where another takes far more, and the flexible part
+    /// stands for it in the likeliest set, that other.
+    fn asked<'s>(&self, sets: &'s Sets) -> Option<(usize, &'s Set)> {
+        let best = sets.all.first()?;
+        let plausible = (0..self.suspects.len()).filter(|one| self.is_plausible(*one));
+        let greatest = self.foremost(plausible)?;
+        let own = self.foremost(best.members.iter().copied());
+        match own.filter(|own| rules::stands_for(self.gain(*own), self.gain(greatest))) {
+            Some(own) if self.is_plausible(own) => Some((own, best)),
+            _ => Some((greatest, sets.all.iter().find(|set| set.members.contains(&greatest))?)),
+        }
+    }
+
+    /// What is found among the sets; nothing where no effect of the library is plausible.
+    fn judged(&self, sets: &Sets) -> Option<Mechanism> {
+        let (foremost, set) = self.asked(sets)?;
+        let rivals = self.rivals(foremost, set, sets);
+        let doubt = self.doubt(foremost, set, sets, &rivals);
+        let index = |one: &usize| match self.suspects.get(*one)?.who {
+            Who::Listed(index) => Some(index),
+            Who::Unlisted(_) => None,
+        };
+        let close = std::iter::once(&foremost).chain(&rivals.listed).filter_map(index).collect();
+        let inclusion = sets.inclusion(self.suspects.len());
+        let probabilities = inclusion.iter().enumerate().filter(|(one, _)| self.is_plausible(*one));
+        let probabilities = probabilities.filter_map(|(one, likely)| Some((index(&one)?, *likely))).collect();
+        Some(Mechanism { close, doubt, probabilities, values: self.values(set, foremost) })
+    }
+}
+
+/// Whether an effect can imitate anything at its joint.
+fn imitates(id: &EffectId) -> bool {
+    kind(&id.name).is_some_and(|kind| kind.imitates_anything)
 }
 
 /// Directions tell of rotations about joints.
@@ -163,64 +251,46 @@ fn is_of_a_joint(id: &EffectId) -> bool {
     kind(&id.name).is_some_and(|kind| kind.family == Family::Joint)
 }
 
-/// Wald's statistic of a fit's parameters: their squares in units of their covariance.
-fn wald(fit: &MixedFit) -> f64 {
-    let eigen = fit.covariance.clone().symmetric_eigen();
+/// Wald's statistic of some values, their squares in units of their covariance, and its degrees of freedom.
+fn wald((values, covariance): &(DVector<f64>, DMatrix<f64>)) -> (f64, f64) {
+    let eigen = covariance.clone().symmetric_eigen();
     let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
     let pairs = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
-    pairs
-        .filter(|(value, _)| **value > 1e-12 * largest)
-        .map(|(value, vector)| vector.dot(&fit.values).powi(2) / value)
-        .sum()
-}
-
-/// Probabilities in proportion to marginal likelihoods, from criteria (twice their negative logarithms).
-pub(crate) fn posterior(criteria: &[f64]) -> Vec<f64> {
-    let least = criteria.iter().copied().fold(f64::INFINITY, f64::min);
-    let weights: Vec<f64> = criteria.iter().map(|one| (-0.5 * (one - least)).exp()).collect();
-    let total: f64 = weights.iter().sum();
-    weights.into_iter().map(|one| one / total).collect()
+    let known = pairs.filter(|(value, _)| **value > 1e-12 * largest);
+    known.fold((0.0, 0.0), |(sum, rank), (value, vector)| {
+        (sum + vector.dot(values).powi(2) / value, rank + 1.0)
+    })
 }
 
 impl Mechanism {
+    /// Whether its place is known although it is not identified: what is said against it is not that something else does as well.
+    pub(crate) fn knows_its_place(&self) -> bool {
+        matches!(self.doubt, Some(Doubt::MoreAtItsJoint | Doubt::NotPredicted | Doubt::Size))
+    }
+
     /// Asks the contenders of a stage; nothing where too few rows are left over to ask, or none of them is plausible.
     pub(crate) fn of(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Self> {
         let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
         let rows = chosen_rows(machine, fit, EVIDENCE_ROWS);
         let features = Features::of(machine, fit, &rows);
-        let (suspects, columns) = suspects(stage, unlisted, &rows);
+        let Asked { suspects, overtones, columns } = suspects(stage, unlisted, &rows);
         // A flexible part that could follow every reading would hide what a mechanism leaves at its joint.
         if features.design.ncols() >= columns.nrows() {
             return None;
         }
         let mixed = Mixed::new(&features, &columns)?;
         let nothing = mixed.fit(&[], None)?;
-        let bench = Bench { stage, rows, features, mixed, nothing, equations: columns.nrows() as f64 };
-        let weighed = bench.weigh(&suspects);
-        let plausible = |one: &&Weighed<'_>| bench.contender(one).is_some_and(Contender::is_plausible);
-        let best = weighed.iter().find(plausible)?;
-        let near = |one: &&Weighed<'_>| plausible(one) && one.criterion - best.criterion < TIE_BIC;
-        let index = |one: &Weighed<'_>| match one.suspect.who {
-            Who::Listed(index) => Some(index),
-            Who::Unlisted(_) => None,
-        };
-        let close = weighed.iter().filter(near).filter_map(index).collect();
-        let doubt = bench.doubt(best, &weighed, stage.contenders.len() as f64);
-        let rivals: Vec<&Weighed<'_>> =
-            weighed.iter().filter(|one| index(one).is_none() || plausible(one)).collect();
-        let mut criteria: Vec<f64> = rivals.iter().map(|one| one.criterion).collect();
-        criteria.push(bench.nothing.deviance);
-        let likely = posterior(&criteria);
-        let probabilities =
-            rivals.iter().zip(likely).filter_map(|(one, likely)| Some((index(one)?, likely))).collect();
-        Some(Self { close, doubt, probabilities, best: best.fit.clone() })
+        let equations = columns.nrows() as f64;
+        let bench = Bench { stage, suspects, overtones, rows, features, mixed, nothing, equations };
+        let sets = Sets::search(&bench);
+        bench.judged(&sets)
     }
 
-    /// Gives the likeliest contender the values it has beside the flexible part.
+    /// Gives the foremost contender the values it has beside the flexible part.
     pub(crate) fn take_values(&self, contenders: &mut [Contender]) {
         if let Some(contender) = self.close.first().and_then(|index| contenders.get_mut(*index)) {
-            contender.values = self.best.values.as_slice().to_vec();
-            contender.covariance = self.best.covariance.clone();
+            contender.values = self.values.0.as_slice().to_vec();
+            contender.covariance = self.values.1.clone();
         }
     }
 }

@@ -1,55 +1,77 @@
 //! How rows that are left out are predicted with an effect beside the flexible part, and by that part alone; and how its size differs from block to block.
 
-use super::bench::{Bench, Weighed};
+use super::bench::{Bench, Set};
 use crate::cross_validation::{joint_blocks, pose_groups, region_blocks, session_blocks};
-use crate::explainable::MixedFit;
 use crate::predictive_gain::Gain;
+use plumb_estimation::huber_corner;
 
 /// What blocks of rows say of one effect.
 pub(super) struct Predictions {
-    /// Whether in every way of leaving blocks out the rows are predicted better with it than by the flexible part alone.
-    pub(super) predicts: bool,
-    /// The effect without the flexible part.
-    pub(super) plain: MixedFit,
+    /// By how many standard errors the rows are predicted better with it than by everything else, in the way of leaving blocks out in which it does least.
+    pub(super) gain: f64,
+    /// The same where the flexible part keeps the variances it has beside the suspect, and so cannot take its place.
+    pub(super) gain_beside: f64,
+    /// Its values without the flexible part.
+    pub(super) plain: Vec<f64>,
     /// Its values without each region, beside the flexible part and without it.
     pub(super) values: Vec<Vec<f64>>,
     pub(super) plain_values: Vec<Vec<f64>>,
 }
 
 impl Predictions {
-    /// Nothing where what is left without a block does not determine what is fitted.
-    pub(super) fn of(bench: &Bench<'_>, best: &Weighed<'_>) -> Option<Self> {
+    /// Of a suspect of `set`; `without` is the same set without it. Nothing where what is left without a block does not determine what is fitted.
+    pub(super) fn of(bench: &Bench<'_>, suspect: usize, without: &Set, set: &Set) -> Option<Self> {
         let table = bench.stage.fitted.machine.table;
         let stiff = vec![f64::INFINITY; bench.nothing.ratios.len()];
-        let plain = bench.mixed.fit(&best.suspect.parameters, Some(&stiff))?;
+        let plain = bench.mixed.fit(&bench.parameters(&set.members), Some(&stiff))?;
+        let joint = bench.suspects.get(suspect)?.id.joint();
+        let scale = robust_scale(bench.mixed.residuals(&set.fit).as_slice());
         let mut ways = vec![region_blocks(table, &bench.rows)];
-        ways.extend(best.suspect.id.joint().map(|joint| joint_blocks(table, &bench.rows, joint)));
+        ways.extend(joint.map(|joint| joint_blocks(table, &bench.rows, joint)));
         ways.extend(session_blocks(table, &bench.rows));
-        let mut told = Self { predicts: true, plain, values: Vec::new(), plain_values: Vec::new() };
+        let part = |values: &[f64]| bench.part(set, suspect, values).to_vec();
+        let beside = without.fit.at_ratios_of(&set.fit);
+        let own = part(plain.values.as_slice());
+        let mut told = Self {
+            gain: f64::INFINITY,
+            gain_beside: f64::INFINITY,
+            plain: own,
+            values: Vec::new(),
+            plain_values: Vec::new(),
+        };
         for (number, blocks) in ways.iter().enumerate() {
             let equations = blocks.iter().map(|block| bench.equations_of(block)).collect();
-            let mut falls = vec![0.0; bench.mixed.equations()];
+            let mut falls = [vec![0.0; bench.mixed.equations()], vec![0.0; bench.mixed.equations()]];
             for left_out in bench.mixed.leave_out(equations)? {
-                let (before, _) = bench.mixed.predict(&bench.nothing, &left_out)?;
-                let (after, values) = bench.mixed.predict(&best.fit, &left_out)?;
-                for ((equation, before), (_, after)) in before.into_iter().zip(after) {
-                    falls[equation] = before * before - after * after;
+                let (after, values) = bench.mixed.predict(&set.fit, &left_out)?;
+                for (falls, without) in falls.iter_mut().zip([&without.fit, &beside]) {
+                    let (before, _) = bench.mixed.predict(without, &left_out)?;
+                    for ((equation, before), (_, after)) in before.into_iter().zip(&after) {
+                        falls[equation] = loss(before, scale) - loss(*after, scale);
+                    }
                 }
                 if number == 0 {
-                    told.values.push(values);
-                    told.plain_values.push(bench.mixed.predict(&told.plain, &left_out)?.1);
+                    told.values.push(part(&values));
+                    told.plain_values.push(part(&bench.mixed.predict(&plain, &left_out)?.1));
                 }
             }
-            let of_pose =
-                |rows: &Vec<usize>| bench.equations_of(rows).into_iter().map(|one| falls[one]).sum();
-            let falls: Vec<f64> = pose_groups(table, &bench.rows).iter().map(of_pose).collect();
-            told.predicts &= Gain::over(&falls).is_some_and(|gain| gain.counts());
+            let [gain, gain_beside] = falls.map(|falls| bench.gain_over(&falls));
+            told.gain = told.gain.min(gain);
+            told.gain_beside = told.gain_beside.min(gain_beside);
         }
         Some(told)
     }
 }
 
 impl Bench<'_> {
+    /// By how many standard errors losses fall, over poses; from the fall at every equation.
+    fn gain_over(&self, falls: &[f64]) -> f64 {
+        let of_pose = |rows: &Vec<usize>| self.equations_of(rows).into_iter().map(|one| falls[one]).sum();
+        let poses = pose_groups(self.stage.fitted.machine.table, &self.rows);
+        let falls: Vec<f64> = poses.iter().map(of_pose).collect();
+        Gain::over(&falls).map_or(0.0, |gain| gain.total / gain.error.max(f64::MIN_POSITIVE))
+    }
+
     /// Equations of some of the rows.
     fn equations_of(&self, rows: &[usize]) -> Vec<usize> {
         let place = |row: &usize| self.rows.binary_search(row).ok();
@@ -61,6 +83,20 @@ impl Bench<'_> {
     }
 }
 
+/// Huber's loss of a residual, whose sigma is `scale` (Huber 1981): a few rows that everything misses must not decide what predicts the others better.
+fn loss(residual: f64, scale: f64) -> f64 {
+    let (size, knee) = (residual.abs(), huber_corner(1) * scale);
+    if size <= knee { residual * residual } else { knee * (2.0 * size - knee) }
+}
+
+/// Sigma of some residuals by the median of their amounts; they have mean zero.
+fn robust_scale(residuals: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = residuals.iter().map(|one| one.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    // The median of the amount of a normal number is 0.6745 sigma.
+    sizes.get(sizes.len() / 2).map_or(1.0, |median| (median / 0.6745).max(f64::MIN_POSITIVE))
+}
+
 /// The jackknife's standard error of a number, from its values without each of some blocks (Efron & Tibshirani 1993, section 11.5).
 pub(super) fn jackknife(values: impl Iterator<Item = f64>) -> f64 {
     let values: Vec<f64> = values.collect();
@@ -70,4 +106,25 @@ pub(super) fn jackknife(values: impl Iterator<Item = f64>) -> f64 {
     }
     let mean = values.iter().sum::<f64>() / count;
     ((count - 1.0) / count * values.iter().map(|one| (one - mean).powi(2)).sum::<f64>()).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_residual_counts_by_its_square_up_to_the_corner_and_by_its_amount_beyond() {
+        let corner = 2.0 * huber_corner(1);
+        assert!((loss(-0.99 * corner, 2.0) - (0.99 * corner).powi(2)).abs() < 1e-12);
+        let (near, far) = (loss(3.0 * corner, 2.0), loss(4.0 * corner, 2.0));
+        assert!((far - near - 2.0 * corner * corner).abs() < 1e-9, "{near} {far}");
+    }
+
+    #[test]
+    fn the_scale_of_residuals_does_not_feel_a_few_wild_ones() {
+        let mut residuals: Vec<f64> = (1..100).map(|one| f64::from(one - 50) * 0.06).collect();
+        let sound = robust_scale(&residuals);
+        residuals.extend([1e6; 4]);
+        assert!((robust_scale(&residuals) / sound - 1.0).abs() < 0.1);
+    }
 }

@@ -27,14 +27,21 @@ pub(super) struct Suspect {
     pub(super) parameters: Vec<usize>,
     /// What its search costs in Schwarz's criterion.
     pub(super) cost: f64,
+    /// Fall of the sum of squares with it alone in, without a flexible part.
+    pub(super) gain: f64,
 }
 
-/// The suspects of a stage, and their columns: equations of these rows by parameters.
-pub(super) fn suspects(
-    stage: &Stage<'_>,
-    unlisted: &[Probe],
-    rows: &[usize],
-) -> (Vec<Suspect>, DMatrix<f64>) {
+/// Everything that is asked of a stage.
+pub(super) struct Asked {
+    pub(super) suspects: Vec<Suspect>,
+    /// Of the likeliest waves: the parameters of their second and third overtone. A wave that has them is no sine: something sticks and slips, or a tooth is worn.
+    pub(super) overtones: Vec<(EffectId, Vec<usize>)>,
+    /// Equations of these rows by parameters.
+    pub(super) columns: DMatrix<f64>,
+}
+
+/// The suspects of a stage, and their columns.
+pub(super) fn suspects(stage: &Stage<'_>, unlisted: &[Probe], rows: &[usize]) -> Asked {
     let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
     let listed = stage.contenders.iter().enumerate().take(EVIDENCE_SUSPECTS);
     let built =
@@ -42,38 +49,50 @@ pub(super) fn suspects(
     let built: Vec<(usize, _, Box<dyn Effect>)> = built.collect();
     let mut strangers = best_variants(unlisted, score(machine, fit, unlisted));
     strangers.sort_by(|left, right| right.1.gain.total_cmp(&left.1.gain));
-    let strangers: Vec<&Probe> =
-        strangers.iter().take(EVIDENCE_STRANGERS).filter_map(|(index, _)| unlisted.get(*index)).collect();
+    let strangers: Vec<(&Probe, f64)> = strangers
+        .iter()
+        .take(EVIDENCE_STRANGERS)
+        .filter_map(|(index, score)| Some((unlisted.get(*index)?, score.gain)))
+        .collect();
     let mut suspects: Vec<Suspect> = Vec::new();
     let mut effects: Vec<&dyn Effect> = Vec::new();
     let mut next = 0;
-    let mut take = |id: &EffectId, who: Who, cost: f64, count: usize| {
-        suspects.push(Suspect { id: id.clone(), who, parameters: (next..next + count).collect(), cost });
+    let mut take = |id: &EffectId, who: Who, count: usize, (cost, gain): (f64, f64)| {
+        suspects.push(Suspect {
+            id: id.clone(),
+            who,
+            parameters: (next..next + count).collect(),
+            cost,
+            gain,
+        });
         next += count;
     };
     for (index, contender, effect) in &built {
-        take(&contender.id, Who::Listed(*index), contender.search_cost, effect.parameters().len());
+        let weight = (contender.search_cost, contender.score.gain);
+        take(&contender.id, Who::Listed(*index), effect.parameters().len(), weight);
         effects.push(effect.as_ref());
     }
     let equations = fit.normal.equations as f64;
-    for probe in strangers {
+    for (probe, gain) in strangers {
         let cost = probe.search_cost + probe.search.cost(equations);
-        take(&probe.id, Who::Unlisted(probe.id.spot), cost, probe.effect.parameters().len());
+        take(&probe.id, Who::Unlisted(probe.id.spot), probe.effect.parameters().len(), (cost, gain));
         effects.push(probe.effect.as_ref());
     }
-    let overtones = overtones(stage);
-    for (id, effects_of) in &overtones {
-        let count = effects_of.iter().map(|effect| effect.parameters().len()).sum();
-        take(id, Who::Unlisted(id.spot), 0.0, count);
+    let waves = overtones(stage);
+    let mut overtones = Vec::new();
+    for (id, effects_of) in &waves {
+        let count: usize = effects_of.iter().map(|effect| effect.parameters().len()).sum();
+        overtones.push((id.clone(), (next..next + count).collect()));
+        next += count;
         effects.extend(effects_of.iter().map(AsRef::as_ref));
     }
     let slots = machine.slots().len();
     let block = machine.block(&fit.state, rows, &fit.weights, &effects);
     let columns = block.jacobian.rows(slots, block.jacobian.nrows() - slots).transpose();
-    (suspects, columns)
+    Asked { suspects, overtones, columns }
 }
 
-/// Of the likeliest waves: the second and third overtone. A wave that has them is no sine: something sticks and slips, or a tooth is worn.
+/// The likeliest waves, and the second and third overtone of each.
 fn overtones(stage: &Stage<'_>) -> Vec<(EffectId, Vec<Box<dyn Effect>>)> {
     let model = stage.fitted.machine.model;
     let listed = stage.contenders.iter().take(EVIDENCE_SUSPECTS).map(|one| &one.id);
@@ -84,7 +103,7 @@ fn overtones(stage: &Stage<'_>) -> Vec<(EffectId, Vec<Box<dyn Effect>>)> {
             effect::build(&id, model).ok()
         };
         let built: Vec<Box<dyn Effect>> = [2.0, 3.0].into_iter().filter_map(overtone).collect();
-        (EffectId::at("overtones", id.spot), built)
+        (id.clone(), built)
     };
     waves.take(WAVES_ASKED).map(of).filter(|(_, built)| !built.is_empty()).collect()
 }

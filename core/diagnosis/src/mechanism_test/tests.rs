@@ -33,6 +33,25 @@ fn an_effect_is_named_among_dirt_with_its_size_and_what_is_left() {
 }
 
 #[test]
+fn of_two_effects_in_dirt_the_larger_is_named_first() {
+    let both = |q: [f64; 2]| [dirt(q) + 0.0005 * (7.0 * q[0]).sin(), wave(q[1])];
+    let told = two_links(150, "joint_zero(*)", 0.05, 11, both).diagnose(&Progress::unwatched()).unwrap();
+    let named = told.named.as_ref().unwrap_or_else(|| panic!("{}", told.sentence));
+    assert_eq!((named.effect.place.as_str(), named.effect.n), ("elbow", Some(12.0)), "{}", told.sentence);
+}
+
+#[test]
+fn a_sawtooth_is_no_wave() {
+    // Twelve teeth a turn: the first wave of it accounts for six tenths of its squares.
+    let teeth = |q: f64| 2.0 * WAVE * ((12.0 * q / std::f64::consts::TAU).rem_euclid(1.0) - 0.5);
+    for seed in 0..3 {
+        let lab = two_links(150, "joint_zero(*)", 0.05, seed, |q| [dirt(q), teeth(q[1])]);
+        let told = lab.diagnose(&Progress::unwatched()).unwrap();
+        assert_ne!(told.verdict, Verdict::Named, "{}", told.sentence);
+    }
+}
+
+#[test]
 fn dirt_alone_gets_no_name() {
     for seed in 0..6 {
         let lab = two_links(150, "joint_zero(*)", 0.05, seed, |q| [dirt(q), 0.0]);

@@ -50,16 +50,18 @@ impl<'a> Finding<'a> {
         }
     }
 
-    /// Asks whether an effect is identified although more is left: first with nothing taken in, then beside what was. Where none is, any other verdict stands as it
-    /// is, and a name only if it is the likeliest then too and neither a smooth function nor a mechanism without a name does as well.
+    /// Asks whether an effect is identified although more is left: first with nothing taken in, then beside what was. Where none is, the place of the foremost is
+    /// told if that much is known, else any other verdict stands as it is, and a name only if it is the foremost then too and neither a smooth function nor a
+    /// mechanism without a name does as well.
     fn among_structure(mut self, base: &mut Option<Stage<'a>>, unlisted: &[Probe], floor: &Floor) -> Self {
-        let asked = |stage: &Stage<'_>| match stage.contenders.iter().any(Contender::passes) {
+        let asked = |stage: &Stage<'_>| match stage.contenders.iter().any(Contender::is_plausible) {
             true => Mechanism::of(stage, unlisted),
             false => None,
         };
         let named = self.verdict == Verdict::Named;
         let asked_base = base.as_ref().filter(|_| !named).and_then(asked);
-        if let Some(mechanism) = asked_base.filter(|mechanism| mechanism.doubt.is_none())
+        let told = |mechanism: &Mechanism| mechanism.doubt.is_none() || mechanism.knows_its_place();
+        if let Some(mechanism) = asked_base.filter(told)
             && let Some(base) = base.take()
         {
             self.stage = base;
@@ -67,7 +69,7 @@ impl<'a> Finding<'a> {
             return self.settled_by(mechanism, floor);
         }
         match asked(&self.stage) {
-            Some(mechanism) if mechanism.doubt.is_none() && !named => self.settled_by(mechanism, floor),
+            Some(mechanism) if told(&mechanism) && !named => self.settled_by(mechanism, floor),
             mechanism => {
                 let doubted = mechanism.as_ref().is_some_and(|mechanism| {
                     let likeliest = self.close.first().is_some_and(|best| mechanism.close.contains(best));
@@ -90,7 +92,7 @@ impl<'a> Finding<'a> {
         let spots: Vec<_> = self.close.iter().filter_map(|index| Some(self.at(*index)?.id.spot)).collect();
         let one_place = spots.first().filter(|first| spots.iter().all(|spot| spot == *first));
         (self.verdict, self.place) = match (spots.len(), one_place) {
-            (1, _) => (Verdict::Named, None),
+            (1, _) if mechanism.doubt.is_none() => (Verdict::Named, None),
             (_, Some(spot)) => (Verdict::Located, Some(*spot)),
             _ => (Verdict::Tied, None),
         };
@@ -132,7 +134,7 @@ impl<'a> Finding<'a> {
         let of =
             |index: &usize| probabilities.iter().find(|(one, _)| one == index).map(|(_, likely)| *likely);
         let own: Vec<f64> = self.close.iter().filter_map(of).collect();
-        (!own.is_empty()).then(|| own.iter().sum())
+        (!own.is_empty()).then(|| own.iter().sum::<f64>().min(1.0))
     }
 
     /// Why a contender is not the name, and which rival stands in its way; nothing for the one that is named.

@@ -1,6 +1,7 @@
 //! The laboratory through its public face: small made-up machines, tables and files.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod among_structure;
 mod bad_input;
 mod corrections;
 mod defined_effects;
