@@ -3,6 +3,7 @@
 
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use plumb_calibration::arm_model::{MeasuredFrom, Model, SurfaceShape};
+use plumb_calibration::effect::{self, Passport, Survey};
 use plumb_calibration::file::model_text;
 use plumb_calibration::prediction::{self, Pose};
 use plumb_calibration::table::Table;
@@ -106,6 +107,8 @@ pub enum Found {
     Listed,
     /// It is in a tie, or in the family of a located joint.
     InSet,
+    /// It is in a tie in which all are the same thing in these rows: they move every reading alike.
+    Same,
     /// It is named.
     Named,
 }
@@ -118,16 +121,20 @@ impl Found {
             Self::Missed => "it is not listed",
             Self::Listed => "it is among the candidates, and not named",
             Self::InSet => "it is one of several that cannot be told apart",
+            Self::Same => "it is one of several that are the same thing in these rows",
             Self::Named => "it is named",
         }
     }
 
-    /// What a diagnosis says of something hidden. What the lab named without it (`before`, an effect and its place) is no wrong name.
+    /// What a diagnosis says of something hidden. What the lab named without it (`before`, an effect and its place) is no wrong name. A joint that jumped is also named
+    /// where its zero was found to be re-set several times: the rows may hold jumps of their own.
     pub fn of(diagnosis: &Diagnosis, hidden: (&str, &str), before: Option<(&str, &str)>) -> Self {
-        let is = |effect: &str, place: &str| (effect, place) == hidden;
+        let is = |effect: &str, place: &str| {
+            (effect, place) == hidden || (effect == "joint_zero_reset" && ("joint_step", place) == hidden)
+        };
         if let Some(named) = &diagnosis.named {
             let name = (named.effect.effect.as_str(), named.effect.place.as_str());
-            if name == hidden {
+            if is(name.0, name.1) {
                 return Self::Named;
             }
             if before != Some(name) && diagnosis.verdict == Verdict::Named {
@@ -136,6 +143,9 @@ impl Found {
         }
         let tied = diagnosis.tied.iter().any(|one| is(&one.effect, &one.place));
         let located = diagnosis.located.as_ref();
+        if tied && diagnosis.tied.len() == diagnosis.same.len() + 1 {
+            return Self::Same;
+        }
         if tied || located.is_some_and(|one| one.family.iter().any(|effect| is(effect, &one.place))) {
             return Self::InSet;
         }
@@ -207,6 +217,16 @@ impl Measurements {
     pub fn draw(&self, choice: &Choice, seed: u64) -> Result<Mechanism, InjectionError> {
         let duration = self.rows.last().map_or(1.0, |row| row.time_s.max(1.0));
         Ok(choice.draw(&self.arm, duration, &mut Random::new(seed, "injection"))?)
+    }
+
+    /// Whether the table logs what drives a mechanism, where an effect of the library describes it: time for what warms up, say. A mechanism outside the library may be
+    /// driven by anything.
+    pub fn logs_what_drives(&self, mechanism: &Mechanism) -> bool {
+        let Some(kind) = effect::kind(mechanism.name()) else { return true };
+        let passport = Passport::of(&self.model, &self.table);
+        let survey = Survey { model: &self.model, passport: &passport };
+        let place = mechanism.place(&self.arm);
+        (kind.candidates)(&survey).iter().any(|id| self.model.site_name(id.spot) == place)
     }
 
     /// How an imperfection moves every target in every row of the table, mm, frame of the measurements.
