@@ -452,7 +452,7 @@ mod tests {
     fn what_the_rows_cannot_show_or_nobody_knows_has_no_plot() {
         let laboratory = wavy();
         let asked =
-            ["joint_backlash(elbow)", "joint_nonsense(elbow)", "joint_zero(shoulder"].map(str::to_owned);
+            ["thermal_growth(elbow)", "joint_nonsense(elbow)", "joint_zero(shoulder"].map(str::to_owned);
         assert_eq!(laboratory.effect_plots(&asked, &Progress::unwatched()).unwrap(), []);
         let cancelled = Progress::default();
         cancelled.cancel();

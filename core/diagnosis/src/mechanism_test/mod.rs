@@ -80,6 +80,13 @@ impl Bench<'_> {
         Some((smooth + (along - across).max(0.0)) / explained)
     }
 
+    /// What the flexible part does beside a suspect, as a share of what that explains.
+    fn share_left(&self, set: &Set, suspect: usize) -> f64 {
+        let all: Vec<usize> = (0..self.features.joints.len()).collect();
+        let explained = self.explained(&set.fit, suspect).max(f64::MIN_POSITIVE);
+        self.mixed.squares_of_components(&set.fit, &all) / explained
+    }
+
     /// Sums of squares of what everything leaves along a joint's motion, and across it in each other direction.
     fn along_and_across(&self, joint: usize, set: &Set) -> (f64, f64) {
         let left = self.mixed.residuals(&set.fit);
@@ -197,8 +204,12 @@ impl Bench<'_> {
         let joint = suspect.id.joint().filter(|_| is_of_a_joint(&suspect.id));
         // Several numbers, as those of gravity without masses, bend to much.
         let imitates = imitates(&suspect.id) || rank > 1.0;
-        let is_crowded = |share| rules::is_crowded(share, imitates);
-        if joint.is_some_and(|joint| self.share_left_at(joint, set, foremost).is_none_or(is_crowded)) {
+        // What has no joint to be judged at is judged by everything else.
+        let (share, imitates) = match joint {
+            Some(joint) => (self.share_left_at(joint, set, foremost), imitates),
+            None => (Some(self.share_left(set, foremost)), false),
+        };
+        if share.is_none_or(|share| rules::is_crowded(share, imitates)) {
             return Some(Doubt::MoreAtItsJoint);
         }
         // Where the flexible part holds the same function, as that of the side of approach, it would predict as well with a variance of its own.

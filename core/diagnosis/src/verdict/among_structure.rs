@@ -2,6 +2,7 @@
 
 use super::Finding;
 use crate::candidates::Candidates;
+use crate::epochs::with_rivals;
 use crate::forward_selection::{Contender, Stage};
 use crate::laboratory::{LaboratoryError, points_in};
 use crate::mechanism_test::{Doubt, GEOMETRY, Mechanism, explains_as_well, posterior};
@@ -51,8 +52,7 @@ impl<'a> Finding<'a> {
     }
 
     /// Asks whether an effect is identified although more is left: first with nothing taken in, then beside what was. Where none is, the place of the foremost is
-    /// told if that much is known, else any other verdict stands as it is, and a name only if it is the foremost then too and neither a smooth function nor a
-    /// mechanism without a name does as well.
+    /// told if that much is known, else any other verdict stands as it is, and a name only if it is the foremost then too and nothing is to be said against it.
     fn among_structure(mut self, base: &mut Option<Stage<'a>>, unlisted: &[Probe], floor: &Floor) -> Self {
         let asked = |stage: &Stage<'_>| match stage.contenders.iter().any(Contender::is_plausible) {
             true => Mechanism::of(stage, unlisted),
@@ -73,8 +73,7 @@ impl<'a> Finding<'a> {
             mechanism => {
                 let doubted = mechanism.as_ref().is_some_and(|mechanism| {
                     let likeliest = self.close.first().is_some_and(|best| mechanism.close.contains(best));
-                    let doubt = &mechanism.doubt;
-                    !likeliest || matches!(doubt, Some(Doubt::Smooth | Doubt::NotPassed | Doubt::Unlisted(_)))
+                    !likeliest || mechanism.doubt.is_some()
                 });
                 if named && doubted {
                     self.verdict = Verdict::Located;
@@ -88,7 +87,10 @@ impl<'a> Finding<'a> {
     /// The verdict is that of the weighing beside a flexible part.
     fn settled_by(mut self, mechanism: Mechanism, floor: &Floor) -> Self {
         mechanism.take_values(&mut self.stage.contenders);
+        // Explanations by epoch are compared row by row besides: what the flexible part leaves of one may be what another lacks.
+        let rivals = with_rivals(&self.stage, mechanism.close.clone());
         self.close.clone_from(&mechanism.close);
+        self.close.extend(rivals.into_iter().filter(|index| !mechanism.close.contains(index)));
         let spots: Vec<_> = self.close.iter().filter_map(|index| Some(self.at(*index)?.id.spot)).collect();
         let one_place = spots.first().filter(|first| spots.iter().all(|spot| spot == *first));
         (self.verdict, self.place) = match (spots.len(), one_place) {
