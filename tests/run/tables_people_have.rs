@@ -98,7 +98,7 @@ fn the_option_that_an_error_prints_reads_the_table() {
 
 #[test]
 fn every_missing_unit_and_every_orientation_is_told_at_once() {
-    let brought = Brought::new("shoulder,q2,p1_x,p1_y_mm,p1_z_mm,p1_qw,yaw_deg");
+    let brought = Brought::new("shoulder,q2,p1_x,p1_y_mm,p1_z_mm,p1_quat_w,yaw_deg");
     let said = brought.compare(&[]);
     assert_eq!(said.code(), 2);
     let told = said.err();
@@ -107,7 +107,9 @@ fn every_missing_unit_and_every_orientation_is_told_at_once() {
         "column 1 (`shoulder`): the unit is missing: write q1_deg, q1_rad",
         "column 2 (`q2`): the unit is missing",
         "column 3 (`p1_x`): the unit is missing: write p1_x_mm",
-        "column 6 (`p1_qw`): orientations are not fitted",
+        "column 6 (`p1_quat_w`): orientations are called p1_qw, p1_qx",
+        "--columns p1_quat_w=p1_qw;",
+        "angles about axes do not say in which order they turn",
         "--columns yaw_deg= leaves the column out",
     ] {
         assert!(told.contains(line), "{line}\n{told}");

@@ -12,8 +12,8 @@ mod surface;
 pub use epochs::Epochs;
 pub use measured_region::{JointRange, MeasuredRegion, Outside};
 pub use model::{
-    AddedEffect, Base, Correction, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, Target,
-    Touch, TouchDistance,
+    AddedEffect, Base, Board, Correction, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface,
+    Target, Touch, TouchDistance,
 };
 pub use residual_map::{Along, MapCarrier, MapEffect, ResidualMap, Side, Wave};
 pub use rig_number::RigNumber;

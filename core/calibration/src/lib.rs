@@ -2,6 +2,8 @@
 //! device.
 
 pub mod arm_model;
+pub mod board_picture;
+pub mod board_table;
 pub mod effect;
 pub mod export;
 pub mod file;

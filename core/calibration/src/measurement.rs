@@ -4,6 +4,8 @@
 //! that is measured; how these move with the arm's parameters is worked out once for all of them. The kinds are listed in
 //! `library.rs`.
 
+mod board;
+mod board_turn;
 mod distance;
 mod edge;
 mod error;
@@ -12,6 +14,7 @@ mod kind;
 mod library;
 mod noise;
 mod observations;
+mod orientation;
 mod position;
 mod row;
 mod stripe;

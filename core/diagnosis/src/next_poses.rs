@@ -8,6 +8,7 @@ mod not_shown;
 mod pictures;
 mod report;
 mod rivals;
+mod view;
 
 use plumb_kinematics::HalfSpace;
 use serde::Serialize;

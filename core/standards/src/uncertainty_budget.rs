@@ -255,6 +255,11 @@ fn name_of(machine: &ResidualModel<'_>, slot: Slot) -> String {
             let name = model.targets.get(target).map_or("?", |target| target.name.as_str());
             format!("place of {name} on the flange")
         }
+        Slot::TargetTurn(target, _) => {
+            let name = model.targets.get(target).map_or("?", |target| target.name.as_str());
+            format!("turn of {name} on the flange")
+        }
+        Slot::BoardShift(_) | Slot::BoardTurn(_) => "place of the board".to_owned(),
         Slot::Place(..) => "touched places".to_owned(),
         Slot::Surface(surface, _) => {
             let name = model.surfaces.get(surface).map_or("?", |surface| surface.name.as_str());

@@ -1,6 +1,7 @@
 //! `plumb model`: compare a model with measurements, see what it lacks, add it, watch the error fall.
 
 pub(crate) mod arguments;
+mod board;
 mod compare;
 pub(crate) mod diagnose;
 mod effects;
@@ -55,6 +56,8 @@ pub(crate) enum ModelCommand {
     Report(ReportArguments),
     /// Write the calibrated arm for other programs: a URDF, the calibration of a UR's ROS driver, or a table of Denavit-Hartenberg rows.
     Export(ExportArguments),
+    /// Turn corners of a board in pictures, as any program found them, into the poses of the board that a camera on the hand sees; prints the table.
+    Board(board::BoardArguments),
     /// Look at all this on the screen, with a preview of every candidate before it is added.
     Screen(ScreenArguments),
 }
@@ -72,6 +75,7 @@ pub(crate) fn run(command: &ModelCommand) -> CommandResult {
         ModelCommand::Next(arguments) => next::run(arguments)?,
         ModelCommand::Effects(arguments) => effects::run(arguments)?,
         ModelCommand::Export(arguments) => export::run(arguments)?,
+        ModelCommand::Board(arguments) => board::run(arguments)?,
         ModelCommand::Template(arguments) => template::run(arguments)?,
         ModelCommand::Report(arguments) => report::run(arguments)?,
         ModelCommand::History(arguments) => history::list(arguments)?,

@@ -13,13 +13,35 @@ use super::stripe_rig::StripeRig;
 use super::surface::SurfaceShape;
 use crate::effect::{Definition, EffectId, Spot};
 
-/// A named point fixed in the flange's frame, mm.
+/// A named point fixed in the flange's frame, mm; with axes of its own where it is a body or a camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
     /// `p1`, `p2`, ...
     pub name: String,
     /// Where it is, flange frame, mm.
     pub xyz: Vector3<f64>,
+    /// Whether fits may move it.
+    pub free: bool,
+    /// From its axes to those of the flange.
+    pub turn: Rotation3<f64>,
+    /// Whether fits may turn it, where its orientation was measured or it is a camera.
+    pub turn_free: bool,
+}
+
+impl Target {
+    /// A point, turned as the flange is.
+    pub fn point(name: &str, xyz: Vector3<f64>, free: bool) -> Self {
+        Self { name: name.to_owned(), xyz, free, turn: Rotation3::identity(), turn_free: free }
+    }
+}
+
+/// A board that a camera on the arm sees.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Board {
+    /// The camera, by its place among the targets.
+    pub camera: usize,
+    /// Pose of the board in the measurements' frame, mm.
+    pub pose: IsometryMatrix3<f64>,
     /// Whether fits may move it.
     pub free: bool,
 }
@@ -94,6 +116,12 @@ pub struct Level {
 pub struct Noise {
     /// Of a target's position, by target name.
     pub positions: Vec<(String, f64)>,
+    /// Of a target's orientation about each of its axes, rad, by target name.
+    pub orientations: Vec<(String, f64)>,
+    /// Of where a camera on the arm sees a board, mm.
+    pub board: Option<f64>,
+    /// Of how it sees it turned, rad.
+    pub board_turn: Option<f64>,
     /// Of heights and of lying on a surface, mm.
     pub height: Option<f64>,
     /// Of tilts, rad.
@@ -110,6 +138,11 @@ impl Noise {
     /// Of a target's position, mm, if declared.
     pub(crate) fn of_position(&self, target: &str) -> Option<f64> {
         self.positions.iter().find(|(name, _)| name == target).map(|(_, sigma)| *sigma)
+    }
+
+    /// Of a target's orientation, rad, if declared.
+    pub(crate) fn of_orientation(&self, target: &str) -> Option<f64> {
+        self.orientations.iter().find(|(name, _)| name == target).map(|(_, sigma)| *sigma)
     }
 
     /// What a fit showed of an undeclared noise, mm or rad, by its key of `noise:`.
@@ -184,6 +217,8 @@ pub struct Model {
     pub base: Base,
     /// Points measured on it.
     pub targets: Vec<Target>,
+    /// The board that a camera among them sees.
+    pub board: Option<Board>,
     /// Effects that are always fitted, as written: `joint_zero(*)`.
     pub free: Vec<String>,
     /// What the user has added, in order.

@@ -91,7 +91,10 @@ impl Passport {
             payload_range: table.payload.as_deref().and_then(range),
             channels: channels(table),
             sessions: table.session.names.len(),
-            measures_points: !table.positions.is_empty() || !table.touch.names.is_empty(),
+            measures_points: !table.positions.is_empty()
+                || !table.touch.names.is_empty()
+                || !table.orientations.is_empty()
+                || table.board.is_some(),
             triggers: (0..table.len()).any(|row| {
                 let height = table.height.as_ref().and_then(|height| height.get(row));
                 table.on.name(row).is_some() && height.is_none_or(|height| !height.is_finite())

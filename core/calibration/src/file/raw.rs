@@ -56,6 +56,7 @@ pub(super) struct RawModel {
     pub(super) base: RawBase,
     #[serde(default)]
     pub(super) targets: Listed<RawTarget>,
+    pub(super) board: Option<RawBoard>,
     #[serde(default)]
     pub(super) free: Vec<Spanned<String>>,
     #[serde(default)]
@@ -197,6 +198,22 @@ impl Default for RawBase {
 pub(super) struct RawTarget {
     #[serde(default)]
     pub(super) xyz_mm: [f64; 3],
+    #[serde(default)]
+    pub(super) rpy_deg: [f64; 3],
+    #[serde(default = "yes")]
+    pub(super) free: bool,
+    pub(super) free_rpy: Option<bool>,
+}
+
+/// A board that a camera on the arm sees.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawBoard {
+    pub(super) seen_by: Spanned<String>,
+    #[serde(default)]
+    pub(super) xyz_mm: [f64; 3],
+    #[serde(default)]
+    pub(super) rpy_deg: [f64; 3],
     #[serde(default = "yes")]
     pub(super) free: bool,
 }

@@ -24,9 +24,10 @@ pub(super) fn gravity(model: &Model, arm: &UrdfArm) -> Option<Vector3<f64>> {
 /// Targets are given in the tip's frame; where none is given, the tip's origin is the one.
 pub(super) fn at_tip(mut targets: Vec<Target>, arm: &UrdfArm) -> Vec<Target> {
     if targets.is_empty() {
-        targets.push(Target { name: "p1".to_owned(), xyz: Vector3::zeros(), free: true });
+        targets.push(Target::point("p1", Vector3::zeros(), true));
     }
     for target in &mut targets {
+        target.turn = arm.flange_from_tip.rotation * target.turn;
         target.xyz = (arm.flange_from_tip * nalgebra::Point3::from(target.xyz)).coords;
     }
     targets

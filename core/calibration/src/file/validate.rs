@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{IsometryMatrix3, Rotation3, Vector3};
 use plumb_document::{
     DocumentKind, FileKind, FileProblems, Problems, Span, Spanned, did_you_mean, parse_as, read_document,
     typed,
@@ -12,15 +12,15 @@ use plumb_kinematics::{Chain, Convention, Joint, Mass, Motion};
 use super::contradiction::contradiction;
 use super::error::{ModelFileError, Place};
 use super::raw::{
-    RawClaim, RawConvention, RawEffect, RawJoint, RawLevel, RawLink, RawMeasuredFrom, RawModel, RawRevision,
-    RawSensor, RawSide, RawSurface, RawTarget, RawTouch, RawValuedEffect, RawVolume,
+    RawBoard, RawClaim, RawConvention, RawEffect, RawJoint, RawLevel, RawLink, RawMeasuredFrom, RawModel,
+    RawRevision, RawSensor, RawSide, RawSurface, RawTarget, RawTouch, RawValuedEffect, RawVolume,
 };
 use super::urdf_frames;
 use crate::arm_model::Sensor;
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{
-    AddedEffect, Correction, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, Target, Touch,
-    TouchDistance,
+    AddedEffect, Board, Correction, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, Target,
+    Touch, TouchDistance,
 };
 use crate::effect;
 use crate::suggestion::suggestion;
@@ -122,6 +122,7 @@ impl Checker<'_> {
             chain,
             base,
             targets,
+            board: None,
             free: Vec::new(),
             effects: Vec::new(),
             corrections: Vec::new(),
@@ -153,6 +154,7 @@ impl Checker<'_> {
     fn named_parts(&self, raw: &RawModel, model: &mut Model, before: usize) {
         self.measured(raw, model);
         model.levels = self.levels(raw, &model.chain);
+        model.board = raw.board.as_ref().and_then(|board| self.board(board, model).ok());
         model.touch = raw.touch.as_ref().and_then(|touch| self.touch(touch, model).ok());
         if self.definitions(&raw.define, model) && self.problems.len() == before {
             self.all_effects(raw, model);
@@ -317,9 +319,28 @@ impl Checker<'_> {
                 let help = "a target is called p1, p2, ... as in the table's columns";
                 self.problems.add(name.span, message, help);
             }
-            Target { name: name.value.clone(), xyz: Vector3::from(target.xyz_mm), free: target.free }
+            Target {
+                turn: rotation(target.rpy_deg),
+                turn_free: target.free_rpy.unwrap_or(target.free),
+                ..Target::point(&name.value, Vector3::from(target.xyz_mm), target.free)
+            }
         };
         raw.targets.0.iter().map(target).collect()
+    }
+
+    fn board(&self, raw: &RawBoard, model: &Model) -> Checked<Board> {
+        let name = &raw.seen_by;
+        let Some(camera) = model.target_position(&name.value) else {
+            let names = model.targets.iter().map(|target| target.name.as_str());
+            let reason = format!(
+                "there is no target `{}` that could be the camera{}",
+                name.value,
+                suggestion(&name.value, names)
+            );
+            return self.fail(&name.span, reason);
+        };
+        let pose = IsometryMatrix3::from_parts(raw.xyz_mm.into(), rotation(raw.rpy_deg));
+        Ok(Board { camera, pose, free: raw.free })
     }
 
     fn direction(&self, typed: &Spanned<[f64; 3]>) -> Checked<Vector3<f64>> {
@@ -407,12 +428,12 @@ impl Checker<'_> {
             }
             Some(name) => Frame::After(self.joint_named(name, chain)?),
         };
-        let [roll, pitch, yaw] = raw.rpy_deg.map(f64::to_radians);
-        Ok(Level { name, frame, rotation: Rotation3::from_euler_angles(roll, pitch, yaw) })
+        Ok(Level { name, frame, rotation: rotation(raw.rpy_deg) })
     }
 
     fn noise(&self, raw: &RawModel) -> Noise {
         let mut noise = Noise::default();
+        let is_target = |name: &str| raw.targets.0.iter().any(|(known, _)| known.value == name);
         for (key, value) in &raw.noise.0 {
             let sigma = value.value;
             if sigma <= 0.0 {
@@ -424,12 +445,26 @@ impl Checker<'_> {
                 "tilt_deg" => noise.tilt = Some(sigma.to_radians()),
                 "distance_mm" => noise.distance = Some(sigma),
                 "touch_mm" => noise.touch = Some(sigma),
+                "board_mm" => noise.board = Some(sigma),
+                "board_deg" => noise.board_turn = Some(sigma.to_radians()),
+                name if name.strip_suffix("_deg").is_some_and(is_target) => {
+                    noise.orientations.push((name.trim_end_matches("_deg").to_owned(), sigma.to_radians()));
+                }
                 name => match name.strip_suffix("_mm") {
-                    Some(target) if raw.targets.0.iter().any(|(known, _)| known.value == target) => {
+                    Some(target) if is_target(target) => {
                         noise.positions.push((target.to_owned(), sigma));
                     }
                     _ => {
-                        let known = ["p1_mm", "height_mm", "tilt_deg", "distance_mm", "touch_mm"];
+                        let known = [
+                            "p1_mm",
+                            "p1_deg",
+                            "height_mm",
+                            "tilt_deg",
+                            "distance_mm",
+                            "touch_mm",
+                            "board_mm",
+                            "board_deg",
+                        ];
                         let message = format!("no noise `{name}` is known");
                         self.problems.add(key.span, message, did_you_mean(name, known));
                     }
@@ -520,6 +555,12 @@ impl Checker<'_> {
         }
         Ok(added)
     }
+}
+
+/// Roll, pitch and yaw: Rz(yaw) Ry(pitch) Rx(roll).
+fn rotation(rpy_deg: [f64; 3]) -> Rotation3<f64> {
+    let [roll, pitch, yaw] = rpy_deg.map(f64::to_radians);
+    Rotation3::from_euler_angles(roll, pitch, yaw)
 }
 
 /// An effect that was written with its values.

@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 use plumb_kinematics::{Convention, Knob, Motion};
 
 use super::residual_map::write_measured;
 use super::yaml_text::{number, text};
 use crate::arm_model::SurfaceShape;
-use crate::arm_model::{AddedEffect, Epochs, Frame, MeasuredFrom, Model, Noise, Revision, Surface};
+use crate::arm_model::{AddedEffect, Epochs, Frame, MeasuredFrom, Model, Noise, Revision, Surface, Target};
 use crate::effect::{self, DefinedPlace, EffectId, Parameter};
 
 fn triple(vector: &Vector3<f64>) -> String {
@@ -30,8 +30,7 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
     };
     writeln!(out, "convention: {convention}")?;
     joints(out, model)?;
-    let (roll, pitch, yaw) = model.base.pose.rotation.euler_angles();
-    let rpy = Vector3::new(roll, pitch, yaw).map(f64::to_degrees);
+    let rpy = rpy_deg(&model.base.pose.rotation);
     let xyz = model.base.pose.translation.vector;
     writeln!(
         out,
@@ -48,7 +47,12 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
         writeln!(out, "targets:")?;
     }
     for target in &model.targets {
-        writeln!(out, "  {}: {{xyz_mm: {}, free: {}}}", target.name, triple(&target.xyz), target.free)?;
+        writeln!(out, "  {}: {}", target.name, target_text(target))?;
+    }
+    if let Some(board) = &model.board {
+        let camera = model.targets.get(board.camera).map_or("p1", |target| target.name.as_str());
+        let (xyz, rpy) = (triple(&board.pose.translation.vector), triple(&rpy_deg(&board.pose.rotation)));
+        writeln!(out, "board: {{seen_by: {camera}, xyz_mm: {xyz}, rpy_deg: {rpy}, free: {}}}", board.free)?;
     }
     let free: Vec<String> = model.free.iter().map(|pattern| text(pattern)).collect();
     writeln!(out, "free: [{}]", free.join(", "))?;
@@ -69,6 +73,25 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
         writeln!(out, "working_volume: {{x_mm: {}, y_mm: {}, z_mm: {}}}", span(x), span(y), span(z))?;
     }
     ends(out, model)
+}
+
+/// Roll, pitch and yaw, degrees.
+fn rpy_deg(rotation: &Rotation3<f64>) -> Vector3<f64> {
+    let (roll, pitch, yaw) = rotation.euler_angles();
+    Vector3::new(roll, pitch, yaw).map(f64::to_degrees)
+}
+
+/// A target; how it is turned only where that is not as the flange is, and whether that is free only where its place is not alike.
+fn target_text(target: &Target) -> String {
+    let mut keys = format!("xyz_mm: {}", triple(&target.xyz));
+    if target.turn != Rotation3::identity() {
+        keys.push_str(&format!(", rpy_deg: {}", triple(&rpy_deg(&target.turn))));
+    }
+    keys.push_str(&format!(", free: {}", target.free));
+    if target.turn_free != target.free {
+        keys.push_str(&format!(", free_rpy: {}", target.turn_free));
+    }
+    format!("{{{keys}}}")
 }
 
 /// `{rows: [141, 507]}`.
@@ -268,8 +291,7 @@ fn levels(out: &mut String, model: &Model) -> std::fmt::Result {
                 model.chain.joints.get(joint).map_or("flange", |joint| joint.name.as_str())
             }
         };
-        let (roll, pitch, yaw) = level.rotation.euler_angles();
-        let rpy = Vector3::new(roll, pitch, yaw).map(f64::to_degrees);
+        let rpy = rpy_deg(&level.rotation);
         let key = level.name.as_ref().map_or_else(|| "level".to_owned(), |name| format!("  {}", text(name)));
         writeln!(out, "{key}: {{after: {}, rpy_deg: {}}}", text(after), triple(&rpy))?;
     }
@@ -278,14 +300,18 @@ fn levels(out: &mut String, model: &Model) -> std::fmt::Result {
 
 fn noise(out: &mut String, noise: &Noise) -> std::fmt::Result {
     let positions = noise.positions.iter().map(|(name, sigma)| (format!("{name}_mm"), *sigma));
+    let turns = noise.orientations.iter().map(|(name, sigma)| (format!("{name}_deg"), sigma.to_degrees()));
     let others = [
         ("height_mm", noise.height),
         ("distance_mm", noise.distance),
         ("touch_mm", noise.touch),
         ("tilt_deg", noise.tilt.map(f64::to_degrees)),
+        ("board_mm", noise.board),
+        ("board_deg", noise.board_turn.map(f64::to_degrees)),
     ];
     let others = others.into_iter().filter_map(|(key, sigma)| sigma.map(|sigma| (key.to_owned(), sigma)));
-    let entries = positions.chain(others).map(|(key, sigma)| format!("{key}: {}", number(sigma)));
+    let entries =
+        positions.chain(turns).chain(others).map(|(key, sigma)| format!("{key}: {}", number(sigma)));
     let entries: Vec<String> = entries.collect();
     if entries.is_empty() { Ok(()) } else { writeln!(out, "noise: {{{}}}", entries.join(", ")) }
 }

@@ -4,6 +4,7 @@ use nalgebra::{
     DMatrix, DVector, IsometryMatrix3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3,
 };
 
+use super::place_bodies::place_bodies;
 use super::residual_model::ResidualModel;
 
 use super::state::{Slot, State};
@@ -182,6 +183,11 @@ pub(crate) fn align(
                 state = settled.state;
             }
         }
+    }
+    if !machine.table.orientations.is_empty() {
+        let stride = rows.len().div_ceil(LOOKED_AT).max(1);
+        let some: Vec<usize> = rows.iter().copied().step_by(stride).collect();
+        place_bodies(machine, &mut state, &some);
     }
     if machine.model.base.per_session {
         place_bases(machine, &mut state, rows);

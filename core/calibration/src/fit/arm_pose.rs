@@ -183,6 +183,12 @@ impl ArmPose {
         &self.posture.flange
     }
 
+    /// Axes of the flange in the frame of the measurements, with what bent links add.
+    pub fn hand(&self) -> Rotation3<f64> {
+        let base = Rotation3::from_matrix_unchecked(self.base);
+        base * Rotation3::new(self.changes.bend_turn) * self.posture.flange.rotation
+    }
+
     /// The direction in which the hand looks, along the flange's z, in the frame of the measurements.
     pub fn look(&self) -> Vector3<f64> {
         self.base * self.posture.flange.rotation.matrix().column(2)

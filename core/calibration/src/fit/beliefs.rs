@@ -55,6 +55,16 @@ impl ResidualModel<'_> {
         self.in_row(state, row).pose.point(state, target).0
     }
 
+    /// Where a camera on the hand is believed to see the board in a row: the board in the camera's frame, mm. Nothing of a model without a board.
+    pub fn believed_board(&self, state: &State, row: usize) -> Option<IsometryMatrix3<f64>> {
+        let camera = self.model.board.as_ref()?.camera;
+        let pose = self.in_row(state, row).pose;
+        let turn = pose.hand() * state.turns.get(camera).copied()?;
+        let place = pose.point(state, camera).0;
+        let seen = IsometryMatrix3::from_parts(place.into(), turn);
+        Some(seen.inverse() * state.board)
+    }
+
     /// Whether every joint, the flange and every target stay clear of some half-spaces (base frame) in a row's pose.
     pub fn stays_clear(&self, state: &State, row: usize, keep_out: &[HalfSpace]) -> bool {
         let pose = self.in_row(state, row).pose;

@@ -26,6 +26,12 @@ impl ResidualModel<'_> {
                 let name = self.model.targets.get(target).map_or("target", |target| target.name.as_str());
                 format!("{name} {}", axis(part))
             }
+            Slot::TargetTurn(target, part) => {
+                let name = self.model.targets.get(target).map_or("target", |target| target.name.as_str());
+                format!("{name} turn about {}", axis(part))
+            }
+            Slot::BoardShift(part) => format!("board {}", axis(part)),
+            Slot::BoardTurn(part) => format!("board turn about {}", axis(part)),
             Slot::Place(place, part) => {
                 let name = self.observations.places.get(place).map_or("place", String::as_str);
                 format!("{name} {}", axis(part))

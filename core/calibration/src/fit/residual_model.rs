@@ -105,6 +105,7 @@ impl<'a> ResidualModel<'a> {
         for (index, _) in self.model.targets.iter().enumerate().filter(|(_, target)| target.free) {
             slots.extend((0..3).map(|axis| Slot::Target(index, axis)));
         }
+        slots.extend(self.free_turns());
         for place in 0..self.observations.places.len() {
             slots.extend((0..3).map(|axis| Slot::Place(place, axis)));
         }
@@ -113,6 +114,23 @@ impl<'a> ResidualModel<'a> {
         }
         for (index, part) in self.parts.iter().enumerate() {
             slots.extend((0..part.effect.parameters().len()).map(|parameter| Slot::Effect(index, parameter)));
+        }
+        slots
+    }
+
+    /// The free turns of bodies and cameras, and the board's free place and turn, where the table measures them.
+    fn free_turns(&self) -> Vec<Slot> {
+        let mut slots = Vec::new();
+        for (index, target) in self.model.targets.iter().enumerate().filter(|(_, target)| target.turn_free) {
+            let is_camera = self.model.board.as_ref().is_some_and(|board| board.camera == index);
+            let is_seen = self.table.orientations_of(&target.name).is_some();
+            if is_seen || (is_camera && self.table.sees_a_board()) {
+                slots.extend((0..3).map(|axis| Slot::TargetTurn(index, axis)));
+            }
+        }
+        if self.model.board.as_ref().is_some_and(|board| board.free) && self.table.sees_a_board() {
+            slots.extend((0..3).map(Slot::BoardShift));
+            slots.extend((0..3).map(Slot::BoardTurn));
         }
         slots
     }
@@ -180,7 +198,8 @@ impl<'a> ResidualModel<'a> {
     ) -> (Vector3<f64>, SensorShift) {
         let Scratch { pose, drives, seen, .. } = scratch;
         let target = match subject {
-            Subject::Target(target) => target,
+            Subject::Target(target) | Subject::Body(target) => target,
+            Subject::Camera(camera) => return (pose.point(state, camera).0, SensorShift::default()),
             Subject::Stretch(_) => {
                 return (seen.look(self.stretch(subject), pose).0, SensorShift::default());
             }

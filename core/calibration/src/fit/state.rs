@@ -14,6 +14,12 @@ pub enum Slot {
     BaseTurn(usize),
     /// A target's coordinate (target, axis), mm.
     Target(usize, usize),
+    /// Turn of a target about an axis of the flange (target, axis), rad.
+    TargetTurn(usize, usize),
+    /// Shift of the board along an axis of the measurements' frame, mm.
+    BoardShift(usize),
+    /// Turn of the board about an axis of the measurements' frame, rad.
+    BoardTurn(usize),
     /// A touched place's coordinate (place, axis), mm.
     Place(usize, usize),
     /// A free number of a surface (surface, which).
@@ -29,6 +35,10 @@ pub struct State {
     pub base: IsometryMatrix3<f64>,
     /// Targets in the flange's frame, mm.
     pub targets: Vec<Vector3<f64>>,
+    /// From the targets' axes to those of the flange.
+    pub turns: Vec<Rotation3<f64>>,
+    /// The board in the measurements' frame, mm; where the measurements' frame is, without one.
+    pub board: IsometryMatrix3<f64>,
     /// Touched places in the measurements' frame, mm.
     pub places: Vec<Vector3<f64>>,
     /// Surfaces.
@@ -43,6 +53,8 @@ impl State {
         Self {
             base: model.base.pose,
             targets: model.targets.iter().map(|target| target.xyz).collect(),
+            turns: model.targets.iter().map(|target| target.turn).collect(),
+            board: model.board.as_ref().map_or_else(IsometryMatrix3::identity, |board| board.pose),
             places: vec![Vector3::zeros(); places],
             surfaces: model.surfaces.iter().map(|surface| surface.shape.clone()).collect(),
             effects,
@@ -52,54 +64,64 @@ impl State {
     /// The state after a step: one amount a slot.
     pub fn stepped(&self, slots: &[Slot], step: &[f64]) -> Self {
         let mut next = self.clone();
-        let mut turn = Vector3::zeros();
+        let mut turns = Turns { targets: vec![Vector3::zeros(); next.turns.len()], ..Turns::default() };
         let up = Vector3::z();
         for (slot, amount) in slots.iter().zip(step) {
-            match *slot {
-                Slot::BaseShift(axis) => {
-                    if let Some(part) = next.base.translation.vector.get_mut(axis) {
-                        *part += amount;
-                    }
+            if let Slot::Surface(surface, which) = *slot {
+                if let Some(shape) = next.surfaces.get_mut(surface) {
+                    shape.shift(which, *amount, &up);
                 }
-                Slot::BaseTurn(axis) => {
-                    if let Some(part) = turn.get_mut(axis) {
-                        *part += amount;
-                    }
-                }
-                Slot::Target(target, axis) => {
-                    if let Some(part) = next.targets.get_mut(target).and_then(|target| target.get_mut(axis)) {
-                        *part += amount;
-                    }
-                }
-                Slot::Place(place, axis) => {
-                    if let Some(part) = next.places.get_mut(place).and_then(|place| place.get_mut(axis)) {
-                        *part += amount;
-                    }
-                }
-                Slot::Surface(surface, which) => {
-                    if let Some(shape) = next.surfaces.get_mut(surface) {
-                        shape.shift(which, *amount, &up);
-                    }
-                }
-                Slot::Effect(effect, parameter) => {
-                    if let Some(value) =
-                        next.effects.get_mut(effect).and_then(|values| values.get_mut(parameter))
-                    {
-                        *value += amount;
-                    }
-                }
+            } else if let Some(part) = next.part(*slot, &mut turns) {
+                *part += amount;
             }
         }
-        let rotation = Rotation3::new(turn) * next.base.rotation;
-        next.base = IsometryMatrix3::from_parts(Translation3::from(next.base.translation.vector), rotation);
+        next.base = turned(&next.base, turns.base);
+        next.board = turned(&next.board, turns.board);
+        for (known, turn) in next.turns.iter_mut().zip(turns.targets) {
+            *known = Rotation3::new(turn) * *known;
+        }
         next
+    }
+
+    /// The number that a slot moves: of a turn, that of the rotation vector which is applied in the end. A surface's numbers are its own matter.
+    fn part<'p>(&'p mut self, slot: Slot, turns: &'p mut Turns) -> Option<&'p mut f64> {
+        match slot {
+            Slot::BaseShift(axis) => self.base.translation.vector.get_mut(axis),
+            Slot::BaseTurn(axis) => turns.base.get_mut(axis),
+            Slot::Target(target, axis) => self.targets.get_mut(target)?.get_mut(axis),
+            Slot::TargetTurn(target, axis) => turns.targets.get_mut(target)?.get_mut(axis),
+            Slot::BoardShift(axis) => self.board.translation.vector.get_mut(axis),
+            Slot::BoardTurn(axis) => turns.board.get_mut(axis),
+            Slot::Place(place, axis) => self.places.get_mut(place)?.get_mut(axis),
+            Slot::Surface(..) => None,
+            Slot::Effect(effect, parameter) => self.effects.get_mut(effect)?.get_mut(parameter),
+        }
     }
 
     /// Whether every number is finite.
     pub fn is_finite(&self) -> bool {
         let vectors = self.targets.iter().chain(&self.places).flat_map(|vector| vector.iter());
         vectors.chain(self.effects.iter().flatten()).all(|value| value.is_finite())
-            && self.base.translation.vector.iter().all(|value| value.is_finite())
-            && self.base.rotation.matrix().iter().all(|value| value.is_finite())
+            && [&self.base, &self.board].into_iter().all(is_finite)
+            && self.turns.iter().all(|turn| turn.matrix().iter().all(|value| value.is_finite()))
     }
+}
+
+/// Rotation vectors of a step, rad.
+#[derive(Default)]
+struct Turns {
+    base: Vector3<f64>,
+    board: Vector3<f64>,
+    targets: Vec<Vector3<f64>>,
+}
+
+/// A pose turned about its own origin.
+fn turned(pose: &IsometryMatrix3<f64>, turn: Vector3<f64>) -> IsometryMatrix3<f64> {
+    let rotation = Rotation3::new(turn) * pose.rotation;
+    IsometryMatrix3::from_parts(Translation3::from(pose.translation.vector), rotation)
+}
+
+fn is_finite(pose: &IsometryMatrix3<f64>) -> bool {
+    let parts = pose.translation.vector.iter().chain(pose.rotation.matrix().iter());
+    parts.into_iter().all(|value| value.is_finite())
 }

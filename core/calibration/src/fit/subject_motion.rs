@@ -39,7 +39,7 @@ impl SubjectFrames<'_> {
     /// Whether a joint's row lies beyond the frame whose attitude is measured, so that it does not turn it.
     fn is_beyond(&self, joint: usize) -> bool {
         match self.subject {
-            Subject::Target(_) | Subject::Stretch(_) => false,
+            Subject::Target(_) | Subject::Body(_) | Subject::Camera(_) | Subject::Stretch(_) => false,
             Subject::Frame(Frame::Base) => joint > 0,
             Subject::Frame(Frame::After(carrier)) => joint > carrier,
         }
@@ -59,11 +59,11 @@ impl SubjectFrames<'_> {
             Handle::Twist { shift, turn, about, .. } => {
                 (pose.base * (shift + turn.cross(&(self.in_base - about))), pose.base * turn)
             }
-            Handle::Target(target, axis) if self.subject == Subject::Target(target) => {
+            Handle::Target(target, axis) if self.is_of(target) => {
                 (pose.base * pose.posture.flange.rotation.matrix().column(axis.min(2)), Vector3::zeros())
             }
-            // What a light stripe sees no instrument reads.
-            Handle::Reading(_) if matches!(self.subject, Subject::Stretch(_)) => STILL,
+            // What a light stripe or a camera on the hand sees no instrument reads.
+            Handle::Reading(_) if matches!(self.subject, Subject::Stretch(_) | Subject::Camera(_)) => STILL,
             Handle::BaseShift(axis) | Handle::Reading(axis) => {
                 (Vector3::ith(axis.min(2), 1.0), Vector3::zeros())
             }
@@ -76,6 +76,21 @@ impl SubjectFrames<'_> {
             | Handle::Rig(_)
             | Handle::ReadingZero(_)
             | Handle::ReadingScale(_) => STILL,
+        }
+    }
+
+    /// Whether the subject sits where a target does.
+    fn is_of(&self, target: usize) -> bool {
+        matches!(self.subject, Subject::Target(own) | Subject::Body(own) | Subject::Camera(own) if own == target)
+    }
+
+    /// How the subject moves when a target turns about an axis of the flange.
+    fn with_target_turned(&self, target: usize, axis: usize) -> Motion {
+        match self.subject {
+            Subject::Body(own) | Subject::Camera(own) if own == target => {
+                (Vector3::zeros(), self.pose.hand().matrix().column(axis.min(2)).into())
+            }
+            _ => STILL,
         }
     }
 
@@ -124,12 +139,19 @@ impl ResidualModel<'_> {
         let pose = &*pose;
         let stretch = self.stretch(subject);
         let (point, in_base) = match subject {
-            Subject::Target(target) => pose.point(state, target),
+            Subject::Target(target) | Subject::Body(target) | Subject::Camera(target) => {
+                pose.point(state, target)
+            }
             Subject::Frame(_) => pose.point(state, 0),
             Subject::Stretch(_) => seen.look(stretch, pose),
         };
-        let read = point + self.reading_shift(state, row, point, pose, drives);
-        let shift = self.sensor_shift(state, row, read, pose, drives);
+        let (read, shift) = match subject {
+            Subject::Camera(_) => (point, SensorShift::default()),
+            _ => {
+                let read = point + self.reading_shift(state, row, point, pose, drives);
+                (read, self.sensor_shift(state, row, read, pose, drives))
+            }
+        };
 
         let mut frames = SubjectFrames { pose, subject, point, in_base, by_joint: &[] };
         by_joint.clear();
@@ -137,27 +159,7 @@ impl ResidualModel<'_> {
         frames.by_joint = by_joint;
 
         motion.clear();
-        for slot in &self.slots {
-            let handle = match *slot {
-                Slot::BaseShift(axis) => Handle::BaseShift(axis),
-                Slot::BaseTurn(axis) => {
-                    // What effects turn the base by comes on top of where it is believed to stand.
-                    let about = pose.base_turned.column(axis.min(2)).into();
-                    let index = motion.extend(1);
-                    motion.add(index, frames.with_base_turned_about(about), 1.0);
-                    continue;
-                }
-                Slot::Target(target, axis) => Handle::Target(target, axis),
-                // Places and surfaces do not move the subject; see `own_derivatives`.
-                Slot::Place(..) | Slot::Surface(..) => {
-                    motion.extend(1);
-                    continue;
-                }
-                Slot::Effect(..) => continue,
-            };
-            let index = motion.extend(1);
-            motion.add(index, frames.with(handle), 1.0);
-        }
+        self.move_by_slots(&frames, motion);
         let situation = self.situation(state, row, &pose.posture, &pose.moments, Some(point));
         let sensor = self.sensor_handle(row);
         let taking_part = self.parts.iter().map(|part| part.effect.as_ref());
@@ -166,6 +168,36 @@ impl ResidualModel<'_> {
         }
         seen.move_by(motion.rig.iter().flatten().map(|(number, _)| *number), stretch, pose);
         (read, shift)
+    }
+
+    /// How the subject moves with every free number but those of effects.
+    fn move_by_slots(&self, frames: &SubjectFrames<'_>, motion: &mut SubjectMotion) {
+        for slot in &self.slots {
+            let handle = match *slot {
+                Slot::BaseShift(axis) => Handle::BaseShift(axis),
+                Slot::BaseTurn(axis) => {
+                    // What effects turn the base by comes on top of where it is believed to stand.
+                    let about = frames.pose.base_turned.column(axis.min(2)).into();
+                    let index = motion.extend(1);
+                    motion.add(index, frames.with_base_turned_about(about), 1.0);
+                    continue;
+                }
+                Slot::Target(target, axis) => Handle::Target(target, axis),
+                Slot::TargetTurn(target, axis) => {
+                    let index = motion.extend(1);
+                    motion.add(index, frames.with_target_turned(target, axis), 1.0);
+                    continue;
+                }
+                // Places, surfaces and a board do not move the subject; see `own_derivatives`.
+                Slot::Place(..) | Slot::Surface(..) | Slot::BoardShift(_) | Slot::BoardTurn(_) => {
+                    motion.extend(1);
+                    continue;
+                }
+                Slot::Effect(..) => continue,
+            };
+            let index = motion.extend(1);
+            motion.add(index, frames.with(handle), 1.0);
+        }
     }
 
     /// The stretch of a light stripe that a subject is; none for any other.

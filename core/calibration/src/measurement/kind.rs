@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::error::ObservationsError;
 use super::row::RowReader;
@@ -23,6 +23,11 @@ pub trait MeasurementKind: fmt::Debug + Sync {
     /// Whether it is in millimetres (else radians).
     fn is_length(&self) -> bool {
         true
+    }
+
+    /// Whether it is a number of the rotation between what was measured and what is believed, which is zero where both are the same.
+    fn is_orientation(&self) -> bool {
+        false
     }
 
     /// Which coordinate of a point it is (0 x, 1 y, 2 z, frame of the measurements), if it is one.
@@ -163,6 +168,10 @@ impl Equation {
 pub enum Subject {
     /// A target's point, by its index in the model.
     Target(usize),
+    /// A target's orientation, by its index in the model.
+    Body(usize),
+    /// A target that is a camera, its place and its orientation: what it sees no other instrument reads.
+    Camera(usize),
     /// A stretch of a light stripe, by its place in the table: points that move with the flange as one piece.
     Stretch(usize),
     /// The attitude of a frame.
@@ -250,6 +259,12 @@ impl RowContext<'_> {
     /// A small shift in the flange's frame, in the frame of the measurements.
     pub fn turned_from_flange(&self, shift: Vector3<f64>) -> Vector3<f64> {
         self.pose.turned_from_flange(shift)
+    }
+
+    /// Axes of a target in the frame of the measurements.
+    pub fn body(&self, target: usize) -> Rotation3<f64> {
+        let turn = self.state.turns.get(target).copied().unwrap_or_else(Rotation3::identity);
+        self.pose.hand() * turn
     }
 
     /// Axes of a frame of the arm in the frame of the measurements.

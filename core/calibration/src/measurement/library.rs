@@ -4,6 +4,7 @@ use super::kind::MeasurementKind;
 
 static KINDS: &[&dyn MeasurementKind] = &[
     &super::position::Position,
+    &super::orientation::Orientation,
     &super::touch::Touch,
     &super::height::Height,
     &super::trigger::Trigger,
@@ -11,6 +12,8 @@ static KINDS: &[&dyn MeasurementKind] = &[
     &super::tilt::Tilt,
     &super::distance::Distance,
     &super::stripe::Stripe,
+    &super::board::Board,
+    &super::board_turn::BoardTurn,
 ];
 
 /// All kinds of measurement, in the order in which a row's equations stand.

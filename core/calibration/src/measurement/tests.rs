@@ -82,7 +82,8 @@ joints:
   - {name: pitch, a_mm: 0, alpha_deg: 90, d_mm: 0, theta_deg: 90}
   - {name: roll, a_mm: 0, alpha_deg: 0, d_mm: 109, theta_deg: 0}
 base: {xyz_mm: [3, -4, 5], rpy_deg: [1, -2, 10], free: true}
-targets: {p1: {xyz_mm: [4, 2, 8], free: true}, p2: {xyz_mm: [-30, 12, 20], free: true}}
+targets: {p1: {xyz_mm: [4, 2, 8], rpy_deg: [20, -30, 140], free: true}, p2: {xyz_mm: [-30, 12, 20], rpy_deg: [5, 8, -100], free: true}}
+board: {seen_by: p2, xyz_mm: [250, -60, -20], rpy_deg: [170, 10, 30], free: true}
 surfaces:
   table: {plane: {normal: [0.05, -0.03, 1], offset_mm: 6}, free: true}
   ball: {sphere: {centre_mm: [200, 40, -30], radius_mm: 12}, free: true}
@@ -95,20 +96,22 @@ noise: {on_mm: 1}
 
 /// One row of each kind; and of triggers, over each shape.
 const ROWS: &str = "\
-q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,p1_x_mm,p1_y_mm,p1_z_mm,p2_x_mm,p2_y_mm,p2_z_mm,height_mm,on,tilt_x_deg,tilt_y_deg,distance_mm,distance_to,touch
-10,20,-60,-40,15,150,20,60,,,,,,,,,,
-12,25,-70,-30,25,,,,160,30,70,,,,,,,
--8,22,-65,-35,5,,,,,,,4.5,table,,,,,
--8,22,-65,-35,5,,,,,,,,table,,,,,
-9,22,-65,-35,5,,,,,,,,ball,,,,,
-7,24,-66,-33,15,,,,,,,,line,,,,,
-7,26,-64,-31,25,,,,,,,,post,,,,,
-11,18,-50,-45,35,,,,,,,,,4,,,,
-11,18,-50,-45,35,,,,,,,,,,-3,,,
-14,21,-62,-41,45,,,,,,,,,,,210,post,
-16,23,-61,-43,55,,,,,,,,,,,190,ball,
-18,27,-58,-47,65,,,,,,,,,,,,,cone
-20,26,-57,-46,60,,,,,,,,,,,,,
+q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,p1_x_mm,p1_y_mm,p1_z_mm,p2_x_mm,p2_y_mm,p2_z_mm,height_mm,on,tilt_x_deg,tilt_y_deg,distance_mm,distance_to,touch,p1_qw,p1_qx,p1_qy,p1_qz,board_x_mm,board_y_mm,board_z_mm,board_rx_rad,board_ry_rad,board_rz_rad
+10,20,-60,-40,15,150,20,60,,,,,,,,,,,,,,,,,,,,
+12,25,-70,-30,25,,,,160,30,70,,,,,,,,,,,,,,,,,
+-8,22,-65,-35,5,,,,,,,4.5,table,,,,,,,,,,,,,,,
+-8,22,-65,-35,5,,,,,,,,table,,,,,,,,,,,,,,,
+9,22,-65,-35,5,,,,,,,,ball,,,,,,,,,,,,,,,
+7,24,-66,-33,15,,,,,,,,line,,,,,,,,,,,,,,,
+7,26,-64,-31,25,,,,,,,,post,,,,,,,,,,,,,,,
+11,18,-50,-45,35,,,,,,,,,4,,,,,,,,,,,,,,
+11,18,-50,-45,35,,,,,,,,,,-3,,,,,,,,,,,,,
+14,21,-62,-41,45,,,,,,,,,,,210,post,,,,,,,,,,,
+16,23,-61,-43,55,,,,,,,,,,,190,ball,,,,,,,,,,,
+18,27,-58,-47,65,,,,,,,,,,,,,cone,,,,,,,,,,
+20,26,-57,-46,60,,,,,,,,,,,,,,,,,,,,,,,
+15,19,-54,-42,33,,,,,,,,,,,,,,0.5,-0.5,0.5,0.5,,,,,,
+13,28,-55,-41,21,,,,,,,,,,,,,,,,,,15,-20,300,0.4,-2.1,0.9
 ";
 
 const EFFECTS: [(&str, Spot); 15] = [
@@ -188,6 +191,8 @@ fn every_kind_is_read_from_its_columns() {
         }
         assert_eq!(names[11], ["touch"; 3]);
         assert_eq!(names[12], ["stripe"; 6]);
+        assert_eq!(names[13], ["orientation"; 3]);
+        assert_eq!(names[14], ["board", "board", "board", "board_turn", "board_turn", "board_turn"]);
         let mut met: Vec<&str> = names.concat();
         met.sort_unstable();
         met.dedup();
@@ -288,6 +293,29 @@ fn predictions_agree_with_an_arm_worked_out_by_hand() {
         let up = (base * level).inverse() * Vector3::z();
         same(7, &[up.y.atan2(up.z)]);
         same(8, &[(-up.x).atan2(up.z)]);
+        let axes = |q: [f64; 5], rpy: [f64; 3]| {
+            let [_, (turn, _)] = independent_arm(q);
+            let [roll, pitch, yaw] = rpy.map(f64::to_radians);
+            base * turn * Rotation3::from_euler_angles(roll, pitch, yaw)
+        };
+        // What was measured is the believed orientation and the residual after it, a turn about the body's own axes.
+        let close = |row: usize, first: usize, measured: Rotation3<f64>, believed: Rotation3<f64>| {
+            let found = predicted(row);
+            let apart = Rotation3::new(Vector3::new(found[first], found[first + 1], found[first + 2]));
+            assert!(((measured * apart).matrix() - believed.matrix()).norm() < 1e-8, "row {row}: {found:?}");
+            assert!(apart.angle() > 0.2, "the test tells something");
+        };
+        let half = nalgebra::Quaternion::new(0.5, -0.5, 0.5, 0.5);
+        let body = nalgebra::UnitQuaternion::from_quaternion(half).to_rotation_matrix();
+        close(13, 0, body, axes([15.0, 19.0, -54.0, -42.0, 33.0], [20.0, -30.0, 140.0]));
+        let pose = [13.0, 28.0, -55.0, -41.0, 21.0];
+        let camera = axes(pose, [5.0, 8.0, -100.0]);
+        let seen = camera.inverse() * (Vector3::new(250.0, -60.0, -20.0) - point(pose, [-30.0, 12.0, 20.0]));
+        let found = predicted(14);
+        assert!((Vector3::from_column_slice(&found[..3]) - seen).norm() < 1e-8, "{found:?} {seen}");
+        let [roll, pitch, yaw] = [170.0, 10.0, 30.0].map(f64::to_radians);
+        let board = Rotation3::from_euler_angles(roll, pitch, yaw);
+        close(14, 3, Rotation3::new(Vector3::new(0.4, -2.1, 0.9)), camera.inverse() * board);
         // A pixel shows the point 100 mm ahead that is as far aside as the pixel is of the middle, by the focal length.
         let shown = |step: f64| {
             let aside = [60.0 + 7.0 * step - 100.0, 20.0 + 9.0 * step - 90.0];

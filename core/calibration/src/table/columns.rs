@@ -1,5 +1,8 @@
 //! A table in memory: one array a column, rows in the order of the file.
 
+use nalgebra::Rotation3;
+
+use super::orientation::{Body, OrientationColumns};
 use super::stretch::Stretch;
 
 /// Names met in a text column, each given a number in the order of first appearance.
@@ -163,6 +166,10 @@ pub struct Table {
     pub lines: Vec<u32>,
     /// Measured positions.
     pub positions: Vec<PositionColumns>,
+    /// Measured orientations.
+    pub orientations: Vec<OrientationColumns>,
+    /// Where a camera on the arm sees a board's origin, per row: x, y, z in mm, frame of the camera.
+    pub board: Option<Vec<[f64; 3]>>,
     /// Declared sigma of a position per row, mm, where the table has `std_*`.
     pub std: Option<Vec<[f64; 3]>>,
     /// Height of p1 over the surface named in `on`, mm.
@@ -254,6 +261,26 @@ impl Table {
         let first = self.stretches.partition_point(|stretch| stretch.row < row);
         let end = self.stretches.partition_point(|stretch| stretch.row <= row);
         first..end
+    }
+
+    /// The orientation of a body in a row, from its axes to those of whoever measured it.
+    pub fn turn_of(&self, body: Body, row: usize) -> Option<Rotation3<f64>> {
+        self.orientations_as(body)?.turns.get(row).copied().flatten()
+    }
+
+    /// The orientations of a body, if the table has them.
+    pub fn orientations_as(&self, body: Body) -> Option<&OrientationColumns> {
+        self.orientations.iter().find(|columns| columns.body == body)
+    }
+
+    /// The orientations of the target of this name, if the table has them.
+    pub fn orientations_of(&self, target: &str) -> Option<&OrientationColumns> {
+        self.orientations.iter().find(|columns| columns.body != Body::Board && columns.body.name() == target)
+    }
+
+    /// Whether a camera on the arm saw a board.
+    pub fn sees_a_board(&self) -> bool {
+        self.board.is_some() || self.orientations.iter().any(|columns| columns.body == Body::Board)
     }
 
     /// Whether stretches of light stripes were measured.

@@ -2,11 +2,15 @@
 
 use plumb_document::nearest;
 
+use super::orientation::{Body, OrientationForm};
+
 /// What one column holds.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Meaning {
     Coordinate { joint: usize, scale: f64 },
     Position { target: usize, axis: usize, scale: f64 },
+    Turn { body: Body, form: OrientationForm, part: usize, scale: f64 },
+    Board { axis: usize, scale: f64 },
     Std { axis: usize, scale: f64 },
     Height { scale: f64 },
     On,
@@ -46,6 +50,13 @@ impl Meaning {
             Self::Repeat => (14, 0, 0),
             Self::Level => (15, 0, 0),
             Self::Signal => (16, 0, 0),
+            Self::Turn { body: Body::Target(number), form, part, .. } => {
+                (17, *number, part + 4 * usize::from(*form == OrientationForm::RotationVector))
+            }
+            Self::Turn { body: Body::Board, form, part, .. } => {
+                (18, 0, part + 4 * usize::from(*form == OrientationForm::RotationVector))
+            }
+            Self::Board { axis, .. } => (19, *axis, 0),
             Self::Covariate => return None,
         })
     }
@@ -109,6 +120,13 @@ pub(super) fn parse(name: &str) -> Result<Meaning, String> {
         [target, rest @ ..] if numbered(target, 'p').is_some() => {
             position(name, numbered(target, 'p').unwrap_or(0), rest)
         }
+        ["board", rest @ ..] => of_board(name, rest),
+        ["tvec", rest @ ..] => board_position(name, rest),
+        ["rvec", rest @ ..] => match rest {
+            [name_of_axis, angle] => rotation_vector(name, Body::Board, axis(name_of_axis), Some(angle)),
+            [name_of_axis] => rotation_vector(name, Body::Board, axis(name_of_axis), None),
+            _ => Ok(Meaning::Covariate),
+        },
         ["std", name_of_axis, unit] if axis(name_of_axis).is_some() => {
             scaled(name, length(unit), &LENGTHS, |scale| Meaning::Std {
                 axis: axis(name_of_axis).unwrap_or(0),
@@ -168,7 +186,60 @@ fn position(name: &str, target: usize, rest: &[&str]) -> Result<Meaning, String>
             })
         }
         [name_of_axis] if axis(name_of_axis).is_some() => Err(needs_unit(name, &LENGTHS)),
+        _ => turn(name, Body::Target(target), rest),
+    }
+}
+
+/// What a camera on the arm sees of a board: where it is, and how it is turned.
+fn of_board(name: &str, rest: &[&str]) -> Result<Meaning, String> {
+    match rest {
+        [name_of_axis, ..] if axis(name_of_axis).is_some() => board_position(name, rest),
+        _ => turn(name, Body::Board, rest),
+    }
+}
+
+fn board_position(name: &str, rest: &[&str]) -> Result<Meaning, String> {
+    let along = rest.first().and_then(|name_of_axis| axis(name_of_axis));
+    match (along, rest) {
+        (Some(axis), [_, unit]) => {
+            scaled(name, length(unit), &LENGTHS, |scale| Meaning::Board { axis, scale })
+        }
+        (Some(_), [_]) => Err(needs_unit(name, &LENGTHS)),
         _ => Ok(Meaning::Covariate),
+    }
+}
+
+/// One number of an orientation: `qw`, `rx_rad`.
+fn turn(name: &str, body: Body, rest: &[&str]) -> Result<Meaning, String> {
+    let quaternion = |part: &str| ["qw", "qx", "qy", "qz"].iter().position(|known| *known == part);
+    let vector = |part: &str| ["rx", "ry", "rz"].iter().position(|known| *known == part);
+    match rest {
+        [part] if quaternion(part).is_some() => {
+            let form = OrientationForm::Quaternion;
+            Ok(Meaning::Turn { body, form, part: quaternion(part).unwrap_or(0), scale: 1.0 })
+        }
+        [part] if vector(part).is_some() => rotation_vector(name, body, vector(part), None),
+        [part, angle] if vector(part).is_some() => rotation_vector(name, body, vector(part), Some(angle)),
+        _ => Ok(Meaning::Covariate),
+    }
+}
+
+/// One number of a rotation vector; no number of one is a covariate.
+fn rotation_vector(
+    name: &str,
+    body: Body,
+    part: Option<usize>,
+    angle: Option<&str>,
+) -> Result<Meaning, String> {
+    let Some(part) = part else { return Ok(Meaning::Covariate) };
+    let form = OrientationForm::RotationVector;
+    match angle {
+        Some(angle) => {
+            scaled(name, unit(angle, &ANGLES), &ANGLES, |scale| Meaning::Turn { body, form, part, scale })
+        }
+        None => Err(format!(
+            "the unit is missing: write {name}_rad or {name}_deg (a rotation vector: the axis times the angle)"
+        )),
     }
 }
 
@@ -195,6 +266,11 @@ pub(super) fn near_miss(name: &str, joints: usize) -> Option<String> {
         "p1_x_mm",
         "p1_y_mm",
         "p1_z_mm",
+        "p1_rx_rad",
+        "board_x_mm",
+        "board_y_mm",
+        "board_z_mm",
+        "board_rx_rad",
         "std_x_mm",
         "std_y_mm",
         "std_z_mm",

@@ -4,13 +4,16 @@ mod columns;
 mod header;
 mod naming;
 mod number;
+mod orientation;
 mod read;
 mod stretch;
+mod text;
 mod write;
 
 pub use columns::{Covariate, CovariateValues, MOST_LEVELS, Names, PositionColumns, Table};
 pub(crate) use naming::suggestion;
 pub use naming::{Naming, Rename};
+pub use orientation::{Body, OrientationColumns, OrientationForm, UNIT_TOLERANCE};
 pub use read::{HeaderProblem, TableError};
 pub use stretch::Stretch;
 pub use write::table_text;

@@ -74,23 +74,40 @@ const ORIENTATIONS: [&str; 17] = [
     "rotx", "roty", "rotz",
 ];
 
-/// Why a column that says how something is turned is refused.
+/// Why a column that says how something is turned is refused, where it does not say so in one of the ways that are read.
 pub(super) fn refused_orientation(header: &str) -> Option<String> {
     let lower = header.to_lowercase();
     let (place, unit) = split_unit(&lower);
-    let numbered = place.strip_prefix('p').and_then(|rest| rest.split_once('_'));
-    let what = match numbered {
-        Some((number, what)) if number.parse::<u32>().is_ok() => what,
-        _ => place,
-    };
+    let numbered = place.split_once('_').filter(|(body, _)| {
+        *body == "board" || body.strip_prefix('p').is_some_and(|number| number.parse::<u32>().is_ok())
+    });
+    let (body, what) = numbered.unwrap_or(("p1", place));
     let is_angle = unit.is_none_or(|unit| unit == "deg" || unit == "rad");
-    (is_angle && ORIENTATIONS.contains(&what)).then(|| {
-        format!(
-            "orientations are not fitted: positions, heights, distances and tilts of a level are; --columns {header}= leaves the column out, \
-             --columns {header}=note_{header} keeps it to test the residuals against"
-        )
-    })
+    // What is read, or lacks its unit, is told by whoever reads headers.
+    let is_read = header == lower && numbered.is_some() && READ.contains(&what);
+    if !is_angle || !ORIENTATIONS.contains(&what) || is_read {
+        return None;
+    }
+    let part = what.trim_start_matches("quat_").trim_start_matches('q');
+    let read_as = match what {
+        "rx" | "ry" | "rz" => format!("{body}_{what}_{}", unit.unwrap_or("rad")),
+        _ if what.starts_with('q') => format!("{body}_q{part}"),
+        _ => {
+            return Some(format!(
+                "angles about axes do not say in which order they turn: give the orientation as a unit quaternion ({body}_qw, {body}_qx, {body}_qy, {body}_qz) or \
+                 as a rotation vector ({body}_rx_rad, {body}_ry_rad, {body}_rz_rad); --columns {header}= leaves the column out, --columns {header}=note_{header} \
+                 keeps it to test the residuals against"
+            ));
+        }
+    };
+    Some(format!(
+        "orientations are called {body}_qw, {body}_qx, {body}_qy, {body}_qz (a unit quaternion) or {body}_rx_rad, {body}_ry_rad, {body}_rz_rad (a rotation vector); \
+         if that is what it is: --columns {header}={read_as}; --columns {header}= leaves the column out"
+    ))
 }
+
+/// The ends of headers by which orientations are read.
+const READ: [&str; 7] = ["qw", "qx", "qy", "qz", "rx", "ry", "rz"];
 
 /// A header without what stands for its unit: `x [mm]`, `q1 (deg)`, `x.mm`, `x_mm`.
 fn split_unit(header: &str) -> (&str, Option<&str>) {
@@ -187,12 +204,23 @@ mod tests {
     }
 
     #[test]
-    fn orientations_are_refused_by_name_and_other_columns_are_not() {
-        for header in ["p1_qw", "p2_rx_deg", "yaw", "Roll_rad", "qx", "p1_pitch (deg)"] {
+    fn orientations_under_other_names_are_told_what_they_are_called() {
+        for (header, read_as) in [
+            ("qx", "--columns qx=p1_qx;"),
+            ("p2_quat_w", "--columns p2_quat_w=p2_qw;"),
+            ("RX", "--columns RX=p1_rx_rad;"),
+            ("rz_deg", "--columns rz_deg=p1_rz_deg;"),
+            ("yaw", "--columns yaw= leaves"),
+            ("Roll_rad", "in which order they turn"),
+            ("p1_pitch (deg)", "p1_qw, p1_qx"),
+            ("board_yaw_deg", "board_rx_rad"),
+        ] {
             let reason = refused_orientation(header).unwrap_or_default();
-            assert!(reason.contains(&format!("--columns {header}=")), "{header}: {reason}");
+            assert!(reason.contains(read_as), "{header}: {reason}");
         }
-        for header in ["q1_deg", "p1_x_mm", "rz_mm", "wrist_roll_deg", "quality"] {
+        for header in
+            ["p1_qw", "p2_rx_deg", "p1_rx", "q1_deg", "p1_x_mm", "rz_mm", "wrist_roll_deg", "quality"]
+        {
             assert_eq!(refused_orientation(header), None, "{header}");
         }
     }

@@ -10,6 +10,8 @@ use super::columns::{Covariate, MOST_LEVELS, Names, PositionColumns, Table};
 use super::header::{self, Meaning};
 use super::naming::{self, Naming};
 use super::number::{self, DecimalMark};
+use super::orientation::{self, TurnPart};
+use super::text::decoded;
 use crate::opened::why;
 
 /// Why a table cannot be read. The message names the place and what would be right.
@@ -117,21 +119,6 @@ const MOST_COLUMNS: usize = 1000;
 
 /// The longest line of a table, bytes: a thousand cells of a hundred characters.
 const LONGEST_LINE: usize = 100_000;
-
-/// The text of a file: UTF-8, or UTF-16 with its mark in front, as some spreadsheets write it.
-fn decoded(bytes: Vec<u8>) -> String {
-    let units = |read: fn([u8; 2]) -> u16| -> String {
-        let units = bytes.chunks_exact(2).skip(1).filter_map(|pair| Some(read(pair.try_into().ok()?)));
-        char::decode_utf16(units).map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
-    };
-    match bytes.as_slice() {
-        [0xff, 0xfe, ..] => units(u16::from_le_bytes),
-        [0xfe, 0xff, ..] => units(u16::from_be_bytes),
-        // Without a copy where it is UTF-8 throughout: a table may be large.
-        _ => String::from_utf8(bytes)
-            .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()),
-    }
-}
 
 impl Table {
     /// Reads a table from a file.
@@ -322,6 +309,7 @@ fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
                 let name = format!("p{}", target + 1);
                 table.positions.push(PositionColumns { number: *target, target: name, xyz: Vec::new() });
             }
+            Meaning::Board { .. } => table.board = Some(Vec::new()),
             Meaning::Std { .. } => table.std = Some(Vec::new()),
             Meaning::Height { .. } => table.height = Some(Vec::new()),
             Meaning::Tilt { .. } => table.tilt = Some(Vec::new()),
@@ -352,7 +340,38 @@ fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
             _ => {}
         }
     }
+    table.orientations = orientation::orientations(&turn_parts(columns)).map_err(|(column, reason)| {
+        let name = columns.get(column).map_or_else(String::new, |column| column.name.clone());
+        TableError::Header { path: path.to_owned(), column: column + 1, name, reason }
+    })?;
     Ok(table)
+}
+
+/// The columns that hold numbers of orientations.
+fn turn_parts(columns: &[Column]) -> Vec<TurnPart> {
+    let part = |(index, column): (usize, &Column)| match column.meaning {
+        Meaning::Turn { body, form, part, .. } => Some((index, body, form, part)),
+        _ => None,
+    };
+    columns.iter().enumerate().filter_map(part).collect()
+}
+
+/// Ends a row's orientations; what is wrong with one is told at its first column.
+fn end_orientations(table: &mut Table, columns: &[Column], line: u64) -> Result<(), TableError> {
+    for known in &mut table.orientations {
+        let ended = known.end_row();
+        let own =
+            |column: &Column| matches!(column.meaning, Meaning::Turn { body, .. } if body == known.body);
+        let index = columns.iter().position(own).unwrap_or(0);
+        ended.map_err(|reason| TableError::Cell {
+            path: table.source.clone(),
+            line,
+            column: index + 1,
+            name: columns.get(index).map_or_else(String::new, |column| column.name.clone()),
+            reason,
+        })?;
+    }
+    Ok(())
 }
 
 fn push_row(
@@ -384,6 +403,7 @@ fn push_row(
             reason,
         })?;
     }
+    end_orientations(table, columns, line)?;
     table.lines.push(u32::try_from(line).unwrap_or(u32::MAX));
     for names in names_of(table) {
         // A table without the column has an empty cell there.
@@ -480,6 +500,9 @@ fn start_row(table: &mut Table) {
     for columns in &mut table.positions {
         columns.xyz.push([f64::NAN; 3]);
     }
+    if let Some(board) = &mut table.board {
+        board.push([f64::NAN; 3]);
+    }
     if let Some(std) = &mut table.std {
         std.push([f64::NAN; 3]);
     }
@@ -509,7 +532,9 @@ fn check(meaning: &Meaning, value: f64) -> Result<(), String> {
         }
         Meaning::Payload if value < 0.0 => Err(format!("a load of {value} kg cannot be")),
         Meaning::Distance { .. } if value < 0.0 => Err(format!("a distance of {value} cannot be")),
-        Meaning::Coordinate { .. } | Meaning::Position { .. } if value.abs() > 1e9 => {
+        Meaning::Coordinate { .. } | Meaning::Position { .. } | Meaning::Board { .. }
+            if value.abs() > 1e9 =>
+        {
             Err(format!("{value} is too large to be meant"))
         }
         _ => Ok(()),
@@ -535,6 +560,12 @@ fn store(table: &mut Table, row: usize, meaning: &Meaning, value: f64) {
         Meaning::Position { target, axis, scale } => {
             let columns = table.positions.iter_mut().find(|known| known.number == *target);
             set_part(columns.map(|known| &mut known.xyz), row, *axis, value * scale);
+        }
+        Meaning::Board { axis, scale } => set_part(table.board.as_mut(), row, *axis, value * scale),
+        Meaning::Turn { body, part, scale, .. } => {
+            if let Some(known) = table.orientations.iter_mut().find(|known| known.body == *body) {
+                known.set(*part, value * scale);
+            }
         }
         Meaning::Std { axis, scale } => set_part(table.std.as_mut(), row, *axis, value * scale),
         Meaning::Height { scale } => set(table.height.as_mut(), row, value * scale),

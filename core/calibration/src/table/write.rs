@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::orientation::quaternion;
 use super::{Covariate, CovariateValues, Names, Table};
 
 /// One column: its header, and its cells.
@@ -20,6 +21,7 @@ impl<'t> Column<'t> {
 pub fn table_text(table: &Table) -> String {
     let mut columns = coordinates(table);
     columns.extend(positions(table));
+    columns.extend(orientations(table));
     columns.extend(numbers(table));
     columns.extend(words(table));
     columns.extend(
@@ -90,6 +92,29 @@ fn positions(table: &Table) -> Vec<Column<'_>> {
                 number(radians.unwrap_or(f64::NAN).to_degrees())
             };
             columns.push(Column::new(format!("tilt_{name}_deg"), cell));
+        }
+    }
+    columns
+}
+
+/// Where a board was seen, and orientations, as quaternions.
+fn orientations(table: &Table) -> Vec<Column<'_>> {
+    let mut columns = Vec::new();
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        if let Some(board) = &table.board {
+            let cell = move |row: usize| {
+                number(board.get(row).and_then(|xyz| xyz.get(axis)).copied().unwrap_or(f64::NAN))
+            };
+            columns.push(Column::new(format!("board_{name}_mm"), cell));
+        }
+    }
+    for known in &table.orientations {
+        for (part, name) in ["qw", "qx", "qy", "qz"].into_iter().enumerate() {
+            let cell = move |row: usize| {
+                let turn = known.turns.get(row).copied().flatten();
+                turn.map_or_else(String::new, |turn| number(quaternion(&turn)[part]))
+            };
+            columns.push(Column::new(format!("{}_{name}", known.body.name()), cell));
         }
     }
     columns

@@ -125,8 +125,11 @@ impl Laboratory {
         let state = &fitted.fit.state;
         let mut model = self.model().clone();
         model.base.pose = state.base;
-        for (target, xyz) in model.targets.iter_mut().zip(&state.targets) {
-            *target = Target { xyz: *xyz, ..target.clone() };
+        for (target, (xyz, turn)) in model.targets.iter_mut().zip(state.targets.iter().zip(&state.turns)) {
+            *target = Target { xyz: *xyz, turn: *turn, ..target.clone() };
+        }
+        if let Some(board) = &mut model.board {
+            board.pose = state.board;
         }
         for (surface, shape) in model.surfaces.iter_mut().zip(&state.surfaces) {
             surface.shape.clone_from(shape);

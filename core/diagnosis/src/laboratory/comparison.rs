@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::placements::{Placement, orientation_errors, placements};
 use super::point_errors::{ErrorSummary, Errors, noise_of_a_point, point_squares};
 use super::rows::{RowResidual, Series, arm_in_the_middle, row_residuals, series, unit_of_joint};
 use super::{Laboratory, LaboratoryError, MapNote};
@@ -32,6 +33,15 @@ impl Rms {
         let rms = |summary: ErrorSummary| summary.rms;
         Self { fit: errors.fit.rms, cv: errors.cv.map(rms), check: errors.check.map(rms) }
     }
+}
+
+/// How far measured orientations are off, degrees.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OrientationErrors {
+    /// Over the rows that were fitted.
+    pub fit: ErrorSummary,
+    /// Over the locked rows; nothing if none were locked away.
+    pub check: Option<ErrorSummary>,
 }
 
 /// A fitted effect in shown units.
@@ -105,6 +115,12 @@ pub struct Comparison {
     pub rms_mm: Rms,
     /// The same with mean, 95 % and maximum beside it.
     pub error_mm: Errors,
+    /// How far measured orientations are off, degrees: over the rows that were fitted, and the locked ones; nothing where none was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orientation_error_deg: Option<OrientationErrors>,
+    /// Where bodies, cameras and the board were found; empty of a table without orientations.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub placed: Vec<Placement>,
     /// How much of it could be explained at all; nothing where that was not asked, or the poses are too few.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explainable: Option<Explainable>,
@@ -244,6 +260,8 @@ impl Laboratory {
         let joints = joint_axes(machine);
         let noise_ratio = noise_of_a_point(machine, &fit.rows);
         Ok(Comparison {
+            orientation_error_deg: self.orientation_errors(machine, fit),
+            placed: placements(machine, fit),
             arm: self.model.arm.clone(),
             data: self.table.source.clone(),
             floor_of_a_point_mm: floor.sigma_mm.map(|sigma| sigma * noise_ratio),
@@ -327,6 +345,15 @@ impl Laboratory {
             fit: ErrorSummary::or_zero(errors_in(machine, &fit.residuals, &fit.rows)),
             cv,
             check: errors_in(machine, &residuals, &held),
+        })
+    }
+
+    fn orientation_errors(&self, machine: &ResidualModel<'_>, fit: &Fit) -> Option<OrientationErrors> {
+        let held = self.split.check_rows();
+        let residuals = machine.residuals_apart(&fit.state, &held, &fit.rows);
+        Some(OrientationErrors {
+            fit: orientation_errors(machine, &fit.residuals, &fit.rows)?,
+            check: orientation_errors(machine, &residuals, &held),
         })
     }
 

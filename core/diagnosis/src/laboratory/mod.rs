@@ -5,6 +5,8 @@ mod comparison;
 mod effect_plot;
 mod map_note;
 mod mapping;
+mod orientations;
+mod placements;
 mod plausible;
 mod point_errors;
 mod preview;
@@ -13,11 +15,12 @@ mod rows;
 
 pub(crate) use addition::moved;
 pub use addition::{Addition, without};
-pub use comparison::{Comparison, EffectValue, JointAxis, JointError, Rms};
+pub use comparison::{Comparison, EffectValue, JointAxis, JointError, OrientationErrors, Rms};
 pub use effect_plot::EffectPlot;
 pub use map_note::MapNote;
 pub use mapping::MapStep;
 pub(crate) use mapping::{Mapped, drop_map};
+pub use placements::Placement;
 pub use plausible::ImplausibleError;
 pub use point_errors::{ErrorSummary, Errors};
 pub(crate) use point_errors::{point_squares, points_in};
@@ -37,7 +40,7 @@ use plumb_calibration::effect::{
 use plumb_calibration::file::ModelFileError;
 use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel, estimate_noise};
 use plumb_calibration::measurement::{Observations, ObservationsError, ReadingNoise};
-use plumb_calibration::table::{Table, TableError};
+use plumb_calibration::table::{Body, OrientationColumns, Table, TableError};
 use plumb_estimation::{Cancelled, Progress};
 
 /// How a laboratory works.
@@ -119,6 +122,22 @@ fn sessions(model: &Model, table: &Table, holdout: Holdout) -> Result<Epochs, La
     Ok(Epochs::Sessions(names))
 }
 
+/// Where a camera on the hand sees a board and nothing else is measured, the base has no place but that of the model file: the board is found beside it.
+fn hold_unseen_base(model: &mut Model, table: &Table) {
+    let of_board = |columns: &OrientationColumns| columns.body == Body::Board;
+    let reads_else = !table.positions.is_empty()
+        || !table.orientations.iter().all(of_board)
+        || table.height.is_some()
+        || table.distance.is_some()
+        || table.tilt.is_some()
+        || table.is_of_stripes()
+        || !table.touch.names.is_empty()
+        || !table.on.names.is_empty();
+    if table.sees_a_board() && !reads_else && model.board.as_ref().is_some_and(|board| board.free) {
+        model.base.free = false;
+    }
+}
+
 /// A model and a table.
 #[derive(Debug, Clone)]
 pub struct Laboratory {
@@ -154,13 +173,20 @@ impl Laboratory {
         if model.base.per_session {
             model.epochs = Some(sessions(&model, &table, options.holdout)?);
         }
+        hold_unseen_base(&mut model, &table);
         let observations = Observations::new(&model, &table)?;
         for odd in plausible::check(&model, &table)? {
             if !table.warnings.contains(&odd) {
                 table.warnings.push(odd);
             }
         }
-        ResidualModel::new(&model, &table, &observations, &[])?.check_formulas()?;
+        let machine = ResidualModel::new(&model, &table, &observations, &[])?;
+        machine.check_formulas()?;
+        for odd in orientations::check(&machine)? {
+            if !table.warnings.contains(&odd) {
+                table.warnings.push(odd);
+            }
+        }
         let split = Split::new(&table, options.holdout)?;
         let passport = Passport::of(&model, &table);
         let mut laboratory = Self { model, table, observations, passport, split, options };

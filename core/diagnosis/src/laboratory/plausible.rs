@@ -40,6 +40,23 @@ pub enum ImplausibleError {
         /// As what they would fit.
         as_what: &'static str,
     },
+    /// Orientations written by another convention.
+    #[error(
+        "{table}: the orientations of {body} cannot be meant as they stand: {off}. Read {what}, they fit this arm to \
+         {left_deg:.1} deg"
+    )]
+    Orientation {
+        /// The table.
+        table: String,
+        /// Whose.
+        body: String,
+        /// What is left of them as they stand, in words.
+        off: String,
+        /// How they would fit, and what to change.
+        what: String,
+        /// Root mean square angle that is left if they are read so.
+        left_deg: f64,
+    },
     /// An arm that cannot move its point.
     #[error(
         "the arm {arm} cannot move p1: in all {rows} rows the model puts it at the same place; check lengths (`a_mm`, `d_mm`), twists and the target's `xyz_mm`"

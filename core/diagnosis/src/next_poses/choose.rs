@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::design::{Design, Designer, Sensing, Wish};
 use super::pictures::falls_on_its_surfaces;
 use super::rivals::Rival;
+use super::view::View;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::project::{self, Surface};
 use crate::thresholds::{DESIGN_ROUNDS, PLENTY, POSES_TRIED, SETTLES};
@@ -71,6 +72,8 @@ pub(super) struct Chooser<'a> {
     pub(super) sensing: Sensing,
     /// Where the arm's own sensor triggered, if it is all that measures.
     surface: Option<Surface>,
+    /// What a camera on the hand can see of a board, if it is what measures.
+    view: Option<View>,
     /// Whether each rival is to be told from the first alone: the others are what the rows do not show, and need no telling apart.
     from_first: bool,
 }
@@ -90,7 +93,8 @@ impl<'a> Chooser<'a> {
                 && asked.any(|effect| effect::kind(&effect.id.name).is_some_and(Kind::changes_gradually)),
             both_directions: false,
         };
-        Ok(Self { designer, rivals, noise, sensing: Sensing::AsBefore, surface, from_first: false })
+        let view = View::of(lab);
+        Ok(Self { designer, rivals, noise, sensing: Sensing::AsBefore, surface, view, from_first: false })
     }
 
     /// Asks for poses that tell each rival from the first; from one another they need not.
@@ -212,7 +216,8 @@ impl<'a> Chooser<'a> {
                 *allowed &=
                     !table.is_of_stripes() || falls_on_its_surfaces(&observations, row, &block.residuals);
                 all.push((-DVector::from_vec(block.residuals), block.jacobian.transpose()));
-                *allowed &= machine.stays_clear(&state, row, wish.keep_out);
+                *allowed &= machine.stays_clear(&state, row, wish.keep_out)
+                    && self.view.is_none_or(|view| view.sees(&machine, &state, row));
             }
             rivals.push(all);
         }

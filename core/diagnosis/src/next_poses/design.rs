@@ -6,7 +6,7 @@ use super::pictures;
 use crate::joint_range::{JointRange, joint_range};
 use crate::laboratory::Laboratory;
 use crate::thresholds::CLEAR_OF_LIMITS;
-use plumb_calibration::table::{Names, PositionColumns, Table};
+use plumb_calibration::table::{Names, OrientationColumns, PositionColumns, Table};
 use plumb_estimation::Random;
 
 /// What poses are asked for.
@@ -107,9 +107,9 @@ impl Designer<'_> {
         design
     }
 
-    /// Whether a light stripe is what measures.
+    /// Whether a light stripe, or a camera on the hand, is what measures: it sees something from near the poses it was seen from.
     fn takes_pictures(&self) -> bool {
-        self.lab.table().is_of_stripes()
+        self.lab.table().is_of_stripes() || self.lab.table().sees_a_board()
     }
 
     /// Whether a joint may be asked to arrive from either side.
@@ -137,6 +137,7 @@ impl Designer<'_> {
             table.q.extend(&design.q);
             table.lines.push(index as u32 + 1);
             table.positions.iter_mut().for_each(|columns| columns.xyz.push([0.0; 3]));
+            table.board.iter_mut().for_each(|column| column.push([0.0; 3]));
             table.height.iter_mut().for_each(|column| column.push(0.0));
             table.distance.iter_mut().for_each(|column| column.push(0.0));
             table.tilt.iter_mut().for_each(|column| column.push([0.0; 2]));
@@ -146,7 +147,7 @@ impl Designer<'_> {
             table.approach.iter_mut().for_each(|column| column.extend(&design.approach));
             table.note(surface.as_deref(), point.as_deref());
         }
-        if self.takes_pictures() && sensing == Sensing::AsBefore {
+        if known.is_of_stripes() && sensing == Sensing::AsBefore {
             table.stretches = pictures::stretches(self.lab, &table);
         }
         if let (Some(level), true) = (known.level.names.first(), table.tilt.is_some()) {
@@ -161,6 +162,9 @@ impl Designer<'_> {
         let mut table = Table { source: known.source.clone(), joints: known.joints, ..Table::default() };
         table.touch.names.clone_from(&known.touch.names);
         table.positions = known.positions.iter().map(|columns| columns.empty()).collect();
+        table.orientations = known.orientations.iter().map(OrientationColumns::empty).collect();
+        table.orientations.iter_mut().for_each(|columns| columns.to_come = true);
+        table.board = known.board.as_ref().map(|_| Vec::new());
         let first = self.lab.model().targets.first().map(|target| target.name.clone());
         let other_sensing = sensing != Sensing::AsBefore || !known.touch.names.is_empty();
         if table.positions.is_empty()

@@ -1,4 +1,4 @@
-//! Poses for a light stripe: beside pictures that were taken, where the stripe falls on the same surfaces again.
+//! Poses for a light stripe or a camera on the hand: beside pictures that were taken, where the stripe falls on the same surfaces or the board is seen again.
 
 use plumb_calibration::measurement::Observations;
 use plumb_calibration::table::{Stretch, Table};
@@ -9,14 +9,19 @@ use crate::laboratory::Laboratory;
 /// By how much a joint differs from that of a picture which was taken, at first, rad: the hand then moves by some centimetres.
 const BESIDE: f64 = 0.05;
 
-/// How far from its surface a stripe may seem to fall (where the pixels of the nearest picture are taken for those to come), mm: it is then on it, some pixels aside.
+/// The same where a camera sees a board, which fills less of its picture.
+const BESIDE_A_BOARD: f64 = 0.25;
+
+/// How far from its surface a stripe may seem to fall (where the pixels of the nearest picture are taken for those to come), mm: it is then on it, some
+/// pixels aside.
 const FALLS_WITHIN: f64 = 25.0;
 
 /// The joints of a picture that was taken, each a little different.
 pub(super) fn beside_a_picture(lab: &Laboratory, rng: &mut Random) -> Option<Vec<f64>> {
     let rows = lab.measured_rows();
     let row = *rows.get(rng.below(rows.len().max(1)))?;
-    Some(lab.table().q_of(row).iter().map(|q| q + BESIDE * rng.normal()).collect())
+    let beside = if lab.table().is_of_stripes() { BESIDE } else { BESIDE_A_BOARD };
+    Some(lab.table().q_of(row).iter().map(|q| q + beside * rng.normal()).collect())
 }
 
 /// The stretches that pictures from these poses would show: those of the nearest picture that was taken.

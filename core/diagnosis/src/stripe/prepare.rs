@@ -17,7 +17,7 @@ pub(super) fn prepared(model: &Model, rig: &StripeRig, surfaces: &[(String, Surf
     model.base = Base { pose: IsometryMatrix3::identity(), free: false, per_session: false };
     model.measured_from = MeasuredFrom::World;
     // The point the rig looks at: what the arm carries there is its tip.
-    model.targets = vec![Target { name: "p1".to_owned(), xyz: rig.working_point(), free: false }];
+    model.targets = vec![Target::point("p1", rig.working_point(), false)];
     model.surfaces = surfaces.iter().flat_map(|(name, surface)| surface.parts(name)).collect();
     model.free = free(&model);
     model.effects.clear();

@@ -7,7 +7,9 @@ use plumb_diagnosis::laboratory::Comparison;
 use plumb_diagnosis::plot;
 
 use super::arguments::{CompareArguments, PlotFormat};
-use super::text::{effects_table, error_lines, explainable_line, floor_line, noise_lines};
+use super::text::{
+    effects_table, error_lines, explainable_line, floor_line, noise_lines, orientation_lines, placement_lines,
+};
 use crate::progress::watched;
 
 /// Fits, compares, prints.
@@ -36,9 +38,11 @@ fn tell(comparison: &Comparison) -> String {
         comparison.fit_rows, comparison.check_rows, comparison.parameters
     ));
     text.push_str(&error_lines(&comparison.error_mm));
+    text.push_str(&orientation_lines(comparison.orientation_error_deg.as_ref()));
     text.push_str(&floor_line(&comparison.floor));
     text.push_str(&explainable_line(comparison.explainable.as_ref()));
     text.push_str(&noise_lines(&comparison.noise));
+    text.push_str(&placement_lines(&comparison.placed));
     text.push_str(&effects_table(&comparison.effects));
     if let Some(map) = &comparison.residual_map {
         text.push_str(&format!("{}\n", map.sentence()));

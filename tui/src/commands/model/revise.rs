@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::arguments::{AcceptArguments, ChangeArguments, GrowArguments, Opened, PairArguments};
 use super::diagnose;
-use super::text::{effects_table, floor_line, rms_line};
+use super::text::{effects_table, floor_line, placement_lines, rms_line};
 use crate::progress::watched;
 
 /// What a change says in JSON.
@@ -25,6 +25,8 @@ struct Changed<'a> {
     rms_mm: plumb_diagnosis::laboratory::Rms,
     floor: &'a plumb_diagnosis::noise_floor::Floor,
     moved: &'a [String],
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    placed: &'a [plumb_diagnosis::laboratory::Placement],
     sentence: String,
 }
 
@@ -87,10 +89,12 @@ fn change(
             rms_mm: addition.rms_mm,
             floor: &addition.comparison.floor,
             moved: &addition.moved,
+            placed: &addition.comparison.placed,
             sentence,
         })?);
     }
-    let mut text = effects_table(&addition.added);
+    let mut text = placement_lines(&addition.comparison.placed);
+    text.push_str(&effects_table(&addition.added));
     text.push_str(&format!("before  {}", rms_line(&addition.before)));
     text.push_str(&format!("now     {}", rms_line(&addition.rms_mm)));
     text.push_str(&floor_line(&addition.comparison.floor));

@@ -1,7 +1,7 @@
 //! Parts that several reports share.
 
 use plumb_calibration::measurement::{NoiseSource, ReadingNoise};
-use plumb_diagnosis::laboratory::{EffectValue, ErrorSummary, Errors, Rms};
+use plumb_diagnosis::laboratory::{EffectValue, ErrorSummary, Errors, OrientationErrors, Placement, Rms};
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
 use plumb_diagnosis::{Claim, Explainable, is_determined};
 
@@ -33,6 +33,51 @@ pub(crate) fn error_lines(errors: &Errors) -> String {
         ));
     }
     text
+}
+
+/// How far measured orientations are off, a line each for fitted and held-out rows; empty where none was measured.
+pub(super) fn orientation_lines(errors: Option<&OrientationErrors>) -> String {
+    let Some(errors) = errors else { return String::new() };
+    let mut text = "error of an orientation, deg\n".to_owned();
+    for (name, summary) in [("fit", Some(errors.fit)), ("held out", errors.check)] {
+        let Some(ErrorSummary { points, rms, mean, percentile_95, max }) = summary else { continue };
+        text.push_str(&format!(
+            "  {name:<26}{rms:>10.4}{mean:>10.4}{percentile_95:>10.4}{max:>10.4}{points:>9}\n"
+        ));
+    }
+    text
+}
+
+/// Where bodies, cameras and the board were found, two lines each.
+pub(super) fn placement_lines(placed: &[Placement]) -> String {
+    let sure = |error: &Option<f64>| error.map_or_else(String::new, |error| format!(" +- {}", figure(error)));
+    let numbers = |names: [&str; 3], values: &[f64; 3], errors: &[Option<f64>; 3]| {
+        let each = names.iter().zip(values).zip(errors);
+        let each: Vec<String> =
+            each.map(|((name, value), error)| format!("{name} {value:.3}{}", sure(error))).collect();
+        each.join(", ")
+    };
+    let lines = |one: &Placement| {
+        let frame = if one.frame == "flange" { "on the flange" } else { "in the frame of the measurements" };
+        let label = format!("{} {frame}: ", one.name);
+        // How sure a turn is is told about the axes of the frame, which roll, pitch and yaw are not.
+        let turn = ["roll", "pitch", "yaw"].iter().zip(one.rpy_deg);
+        let turn: Vec<String> = turn.map(|(name, value)| format!("{name} {value:.4}")).collect();
+        let about: Vec<String> =
+            one.se_deg.iter().map(|error| error.map_or("-".to_owned(), figure)).collect();
+        let about = match one.se_deg.iter().any(Option::is_some) {
+            true => format!(" +- {} about its x, y, z", about.join(", ")),
+            false => String::new(),
+        };
+        format!(
+            "  {label}{} mm\n  {:width$}{} deg{about}\n",
+            numbers(["x", "y", "z"], &one.xyz_mm, &one.se_mm),
+            "",
+            turn.join(", "),
+            width = label.len()
+        )
+    };
+    placed.iter().map(lines).collect()
 }
 
 /// How much of what is left could be explained at all, and how much where whole regions are left out; empty where that was not asked.

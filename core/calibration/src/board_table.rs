@@ -1,0 +1,245 @@
+//! Corners of a board in pictures, pixel by pixel, as the columns `board_*` of a measurement table.
+
+use std::collections::BTreeMap;
+
+use csv::{Reader, ReaderBuilder, StringRecord};
+use thiserror::Error;
+
+use crate::board_picture::{BoardCorners, BoardPictureError, BoardPose, CameraNumbers, Corner};
+
+/// Why a table of corners and a table of poses do not make one.
+#[derive(Debug, Error)]
+pub enum BoardTableError {
+    /// A file is no table with commas.
+    #[error("{file}: {reason}")]
+    Malformed {
+        /// The file.
+        file: String,
+        /// What the reader said.
+        reason: String,
+    },
+    /// A column is missing.
+    #[error("{file}: there is no column `{column}`; {needed}")]
+    NoColumn {
+        /// The file.
+        file: String,
+        /// The column.
+        column: &'static str,
+        /// What the table has to have.
+        needed: &'static str,
+    },
+    /// A cell that is no number.
+    #[error("{file}: line {line}, column `{column}`: `{cell}` is not {what}")]
+    Cell {
+        /// The file.
+        file: String,
+        /// Its line.
+        line: u64,
+        /// The column.
+        column: &'static str,
+        /// What stands there.
+        cell: String,
+        /// What belongs there.
+        what: &'static str,
+    },
+    /// A picture that gives no pose.
+    #[error("{file}: picture `{picture}`: {source}")]
+    Picture {
+        /// The file of the corners.
+        file: String,
+        /// Which picture.
+        picture: String,
+        /// Why.
+        source: BoardPictureError,
+    },
+    /// A picture without joints.
+    #[error(
+        "{file}: picture `{picture}` has corners and no pose: the table of poses has no row with it in its column `picture`"
+    )]
+    NoPose {
+        /// The file of the corners.
+        file: String,
+        /// Which picture.
+        picture: String,
+    },
+}
+
+/// A file's name, for messages, and its text.
+#[derive(Debug, Clone, Copy)]
+pub struct NamedText<'t> {
+    /// The name.
+    pub name: &'t str,
+    /// The text.
+    pub text: &'t str,
+}
+
+const OF_CORNERS: &str = "a table of corners has the columns picture, corner, u_px, v_px";
+const OF_POSES: &str = "it says which picture was taken in each row, by its name in the table of corners";
+
+impl<'t> NamedText<'t> {
+    fn reader(&self) -> Reader<&'t [u8]> {
+        ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(self.text.as_bytes())
+    }
+
+    fn malformed(&self, error: &csv::Error) -> BoardTableError {
+        BoardTableError::Malformed { file: self.name.to_owned(), reason: error.to_string() }
+    }
+
+    fn rows(&self) -> Result<(StringRecord, Vec<StringRecord>), BoardTableError> {
+        let mut reader = self.reader();
+        let header = reader.headers().map_err(|error| self.malformed(&error))?.clone();
+        let rows = reader.records().collect::<Result<Vec<_>, _>>().map_err(|error| self.malformed(&error))?;
+        Ok((header, rows))
+    }
+
+    fn column(
+        &self,
+        header: &StringRecord,
+        column: &'static str,
+        needed: &'static str,
+    ) -> Result<usize, BoardTableError> {
+        header.iter().position(|name| name == column).ok_or_else(|| BoardTableError::NoColumn {
+            file: self.name.to_owned(),
+            column,
+            needed,
+        })
+    }
+
+    /// Corners by picture.
+    fn corners(&self) -> Result<BTreeMap<String, Vec<Corner>>, BoardTableError> {
+        let (header, rows) = self.rows()?;
+        let place = |column| self.column(&header, column, OF_CORNERS);
+        let (picture, number, u, v) = (place("picture")?, place("corner")?, place("u_px")?, place("v_px")?);
+        let mut pictures: BTreeMap<String, Vec<Corner>> = BTreeMap::new();
+        for row in &rows {
+            let wrong = |column: &'static str, place: usize, what: &'static str| BoardTableError::Cell {
+                file: self.name.to_owned(),
+                line: row.position().map_or(0, csv::Position::line),
+                column,
+                cell: row.get(place).unwrap_or("").to_owned(),
+                what,
+            };
+            let pixel = |column: &'static str, place: usize| {
+                let value = row.get(place).and_then(|cell| cell.parse::<f64>().ok());
+                value
+                    .filter(|value| value.is_finite())
+                    .ok_or_else(|| wrong(column, place, "a number of pixels"))
+            };
+            let number = row
+                .get(number)
+                .and_then(|cell| cell.parse::<usize>().ok())
+                .ok_or_else(|| wrong("corner", number, "the number of a corner, 0 or more"))?;
+            let corner = Corner { number, at: [pixel("u_px", u)?, pixel("v_px", v)?] };
+            pictures.entry(row.get(picture).unwrap_or("").to_owned()).or_default().push(corner);
+        }
+        Ok(pictures)
+    }
+}
+
+/// The table of poses with the board's pose in each picture: position, rotation vector, and how far the corners are off. Rows whose picture has no corners
+/// are left empty there.
+///
+/// # Errors
+/// [`BoardTableError`]
+pub fn with_boards(
+    poses: NamedText<'_>,
+    corners: NamedText<'_>,
+    board: &BoardCorners,
+    camera: &CameraNumbers,
+) -> Result<String, BoardTableError> {
+    let pictures = corners.corners()?;
+    let mut found: BTreeMap<&str, BoardPose> = BTreeMap::new();
+    for (picture, seen) in &pictures {
+        let failed = |source| {
+            let (file, picture) = (corners.name.to_owned(), picture.clone());
+            BoardTableError::Picture { file, picture, source }
+        };
+        found.insert(picture, board.pose(camera, seen).map_err(failed)?);
+    }
+    let (header, rows) = poses.rows()?;
+    let place = poses.column(&header, "picture", OF_POSES)?;
+    let taken = |picture: &&String| rows.iter().any(|row| row.get(place) == Some(picture.as_str()));
+    if let Some(lost) = pictures.keys().find(|picture| !taken(picture)) {
+        return Err(BoardTableError::NoPose { file: corners.name.to_owned(), picture: lost.clone() });
+    }
+    let cells = |record: &StringRecord| record.iter().map(quoted).collect::<Vec<_>>().join(",");
+    let mut text = format!(
+        "{},board_x_mm,board_y_mm,board_z_mm,board_rx_rad,board_ry_rad,board_rz_rad,corners_off_px\n",
+        cells(&header)
+    );
+    for row in &rows {
+        let pose = row.get(place).and_then(|picture| found.get(picture));
+        text.push_str(&format!("{},{}\n", cells(row), pose.map_or_else(|| ",".repeat(6), pose_cells)));
+    }
+    Ok(text)
+}
+
+fn pose_cells(pose: &BoardPose) -> String {
+    let place = pose.camera_from_board.translation.vector;
+    let turn = pose.camera_from_board.rotation.scaled_axis();
+    let numbers: Vec<String> = place.iter().chain(turn.iter()).map(|number| format!("{number:.9}")).collect();
+    format!("{},{:.4}", numbers.join(","), pose.off_px)
+}
+
+fn quoted(cell: &str) -> String {
+    if cell.contains([',', '"', '\n']) {
+        format!("\"{}\"", cell.replace('"', "\"\""))
+    } else {
+        cell.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::Table;
+
+    const BOARD: BoardCorners = BoardCorners { columns: 3, rows: 3, square_mm: 20.0 };
+    const CAMERA: CameraNumbers =
+        CameraNumbers { focal_px: [800.0, 800.0], principal_px: [320.0, 240.0], distortion: [0.0; 5] };
+
+    /// A board square before the camera, 400 mm off: a square is 40 px.
+    fn corners(picture: &str) -> String {
+        (0..9).map(|n| format!("{picture},{n},{},{}\n", 320 + 40 * (n % 3), 240 + 40 * (n / 3))).collect()
+    }
+
+    fn made(poses: &str, corners: &str) -> Result<String, BoardTableError> {
+        let [poses, corners] =
+            [("poses.csv", poses), ("corners.csv", corners)].map(|(name, text)| NamedText { name, text });
+        with_boards(poses, corners, &BOARD, &CAMERA)
+    }
+
+    #[test]
+    fn corners_become_columns_that_the_lab_reads() {
+        let text = format!("picture,corner,u_px,v_px\n{}", corners("a.png"));
+        let made = made("q1_deg,picture\n10,a.png\n20,b.png\n", &text).unwrap();
+        let table = Table::parse("made.csv", &made).unwrap();
+        let board = table.board.as_ref().unwrap();
+        assert!(board[0][0].abs() < 1e-6 && (board[0][2] - 400.0).abs() < 1e-6, "{made}");
+        assert!(board[1][0].is_nan() && table.orientations[0].turns[1].is_none(), "no corners, no pose");
+    }
+
+    #[test]
+    fn what_does_not_go_together_is_told_with_file_line_and_picture() {
+        let text = format!("picture,corner,u_px,v_px\n{}", corners("a.png"));
+        for (poses, corners, part) in [
+            ("q1_deg\n10\n", text.as_str(), "poses.csv: there is no column `picture`"),
+            ("q1_deg,picture\n10,b.png\n", text.as_str(), "picture `a.png` has corners and no pose"),
+            ("q1_deg,picture\n10,a\n", "picture,corner,u_px\na,0,3\n", "there is no column `v_px`"),
+            (
+                "q1_deg,picture\n10,a\n",
+                "picture,corner,u_px,v_px\na,0,3,left\n",
+                "line 2, column `v_px`: `left`",
+            ),
+            (
+                "q1_deg,picture\n10,a\n",
+                "picture,corner,u_px,v_px\na,x,3,4\n",
+                "`x` is not the number of a corner",
+            ),
+            ("q1_deg,picture\n10,a\n", "picture,corner,u_px,v_px\na,0,3,4\n", "picture `a`: 1 corners"),
+        ] {
+            let said = made(poses, corners).unwrap_err().to_string();
+            assert!(said.contains(part), "{part}: {said}");
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! A first guess of how bodies and cameras sit on the flange, how the base is turned and where the board is, where whole poses were measured.
+
+use nalgebra::{IsometryMatrix3, Translation3, Vector3};
+
+use super::hand_eye::{SeenPose, base_rotation, body_rotation, places, rigid_of, two_rotations};
+use super::residual_model::ResidualModel;
+use super::scratch::Scratch;
+use super::state::State;
+use crate::table::Body;
+
+/// Whose poses were measured: a target's by an instrument, or a board's by a camera on the hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SeenBody {
+    /// A target, by its place in the model.
+    Target(usize),
+    /// The board: the poses are then those of the camera as the board sees it.
+    Board,
+}
+
+impl SeenBody {
+    /// The target that the flange carries.
+    pub fn target(self, machine: &ResidualModel<'_>) -> usize {
+        match self {
+            Self::Target(target) => target,
+            Self::Board => machine.model.board.as_ref().map_or(0, |board| board.camera),
+        }
+    }
+}
+
+impl ResidualModel<'_> {
+    /// Whose poses the table holds.
+    pub fn seen_bodies(&self) -> Vec<SeenBody> {
+        let seen = |body: Body| match body {
+            Body::Board => self.model.board.as_ref().map(|_| SeenBody::Board),
+            Body::Target(_) => self.model.target_position(&body.name()).map(SeenBody::Target),
+        };
+        self.table.orientations.iter().filter_map(|columns| seen(columns.body)).collect()
+    }
+
+    /// The poses of a body in some rows, with the flange as the machine at `state` has it.
+    pub fn seen_poses(&self, state: &State, rows: &[usize], body: SeenBody) -> Vec<SeenPose> {
+        let mut scratch = Scratch::default();
+        let pose = |row: &usize| {
+            let seen = self.seen_in(*row, body)?;
+            Some(SeenPose { flange: self.flange(state, *row, &mut scratch), seen })
+        };
+        rows.iter().filter_map(pose).collect()
+    }
+
+    fn seen_in(&self, row: usize, body: SeenBody) -> Option<IsometryMatrix3<f64>> {
+        let unknown = Vector3::repeat(f64::NAN);
+        match body {
+            SeenBody::Target(target) => {
+                let name = self.model.targets.get(target).map(|target| target.name.as_str())?;
+                let turn = self.table.orientations_of(name)?.turns.get(row).copied().flatten()?;
+                let columns = self.table.positions.iter().find(|columns| columns.target == name);
+                let place = columns.and_then(|columns| columns.xyz.get(row)).copied().map(Vector3::from);
+                Some(rigid_of(turn, place.unwrap_or(unknown)))
+            }
+            SeenBody::Board => {
+                let turn = self.table.turn_of(Body::Board, row)?;
+                let place = self.table.board.as_ref().and_then(|board| board.get(row)).copied();
+                Some(rigid_of(turn, place.map_or(unknown, Vector3::from)).inverse())
+            }
+        }
+    }
+}
+
+/// The pose of the base as whoever sees a body has it: of a board, its own.
+fn base_seen(state: &State, body: SeenBody) -> IsometryMatrix3<f64> {
+    match body {
+        SeenBody::Target(_) => state.base,
+        SeenBody::Board => state.board.inverse() * state.base,
+    }
+}
+
+/// A state in which the base is seen so: the base moves, or the board does, whichever may.
+fn with_base_seen(
+    machine: &ResidualModel<'_>,
+    state: &State,
+    body: SeenBody,
+    seen: IsometryMatrix3<f64>,
+) -> State {
+    let mut next = state.clone();
+    match body {
+        SeenBody::Target(_) => next.base = seen,
+        SeenBody::Board if machine.model.board.as_ref().is_some_and(|board| board.free) => {
+            next.board = state.base * seen.inverse();
+        }
+        SeenBody::Board => next.base = state.board * seen,
+    }
+    next
+}
+
+/// The guesses from one body's poses: with the base as it is, with the body as it is, and with neither known.
+fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: SeenBody) -> Vec<State> {
+    let index = body.target(machine);
+    let Some(target) = machine.model.targets.get(index) else { return Vec::new() };
+    let poses = machine.seen_poses(state, rows, body);
+    let board_is_free = machine.model.board.as_ref().is_some_and(|board| board.free);
+    let base_free = machine.model.base.free || (body == SeenBody::Board && board_is_free);
+    let known_base = base_seen(state, body);
+    let known_turn = state.turns.get(index).copied().unwrap_or(target.turn);
+    let known_place = state.targets.get(index).copied().unwrap_or(target.xyz);
+    let mut rotations = Vec::new();
+    if target.turn_free {
+        rotations.extend(body_rotation(&poses, &known_base.rotation).map(|turn| (known_base.rotation, turn)));
+    }
+    if base_free {
+        rotations.extend(base_rotation(&poses, &known_turn).map(|base| (base, known_turn)));
+    }
+    if base_free && target.turn_free {
+        rotations.extend(two_rotations(&poses).map(|found| (found.base, found.body)));
+    }
+    let guess = |(base, turn)| {
+        let start = (known_base.translation.vector, known_place);
+        let (origin, place) = places(&poses, &base, start, (base_free, target.free));
+        let seen = IsometryMatrix3::from_parts(Translation3::from(origin), base);
+        let mut next = match base_free {
+            true => with_base_seen(machine, state, body, seen),
+            false => state.clone(),
+        };
+        if let Some(entry) = next.turns.get_mut(index) {
+            *entry = turn;
+        }
+        if let Some(entry) = next.targets.get_mut(index) {
+            *entry = place;
+        }
+        next
+    };
+    rotations.into_iter().map(guess).collect()
+}
+
+/// Places bodies, cameras, the board and, where only they say where it is, the base; what fits no better stays as it is.
+pub(super) fn place_bodies(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize]) {
+    let ones = vec![1.0; machine.observations.rows()];
+    for body in machine.seen_bodies() {
+        let mut least = machine.squares(state, rows, &ones);
+        for guess in guesses(machine, state, rows, body).into_iter().filter(State::is_finite) {
+            let left = machine.squares(&guess, rows, &ones);
+            if left < least {
+                (*state, least) = (guess, left);
+            }
+        }
+    }
+}

@@ -1,0 +1,359 @@
+//! Before anything is fitted: can measured orientations be those of this arm as they stand? Wherever base and body sit, the right convention fits the
+//! nominal arm up to its errors and a wrong one does not, so that quaternions with `w` last, inverted or left-handed orientations and degrees for radians
+//! are known by what would fit.
+
+use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use plumb_calibration::arm_model::Model;
+use plumb_calibration::fit::hand_eye::{
+    SeenPose, TwoRotations, base_rotation, body_rotation, places, rotations_left, turning, two_rotations,
+};
+use plumb_calibration::fit::{ResidualModel, SeenBody, State};
+use plumb_calibration::table::{Body, OrientationForm, Table};
+
+use super::plausible::ImplausibleError;
+
+/// Rows looked at, spread over the table.
+const LOOKED_AT: usize = 200;
+
+/// Rows fewer than these say nothing of a convention: two rotations are fitted to them.
+const FEWEST: usize = 6;
+
+/// Root mean square angle (rad) from which orientations do not go with the nominal arm: no arm that still works is 10 degrees off.
+const FOREIGN: f64 = 0.175;
+
+/// Share of the places' spread that base and body may leave of them, from which orientations do not go with the places: a quaternion with `w` last is that
+/// of an inverted orientation in other axes, and only where the places say how the base is turned are the two told apart.
+const FOREIGN_PLACES: f64 = 0.1;
+
+/// What another convention may leave, in units of what is foreign, and as a share of what is left as it stands.
+const AGREES: f64 = 0.5;
+const MUCH_BETTER: f64 = 0.25;
+
+/// Factor within which two conventions fit alike.
+const ALIKE: f64 = 1.5;
+
+/// Root mean square turn (rad) across the axis of most turning, below which a hand turned about one axis only: 5 degrees.
+const ONE_AXIS: f64 = 0.087;
+
+/// Another way to read an orientation.
+struct Reading {
+    /// What the numbers would be, and what to do.
+    what: &'static str,
+    read: fn(&Rotation3<f64>) -> Rotation3<f64>,
+    form: Option<OrientationForm>,
+}
+
+fn w_last(turn: &Rotation3<f64>) -> Rotation3<f64> {
+    let written = UnitQuaternion::from_rotation_matrix(turn);
+    let meant = Quaternion::new(written.k, written.w, written.i, written.j);
+    UnitQuaternion::from_quaternion(meant).to_rotation_matrix()
+}
+
+fn inverted(turn: &Rotation3<f64>) -> Rotation3<f64> {
+    turn.inverse()
+}
+
+/// Seen in a mirror: axes of the left hand.
+fn mirrored(turn: &Rotation3<f64>) -> Rotation3<f64> {
+    let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0));
+    Rotation3::from_matrix_unchecked(mirror * turn.matrix() * mirror)
+}
+
+fn scaled(turn: &Rotation3<f64>, factor: f64) -> Rotation3<f64> {
+    Rotation3::new(UnitQuaternion::from_rotation_matrix(turn).scaled_axis() * factor)
+}
+
+const QUATERNION: Option<OrientationForm> = Some(OrientationForm::Quaternion);
+const VECTOR: Option<OrientationForm> = Some(OrientationForm::RotationVector);
+
+/// The ways to read an orientation that people and programs differ in.
+const READINGS: [Reading; 9] = [
+    Reading {
+        what: "with w last, in the order x, y, z, w (change the names of the columns)",
+        read: w_last,
+        form: QUATERNION,
+    },
+    Reading {
+        what: "inverted, as the turn from the axes of whoever measured to the body's (change the sign of its last three numbers)",
+        read: inverted,
+        form: QUATERNION,
+    },
+    Reading {
+        what: "inverted, as the turn from the axes of whoever measured to the body's (change the sign of its three numbers)",
+        read: inverted,
+        form: VECTOR,
+    },
+    Reading {
+        what: "as those of left-handed axes (turn them into right-handed ones: change the sign of two of x, y and z, and of one coordinate of the positions)",
+        read: mirrored,
+        form: None,
+    },
+    Reading {
+        what: "with w last, in the order x, y, z, w, and inverted (change the names of the columns, and the sign of x, y and z)",
+        read: |turn| inverted(&w_last(turn)),
+        form: QUATERNION,
+    },
+    Reading {
+        what: "with w last, in the order x, y, z, w, of left-handed axes (change the names of the columns, and the sign of two of x, y and z)",
+        read: |turn| mirrored(&w_last(turn)),
+        form: QUATERNION,
+    },
+    Reading {
+        what: "inverted and of left-handed axes (change the sign of one of x, y and z)",
+        read: |turn| mirrored(&inverted(turn)),
+        form: None,
+    },
+    Reading {
+        what: "as radians (the columns then end in _rad)",
+        read: |turn| scaled(turn, 180.0 / std::f64::consts::PI),
+        form: VECTOR,
+    },
+    Reading {
+        what: "as degrees (the columns then end in _deg)",
+        read: |turn| scaled(turn, std::f64::consts::PI / 180.0),
+        form: VECTOR,
+    },
+];
+
+/// By how much poses miss the base and the body that fit best.
+#[derive(Debug, Clone, Copy)]
+struct Left {
+    /// Root mean square angle, rad.
+    angle: f64,
+    /// What is left of the places, as a share of their spread; 0 where none was measured.
+    places: f64,
+}
+
+impl Left {
+    /// Nothing where the poses cannot tell base and body.
+    fn of(poses: &[SeenPose]) -> Option<Self> {
+        let found = two_rotations(poses)?;
+        Some(Self { angle: rotations_left(poses, &found), places: places_left(poses, &found) })
+    }
+
+    /// The worse of both, 1 where it is foreign.
+    fn size(self) -> f64 {
+        (self.angle / FOREIGN).max(self.places / FOREIGN_PLACES)
+    }
+}
+
+/// What base and body leave of the places, as a share of their spread.
+fn places_left(poses: &[SeenPose], found: &TwoRotations) -> f64 {
+    let none = (Vector3::zeros(), Vector3::zeros());
+    let (origin, body) = places(poses, &found.base, none, (true, true));
+    let seen = |pose: &SeenPose| pose.seen.translation.vector;
+    let whole: Vec<&SeenPose> =
+        poses.iter().filter(|pose| seen(pose).iter().all(|part| part.is_finite())).collect();
+    let middle = whole.iter().map(|pose| seen(pose)).sum::<Vector3<f64>>() / whole.len().max(1) as f64;
+    let (mut off, mut spread) = (0.0, 0.0);
+    for pose in &whole {
+        let believed = found.base * (pose.flange.rotation * body + pose.flange.translation.vector) + origin;
+        off += (seen(pose) - believed).norm_squared();
+        spread += (seen(pose) - middle).norm_squared();
+    }
+    if spread > 0.0 { (off / spread).sqrt() } else { 0.0 }
+}
+
+/// The poses with every measured orientation read another way. Those of a camera are the inverse of what was measured of the board.
+fn read_as(poses: &[SeenPose], body: SeenBody, read: fn(&Rotation3<f64>) -> Rotation3<f64>) -> Vec<SeenPose> {
+    let other = |pose: &SeenPose| {
+        let of_board = body == SeenBody::Board;
+        let mut measured = if of_board { pose.seen.inverse() } else { pose.seen };
+        measured.rotation = read(&measured.rotation);
+        SeenPose { seen: if of_board { measured.inverse() } else { measured }, ..*pose }
+    };
+    poses.iter().map(other).collect()
+}
+
+fn name_of(model: &Model, body: SeenBody) -> String {
+    match body {
+        SeenBody::Board => "the board".to_owned(),
+        SeenBody::Target(target) => {
+            model.targets.get(target).map_or_else(|| "?".to_owned(), |target| target.name.clone())
+        }
+    }
+}
+
+fn form_of(model: &Model, table: &Table, body: SeenBody) -> Option<OrientationForm> {
+    let columns = match body {
+        SeenBody::Board => table.orientations_as(Body::Board),
+        SeenBody::Target(target) => {
+            model.targets.get(target).and_then(|target| table.orientations_of(&target.name))
+        }
+    };
+    columns.map(|columns| columns.form)
+}
+
+/// Looks at all orientations of a table.
+///
+/// # Errors
+/// Orientations in a convention that can be told.
+pub(super) fn check(machine: &ResidualModel<'_>) -> Result<Vec<String>, ImplausibleError> {
+    let (model, table) = (machine.model, machine.table);
+    let state = machine.start();
+    let rows: Vec<usize> = (0..table.len()).step_by(table.len().div_ceil(LOOKED_AT).max(1)).collect();
+    let mut odd = Vec::new();
+    for body in machine.seen_bodies() {
+        let poses = machine.seen_poses(&state, &rows, body);
+        let name = name_of(model, body);
+        odd.extend(one_axis(machine, &poses, body));
+        if poses.len() < FEWEST {
+            continue;
+        }
+        let Some(as_it_stands) = Left::of(&poses) else { continue };
+        if as_it_stands.size() < 1.0 {
+            odd.extend(held_otherwise(machine, &state, &poses, body));
+            continue;
+        }
+        let others = others(&poses, body, form_of(model, table, body));
+        if let Some((best, _)) = others.first()
+            && best.size() < AGREES.min(MUCH_BETTER * as_it_stands.size())
+        {
+            let alike = others.iter().filter(|(left, _)| left.size() <= ALIKE * best.size());
+            let whats: Vec<&str> = alike.map(|(_, reading)| reading.what).collect();
+            return Err(ImplausibleError::Orientation {
+                table: table.source.clone(),
+                body: name,
+                off: off_in_words(as_it_stands),
+                what: whats.join(", or "),
+                left_deg: best.angle.to_degrees(),
+            });
+        }
+        if as_it_stands.angle >= FOREIGN {
+            odd.push(format!(
+                "the orientations of {name} have little to do with those the model expects: {:.0} deg are left wherever base and body sit; check the order and the signs of \
+                 the joints, the model's rows, and which axes were measured",
+                as_it_stands.angle.to_degrees()
+            ));
+        }
+    }
+    Ok(odd)
+}
+
+/// What the other readings leave, the best first.
+fn others(
+    poses: &[SeenPose],
+    body: SeenBody,
+    form: Option<OrientationForm>,
+) -> Vec<(Left, &'static Reading)> {
+    let asked = READINGS.iter().filter(|reading| reading.form.is_none() || reading.form == form);
+    let left = asked.filter_map(|reading| Some((Left::of(&read_as(poses, body, reading.read))?, reading)));
+    let mut left: Vec<(Left, &Reading)> = left.collect();
+    left.sort_by(|one, other| one.0.size().total_cmp(&other.0.size()));
+    left
+}
+
+/// What does not go together.
+fn off_in_words(left: Left) -> String {
+    match left.angle >= FOREIGN {
+        true => format!("{:.0} deg of them are left wherever base and body sit", left.angle.to_degrees()),
+        false => format!(
+            "with base and body turned as they ask for, {:.0} % of the places' spread is left",
+            100.0 * left.places
+        ),
+    }
+}
+
+/// What to say where the orientations fit the arm, but not with the base and the body as the model holds them.
+fn held_otherwise(
+    machine: &ResidualModel<'_>,
+    state: &State,
+    poses: &[SeenPose],
+    body: SeenBody,
+) -> Option<String> {
+    let model = machine.model;
+    let index = body.target(machine);
+    let target = model.targets.get(index)?;
+    let turn = state.turns.get(index)?;
+    let (base, base_free) = match body {
+        SeenBody::Target(_) => (state.base.rotation, model.base.free),
+        SeenBody::Board => {
+            let board_is_free = model.board.as_ref().is_some_and(|board| board.free);
+            (state.board.rotation.inverse() * state.base.rotation, board_is_free || model.base.free)
+        }
+    };
+    let held = match (base_free, target.turn_free) {
+        (true, true) => return None,
+        (true, false) => TwoRotations { base: base_rotation(poses, turn)?, body: *turn },
+        (false, true) => TwoRotations { base, body: body_rotation(poses, &base)? },
+        (false, false) => TwoRotations { base, body: *turn },
+    };
+    let off = rotations_left(poses, &held);
+    if off < FOREIGN {
+        return None;
+    }
+    let found = two_rotations(poses)?;
+    let rpy = |rotation: &Rotation3<f64>| {
+        let (roll, pitch, yaw) = rotation.euler_angles();
+        let [roll, pitch, yaw] = [roll, pitch, yaw].map(f64::to_degrees);
+        format!("[{roll:.1}, {pitch:.1}, {yaw:.1}]")
+    };
+    let mut would = Vec::new();
+    if !target.turn_free {
+        would.push(format!("`rpy_deg: {}` of {}", rpy(&found.body), target.name));
+    }
+    if !base_free {
+        let base = match body {
+            SeenBody::Target(_) => found.base,
+            SeenBody::Board => state.board.rotation * found.base,
+        };
+        would.push(format!("`rpy_deg: {}` of the base", rpy(&base)));
+    }
+    Some(format!(
+        "the orientations of {} are {:.0} deg off as the model holds base and {}: {} would fit; put that into the model, or free it",
+        name_of(model, body),
+        off.to_degrees(),
+        target.name,
+        would.join(" with ")
+    ))
+}
+
+/// What to say where the hand turned about one axis only, and of what cannot be found then.
+fn one_axis(machine: &ResidualModel<'_>, poses: &[SeenPose], body: SeenBody) -> Option<String> {
+    let model = machine.model;
+    let target = model.targets.get(body.target(machine))?;
+    let (other, other_is_free) = match body {
+        SeenBody::Board => {
+            ("the board", model.base.free || model.board.as_ref().is_some_and(|board| board.free))
+        }
+        SeenBody::Target(_) => ("the base", model.base.free),
+    };
+    if !other_is_free || !(target.free || target.turn_free) || poses.is_empty() {
+        return None;
+    }
+    let name = &target.name;
+    let (axis, across) = turning(poses).unwrap_or((Vector3::z(), 0.0));
+    if poses.len() > 1 && across >= ONE_AXIS {
+        return None;
+    }
+    if poses.len() < 3 {
+        return Some(format!(
+            "{} poses with an orientation cannot tell how {name} sits on the flange and where {other} is: measure three at least, between which the hand turns about different \
+             axes; ten and more show how sure it is",
+            poses.len()
+        ));
+    }
+    Some(format!(
+        "between all poses the hand turned about one axis only ([{:.2}, {:.2}, {:.2}] in the base's frame): how far {name} sits along it, and how it is turned about it, cannot \
+         be told from {other}; add poses that turn the hand by 30 deg or more about another axis",
+        axis.x, axis.y, axis.z
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_reading_undoes_the_slip_it_is_named_for() {
+        let turn = Rotation3::new(Vector3::new(0.4, -1.2, 0.8));
+        let true_one = UnitQuaternion::from_rotation_matrix(&turn);
+        // Written x, y, z, w and read w, x, y, z.
+        let misread = Quaternion::new(true_one.i, true_one.j, true_one.k, true_one.w);
+        let misread = UnitQuaternion::from_quaternion(misread).to_rotation_matrix();
+        assert!(w_last(&misread).angle_to(&turn) < 1e-7);
+        assert!(inverted(&turn.inverse()).angle_to(&turn) < 1e-7);
+        assert!(mirrored(&mirrored(&turn)).angle_to(&turn) < 1e-7 && mirrored(&turn).angle_to(&turn) > 0.1);
+        assert!(scaled(&scaled(&turn, 0.01), 100.0).angle_to(&turn) < 1e-7);
+    }
+}

@@ -1,0 +1,89 @@
+//! What a camera on the hand can see: the board as near, as little aside and as little aslant as in the pictures that were taken.
+
+use nalgebra::IsometryMatrix3;
+use plumb_calibration::fit::{ResidualModel, State};
+use plumb_calibration::table::Body;
+
+use crate::laboratory::Laboratory;
+
+/// By how much more than in the pictures so far the board may be aside or aslant, rad.
+const WIDER: f64 = 0.05;
+
+/// By which factor it may be nearer or farther than in the pictures so far.
+const FARTHER: f64 = 1.1;
+
+/// How the board may lie in the camera's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct View {
+    /// Least and greatest distance of the board's origin, mm.
+    distances: (f64, f64),
+    /// The greatest angle of the board's origin from the camera's z, rad.
+    aside: f64,
+    /// The greatest angle between the board's normal and the line to its origin, rad.
+    aslant: f64,
+}
+
+/// Distance (mm), angle aside and angle aslant (rad) of a board in the camera's frame.
+fn look(board: &IsometryMatrix3<f64>) -> (f64, f64, f64) {
+    let place = board.translation.vector;
+    let distance = place.norm().max(f64::MIN_POSITIVE);
+    let normal = board.rotation.matrix().column(2);
+    // A board is seen from either side of its z, by whoever defined it.
+    let aslant = (normal.dot(&place) / distance).abs().clamp(0.0, 1.0).acos();
+    (distance, (place.z / distance).clamp(-1.0, 1.0).acos(), aslant)
+}
+
+impl View {
+    /// From the pictures of a table; nothing where no camera on the hand saw a board whole.
+    pub(super) fn of(lab: &Laboratory) -> Option<Self> {
+        let table = lab.table();
+        let mut view: Option<Self> = None;
+        for row in lab.measured_rows() {
+            let place = table.board.as_ref().and_then(|board| board.get(row)).copied();
+            let (Some(place), Some(turn)) = (place, table.turn_of(Body::Board, row)) else { continue };
+            if !place.iter().all(|part| part.is_finite()) {
+                continue;
+            }
+            let (distance, aside, aslant) = look(&IsometryMatrix3::from_parts(place.into(), turn));
+            let known = view.get_or_insert(Self { distances: (distance, distance), aside, aslant });
+            known.distances = (known.distances.0.min(distance), known.distances.1.max(distance));
+            known.aside = known.aside.max(aside);
+            known.aslant = known.aslant.max(aslant);
+        }
+        view
+    }
+
+    fn holds(&self, board: &IsometryMatrix3<f64>) -> bool {
+        let (distance, aside, aslant) = look(board);
+        let (near, far) = self.distances;
+        (near / FARTHER..=far * FARTHER).contains(&distance)
+            && aside <= self.aside + WIDER
+            && aslant <= self.aslant + WIDER
+    }
+
+    /// Whether the camera sees the board in a pose to come.
+    pub(super) fn sees(&self, machine: &ResidualModel<'_>, state: &State, row: usize) -> bool {
+        machine.believed_board(state, row).is_none_or(|board| self.holds(&board))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Rotation3, Translation3, Vector3};
+
+    #[test]
+    fn a_board_is_in_view_as_near_as_straight_and_as_little_aside_as_before() {
+        let at = |place: [f64; 3], tilt: f64| {
+            let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI + tilt);
+            IsometryMatrix3::from_parts(Translation3::from(place), turn)
+        };
+        let view = View { distances: (250.0, 400.0), aside: 0.3, aslant: 0.5 };
+        assert!(view.holds(&at([20.0, -30.0, 300.0], 0.4)));
+        assert!(!view.holds(&at([0.0, 0.0, 200.0], 0.0)), "too near");
+        assert!(!view.holds(&at([0.0, 0.0, 500.0], 0.0)), "too far");
+        assert!(!view.holds(&at([200.0, 0.0, 250.0], 0.0)), "too far aside");
+        assert!(!view.holds(&at([0.0, 0.0, -300.0], 0.0)), "behind the camera");
+        assert!(!view.holds(&at([0.0, 0.0, 300.0], 0.7)), "too aslant");
+    }
+}
