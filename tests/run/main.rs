@@ -16,6 +16,7 @@ mod design;
 mod doctor;
 mod dry_run;
 mod export;
+mod hand_eye;
 mod help;
 mod hosts;
 mod init;

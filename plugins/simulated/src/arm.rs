@@ -5,6 +5,7 @@
 //! true, play and coupled wrists, and its links stand where their weight and the tool's balance what yields. The controller's zeros are its own
 //! matter: what it believes differs from what its encoders show by an offset for each joint, which a new calibration changes.
 
+mod board_camera;
 mod calibration;
 mod description;
 mod drive;
@@ -16,7 +17,7 @@ mod shutter;
 mod travel;
 
 pub use description::{
-    ArmOnPaper, ArmWorldDescription, LevelDirection, LevelSurface, SpiritLevel, Tabletop, Tool,
+    ArmOnPaper, ArmWorldDescription, BoardCamera, LevelDirection, LevelSurface, SpiritLevel, Tabletop, Tool,
 };
 pub use drive::{Drive, JointDrive, MotorCoupling};
 pub use measuring::MeasuringError;
@@ -46,6 +47,8 @@ pub struct ArmWorld {
     travel: Option<Travel>,
     outputs: u64,
     readings_taken: u64,
+    /// Of the board, the last that was taken.
+    picture: Option<board_camera::Picture>,
     switches: Switches,
     exposures: u64,
     shutter: Shutter,
@@ -129,6 +132,7 @@ impl ArmWorld {
             travel: None,
             outputs: 0,
             readings_taken: 0,
+            picture: None,
             switches: description
                 .light
                 .as_ref()

@@ -293,6 +293,10 @@ pub enum Instrument {
     Ruler,
     /// A laser tracker, one coordinate of a reflector at a place on the arm, in a frame that stands upright on the arm's foot, mm.
     Tracker,
+    /// A camera on the hand, one coordinate of where it sees a board, mm; x takes a new picture, the rest is read from the last.
+    Board,
+    /// The same camera, one number of how it sees the board turned (a rotation vector), rad.
+    BoardTurn,
 }
 
 /// A coordinate.

@@ -4,6 +4,19 @@ use super::example::{Entry, example};
 
 pub(super) const RESULT_EXAMPLES: &[Entry] = &[
     (
+        "model board",
+        &[
+            example(
+                "plumb model board poses.csv --corners corners.csv --size 9x6 --square-mm 25 --camera 812,811,641,362 > board.csv",
+                "from corners in pixels: 10 x 7 squares of 25 mm",
+            ),
+            example(
+                "plumb model board poses.csv --corners corners.csv --size 9x6 --square-mm 25 --camera 812,811,641,362,-0.11,0.07",
+                "with a lens that bends",
+            ),
+        ],
+    ),
+    (
         "model export",
         &[
             example(

@@ -80,7 +80,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<RowStep> {
     if !row.numbers.iter().any(|(name, _)| measures(name))
         && !row.words.iter().any(|(name, ..)| name == "touch")
     {
-        let help = "give what was measured: `height_mm`, `tilt_x_deg`, `tilt_y_deg`, `distance_mm`, `touch`, or a point such as `p1_x_mm`";
+        let help = "give what was measured: `height_mm`, `tilt_x_deg`, `tilt_y_deg`, `distance_mm`, `touch`, or a point such as `p1_x_mm`, an orientation such as `p1_qw`, a board such as `board_x_mm`";
         context.problems.add(node.span, "this row measures nothing", help);
     }
     Some(row)
@@ -93,15 +93,33 @@ fn read_joints(node: &Node, context: &ReadContext<'_>) -> JointTargets {
     read_pair(&mut map, "joints_deg", "joints_mm", context)
 }
 
-/// `p1_x_mm` and so on, to `p9_z_mm`.
+/// `p1_x_mm` and so on, to `p9_z_mm`; their orientations, as quaternions (`p1_qw`) or rotation vectors (`p1_rx_rad`); the same of a `board` that a camera on
+/// the hand sees.
 fn is_of_target(name: &str) -> bool {
     let parts: Vec<&str> = name.split('_').collect();
-    let [target, "x" | "y" | "z", "mm"] = parts.as_slice() else { return false };
-    target.strip_prefix('p').is_some_and(|number| number.len() == 1 && ("1"..="9").contains(&number))
+    let body = match parts.as_slice() {
+        [body, "x" | "y" | "z", "mm"]
+        | [body, "qw" | "qx" | "qy" | "qz"]
+        | [body, "rx" | "ry" | "rz", "rad"] => *body,
+        _ => return false,
+    };
+    let is_number = |number: &str| number.len() == 1 && ("1"..="9").contains(&number);
+    body == "board" || body.strip_prefix('p').is_some_and(is_number)
 }
 
 fn unknown(key: &Key, context: &ReadContext<'_>) {
-    let known = ["robot", "joints_deg", "joints_mm", "p1_x_mm", "p1_y_mm", "p1_z_mm"];
+    let known = [
+        "robot",
+        "joints_deg",
+        "joints_mm",
+        "p1_x_mm",
+        "p1_y_mm",
+        "p1_z_mm",
+        "p1_qw",
+        "p1_rx_rad",
+        "board_x_mm",
+        "board_rx_rad",
+    ];
     let help = did_you_mean(&key.name, known.into_iter().chain(NUMBERS).chain(WORDS));
     context.problems.add(key.span, format!("a row has no column `{}`", key.name), help);
 }
@@ -151,7 +169,7 @@ impl StepKind for RowStep {
   "description": "A row of the run's measurement table, which `plumb show --table` gives to the model lab.",
   "type": "object",
   "required": ["robot"],
-  "propertyNames": {"enum": ["robot", "joints_deg", "joints_mm", "on", "level", "session", "touch", "distance_to", "repeat", "height_mm", "tilt_x_deg", "tilt_y_deg", "distance_mm", "payload_kg", "temperature_c", "p1_x_mm", "p1_y_mm", "p1_z_mm", "p2_x_mm", "p2_y_mm", "p2_z_mm", "p3_x_mm", "p3_y_mm", "p3_z_mm", "p4_x_mm", "p4_y_mm", "p4_z_mm"]},
+  "propertyNames": {"anyOf": [{"pattern": "^(p[1-9]|board)_([xyz]_mm|q[wxyz]|r[xyz]_rad)$"}, {"enum": ["robot", "joints_deg", "joints_mm", "on", "level", "session", "touch", "distance_to", "repeat", "height_mm", "tilt_x_deg", "tilt_y_deg", "distance_mm", "payload_kg", "temperature_c", "p1_x_mm", "p1_y_mm", "p1_z_mm", "p2_x_mm", "p2_y_mm", "p2_z_mm", "p3_x_mm", "p3_y_mm", "p3_z_mm", "p4_x_mm", "p4_y_mm", "p4_z_mm"]}]},
   "properties": {
     "robot": {"$ref": "#/definitions/text"},
     "joints_deg": {"description": "Joints that were read elsewhere than the arm stands now.", "$ref": "#/definitions/joint_numbers"},

@@ -9,7 +9,7 @@ use crate::light::Light;
 use crate::physics::description::{ArmDescription, Weight};
 use crate::physics::imperfection::Imperfection;
 use crate::physics::random::Random;
-use crate::physics::rigid::Vector;
+use crate::physics::rigid::{Rigid, Vector};
 use crate::world::Instrument;
 
 /// What hangs on the flange: a PUMA's cage with camera and projector, another arm's tool.
@@ -93,6 +93,19 @@ pub struct ArmOnPaper {
     pub most_hung_kg: f64,
 }
 
+/// The camera, the board and how well the one is seen by the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoardCamera {
+    /// The camera on the flange; it looks along its z.
+    pub flange_from_camera: Rigid,
+    /// The board in the world.
+    pub world_from_board: Rigid,
+    /// Standard deviation of each coordinate of the board's origin, mm.
+    pub error: f64,
+    /// Standard deviation of its turn about each of its axes, rad.
+    pub turn_error: f64,
+}
+
 /// A whole world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmWorldDescription {
@@ -122,6 +135,8 @@ pub struct ArmWorldDescription {
     pub light: Option<Arc<Light>>,
     /// On hand; mm, for each coordinate.
     pub tracker: Instrument,
+    /// A camera on the hand that sees a board, where one is carried.
+    pub board_camera: Option<BoardCamera>,
     /// Where the controller keeps its calibration from one day to the next, if it does.
     pub calibration: Option<PathBuf>,
     /// The text of the file, if it came under a seal: the truth is hidden until somebody breaks it.

@@ -9,12 +9,12 @@ use std::sync::Arc;
 use plumb_document::{Node, Problems, Span, Spanned, typed};
 use serde::Deserialize;
 
-use super::description::{ArmOnPaper, ArmWorldDescription, SpiritLevel, Tabletop, Tool};
+use super::description::{ArmOnPaper, ArmWorldDescription, BoardCamera, SpiritLevel, Tabletop, Tool};
 use super::puma560;
 use crate::light::file::RawLight;
 use crate::physics::imperfection::{Imperfection, Mechanism};
 use crate::physics::machine::{Conditions, Machine};
-use crate::physics::rigid::{Rotation, Vector};
+use crate::physics::rigid::{Rigid, Rotation, Vector};
 use crate::world::Instrument;
 use crate::world::file::typed::Typed;
 use crate::world::file::{WorldFileError, no_world};
@@ -148,6 +148,24 @@ struct RawInstruments {
     ruler: RawRuler,
     #[serde(default)]
     tracker: RawRuler,
+    board_camera: Option<RawBoardCamera>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawBoardCamera {
+    camera: RawPlaced,
+    board: RawPlaced,
+    error_mm: Option<Number>,
+    error_deg: Option<Number>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawPlaced {
+    xyz_mm: Spanned<[f64; 3]>,
+    #[serde(default)]
+    rpy_deg: [f64; 3],
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -240,6 +258,7 @@ fn of_tree(checked: Typed<'_>, root: &Node) -> Read<ArmWorldDescription> {
         ruler: checker.ruler(&raw.instruments.ruler),
         light: raw.light.as_ref().and_then(|light| light.check(raw.seed, checked.problems)).map(Arc::new),
         tracker: checker.ruler(&raw.instruments.tracker),
+        board_camera: raw.instruments.board_camera.as_ref().map(|camera| checker.board_camera(camera)),
         calibration: raw.calibration.map(|name| checked.file.with_file_name(name)),
         sealed_text: None,
         paper: paper.clone(),
@@ -365,6 +384,25 @@ impl Checker<'_> {
         let zero = self.typed.or("zero_deg", &raw.zero_deg, 0.0, -5.0..=5.0, "deg").to_radians();
         let reach = self.typed.or("reach_deg", &raw.reach_deg, END_OF_THE_BUBBLE_DEG, 0.1..=89.0, "deg");
         SpiritLevel { instrument, zero, reach: reach.to_radians() }
+    }
+
+    fn board_camera(&self, raw: &RawBoardCamera) -> BoardCamera {
+        BoardCamera {
+            flange_from_camera: self.placed("camera", &raw.camera, 1000.0),
+            world_from_board: self.placed("board", &raw.board, 10_000.0),
+            error: self.typed.or("error_mm", &raw.error_mm, 0.0, 0.0..=50.0, "mm"),
+            turn_error: self.typed.or("error_deg", &raw.error_deg, 0.0, 0.0..=5.0, "deg").to_radians(),
+        }
+    }
+
+    /// Where something sits and how it is turned.
+    fn placed(&self, what: &str, raw: &RawPlaced, farthest: f64) -> Rigid {
+        if raw.xyz_mm.value.iter().any(|part| part.abs() > farthest) {
+            let problem = format!("the {what} is too far away; three numbers, each within {farthest} mm");
+            self.typed.wrong(raw.xyz_mm.span, &problem);
+        }
+        let rotation = Rotation::from_roll_pitch_yaw(raw.rpy_deg.map(f64::to_radians));
+        Rigid { rotation, translation: Vector::from(raw.xyz_mm.value) }
     }
 
     fn ruler(&self, raw: &RawRuler) -> Instrument {

@@ -28,6 +28,14 @@ pub enum MeasuringError {
     /// A tracker's reading has three coordinates.
     #[error("say which coordinate of the tracker is read: x, y or z")]
     NoAxis,
+    /// Nothing sees a board.
+    #[error("no camera on this hand sees a board: the world has no `board_camera` among its instruments")]
+    NoCamera,
+    /// The board is behind the camera or far aside.
+    #[error(
+        "the camera does not see the board from here: it lies more than 40 deg aside of where the camera looks"
+    )]
+    OutOfView,
     /// The surface is so steep that the bubble is at an end.
     #[error("the surface leans by {0:.1} deg: the bubble is at its end; bring it nearer to level first")]
     Steep(f64),

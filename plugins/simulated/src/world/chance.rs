@@ -18,7 +18,7 @@ pub(super) fn uniform(seed: u64, place: u64) -> f64 {
 }
 
 /// A normally distributed number of mean 0 and standard deviation 1.
-pub(super) fn normal(seed: u64, place: u64) -> f64 {
+pub(crate) fn normal(seed: u64, place: u64) -> f64 {
     let radius = (-2.0 * (1.0 - uniform(seed, place.wrapping_mul(2))).ln()).sqrt();
     radius * (TAU * uniform(seed, place.wrapping_mul(2).wrapping_add(1))).cos()
 }

@@ -22,6 +22,7 @@ mod target;
 
 use std::collections::VecDeque;
 
+pub(crate) use chance::normal;
 pub use description::{ArmDescription, WorldDescription};
 pub use drive::{AXES, GRIPPER_HALF_STEPS_PER_MM, HALF_STEPS_PER_TURN, HalfSteps, Joint, Joints};
 pub use geometry::{ArmGeometry, ArmPose, Point};

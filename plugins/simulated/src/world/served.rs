@@ -149,6 +149,9 @@ impl Operator for World {
             Instrument::Level => (self.read_level().to_degrees(), "deg"),
             Instrument::Ruler => (self.read_ruler(), "mm"),
             Instrument::Tracker => return Err("no laser tracker stands in this world".to_owned()),
+            Instrument::Board | Instrument::BoardTurn => {
+                return Err("no camera on this hand sees a board".to_owned());
+            }
         })
     }
 

@@ -8,13 +8,15 @@ use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::{Axis, Instrument, Say, Verb};
 
 /// What procedures may ask for under `simulated:`, with its numbers and its words.
-const ACTS: [(&str, &[&str], &[&str]); 10] = [
+const ACTS: [(&str, &[&str], &[&str]); 12] = [
     ("rest_on_gauge", &["height_mm"], &[]),
     ("trim_to_fire", &[], &[]),
     ("place_hand", &["x_mm", "y_mm", "z_mm"], &[]),
     ("read_level", &[], &["at", "turned"]),
     ("read_ruler", &[], &["at"]),
     ("read_tracker", &[], &["at", "axis"]),
+    ("read_board", &[], &["axis"]),
+    ("read_board_turn", &[], &["axis"]),
     ("drive_to_level", &[], &["joint", "at", "turned", "from"]),
     ("hang", &["mass_kg"], &[]),
     ("read_point", &["ahead_mm"], &["axis"]),
@@ -92,6 +94,8 @@ fn verb_of(act: &Act) -> Result<Verb, String> {
         "read_tracker" => {
             Verb::Measure { with: Instrument::Tracker, at: word("at"), turned, axis: Some(axis()?) }
         }
+        "read_board" => read_axis(Instrument::Board, axis()?),
+        "read_board_turn" => read_axis(Instrument::BoardTurn, axis()?),
         "drive_to_level" => Verb::Level {
             joint: word("joint").ok_or_else(|| needs("joint"))?,
             at: word("at").ok_or_else(|| needs("at"))?,
@@ -99,16 +103,23 @@ fn verb_of(act: &Act) -> Result<Verb, String> {
             rising: one_of("from", "below", "above")?,
         },
         "hang" => Verb::Hang { mass_kg: number("mass_kg")? },
-        "read_point" => {
-            let axis = match axis()? {
-                Axis::X => 0,
-                Axis::Y => 1,
-                Axis::Z => 2,
-            };
-            Verb::ReadPoint { axis, ahead_mm: number("ahead_mm")? }
-        }
+        "read_point" => Verb::ReadPoint { axis: number_of(axis()?), ahead_mm: number("ahead_mm")? },
         _ => read(Instrument::Ruler),
     })
+}
+
+/// 0 of x, 1 of y, 2 of z.
+fn number_of(axis: Axis) -> u8 {
+    match axis {
+        Axis::X => 0,
+        Axis::Y => 1,
+        Axis::Z => 2,
+    }
+}
+
+/// One number of what an instrument reads that lies nowhere else.
+fn read_axis(with: Instrument, axis: Axis) -> Verb {
+    Verb::Measure { with, at: None, turned: false, axis: Some(axis) }
 }
 
 #[cfg(test)]
