@@ -22,6 +22,9 @@ const ROBOTS: [(&str, &str); 5] = [
     ("panda", include_str!("../robots/panda.yaml")),
 ];
 
+/// In place of a robot: poses of the flange instead of joints.
+const POSES: &str = "poses";
+
 /// A model file and a table, to be filled in.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Template {
@@ -35,12 +38,15 @@ pub struct Template {
     pub ends: Option<(String, String)>,
 }
 
+/// The header of a table of poses.
+const POSES_TABLE: &str = "flange_x_mm,flange_y_mm,flange_z_mm,flange_qw,flange_qx,flange_qy,flange_qz,p1_x_mm,p1_y_mm,p1_z_mm,time_s,repeat\n";
+
 /// Why there is no template.
 #[derive(Debug, Error)]
 pub enum TemplateError {
     /// Not a robot that is known.
     #[error(
-        "`{name}` is no robot that is known, nor a number of joints such as 6, nor a file that ends in .urdf{suggestion}"
+        "`{name}` is no robot that is known, nor a number of joints such as 6, nor `poses` (of a flange, in place of joints), nor a file that ends in .urdf{suggestion}"
     )]
     Unknown {
         /// What was written.
@@ -84,6 +90,10 @@ impl Template {
     /// No such robot is known.
     pub fn of(robot: &str) -> Result<Self, TemplateError> {
         let lower = robot.to_lowercase();
+        if lower == POSES {
+            let poses = Self::from_model(POSES, include_str!("../robots/poses.yaml"))?;
+            return Ok(Self { table: POSES_TABLE.to_owned(), ..poses });
+        }
         if let Some((name, text)) = ROBOTS.iter().find(|(name, _)| *name == lower) {
             return Self::from_model(name, text);
         }

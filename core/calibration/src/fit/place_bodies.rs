@@ -32,6 +32,7 @@ impl ResidualModel<'_> {
     pub fn seen_bodies(&self) -> Vec<SeenBody> {
         let seen = |body: Body| match body {
             Body::Board => self.model.board.as_ref().map(|_| SeenBody::Board),
+            Body::Flange => None,
             Body::Target(_) => self.model.target_position(&body.name()).map(SeenBody::Target),
         };
         self.table.orientations.iter().filter_map(|columns| seen(columns.body)).collect()

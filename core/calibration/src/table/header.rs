@@ -11,6 +11,7 @@ pub(super) enum Meaning {
     Position { target: usize, axis: usize, scale: f64 },
     Turn { body: Body, form: OrientationForm, part: usize, scale: f64 },
     Board { axis: usize, scale: f64 },
+    Flange { axis: usize, scale: f64 },
     Std { axis: usize, scale: f64 },
     Height { scale: f64 },
     On,
@@ -53,6 +54,10 @@ impl Meaning {
             Self::Turn { body: Body::Target(number), form, part, .. } => {
                 (17, *number, part + 4 * usize::from(*form == OrientationForm::RotationVector))
             }
+            Self::Turn { body: Body::Flange, form, part, .. } => {
+                (21, 0, part + 4 * usize::from(*form == OrientationForm::RotationVector))
+            }
+            Self::Flange { axis, .. } => (20, *axis, 0),
             Self::Turn { body: Body::Board, form, part, .. } => {
                 (18, 0, part + 4 * usize::from(*form == OrientationForm::RotationVector))
             }
@@ -121,6 +126,7 @@ pub(super) fn parse(name: &str) -> Result<Meaning, String> {
             position(name, numbered(target, 'p').unwrap_or(0), rest)
         }
         ["board", rest @ ..] => of_board(name, rest),
+        ["flange", rest @ ..] => of_flange(name, rest),
         ["tvec", rest @ ..] => board_position(name, rest),
         ["rvec", rest @ ..] => match rest {
             [name_of_axis, angle] => rotation_vector(name, Body::Board, axis(name_of_axis), Some(angle)),
@@ -195,6 +201,17 @@ fn of_board(name: &str, rest: &[&str]) -> Result<Meaning, String> {
     match rest {
         [name_of_axis, ..] if axis(name_of_axis).is_some() => board_position(name, rest),
         _ => turn(name, Body::Board, rest),
+    }
+}
+
+/// The pose of the flange in the base, where a table has that in place of joints.
+fn of_flange(name: &str, rest: &[&str]) -> Result<Meaning, String> {
+    match (rest.first().and_then(|name_of_axis| axis(name_of_axis)), rest) {
+        (Some(axis), [_, unit]) => {
+            scaled(name, length(unit), &LENGTHS, |scale| Meaning::Flange { axis, scale })
+        }
+        (Some(_), [_]) => Err(needs_unit(name, &LENGTHS)),
+        _ => turn(name, Body::Flange, rest),
     }
 }
 

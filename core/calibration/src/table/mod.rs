@@ -1,6 +1,8 @@
 //! Measurement tables: what was commanded, what was measured, under which conditions.
 
 mod columns;
+mod error;
+mod flange_pose;
 mod header;
 mod naming;
 mod number;
@@ -11,10 +13,10 @@ mod text;
 mod write;
 
 pub use columns::{Covariate, CovariateValues, MOST_LEVELS, Names, PositionColumns, Table};
+pub use error::{HeaderProblem, TableError};
 pub(crate) use naming::suggestion;
 pub use naming::{Naming, Rename};
 pub use orientation::{Body, OrientationColumns, OrientationForm, UNIT_TOLERANCE};
-pub use read::{HeaderProblem, TableError};
 pub use stretch::Stretch;
 pub use write::table_text;
 

@@ -79,7 +79,8 @@ pub(super) fn refused_orientation(header: &str) -> Option<String> {
     let lower = header.to_lowercase();
     let (place, unit) = split_unit(&lower);
     let numbered = place.split_once('_').filter(|(body, _)| {
-        *body == "board" || body.strip_prefix('p').is_some_and(|number| number.parse::<u32>().is_ok())
+        ["board", "flange"].contains(body)
+            || body.strip_prefix('p').is_some_and(|number| number.parse::<u32>().is_ok())
     });
     let (body, what) = numbered.unwrap_or(("p1", place));
     let is_angle = unit.is_none_or(|unit| unit == "deg" || unit == "rad");

@@ -18,6 +18,8 @@ pub enum Body {
     Target(usize),
     /// A board, as a camera on the arm sees it.
     Board,
+    /// The flange in the base, in place of joints.
+    Flange,
 }
 
 impl Body {
@@ -26,6 +28,7 @@ impl Body {
         match self {
             Self::Target(number) => format!("p{}", number + 1),
             Self::Board => "board".to_owned(),
+            Self::Flange => "flange".to_owned(),
         }
     }
 }

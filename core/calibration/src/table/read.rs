@@ -4,104 +4,15 @@ use std::path::Path;
 
 use csv::StringRecord;
 use plumb_document::{FileKind, read_bytes};
-use thiserror::Error;
 
 use super::columns::{Covariate, MOST_LEVELS, Names, PositionColumns, Table};
+use super::error::{HeaderProblem, TableError};
+use super::flange_pose;
 use super::header::{self, Meaning};
 use super::naming::{self, Naming};
 use super::number::{self, DecimalMark};
-use super::orientation::{self, TurnPart};
+use super::orientation::{self, Body, TurnPart};
 use super::text::decoded;
-use crate::opened::why;
-
-/// Why a table cannot be read. The message names the place and what would be right.
-#[derive(Debug, Error)]
-pub enum TableError {
-    /// The file cannot be opened or read.
-    #[error("{path}: {}", why(cause))]
-    Open {
-        /// The file.
-        path: String,
-        /// What the system said.
-        cause: std::io::Error,
-    },
-    /// Nothing in it, or no rows.
-    #[error("{path}: {reason}")]
-    Empty {
-        /// The file.
-        path: String,
-        /// What is missing.
-        reason: String,
-    },
-    /// The header cannot be understood.
-    #[error("{path}: line 1, column {column} (`{name}`): {reason}")]
-    Header {
-        /// The file.
-        path: String,
-        /// Counted from 1.
-        column: usize,
-        /// The header's text.
-        name: String,
-        /// What is wrong and what would be right.
-        reason: String,
-    },
-    /// Several headers cannot be understood.
-    #[error("{path}: {} columns of line 1 cannot be read{}", problems.len(), problems.iter().map(ToString::to_string).collect::<String>())]
-    Headers {
-        /// The file.
-        path: String,
-        /// Each of them.
-        problems: Vec<HeaderProblem>,
-    },
-    /// A cell cannot be understood.
-    #[error("{path}: line {line}, column {column} (`{name}`): {reason}")]
-    Cell {
-        /// The file.
-        path: String,
-        /// Line of the file.
-        line: u64,
-        /// Counted from 1.
-        column: usize,
-        /// The column's header.
-        name: String,
-        /// What is wrong and what would be right.
-        reason: String,
-    },
-    /// A row has more or fewer cells than the header.
-    #[error("{path}: line {line}: {found} cells where the header has {expected}{hint}")]
-    RowLength {
-        /// The file.
-        path: String,
-        /// Line of the file.
-        line: u64,
-        /// Cells in the row.
-        found: usize,
-        /// Cells in the header.
-        expected: usize,
-        /// What may be the reason.
-        hint: &'static str,
-    },
-    /// Not text that can be split into cells.
-    #[error("{path}: {reason}")]
-    Malformed {
-        /// The file.
-        path: String,
-        /// What the reader said.
-        reason: String,
-    },
-}
-
-/// A header that cannot be understood.
-#[derive(Debug, Error)]
-#[error("\n  column {column} (`{name}`): {reason}")]
-pub struct HeaderProblem {
-    /// Counted from 1.
-    pub column: usize,
-    /// The header's text.
-    pub name: String,
-    /// What is wrong and what would be right.
-    pub reason: String,
-}
 
 /// A line that begins with this is no row: it says something about the file.
 const COMMENT: char = '#';
@@ -180,6 +91,7 @@ impl Table {
             push_row(&mut table, &columns, &record, mark)?;
         }
         warn_of_many_levels(&mut table);
+        table.orientations.retain(|columns| columns.body != Body::Flange);
         table.comments =
             comments.iter().map(|line| line.trim().trim_start_matches(COMMENT).trim().to_owned()).collect();
         if table.is_empty() {
@@ -281,6 +193,9 @@ fn joint_count(path: &str, columns: &[Column]) -> Result<usize, TableError> {
         )
         .collect();
     let count = joints.iter().max().map_or(0, |highest| highest + 1);
+    if let Some(wrong) = of_flange(columns, count) {
+        return wrong.map_err(|reason| TableError::Empty { path: path.to_owned(), reason });
+    }
     if count == 0 {
         let reason = without_joints(columns);
         return Err(TableError::Empty { path: path.to_owned(), reason });
@@ -292,6 +207,33 @@ fn joint_count(path: &str, columns: &[Column]) -> Result<usize, TableError> {
     Ok(count)
 }
 
+/// The coordinates of a table with poses of the flange in place of joints, or what such a pose lacks; nothing of any other table.
+fn of_flange(columns: &[Column], joints: usize) -> Option<Result<usize, String>> {
+    let is_turn = |column: &Column| matches!(column.meaning, Meaning::Turn { body: Body::Flange, .. });
+    let has = |axis: usize| {
+        columns
+            .iter()
+            .any(|column| matches!(column.meaning, Meaning::Flange { axis: own, .. } if own == axis))
+    };
+    if !(0..3).any(has) && !columns.iter().any(is_turn) {
+        return None;
+    }
+    let lost = (0..3)
+        .find(|axis| !has(*axis))
+        .and_then(|axis| flange_pose::PLACES.get(flange_pose::coordinate_of(axis)));
+    Some(match lost {
+        _ if joints > 0 => {
+            Err("a row has joints or the pose of its flange, not both; --columns NAME= leaves a column out"
+                .to_owned())
+        }
+        Some(lost) => Err(format!("the pose of the flange lacks `{lost}`")),
+        None if !columns.iter().any(is_turn) => {
+            Err("the pose of the flange lacks its orientation: flange_qw ... or flange_rx_rad ...".to_owned())
+        }
+        None => Ok(flange_pose::COORDINATES),
+    })
+}
+
 fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
     let joints = joint_count(path, columns)?;
     let mut table = Table { source: path.to_owned(), joints, ..Table::default() };
@@ -301,6 +243,11 @@ fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
             Meaning::Coordinate { joint, .. } => {
                 if let Some(known) = table.coordinate_columns.get_mut(*joint) {
                     *known = (column.name.clone(), header::is_in_length(&column.read_as));
+                }
+            }
+            Meaning::Flange { axis, .. } => {
+                if let Some(known) = table.coordinate_columns.get_mut(flange_pose::coordinate_of(*axis)) {
+                    *known = (column.name.clone(), true);
                 }
             }
             Meaning::Position { target, .. }
@@ -358,16 +305,21 @@ fn turn_parts(columns: &[Column]) -> Vec<TurnPart> {
 
 /// Ends a row's orientations; what is wrong with one is told at its first column.
 fn end_orientations(table: &mut Table, columns: &[Column], line: u64) -> Result<(), TableError> {
-    for known in &mut table.orientations {
-        let ended = known.end_row();
-        let own =
-            |column: &Column| matches!(column.meaning, Meaning::Turn { body, .. } if body == known.body);
-        let index = columns.iter().position(own).unwrap_or(0);
+    let row = table.len();
+    for index in 0..table.orientations.len() {
+        let Some(known) = table.orientations.get_mut(index) else { continue };
+        let own = known.body;
+        let mut ended = known.end_row();
+        if own == Body::Flange && ended.is_ok() {
+            ended = flange_pose::end_row(table, row);
+        }
+        let is_own = |column: &Column| matches!(column.meaning, Meaning::Turn { body, .. } if body == own);
+        let place = columns.iter().position(is_own).unwrap_or(0);
         ended.map_err(|reason| TableError::Cell {
             path: table.source.clone(),
             line,
-            column: index + 1,
-            name: columns.get(index).map_or_else(String::new, |column| column.name.clone()),
+            column: place + 1,
+            name: columns.get(place).map_or_else(String::new, |column| column.name.clone()),
             reason,
         })?;
     }
@@ -449,7 +401,7 @@ fn push_cell(
             }
             *covariate += 1;
         }
-        Meaning::Coordinate { .. } if cell.is_empty() => {
+        Meaning::Coordinate { .. } | Meaning::Flange { .. } if cell.is_empty() => {
             return Err("empty; every joint needs its commanded value".to_owned());
         }
         _ if cell.is_empty() => {}
@@ -560,6 +512,9 @@ fn store(table: &mut Table, row: usize, meaning: &Meaning, value: f64) {
         Meaning::Position { target, axis, scale } => {
             let columns = table.positions.iter_mut().find(|known| known.number == *target);
             set_part(columns.map(|known| &mut known.xyz), row, *axis, value * scale);
+        }
+        Meaning::Flange { axis, scale } => {
+            set(Some(&mut table.q), row * joints + flange_pose::coordinate_of(*axis), value * scale);
         }
         Meaning::Board { axis, scale } => set_part(table.board.as_mut(), row, *axis, value * scale),
         Meaning::Turn { body, part, scale, .. } => {
