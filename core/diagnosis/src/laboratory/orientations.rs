@@ -131,6 +131,9 @@ impl Left {
         Some(Self { angle: rotations_left(poses, &found), places: places_left(poses, &found) })
     }
 
+    /// Of orientations that do not turn as the flange does: they tell nothing of base and body, and there is no angle.
+    const STILL: Self = Self { angle: f64::INFINITY, places: 0.0 };
+
     /// The worse of both, 1 where it is foreign.
     fn size(self) -> f64 {
         (self.angle / FOREIGN).max(self.places / FOREIGN_PLACES)
@@ -200,7 +203,8 @@ pub(super) fn check(machine: &ResidualModel<'_>) -> Result<Vec<String>, Implausi
         if poses.len() < FEWEST {
             continue;
         }
-        let Some(as_it_stands) = Left::of(&poses) else { continue };
+        let turns = turning(&poses).is_some_and(|(_, across)| across >= ONE_AXIS);
+        let Some(as_it_stands) = Left::of(&poses).or_else(|| turns.then_some(Left::STILL)) else { continue };
         if as_it_stands.size() < 1.0 {
             odd.extend(held_otherwise(machine, &state, &poses, body));
             continue;
@@ -221,9 +225,9 @@ pub(super) fn check(machine: &ResidualModel<'_>) -> Result<Vec<String>, Implausi
         }
         if as_it_stands.angle >= FOREIGN {
             odd.push(format!(
-                "the orientations of {name} have little to do with those the model expects: {:.0} deg are left wherever base and body sit; check the order and the signs of \
-                 the joints, the model's rows, and which axes were measured",
-                as_it_stands.angle.to_degrees()
+                "the orientations of {name} have little to do with those the model expects: {}; check the order and the signs of the joints, the model's rows, \
+                 and which axes were measured",
+                off_in_words(as_it_stands)
             ));
         }
     }
@@ -245,6 +249,9 @@ fn others(
 
 /// What does not go together.
 fn off_in_words(left: Left) -> String {
+    if !left.angle.is_finite() {
+        return "they do not turn as the flange does".to_owned();
+    }
     match left.angle >= FOREIGN {
         true => format!("{:.0} deg of them are left wherever base and body sit", left.angle.to_degrees()),
         false => format!(
