@@ -63,9 +63,13 @@ mod tests {
     #[test]
     fn the_model_of_poses_carries_out_every_pose() {
         let model = Model::parse("poses.yaml", &Template::of("poses").unwrap().model).unwrap();
-        for vector in
-            [[0.3, -1.2, 0.8], [0.0, 0.0, 2.0], [0.0, 0.0, 0.0], [0.0, 3.1415926, 0.0], [2.0, 2.0, 0.1]]
-        {
+        for vector in [
+            [0.3, -1.2, 0.8],
+            [0.0, 0.0, 2.0],
+            [0.0, 0.0, 0.0],
+            [0.0, std::f64::consts::PI, 0.0],
+            [2.0, 2.0, 0.1],
+        ] {
             let [x, y, z] = vector;
             let text = format!(
                 "flange_x_mm,flange_y_mm,flange_z_mm,flange_rx_rad,flange_ry_rad,flange_rz_rad,p1_x_mm\n100,-20,350,{x},{y},{z},0\n"

@@ -34,10 +34,10 @@ fn a_public_set_gives_what_another_program_finds_and_as_sure() {
     for (name, (place, errors)) in [("p1", CAMERA), ("board", BOARD)] {
         let placed = found.placed.iter().find(|placed| placed.name == name).unwrap();
         let se = placed.se_mm.map(Option::unwrap);
-        for axis in 0..3 {
-            assert!((placed.xyz_mm[axis] - place[axis]).abs() < 0.02, "{placed:?} {place:?}");
-            assert!((se[axis] / errors[axis] - 1.0).abs() < 0.3, "{placed:?} {errors:?}");
-        }
+        let near = |axis: usize| (placed.xyz_mm[axis] - place[axis]).abs() < 0.02;
+        assert!((0..3).all(near), "{placed:?} {place:?}");
+        let as_sure = |axis: usize| (se[axis] / errors[axis] - 1.0).abs() < 0.3;
+        assert!((0..3).all(as_sure), "{placed:?} {errors:?}");
     }
 }
 

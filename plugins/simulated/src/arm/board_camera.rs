@@ -98,7 +98,7 @@ mod tests {
     fn a_rotation_vector_is_that_of_its_rotation_up_to_half_a_turn() {
         let axes = [Vector::X, Vector::Z, Vector::new(0.6, -0.64, 0.48), Vector::new(-0.36, 0.48, 0.8)];
         for axis in axes {
-            for angle in [0.0, 1e-3, 0.7, 2.0, 2.99, 3.05, 3.14, std::f64::consts::PI - 1e-9] {
+            for angle in [0.0, 1e-3, 0.7, 2.0, 2.99, 3.05, 3.13, std::f64::consts::PI - 1e-9] {
                 let found = rotation_vector(&Rotation::about(axis, angle));
                 assert!((found - axis * angle).norm() < 1e-5, "{axis:?} {angle}: {found:?}");
             }
