@@ -104,7 +104,8 @@ impl Effect for EpochSteps {
             }
             // A number that these rows cannot tell (its variance is exactly zero) may have changed by as much as those they do tell.
             let first = epoch * width;
-            let variances = (first..first + self.counted).map(|place| covariance.get((place, place)).copied());
+            let variances =
+                (first..first + self.counted).map(|place| covariance.get((place, place)).copied());
             let untold = variances.filter(|variance| variance.is_none_or(|variance| variance <= 0.0)).count();
             let unseen = if untold > 0 { length } else { 0.0 };
             let error = if untold == self.counted { f64::INFINITY } else { error_along(&slope, covariance) };
@@ -145,7 +146,10 @@ mod tests {
         };
         let told = size([0.01; 4]);
         assert!((told.value - 5.0).abs() < 1e-12 && (told.error - 0.1).abs() < 1e-12, "{told:?}");
-        assert!((size([0.01, 0.0, 0.01, 0.01]).error - 5.0_f64.hypot(0.06)).abs() < 1e-12, "one part is untold");
+        assert!(
+            (size([0.01, 0.0, 0.01, 0.01]).error - 5.0_f64.hypot(0.06)).abs() < 1e-12,
+            "one part is untold"
+        );
         assert_eq!(size([0.0, 0.0, 0.01, 0.01]).error, f64::INFINITY);
     }
 }

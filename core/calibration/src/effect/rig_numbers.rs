@@ -4,7 +4,9 @@ use nalgebra::DMatrix;
 
 use super::kind::{Family, Kind, Places, Search, Setting, Survey};
 use super::tool_offset::length_of;
-use super::{Drive, Effect, EffectId, EffectNameError, Handle, Parameter, Situation, Size, Spot, Unit, standard_error};
+use super::{
+    Drive, Effect, EffectId, EffectNameError, Handle, Parameter, Situation, Size, Spot, Unit, standard_error,
+};
 use crate::arm_model::RigNumber;
 
 /// A number of the rig as a parameter: name, unit, greatest plausible size either way (internal unit), number.

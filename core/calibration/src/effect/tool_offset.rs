@@ -40,7 +40,8 @@ pub(super) fn length_of(values: &[f64], covariance: &DMatrix<f64>) -> Size {
     let seen = (0..values.len()).filter(|row| known(*row)).count();
     let unseen = if seen < values.len() { value } else { 0.0 };
     // Of shifts that are all zero the length has no slope: its error is that of the worst known component.
-    let worst = || (0..values.len()).filter_map(|row| covariance.get((row, row)).copied()).fold(0.0, f64::max);
+    let worst =
+        || (0..values.len()).filter_map(|row| covariance.get((row, row)).copied()).fold(0.0, f64::max);
     let variance = if value > 0.0 { variance } else { worst() };
     let error = if seen == 0 { f64::INFINITY } else { standard_error(variance).hypot(unseen) };
     Size { value, unit: "mm", error }

@@ -4,6 +4,7 @@ mod contradiction;
 mod define;
 mod epochs;
 mod error;
+mod parts;
 mod raw;
 mod residual_map;
 mod schema;

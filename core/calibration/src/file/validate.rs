@@ -11,16 +11,16 @@ use plumb_kinematics::{Chain, Convention, Joint, Mass, Motion};
 
 use super::contradiction::contradiction;
 use super::error::{ModelFileError, Place};
+use super::parts::{measured_from, revision};
 use super::raw::{
-    RawBoard, RawClaim, RawConvention, RawEffect, RawJoint, RawLevel, RawLink, RawMeasuredFrom, RawModel,
-    RawRevision, RawSensor, RawSide, RawSurface, RawTarget, RawTouch, RawValuedEffect, RawVolume,
+    RawBoard, RawClaim, RawConvention, RawEffect, RawJoint, RawLevel, RawLink, RawModel, RawSensor, RawSide,
+    RawSurface, RawTarget, RawTouch, RawValuedEffect, RawVolume,
 };
 use super::urdf_frames;
 use crate::arm_model::Sensor;
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{
-    AddedEffect, Board, Correction, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface, Target,
-    Touch, TouchDistance,
+    AddedEffect, Board, Correction, Frame, Level, Model, Noise, Surface, Target, Touch, TouchDistance,
 };
 use crate::effect;
 use crate::suggestion::suggestion;
@@ -579,24 +579,6 @@ fn corrections(raw: &Spanned<RawEffect>, model: &Model) -> Vec<Correction> {
     }
     let ids = effect::expand(&written(valued), model).unwrap_or_default();
     ids.into_iter().map(|id| Correction { id, may_be: valued.may_be.clone() }).collect()
-}
-
-fn measured_from(raw: RawMeasuredFrom) -> MeasuredFrom {
-    match raw {
-        RawMeasuredFrom::Instrument => MeasuredFrom::Instrument,
-        RawMeasuredFrom::World => MeasuredFrom::World,
-    }
-}
-
-fn revision(raw: &RawRevision) -> Revision {
-    Revision {
-        number: raw.number,
-        of: raw.of.clone(),
-        did: raw.did.clone(),
-        data: raw.data.clone(),
-        parent: raw.parent,
-        rms: raw.rms_mm,
-    }
 }
 
 /// An effect's keys as one text, as it would be written by itself.

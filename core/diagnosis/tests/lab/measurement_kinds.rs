@@ -211,7 +211,8 @@ fn an_error_is_named_and_the_model_grown_by_distances_to_a_point_of_which_nobody
         .into_iter()
         .map(|q| {
             let tip = column_tip([q[0], q[1], q[2] + 0.02 * q[2]]);
-            let squares = tip.iter().zip(nail).map(|(part, nail): (&f64, f64)| (part - nail).powi(2)).sum::<f64>();
+            let squares =
+                tip.iter().zip(nail).map(|(part, nail): (&f64, f64)| (part - nail).powi(2)).sum::<f64>();
             format!("{},{:.5},nail", joints(q), squares.sqrt() + dice.noise(0.05))
         })
         .collect();
@@ -222,7 +223,11 @@ fn an_error_is_named_and_the_model_grown_by_distances_to_a_point_of_which_nobody
         .unwrap();
     let added: Vec<&str> = growth.steps.iter().map(|step| step.label.as_str()).collect();
     assert_eq!(added, ["joint_gain(elbow)"], "{}", growth.diagnosis.sentence);
-    assert!((growth.steps[0].added.size - 0.02).abs() < 4.0 * growth.steps[0].added.se, "{:?}", growth.steps[0]);
+    assert!(
+        (growth.steps[0].added.size - 0.02).abs() < 4.0 * growth.steps[0].added.se,
+        "{:?}",
+        growth.steps[0]
+    );
 }
 
 #[test]
