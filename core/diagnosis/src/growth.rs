@@ -9,10 +9,11 @@ use super::fitted::Fitted;
 use super::found::{CorrectionCandidate, Found};
 use super::outcome::{Diagnosis, Named, Verdict};
 use super::predictive_gain::Gain;
-use super::thresholds::{CORRECTIONS_TRIED, MOST_CORRECTIONS};
+use super::thresholds::{BATCH_ROWS, CORRECTIONS_TRIED, MOST_CORRECTIONS};
 use crate::cross_validation::pose_groups;
-use crate::laboratory::{Addition, Laboratory, LaboratoryError, MapStep, Mapped, point_squares};
+use crate::laboratory::{Addition, Laboratory, LaboratoryError, MapStep, Mapped, Rms, point_squares};
 use plumb_calibration::arm_model::{AddedEffect, Correction, Model};
+use plumb_calibration::effect::acts_by_epoch;
 use plumb_estimation::Progress;
 
 /// RMS after a step, mm.
@@ -22,6 +23,12 @@ pub struct StepRms {
     pub fit: f64,
     /// Blocked cross-validation.
     pub cv: Option<f64>,
+}
+
+impl From<Rms> for StepRms {
+    fn from(rms: Rms) -> Self {
+        Self { fit: rms.fit, cv: rms.cv }
+    }
 }
 
 /// One effect taken in.
@@ -135,6 +142,15 @@ impl Growing {
         Ok(true)
     }
 
+    /// Adds what was re-set, named or as a correction if those are wanted; whether anything was.
+    fn add_reset(&mut self, with_corrections: bool, progress: &Progress) -> Result<bool, LaboratoryError> {
+        if self.found.named.as_ref().is_some_and(|effect| acts_by_epoch(&effect.id.name)) {
+            return self.add_named(progress);
+        }
+        self.found.corrections.retain(|candidate| acts_by_epoch(&candidate.effect.id.name));
+        Ok(with_corrections && self.add_correction(progress)?)
+    }
+
     /// Adds the first correction that the locked rows bear out; whether there was one.
     fn add_correction(&mut self, progress: &Progress) -> Result<bool, LaboratoryError> {
         let candidates = std::mem::take(&mut self.found.corrections);
@@ -209,25 +225,27 @@ impl Laboratory {
 
     /// Adds what is named, and at most so many corrections.
     fn grow_by(&self, corrections: usize, progress: &Progress) -> Result<Growth, LaboratoryError> {
-        let mut laboratory = self.without_map().unwrap_or_else(|| self.clone());
-        let mut steps: Vec<Step> = Vec::new();
+        let laboratory = self.without_map().unwrap_or_else(|| self.clone());
+        let (mut laboratory, mut steps) = laboratory.with_what_was_reset(corrections, progress)?;
+        let reset = steps.len();
         for round in 0..ROUNDS {
             let Some(batch) = laboratory.batch(round > 0, progress)? else { break };
             steps.extend(batch.steps);
             laboratory = batch.laboratory;
         }
-        if !steps.is_empty() {
+        if steps.len() > reset {
             return self.grown_by_batches(laboratory, steps, progress);
         }
         let (diagnosis, found) = laboratory.diagnose_for(progress)?;
         let start = StepRms { fit: diagnosis.rms_mm.fit, cv: diagnosis.rms_mm.cv };
+        let start = if reset > 0 { self.compare(progress)?.rms_mm.into() } else { start };
+        let mut corrected = steps.iter().filter(|step| step.claim == Claim::Correction).count();
         let mut growing = Growing { laboratory, diagnosis, found, steps, opened: 0 };
-        let mut corrected = 0;
         while growing.steps.len() < MOST {
             if growing.add_named(progress)? {
                 continue;
             }
-            if corrected == corrections || !growing.add_correction(progress)? {
+            if corrected >= corrections || !growing.add_correction(progress)? {
                 break;
             }
             corrected += 1;
@@ -247,6 +265,24 @@ impl Laboratory {
             extrapolation: Vec::new(),
             diagnosis,
         })
+    }
+
+    /// The model with what was re-set among the rows of a large table, before batches look at the pose: a step in the order of the rows is imitated by any number of
+    /// waves of the pose, each of which would be given a name. Adds effects by epoch as long as the diagnosis names them, or bears them out as corrections.
+    fn with_what_was_reset(
+        self,
+        corrections: usize,
+        progress: &Progress,
+    ) -> Result<(Self, Vec<Step>), LaboratoryError> {
+        let jumped = self.table().len() >= BATCH_ROWS
+            && self.dated(progress)?.is_some_and(|(_, jumps)| !jumps.is_empty());
+        if !jumped {
+            return Ok((self, Vec::new()));
+        }
+        let (diagnosis, found) = self.diagnose_for(progress)?;
+        let mut growing = Growing { laboratory: self, diagnosis, found, steps: Vec::new(), opened: 0 };
+        while growing.add_reset(growing.steps.len() < corrections, progress)? {}
+        Ok((growing.laboratory, growing.steps))
     }
 
     /// Whether the locked rows are predicted better with an effect than without it, by more than one standard error over poses; never where none are locked.
@@ -307,9 +343,12 @@ impl Laboratory {
         }
         Ok(Growth {
             model: grown.model().clone(),
-            start: StepRms { fit: start.fit, cv: start.cv },
+            start: start.into(),
+            mechanisms_alone: match steps.iter().any(|step| step.claim == Claim::Correction) {
+                true => Some(grown.mechanisms_alone(progress)?),
+                false => None,
+            },
             steps,
-            mechanisms_alone: None,
             residual_map: None,
             extrapolation,
             diagnosis,

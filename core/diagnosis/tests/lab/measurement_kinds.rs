@@ -230,6 +230,43 @@ fn an_error_is_named_and_the_model_grown_by_distances_to_a_point_of_which_nobody
     );
 }
 
+/// On a draw wire that was re-set twice while an arm walked through its poses, thirteen waves of the joints were taken in one after another.
+#[test]
+fn a_wire_that_was_re_set_on_the_way_is_taken_in_before_waves_that_imitate_it() {
+    let mut dice = Dice::seeded(23);
+    let nail = [60.0, 480.0, 20.0];
+    // The arm walks a smooth way, so that what jumps in the order of the rows jumps along every joint as well.
+    let poses = (0..600).map(|index| {
+        let turn = f64::from(index) * std::f64::consts::TAU / 600.0;
+        [100.0 * turn.sin(), 40.0 + 50.0 * (1.5 * turn).sin(), -65.0 + 50.0 * (2.3 * turn).sin()]
+    });
+    let row = |(index, q): (usize, [f64; 3])| {
+        let squares = column_tip(q)
+            .iter()
+            .zip(nail)
+            .map(|(part, nail): (&f64, f64)| (part - nail).powi(2))
+            .sum::<f64>();
+        let reset = if (150..410).contains(&index) { 3.0 } else { 0.0 };
+        format!("{},{:.5},nail", joints(q), squares.sqrt() + reset + dice.noise(0.1))
+    };
+    let rows: Vec<String> = poses.enumerate().map(row).collect();
+    let surfaces = "surfaces: {nail: {point_mm: [50, 490, 30], free: true}}\n";
+    let table = format!("{Q},distance_mm,distance_to\n{}\n", rows.join("\n"));
+    let options = Options { holdout: Holdout::Random { share: 0.3, seed: 1 }, ..Options::default() };
+    let growth =
+        laboratory(&format!("{COLUMN_ARM}{KNOWN}free: [joint_zero(*)]\n{surfaces}"), &table, options)
+            .grow_with_corrections(&Progress::unwatched())
+            .unwrap();
+    let added: Vec<&str> = growth.steps.iter().map(|step| step.label.as_str()).collect();
+    assert!(
+        growth.steps[0].label.starts_with("reading_reset")
+            || growth.steps[0].may_be.iter().any(|one| one.starts_with("reading_reset")),
+        "{added:?}"
+    );
+    assert!(!added.iter().any(|label| label.starts_with("joint_harmonic")), "{added:?}");
+    assert!(growth.diagnosis.rms_mm.fit < 0.15, "{}", growth.diagnosis.sentence);
+}
+
 #[test]
 fn one_pointer_on_marks_of_which_only_a_distance_is_known() {
     // Each mark is reached by both bends of the elbow and nothing else is known but how far apart two marks are.
