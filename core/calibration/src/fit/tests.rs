@@ -106,9 +106,9 @@ fn of_two_numbers_that_move_the_readings_alike_one_is_held_and_named_with_the_ot
 
 #[test]
 fn a_number_that_changes_nothing_is_held_and_is_like_no_other() {
-    // Play shows only where the table says from which side a joint came.
-    let fit = fitted(&measured(20, 0.05, 4), "", &["joint_zero(elbow)", "joint_backlash(elbow)"]).unwrap();
-    assert_eq!(fit.gauges, [Gauge { held: "joint_backlash(elbow)".to_owned(), same_as: Vec::new() }]);
+    // Warmth shows only where the table says how warm it was.
+    let fit = fitted(&measured(20, 0.05, 4), "", &["joint_zero(elbow)", "thermal_growth(elbow)"]).unwrap();
+    assert_eq!(fit.gauges, [Gauge { held: "thermal_growth(elbow)".to_owned(), same_as: Vec::new() }]);
 }
 
 #[test]
