@@ -12,7 +12,7 @@ use ratatui::widgets::{Block, Borders, Padding};
 use crate::screens::theme::Theme;
 
 /// Columns the plot needs to say something.
-pub(crate) const LEAST: u16 = 18;
+pub(crate) const LEAST: u16 = 16;
 
 /// The greatest and the smallest change the axis shows, as powers of ten; degrees or mm.
 const DECADES: (i32, i32) = (1, -4);
