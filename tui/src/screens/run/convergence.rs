@@ -48,6 +48,8 @@ pub(crate) fn view(series: &[(String, Vec<f64>)], unit: &str, theme: &Theme, fra
                 context.layer();
                 let column = (right - left) / f64::from(area.width);
                 let at_the_right = |text: &str| right - column * text.chars().count() as f64;
+                let line = (high - low) / f64::from(area.height.max(1));
+                let mut labels: Vec<f64> = Vec::new();
                 for ((name, changes), color) in series.iter().zip(inks.into_iter().cycle()) {
                     let height = |change: &f64| change.abs().max(1e-12).log10().clamp(low, high);
                     let points: Vec<(f64, f64)> = changes
@@ -60,7 +62,12 @@ pub(crate) fn view(series: &[(String, Vec<f64>)], unit: &str, theme: &Theme, fra
                     }
                     if let Some((_, y)) = points.last() {
                         let style = Style::new().fg(color);
-                        context.print(at_the_right(name), *y, TextLine::styled(name.clone(), style));
+                        // Poses that settle alike end at one height: the second name stands a line higher, or lower at the top.
+                        let beside = if *y + line > high { -line } else { line };
+                        let is_free = |at: f64| labels.iter().all(|other| (other - at).abs() >= line);
+                        let at = if is_free(*y) { *y } else { *y + beside };
+                        labels.push(at);
+                        context.print(at_the_right(name), at, TextLine::styled(name.clone(), style));
                     }
                     for (x, y) in points {
                         context.draw(&Circle { x, y, radius, color });
