@@ -9,6 +9,7 @@ use nix::sys::signalfd::{SfdFlags, SignalFd};
 use plumb_cell::RunHandle;
 use plumb_cell::command::Command;
 use plumb_host::process_name;
+use tokio::signal::unix;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 /// The signals that end a run.
@@ -115,6 +116,36 @@ fn command_of(number: i32, sender: Option<u32>, keep: bool) -> Command {
             by: format!("{name} from {}", process_name(sender.unwrap_or_default())),
             keep,
         },
+    }
+}
+
+/// The signals that ask screens to be left, where no run has taken them over.
+pub(crate) struct LeavingSignals {
+    terminate: unix::Signal,
+    hang_up: unix::Signal,
+    interrupt: unix::Signal,
+}
+
+impl LeavingSignals {
+    /// Watches for them from here on.
+    ///
+    /// # Errors
+    /// The system does not hand them over.
+    pub(crate) fn watch() -> io::Result<Self> {
+        Ok(Self {
+            terminate: unix::signal(unix::SignalKind::terminate())?,
+            hang_up: unix::signal(unix::SignalKind::hangup())?,
+            interrupt: unix::signal(unix::SignalKind::interrupt())?,
+        })
+    }
+
+    /// Waits for any of them.
+    pub(crate) async fn any(&mut self) {
+        tokio::select! {
+            _ = self.terminate.recv() => {}
+            _ = self.hang_up.recv() => {}
+            _ = self.interrupt.recv() => {}
+        }
     }
 }
 

@@ -15,7 +15,6 @@ use plumb_cell::event::StampedEvent;
 use ratatui::crossterm::event::{
     Event, EventStream, KeyEventKind, KeyModifiers, MouseButton, MouseEventKind,
 };
-use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 
@@ -27,6 +26,7 @@ use super::state::State;
 use super::terminal::OpenTerminal;
 use super::update::{obey, update};
 use super::view::view;
+use crate::signals::LeavingSignals;
 
 /// The shortest time between two frames.
 const FRAME: Duration = Duration::from_millis(33);
@@ -72,7 +72,7 @@ async fn run(state: &mut State, sources: &mut Sources, outside: &Outside) -> io:
     state.size = terminal.size()?;
     let (to_here, mut keys) = unbounded_channel();
     tokio::spawn(read_keys(outside.handle.clone(), to_here));
-    let mut ends = Ends::watch()?;
+    let mut ends = LeavingSignals::watch()?;
     let mut tick = interval(TICK);
     tick.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let opened = Instant::now();
@@ -284,31 +284,6 @@ fn heard_from_terminal(event: &Event, handle: Option<&RunHandle>) -> Option<Mess
         },
         Event::Resize(width, height) => Some(Message::Resized { width: *width, height: *height }),
         _ => None,
-    }
-}
-
-/// The signals that end the program in good order.
-struct Ends {
-    terminate: Signal,
-    hang_up: Signal,
-    interrupt: Signal,
-}
-
-impl Ends {
-    fn watch() -> io::Result<Self> {
-        Ok(Self {
-            terminate: signal(SignalKind::terminate())?,
-            hang_up: signal(SignalKind::hangup())?,
-            interrupt: signal(SignalKind::interrupt())?,
-        })
-    }
-
-    async fn any(&mut self) {
-        tokio::select! {
-            _ = self.terminate.recv() => {}
-            _ = self.hang_up.recv() => {}
-            _ = self.interrupt.recv() => {}
-        }
     }
 }
 

@@ -1,6 +1,5 @@
 //! The fleet as a terminal screen: the cells, read anew while it is open.
 
-use std::io;
 use std::time::{Duration, Instant};
 
 use futures_util::StreamExt as _;
@@ -9,7 +8,6 @@ use plumb_record::today;
 use ratatui::crossterm::event::{
     Event, EventStream, KeyCode, KeyEvent, KeyEventKind, KeyModifiers, MouseEventKind,
 };
-use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 use tokio::time::sleep;
 
@@ -18,6 +16,7 @@ use super::words::in_order;
 use crate::failure::with_causes;
 use crate::screens::terminal::OpenTerminal;
 use crate::screens::theme::Theme;
+use crate::signals::LeavingSignals;
 
 /// How often the cells are read: as often as the page does it.
 const RENEW: Duration = Duration::from_secs(2);
@@ -45,7 +44,7 @@ pub(super) async fn show(from: &str, arm: Option<String>) -> Result<(), Box<dyn 
     let theme = Theme::from_environment();
     let mut terminal = OpenTerminal::open("plumb fleet")?;
     let mut keys = EventStream::new();
-    let mut ends = Ends::watch()?;
+    let mut ends = LeavingSignals::watch()?;
     loop {
         let shown = screen.shown();
         terminal.draw(|frame| view(frame, &shown, &theme))?;
@@ -168,30 +167,5 @@ impl Screen {
             _ => {}
         }
         true
-    }
-}
-
-/// Signals that ask the program to end.
-struct Ends {
-    terminate: Signal,
-    hang_up: Signal,
-    interrupt: Signal,
-}
-
-impl Ends {
-    fn watch() -> io::Result<Self> {
-        Ok(Self {
-            terminate: signal(SignalKind::terminate())?,
-            hang_up: signal(SignalKind::hangup())?,
-            interrupt: signal(SignalKind::interrupt())?,
-        })
-    }
-
-    async fn any(&mut self) {
-        tokio::select! {
-            _ = self.terminate.recv() => {}
-            _ = self.hang_up.recv() => {}
-            _ = self.interrupt.recv() => {}
-        }
     }
 }
