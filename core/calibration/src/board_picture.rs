@@ -5,8 +5,9 @@
 //! seen small looks alike in both (Collins and Bartoli 2014); of both, refined by least squares of the pixels (Levenberg-Marquardt), the better is taken.
 
 use nalgebra::{
-    DMatrix, Isometry3, Matrix3, Matrix6, Point3, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6,
+    DMatrix, DVector, Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6,
 };
+use plumb_estimation::{CAREFUL, NormalEquations, Problem, Progress, Settings, descend};
 use thiserror::Error;
 
 /// A camera's own numbers, px; without unit those of the lens.
@@ -80,7 +81,7 @@ pub enum BoardPictureError {
 /// Corners needed.
 const FEWEST: usize = 4;
 
-/// Rounds of least squares at most; a few suffice from a homography.
+/// Steps of least squares at most; a few suffice from a homography.
 const ROUNDS: usize = 50;
 
 impl CameraNumbers {
@@ -149,7 +150,7 @@ impl BoardCorners {
         self.check(corners)?;
         let picture = Picture { board: self, camera, corners };
         let start = picture.by_homography().ok_or(BoardPictureError::NoPlane)?;
-        let refined = [start, mirrored(&start)].map(|start| picture.refined(start));
+        let refined = [start, mirrored(&start)].map(|start| picture.refined(&start));
         let better = refined.into_iter().flatten().min_by(|one, other| one.off_px.total_cmp(&other.off_px));
         better.ok_or(BoardPictureError::NoPlane)
     }
@@ -225,49 +226,48 @@ impl Picture<'_> {
         Some(all)
     }
 
-    /// Least squares of the pixels from a start.
-    fn refined(&self, start: Isometry3<f64>) -> Option<BoardPose> {
-        let squares = |residuals: &[f64]| residuals.iter().map(|one| one * one).sum::<f64>();
-        let (mut pose, mut left) = (start, self.residuals(&start)?);
-        let mut damping = 1e-3;
-        for _ in 0..ROUNDS {
-            let (mut matrix, mut gradient) = (Matrix6::zeros(), Vector6::zeros());
-            let columns = self.columns(&pose)?;
-            for (row, residual) in left.iter().enumerate() {
-                let line = Vector6::from_fn(|part, _| columns[part][row]);
-                matrix += line * line.transpose();
-                gradient += line * *residual;
-            }
-            let damped = matrix + Matrix6::from_diagonal(&matrix.diagonal()) * damping;
-            let Some(step) = damped.cholesky().map(|factor| factor.solve(&gradient)) else { break };
-            let next = stepped(&pose, &step);
-            match self.residuals(&next).filter(|next| squares(next) < squares(&left)) {
-                Some(better) => {
-                    let settled = squares(&left) - squares(&better) < 1e-12 * squares(&left);
-                    (pose, left, damping) = (next, better, damping * 0.1);
-                    if settled {
-                        break;
-                    }
-                }
-                None if damping > 1e6 => break,
-                None => damping *= 10.0,
-            }
-        }
-        let off_px = (squares(&left) / self.corners.len() as f64).sqrt();
-        Some(BoardPose { camera_from_board: pose, off_px })
+    /// Least squares of the pixels from a start; nothing where a corner would be behind the camera there.
+    fn refined(&self, start: &Isometry3<f64>) -> Option<BoardPose> {
+        let settings = Settings { steps: ROUNDS, damping: CAREFUL };
+        let found = descend(self, start, &[], settings, &Progress::unwatched()).ok()?;
+        let off_px = (found.normal.squares / self.corners.len() as f64).sqrt();
+        off_px.is_finite().then_some(BoardPose { camera_from_board: found.state, off_px })
     }
 
-    /// How the shown pixels move with each of the six numbers of a pose, by differences.
-    fn columns(&self, pose: &Isometry3<f64>) -> Option<[Vec<f64>; 6]> {
-        let mut columns: [Vec<f64>; 6] = Default::default();
-        for (part, column) in columns.iter_mut().enumerate() {
+    /// How the shown pixels move with each of the six numbers of a pose (rows), by differences.
+    fn derivatives(&self, pose: &Isometry3<f64>) -> Option<DMatrix<f64>> {
+        let mut derivatives = DMatrix::zeros(6, 2 * self.corners.len());
+        for part in 0..6 {
             let small = if part < 3 { SMALL_MM } else { SMALL_RAD };
-            let ahead = self.residuals(&stepped(pose, &Vector6::ith(part, small)))?;
-            let behind = self.residuals(&stepped(pose, &Vector6::ith(part, -small)))?;
-            *column =
-                behind.iter().zip(&ahead).map(|(behind, ahead)| (behind - ahead) / (2.0 * small)).collect();
+            let ahead = self.residuals(&moved(pose, &Vector6::ith(part, small)))?;
+            let behind = self.residuals(&moved(pose, &Vector6::ith(part, -small)))?;
+            for (column, (behind, ahead)) in behind.iter().zip(&ahead).enumerate() {
+                derivatives[(part, column)] = (behind - ahead) / (2.0 * small);
+            }
         }
-        Some(columns)
+        Some(derivatives)
+    }
+}
+
+impl Problem for Picture<'_> {
+    type State = Isometry3<f64>;
+
+    /// A pose with a corner behind the camera is infinitely far off, so that no step is taken there.
+    fn normal_equations(&self, pose: &Self::State) -> NormalEquations {
+        let mut normal = NormalEquations::zeros(6);
+        match (self.residuals(pose), self.derivatives(pose)) {
+            (Some(residuals), Some(derivatives)) => normal.take(&residuals, &derivatives),
+            _ => normal.squares = f64::INFINITY,
+        }
+        normal
+    }
+
+    fn stepped(&self, pose: &Self::State, change: &DVector<f64>) -> Self::State {
+        moved(pose, &Vector6::from_iterator(change.iter().copied()))
+    }
+
+    fn is_finite(&self, pose: &Self::State) -> bool {
+        pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|part| part.is_finite())
     }
 }
 
@@ -279,7 +279,7 @@ const SMALL_RAD: f64 = 1e-6;
 const ON_A_LINE: f64 = 1e-6;
 
 /// A pose shifted (camera's frame, mm) and turned about the board's origin (camera's axes, rad).
-fn stepped(pose: &Isometry3<f64>, step: &Vector6<f64>) -> Isometry3<f64> {
+fn moved(pose: &Isometry3<f64>, step: &Vector6<f64>) -> Isometry3<f64> {
     let shift = step.fixed_rows::<3>(0).into_owned();
     let turn = UnitQuaternion::from_scaled_axis(step.fixed_rows::<3>(3).into_owned());
     Isometry3::from_parts(Translation3::from(pose.translation.vector + shift), turn * pose.rotation)
