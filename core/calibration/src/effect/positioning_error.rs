@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::kind::{Family, Kind, Places, Search, Setting, Survey};
-use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Size, Unit};
+use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Size, Unit, standard_error};
 
 /// Most pieces: those between the 256 lines that a compensation table of LinuxCNC has at most.
 const MOST_PIECES: f64 = 255.0;
@@ -61,7 +61,7 @@ impl Effect for PositioningError {
             one.zip(other).and_then(|place| covariance.get(place)).copied().unwrap_or(0.0)
         };
         let variance = entry(greatest, greatest) + entry(least, least) - 2.0 * entry(greatest, least);
-        Size { value: value(greatest) - value(least), unit: "mm", error: variance.max(0.0).sqrt() }
+        Size { value: value(greatest) - value(least), unit: "mm", error: standard_error(variance) }
     }
 }
 
@@ -163,6 +163,11 @@ targets: {p1: {}}
             "{size:?}"
         );
         let one_side = built.size(&[0.02, 0.01, 0.005], &covariance);
+        assert_eq!(
+            built.size(&[0.0; 3], &DMatrix::zeros(3, 3)).error,
+            f64::INFINITY,
+            "nothing was determined"
+        );
         assert!(
             (one_side.value - 0.02).abs() < 1e-12 && (one_side.error - 2e-3).abs() < 1e-12,
             "{one_side:?}"
@@ -170,8 +175,8 @@ targets: {p1: {}}
     }
 
     #[test]
-    fn what_it_cannot_be_made_of_is_told() {
-        for (text, effect, said) in [
+    fn what_it_cannot_be_made_of_is_refused_with_the_reason() {
+        for (text, effect, reason) in [
             (AXIS.to_owned(), "positioning_error(turn, 4)", "is of a joint that slides"),
             (AXIS.to_owned(), "positioning_error(x, 2.5)", "number of straight pieces, 1 to 255"),
             (AXIS.to_owned(), "positioning_error(x, 300)", "number of straight pieces, 1 to 255"),
@@ -182,8 +187,8 @@ targets: {p1: {}}
                 "as in `limits_mm: [0, 400]`",
             ),
         ] {
-            let told = built(&text, effect).unwrap_err().to_string();
-            assert!(told.contains(said), "{effect}: {told}");
+            let message = built(&text, effect).unwrap_err().to_string();
+            assert!(message.contains(reason), "{effect}: {message}");
         }
     }
 
