@@ -16,7 +16,7 @@ pub use columns::{Covariate, CovariateValues, MOST_LEVELS, Names, PositionColumn
 pub use error::{HeaderProblem, TableError};
 pub(crate) use naming::suggestion;
 pub use naming::{Naming, Rename};
-pub use orientation::{Body, OrientationColumns, OrientationForm, UNIT_TOLERANCE};
+pub use orientation::{Body, OrientationColumns, OrientationForm, UNIT_TOLERANCE, quaternion};
 pub use stretch::Stretch;
 pub use write::table_text;
 

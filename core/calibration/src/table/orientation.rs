@@ -209,7 +209,7 @@ pub(super) fn orientations(parts: &[TurnPart]) -> Result<Vec<OrientationColumns>
 }
 
 /// The numbers of a rotation as a quaternion, `w` first and not negative.
-pub(super) fn quaternion(turn: &Rotation3<f64>) -> [f64; 4] {
+pub fn quaternion(turn: &Rotation3<f64>) -> [f64; 4] {
     let quaternion = UnitQuaternion::from_rotation_matrix(turn);
     let sign = if quaternion.w < 0.0 { -1.0 } else { 1.0 };
     [quaternion.w, quaternion.i, quaternion.j, quaternion.k].map(|part| part * sign)

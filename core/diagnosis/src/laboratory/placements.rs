@@ -1,7 +1,8 @@
 //! Where bodies, cameras, the board and the base were found, and how sure that is.
 
-use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Rotation3, Vector3};
 use plumb_calibration::fit::{Fit, ResidualModel, Slot};
+use plumb_calibration::table::quaternion;
 use serde::Serialize;
 
 use super::point_errors::ErrorSummary;
@@ -46,15 +47,13 @@ impl Errors<'_, '_> {
         (shift, turned): (impl Fn(usize) -> Slot, impl Fn(usize) -> Slot),
     ) -> Placement {
         let (roll, pitch, yaw) = turn.euler_angles();
-        let quaternion = UnitQuaternion::from_rotation_matrix(&turn);
-        let sign = if quaternion.w < 0.0 { -1.0 } else { 1.0 };
         Placement {
             name: name.to_owned(),
             frame,
             xyz_mm: xyz.into(),
             se_mm: [0, 1, 2].map(|axis| self.of(shift(axis))),
             rpy_deg: [roll, pitch, yaw].map(f64::to_degrees),
-            quaternion: [quaternion.w, quaternion.i, quaternion.j, quaternion.k].map(|part| part * sign),
+            quaternion: quaternion(&turn),
             se_deg: [0, 1, 2].map(|axis| self.of(turned(axis)).map(f64::to_degrees)),
         }
     }

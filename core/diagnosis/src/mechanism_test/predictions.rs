@@ -3,7 +3,7 @@
 use super::bench::{Bench, Set};
 use crate::cross_validation::{joint_blocks, pose_groups, region_blocks, session_blocks};
 use crate::predictive_gain::Gain;
-use plumb_estimation::huber_corner;
+use plumb_estimation::{huber_corner, median};
 
 /// What blocks of rows say of one effect.
 pub(super) struct Predictions {
@@ -91,10 +91,10 @@ fn loss(residual: f64, scale: f64) -> f64 {
 
 /// Sigma of some residuals by the median of their amounts; they have mean zero.
 fn robust_scale(residuals: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = residuals.iter().map(|one| one.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    // The median of the amount of a normal number is 0.6745 sigma.
-    sizes.get(sizes.len() / 2).map_or(1.0, |median| (median / 0.6745).max(f64::MIN_POSITIVE))
+    let sizes: Vec<f64> = residuals.iter().map(|one| one.abs()).collect();
+    // The median of the amount of a normal number is 0.6745 sigma. Without residuals any scale does.
+    let sigma = median(&sizes) / 0.6745;
+    if sigma.is_nan() { 1.0 } else { sigma.max(f64::MIN_POSITIVE) }
 }
 
 /// The jackknife's standard error of a number, from its values without each of some blocks (Efron & Tibshirani 1993, section 11.5).
