@@ -32,6 +32,8 @@ mod network;
 mod server;
 #[path = "central/soak.rs"]
 mod soak;
+#[path = "central/wait.rs"]
+mod wait;
 
 use std::process::ExitCode;
 use std::time::Duration;

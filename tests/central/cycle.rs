@@ -7,10 +7,12 @@ use std::time::{Duration, Instant};
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeVal;
 
+use plumb_estimation::median;
 use plumb_record::Record;
 
 use crate::lab::{Lab, kill};
 use crate::server::Server;
+use crate::wait::wait_until;
 
 /// What a run took.
 #[derive(Debug, Clone, Copy)]
@@ -35,13 +37,13 @@ pub(crate) struct Ratio {
 impl Ratio {
     /// Of pairs: beside, without.
     fn of(pairs: &[(f64, f64)]) -> Self {
-        let mut ratios: Vec<f64> = pairs.iter().map(|(beside, without)| beside / without).collect();
-        let middle = median(&mut ratios);
-        let mut apart: Vec<f64> = ratios.iter().map(|ratio| (ratio - middle).abs()).collect();
+        let ratios: Vec<f64> = pairs.iter().map(|(beside, without)| beside / without).collect();
+        let middle = median(&ratios);
+        let apart: Vec<f64> = ratios.iter().map(|ratio| (ratio - middle).abs()).collect();
         // 1.4826: a normal spread's standard deviation in its median absolute deviations; 1.2533: error of a median over that of a mean.
-        let error = 1.2533 * 1.4826 * median(&mut apart) / (pairs.len() as f64).sqrt();
-        let mut without: Vec<f64> = pairs.iter().map(|(_, without)| *without).collect();
-        Self { median: middle, error, without_s: median(&mut without) }
+        let error = 1.2533 * 1.4826 * median(&apart) / (pairs.len() as f64).sqrt();
+        let without: Vec<f64> = pairs.iter().map(|(_, without)| *without).collect();
+        Self { median: middle, error, without_s: median(&without) }
     }
 }
 
@@ -70,8 +72,8 @@ impl fmt::Display for CycleRatio {
     }
 }
 
-/// How long a shipper has to connect and to send what was written while there was none.
-const CONNECTED: Duration = Duration::from_millis(1_500);
+/// How long a shipper may take to connect and to send what was written while there was none.
+const CONNECTED_WITHIN: Duration = Duration::from_secs(30);
 
 /// How long it has to send the end of a run before the next is timed: it looks three times a second.
 const CAUGHT_UP: Duration = Duration::from_millis(500);
@@ -83,11 +85,27 @@ const PAIRS_A_SHIPPER: usize = 10;
 struct Shipper(Child);
 
 impl Shipper {
-    fn start(lab: &Lab, address: &str) -> Self {
-        let child = lab.command(&["ship", "--to", address]).stdout(Stdio::null()).spawn().unwrap();
-        std::thread::sleep(CONNECTED);
-        Self(child)
+    /// At work: the database has heard of it, and has all rows of the record.
+    fn start(lab: &Lab, server: &Server) -> Self {
+        let record = Record::open(&lab.state()).unwrap();
+        let begin = server.ask("SELECT now()");
+        let child = lab.command(&["ship", "--to", &server.address()]).stdout(Stdio::null()).spawn().unwrap();
+        let shipper = Self(child);
+        wait_until("the shipper is at work", CONNECTED_WITHIN, || has_all(&record, server, &begin));
+        shipper
     }
+}
+
+/// Whether a shipper was heard of since `begin`, by the database's clock, and has sent all rows.
+fn has_all(record: &Record, server: &Server, begin: &str) -> bool {
+    if server.ask("SELECT to_regclass('outbox') IS NULL OR to_regclass('records') IS NULL") == "t" {
+        return false;
+    }
+    let own = record.identity().unwrap();
+    let heard = format!("SELECT count(*) FROM records WHERE record = '{own}' AND last_seen > '{begin}'");
+    let newest = format!("SELECT coalesce(max(sequence), 0) FROM outbox WHERE record = '{own}'");
+    server.ask(&heard) == "1"
+        && record.outbox_after(server.ask(&newest).parse().unwrap(), 1).unwrap().is_empty()
 }
 
 impl Drop for Shipper {
@@ -101,10 +119,10 @@ impl Drop for Shipper {
 /// change places. (A shipper that was only held still would keep its place in the record's log, and so hold up those beside it.)
 pub(crate) fn cycle_ratio(pairs: usize) -> Option<CycleRatio> {
     let server = Server::new()?;
-    let (labs, address) = ([Lab::new(), Lab::new()], server.address());
+    let labs = [Lab::new(), Lab::new()];
     // Files are read, and tables made, before anything is timed.
     for lab in &labs {
-        let _shipper = Shipper::start(lab, &address);
+        let _shipper = Shipper::start(lab, &server);
         timed(lab);
     }
     // Who is the last to close a record folds its log into the file. A shipper spares a run that; so somebody holds both records open, as a page or alerts do.
@@ -112,7 +130,7 @@ pub(crate) fn cycle_ratio(pairs: usize) -> Option<CycleRatio> {
     let (mut wall, mut processor) = (Vec::new(), Vec::new());
     for (block, first) in (0..pairs).step_by(PAIRS_A_SHIPPER).enumerate() {
         let (beside, without) = (&labs[block % 2], &labs[1 - block % 2]);
-        let _shipper = Shipper::start(beside, &address);
+        let _shipper = Shipper::start(beside, &server);
         for pair in first..pairs.min(first + PAIRS_A_SHIPPER) {
             let (one, other) = if pair.is_multiple_of(2) {
                 let one = timed(beside);
@@ -143,10 +161,4 @@ fn processor_time_of_children_s() -> f64 {
     let used = getrusage(UsageWho::RUSAGE_CHILDREN).unwrap();
     let seconds = |time: TimeVal| time.tv_sec() as f64 + time.tv_usec() as f64 * 1e-6;
     seconds(used.user_time()) + seconds(used.system_time())
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let half = values.len() / 2;
-    if values.len().is_multiple_of(2) { f64::midpoint(values[half - 1], values[half]) } else { values[half] }
 }

@@ -28,10 +28,11 @@ mod server;
 mod soak;
 #[path = "../screens/terminal.rs"]
 mod terminal;
+mod wait;
 
 use std::path::Path;
 use std::process::{Child, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use both_sides::both_sides;
 use cycle::cycle_ratio;
@@ -39,6 +40,7 @@ use lab::{Lab, kill};
 use plumb_record::{NewRun, Record};
 use server::Server;
 use soak::{Figures, MOST_LAG_S, Plan, soak};
+use wait::wait_until;
 
 /// A fleet's page may be this far behind its cells, s (issue: lag under 2 s).
 const LAG: Duration = Duration::from_secs(2);
@@ -67,15 +69,6 @@ impl Drop for Shipper {
         let _over = self.0.kill();
         let _over = self.0.wait();
     }
-}
-
-fn wait_until(what: &str, longest: Duration, mut holds: impl FnMut() -> bool) -> Duration {
-    let begin = Instant::now();
-    while !holds() {
-        assert!(begin.elapsed() < longest, "not within {longest:?}: {what}");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    begin.elapsed()
 }
 
 /// Writes a run with so many lines of its log.
