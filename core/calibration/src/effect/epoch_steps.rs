@@ -102,13 +102,15 @@ impl Effect for EpochSteps {
                     slope[before * width + index] -= share;
                 }
             }
-            // A number that these rows cannot tell (its variance is exactly zero) may have changed by as much as those they do tell.
+            // A number that these rows do not determine (its variance is exactly zero) may have changed by as much as those they do.
             let first = epoch * width;
             let variances =
                 (first..first + self.counted).map(|place| covariance.get((place, place)).copied());
-            let untold = variances.filter(|variance| variance.is_none_or(|variance| variance <= 0.0)).count();
-            let unseen = if untold > 0 { length } else { 0.0 };
-            let error = if untold == self.counted { f64::INFINITY } else { error_along(&slope, covariance) };
+            let undetermined =
+                variances.filter(|variance| variance.is_none_or(|variance| variance <= 0.0)).count();
+            let unseen = if undetermined > 0 { length } else { 0.0 };
+            let error =
+                if undetermined == self.counted { f64::INFINITY } else { error_along(&slope, covariance) };
             greatest = (length, error.hypot(unseen));
         }
         let (value, error) = greatest;
@@ -140,15 +142,15 @@ mod tests {
     }
 
     #[test]
-    fn the_size_is_the_greatest_change_with_its_error_and_what_is_untold_is_not_known_to_be_zero() {
+    fn the_size_is_the_greatest_change_with_its_error_and_what_is_undetermined_is_not_zero() {
         let size = |variances: [f64; 4]| {
             steps().size(&[3.0, 4.0, 3.0, 4.0], &DMatrix::from_diagonal(&variances.to_vec().into()))
         };
-        let told = size([0.01; 4]);
-        assert!((told.value - 5.0).abs() < 1e-12 && (told.error - 0.1).abs() < 1e-12, "{told:?}");
+        let known = size([0.01; 4]);
+        assert!((known.value - 5.0).abs() < 1e-12 && (known.error - 0.1).abs() < 1e-12, "{known:?}");
         assert!(
             (size([0.01, 0.0, 0.01, 0.01]).error - 5.0_f64.hypot(0.06)).abs() < 1e-12,
-            "one part is untold"
+            "one part is undetermined"
         );
         assert_eq!(size([0.0, 0.0, 0.01, 0.01]).error, f64::INFINITY);
     }
