@@ -115,6 +115,55 @@ fn a_cell_that_has_gone_without_a_word_is_told_once_and_again_when_it_goes_again
 }
 
 #[test]
+fn a_cell_that_is_switched_off_in_good_order_is_off_and_nobody_is_called() {
+    let Some(server) = Server::new() else { return };
+    let (lab, address) = (Lab::new(), server.address());
+    let receiver = Receiver::new(Behaviour::Answers(204));
+    write_bad_end(&lab.state());
+    let mut shipper = Shipper::start(&lab, &address);
+    wait_until("the run is in the database", Duration::from_secs(20), || {
+        server.asked("SELECT count(*) FROM runs").as_deref() == Some("1")
+    });
+    // What was written in the last moment is still sent.
+    begin_run(&lab.state(), "bench-2");
+    assert_eq!(shipper.end(), "", "it has nothing to complain of");
+    let newest = plumb_record::Record::open(&lab.state()).unwrap().newest_outbox_row().unwrap();
+    assert_eq!(server.ask("SELECT max(sequence) FROM outbox"), newest.to_string());
+    wait_until("the database is up for long enough", STARTED, || is_up(&server));
+    server.ask("UPDATE records SET last_seen = now() - interval '9 hours'");
+    // Two cells of this record: the run of one is over, that of the other was open.
+    assert_eq!(once(&lab, &address, &receiver, &[]).code(), 0);
+    let told = texts(&receiver);
+    assert!(told.len() == 1 && told[0].starts_with("bench-2: the database has heard nothing"), "{told:?}");
+    let fleet = lab.plumb(&["fleet", "--from", &address]).out();
+    assert!(fleet.contains("(off for 9 h)") && fleet.contains("1 are silent, 1 are off"), "{fleet}");
+
+    // On again, and gone without a word.
+    let shipper = Shipper::start(&lab, &address);
+    wait_until("it is back", Duration::from_secs(20), || {
+        server.asked("SELECT signed_off IS NULL FROM records").as_deref() == Some("t")
+    });
+    shipper.kill();
+    server.ask("UPDATE records SET last_seen = now() - interval '9 hours'");
+    assert_eq!(once(&lab, &address, &receiver, &[]).code(), 0);
+    assert!(texts(&receiver).iter().any(|text| text.starts_with("bench, bench-2")), "{:?}", texts(&receiver));
+}
+
+#[test]
+fn a_shipper_that_ends_while_the_database_is_gone_says_that_its_cells_will_count_as_silent() {
+    let Some(mut server) = Server::new() else { return };
+    let (lab, address) = (Lab::new(), server.address());
+    write_bad_end(&lab.state());
+    let mut shipper = Shipper::start(&lab, &address);
+    wait_until("the run is in the database", Duration::from_secs(20), || {
+        server.asked("SELECT count(*) FROM runs").as_deref() == Some("1")
+    });
+    server.kill();
+    let complaint = shipper.end();
+    assert!(complaint.contains("its cells will count as silent"), "{complaint}");
+}
+
+#[test]
 fn prompts_late_steps_and_bad_ends_of_all_cells_are_told_from_the_database() {
     let Some(server) = Server::new() else { return };
     let (lab, other, address) = (Lab::new(), Lab::new(), server.address());
@@ -164,6 +213,13 @@ fn prompts_late_steps_and_bad_ends_of_all_cells_are_told_from_the_database() {
         ended.iter().any(|text| text == "bench: run 2 has ended: failed, line A was not found"),
         "{ended:?}"
     );
+}
+
+/// A run that goes on.
+fn begin_run(state: &Path, cell: &str) {
+    let mut record = plumb_record::Record::open(state).unwrap();
+    let new = plumb_record::NewRun { cell: cell.into(), ..plumb_record::NewRun::default() };
+    record.start_run(&new).unwrap();
 }
 
 /// A run that failed.

@@ -57,6 +57,18 @@ impl Shipper {
     /// Kills it with -9; what it had complained of.
     fn kill(mut self) -> String {
         kill(self.0.id());
+        self.complaints()
+    }
+
+    /// Ends it as systemd does; what it had complained of.
+    fn end(&mut self) -> String {
+        let process = i32::try_from(self.0.id()).unwrap();
+        nix::sys::signal::kill(nix::unistd::Pid::from_raw(process), nix::sys::signal::Signal::SIGTERM)
+            .unwrap();
+        self.complaints()
+    }
+
+    fn complaints(&mut self) -> String {
         let mut text = String::new();
         std::io::Read::read_to_string(&mut self.0.stderr.take().unwrap(), &mut text).unwrap();
         self.0.wait().unwrap();

@@ -21,6 +21,8 @@ pub struct CellState {
     pub last_seen: String,
     /// How long ago that was, s.
     pub silent_s: f64,
+    /// When its shipper ended in good order, where it has not come back since.
+    pub signed_off: Option<String>,
     /// Number of its last run, in its own record.
     pub run: i64,
     /// Procedure of that run.
@@ -133,7 +135,7 @@ pub struct Quantity {
     pub values: i64,
 }
 
-from_row!(CellState: record, cell, host, last_seen, silent_s, run, procedure, state, started, ended, message, step, waits_for, waits_since, waits_s, due_instrument, due, last_passed, queued, arm);
+from_row!(CellState: record, cell, host, last_seen, silent_s, signed_off, run, procedure, state, started, ended, message, step, waits_for, waits_since, waits_s, due_instrument, due, last_passed, queued, arm);
 from_row!(Quantity: name, is_effect, arm, cells, values);
 from_row!(Waiting: record, cell, run, step, title, waits_s);
 from_row!(CorrectionPoint: cell, record, device, quantity, place, run, proposed, value, uncertainty, unit);
@@ -148,7 +150,9 @@ impl Central {
         sqlx::query_as(concat!(
             "SELECT record, cell, host, extract(epoch FROM now() - last_seen)::float8 AS silent_s, ",
             utc!("last_seen"),
-            " AS last_seen, run, procedure, state, ",
+            " AS last_seen, (SELECT ",
+            utc!("signed_off"),
+            " FROM records r WHERE r.record = cells.record) AS signed_off, run, procedure, state, ",
             utc!("started"),
             " AS started, ",
             utc!("ended"),

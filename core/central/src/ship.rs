@@ -90,7 +90,20 @@ impl Shipper {
     /// # Errors
     /// The connection is gone.
     pub async fn say_alive(&mut self) -> Result<(), CentralError> {
-        sqlx::query("UPDATE records SET last_seen = now() WHERE record = $1")
+        sqlx::query("UPDATE records SET last_seen = now(), signed_off = NULL WHERE record = $1")
+            .bind(&self.identity)
+            .execute(&mut self.central.connection)
+            .await
+            .during("does not answer any more")?;
+        Ok(())
+    }
+
+    /// Lets the database know that this shipper ends in good order, and that nothing will be heard of the record until it is started again.
+    ///
+    /// # Errors
+    /// The connection is gone.
+    pub async fn sign_off(mut self) -> Result<(), CentralError> {
+        sqlx::query("UPDATE records SET last_seen = now(), signed_off = now() WHERE record = $1")
             .bind(&self.identity)
             .execute(&mut self.central.connection)
             .await
@@ -103,7 +116,7 @@ impl Central {
     async fn register(&mut self, identity: &str, host: &str, directory: &Path) -> Result<(), CentralError> {
         sqlx::query(
             "INSERT INTO records (record, host, directory) VALUES ($1, $2, $3) \
-             ON CONFLICT (record) DO UPDATE SET host = excluded.host, directory = excluded.directory, last_seen = now()",
+             ON CONFLICT (record) DO UPDATE SET host = excluded.host, directory = excluded.directory, last_seen = now(), signed_off = NULL",
         )
         .bind(identity)
         .bind(host)

@@ -26,6 +26,12 @@ pub struct Record {
 }
 
 impl Record {
+    /// The file of the record in `directory`. To open a record makes one: who only asks whether there is one looks for this file.
+    #[must_use]
+    pub fn file_in(directory: &Path) -> PathBuf {
+        directory.join("plumb.sqlite3")
+    }
+
     /// Opens the record in `directory`, making both where they are missing.
     ///
     /// Another program that has it locked is waited for, [`LONGEST_WAIT`] at most.
@@ -39,7 +45,7 @@ impl Record {
     fn open_within(directory: &Path, longest_wait: Duration) -> Result<Self, RecordError> {
         create_owner_only_directory(directory)
             .map_err(|cause| RecordError::MakeDirectory { path: directory.to_owned(), cause })?;
-        let path = directory.join("plumb.sqlite3");
+        let path = Self::file_in(directory);
         // SQLite gives its log the rights of the database. Where the file cannot be made, SQLite says why.
         let _ = create_owner_only_file(&path);
         let began = Instant::now();
@@ -74,7 +80,7 @@ impl Record {
         if !error.is_locked() {
             return error;
         }
-        let path = self.directory.join("plumb.sqlite3");
+        let path = Self::file_in(&self.directory);
         let holders = lock_holders::holders_of(&path);
         RecordError::Locked { path, waited_s: LONGEST_WAIT.as_secs(), holders }
     }

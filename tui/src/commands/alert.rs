@@ -45,7 +45,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "ADDRESS", conflicts_with = "record")]
     from: Option<String>,
     /// With --from: how long a cell may send nothing before its machine, its network or its `plumb ship` is taken to be gone; and how long the database may not answer. A
-    /// machine that is switched off is silent too.
+    /// machine that is shut down in good order while no run is open is not reported.
     #[arg(long, value_name = "TIME", value_parser = duration::read, default_value = "15min", requires = "from")]
     silent_after: Duration,
     /// How long a prompt may wait, as in 90s, 5min, 2h.
@@ -162,7 +162,7 @@ fn test(channels: &[Channel]) -> CommandResult {
 
 /// The record. One that is not there yet is waited for, so that a service may be started before the first run.
 fn open_when_there(arguments: &Arguments, directory: &Path) -> Result<Record, Box<dyn std::error::Error>> {
-    let file = directory.join("plumb.sqlite3");
+    let file = Record::file_in(directory);
     if !file.exists() {
         if arguments.once {
             return Err(AlertError::NoRecord(directory.to_owned()).into());

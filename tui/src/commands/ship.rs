@@ -54,6 +54,9 @@ const ANSWER_WITHIN: Duration = Duration::from_secs(10);
 /// How long until a database that did not answer is asked again.
 const TRY_AGAIN: Duration = Duration::from_secs(2);
 
+/// How long who ends the shipper waits until the database knows: below the patience of a person, and of systemd (90 s).
+const SIGN_OFF_WITHIN: Duration = Duration::from_secs(3);
+
 /// Why nothing was sent.
 #[derive(Debug, thiserror::Error)]
 enum ShipError {
@@ -70,12 +73,38 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         let mut terminate = signal(SignalKind::terminate())?;
         let mut interrupt = signal(SignalKind::interrupt())?;
         tokio::select! {
-            result = ship(arguments, &directory) => result,
-            _ = terminate.recv() => Ok(()),
-            _ = interrupt.recv() => Ok(()),
+            result = ship(arguments, &directory) => return result,
+            _ = terminate.recv() => {}
+            _ = interrupt.recv() => {}
         }
+        if !arguments.ends() {
+            sign_off(&arguments.to, &directory).await;
+        }
+        Ok(())
     })?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Sends what is left, and lets the database know that this shipper ends in good order. Where the database does not answer in time, its cells will count as
+/// silent.
+async fn sign_off(to: &str, directory: &Path) {
+    if !Record::file_in(directory).exists() {
+        return;
+    }
+    let leaving = async {
+        let record = Record::open(directory)?;
+        let mut shipper = Shipper::begin(Central::connect(to).await?, &record, &host_name()).await?;
+        while shipper.turn(&record).await?.left > 0 {}
+        shipper.sign_off().await
+    };
+    let error = match tokio::time::timeout(SIGN_OFF_WITHIN, leaving).await {
+        Ok(Ok(())) => return,
+        Ok(Err(error)) => with_causes(&error),
+        Err(_) => format!("the database did not answer within {} s", SIGN_OFF_WITHIN.as_secs()),
+    };
+    eprintln!(
+        "plumb ship: {error}; the database does not know that this shipper ended, and its cells will count as silent"
+    );
 }
 
 async fn ship(arguments: &Arguments, directory: &Path) -> Result<(), Box<dyn std::error::Error>> {
@@ -111,7 +140,7 @@ async fn open_when_there(
     arguments: &Arguments,
     directory: &Path,
 ) -> Result<Record, Box<dyn std::error::Error>> {
-    let file = directory.join("plumb.sqlite3");
+    let file = Record::file_in(directory);
     if !file.exists() {
         if arguments.ends() {
             return Err(ShipError::NoRecord(directory.to_owned()).into());

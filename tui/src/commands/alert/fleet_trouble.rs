@@ -133,8 +133,10 @@ impl Seen {
     }
 }
 
+/// A shipper that ended in good order while no run was open was switched off, and nobody is called.
 fn is_silent(cell: &CellState, limit: Duration) -> bool {
-    (limit.as_secs_f64()..OUT_OF_USE_S).contains(&cell.silent_s)
+    let off = cell.signed_off.is_some() && cell.state != "running";
+    !off && (limit.as_secs_f64()..OUT_OF_USE_S).contains(&cell.silent_s)
 }
 
 fn waiting(cell: &CellState, limit: Duration) -> Option<Trouble> {

@@ -46,7 +46,7 @@ pub(super) fn look(
 /// Identity and newest row of this machine's record, where there is one.
 fn identity(record: Option<&PathBuf>) -> Result<Option<(String, i64)>, RecordError> {
     let directory = record_directory(record)?;
-    if !directory.join("plumb.sqlite3").exists() {
+    if !Record::file_in(&directory).exists() {
         return Ok(None);
     }
     // A record that cannot be opened is told under its own topic.

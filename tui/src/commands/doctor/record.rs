@@ -46,7 +46,7 @@ pub(super) fn look(given: Option<&PathBuf>) -> Vec<Finding> {
             findings.push(Finding::note(TOPIC, format!("{place}: the room there is not known: {error}")))
         }
     }
-    if directory.join("plumb.sqlite3").exists() {
+    if Record::file_in(&directory).exists() {
         findings.extend(readable_by_others(&directory));
         findings.push(soundness(&directory));
     }
@@ -56,7 +56,7 @@ pub(super) fn look(given: Option<&PathBuf>) -> Vec<Finding> {
 /// A record holds names, comments and photographs: who shares it should know that they do.
 fn readable_by_others(directory: &Path) -> Option<Finding> {
     let mode = |path: &Path| fs::metadata(path).map_or(0, |found| found.permissions().mode());
-    let open = mode(directory) & mode(&directory.join("plumb.sqlite3")) & 0o077;
+    let open = mode(directory) & mode(&Record::file_in(directory)) & 0o077;
     let text = format!("{}: other users of this machine can read it", directory.display());
     (open != 0).then(|| {
         Finding::note(TOPIC, text).mend(format!("if they should not: chmod -R go= {}", directory.display()))

@@ -15,15 +15,22 @@ pub(super) fn doing(cell: &CellState) -> String {
         (_, _, Some(step)) if cell.state == "running" => format!("{}, at {step}", cell.procedure),
         _ => cell.message.clone().unwrap_or_else(|| cell.procedure.clone()),
     };
-    if is_silent(cell) {
+    if is_off(cell) {
+        words.push_str(&format!(" (off for {})", duration(cell.silent_s)));
+    } else if is_silent(cell) {
         words.push_str(&format!(" (nothing heard for {})", duration(cell.silent_s)));
     }
     words
 }
 
-/// Whether its shipper has gone.
+/// Whether its shipper has gone without a word, or in the middle of a run.
 pub(super) fn is_silent(cell: &CellState) -> bool {
-    cell.silent_s > SILENT_AFTER_S
+    cell.silent_s > SILENT_AFTER_S && !is_off(cell)
+}
+
+/// Whether its shipper has ended in good order while no run was open, as when the machine is switched off for the night.
+pub(super) fn is_off(cell: &CellState) -> bool {
+    cell.signed_off.is_some() && cell.state != "running"
 }
 
 /// Who waits comes first, then who runs, then the others by name.
@@ -47,7 +54,9 @@ fn rank(cell: &CellState) -> u8 {
 pub(super) fn summary(cells: &[CellState]) -> String {
     let waiting = cells.iter().filter(|cell| cell.waits_for.is_some()).count();
     let silent = cells.iter().filter(|cell| is_silent(cell)).count();
-    format!("{} cells; {waiting} wait for an answer, {silent} are silent", cells.len())
+    let off = cells.iter().filter(|cell| is_off(cell)).count();
+    let off = if off == 0 { String::new() } else { format!(", {off} are off") };
+    format!("{} cells; {waiting} wait for an answer, {silent} are silent{off}", cells.len())
 }
 
 /// Runs that wait for the cell, where there are any.

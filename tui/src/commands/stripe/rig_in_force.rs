@@ -10,9 +10,6 @@ use serde_json::Value;
 
 use super::lab_error::LabError;
 
-/// File of a record, in its folder.
-const RECORD_FILE: &str = "plumb.sqlite3";
-
 /// The corrections of a sensor that the record in `directory` has in force; none where there is no record.
 ///
 /// # Errors
@@ -22,8 +19,7 @@ pub(crate) fn in_force(
     cell: &Workcell,
     sensor: &DeviceSetting,
 ) -> Result<Vec<AppliedCorrection>, LabError> {
-    // Opening a record makes one: looking for corrections must not.
-    if !directory.join(RECORD_FILE).is_file() {
+    if !Record::file_in(directory).is_file() {
         return Ok(Vec::new());
     }
     Ok(Record::open(directory)?.corrections_in_force(&cell.name, &sensor.name)?)
