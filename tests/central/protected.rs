@@ -45,6 +45,9 @@ fn rows_go_to_a_server_whose_certificate_and_name_are_right_and_to_no_other() {
     assert_eq!(ship(&named_otherwise, &trusting(&authority, "verify-ca")).code(), 0);
     let doctor = lab.plumb(&["doctor", "--database", &named_otherwise.address_by_port("sslmode=require")]);
     assert!(doctor.out().contains("nobody checks that it is the right server"), "{}", doctor.out());
+    let authority_alone = named_otherwise.address_by_port(&trusting(&authority, "verify-ca"));
+    let doctor = lab.plumb(&["doctor", "--database", &authority_alone]);
+    assert!(doctor.out().contains("nobody checks that its certificate is of that name"), "{}", doctor.out());
 }
 
 #[test]

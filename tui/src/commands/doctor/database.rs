@@ -87,19 +87,17 @@ fn version(found: &Inspection) -> Finding {
 }
 
 fn protection(found: &Inspection, address: &str) -> Finding {
-    match &found.tls {
-        None => Finding::good(TOPIC, "on this machine, without TLS"),
-        Some(version) if address.contains("sslmode=verify-full") => {
-            Finding::good(TOPIC, format!("{version}; its certificate and its name are checked"))
-        }
-        Some(version) => Finding::note(
-            TOPIC,
-            format!("{version}, but nobody checks that it is the right server"),
-        )
-        .mend(
-            "add ?sslmode=verify-full to the address, and &sslrootcert=FILE where the authority is your own",
-        ),
-    }
+    let Some(version) = &found.tls else { return Finding::good(TOPIC, "on this machine, without TLS") };
+    let unchecked = if address.contains("sslmode=verify-full") {
+        return Finding::good(TOPIC, format!("{version}; its certificate and its name are checked"));
+    } else if address.contains("sslmode=verify-ca") {
+        "that its certificate is of that name"
+    } else {
+        "that it is the right server"
+    };
+    Finding::note(TOPIC, format!("{version}, but nobody checks {unchecked}")).mend(
+        "add ?sslmode=verify-full to the address, and &sslrootcert=FILE where the authority is your own",
+    )
 }
 
 fn clock(found: &Inspection) -> Option<Finding> {
