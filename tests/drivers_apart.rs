@@ -39,7 +39,8 @@ fn long_lines(folder: &Path) -> BTreeSet<String> {
 }
 
 /// A driver's folder and crate, and the folder of the controller it drives.
-const DRIVERS: [(&str, &str, &str); 4] = [
+const DRIVERS: [(&str, &str, &str); 5] = [
+    ("dobot", "plumb_dobot", "dobot"),
     ("feetech", "plumb_feetech", "feetech"),
     ("puma", "plumb_puma", "val2"),
     ("teachmover", "plumb_teachmover", "teachmover"),

@@ -237,7 +237,7 @@ fn mistakes_of_the_cell_file_are_shown_where_they_are() {
     let said = lab.plumb(&["run", "cell.yaml", "first-moves", "--headless"]);
     assert!(
         said.all()
-            .contains("there is no emulated controller `fetech`; there are `feetech`, `teachmover`, `universal-robots`, `val2`"),
+            .contains("there is no emulated controller `fetech`; there are `dobot`, `feetech`, `teachmover`, `universal-robots`, `val2`"),
         "{}",
         said.all()
     );

@@ -78,7 +78,7 @@ fn every_example_comes_with_what_it_needs_and_is_in_order() {
     let names: Vec<&str> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();
     assert_eq!(
         names,
-        ["arms", "gantry", "light-stripe", "puma", "scara", "so101", "teachmover", "ur5"],
+        ["arms", "gantry", "light-stripe", "magician", "puma", "scara", "so101", "teachmover", "ur5"],
         "{list}"
     );
     assert!(list.lines().all(|line| line.len() > 20), "each has a title: {list}");

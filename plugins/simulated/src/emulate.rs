@@ -1,5 +1,6 @@
 //! Controllers of arms as a driver meets them: programs on a pseudo-terminal or on the network.
 
+pub mod dobot;
 mod emulator;
 pub(crate) mod fault;
 pub mod feetech;
@@ -10,5 +11,6 @@ pub mod transcript;
 pub mod universal_robots;
 pub mod val2;
 pub(crate) mod wire;
+mod world_motion;
 
 pub use emulator::{Controls, Emulator, EmulatorError};

@@ -411,6 +411,16 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
     (
+        "emulate dobot",
+        &[
+            example("plumb emulate dobot --link magician", "an arm of air; a link to the port"),
+            example(
+                "plumb emulate dobot --world world.socket --sensors-off 0,1.2,-0.8,0",
+                "over the arm of a simulated world; two angle sensors are off",
+            ),
+        ],
+    ),
+    (
         "emulate feetech",
         &[
             example(

@@ -1,5 +1,6 @@
 //! `plumb emulate`: the controller of an arm as a program on a pseudo-terminal or on the network, so that its real driver can be tried without the arm.
 
+mod dobot;
 mod feetech;
 mod line;
 mod teachmover;
@@ -14,6 +15,7 @@ use crate::failure::CommandResult;
 /// Which controller.
 #[derive(Subcommand)]
 pub(crate) enum EmulateCommand {
+    Dobot(dobot::Arguments),
     Feetech(feetech::Arguments),
     Teachmover(teachmover::Arguments),
     UniversalRobots(universal_robots::Arguments),
@@ -23,6 +25,7 @@ pub(crate) enum EmulateCommand {
 /// Works as a controller until it is told to end.
 pub(crate) fn run(command: &EmulateCommand) -> CommandResult {
     match command {
+        EmulateCommand::Dobot(arguments) => dobot::run(arguments),
         EmulateCommand::Feetech(arguments) => feetech::run(arguments),
         EmulateCommand::Teachmover(arguments) => teachmover::run(arguments),
         EmulateCommand::UniversalRobots(arguments) => universal_robots::run(arguments),

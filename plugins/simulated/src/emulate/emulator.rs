@@ -8,6 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
+use super::dobot;
 use super::feetech::ShaftError;
 use super::line::Line;
 use super::teachmover::MotorsError;
@@ -26,6 +27,9 @@ pub enum EmulatorError {
     /// The arm is gone.
     #[error(transparent)]
     Arm(#[from] ArmError),
+    /// The Dobot's arm is gone.
+    #[error(transparent)]
+    Dobot(#[from] dobot::ArmError),
     /// The servos turn nothing any more.
     #[error(transparent)]
     Shafts(#[from] ShaftError),

@@ -11,7 +11,7 @@ use nix::unistd::Pid;
 use plumb_cell::workcell::Pace;
 
 /// The controllers there are.
-const CONTROLLERS: [&str; 4] = ["feetech", "teachmover", "universal-robots", "val2"];
+const CONTROLLERS: [&str; 5] = ["dobot", "feetech", "teachmover", "universal-robots", "val2"];
 
 /// How long a controller may take to end.
 const ENDED_WITHIN: Duration = Duration::from_secs(5);
