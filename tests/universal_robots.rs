@@ -212,7 +212,7 @@ fn what_happens_in_mid_move_ends_the_run_with_its_reason_and_leaves_no_row() {
         ("emergency-stop", "the robot's emergency stop is pressed"),
         ("stop-program", "the move was ended before the arm arrived"),
         ("gone", "the controller has ended the RTDE connection"),
-        ("silence on", "the controller has told nothing for"),
+        ("silence on", "the controller has sent nothing for"),
     ] {
         let cells = Cells::shipped();
         let (_world, mut controller) = world_and_controller(&cells);

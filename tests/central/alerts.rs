@@ -257,7 +257,7 @@ fn a_webhook_is_reached_by_tls_whose_certificate_this_machine_trusts_for_that_na
 fn what_cannot_be_told_says_why() {
     let lab = Lab::new();
     for (arguments, told) in [
-        (&[][..], "nobody to tell: give --mail ADDRESS"),
+        (&[][..], "nobody to call: give --mail ADDRESS"),
         (&["--webhook", "http://chat.lab.example/hook"], "in plain text: give an https address"),
         (&["--webhook", "chat"], "a webhook looks like https://HOST/PATH"),
         (&["--mail=-t"], "is no e-mail address"),

@@ -226,7 +226,7 @@ fn notes(run: &PoseRun, variations: &[SideVariation]) -> Vec<String> {
     }
     if !variations.is_empty() {
         notes.push(
-            "poses were reached by several ways: accuracy and repeatability are told for each".to_owned(),
+            "poses were reached by several ways: accuracy and repeatability are given for each".to_owned(),
         );
     }
     notes

@@ -232,7 +232,7 @@ impl UniversalRobot {
         let silent = self.link.latest().map_or(FRESH_WITHIN, |latest| latest.arrived.elapsed());
         let text = if silent > FRESH {
             format!(
-                "the controller has told nothing for {:.1} s: is it on, and is the network sound?",
+                "the controller has sent nothing for {:.1} s: is it on, and is the network sound?",
                 silent.as_secs_f64()
             )
         } else {

@@ -1,11 +1,11 @@
-//! `plumb alert`: tells people by webhook or e-mail when a cell needs them.
+//! `plumb alert`: calls people by webhook or e-mail when a cell needs them.
 
 mod channel;
 mod duration;
 mod fleet_trouble;
 mod mail;
+mod reported;
 mod sender;
-mod told;
 mod trouble;
 mod webhook;
 
@@ -22,12 +22,12 @@ use crate::say::say;
 use crate::unchecked_server::tell_unchecked;
 use channel::Channel;
 use fleet_trouble::Watch;
+use reported::Reported;
 use sender::Sender;
-use told::Told;
 use trouble::{Limits, Trouble};
 
-/// Tell people by webhook or e-mail when a prompt waits, when a step takes far longer than planned, or when the program of a run has gone. It reads the record from outside:
-/// no run waits for it, whatever becomes of a message. With --from it does so for all cells, from the central database, and tells also when one was not heard of: a
+/// Call people by webhook or e-mail when a prompt waits, when a step takes far longer than planned, or when the program of a run has gone. It reads the record from outside:
+/// no run waits for it, whatever becomes of a message. With --from it does so for all cells, from the central database, and reports also when one was not heard of: a
 /// machine that is dead cannot.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -54,7 +54,7 @@ pub(crate) struct Arguments {
     /// How much longer than planned a step may take.
     #[arg(long, value_name = "TIME", value_parser = duration::read, default_value = "10min")]
     step_after: Duration,
-    /// Tell also when a run ends otherwise than passed.
+    /// Report also when a run ends otherwise than passed.
     #[arg(long)]
     ended: bool,
     /// Send what is due now, and end. With 1, when something did not arrive.
@@ -77,16 +77,16 @@ const LOOK: Duration = Duration::from_secs(1);
 /// Exit code where a message did not arrive.
 const NOT_DELIVERED: u8 = 1;
 
-/// Why nobody is told.
+/// Why nothing is reported.
 #[derive(Debug, thiserror::Error)]
 enum AlertError {
-    #[error("nobody to tell: give --mail ADDRESS, --webhook URL, or an address in {WEBHOOK_VARIABLE}")]
+    #[error("nobody to call: give --mail ADDRESS, --webhook URL, or an address in {WEBHOOK_VARIABLE}")]
     Nobody,
     #[error("there is no record in {}: `plumb run` makes one", .0.display())]
     NoRecord(PathBuf),
 }
 
-/// Tells until it is ended.
+/// Reports until it is ended.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let channels = channels(arguments)?;
     if arguments.test {
@@ -96,8 +96,8 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         Limits { prompt: arguments.prompt_after, step: arguments.step_after, ended: arguments.ended };
     if let Some(from) = &arguments.from {
         tell_unchecked("alert", from)?;
-        let told = Told::of_the_fleet(&record_directory(None)?)?;
-        let mut watch = Watch::new(from, limits, arguments.silent_after, Sender::new(channels, told))?;
+        let reported = Reported::of_the_fleet(&record_directory(None)?)?;
+        let mut watch = Watch::new(from, limits, arguments.silent_after, Sender::new(channels, reported))?;
         if arguments.once {
             return Ok(exit_code(watch.once()?));
         }
@@ -107,15 +107,15 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     }
     let directory = record_directory(arguments.record.as_ref())?;
     let record = open_when_there(arguments, &directory)?;
-    let mut sender = Sender::new(channels, Told::read(&directory)?);
+    let mut sender = Sender::new(channels, Reported::read(&directory)?);
     if arguments.once {
-        return Ok(exit_code(sender.tell_all(&trouble::look(&record, &limits)?)?));
+        return Ok(exit_code(sender.report_all(&trouble::look(&record, &limits)?)?));
     }
     say!("looking for runs that need somebody; Ctrl-C ends")?;
     let mut last_error = String::new();
     loop {
         let looked = trouble::look(&record, &limits).map_err(Box::<dyn std::error::Error>::from);
-        match looked.and_then(|found| sender.tell_all(&found)) {
+        match looked.and_then(|found| sender.report_all(&found)) {
             Ok(_) => last_error.clear(),
             // Said once, not every second; the next look may go better.
             Err(error) => {

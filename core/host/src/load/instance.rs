@@ -34,7 +34,7 @@ impl Loaded {
         checked(context, status)?;
         if instance.is_null() {
             return Err(PluginError::Failed(
-                "the plugin's create said all is well and gave no device".to_owned(),
+                "the plugin's `create` reported success and gave no device".to_owned(),
             ));
         }
         Ok(Device { loaded: self, functions, instance, context })

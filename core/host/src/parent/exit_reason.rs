@@ -57,9 +57,10 @@ impl fmt::Display for ExitReason {
             (None, None, Some(0)) => write!(formatter, "ended in good order")?,
             (None, None, Some(code)) => match u8::try_from(code) {
                 Ok(exit_code::WATCHDOG) => write!(formatter, "ended itself: its plugin hung in a call")?,
-                Ok(exit_code::ORPHANED) => {
-                    write!(formatter, "ended itself: it was told to end, or was left alone")?
-                }
+                Ok(exit_code::ORPHANED) => write!(
+                    formatter,
+                    "ended itself: it was asked to end, or nobody was connected to it any more"
+                )?,
                 Ok(exit_code::BUS) => write!(formatter, "ended itself: its shared memory failed")?,
                 Ok(exit_code::MEMORY) => write!(
                     formatter,

@@ -175,7 +175,7 @@ const LESSONS: &[(&str, Lesson)] = &[
     (
         "it reports lost messages and goes on",
         Lesson {
-            contract: "messages lost on an input are told once, with PLUMB_INPUT_LOST from `poll` or `read`; after that the sensor goes on",
+            contract: "messages lost on an input are reported once, with PLUMB_INPUT_LOST from `poll` or `read`; after that the sensor goes on",
             change: "pass on what `receive` returns",
         },
     ),

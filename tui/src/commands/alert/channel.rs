@@ -49,7 +49,7 @@ impl Channel {
         Mail::to(sendmail, to).map(Self::Mail)
     }
 
-    /// Its name in the list of what was told: no two channels share one, and no secret is in it.
+    /// Its name in the list of what was reported: no two channels share one, and no secret is in it.
     pub(super) fn key(&self) -> &str {
         match self {
             Self::Webhook(webhook) => webhook.key(),

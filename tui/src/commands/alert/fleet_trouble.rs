@@ -1,4 +1,4 @@
-//! What somebody has to be told of all cells of a central database.
+//! What people are to know of all cells of a central database.
 
 use std::error::Error;
 use std::thread::sleep;
@@ -23,7 +23,7 @@ const SHIPPERS_COME_BACK_S: f64 = 30.0;
 /// A cell that was not heard of for longer was taken out of use, s.
 const OUT_OF_USE_S: f64 = 31.0 * 86_400.0;
 
-/// Looks at the database, and sends what is to be told.
+/// Looks at the database, and sends what is to be reported.
 pub(super) struct Watch {
     reader: Reader,
     limits: Limits,
@@ -47,17 +47,17 @@ impl Watch {
     /// One look; whether everything has arrived.
     pub(super) fn once(&mut self) -> Result<bool, Box<dyn Error>> {
         let seen = self.look()?;
-        self.tell(&seen)
+        self.report(&seen)
     }
 
-    /// Where the database has only just started, silent cells may come back at once: nothing is told of them yet, and what was told stays so.
-    fn tell(&mut self, seen: &Seen) -> Result<bool, Box<dyn Error>> {
+    /// Where the database has only just started, silent cells may come back at once: they are not reported yet, and what was reported stays so.
+    fn report(&mut self, seen: &Seen) -> Result<bool, Box<dyn Error>> {
         let found = seen.troubles(&self.limits, self.silent);
         if seen.up_s >= SHIPPERS_COME_BACK_S {
-            return self.sender.tell_all(&found);
+            return self.sender.report_all(&found);
         }
         let known: Vec<Trouble> = found.into_iter().filter(|trouble| trouble.kind != Kind::Silent).collect();
-        self.sender.tell_also(&known)
+        self.sender.report_also(&known)
     }
 
     /// Look after look. Ends where the database can never be read: a wrong address, a wrong password.
@@ -68,19 +68,19 @@ impl Watch {
             let sent = match self.look() {
                 Ok(seen) => {
                     silence = None;
-                    self.tell(&seen)
+                    self.report(&seen)
                 }
                 Err(error) if !error.may_pass() => return Err(error.into()),
                 Err(error) => {
                     let (begin, since) =
                         silence.get_or_insert_with(|| (Instant::now(), plumb_record::timestamp()));
                     let silent = begin.elapsed();
-                    let told = if silent >= self.silent {
-                        self.sender.tell_also(&[database_silent(silent, since, &error)]).map(drop)
+                    let reported = if silent >= self.silent {
+                        self.sender.report_also(&[database_silent(silent, since, &error)]).map(drop)
                     } else {
                         Ok(())
                     };
-                    told.and(Err(error.into()))
+                    reported.and(Err(error.into()))
                 }
             };
             // Said once, not at every look; the next may go better.
@@ -119,7 +119,7 @@ impl Seen {
     fn troubles(&self, limits: &Limits, silent: Duration) -> Vec<Trouble> {
         let mut found: Vec<Trouble> =
             self.cells.iter().filter_map(|cell| waiting(cell, limits.prompt)).collect();
-        // Of a cell that is silent nobody knows whether the step still goes on: that it is silent is what is told.
+        // Of a cell that is silent nobody knows whether the step still goes on: its silence is what is reported.
         let heard = |step: &&OpenStep| {
             !self.cells.iter().any(|cell| cell.record == step.record && is_silent(cell, silent))
         };

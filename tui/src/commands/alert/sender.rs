@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::channel::{Channel, Delivery};
-use super::told::Told;
+use super::reported::Reported;
 use super::trouble::Trouble;
 use crate::failure::with_causes;
 use crate::say::say;
@@ -14,38 +14,38 @@ const TRY_AGAIN: Duration = Duration::from_secs(30);
 /// Sends each trouble over each channel, once.
 pub(super) struct Sender {
     channels: Vec<Channel>,
-    told: Told,
+    reported: Reported,
     /// What did not arrive: channel and trouble, and when it was tried last.
     failing: Vec<(String, String, Instant)>,
 }
 
 impl Sender {
-    pub(super) fn new(channels: Vec<Channel>, told: Told) -> Self {
-        Self { channels, told, failing: Vec::new() }
+    pub(super) fn new(channels: Vec<Channel>, reported: Reported) -> Self {
+        Self { channels, reported, failing: Vec::new() }
     }
 
     /// Sends what was not sent, and forgets what is over; whether everything has arrived.
-    pub(super) fn tell_all(&mut self, found: &[Trouble]) -> Result<bool, Box<dyn std::error::Error>> {
-        self.told.keep_only(found)?;
+    pub(super) fn report_all(&mut self, found: &[Trouble]) -> Result<bool, Box<dyn std::error::Error>> {
+        self.reported.keep_only(found)?;
         self.failing.retain(|(_, key, _)| found.iter().any(|trouble| trouble.key == *key));
-        self.tell_also(found)
+        self.report_also(found)
     }
 
-    /// Sends what was not sent. Whatever was told before may go on, although it is not among it.
-    pub(super) fn tell_also(&mut self, found: &[Trouble]) -> Result<bool, Box<dyn std::error::Error>> {
+    /// Sends what was not sent yet. What was reported before may go on, although it is not among it.
+    pub(super) fn report_also(&mut self, found: &[Trouble]) -> Result<bool, Box<dyn std::error::Error>> {
         let mut all = true;
         for trouble in found {
             for index in 0..self.channels.len() {
-                all &= self.tell(index, trouble)?;
+                all &= self.report(index, trouble)?;
             }
         }
         Ok(all)
     }
 
-    fn tell(&mut self, index: usize, trouble: &Trouble) -> Result<bool, Box<dyn std::error::Error>> {
+    fn report(&mut self, index: usize, trouble: &Trouble) -> Result<bool, Box<dyn std::error::Error>> {
         let Some(channel) = self.channels.get(index) else { return Ok(true) };
         let (name, channel_key) = (channel.name().to_owned(), channel.key().to_owned());
-        if self.told.has(&trouble.key, &channel_key) {
+        if self.reported.has(&trouble.key, &channel_key) {
             return Ok(true);
         }
         let is_this = |entry: &&(String, String, Instant)| entry.0 == channel_key && entry.1 == trouble.key;
@@ -56,15 +56,15 @@ impl Sender {
         self.failing.retain(|entry| !is_this(&entry));
         match channel.send(trouble) {
             Ok(()) => {
-                self.told.note(&trouble.key, &channel_key)?;
-                say!("{name}: told of {}", trouble.text)?;
+                self.reported.note(&trouble.key, &channel_key)?;
+                say!("{name}: reported {}", trouble.text)?;
                 Ok(true)
             }
             Err(error) => {
                 let again = match error.delivery() {
                     // Asking again would get the same answer.
                     Delivery::Refused => {
-                        self.told.note(&trouble.key, &channel_key)?;
+                        self.reported.note(&trouble.key, &channel_key)?;
                         "not tried again".to_owned()
                     }
                     Delivery::MayPass => format!("trying again every {} s", TRY_AGAIN.as_secs()),

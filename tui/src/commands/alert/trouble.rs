@@ -1,4 +1,4 @@
-//! What somebody has to be told of.
+//! What people are to know.
 
 use std::time::Duration;
 
@@ -12,10 +12,10 @@ use crate::commands::answer::is_alive;
 /// Runs that are looked at. More that go on at once than this are on no machine.
 const RUNS: u32 = 200;
 
-/// How many days after its end a run is still told of: one that ended while nobody looked was seen by who looks after a weekend.
+/// How many days after its end a run's end is still reported: whoever comes back after a weekend has seen an older one.
 pub(super) const RECENT_DAYS: u32 = 3;
 
-/// When somebody is told.
+/// When something is reported.
 pub(super) struct Limits {
     /// How long a prompt may wait.
     pub(super) prompt: Duration,
@@ -37,7 +37,7 @@ pub(super) enum Kind {
     Killed,
     /// A run ended otherwise than passed.
     Ended,
-    /// The central database was not told anything by a cell for long.
+    /// The central database has heard nothing of a cell for long.
     Silent,
     /// The central database does not answer.
     DatabaseSilent,
@@ -45,10 +45,10 @@ pub(super) enum Kind {
     Test,
 }
 
-/// One thing to be told.
+/// One thing to be reported.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Trouble {
-    /// What tells it from every other one of this record, or of all records of a database.
+    /// What distinguishes it from every other one of this record, or of all records of a database.
     #[serde(skip)]
     pub(super) key: String,
     /// Which kind.
@@ -82,7 +82,7 @@ impl Trouble {
     }
 }
 
-/// Everything that somebody has to be told of now.
+/// Everything that is to be reported now.
 pub(super) fn look(record: &Record, limits: &Limits) -> Result<Vec<Trouble>, RecordError> {
     let mut found = Vec::new();
     let running = RunFilter { state: Some("running".to_owned()), limit: RUNS, ..RunFilter::default() };

@@ -19,7 +19,7 @@ use super::trouble::Trouble;
 /// How long one message may take, from the first byte to the answer's first line.
 const WITHIN: Duration = Duration::from_secs(10);
 
-/// Digits of the hash that tells webhooks of one host apart where no secret may be kept.
+/// Digits of the hash that distinguishes webhooks of one host where no secret may be kept.
 const KEY_LENGTH: usize = 12;
 
 /// Longest first line of an answer, bytes.

@@ -9,7 +9,7 @@ use super::series::SeriesPoint;
 use super::words::{calibration, doing, minute, queued, summary};
 use crate::say::say;
 
-/// Standard deviations from the other machines from which on a machine is told as different; as Shewhart's limits.
+/// Standard deviations from the other machines from which on a machine counts as different; as Shewhart's limits.
 pub(super) const DIFFERENT_SIGMAS: f64 = 3.0;
 
 /// Prints all cells.

@@ -36,7 +36,7 @@ type Answer = Result<Vec<CellState>, String>;
 /// The database cannot be read at the start; the terminal cannot be used, or was lost.
 pub(super) async fn show(from: &str, arm: Option<String>) -> Result<(), Box<dyn std::error::Error>> {
     let mut reader = Reader::new(from, ANSWER_WITHIN);
-    // What is wrong with the address is told before the terminal is taken over.
+    // What is wrong with the address is said before the terminal is taken over.
     let first = read(&mut reader, arm.as_deref()).await?;
     let (to_here, mut answers) = unbounded_channel();
     tokio::spawn(read_on(reader, arm, to_here));

@@ -59,7 +59,7 @@ pub(super) async fn serve(
     if !listen.ip().is_loopback() {
         return Err(ServeError::NotThisMachine(listen).into());
     }
-    // An address that is none, or a database that cannot be read, is told at once; later it may come and go.
+    // An address that is none, or a database that cannot be read, is reported at once; later it may come and go.
     let mut reader = Reader::new(from, ANSWER_WITHIN);
     reader.ask(async |central| central.ping().await).await?;
     let shared = Arc::new(Shared { names, reader: tokio::sync::Mutex::new(reader), cells: Mutex::new(None) });

@@ -2,11 +2,11 @@
 
 use plumb_central::CellState;
 
-/// A cell that was not heard of for so long is told as silent, s: three times what a shipper lets pass.
+/// A cell that was not heard of for so long counts as silent, s: three times what a shipper lets pass.
 pub(super) const SILENT_AFTER_S: f64 = 15.0;
 
-/// Days before the end of a calibration from which on it is told: time to order a new one.
-const TOLD_DAYS_BEFORE: i64 = 30;
+/// Days before the end of a calibration from which on it is shown: time to order a new one.
+const SHOWN_DAYS_BEFORE: i64 = 30;
 
 /// What a cell does, in words.
 pub(super) fn doing(cell: &CellState) -> String {
@@ -100,7 +100,7 @@ pub(super) fn due(day: Option<&str>, today: &str) -> Due {
     let Some(left) = day.and_then(|day| days_between(today, day)) else { return Due::Later };
     match left {
         ..0 => Due::Over,
-        0..=TOLD_DAYS_BEFORE => Due::Soon,
+        0..=SHOWN_DAYS_BEFORE => Due::Soon,
         _ => Due::Later,
     }
 }

@@ -16,7 +16,7 @@ use crate::failure::CommandResult;
 /// Play a recorded line in place of the device, and hold what is sent now against what was sent then.
 ///
 /// With a cell, one of its procedures runs against the transcript, unattended and with a record of its own that is thrown away. Without one, the path of a port is printed, and whatever
-/// opens it is played to until the command is told to end. A question that is asked again and again may come more or less often than then; everything else has to be as it was, byte by
+/// opens it is played to until the command is ended. A question that is asked again and again may come more or less often than then; everything else has to be as it was, byte by
 /// byte. The first difference is shown with its line in the transcript; after it nothing is answered. Exit code 0: all was as then, and the run passed.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
