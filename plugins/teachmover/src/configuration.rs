@@ -27,6 +27,8 @@ pub struct Configuration {
     pub reply_delay: Option<u8>,
     /// Where the arm stands when its registers read zero.
     pub zero: RegisterZero,
+    /// Whether the half-steps that were sent are counted here, for a controller without `@READ`.
+    pub dead_reckoning: bool,
     /// Which way each motor turns.
     pub senses: Senses,
     /// The speed number that `speed_fraction` 1 stands for.
@@ -112,6 +114,8 @@ struct RawConfiguration {
     gripper_half_steps_per_mm: Option<f64>,
     #[serde(default)]
     reversed_motors: Vec<String>,
+    #[serde(default)]
+    dead_reckoning: bool,
     #[serde(default)]
     taught_program: RawProgram,
     /// The cell file's, given by the cell.
@@ -251,6 +255,7 @@ fn printable(key: &str, character: char) -> Result<u8, PluginError> {
 impl RawConfiguration {
     fn check(self) -> Result<Configuration, PluginError> {
         self.check_line()?;
+        self.check_dead_reckoning()?;
         let recognition = printable("recognition", self.recognition)?;
         let Some(full_speed) = SpeedCode::new(self.full_speed_code) else {
             return wrong("full_speed_code", self.full_speed_code, "the controller takes 0 to 245");
@@ -278,6 +283,7 @@ impl RawConfiguration {
         }
         Ok(Configuration {
             zero: RegisterZero::at(self.registers_zero.joints()).with_cable(cable),
+            dead_reckoning: self.dead_reckoning,
             senses: self.senses()?,
             pendant: self.pendant()?,
             program: self.program(),
@@ -304,6 +310,28 @@ impl RawConfiguration {
             return wrong("baud", self.baud, right);
         }
         Ok(())
+    }
+
+    /// Without `@READ` there are no inputs and no registers: what needs them cannot be had.
+    fn check_dead_reckoning(&self) -> Result<(), PluginError> {
+        if !self.dead_reckoning {
+            return Ok(());
+        }
+        let needs_reading = [
+            ("grip_switch", self.grip_switch.is_some()),
+            ("renamed_from", self.renamed_from.is_some()),
+            ("only_the_pendant_stops", !self.only_the_pendant_stops.is_empty()),
+        ];
+        match needs_reading.iter().find(|(_, is_given)| *is_given) {
+            None => Ok(()),
+            Some((key, _)) => wrong(
+                "dead_reckoning",
+                "true",
+                &format!(
+                    "it cannot go with `{key}`, which needs @READ: leave one of them out of the cell file"
+                ),
+            ),
+        }
     }
 
     /// Which way the motors turn.
@@ -352,6 +380,25 @@ mod tests {
         match Configuration::read(&config) {
             Err(PluginError::Refused(text)) => text,
             other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn dead_reckoning_has_no_inputs_and_no_pendant() {
+        for (key, value) in [
+            ("grip_switch", json!({"bit": 7})),
+            ("renamed_from", json!("A")),
+            ("only_the_pendant_stops", json!(["hand_control"])),
+        ] {
+            let mut config = json!({"port": "p", "dead_reckoning": true});
+            assert!(Configuration::read(&config).unwrap().dead_reckoning);
+            config[key] = value;
+            assert_eq!(
+                refusal(config),
+                format!(
+                    "config: dead_reckoning is true; it cannot go with `{key}`, which needs @READ: leave one of them out of the cell file"
+                )
+            );
         }
     }
 

@@ -49,6 +49,14 @@ pub enum ControllerError {
         "the controller answers OK, as the firmware TCM of an Armdroid or Robko does: it takes the numbers of @STEP for places and not for ways, so this driver would drive it anywhere. Nothing was moved, and nothing will be"
     )]
     LookAlike,
+    /// The half-steps are counted here, and something ended them uncounted.
+    #[error(
+        "where the arm stands is not known any more: {why}, and without @READ nobody has counted how far it came. Bring it by hand to the pose of `registers_zero` and start anew, or declare where it stands"
+    )]
+    Lost {
+        /// What ended them.
+        why: String,
+    },
     /// A taught program cannot be read or written.
     #[error("{0}")]
     Program(String),
@@ -60,6 +68,7 @@ impl From<ControllerError> for PluginError {
             ControllerError::Line(line) => line.into(),
             ControllerError::StopKey { .. } => Self::Stopped(error.to_string()),
             ControllerError::LookAlike => Self::Refused(error.to_string()),
+            ControllerError::Lost { .. } => Self::NotReady(error.to_string()),
             ControllerError::Refused { .. } | ControllerError::Program(_) => Self::Failed(error.to_string()),
         }
     }
@@ -84,19 +93,42 @@ pub struct Controller {
     recognition: u8,
     reply_limit: Duration,
     senses: Senses,
+    /// What was sent to a controller that does not say where it is.
+    reckoning: Option<Reckoning>,
+}
+
+/// Dead reckoning: the half-steps that the controller has said to have made.
+#[derive(Debug, Default)]
+struct Reckoning {
+    counts: HalfSteps,
+    /// What ended a move so that nobody knows how many it made.
+    lost: Option<String>,
 }
 
 impl Controller {
     /// The controller that answers to `recognition`, usually `@`. `reply_limit` is how long it may take to answer, beside the time on the line
     /// and that of the motion.
     pub fn new(line: ReplyLine, recognition: u8, reply_limit: Duration) -> Self {
-        Self { line, recognition, reply_limit, senses: Senses::default() }
+        Self { line, recognition, reply_limit, senses: Senses::default(), reckoning: None }
     }
 
     /// Of an arm some of whose motors turn the other way: counts and registers are turned over here, and nowhere else.
     #[must_use]
     pub fn with_senses(self, senses: Senses) -> Self {
         Self { senses, ..self }
+    }
+
+    /// Of a controller without `@READ`: from now on the half-steps that were made are counted here, and it is asked nothing.
+    #[must_use]
+    pub fn by_dead_reckoning(self) -> Self {
+        Self { reckoning: Some(Reckoning::default()), ..self }
+    }
+
+    /// The arm was found again: somebody has said where it stands.
+    pub fn found(&mut self) {
+        if let Some(reckoning) = &mut self.reckoning {
+            reckoning.lost = None;
+        }
     }
 
     /// Speaks to an arm that answers to another character from now on.
@@ -114,11 +146,21 @@ impl Controller {
         command.bytes(self.recognition)
     }
 
-    /// Reads registers, inputs and the last pendant key. Asks again after silence or garbage, once the line is quiet.
+    /// Reads registers, inputs and the last pendant key. Asks again after silence or garbage, once the line is quiet. By dead reckoning nothing is asked:
+    /// the registers are what was counted, and there are no inputs.
     ///
     /// # Errors
     /// [`ControllerError`], of the last attempt.
     pub fn read(&mut self) -> Result<ControllerState, ControllerError> {
+        match &self.reckoning {
+            None => {}
+            Some(Reckoning { lost: Some(why), .. }) => {
+                return Err(ControllerError::Lost { why: why.clone() });
+            }
+            Some(Reckoning { counts, lost: None }) => {
+                return Ok(ControllerState { registers: *counts, ..ControllerState::default() });
+            }
+        }
         let mut attempt = 1;
         loop {
             match self.read_once() {
@@ -130,6 +172,18 @@ impl Controller {
                 }
                 result => return result,
             }
+        }
+    }
+
+    /// Whether it answers `@READ` with registers, asked once; `false` where it answers 0.
+    ///
+    /// # Errors
+    /// [`ControllerError`] for any other answer, or none.
+    pub fn tells_registers(&mut self) -> Result<bool, ControllerError> {
+        match self.read_once() {
+            Ok(_) => Ok(true),
+            Err(ControllerError::Refused { .. }) => Ok(false),
+            Err(error) => Err(error),
         }
     }
 
@@ -159,11 +213,28 @@ impl Controller {
     ) -> Result<MoveEnd, ControllerError> {
         let command = Command::Step { speed, counts: counts.turned(self.senses), outputs };
         // The rate of the speed code rests on one figure, so twice the time is no fault.
-        let status = self.exchange(&command, self.reply_limit + 2 * speed.duration(counts.largest()))?;
-        match status {
+        let status = self.exchange(&command, self.reply_limit + 2 * speed.duration(counts.largest()));
+        self.reckon(counts, &status);
+        match status? {
             Status::Done => Ok(MoveEnd::Done),
             Status::StopKey => Ok(MoveEnd::StopKey),
             Status::Refused => Err(refused(&command)),
+        }
+    }
+
+    /// Counts a move whose end was said. Any other end leaves open how far it came, unless it went nowhere.
+    fn reckon(&mut self, made: HalfSteps, status: &Result<Status, ControllerError>) {
+        let Some(reckoning) = &mut self.reckoning else { return };
+        match status {
+            Ok(Status::Done) => reckoning.counts = made.after(reckoning.counts),
+            _ if made == HalfSteps::default() => {}
+            Ok(Status::StopKey) => {
+                reckoning.lost = Some("the STOP key on the pendant ended a move".to_owned());
+            }
+            Ok(Status::Refused) => {
+                reckoning.lost = Some("the controller answered a move with 0".to_owned());
+            }
+            Err(error) => reckoning.lost = Some(error.to_string()),
         }
     }
 

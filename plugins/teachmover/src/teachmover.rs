@@ -71,6 +71,8 @@ impl Robot for TeachMover {
         let reply_limit = Duration::from_millis(reply_within_ms + pauses_ms);
         let controller =
             Controller::new(line, configuration.recognition, reply_limit).with_senses(configuration.senses);
+        let controller =
+            if configuration.dead_reckoning { controller.by_dead_reckoning() } else { controller };
         let mut arm = Self {
             zero: configuration.zero,
             configuration,
@@ -84,7 +86,7 @@ impl Robot for TeachMover {
         };
         arm.controller.resynchronise()?;
         arm.set_up()?;
-        arm.last = arm.read_twice_alike(None)?;
+        arm.last = arm.first_reading()?;
         let baud = arm.configuration.baud;
         let text =
             format!("TeachMover on {} at {baud} baud: {}", arm.configuration.port, arm.pose_in_words());
@@ -107,7 +109,10 @@ impl Robot for TeachMover {
     fn activate(&mut self) -> Result<(), PluginError> {
         self.refuse_at_the_pendant()?;
         // On a line this slow, what has just been read is not read again.
-        if !matches!(self.mode, Mode::Ready) || self.read_at.elapsed() > STILL_SO {
+        if !matches!(self.mode, Mode::Ready)
+            || self.configuration.dead_reckoning
+            || self.read_at.elapsed() > STILL_SO
+        {
             self.controller.resynchronise()?;
             self.last = self.read_twice_alike(None)?;
         }
@@ -148,6 +153,11 @@ impl Robot for TeachMover {
 
     fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
         self.refuse_at_the_pendant()?;
+        if self.configuration.dead_reckoning {
+            return Err(PluginError::Unsupported(
+                "by dead reckoning there are no inputs: @READ tells them, and this controller does not know it".to_owned(),
+            ));
+        }
         self.observe(None)?;
         let inputs = self.inputs_at_rest();
         self.host.emit("inputs", &inputs)?;
@@ -182,6 +192,7 @@ impl Robot for TeachMover {
         for (joint, value) in Joint::ALL.into_iter().zip(joints) {
             finite(joint, value)?;
         }
+        self.controller.found();
         self.observe(None)?;
         // Not @RESET: it would switch the motor current off, and an arm that nothing holds sags.
         self.zero = self.zero.declared(joints, self.last.registers);

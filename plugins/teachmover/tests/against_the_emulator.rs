@@ -308,3 +308,26 @@ fn unplugging_ends_in_an_error_that_names_the_cable() {
     assert!(matches!(error, PluginError::Disconnected(_)), "{error:?}");
     assert!(error.to_string().contains("the port is gone"), "{error}");
 }
+
+#[test]
+fn by_dead_reckoning_driver_and_controller_have_the_same_counts_until_the_stop_key() {
+    let mut emulator =
+        Emulator::start(LineOptions::default(), Box::new(BareMotors::new(true, OPENING))).unwrap();
+    emulator.tell(Event::Read(false));
+    let mut config = json!({"port": emulator.standing().port, "registers_zero": {"gripper_mm": OPENING}});
+    let refused = TeachMover::create(&config, RecordingHost::new().host()).unwrap_err();
+    assert!(refused.text().contains("`dead_reckoning: true` in the cell file"), "{refused}");
+    config["dead_reckoning"] = json!(true);
+    let recording = RecordingHost::new();
+    let arm = TeachMover::create(&config, recording.host()).unwrap();
+    let mut cell = Cell { arm, emulator, recording };
+    assert!(cell.arm.describe().inputs.is_empty());
+    for target in [[0.5, 0.6, -0.7, -1.4, 0.3, 20.0], [-0.4, 0.2, -0.3, -1.2, 0.0, 50.0]] {
+        let state = cell.arm.move_joints(&motion(target, 0b11_1111, 1.0)).unwrap();
+        assert_eq!(registers_of(&state), cell.counted());
+    }
+    cell.emulator.tell(Event::StopAfter(3));
+    let error = cell.arm.move_joints(&motion([0.0; 6], 1, 1.0)).unwrap_err();
+    assert!(error.text().contains("the STOP key on the pendant ended a move"), "{error}");
+    assert!(cell.arm.read_joints().is_err(), "no pose in place of one that is not known");
+}

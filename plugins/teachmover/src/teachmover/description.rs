@@ -21,7 +21,7 @@ impl TeachMover {
         RobotDescription {
             model: "Microbot TeachMover".to_owned(),
             joints: Joint::ALL.map(|joint| self.joint(joint)).to_vec(),
-            inputs: self.input_lines(),
+            inputs: if self.configuration.dead_reckoning { Vec::new() } else { self.input_lines() },
             outputs: lines("output", OUTPUT_LINES),
             capabilities: RobotCapabilities {
                 interruptible: true,

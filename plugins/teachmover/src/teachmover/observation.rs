@@ -75,7 +75,9 @@ impl TeachMover {
     pub(super) fn tell_rest(&self) -> Result<JointState, PluginError> {
         let state = self.joint_state(false);
         self.host.emit("joints", &state)?;
-        self.host.emit("inputs", &self.inputs_at_rest())?;
+        if !self.configuration.dead_reckoning {
+            self.host.emit("inputs", &self.inputs_at_rest())?;
+        }
         Ok(state)
     }
 

@@ -9,8 +9,10 @@ use plumb_plugin::{LogLevel, PluginError};
 
 use super::TeachMover;
 use crate::controller::ControllerError;
-use crate::protocol::{ProgramLine, parse_program};
+use crate::drive::HalfSteps;
+use crate::protocol::{ControllerState, ProgramLine, parse_program};
 use crate::reply_line::{ReplyFailure, SerialError};
+use crate::speed_code::SpeedCode;
 
 /// Whether nobody answered.
 fn is_silence(error: &ControllerError) -> bool {
@@ -20,7 +22,47 @@ fn is_silence(error: &ControllerError) -> bool {
     )
 }
 
+/// What to set for a controller that does not know `@READ`.
+const WITHOUT_READ: &str = "where a controller carries moves out and does not know @READ, as owners of a TeachMover II have reported, `dead_reckoning: true` in the cell file has its half-steps counted here; what that cannot see stands in the driver's manual";
+
 impl TeachMover {
+    /// Where the arm stands when it is connected, or how it can be connected where the controller does not say it.
+    pub(super) fn first_reading(&mut self) -> Result<ControllerState, PluginError> {
+        if self.configuration.dead_reckoning {
+            self.require_somebody_without_read()?;
+            let text = "dead reckoning: the arm is taken to stand in the pose of `registers_zero` now. Nothing confirms where it stands: steps that stall or get lost are not seen, nor are inputs and the pendant's keys, and a move that its STOP key ends loses the place";
+            self.host.log(LogLevel::Warn, text);
+            return self.read_twice_alike(None);
+        }
+        self.read_twice_alike(None).map_err(|error| match &error {
+            PluginError::Disconnected(text) if text.contains("@READ") => {
+                PluginError::Disconnected(format!("{text}; {WITHOUT_READ}"))
+            }
+            PluginError::Failed(text) if text.starts_with("the controller refused @READ") => {
+                PluginError::Failed(format!("{text}; {WITHOUT_READ}"))
+            }
+            _ => error,
+        })
+    }
+
+    /// Makes sure that a controller is there, and one that does not know `@READ`. It is asked that first all the same: a firmware that takes the numbers of
+    /// `@STEP` for places answers it in its own way, and would go somewhere by a move of no half-steps.
+    fn require_somebody_without_read(&mut self) -> Result<(), PluginError> {
+        match self.controller.tells_registers() {
+            Ok(true) => Err(PluginError::Refused(
+                "config: dead_reckoning is true, and this controller answers @READ: take `dead_reckoning` out of the cell file, so that what it says is used".to_owned(),
+            )),
+            Ok(false) => Ok(()),
+            Err(error) if is_silence(&error) => {
+                self.controller.resynchronise()?;
+                // A move of no half-steps shows that somebody answers.
+                self.controller.step(SpeedCode::SLOWEST, HalfSteps::default(), None)?;
+                Ok(())
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
     /// Does what the cell file says of the controller.
     pub(super) fn set_up(&mut self) -> Result<(), PluginError> {
         self.rename()?;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, Motors, MotorsInWorld, Standing};
+use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, Event, Motors, MotorsInWorld, Standing};
 
 use super::line::{LineArguments, announce, port_in_words, work};
 use super::typed::Typing;
@@ -12,7 +12,7 @@ use crate::failure::CommandResult;
 ///
 /// What happens to the arm is typed on standard input, a line each: `key stop` (or another key of the pendant), `stop-after 5` (STOP when the next
 /// move has made 5 half-steps), `input 3 on`, `between 12.5` (something 12.5 mm wide between the fingers), `drive base -100` (under
-/// hand control), `fault drop to-arm 3`, `faults 0.01`, `unplug`, `plug`, `status`, `quit`.
+/// hand control), `read off` (it does not know @READ any more), `fault drop to-arm 3`, `faults 0.01`, `unplug`, `plug`, `status`, `quit`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// The socket of the world whose arm it drives. Left out, it drives motors on a bench.
@@ -27,6 +27,9 @@ pub(crate) struct Arguments {
     /// How far the fingers of an arm on a bench are open, mm.
     #[arg(long, default_value_t = 40.0, conflicts_with = "world")]
     opening_mm: f64,
+    /// As a controller that does not know @READ: it answers 0 to it.
+    #[arg(long)]
+    without_read: bool,
     #[command(flatten)]
     line: LineArguments,
 }
@@ -46,7 +49,10 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
             "motors on a bench".to_owned(),
         ),
     };
-    let emulator = Emulator::start(arguments.line.at(baud), motors)?;
+    let mut emulator = Emulator::start(arguments.line.at(baud), motors)?;
+    if arguments.without_read {
+        emulator.tell(Event::Read(false));
+    }
     announce("TeachMover controller", emulator.standing().port.as_deref(), baud, &drives)?;
     work(typing, emulator, status)
 }

@@ -74,6 +74,8 @@ pub(super) struct Controller {
     began: (u64, [i32; 6]),
     /// When to look at the world's pendant next, while the operator has the arm; never where the world has none.
     pendant_look: Option<u64>,
+    /// Whether it tells registers and inputs; one owner's TeachMover II did not (github kelvinzheng3317/leapMotion_TeachMover).
+    knows_read: bool,
 }
 
 impl Controller {
@@ -95,6 +97,7 @@ impl Controller {
             turned_ns: 0,
             began: (0, [0; 6]),
             pendant_look: None,
+            knows_read: true,
         }
     }
 
@@ -117,6 +120,11 @@ impl Controller {
             line.truncate(LONGEST_LINE);
         }
         Ok(())
+    }
+
+    /// Whether it knows how to tell registers and inputs from now on.
+    pub(super) fn know_read(&mut self, known: bool) {
+        self.knows_read = known;
     }
 
     /// The operator presses a key.
@@ -224,6 +232,7 @@ impl Controller {
 
     fn obey(&mut self, line: &[u8], now: u64) -> Result<(), MotorsError> {
         match order::read(line) {
+            Some(Order::Tell) if !self.knows_read => self.answer(UNSUCCESSFUL),
             None => self.answer(UNSUCCESSFUL),
             Some(Order::Turn { speed, half_steps, outputs }) => {
                 if let Some(levels) = outputs {

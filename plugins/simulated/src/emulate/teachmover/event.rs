@@ -54,6 +54,8 @@ pub enum Event {
     Damage(Fault),
     /// Every byte from now on may be damaged, with this probability.
     DamageAtRandom(f64),
+    /// From now on the controller knows `@READ`, or does not.
+    Read(bool),
     /// The plug is pulled.
     Unplug,
     /// The plug is put back.
@@ -65,7 +67,7 @@ pub enum Event {
 pub enum EventError {
     /// Not one of the words there are.
     #[error(
-        "`{0}` is nothing that can happen to the arm; write one of: key NAME, stop-after N, drive MOTOR N, input BIT on|off, between MM, fault KIND WAY N, faults PROBABILITY, unplug, plug"
+        "`{0}` is nothing that can happen to the arm; write one of: key NAME, stop-after N, drive MOTOR N, input BIT on|off, between MM, read on|off, fault KIND WAY N, faults PROBABILITY, unplug, plug"
     )]
     Unknown(String),
     /// What follows the word is wrong.
@@ -110,6 +112,8 @@ impl FromStr for Event {
                 let probability = probability.parse().ok().filter(|probability| (0.0..=1.0).contains(probability));
                 probability.map(Event::DamageAtRandom).ok_or_else(|| wrong("give a probability from 0 to 1"))
             }
+            ["read", "on"] => Ok(Event::Read(true)),
+            ["read", "off"] => Ok(Event::Read(false)),
             ["unplug"] => Ok(Event::Unplug),
             ["plug"] => Ok(Event::Plug),
             _ => Err(EventError::Unknown(line.trim().to_owned())),
@@ -151,6 +155,7 @@ mod tests {
             ("between 12.5", Event::Between(12.5)),
             ("fault drop to-arm 3", Event::Damage(Fault { kind: FaultKind::Drop, way: Way::ToArm, byte: 3 })),
             ("faults 0.01", Event::DamageAtRandom(0.01)),
+            ("read off", Event::Read(false)),
             ("unplug", Event::Unplug),
             ("plug", Event::Plug),
         ] {

@@ -68,6 +68,7 @@ impl Controls for Service {
             Event::Between(width_mm) => {
                 self.controller.motors().put_between_fingers(width_mm)?;
             }
+            Event::Read(known) => self.controller.know_read(known),
             Event::Damage(fault) => line.damage(fault),
             Event::DamageAtRandom(probability) => line.damage_at_random(probability),
             Event::Unplug => line.unplug(),
