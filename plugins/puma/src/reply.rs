@@ -43,12 +43,14 @@ pub fn text_of(bytes: &[u8]) -> String {
 pub fn sign(bytes: &[u8]) -> Option<Sign> {
     let text = text_of(bytes);
     let (before, tail) = text.rsplit_once('\n').unwrap_or(("", &text));
-    let tail = after_busy_prompt(tail);
+    let behind = after_busy_prompt(tail);
+    if tail.trim_end() == "*" || behind.trim_end() == "*" {
+        return Some(Sign::AtDeadline(Ending::Busy));
+    }
+    let tail = behind;
     // A prompt stands at the beginning of its line; a point behind spaces may be the beginning of a number.
-    match tail.trim_end() {
-        "." => return Some(Sign::Sure(Ending::Command)),
-        "*" => return Some(Sign::AtDeadline(Ending::Busy)),
-        _ => {}
+    if tail.trim_end() == "." {
+        return Some(Sign::Sure(Ending::Command));
     }
     let last = if tail.trim().is_empty() { before.lines().next_back().unwrap_or_default() } else { tail };
     match last.trim() {
@@ -174,6 +176,7 @@ mod tests {
         assert_eq!(sign(b"\r\n* \r\n. "), Some(Sign::Sure(Ending::Command)));
         assert_eq!(sign(b"\r\n* . "), Some(Sign::Sure(Ending::Command)));
         assert_eq!(sign(b"\r\n*"), Some(Sign::AtDeadline(Ending::Busy)));
+        assert_eq!(sign(b"\r\n* "), Some(Sign::AtDeadline(Ending::Busy)));
         assert_eq!(sign(b"\r\n*Joint 3 out"), None);
         assert_eq!(sign(b"\r\nChange? "), Some(Sign::Sure(Ending::Question)));
         assert_eq!(sign(b"Change?\r\0\0\n"), Some(Sign::Sure(Ending::Question)));

@@ -15,6 +15,10 @@ const CANCELLATIONS: usize = 4;
 /// How long what still comes behind the prompt that answers a control C is listened to: longer than a USB adapter holds bytes back (16 ms).
 const LATE: Duration = Duration::from_millis(25);
 
+/// How long a `*` has to stand alone behind a control C until it says that something goes on that a control C does not end: an error that begins with one comes
+/// within a character's time.
+const STILL_BUSY: Duration = Duration::from_millis(300);
+
 /// Who types.
 #[derive(Debug)]
 pub(crate) struct Typist {
@@ -93,8 +97,17 @@ impl Typist {
             self.write("control C", &[CONTROL_C])?;
             let mut came = Vec::new();
             let deadline = Instant::now() + self.reply_within;
+            let mut heard = Instant::now();
             while Instant::now() < deadline {
-                came.extend(self.read("control C", Duration::from_millis(20))?);
+                let more = self.read("control C", Duration::from_millis(20))?;
+                if !more.is_empty() {
+                    heard = Instant::now();
+                }
+                came.extend(more);
+                if sign(&came) == Some(Sign::AtDeadline(Ending::Busy)) && heard.elapsed() > STILL_BUSY {
+                    self.keep_unasked(&came);
+                    return self.abort();
+                }
                 if sign(&came) == Some(Sign::Sure(Ending::Command)) {
                     let late = self.read_for("control C", LATE)?;
                     came.extend(late);
@@ -110,6 +123,25 @@ impl Typist {
         }
         self.keep_unasked(&[]);
         Err(self.error("control C", LineFailure::Silent))
+    }
+
+    /// Ends the program that goes on in the controller, which a control C did not. ABORT may ask whether one is sure (RX60L); that is answered with Y.
+    fn abort(&mut self) -> Result<(), LineError> {
+        let mut typed = "ABORT";
+        loop {
+            self.type_carefully(typed)?;
+            match self.wait(typed, self.reply_within, Until::AnyEnd, &mut || false)? {
+                Waited::Answered(Reply { ending: Ending::Command, lines }) => {
+                    self.unasked.extend(lines);
+                    return Ok(());
+                }
+                Waited::Answered(Reply { ending: Ending::Question, .. }) if typed == "ABORT" => typed = "Y",
+                Waited::Answered(Reply { lines, .. }) => {
+                    return Err(self.unexpected(typed, lines.join("|").as_bytes()));
+                }
+                Waited::Interrupted(came) => return Err(self.unexpected(typed, &came)),
+            }
+        }
     }
 
     /// Types a line and waits for its answer.

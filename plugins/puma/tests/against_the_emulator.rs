@@ -213,3 +213,31 @@ fn conversations_over_a_bad_line_never_move_an_arm_that_has_told_an_error() {
     assert!(held.errors > 0, "the lines were bad enough");
     assert_eq!(held.conversations, 60);
 }
+
+#[test]
+fn a_program_that_a_control_c_does_not_end_is_aborted_and_its_question_answered() {
+    for (name, dialect) in Dialect::ALL {
+        let mut cell = Cell::speaking(dialect);
+        cell.emulator.tell(Event::Program);
+        let refused = cell.go(LEFTY).unwrap_err();
+        assert!(matches!(refused, PluginError::NotReady(_) | PluginError::Failed(_)), "{name}: {refused:?}");
+        cell.arm.activate().unwrap_or_else(|error| panic!("{name}: {error}"));
+        cell.go(LEFTY).unwrap_or_else(|error| panic!("{name}: {error}"));
+        cell.assert_at(LEFTY);
+    }
+}
+
+#[test]
+fn an_answer_to_aborts_question_that_does_not_come_back_as_typed_moves_nothing() {
+    let mut cell = Cell::speaking(Dialect::Mark2);
+    cell.emulator.tell(Event::Program);
+    // Control C, ABORT with its carriage return, and then the Y, on its way back.
+    let before = "\r\n*ABORT\r\nAre you sure (Y/N)? ".len();
+    let fault = format!("drop from-arm {}", before + 1).parse().unwrap();
+    cell.emulator.tell(Event::Damage(fault));
+    let error = cell.arm.activate().unwrap_err();
+    assert!(error.text().contains("Y"), "{error}");
+    assert!(cell.go(LEFTY).is_err());
+    cell.arm.activate().unwrap();
+    cell.go(LEFTY).unwrap();
+}

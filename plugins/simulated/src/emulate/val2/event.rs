@@ -15,6 +15,8 @@ pub enum Event {
     Envelope(usize),
     /// The mains fail and come back.
     Reboot,
+    /// Somebody starts a program at the panel, which moves nothing. A control C does not end it, and ABORT asks whether one is sure.
+    Program,
     /// A byte to come will be damaged.
     Damage(Fault),
     /// Every byte from now on may be damaged, with this probability.
@@ -30,7 +32,7 @@ pub enum Event {
 pub enum EventError {
     /// Not one of the words there are.
     #[error(
-        "`{0}` is nothing that can happen to the controller; write one of: power on, power off, panic, envelope JOINT, reboot, fault KIND WAY N, faults PROBABILITY, unplug, plug"
+        "`{0}` is nothing that can happen to the controller; write one of: power on, power off, panic, envelope JOINT, reboot, program, fault KIND WAY N, faults PROBABILITY, unplug, plug"
     )]
     Unknown(String),
     /// A fault that is none.
@@ -52,6 +54,7 @@ impl FromStr for Event {
                 joint.map(Event::Envelope).ok_or_else(unknown)
             }
             ["reboot"] => Ok(Event::Reboot),
+            ["program"] => Ok(Event::Program),
             ["fault", rest @ ..] => Ok(Event::Damage(rest.join(" ").parse()?)),
             ["faults", probability] => {
                 let probability =
@@ -73,6 +76,7 @@ mod tests {
     fn every_event_can_be_typed_and_others_are_named() {
         assert_eq!("power off".parse(), Ok(Event::Power(false)));
         assert_eq!("envelope 3".parse(), Ok(Event::Envelope(3)));
+        assert_eq!(" program ".parse(), Ok(Event::Program));
         assert_eq!("faults 0.01".parse(), Ok(Event::DamageAtRandom(0.01)));
         let error = "envelope 9".parse::<Event>().unwrap_err().to_string();
         assert!(error.starts_with(

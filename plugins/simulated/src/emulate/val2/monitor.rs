@@ -31,12 +31,16 @@ enum Mode {
     Calibrating,
     /// A joint (from 0) is driven to and fro; true on the way back.
     PotCal(usize, bool),
+    /// A user's program runs, which moves nothing.
+    Program,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Grave {
     Calibrate,
     PotCal,
+    /// To end the program that runs.
+    Abort,
 }
 
 /// The monitor of one controller.
@@ -139,6 +143,13 @@ impl Monitor {
     /// Something happens on the panel.
     pub(super) fn happen(&mut self, event: &Event) -> Result<(), ArmError> {
         let complaint = match event {
+            Event::Program => {
+                self.halt()?;
+                self.line.clear();
+                self.newline();
+                self.go_on_with_program();
+                return Ok(());
+            }
             Event::Power(true) => {
                 self.power = true;
                 return Ok(());
@@ -197,6 +208,11 @@ impl Monitor {
         if was_moving {
             return self.end_with(Complaint::Aborted);
         }
+        if matches!(self.mode, Mode::Program | Mode::Sure(Grave::Abort)) {
+            // A control C cancels what is typed; the program goes on.
+            self.go_on_with_program();
+            return Ok(());
+        }
         self.back_to_commands();
         Ok(())
     }
@@ -209,6 +225,23 @@ impl Monitor {
             },
             Mode::Changes(name, values) => self.change(name, values, line),
             Mode::Sure(grave) => self.dare(grave, line),
+            Mode::Program => {
+                match parse(line) {
+                    Ok(Command::Abort) => {
+                        self.mode = Mode::Sure(Grave::Abort);
+                        self.said.extend_from_slice(self.dialect.sure().as_bytes());
+                        return Ok(());
+                    }
+                    Ok(Command::Nothing) => {}
+                    Ok(Command::Where) => self.show_where()?,
+                    _ => {
+                        let text = self.dialect.text(Complaint::NotNow);
+                        self.say_line(&text);
+                    }
+                }
+                self.go_on_with_program();
+                Ok(())
+            }
             Mode::Moving | Mode::Calibrating | Mode::PotCal(..) => match parse(line) {
                 Ok(Command::Abort) => {
                     self.halt()?;
@@ -314,11 +347,21 @@ impl Monitor {
     }
 
     fn dare(&mut self, grave: Grave, line: &str) -> Result<(), ArmError> {
-        if !line.trim().eq_ignore_ascii_case("y") {
-            self.back_to_commands();
-            return Ok(());
-        }
+        let is_sure = line.trim().eq_ignore_ascii_case("y");
         match grave {
+            Grave::Abort if !is_sure => {
+                self.go_on_with_program();
+                Ok(())
+            }
+            _ if !is_sure => {
+                self.back_to_commands();
+                Ok(())
+            }
+            Grave::Abort => {
+                self.say_line("Program task 0 stopped");
+                self.back_to_commands();
+                Ok(())
+            }
             Grave::Calibrate => self.find_index_pulses(),
             Grave::PotCal => {
                 let (here, _) = self.arm.read()?;
@@ -429,6 +472,12 @@ impl Monitor {
         }
         self.mode = Mode::Command;
         self.said.extend_from_slice(self.dialect.prompt().as_bytes());
+    }
+
+    /// A program runs: every monitor shows that by a `*`.
+    fn go_on_with_program(&mut self) {
+        self.mode = Mode::Program;
+        self.said.extend_from_slice(self.dialect.busy_prompt().unwrap_or("*").as_bytes());
     }
 
     fn busy_prompt(&mut self) {
