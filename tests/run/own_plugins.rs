@@ -328,6 +328,15 @@ fn checks_that_move_a_robot_wait_for_leave() {
 }
 
 #[test]
+fn a_misspelt_measurement_of_a_new_sensor_is_found_before_anything_runs() {
+    let own = Own::new("sensor", "gauge", "python");
+    own.edit("procedure.yaml", "reading.height_mm > 0", "reading.heigth_mm > 0");
+    let checked = own.plumb(&["check", "cell.yaml"]);
+    assert_eq!(checked.code(), 2, "{}", checked.all());
+    assert!(checked.all().contains("did you mean `height_mm`?"), "{}", checked.all());
+}
+
+#[test]
 fn what_cannot_be_checked_is_said_with_what_would_be_right() {
     let own = Own::new("sensor", "gauge", "python");
     let refused = own.plumb(&["plugins", "check", ".", "--config", "{port: /dev/ttyUSB0}"]);

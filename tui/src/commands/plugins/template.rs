@@ -62,8 +62,11 @@ impl Project<'_> {
             Language::Python => "driver: [python3, driver.py]".to_owned(),
             Language::Rust | Language::C => format!("library: lib{identifier}.so"),
         };
-        let streams =
-            if self.is_robot { "streams:\n  - {name: joints, message: joint-state/1}\n" } else { "" };
+        // With its quantities named here `plumb check` finds a procedure that misspells one.
+        let streams = match self.is_robot {
+            true => "streams:\n  - {name: joints, message: joint-state/1}\n",
+            false => "quantities:\n  - {name: height, unit: mm}\n",
+        };
         let build: String = self.commands().iter().map(|line| format!("$ {line}\n")).collect();
         [
             ("{name}", self.name),
