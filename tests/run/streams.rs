@@ -99,3 +99,43 @@ fn a_program_in_python_reads_a_stream() {
     let said = Said::of(reading.wait_with_output().unwrap());
     assert_eq!(read, 51, "{}", said.all());
 }
+
+#[test]
+fn the_streams_of_a_run_become_curves_in_rerun() {
+    let has_rerun = Command::new("python3").args(["-c", "import rerun"]).output();
+    if !has_rerun.is_ok_and(|output| output.status.success()) {
+        println!("skipped: python3 has no module `rerun` here");
+        return;
+    }
+    let lab = Lab::new();
+    let program = Path::new(env!("CARGO_BIN_EXE_plumb")).parent().unwrap().display().to_string();
+    let view = Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins/bridge/examples/rerun_view.py");
+    let viewer = |more: &[&str]| {
+        let mut python = Command::new("python3");
+        python.arg(&view).arg("cell.yaml").args(more).current_dir(lab.path(".")).stdin(Stdio::null());
+        python.env("PATH", format!("{program}:{}", std::env::var("PATH").unwrap_or_default()));
+        python.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    };
+    let early = Said::of(viewer(&["--save", "none.rrd", "--wait", "0"]).wait_with_output().unwrap());
+    assert_eq!(early.code(), 1, "{}", early.all());
+    assert!(early.err().contains("nobody runs cell.yaml"), "{}", early.err());
+    let viewing = viewer(&["--save", "run.rrd"]);
+    // A run that takes its time: on a busy machine Python has hardly begun when a fast one is over.
+    let running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
+    let written = || std::fs::metadata(lab.path("run.rrd")).map_or(0, |file| file.len());
+    let begin = std::time::Instant::now();
+    while written() < 40_000 && begin.elapsed() < crate::lab::PATIENCE {
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
+    running.signal(Signal::SIGTERM);
+    running.end();
+    let said = Said::of(viewing.wait_with_output().unwrap());
+    assert_eq!(said.code(), 0, "{}", said.all());
+    let shown = said.out().split(' ').next().and_then(|count| count.parse::<u64>().ok());
+    assert!(shown > Some(10), "{}", said.out());
+    // Rerun reads it back, with a curve for each joint.
+    let mut print = Command::new("python3");
+    print.args(["-m", "rerun", "rrd", "print"]).arg(lab.path("run.rrd"));
+    let printed = Said::of(print.output().unwrap());
+    assert!(printed.all().contains(" /arm/joints/joints/0 "), "{}", printed.all());
+}
