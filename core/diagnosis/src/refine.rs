@@ -2,7 +2,6 @@
 //! known of it widens the error of the size.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 
 use nalgebra::DVector;
 
@@ -11,7 +10,7 @@ use crate::laboratory::{Laboratory, LaboratoryError};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, EffectId, Search, joint_step};
 use plumb_calibration::fit::FitOptions;
-use plumb_estimation::{Progress, bic_above};
+use plumb_estimation::{Progress, bic_above, for_each};
 
 /// Steps of the logarithm of what is searched for, from coarse to fine.
 const STEPS: [f64; 3] = [0.35, 0.2, 0.1];
@@ -54,11 +53,16 @@ impl Laboratory {
         // A moment at the edge of those that were tried may have better ones beyond.
         for _ in 0..clocks.len() {
             let (first, last) = (place.saturating_sub(near), (place + near + 1).min(clocks.len()));
-            for (row, at) in clocks.iter().enumerate().take(last).skip(first) {
-                if let Entry::Vacant(unknown) = known.entry(row) {
-                    let there = EffectId { inner: Some(*at), ..id.clone() };
-                    unknown.insert(self.tried(stage, &there, start.clone(), progress)?);
-                }
+            let moments = clocks.iter().enumerate().take(last).skip(first);
+            let unknown: Vec<(usize, f64)> =
+                moments.filter(|(row, _)| !known.contains_key(row)).map(|(row, at)| (row, *at)).collect();
+            let tried = for_each(&unknown, |(row, at)| {
+                let there = EffectId { inner: Some(*at), ..id.clone() };
+                Ok::<_, LaboratoryError>((*row, self.tried(stage, &there, start.clone(), progress)?))
+            });
+            for found in tried {
+                let (row, there) = found?;
+                known.insert(row, there);
             }
             let least = known.values().map(|there| there.squares).fold(f64::INFINITY, f64::min);
             let rank = known.values().next().map_or(0.0, |there| there.rank);

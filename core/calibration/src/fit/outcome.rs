@@ -250,16 +250,19 @@ impl Weighed {
             if moved < 1e-2 {
                 break;
             }
-            let mut start = self.descent.state.clone();
-            if let Some(tangent) = Tangent::at(machine, &start, rows) {
-                let (step, settled) = tangent.settle(self.weights.clone(), held, parameters);
-                let moved = start.stepped(machine.slots(), step.as_slice());
-                start = if moved.is_finite() { moved } else { start };
-                self.weights = settled;
-            }
+            let settled = self.settled(machine, rows, prior, (held, parameters));
             let near = Settings { steps: options.steps, damping: NEAR };
-            let problem = machine.over(rows, &self.weights).knowing(prior);
-            self.descent = descend(&problem, &start, held, near, progress)?;
+            self.descent = match settled {
+                Some((reached, weights)) => {
+                    self.weights = weights;
+                    let problem = machine.over(rows, &self.weights).knowing(prior);
+                    descend_from(&problem, reached, held, near, progress)?
+                }
+                None => {
+                    let problem = machine.over(rows, &self.weights).knowing(prior);
+                    descend(&problem, &self.descent.state, held, near, progress)?
+                }
+            };
             self.steps += self.descent.steps;
         }
         let reached = (&self.descent.state, self.weights.as_slice());
@@ -268,6 +271,28 @@ impl Weighed {
             self.doubts.push(doubt);
         }
         Ok(())
+    }
+}
+
+impl Weighed {
+    /// Where the weights settle if the surroundings are flat, and these weights; nothing where that leaves more than staying: the surroundings are not flat then,
+    /// and the weights of a place that no fit reaches would come and go for ever.
+    fn settled(
+        &self,
+        machine: &ResidualModel<'_>,
+        rows: &[usize],
+        prior: Option<&Prior>,
+        (held, parameters): (&[usize], usize),
+    ) -> Option<((State, NormalEquations), Vec<f64>)> {
+        let here = &self.descent.state;
+        let tangent = Tangent::at(machine, here, rows, prior)?;
+        let (step, weights) = tangent.settle(self.weights.clone(), held, parameters);
+        let moved = here.stepped(machine.slots(), step.as_slice());
+        if !moved.is_finite() {
+            return None;
+        }
+        let normal = machine.over(rows, &weights).knowing(prior).normal_equations(&moved);
+        (normal.squares <= tangent.squares(&weights)).then_some(((moved, normal), weights))
     }
 }
 

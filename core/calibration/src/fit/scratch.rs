@@ -21,25 +21,30 @@ pub(crate) struct SubjectMotion {
     pub(super) reading: Vec<Option<(Channel, f64, f64)>>,
     /// The number of the light stripe's rig that it moves, and how fast.
     pub(super) rig: Vec<Option<(RigNumber, f64)>>,
+    /// Numbers whose motion is worked out so far.
+    used: usize,
 }
 
 impl SubjectMotion {
-    pub(super) fn clear(&mut self) {
+    /// Makes room for so many numbers, none of which moves anything yet: once a row, not number by number.
+    pub(super) fn begin(&mut self, width: usize) {
+        self.used = 0;
         self.linear.clear();
+        self.linear.resize(width, Vector3::zeros());
         self.angular.clear();
+        self.angular.resize(width, Vector3::zeros());
         self.sensor.clear();
+        self.sensor.resize(width, 0.0);
         self.reading.clear();
+        self.reading.resize(width, None);
         self.rig.clear();
+        self.rig.resize(width, None);
     }
 
-    /// Makes room for so many more numbers, none of which moves anything yet; returns the first of them.
+    /// The next so many numbers; returns the first of them.
     pub(super) fn extend(&mut self, by: usize) -> usize {
-        let first = self.linear.len();
-        self.linear.resize(first + by, Vector3::zeros());
-        self.angular.resize(first + by, Vector3::zeros());
-        self.sensor.resize(first + by, 0.0);
-        self.reading.resize(first + by, None);
-        self.rig.resize(first + by, None);
+        let first = self.used;
+        self.used += by;
         first
     }
 

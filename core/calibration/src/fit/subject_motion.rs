@@ -158,7 +158,8 @@ impl ResidualModel<'_> {
         by_joint.extend((0..self.model.chain.len()).map(|joint| frames.with_joint(joint, Knob::Theta)));
         frames.by_joint = by_joint;
 
-        motion.clear();
+        let of_probes: usize = probes.iter().map(|probe| probe.parameters().len()).sum();
+        motion.begin(self.slots.len() + of_probes);
         self.move_by_slots(&frames, motion);
         let situation = self.situation(state, row, &pose.posture, &pose.moments, Some(point));
         let sensor = self.sensor_handle(row);

@@ -3,6 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::doubt::Prior;
 use super::residual_model::ResidualModel;
 use super::robust::Distances;
 use super::state::State;
@@ -25,13 +26,19 @@ pub(super) struct Tangent<'t> {
     jacobian: DMatrix<f64>,
     /// First equation of each row, and one past the last.
     first: Vec<usize>,
-    /// Normal equations of what is known besides the rows: distances between places.
+    /// Normal equations of what is known besides the rows: distances between places, and plausible ranges where they count.
     known: NormalEquations,
 }
 
 impl<'t> Tangent<'t> {
-    /// At a state; nothing if the table is too large for it.
-    pub(super) fn at(machine: &'t ResidualModel<'t>, state: &State, rows: &'t [usize]) -> Option<Self> {
+    /// At a state; nothing if the table is too large for it. Ranges that count in the fit must count here: without them a step to where the rows alone point
+    /// leads far from the fit, and the weights of that place are none of the fit's.
+    pub(super) fn at(
+        machine: &'t ResidualModel<'t>,
+        state: &State,
+        rows: &'t [usize],
+        prior: Option<&Prior>,
+    ) -> Option<Self> {
         let mut first = vec![0];
         for row in rows {
             first.push(first.last().copied().unwrap_or(0) + machine.observations.range(*row).len());
@@ -43,6 +50,9 @@ impl<'t> Tangent<'t> {
         let block = machine.block(state, rows, &[], &[]);
         let mut known = NormalEquations::zeros(slots);
         machine.place_distances(state, &mut known);
+        if let Some(prior) = prior {
+            prior.add(machine, state, &mut known);
+        }
         let residuals = DVector::from_vec(block.residuals);
         Some(Self { machine, rows, residuals, jacobian: block.jacobian, first, known })
     }
@@ -72,6 +82,16 @@ impl<'t> Tangent<'t> {
             }
         }
         (full_step(&normal, held), weights)
+    }
+
+    /// The weighted sum of squares at the state itself.
+    pub(super) fn squares(&self, weights: &[f64]) -> f64 {
+        let of_row = |(index, row): (usize, &usize)| {
+            let own = self.range(index);
+            weights.get(*row).copied().unwrap_or(1.0)
+                * self.residuals.rows(own.start, own.len()).norm_squared()
+        };
+        self.known.squares + self.rows.iter().enumerate().map(of_row).sum::<f64>()
     }
 
     /// Adds every row, times its share, to normal equations.

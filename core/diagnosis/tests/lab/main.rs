@@ -3,6 +3,7 @@
 
 mod among_structure;
 mod bad_input;
+mod bounded_fits;
 mod corrections;
 mod defined_effects;
 mod explainable;
