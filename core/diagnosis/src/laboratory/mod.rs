@@ -3,6 +3,7 @@
 mod addition;
 mod comparison;
 mod effect_plot;
+mod known;
 mod map_note;
 mod mapping;
 mod orientations;
@@ -30,6 +31,7 @@ pub use rows::{RowResidual, Series};
 
 use std::path::Path;
 
+use known::Known;
 use thiserror::Error;
 
 use crate::split::{Holdout, HoldoutError, Split};
@@ -147,6 +149,7 @@ pub struct Laboratory {
     passport: Passport,
     split: Split,
     options: Options,
+    known: Known,
 }
 
 impl Laboratory {
@@ -189,7 +192,8 @@ impl Laboratory {
         }
         let split = Split::new(&table, options.holdout)?;
         let passport = Passport::of(&model, &table);
-        let mut laboratory = Self { model, table, observations, passport, split, options };
+        let known = Known::default();
+        let mut laboratory = Self { model, table, observations, passport, split, options, known };
         laboratory.estimate_noise()?;
         Ok(laboratory)
     }
@@ -301,13 +305,27 @@ impl Laboratory {
         rows
     }
 
-    /// Fits a machine to the rows that are not locked away.
-    pub(crate) fn fit(&self, machine: &ResidualModel<'_>, progress: &Progress) -> Result<Fit, FitError> {
-        machine.fit(&machine.start(), &self.split.fit, self.options.fit, progress)
+    /// Fits a machine to the rows that are not locked away. That of the model as it stands is fitted once.
+    pub(crate) fn fit(
+        &self,
+        machine: &ResidualModel<'_>,
+        progress: &Progress,
+    ) -> Result<Fit, LaboratoryError> {
+        let is_plain = machine.effects().count() == self.fitted_effects()?.len();
+        if let Some(fit) = self.known.fit.get().filter(|_| is_plain) {
+            return Ok(fit.clone());
+        }
+        let fit = machine.fit(&machine.start(), &self.split.fit, self.options.fit, progress)?;
+        if is_plain {
+            // Another thread may have been first: its fit is the same.
+            let _ = self.known.fit.set(fit.clone());
+        }
+        Ok(fit)
     }
 
     /// Keeps about `most` of the fitted rows, chosen at random; returns to one pose stay together. The locked ones stay.
     pub(crate) fn keep_rows(&mut self, most: usize) {
+        self.known = Known::default();
         self.split.keep(&self.table, most);
     }
 }

@@ -1,0 +1,18 @@
+//! What a laboratory has worked out and is asked for again: a diagnosis, the comparison beside it, and the formula after it begin with the same fit.
+
+use std::sync::OnceLock;
+
+use plumb_calibration::fit::Fit;
+
+/// Kept from question to question. A copy knows nothing: it is made to be changed.
+#[derive(Debug, Default)]
+pub(super) struct Known {
+    /// Of the model as it stands, to all rows that are not locked away.
+    pub(super) fit: OnceLock<Fit>,
+}
+
+impl Clone for Known {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
