@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use crate::candidates::{Candidates, best_variants};
 use crate::fitted::Fitted;
 use crate::laboratory::{Laboratory, LaboratoryError};
-use crate::predictive_gain::{Gain, Judge};
+use crate::predictive_gain::{Gain, Judge, Promise};
 use crate::score_test::{Noise, Probe, Score, score};
 use crate::thresholds::{
     MOST_EFFECTS, NAMING_LEVEL, OUTLIER_JUDGE_LEVEL, OUTLIER_JUDGES, REFIT_BELOW, REFITTED_CANDIDATES,
@@ -30,6 +30,8 @@ pub(crate) struct Contender {
     pub(crate) covariance: DMatrix<f64>,
     /// Cross-validated gains; empty if it was not refitted.
     pub(crate) gains: Vec<Gain>,
+    /// What adding it alone promises; nothing if it was not refitted.
+    pub(crate) promise: Option<Promise>,
     pub(crate) refitted: bool,
     /// Stands only on the rows that were chosen, not with all of them in.
     pub(crate) outvoted: bool,
@@ -116,6 +118,7 @@ impl Laboratory {
                     values: score.values.clone(),
                     covariance: score.covariance.clone(),
                     gains: Vec::new(),
+                    promise: None,
                     refitted: false,
                     outvoted: false,
                     left: score.left,
@@ -221,7 +224,7 @@ impl Laboratory {
             let (squares, rank) = (refit.fit.normal.squares, refit.fit.rank() as f64);
             contender.bic =
                 bic_above(refit.machine.least_variance(), squares, equations, rank, contender.search_cost);
-            contender.gains = gains;
+            (contender.gains, contender.promise) = gains;
             contender.refitted = true;
             if kind(&contender.id.name).is_some_and(|kind| kind.is_event) {
                 contender.row_squares = refit.row_squares();
@@ -236,6 +239,33 @@ impl Laboratory {
             }
         }
         stage.contenders.sort_by(|left, right| left.bic.total_cmp(&right.bic));
+        Ok(())
+    }
+
+    /// A card promises what `add` does, and that adds one effect alone: of a stage with others taken in, each refitted contender is fitted beside the `base`.
+    pub(crate) fn promise_alone(
+        &self,
+        stage: &mut Stage<'_>,
+        base: &Stage<'_>,
+        progress: &Progress,
+    ) -> Result<(), LaboratoryError> {
+        let asked: Vec<usize> = (0..stage.contenders.len())
+            .filter(|index| stage.contenders.get(*index).is_some_and(|one| one.refitted))
+            .collect();
+        let judge = Judge::of(&base.fitted, std::iter::empty());
+        let rows = (base.fitted.fit.rows.as_slice(), base.fitted.fit.weights.as_slice());
+        let options = FitOptions { robust: false, ..self.options().fit };
+        let promises = for_each(&asked, |index| {
+            let Some(own) = stage.contenders.get(*index) else { return Ok(None) };
+            let alone = [AddedEffect { id: own.id.clone(), values: own.values.clone() }];
+            let after = self.fit_near(&alone, &base.fitted, rows, options, progress)?;
+            Ok::<_, LaboratoryError>(judge.promise(&after))
+        });
+        for (index, promise) in asked.into_iter().zip(promises) {
+            if let Some(contender) = stage.contenders.get_mut(index) {
+                contender.promise = promise?;
+            }
+        }
         Ok(())
     }
 

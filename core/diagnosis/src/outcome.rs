@@ -100,8 +100,12 @@ pub struct Candidate {
     /// Posterior probability among all that were weighed, mechanisms without a name and none at all; nothing where it was not weighed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,
-    /// Fall of the cross-validated RMS, mm; negative if it gets worse.
+    /// Fall of the root mean square error of a point in regions left out in turn if this effect alone is added and everything is fitted anew, mm; negative if it
+    /// grows; nothing where it was not fitted.
     pub cv_gain: Option<f64>,
+    /// That error with the effect added, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leaves_mm: Option<f64>,
     /// Expected size.
     pub size: f64,
     /// Unit of the size.
@@ -112,7 +116,8 @@ pub struct Candidate {
     pub plausible: bool,
     /// Share of the effect that the parameters already fitted would swallow, 0 to 1.
     pub absorbed: f64,
-    /// RMS of what it would take away, mm.
+    /// By how much the root mean square error of a point falls if this effect alone is added, mm: [`cv_gain`](Self::cv_gain) where it was fitted, else what the
+    /// score test expects of the rows that were fitted.
     pub explains_mm: f64,
     /// Smallest size these poses would show four times in five.
     pub smallest: f64,

@@ -7,7 +7,6 @@ use crate::fitted::Fitted;
 use crate::thresholds::GAIN_ERRORS;
 use plumb_calibration::arm_model::Epochs;
 use plumb_calibration::effect::EffectId;
-use plumb_calibration::fit::Fit;
 use plumb_estimation::for_each;
 
 /// Gain of cross-validation over one way of leaving blocks out.
@@ -17,6 +16,33 @@ pub(crate) struct Gain {
     pub(crate) total: f64,
     /// One standard error of it.
     pub(crate) error: f64,
+}
+
+/// Root mean square errors of the points of rows that are left out by regions, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Promise {
+    /// Predicted without the effect.
+    pub(crate) before_mm: f64,
+    /// With the effect added and everything fitted anew.
+    pub(crate) after_mm: f64,
+}
+
+impl Promise {
+    /// From how the same rows are predicted both ways; nothing where no point was measured.
+    fn of(before: &[Option<LeftOut>], after: &[Option<LeftOut>]) -> Option<Self> {
+        let both: Vec<(&LeftOut, &LeftOut)> = before
+            .iter()
+            .zip(after)
+            .filter_map(|(before, after)| Some((before.as_ref()?, after.as_ref()?)))
+            .collect();
+        let rms = |squares: Vec<f64>| {
+            (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+        };
+        Some(Self {
+            before_mm: rms(both.iter().flat_map(|(before, _)| before.squares.iter().copied()).collect())?,
+            after_mm: rms(both.iter().flat_map(|(_, after)| after.squares.iter().copied()).collect())?,
+        })
+    }
 }
 
 impl Gain {
@@ -79,22 +105,34 @@ impl Judge {
         Self { regions, joints, sessions, poses }
     }
 
-    /// How much better `after` predicts left-out blocks, for every way that applies to the effect.
-    pub(crate) fn gains(&self, after: &Fitted<'_>, id: &EffectId) -> Vec<Gain> {
+    /// How much better `after` predicts left-out blocks, for every way that applies to the effect, and what it leaves where regions are left out.
+    pub(crate) fn gains(&self, after: &Fitted<'_>, id: &EffectId) -> (Vec<Gain>, Option<Promise>) {
         let derivatives = Derivatives::of(&after.machine, &after.fit);
         let joint = id.joint().and_then(|joint| self.joints.get(joint));
-        let ways = [Some(&self.regions), joint, self.sessions.as_ref()];
-        ways.into_iter().flatten().filter_map(|way| self.gain(way, &derivatives, &after.fit)).collect()
+        let regions = derivatives.left_out(&after.fit, &self.regions.blocks);
+        let promise =
+            self.regions.rows.as_ref().zip(regions.as_ref()).and_then(|(old, new)| Promise::of(old, new));
+        let by_regions = regions.and_then(|new| self.gain(&self.regions, &new));
+        let others = [joint, self.sessions.as_ref()].into_iter().flatten();
+        let by_others =
+            others.filter_map(|way| self.gain(way, &derivatives.left_out(&after.fit, &way.blocks)?));
+        (by_regions.into_iter().chain(by_others).collect(), promise)
     }
 
-    fn gain(&self, way: &Way, after: &Derivatives<'_>, fit: &Fit) -> Option<Gain> {
-        let (old, new) = (way.rows.as_ref()?, after.left_out(fit, &way.blocks)?);
+    /// What adding an effect promises, without the other ways of leaving rows out.
+    pub(crate) fn promise(&self, after: &Fitted<'_>) -> Option<Promise> {
+        let derivatives = Derivatives::of(&after.machine, &after.fit);
+        Promise::of(self.regions.rows.as_ref()?, &derivatives.left_out(&after.fit, &self.regions.blocks)?)
+    }
+
+    fn gain(&self, way: &Way, new: &[Option<LeftOut>]) -> Option<Gain> {
+        let old = way.rows.as_ref()?;
         let of = |rows: &[Option<LeftOut>], row: usize| {
             rows.get(row).and_then(Option::as_ref).map(|row| row.distance.0.powi(2))
         };
         // Replicates to one pose share what the model does wrong there: they count as one.
         let fall = |rows: &Vec<usize>| {
-            rows.iter().filter_map(|row| Some(of(old, *row)? - of(&new, *row)?)).sum::<f64>()
+            rows.iter().filter_map(|row| Some(of(old, *row)? - of(new, *row)?)).sum::<f64>()
         };
         Gain::over(&self.poses.iter().map(fall).collect::<Vec<f64>>())
     }

@@ -72,7 +72,7 @@ impl Laboratory {
             let rest = if last == 0 { alone } else { self.direction_tests(&full.fitted, floor) };
             evidence.uneven = direction_test::uneven_sites(&rest);
         }
-        let stage = match stages.get(last).map_or(0, |full| full.taken.len()) {
+        let mut stage = match stages.get(last).map_or(0, |full| full.taken.len()) {
             0 | 1 => stages.swap_remove(0),
             _ => {
                 progress.report(0.7, "weighing what was found")?;
@@ -96,7 +96,7 @@ impl Laboratory {
         let asked: Vec<&Contender> = close.iter().filter_map(|index| stage.contenders.get(*index)).collect();
         let (verdict, place) = judge(&asked, &evidence, floor);
         let dirty = is_dirty(asked.first().copied(), &evidence, floor);
-        let base = stages.into_iter().next().filter(|base| base.taken.is_empty() && !stage.taken.is_empty());
+        let base = self.base_of(&mut stage, stages, progress)?;
         let finding = Finding {
             stage,
             left_over: evidence.left_over,
@@ -112,6 +112,20 @@ impl Laboratory {
             dirty,
         };
         finding.weighed(base, candidates, floor, progress)
+    }
+
+    /// The stage without anything taken in, where that in question has something; what its candidates promise is then that of adding each alone.
+    fn base_of<'a>(
+        &'a self,
+        stage: &mut Stage<'a>,
+        stages: Vec<Stage<'a>>,
+        progress: &Progress,
+    ) -> Result<Option<Stage<'a>>, LaboratoryError> {
+        let base = stages.into_iter().next().filter(|base| base.taken.is_empty() && !stage.taken.is_empty());
+        if let Some(base) = &base {
+            self.promise_alone(stage, base, progress)?;
+        }
+        Ok(base)
     }
 
     /// Of the effects a stage has taken in, the one it would miss most and that still passes with the others in: the stage
@@ -509,19 +523,31 @@ impl Finding<'_> {
                 holm_p: contender.holm_p,
                 delta_bic: contender.bic - best,
                 probability: probabilities.iter().find(|(one, _)| *one == index).map(|(_, likely)| *likely),
-                cv_gain: contender.gains.first().map(|gain| signed_root(gain.total / points) * unit),
+                cv_gain: contender.promise.map(|promise| promise.before_mm - promise.after_mm),
+                leaves_mm: contender.promise.map(|promise| promise.after_mm),
                 size: size.value,
                 unit: size.unit.to_owned(),
                 se: size.error,
                 plausible: contender.score.plausible,
                 absorbed: contender.score.absorbed,
-                explains_mm: (contender.score.gain / points).sqrt() * unit,
+                explains_mm: contender.promise.map_or_else(
+                    || {
+                        expected_fall(self.stage.fitted.fit.normal.squares, contender.score.gain, points)
+                            * unit
+                    },
+                    |promise| promise.before_mm - promise.after_mm,
+                ),
                 smallest: if visible > 0.0 { DETECTABLE_ERRORS * noise / visible } else { f64::MAX },
                 rejected: self.rejected(contender),
             }
         };
         self.stage.contenders.iter().enumerate().take(count).map(candidate).collect()
     }
+}
+
+/// By how much the root mean square of so many points falls when so much of the sum of squares goes.
+fn expected_fall(squares: f64, gain: f64, points: f64) -> f64 {
+    (squares / points).sqrt() - ((squares - gain).max(0.0) / points).sqrt()
 }
 
 /// The greatest canonical correlation of two groups of columns, from their products; nothing where one is not seen at all.
@@ -537,10 +563,6 @@ fn canonical(
     let left = first.l().solve_lower_triangular(&part(one, other))?;
     let both = second.l().solve_lower_triangular(&left.transpose())?;
     both.svd(false, false).singular_values.iter().copied().reduce(f64::max)
-}
-
-fn signed_root(value: f64) -> f64 {
-    value.signum() * value.abs().sqrt()
 }
 
 #[cfg(test)]

@@ -53,6 +53,7 @@ fn contender(name: &str, joint: usize, bic: f64) -> Contender {
         values: vec![1.0],
         covariance: one,
         gains: vec![gain(5.0)],
+        promise: None,
         refitted: true,
         outvoted: false,
         left: (190.0, 190.0),

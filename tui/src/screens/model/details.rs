@@ -66,6 +66,9 @@ fn lines(model: &ModelState, card: &Card, theme: &Theme, width: usize) -> Vec<Li
         let word = if gain < 0.0 { "worse" } else { "better" };
         say(&format!("Regions left out in turn: {:.4} mm {word}.", gain.abs()), theme.text);
     }
+    if let Some(leaves) = card.leaves_mm {
+        say(&format!("Adding it leaves {leaves:.4} mm there."), theme.text);
+    }
     if let Some(plot) = model.own_plot() {
         let [before, after] = plot.rms_mm;
         say(

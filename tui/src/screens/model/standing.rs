@@ -283,6 +283,7 @@ fn card(candidate: &Candidate, diagnosis: &Diagnosis) -> Card {
         place: place(&candidate.effect),
         size: measured(candidate.size, candidate.se, &candidate.unit),
         gain_mm: candidate.cv_gain,
+        leaves_mm: candidate.leaves_mm,
         holm_p: Some(candidate.holm_p),
         probability: candidate.probability,
         ties: ties(&candidate.effect, diagnosis),

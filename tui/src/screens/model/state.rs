@@ -148,6 +148,8 @@ pub(crate) struct Card {
     pub size: String,
     /// How much less error it leaves where it was not fitted, mm.
     pub gain_mm: Option<f64>,
+    /// The error that it leaves there, mm.
+    pub leaves_mm: Option<f64>,
     /// Chance that noise alone looks as convincing, over all candidates (Holm).
     pub holm_p: Option<f64>,
     /// Posterior probability, where it was weighed against others.

@@ -347,6 +347,7 @@ fn standing() -> Standing {
         place: place.to_owned(),
         size: "1.90e-4 rad/(N m) \u{b1} 1.0e-6".to_owned(),
         gain_mm: Some(0.241),
+        leaves_mm: None,
         holm_p: Some(3e-14),
         probability: Some(0.93),
         ties: Vec::new(),
