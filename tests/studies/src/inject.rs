@@ -8,6 +8,8 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use crate::benchmark::probabilities::candidates;
+use crate::reliability::{Forecast, Reliability};
 use plumb::commands::trial::injection::{Found, InjectionError, Measurements};
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::table::{Table, table_text};
@@ -136,6 +138,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, StudyError> {
         "| set | effect | injected | named right | or as the same in these rows | in set | listed | named wrong | cannot show |\n|---|---|---|---|---|---|---|---|---|\n",
     )?;
     let mut total = Counts::default();
+    let mut forecasts = Vec::new();
     for (model, table) in sets(arguments)? {
         let name = table.trim_end_matches(".csv").to_owned();
         let own = match open(arguments, &arguments.data.join(&model), &arguments.data.join(&table)) {
@@ -153,12 +156,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, StudyError> {
         ))?;
         let before = plain.named.as_ref().map(|one| (one.effect.effect.as_str(), one.effect.place.as_str()));
         for effect in hidden_effects(arguments) {
-            let counts = injections(arguments, &own, effect, before)?;
+            let counts = injections(arguments, &own, effect, before, &mut forecasts)?;
             say(&counts.line(&name, effect))?;
             total.take(&counts);
         }
     }
     say(&total.line("all", "all"))?;
+    if let Some(told) = Reliability::of(&forecasts) {
+        say(&told.table("\nprobabilities of the candidates"))?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -217,6 +223,7 @@ fn injections(
     own: &Measurements,
     effect: &str,
     before: Option<(&str, &str)>,
+    forecasts: &mut Vec<Forecast>,
 ) -> Result<Counts, StudyError> {
     let progress = Progress::unwatched();
     let mut counts = Counts::default();
@@ -245,6 +252,10 @@ fn injections(
         let diagnosis = own.diagnose(Some(&hidden), &progress)?;
         let place = hidden.mechanism.place(own.arm());
         let found = Found::of(&diagnosis, (hidden.mechanism.name(), &place), before);
+        // What was named before anything was hidden is there besides: nobody knows whether it is true.
+        let is_hidden = |effect: &str, at: &str| (effect, at) == (hidden.mechanism.name(), place.as_str());
+        let asked = |(effect, at): (&str, &str)| before != Some((effect, at)) || is_hidden(effect, at);
+        forecasts.extend(candidates(&diagnosis, &asked, &is_hidden));
         if arguments.each {
             say(&told(hidden.mechanism.name(), &place, found, &diagnosis))?;
         }

@@ -12,7 +12,9 @@ use clap::{Parser, Subcommand};
 
 mod benchmark;
 mod inject;
+mod interval;
 mod method;
+mod reliability;
 mod stripes;
 
 /// Studies of plumb: how often the diagnosis is right beside its peers, how well the initialization does, what stripes give away.
@@ -56,7 +58,7 @@ fn main() -> ExitCode {
     let Arguments { study, output } = Arguments::parse();
     let folder = output.as_deref();
     let result = match &study {
-        Study::Benchmark(arguments) => benchmark::run(arguments).map_err(Into::into),
+        Study::Benchmark(arguments) => benchmark::run(arguments, folder).map_err(Into::into),
         Study::Inject(arguments) => inject::run(arguments).map_err(Into::into),
         Study::Paper => method::ended(method::paper::run(folder)),
         Study::Repeatability(arguments) => method::ended(method::repeatability::run(arguments, folder)),

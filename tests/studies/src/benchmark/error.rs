@@ -35,6 +35,28 @@ pub(crate) enum BenchmarkError {
     /// Standard output is gone.
     #[error("cannot write to standard output")]
     Output(#[source] io::Error),
+    /// A real table of `--halves` is not named as it should be.
+    #[error("--set {0}: write MODEL:TABLE")]
+    Set(String),
+    /// A real table of `--halves` cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The diagnosis refuses half of a table.
+    #[error("{}: half of it cannot be diagnosed: {source}", path.display())]
+    Table {
+        /// The table.
+        path: PathBuf,
+        /// Why.
+        source: Box<LaboratoryError>,
+    },
+    /// The picture cannot be drawn.
+    #[error("cannot draw the diagram: {0}")]
+    Picture(String),
     /// The figures cannot be written.
     #[error("cannot write {}: {source}", path.display())]
     Write {

@@ -5,10 +5,10 @@ use serde::Serialize;
 
 use super::cells::Work;
 use super::error::BenchmarkError;
-use super::interval::Share;
 use super::lab;
 use super::report::told;
 use super::trials::over_cases;
+use crate::interval::Share;
 
 /// A formula has the right form if it acts where the hidden effect does, and takes away this share of the squares beyond the noise.
 const RIGHT_SHARE: f64 = 0.8;

@@ -14,6 +14,9 @@ use plumb::commands::trial::score::Diagnosis;
 /// Source named in the lab's messages.
 const SOURCE: &str = "trial";
 
+/// Chance (Holm) below which a card is one to add.
+const SIGNIFICANT: f64 = 0.003;
+
 /// Diagnoses a case.
 pub(super) fn diagnose(case: &Case) -> Result<Diagnosis, LaboratoryError> {
     as_told(&open(case)?.diagnose(&Progress::unwatched())?)
@@ -59,4 +62,41 @@ fn as_told(said: &impl Serialize) -> Result<Diagnosis, LaboratoryError> {
     // The benchmark asks what is found. What is only said not to show is scored in cells, where it is measured further.
     told.not_shown.clear();
     Ok(told)
+}
+
+/// What the lab says of a case, with all it holds.
+pub(super) fn in_full(case: &Case) -> Result<plumb_diagnosis::Diagnosis, LaboratoryError> {
+    open(case)?.diagnose(&Progress::unwatched())
+}
+
+/// One card.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Card {
+    /// What the card says is left in regions left out in turn, mm.
+    pub(super) promised_mm: f64,
+    /// What cross-validation says once it is added, mm.
+    pub(super) validated_mm: f64,
+    /// What is left on the rows that were locked away, mm.
+    pub(super) locked_mm: f64,
+}
+
+/// The first cards that promise something, and what adding each alone delivers.
+pub(super) fn cards(case: &Case, most: usize) -> Result<Vec<Card>, LaboratoryError> {
+    let (lab, progress) = (open(case)?, Progress::unwatched());
+    let diagnosis = lab.diagnose(&progress)?;
+    let mut cards = Vec::new();
+    for candidate in diagnosis.candidates.iter().filter(|one| one.plausible && one.holm_p < SIGNIFICANT) {
+        let Some(promised_mm) = candidate.leaves_mm.filter(|_| cards.len() < most) else { continue };
+        let added = lab.add(&candidate.label, &progress)?.rms_mm;
+        if let (Some(validated_mm), Some(locked_mm)) = (added.cv, added.check) {
+            cards.push(Card { promised_mm, validated_mm, locked_mm });
+        }
+    }
+    Ok(cards)
+}
+
+/// A diagnosis of part of a case's rows.
+pub(super) fn of_part(model: &str, table: &str) -> Result<plumb_diagnosis::Diagnosis, LaboratoryError> {
+    let (model, table) = (Model::parse(SOURCE, model)?, Table::parse(SOURCE, table)?);
+    Laboratory::new(model, table, Options::default())?.diagnose(&Progress::unwatched())
 }

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use plumb_simulated::physics::campaign::{Hidden, Verdict};
 use serde::Serialize;
 
-use super::interval::Share;
 use super::trials::{Analyst, Trial};
+use crate::interval::Share;
 
 /// One analyst on one cell.
 #[derive(Debug, Serialize)]

@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use super::cells::Work;
 use super::error::BenchmarkError;
-use super::interval::Share;
 use super::lab;
 use super::report::told;
 use super::trials::{over_cases, said};
+use crate::interval::Share;
 use plumb::commands::trial::score::{Diagnosis, Score};
 
 /// Further poses.

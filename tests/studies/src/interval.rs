@@ -3,24 +3,24 @@
 use serde::Serialize;
 
 /// Standard normal quantile of a two-sided 95 % interval.
-const Z95: f64 = 1.959_963_984_540_054;
+pub(crate) const Z95: f64 = 1.959_963_984_540_054;
 
 /// So many out of so many, with Wilson's 95 % interval (Wilson 1927): right also near 0 and 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct Share {
+pub(crate) struct Share {
     /// How many.
-    pub(super) count: usize,
+    pub(crate) count: usize,
     /// Out of how many.
-    pub(super) trials: usize,
+    pub(crate) trials: usize,
     /// Lower end of the interval, 0 to 1.
-    pub(super) low: f64,
+    pub(crate) low: f64,
     /// Upper end of the interval, 0 to 1.
-    pub(super) high: f64,
+    pub(crate) high: f64,
 }
 
 impl Share {
     /// The share of trials for which this holds.
-    pub(super) fn of(holds: impl IntoIterator<Item = bool>) -> Self {
+    pub(crate) fn of(holds: impl IntoIterator<Item = bool>) -> Self {
         let (mut count, mut trials) = (0, 0);
         for one in holds {
             trials += 1;
@@ -31,7 +31,7 @@ impl Share {
     }
 
     /// The share itself, 0 to 1; not a number when there were no trials.
-    pub(super) fn value(&self) -> f64 {
+    pub(crate) fn value(&self) -> f64 {
         self.count as f64 / self.trials as f64
     }
 }

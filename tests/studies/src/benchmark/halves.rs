@@ -1,0 +1,237 @@
+//! Replication: the rows of one table in two halves, each diagnosed for itself. What one half names, or locates at a joint, the other should.
+
+use std::path::Path;
+
+use plumb_diagnosis::laboratory::LaboratoryError;
+use plumb_diagnosis::{Diagnosis, Verdict};
+use plumb_estimation::Random;
+use serde::Serialize;
+
+use super::cells::Work;
+use super::error::BenchmarkError;
+use super::lab;
+use super::trials::over_cases;
+use crate::interval::Share;
+
+/// A way of cutting a table in two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Cut {
+    /// Poses by lot; returns to one pose stay together.
+    Lot,
+    /// Earlier and later rows.
+    Order,
+    /// Poses with the first joint below and above its median.
+    Region,
+}
+
+impl Cut {
+    const ALL: [Self; 3] = [Self::Lot, Self::Order, Self::Region];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Lot => "poses at random",
+            Self::Order => "earlier and later rows",
+            Self::Region => "below and above the first joint's median",
+        }
+    }
+}
+
+/// What two halves say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Agreement {
+    /// The same name, or the same place.
+    Same,
+    /// One names or locates something, and the other neither names nor locates anything.
+    OneAlone,
+    /// Each names or locates something, at different places.
+    Contrary,
+    /// Neither names or locates anything.
+    Neither,
+}
+
+impl Agreement {
+    fn of(one: &Diagnosis, other: &Diagnosis) -> Self {
+        match (place(one), place(other)) {
+            (Some(one), Some(other)) if one == other => Self::Same,
+            (Some(_), Some(_)) => Self::Contrary,
+            (None, None) => Self::Neither,
+            _ => Self::OneAlone,
+        }
+    }
+}
+
+/// The place that a diagnosis names or locates.
+fn place(diagnosis: &Diagnosis) -> Option<&str> {
+    match diagnosis.verdict {
+        Verdict::Named => diagnosis.named.as_ref().map(|named| named.effect.place.as_str()),
+        Verdict::Located => diagnosis.located.as_ref().map(|located| located.place.as_str()),
+        _ => None,
+    }
+}
+
+/// What became of a cell's tables, or of real ones, cut one way.
+#[derive(Debug, Serialize)]
+pub(super) struct Row {
+    cut: Cut,
+    tables: usize,
+    /// Of the tables of which a half names or locates something: the other says the same.
+    replicated: Share,
+    /// Of the same: the other says something else.
+    contrary: Share,
+    agreements: Vec<Agreement>,
+}
+
+impl Row {
+    fn of(cut: Cut, agreements: Vec<Agreement>) -> Self {
+        let told = || agreements.iter().filter(|one| **one != Agreement::Neither);
+        let share = |wanted: Agreement| Share::of(told().map(|one| *one == wanted));
+        let (replicated, contrary) = (share(Agreement::Same), share(Agreement::Contrary));
+        Self { cut, tables: agreements.len(), replicated, contrary, agreements }
+    }
+}
+
+/// The two halves of a table's text; its columns of joints are those named `qN_deg` (or `_rad`, `_mm`).
+fn halves(table: &str, cut: Cut, seed: u64) -> [String; 2] {
+    let mut lines = table.lines();
+    let header = lines.next().unwrap_or_default();
+    let rows: Vec<&str> = lines.filter(|line| !line.trim().is_empty()).collect();
+    let is_joint = |name: &str| {
+        let number = name.trim().strip_prefix('q').and_then(|rest| rest.split_once('_'));
+        number.is_some_and(|(digits, _)| {
+            !digits.is_empty() && digits.bytes().all(|digit| digit.is_ascii_digit())
+        })
+    };
+    let joints: Vec<usize> =
+        (0..).zip(header.split(',')).filter(|(_, name)| is_joint(name)).map(|(at, _)| at).collect();
+    let cell = |row: &str, at: usize| row.split(',').nth(at).unwrap_or_default().trim().to_owned();
+    let first: Vec<bool> = match cut {
+        Cut::Order => (0..rows.len()).map(|row| 2 * row < rows.len()).collect(),
+        Cut::Region => {
+            let at =
+                |row: &&str| joints.first().and_then(|joint| cell(row, *joint).parse().ok()).unwrap_or(0.0);
+            let angles: Vec<f64> = rows.iter().map(at).collect();
+            let mut sorted = angles.clone();
+            sorted.sort_by(f64::total_cmp);
+            let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+            angles.into_iter().map(|angle| angle < median).collect()
+        }
+        Cut::Lot => {
+            let pose = |row: &&str| joints.iter().map(|joint| cell(row, *joint)).collect::<Vec<_>>();
+            let mut poses: Vec<Vec<String>> = rows.iter().map(pose).collect();
+            poses.sort();
+            poses.dedup();
+            let mut order: Vec<usize> = (0..poses.len()).collect();
+            Random::seeded(seed).shuffle(&mut order);
+            let in_first = |row: &&str| {
+                let known = poses.binary_search(&pose(row));
+                known.is_ok_and(|at| order.get(at).is_some_and(|place| 2 * place < poses.len()))
+            };
+            rows.iter().map(in_first).collect()
+        }
+    };
+    [true, false].map(|wanted| {
+        let own = rows.iter().zip(&first).filter(|(_, first)| **first == wanted).map(|(row, _)| *row);
+        std::iter::once(header).chain(own).fold(String::new(), |text, line| text + line + "\n")
+    })
+}
+
+/// What the halves of a table say, cut each way.
+fn agreements(model: &str, table: &str, seed: u64) -> Result<Vec<Agreement>, LaboratoryError> {
+    let of_cut = |cut: Cut| {
+        let [one, other] = halves(table, cut, seed);
+        Ok(Agreement::of(&lab::of_part(model, &one)?, &lab::of_part(model, &other)?))
+    };
+    Cut::ALL.into_iter().map(of_cut).collect()
+}
+
+fn rows(told: &[Vec<Agreement>]) -> Vec<Row> {
+    let of_cut = |(at, cut): (usize, Cut)| {
+        Row::of(cut, told.iter().filter_map(|agreements| agreements.get(at).copied()).collect())
+    };
+    (0..).zip(Cut::ALL).map(of_cut).collect()
+}
+
+/// Cuts every trial of a cell in two.
+pub(super) fn replicated(work: &Work, seed: u64, count: usize) -> Result<Vec<Row>, BenchmarkError> {
+    let told = over_cases(work, seed, count, |case| {
+        agreements(&case.model_yaml(), &case.table_csv(), case.truth.seed)
+            .map_err(|source| BenchmarkError::Lab { seed: case.truth.seed, source: Box::new(source) })
+    })?;
+    Ok(rows(&told))
+}
+
+/// Cuts one table of a real machine in two.
+pub(super) fn of_files(model: &Path, table: &Path, seed: u64) -> Result<Vec<Row>, BenchmarkError> {
+    let read = |path: &Path| {
+        std::fs::read_to_string(path).map_err(|source| BenchmarkError::Read { path: path.to_owned(), source })
+    };
+    let told = agreements(&read(model)?, &read(table)?, seed)
+        .map_err(|source| BenchmarkError::Table { path: table.to_owned(), source: Box::new(source) })?;
+    Ok(rows(&[told]))
+}
+
+/// The head of the table.
+pub(super) fn heading() -> String {
+    format!(
+        "{:<60} {:>12} {:>24} {:>22}\n",
+        "percent", "say anything", "the other says the same", "something else"
+    )
+}
+
+/// Lines of the table.
+pub(super) fn lines(title: &str, rows: &[Row]) -> String {
+    let percent = |share: &Share| match share.trials {
+        0 => "-".to_owned(),
+        _ => format!("{:.1} [{:.1}, {:.1}]", 100.0 * share.value(), 100.0 * share.low, 100.0 * share.high),
+    };
+    let line = |row: &Row| {
+        let said = format!("{} of {}", row.replicated.trials, row.tables);
+        let (name, same, other) = (row.cut.name(), percent(&row.replicated), percent(&row.contrary));
+        format!("  {name:<58} {said:>12} {same:>24} {other:>22}\n")
+    };
+    format!("{title}\n{}", rows.iter().map(line).collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TABLE: &str = "q1_deg,q2_deg,p1_x_mm\n10,0,1\n20,0,2\n10,0,3\n30,5,4\n40,5,5\n20,0,6\n";
+
+    #[test]
+    fn halves_hold_every_row_once_and_keep_returns_to_a_pose_together() {
+        for cut in Cut::ALL {
+            let parts = halves(TABLE, cut, 3);
+            let mut rows: Vec<&str> = parts.iter().flat_map(|part| part.lines().skip(1)).collect();
+            rows.sort_unstable();
+            let mut all: Vec<&str> = TABLE.lines().skip(1).collect();
+            all.sort_unstable();
+            assert_eq!(rows, all, "{cut:?}");
+            assert!(
+                parts.iter().all(|part| part.starts_with("q1_deg") && part.lines().count() > 1),
+                "{cut:?}"
+            );
+        }
+        let by_lot = halves(TABLE, Cut::Lot, 3);
+        assert!(by_lot.iter().all(|part| part.contains("10,0,1") == part.contains("10,0,3")), "{by_lot:?}");
+        let by_order = halves(TABLE, Cut::Order, 3);
+        assert!(by_order[0].ends_with("10,0,3\n"), "{by_order:?}");
+    }
+
+    #[test]
+    fn shares_are_of_the_tables_of_which_a_half_says_something() {
+        let row = Row::of(
+            Cut::Lot,
+            vec![
+                Agreement::Same,
+                Agreement::Same,
+                Agreement::OneAlone,
+                Agreement::Contrary,
+                Agreement::Neither,
+            ],
+        );
+        assert_eq!((row.replicated.count, row.replicated.trials, row.contrary.count), (2, 4, 1));
+    }
+}

@@ -1,0 +1,81 @@
+//! Whether the probabilities of the lab mean what they say, over a cell's trials.
+
+use plumb_diagnosis::Diagnosis;
+use plumb_simulated::physics::campaign::Truth;
+
+use super::cells::Work;
+use super::error::BenchmarkError;
+use super::lab;
+use super::trials::over_cases;
+use crate::reliability::Forecast;
+
+/// What was said in some trials.
+#[derive(Debug, Default, serde::Serialize)]
+pub(super) struct Said {
+    /// Of each candidate that was given a probability: that it is hidden. Effects of one name at one place are one candidate.
+    pub(super) candidates: Vec<Forecast>,
+    /// Of what is named, located or tied: that what is hidden is among it.
+    pub(super) verdicts: Vec<Forecast>,
+}
+
+impl Said {
+    /// Adds what another says.
+    pub(super) fn take(&mut self, other: Self) {
+        self.candidates.extend(other.candidates);
+        self.verdicts.extend(other.verdicts);
+    }
+
+    fn of(diagnosis: &Diagnosis, truth: &Truth) -> Self {
+        let hides = |effect: &str, place: &str| {
+            truth.hidden.iter().any(|hidden| hidden.effect == effect && hidden.place == place)
+        };
+        Self {
+            candidates: candidates(diagnosis, &|_| true, &hides),
+            verdicts: diagnosis
+                .probability
+                .map(|probability| Forecast { probability, came_true: is_in_set(diagnosis, &hides) })
+                .into_iter()
+                .collect(),
+        }
+    }
+}
+
+/// Forecasts of those candidates that were given a probability and are asked about. Effects of one name at one place are one candidate: either is true if it is hidden.
+pub(crate) fn candidates(
+    diagnosis: &Diagnosis,
+    asked: &impl Fn((&str, &str)) -> bool,
+    hides: &impl Fn(&str, &str) -> bool,
+) -> Vec<Forecast> {
+    let mut by_place: Vec<(&str, &str, f64)> = Vec::new();
+    for candidate in &diagnosis.candidates {
+        let (Some(probability), effect) = (candidate.probability, &candidate.effect) else { continue };
+        match by_place.iter_mut().find(|(name, place, _)| *name == effect.effect && *place == effect.place) {
+            Some((_, _, sum)) => *sum = (*sum + probability).min(1.0),
+            None => by_place.push((&effect.effect, &effect.place, probability)),
+        }
+    }
+    let forecast = |(name, place, probability): (&str, &str, f64)| Forecast {
+        probability,
+        came_true: hides(name, place),
+    };
+    by_place.into_iter().filter(|(name, place, _)| asked((*name, *place))).map(forecast).collect()
+}
+
+/// Whether what is hidden is named, tied, or in the family that is located.
+fn is_in_set(diagnosis: &Diagnosis, hides: &impl Fn(&str, &str) -> bool) -> bool {
+    let named = diagnosis.named.iter().map(|named| &named.effect);
+    let located = diagnosis.located.as_ref();
+    named.chain(&diagnosis.tied).any(|one| hides(&one.effect, &one.place))
+        || located.is_some_and(|one| one.family.iter().any(|effect| hides(effect, &one.place)))
+}
+
+/// What is said in every trial of a cell.
+pub(super) fn said(work: &Work, seed: u64, count: usize) -> Result<Said, BenchmarkError> {
+    let told = over_cases(work, seed, count, |case| {
+        let refused = |source| BenchmarkError::Lab { seed: case.truth.seed, source: Box::new(source) };
+        Ok(Said::of(&lab::in_full(case).map_err(refused)?, &case.truth))
+    })?;
+    let mut all = Said::default();
+    told.into_iter().for_each(|one| all.take(one));
+    Ok(all)
+}
