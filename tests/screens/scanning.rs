@@ -132,16 +132,48 @@ fn a_newcomer_has_time_to_see_a_scan_grow() {
     assert_eq!(session.wait_for_end().exit_code(), 0);
 }
 
-#[test]
-fn what_the_matter_is_with_stripes_is_named_previewed_added_and_undone_on_the_model_screen() {
-    let bench = Bench::of("light-stripe");
+/// Scans of the light-stripe cell whose stripe is bent, and the screen that looks at them.
+fn stripes_screen(bench: &Bench) -> Session {
     bench.edit("world.yaml", "    width_mm: 1\n", "    width_mm: 1\n    bow: 0.01\n");
     let (cell, record) = (bench.path("cell/cell.yaml"), bench.path("record"));
     let mut gather = Command::new(plumb());
     gather.arg("run").arg(&cell).args(["gather", "--headless", "--record"]).arg(&record);
     assert!(gather.output().expect("plumb runs").status.success());
     let (cell, scans) = (cell.display().to_string(), record.join("run-1").display().to_string());
-    let mut session = Session::start(plumb(), &["stripe", "screen", &cell, "--scans", &scans], 120, 40);
+    Session::start(plumb(), &["stripe", "screen", &cell, "--scans", &scans], 120, 40)
+}
+
+#[test]
+fn a_long_computation_about_stripes_is_given_up_at_once_and_taken_up_again() {
+    let bench = Bench::of("light-stripe");
+    let mut session = stripes_screen(&bench);
+    // Before anything is fitted.
+    session.wait_for("Fitting the model");
+    session.press("c");
+    session.wait_for("Given up before anything was fitted; j starts over.");
+    session.press("j");
+    // While candidates are judged.
+    session.wait_for("Judging what could explain the rest");
+    session.press("c");
+    let page = session.wait_for("Judging was given up; j takes it up again.");
+    assert!(!page.contains("named \u{b7} "), "nothing was judged:\n{page}");
+    session.press("j");
+    session.wait_for("named \u{b7} ");
+    // While something is added: it is not added then.
+    session.press("a");
+    session.wait_for("Adding stripe_bow(sensor)");
+    session.press("c");
+    let page = session.wait_for("Given up; the model is as it was.");
+    assert!(!page.contains("stripe_bow(sensor) added"), "{page}");
+    session.press("q");
+    assert!(session.wait_for_end().success());
+    is_given_back(&session);
+}
+
+#[test]
+fn what_the_matter_is_with_stripes_is_named_previewed_added_and_undone_on_the_model_screen() {
+    let bench = Bench::of("light-stripe");
+    let mut session = stripes_screen(&bench);
     let page = session.wait_for("named \u{b7} ");
     assert!(page.contains("stripe_bow"), "{page}");
     session.press("w");

@@ -99,6 +99,13 @@ pub enum LaboratoryError {
     Refused(String),
 }
 
+impl LaboratoryError {
+    /// Whether it is only that the work was told to end, wherever it was at that moment.
+    pub fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled(_) | Self::Fit(FitError::Cancelled(_)))
+    }
+}
+
 /// The sessions of a table, those that a model knows already first.
 fn sessions(model: &Model, table: &Table, holdout: Holdout) -> Result<Epochs, LaboratoryError> {
     let refused = |reason: &str| Err(LaboratoryError::Refused(format!("{}: {reason}", table.source)));

@@ -7,7 +7,7 @@ use plumb_calibration::effect::{self, EffectId, EffectNameError, Search};
 use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel, State};
 use plumb_calibration::measurement::{Observations, ObservationsError};
 use plumb_calibration::table::Table;
-use plumb_estimation::Progress;
+use plumb_estimation::{Cancelled, Progress};
 
 use super::assign::{Member, assigned, floor_mm, noise_mm, rms_mm, stretches};
 use super::prepare::{free_effects, prepared};
@@ -55,6 +55,21 @@ pub enum AdjustError {
     /// What is searched for inside an effect cannot be found.
     #[error(transparent)]
     Laboratory(#[from] Box<LaboratoryError>),
+    /// It was told to end.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl AdjustError {
+    /// Whether it is only that the adjustment was told to end.
+    pub fn is_cancelled(&self) -> bool {
+        match self {
+            Self::Fit(error) => matches!(error, FitError::Cancelled(_)),
+            Self::Laboratory(error) => error.is_cancelled(),
+            Self::Cancelled(_) => true,
+            Self::Effect(_) | Self::Observations(_) | Self::TooFew { .. } => false,
+        }
+    }
 }
 
 impl From<LaboratoryError> for AdjustError {
@@ -117,19 +132,21 @@ const ROUNDS: usize = 4;
 ///
 /// # Errors
 /// [`AdjustError`]
-pub fn adjust(scene: StripeScene<'_>, added: &[EffectId]) -> Result<Adjustment, AdjustError> {
+pub fn adjust(
+    scene: StripeScene<'_>,
+    added: &[EffectId],
+    progress: &Progress,
+) -> Result<Adjustment, AdjustError> {
     let mut known: Vec<EffectId> = Vec::new();
     for id in added {
         let searched = effect::kind(&id.name).is_some_and(|kind| kind.search != Search::Nothing);
         let id = match searched && id.inner.is_none() {
-            true => {
-                with_effects(scene, &known)?.laboratory()?.searched(id.clone(), &Progress::unwatched())?
-            }
+            true => with_effects(scene, &known, progress)?.laboratory()?.searched(id.clone(), progress)?,
             false => id.clone(),
         };
         known.push(id);
     }
-    with_effects(scene, &known)
+    with_effects(scene, &known, progress)
 }
 
 /// The parts of each body among the model's surfaces.
@@ -170,7 +187,11 @@ fn table_of(scans: &Scans, joints: usize) -> Table {
     table
 }
 
-fn with_effects(scene: StripeScene<'_>, added: &[EffectId]) -> Result<Adjustment, AdjustError> {
+fn with_effects(
+    scene: StripeScene<'_>,
+    added: &[EffectId],
+    progress: &Progress,
+) -> Result<Adjustment, AdjustError> {
     let StripeScene { scans, surfaces, .. } = scene;
     let model = prepared(scene.model, scene.rig, surfaces);
     let bodies = bodies(surfaces);
@@ -187,7 +208,8 @@ fn with_effects(scene: StripeScene<'_>, added: &[EffectId]) -> Result<Adjustment
     let mut state = ResidualModel::new(&model, &table, &nothing, &effects)?.start();
     let mut limit = FAR_MM;
     let mut before = 0;
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
+        progress.report(round as f64 / (ROUNDS + 1) as f64, "adjusting zeros and rig to the stripes")?;
         let machine = ResidualModel::new(&model, &table, &nothing, &effects)?;
         let members = assigned(&machine, &state, &bodies, scans, limit);
         let unknowns = machine.slots().len();
@@ -195,7 +217,7 @@ fn with_effects(scene: StripeScene<'_>, added: &[EffectId]) -> Result<Adjustment
             return Err(AdjustError::TooFew { near: members.len(), all: scans.pixels.len(), unknowns });
         }
         table.stretches = stretches(&members);
-        state = fitted((&model, &table), &effects, &state, false)?.state;
+        state = fitted((&model, &table), &effects, &state, false, progress)?.state;
         limit = (REACH * rms_mm(&members)).clamp(NEAR_MM, limit);
         if members.len() == before {
             break;
@@ -205,7 +227,7 @@ fn with_effects(scene: StripeScene<'_>, added: &[EffectId]) -> Result<Adjustment
     // What is left is told of the points within reach of the state that was reached; far pictures are weighed down now that it is known which are far.
     let machine = ResidualModel::new(&model, &table, &nothing, &effects)?;
     table.stretches = stretches(&assigned(&machine, &state, &bodies, scans, limit));
-    let fit = fitted((&model, &table), &effects, &state, true)?;
+    let fit = fitted((&model, &table), &effects, &state, true, progress)?;
     let machine = ResidualModel::new(&model, &table, &nothing, &effects)?;
     let members = assigned(&machine, &fit.state, &bodies, scans, limit);
     told(model, table, effects, &fit, &members)
@@ -217,12 +239,13 @@ fn fitted(
     effects: &[AddedEffect],
     start: &State,
     robust: bool,
+    progress: &Progress,
 ) -> Result<Fit, AdjustError> {
     let observations = Observations::new(model, table)?;
     let machine = ResidualModel::new(model, table, &observations, effects)?;
     let all = vec![true; table.len()];
     let options = FitOptions { robust, ..FitOptions::default() };
-    Ok(machine.fit(start, &all, options, &Progress::unwatched())?)
+    Ok(machine.fit(start, &all, options, progress)?)
 }
 
 /// What a fit says of itself.
@@ -237,8 +260,8 @@ fn told(
     let machine = ResidualModel::new(&model, &table, &observations, &effects)?;
     let found = found(&machine, fit);
     let not_observable = fit.gauges.iter().map(|gauge| match gauge.same_as.is_empty() {
-        true => format!("{} changes nothing that was seen", gauge.held),
-        false => format!("{} cannot be told from {}", gauge.held, gauge.same_as.join(", ")),
+        true => format!("{} not estimated: it changes nothing that was seen", gauge.held),
+        false => format!("{} not estimated: same effect as {}", gauge.held, gauge.same_as.join(", ")),
     });
     let not_observable = not_observable.collect();
     let rig = machine.rig(&fit.state).or_else(|| model.stripe_rig.clone());

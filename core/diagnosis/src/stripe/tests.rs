@@ -6,6 +6,7 @@ use plumb_kinematics::{Deviation, Posture, inverse};
 use super::{Adjustment, Scans, StripePixel, StripeScene, Surface, View, adjust};
 use plumb_calibration::arm_model::{Model, RigNumber, StripeRig};
 use plumb_calibration::effect;
+use plumb_estimation::Progress;
 
 fn puma() -> Model {
     Model::parse("puma560.yaml", include_str!("../../../../workcells/arms/puma560.yaml")).unwrap()
@@ -120,7 +121,7 @@ fn found(truth: &StripeRig, deviations: &[Deviation], added: &[&str]) -> Adjustm
     let scans = Scans { views, scan_of_view, pixels, names: vec!["scan".to_owned()] };
     let scene = StripeScene { model: &model, rig: &rig(), surfaces: &surfaces(), scans: &scans };
     let added: Vec<_> = added.iter().map(|name| effect::parse(name, &model).unwrap()).collect();
-    adjust(scene, &added).unwrap()
+    adjust(scene, &added, &Progress::unwatched()).unwrap()
 }
 
 #[test]

@@ -14,6 +14,7 @@ use super::diagnose::numbers;
 use super::lab::{Chosen, DELAY, Lab, from_lab};
 use super::lab_error::LabError;
 use crate::failure::CommandResult;
+use crate::progress::watched;
 
 /// Options of `adjust`.
 #[derive(Debug, clap::Args)]
@@ -28,7 +29,7 @@ pub(crate) struct Arguments {
 /// Adjusts, tells, and writes.
 pub(super) fn run(arguments: &Arguments) -> CommandResult {
     let lab = arguments.chosen.open()?;
-    let found = lab.adjusted().map_err(LabError::from)?;
+    let found = watched(|progress| lab.adjusted(progress)).map_err(LabError::from)?;
     let mut text = format!("{} points, {:.3} mm are left\n{}", found.points, found.rms_mm, numbers(&found));
     if let Some(output) = &arguments.output {
         for file in write(&lab, &found, &arguments.chosen.cell, output)? {

@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
 /// Diagnoses and tells.
 pub(super) fn run(arguments: &Arguments) -> CommandResult {
     let lab = arguments.chosen.open()?;
-    let adjusted = lab.adjusted().map_err(LabError::from)?;
+    let adjusted = watched(|progress| lab.adjusted(progress)).map_err(LabError::from)?;
     let laboratory = adjusted.laboratory().map_err(LabError::from)?;
     let diagnosis = watched(|progress| laboratory.diagnose_in_full(progress))?;
     let text = if arguments.json {
@@ -74,7 +74,7 @@ pub(super) fn numbers(adjustment: &Adjustment) -> String {
         let _ = writeln!(text, "  {:<width$} {}", found.name, size(found));
     }
     for hidden in &adjustment.not_observable {
-        let _ = writeln!(text, "  not shown by these scans: {hidden}");
+        let _ = writeln!(text, "  {hidden}");
     }
     text
 }

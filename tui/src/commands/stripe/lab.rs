@@ -7,6 +7,7 @@ use plumb_calibration::effect::{self, EffectId};
 use plumb_cell::expression::Calculator;
 use plumb_cell::workcell::{DeviceSetting, Workcell, load_workcell};
 use plumb_diagnosis::stripe::{AdjustError, Adjustment, Scans, StripeScene, Surface, adjust, read_scene};
+use plumb_estimation::Progress;
 use plumb_light_stripe::geometry::{Distortion, Rig, StripePlane, read_rig};
 
 use super::lab_error::LabError;
@@ -45,23 +46,15 @@ pub(crate) struct Lab {
 }
 
 impl Lab {
-    /// The adjustment of zeros, rig and these effects to the scans.
+    /// The adjustment of zeros, rig and what is added to the scans.
     ///
     /// # Errors
     /// [`AdjustError`]
-    pub(crate) fn adjusted_with(&self, added: &[EffectId]) -> Result<Adjustment, AdjustError> {
+    pub(crate) fn adjusted(&self, progress: &Progress) -> Result<Adjustment, AdjustError> {
         let rig = to_lab(&self.rig);
         let scene =
             StripeScene { model: &self.model, rig: &rig, surfaces: &self.surfaces, scans: &self.scans };
-        adjust(scene, added)
-    }
-
-    /// The same with what was opened.
-    ///
-    /// # Errors
-    /// [`AdjustError`]
-    pub(crate) fn adjusted(&self) -> Result<Adjustment, AdjustError> {
-        self.adjusted_with(&self.added)
+        adjust(scene, &self.added, progress)
     }
 }
 

@@ -30,8 +30,9 @@ pub(crate) struct Arguments {
 /// Chooses where pictures would tell most, and prints the arm's poses there.
 pub(super) fn run(arguments: &Arguments) -> CommandResult {
     let lab = arguments.chosen.open()?;
-    let laboratory =
-        lab.adjusted().and_then(|adjusted| Ok(adjusted.laboratory()?)).map_err(LabError::from)?;
+    let laboratory = watched(|progress| lab.adjusted(progress))
+        .and_then(|adjusted| Ok(adjusted.laboratory()?))
+        .map_err(LabError::from)?;
     let wanted = Wanted { count: usize::from(arguments.number), keep_out: Vec::new(), payloads: Vec::new() };
     let poses = watched(|progress| laboratory.next_poses(&wanted, progress))?;
     let joints = lab.model.chain.joints.iter().map(|joint| joint.name.as_str());

@@ -1,8 +1,7 @@
 //! The model lab at work beside the screens: it fits and judges on a thread of its own and answers when it is done.
 
 use std::collections::VecDeque;
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::mpsc::Sender;
 use std::thread;
 
 use plumb_calibration::revision::{Entry, Family, RevisionError};
@@ -10,25 +9,14 @@ use plumb_diagnosis::laboratory::{Comparison, Laboratory, LaboratoryError};
 use plumb_diagnosis::report::StepKind;
 use plumb_estimation::Progress;
 use thiserror::Error;
-use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+use tokio::sync::mpsc::UnboundedReceiver;
 
+use super::lab_thread::{InHand, LabThread, ScreensEnd, WorkError, line};
+use super::request::{LabAnswer, LabRequest};
 use super::residuals::Residuals;
 use super::standing;
-use super::state::{FallStep, ModelState, Preview, Standing};
+use super::state::{FallStep, ModelState, Preview};
 use crate::commands::model::arguments::{OpenError, Opened};
-
-/// A piece of work.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum LabRequest {
-    /// What would be left with this effect added?
-    Preview(String),
-    /// Add this effect (or this group of them) to the model.
-    Add(String),
-    /// Take what was added last away.
-    Undo,
-    /// What could explain the rest?
-    Judge,
-}
 
 /// Why a piece of work was not done.
 #[derive(Debug, Error)]
@@ -52,24 +40,10 @@ enum LabError {
     },
 }
 
-/// What came of it.
-#[derive(Clone, Debug)]
-pub(crate) enum LabAnswer {
-    /// The model as it is now, held against the table; the candidates are not yet judged.
-    Compared(Box<Standing>),
-    /// The model as it is now, with what could explain what is left.
-    Examined(Box<Standing>),
-    /// What would be left.
-    Previewed(Box<Preview>),
-    /// A revision was written: what was done, and what came with it.
-    Did(Vec<String>),
-    /// It was told to give up.
-    GaveUp {
-        /// It was judging the candidates.
-        judging: bool,
-    },
-    /// It could not be done, and why.
-    Failed(String),
+impl WorkError for LabError {
+    fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Laboratory(error) if error.is_cancelled())
+    }
 }
 
 /// The line to the lab. Dropping it ends what the lab is doing.
@@ -82,30 +56,25 @@ pub(crate) struct Lab {
 #[derive(Clone)]
 pub(crate) struct Desk {
     requests: Sender<LabRequest>,
-    /// Of the work in hand.
-    progress: Arc<Mutex<Progress>>,
+    in_hand: InHand,
 }
 
 impl Desk {
     /// Gives the lab a piece of work; what it is judging it gives up. A lab that has ended takes none; its last answer said why.
     pub(crate) fn ask(&self, request: LabRequest) {
-        self.progress().cancel();
+        self.in_hand.progress().cancel();
         let _ended = self.requests.send(request);
     }
 
     /// Has the lab give up what it is doing.
     pub(crate) fn cancel(&self) {
-        self.progress().cancel();
+        self.in_hand.progress().cancel();
     }
 
     /// How far the work in hand is, 0 to 1, and what it does; nothing before it has said so.
     pub(crate) fn how_far(&self) -> Option<(f64, String)> {
-        let (fraction, doing) = self.progress().state();
+        let (fraction, doing) = self.in_hand.progress().state();
         (!doing.is_empty()).then_some((fraction, doing))
-    }
-
-    fn progress(&self) -> Progress {
-        self.progress.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
@@ -127,31 +96,17 @@ impl Lab {
             let (table, options) = (opened.laboratory.table().clone(), opened.laboratory.options().clone());
             to_look_at.push_back((Laboratory::new(entry.model, table, options)?, entry.number, did));
         }
-        let (requests, to_do) = channel();
-        let (to_screens, answers) = unbounded_channel();
-        let progress = Arc::default();
-        let desk = Desk { requests, progress: Arc::clone(&progress) };
+        let (lab, thread) = Self::with_thread();
         let layers = Vec::new();
-        let worker = Worker {
-            family: opened.family,
-            data,
-            layers,
-            to_look_at,
-            judged: false,
-            judging: false,
-            to_screens,
-            progress,
-        };
-        thread::spawn(move || worker.run(&to_do));
-        Ok((Self { desk, answers }, state))
+        let worker = Worker { family: opened.family, data, layers, to_look_at, judged: false, thread };
+        thread::spawn(move || worker.run());
+        Ok((lab, state))
     }
 
-    /// A lab whose work another thread does: the line to it, what it is asked, and where it answers.
-    pub(super) fn beside() -> (Self, Receiver<LabRequest>, UnboundedSender<LabAnswer>) {
-        let (requests, to_do) = channel();
-        let (to_screens, answers) = unbounded_channel();
-        let desk = Desk { requests, progress: Arc::default() };
-        (Self { desk, answers }, to_do, to_screens)
+    /// A line to a lab, and its other end, for the thread that does the work.
+    pub(super) fn with_thread() -> (Self, LabThread) {
+        let (ScreensEnd { requests, in_hand, answers }, thread) = line();
+        (Self { desk: Desk { requests, in_hand }, answers }, thread)
     }
 
     /// Where requests go.
@@ -167,7 +122,7 @@ impl Lab {
 
 impl Drop for Lab {
     fn drop(&mut self) {
-        self.desk.progress().cancel();
+        self.desk.cancel();
     }
 }
 
@@ -189,17 +144,14 @@ struct Worker {
     to_look_at: VecDeque<(Laboratory, u32, String)>,
     /// The candidates for what the newest model leaves were judged.
     judged: bool,
-    /// It is at that.
-    judging: bool,
-    to_screens: UnboundedSender<LabAnswer>,
-    progress: Arc<Mutex<Progress>>,
+    thread: LabThread,
 }
 
 impl Worker {
     /// Works until nobody asks any more.
-    fn run(mut self, to_do: &Receiver<LabRequest>) {
+    fn run(mut self) {
         self.answer(Self::look_at_opened);
-        while let Ok(request) = to_do.recv() {
+        while let Some(request) = self.thread.next() {
             self.answer(|worker| match request {
                 LabRequest::Preview(effect) => worker.preview(&effect),
                 LabRequest::Add(effect) => worker.add(&effect),
@@ -215,35 +167,26 @@ impl Worker {
 
     /// Does a piece of work and says what went wrong with it, if something did.
     fn answer(&mut self, work: impl FnOnce(&mut Self) -> Result<(), LabError>) {
-        *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = Progress::default();
-        self.judging = false;
-        match work(self) {
-            Ok(()) => {}
-            Err(LabError::Laboratory(LaboratoryError::Cancelled(_))) => {
-                self.say(LabAnswer::GaveUp { judging: self.judging });
-            }
-            Err(error) => self.say(LabAnswer::Failed(error.to_string())),
-        }
+        self.thread.begin();
+        let done = work(self);
+        self.thread.end(done);
     }
 
     /// The progress of the work in hand, by which it can be ended.
     fn progress(&self) -> Progress {
-        self.progress.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.thread.progress()
     }
 
-    /// Tells the screens; screens that are gone hear nothing.
-    fn say(&self, answer: LabAnswer) {
-        let _gone = self.to_screens.send(answer);
-    }
-
+    /// Looks at the revisions that were not looked at yet. One that was given up is looked at again the next time.
     fn look_at_opened(&mut self) -> Result<(), LabError> {
-        while let Some((laboratory, number, did)) = self.to_look_at.pop_front() {
-            let newest = self.to_look_at.is_empty();
+        while let Some((laboratory, _, did)) = self.to_look_at.front() {
+            let newest = self.to_look_at.len() == 1;
             let comparison = match newest {
                 true => laboratory.compare_in_full(&self.progress())?,
                 false => laboratory.compare(&self.progress())?,
             };
-            let step = standing::step(&did, self.kind_of_step(&laboratory), &comparison);
+            let step = standing::step(did, self.kind_of_step(laboratory), &comparison);
+            let Some((laboratory, number, _)) = self.to_look_at.pop_front() else { break };
             self.layers.push(Layer { laboratory, number, step });
             if newest {
                 self.judge(&comparison)?;
@@ -254,16 +197,18 @@ impl Worker {
 
     /// Shows what the newest model leaves, then judges what could explain that.
     fn judge(&mut self, comparison: &Comparison) -> Result<(), LabError> {
-        (self.judged, self.judging) = (false, true);
+        self.judged = false;
+        self.thread.begin_judging();
         let Some(top) = self.layers.last() else { return Ok(()) };
         let fall: Vec<FallStep> = self.layers.iter().map(|layer| layer.step.clone()).collect();
-        self.say(LabAnswer::Compared(Box::new(standing::compared(comparison, &fall))));
+        self.thread.say(LabAnswer::Compared(Box::new(standing::compared(comparison, &fall))));
         let progress = self.progress();
         let diagnosis = top.laboratory.with_hypothesis(top.laboratory.diagnose(&progress)?, &progress)?;
         let plots =
             top.laboratory.effect_plots(&standing::plotted(comparison, &diagnosis), &self.progress())?;
         self.judged = true;
-        self.say(LabAnswer::Examined(Box::new(standing::examined(comparison, &diagnosis, plots, &fall))));
+        self.thread
+            .say(LabAnswer::Examined(Box::new(standing::examined(comparison, &diagnosis, plots, &fall))));
         Ok(())
     }
 
@@ -274,11 +219,14 @@ impl Worker {
 
     /// The newest model.
     fn top(&self) -> Result<&Layer, LabError> {
-        self.layers.last().ok_or(LabError::NotFitted)
+        self.layers.last().filter(|_| self.to_look_at.is_empty()).ok_or(LabError::NotFitted)
     }
 
-    /// Looks at the newest model again.
+    /// Looks at the newest model again, or on where that was given up before all revisions were looked at.
     fn look_again(&mut self) -> Result<(), LabError> {
+        if !self.to_look_at.is_empty() {
+            return self.look_at_opened();
+        }
         let top = self.top()?;
         let comparison = top.laboratory.compare_in_full(&self.progress())?;
         self.judge(&comparison)
@@ -289,7 +237,7 @@ impl Worker {
         let preview = top.laboratory.preview(effect, &self.progress())?;
         let residuals = Residuals { rows: preview.rows, series: preview.series };
         let preview = Preview { candidate: effect.to_owned(), rms_mm: preview.after.fit, residuals };
-        self.say(LabAnswer::Previewed(Box::new(preview)));
+        self.thread.say(LabAnswer::Previewed(Box::new(preview)));
         Ok(())
     }
 
@@ -308,7 +256,7 @@ impl Worker {
         news.extend(
             addition.moved.iter().map(|moved| format!("moved by more than two standard errors: {moved}")),
         );
-        self.say(LabAnswer::Did(news));
+        self.thread.say(LabAnswer::Did(news));
         // In full: how much of what is left now could be explained, and which effects were added.
         self.look_again()
     }
@@ -326,7 +274,7 @@ impl Worker {
         if let Some(top) = self.layers.last_mut() {
             top.number = entry.number;
         }
-        self.say(LabAnswer::Did(vec![news]));
+        self.thread.say(LabAnswer::Did(vec![news]));
         self.look_again()
     }
 }

@@ -10,6 +10,9 @@ use super::residuals::Residuals;
 /// Multiples of the noise floor the plots can be scaled to.
 pub(crate) const SCALES: [f64; 8] = [4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0];
 
+/// What the lab does before there is anything to show.
+pub(super) const FITTING: &str = "fitting the model";
+
 /// A model, a table, and what the lab says of them.
 #[derive(Clone, Debug)]
 pub(crate) struct ModelState {
@@ -206,7 +209,7 @@ impl ModelState {
             plots_scrolled: 0,
             scale: 0,
             scale_kept: false,
-            busy: Some(Busy::with("fitting the model", Duration::ZERO, false)),
+            busy: Some(Busy::with(FITTING, Duration::ZERO, false)),
         }
     }
 
@@ -226,9 +229,9 @@ impl ModelState {
         self.standing.as_ref().is_some_and(|standing| standing.fall.len() > 1)
     }
 
-    /// Whether judging the candidates was given up, so that it can be asked for.
+    /// Whether judging the candidates, or the fit before it, was given up, so that it can be asked for.
     pub(crate) fn can_judge(&self) -> bool {
-        self.busy.is_none() && self.standing.as_ref().is_some_and(|standing| standing.verdict.is_empty())
+        self.busy.is_none() && self.standing.as_ref().is_none_or(|standing| standing.verdict.is_empty())
     }
 
     /// One standard deviation of the noise along an axis, mm, where it is known.

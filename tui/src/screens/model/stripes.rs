@@ -1,18 +1,17 @@
 //! The lab of light stripes at work beside the screens: what zeros and rig cannot explain of scans, as the Model screen shows a model's table.
 //! A stripe is one measurement: an effect of the arm moves all its points together.
 
-use std::sync::mpsc::Receiver;
 use std::thread;
 
 use plumb_calibration::effect::{self, EffectId, EffectNameError};
 use plumb_diagnosis::laboratory::{Comparison, Laboratory, LaboratoryError};
 use plumb_diagnosis::report::StepKind;
 use plumb_diagnosis::stripe::AdjustError;
-use plumb_estimation::{Cancelled, Progress};
 use thiserror::Error;
-use tokio::sync::mpsc::UnboundedSender;
 
-use super::lab::{Lab, LabAnswer, LabRequest};
+use super::lab::Lab;
+use super::lab_thread::{LabThread, WorkError};
+use super::request::{LabAnswer, LabRequest};
 use super::residuals::Residuals;
 use super::standing;
 use super::state::{FallStep, ModelState, Preview, Standing};
@@ -30,9 +29,6 @@ enum StripeLabError {
     /// There is no such effect.
     #[error(transparent)]
     Effect(#[from] EffectNameError),
-    /// It was told to end.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
     /// The stripes could not be adjusted.
     #[error("the stripes could not be adjusted, so nothing can be tried on them")]
     NotAdjusted,
@@ -41,14 +37,30 @@ enum StripeLabError {
     NothingAdded,
 }
 
+impl WorkError for StripeLabError {
+    fn is_cancelled(&self) -> bool {
+        match self {
+            Self::Adjust(error) => error.is_cancelled(),
+            Self::Laboratory(error) => error.is_cancelled(),
+            Self::Effect(_) | Self::NotAdjusted | Self::NothingAdded => false,
+        }
+    }
+}
+
 /// Starts to look at scans; `files` says of what.
 pub(crate) fn open(stripes: Stripes, files: &str) -> (Lab, ModelState) {
-    let (lab, to_do, to_screens) = Lab::beside();
+    let (lab, thread) = Lab::with_thread();
     let state = ModelState::new(&stripes.model.arm, files);
-    let worker =
-        Worker { begun_with: stripes.added.len(), stripes, fall: Vec::new(), laboratory: None, to_screens };
-    thread::spawn(move || worker.run(&to_do));
+    let begun_with = stripes.added.len();
+    let worker = Worker { begun_with, stripes, fall: Vec::new(), adjusted: None, judged: false, thread };
+    thread::spawn(move || worker.run());
     (lab, state)
+}
+
+/// The stripes with what is added now.
+struct Adjusted {
+    laboratory: Laboratory,
+    comparison: Comparison,
 }
 
 /// The lab's own thread.
@@ -57,9 +69,11 @@ struct Worker {
     /// How many effects were added on the command line.
     begun_with: usize,
     fall: Vec<FallStep>,
-    /// The stripes with what is added now.
-    laboratory: Option<Laboratory>,
-    to_screens: UnboundedSender<LabAnswer>,
+    /// None until the stripes were adjusted once.
+    adjusted: Option<Adjusted>,
+    /// What could explain what is left was judged.
+    judged: bool,
+    thread: LabThread,
 }
 
 /// As any table, but that a row is a picture.
@@ -69,66 +83,84 @@ fn of_stripes(standing: Standing) -> Box<Standing> {
 
 impl Worker {
     /// Works until nobody asks any more.
-    fn run(mut self, to_do: &Receiver<LabRequest>) {
-        let looked = self.look("start");
-        self.answer(looked);
-        while let Ok(request) = to_do.recv() {
-            let done = match request {
-                LabRequest::Preview(effect) => self.preview(&effect),
-                LabRequest::Add(effect) => self.add(&effect),
-                LabRequest::Undo => self.undo(),
-                LabRequest::Judge => self.look_again(),
-            };
-            self.answer(done);
+    fn run(mut self) {
+        self.answer(|worker| worker.look("start"));
+        while let Some(request) = self.thread.next() {
+            self.answer(|worker| match request {
+                LabRequest::Preview(effect) => worker.preview(&effect),
+                LabRequest::Add(effect) => worker.add(&effect),
+                LabRequest::Undo => worker.undo(),
+                LabRequest::Judge => Ok(()),
+            });
+            // What was given up for a request that changed nothing is taken up again.
+            if !self.judged {
+                self.answer(Self::look_on);
+            }
         }
     }
 
-    fn answer(&self, done: Result<(), StripeLabError>) {
-        if let Err(error) = done {
-            self.say(LabAnswer::Failed(error.to_string()));
-        }
-    }
-
-    /// Tells the screens; screens that are gone hear nothing.
-    fn say(&self, answer: LabAnswer) {
-        let _gone = self.to_screens.send(answer);
+    /// Does a piece of work and says what went wrong with it, if something did.
+    fn answer(&mut self, work: impl FnOnce(&mut Self) -> Result<(), StripeLabError>) {
+        self.thread.begin();
+        let done = work(self);
+        self.thread.end(done);
     }
 
     /// Adjusts with what is added now and shows what that leaves, then judges what could explain the rest.
     fn look(&mut self, added: &str) -> Result<(), StripeLabError> {
-        let progress = Progress::unwatched();
-        let adjusted = self.stripes.adjusted()?;
-        let laboratory = adjusted.laboratory()?;
-        let comparison = self.with_warnings(laboratory.compare_in_full(&progress)?, &adjusted.not_observable);
+        self.adjust(added)?;
+        self.judge()
+    }
+
+    /// Adjusts with what is added now. Given up, everything is as it was.
+    fn adjust(&mut self, added: &str) -> Result<(), StripeLabError> {
+        let progress = self.thread.progress();
+        let adjustment = self.stripes.adjusted(&progress)?;
+        let laboratory = adjustment.laboratory()?;
+        let comparison = laboratory.compare_in_full(&progress)?;
+        let comparison = self.with_warnings(comparison, &adjustment.not_observable);
         let kind = if self.fall.is_empty() { StepKind::Start } else { StepKind::Mechanism };
         self.fall.push(standing::step(added, kind, &comparison));
-        self.say(LabAnswer::Compared(of_stripes(standing::compared(&comparison, &self.fall))));
-        let diagnosis = laboratory.diagnose(&progress)?;
-        let plots = laboratory.effect_plots(&standing::plotted(&comparison, &diagnosis), &progress)?;
-        let examined = standing::examined(&comparison, &diagnosis, plots, &self.fall);
-        self.say(LabAnswer::Examined(of_stripes(examined)));
-        self.laboratory = Some(laboratory);
+        self.adjusted = Some(Adjusted { laboratory, comparison });
+        self.judged = false;
         Ok(())
+    }
+
+    /// Shows what is left, then judges what could explain that.
+    fn judge(&mut self) -> Result<(), StripeLabError> {
+        let Adjusted { laboratory, comparison } =
+            self.adjusted.as_ref().ok_or(StripeLabError::NotAdjusted)?;
+        self.thread.begin_judging();
+        self.thread.say(LabAnswer::Compared(of_stripes(standing::compared(comparison, &self.fall))));
+        let progress = self.thread.progress();
+        let diagnosis = laboratory.diagnose(&progress)?;
+        let plots = laboratory.effect_plots(&standing::plotted(comparison, &diagnosis), &progress)?;
+        let examined = standing::examined(comparison, &diagnosis, plots, &self.fall);
+        self.thread.say(LabAnswer::Examined(of_stripes(examined)));
+        self.judged = true;
+        Ok(())
+    }
+
+    /// Goes on where it was given up: with the adjustment, or with judging.
+    fn look_on(&mut self) -> Result<(), StripeLabError> {
+        match self.adjusted {
+            Some(_) => self.judge(),
+            None => self.look("start"),
+        }
     }
 
     /// The comparison, with what no scan of these could tell.
     fn with_warnings(&self, mut comparison: Comparison, not_observable: &[String]) -> Comparison {
-        let hidden = not_observable.iter().map(|hidden| format!("not shown by these scans: {hidden}"));
-        comparison.warnings.extend(hidden);
+        comparison.warnings.extend_from_slice(not_observable);
         comparison
     }
 
-    fn look_again(&mut self) -> Result<(), StripeLabError> {
-        let last = self.fall.pop().map_or_else(|| "start".to_owned(), |step| step.added);
-        self.look(&last)
-    }
-
     fn preview(&self, effect: &str) -> Result<(), StripeLabError> {
-        let laboratory = self.laboratory.as_ref().ok_or(StripeLabError::NotAdjusted)?;
-        let preview = laboratory.preview(effect, &Progress::unwatched())?;
+        let adjusted = self.adjusted.as_ref().ok_or(StripeLabError::NotAdjusted)?;
+        let preview = adjusted.laboratory.preview(effect, &self.thread.progress())?;
         let residuals = Residuals { rows: preview.rows, series: preview.series };
         let preview = Preview { candidate: effect.to_owned(), rms_mm: preview.after.fit, residuals };
-        self.say(LabAnswer::Previewed(Box::new(preview)));
+        self.thread.say(LabAnswer::Previewed(Box::new(preview)));
         Ok(())
     }
 
@@ -142,24 +174,31 @@ impl Worker {
     fn add(&mut self, effect: &str) -> Result<(), StripeLabError> {
         let with_it = self.with(effect)?;
         let before = std::mem::replace(&mut self.stripes.added, with_it);
-        if let Err(error) = self.look(effect) {
+        if let Err(error) = self.adjust(effect) {
             self.stripes.added = before;
             return Err(error);
         }
         let news = format!(
             "{effect} added; `plumb stripe adjust ... --add '{effect}' -o CELL` writes a cell with it"
         );
-        self.say(LabAnswer::Did(vec![news]));
-        Ok(())
+        self.thread.say(LabAnswer::Did(vec![news]));
+        self.judge()
     }
 
+    /// Takes away what was added last.
     fn undo(&mut self) -> Result<(), StripeLabError> {
         if self.stripes.added.len() == self.begun_with {
             return Err(StripeLabError::NothingAdded);
         }
+        let (added, fall) = (self.stripes.added.clone(), self.fall.clone());
         self.stripes.added.pop();
         self.fall.pop();
-        self.say(LabAnswer::Did(vec!["undone".to_owned()]));
-        self.look_again()
+        let before = self.fall.pop().map_or_else(|| "start".to_owned(), |step| step.added);
+        if let Err(error) = self.adjust(&before) {
+            (self.stripes.added, self.fall) = (added, fall);
+            return Err(error);
+        }
+        self.thread.say(LabAnswer::Did(vec!["undone".to_owned()]));
+        self.judge()
     }
 }

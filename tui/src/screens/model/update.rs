@@ -3,10 +3,10 @@
 use plumb_cell::event::LogLevel;
 use ratatui::crossterm::event::KeyCode;
 
-use super::lab::{LabAnswer, LabRequest};
 use super::names;
+use super::request::{LabAnswer, LabRequest};
 use super::residuals::PLANES;
-use super::state::{Busy, CardStanding, Doubtful, ModelState, SCALES};
+use super::state::{Busy, CardStanding, Doubtful, FITTING, ModelState, SCALES};
 use crate::screens::keys::Command;
 use crate::screens::message::Action;
 use crate::screens::state::{Gravity, Overlay, State};
@@ -125,7 +125,11 @@ fn ask(state: &mut State, command: Command) -> Vec<Action> {
         LabRequest::Undo => "undoing".to_owned(),
         LabRequest::Judge => JUDGING.to_owned(),
     };
-    model.busy = Some(Busy::with(&doing, now, request == LabRequest::Judge));
+    // Where nothing is fitted yet, that comes first.
+    model.busy = Some(match (&request, &model.standing) {
+        (LabRequest::Judge, None) => Busy::with(FITTING, now, false),
+        _ => Busy::with(&doing, now, request == LabRequest::Judge),
+    });
     state.notice = None;
     vec![Action::Lab(request)]
 }
@@ -213,10 +217,10 @@ pub(crate) fn take(state: &mut State, answer: LabAnswer) -> Vec<Action> {
         }
         LabAnswer::GaveUp { judging } => {
             if model.busy.take_if(|busy| busy.only_judges == judging).is_some() {
-                let text = if judging {
-                    "Judging was given up; j takes it up again."
-                } else {
-                    "Given up; the model is as it was."
+                let text = match (judging, &model.standing) {
+                    (true, _) => "Judging was given up; j takes it up again.",
+                    (false, Some(_)) => "Given up; the model is as it was.",
+                    (false, None) => "Given up before anything was fitted; j starts over.",
                 };
                 state.say(Gravity::Calm, text);
             }

@@ -80,7 +80,7 @@ fn sentence(model: &ModelState) -> String {
             preview.candidate, preview.rms_mm
         ),
         (None, Some(standing)) => standing.sentence.clone(),
-        (None, None) => format!("Looking at {} \u{2026}", model.files),
+        (None, None) => format!("Nothing is fitted to {}; j starts over.", model.files),
     }
 }
 

@@ -1,0 +1,36 @@
+//! What a lab can be asked, and what it answers.
+
+use super::state::{Preview, Standing};
+
+/// A piece of work.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum LabRequest {
+    /// What would be left with this effect added?
+    Preview(String),
+    /// Add this effect (or this group of them) to the model.
+    Add(String),
+    /// Take what was added last away.
+    Undo,
+    /// What could explain the rest?
+    Judge,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub(crate) enum LabAnswer {
+    /// The model as it is now, held against the table; the candidates are not yet judged.
+    Compared(Box<Standing>),
+    /// The model as it is now, with what could explain what is left.
+    Examined(Box<Standing>),
+    /// What would be left.
+    Previewed(Box<Preview>),
+    /// A revision was written: what was done, and what came with it.
+    Did(Vec<String>),
+    /// It was told to give up.
+    GaveUp {
+        /// It was judging the candidates.
+        judging: bool,
+    },
+    /// It could not be done, and why.
+    Failed(String),
+}
