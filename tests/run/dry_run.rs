@@ -1,5 +1,7 @@
 //! `plumb run --dry-run`: what a run would do, with nothing started.
 
+use std::collections::BTreeMap;
+
 use plumb_cell::device::{CellPlace, PlaceState};
 use serde_json::Value;
 
@@ -14,7 +16,7 @@ fn the_plan_says_what_each_step_would_move_within_what_limits_and_starts_nothing
     for line in [
         "initialize in teachmover: Initialize the arm over a T target",
         "cycles = 1",
-        "at typical speeds, prompts left out; nothing was started",
+        ", prompts left out; nothing was started",
         "waist.find_a: Turn the waist until line A is found (search, about",
         "moves arm waist by at most -30 deg until eye is off, at 60 % of full speed, within -80 to 70.5 deg, and the robot's own",
         "moves arm shoulder by 5 deg, at 50 % of full speed, within the robot's own",
@@ -104,4 +106,82 @@ fn a_place_beyond_the_limits_is_found_before_anything_moves_written_out_or_by_a_
     // Just as far as it may go is not beyond.
     lab.edit("procedures/waist-initialization.yaml", "to_deg: {waist: 60}", "to_deg: {waist: 40}");
     assert_eq!(lab.plumb(&["check", "cell.yaml"]).code(), 0);
+}
+
+/// A step kind's time in plan and run, s.
+type Times = BTreeMap<String, (f64, f64)>;
+
+/// The times of a procedure's kinds of steps as a dry run guesses them and as a run at the world's own pace takes them, with the whole.
+fn guessed_and_taken(lab: &Lab, cell: &str, procedure: &str) -> (Times, (f64, f64)) {
+    let plan = lab.plumb(&["run", cell, procedure, "--dry-run", "--json"]);
+    let plan: Value = serde_json::from_str(&plan.out()).unwrap();
+    let run = lab.plumb(&["run", cell, procedure, "--pace", "real", "--json", "--events", "step_finished"]);
+    assert_eq!(run.code(), 0, "{}", run.all());
+    let events: Vec<Value> = run.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let mut times = Times::new();
+    for step in plan["steps"].as_array().unwrap() {
+        // A person sets the pace of prompts; repetitions and calls take what their steps take.
+        let kind = step["kind"].as_str().unwrap();
+        if ["prompt", "repeat", "call"].contains(&kind) {
+            continue;
+        }
+        let own = events.iter().filter(|event| event["step"] == step["step"]);
+        let taken: f64 = own.filter_map(|event| event["seconds"].as_f64()).sum();
+        let (guess, sum) = times.entry(kind.to_owned()).or_default();
+        *guess += step["estimate_s"].as_f64().unwrap_or(0.0);
+        *sum += taken;
+    }
+    let whole = times.values().fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1));
+    (times, whole)
+}
+
+/// Kinds of steps that take less than this altogether make no difference to anybody, s.
+const NOTICED_S: f64 = 0.5;
+
+#[test]
+fn a_plan_guesses_the_time_of_its_run_and_of_every_kind_of_step_within_a_factor_of_two() {
+    for (folder, cell, procedure) in [
+        ("teachmover", "cell.yaml", "initialize"),
+        ("light-stripe", "cell.yaml", "scan-pyramid"),
+        ("light-stripe", "cell.yaml", "exposure-delay"),
+        ("light-stripe", "cell.yaml", "calibrate-rig"),
+        ("light-stripe", "cup.yaml", "scan-cup"),
+        ("so101", "cell.yaml", "calibrate"),
+    ] {
+        let lab = Lab::of(folder);
+        let (times, whole) = guessed_and_taken(&lab, cell, procedure);
+        for (kind, (guess, taken)) in times.into_iter().chain([("the whole".to_owned(), whole)]) {
+            let factor = guess.max(taken) / guess.min(taken).max(1e-9);
+            let ok = factor < 2.0 || guess.max(taken) < NOTICED_S;
+            assert!(ok, "{folder}/{cell} {procedure}, {kind}: {guess:.2} s guessed, {taken:.2} s taken");
+        }
+    }
+}
+
+#[test]
+fn what_a_condition_known_before_the_run_leaves_out_takes_no_time() {
+    let lab = Lab::new();
+    let plan = |cycles: &str| -> Value {
+        let told = lab.plumb(&["run", "cell.yaml", "--dry-run", "--json", "--set", cycles]);
+        serde_json::from_str(&told.out()).unwrap()
+    };
+    let plan = plan("cycles=1");
+    let last = plan["steps"].as_array().unwrap().iter();
+    let last = last.filter(|step| step["step"] == "shoulder_elbow.cycle[2].back").next_back().unwrap();
+    assert_eq!(
+        (&last["is_left_out"], &last["estimate_s"]),
+        (&Value::Bool(true), &Value::from(0.0)),
+        "{last}"
+    );
+    let told = lab.plumb(&["run", "cell.yaml", "--dry-run", "--set", "cycles=1"]);
+    assert!(told.out().contains("only when cycle.turn <= cycles, which does not hold"), "{}", told.out());
+}
+
+#[test]
+fn a_plan_says_where_a_hand_would_go_and_reckons_with_values_that_are_worked_out() {
+    let lab = Lab::of("light-stripe");
+    let plan = lab.plumb(&["run", "cell.yaml", "exposure-delay", "--dry-run"]);
+    assert_eq!(plan.code(), 0, "{}", plan.all());
+    assert!(plan.out().contains("moves arm's hand along a line from ["), "{}", plan.out());
+    assert!(!plan.out().contains("known in the run"), "{}", plan.out());
 }

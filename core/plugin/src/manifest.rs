@@ -49,9 +49,27 @@ pub struct Manifest {
     /// out, they are known only from its description.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input_lines: Option<u32>,
+    /// How fast a robot is, for the time of a run that is only planned. Left out, a slow arm is reckoned with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub typical: Option<TypicalPace>,
     /// A JSON Schema of what a cell file may give under `config:`; null when it takes none.
     #[serde(default)]
     pub config: Value,
+}
+
+/// How fast a robot is with the settings it has when a cell gives none. Runs go by what the robot says of itself; plans are made before it is asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TypicalPace {
+    /// Full speed of a joint that turns, deg/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deg_per_s: Option<f64>,
+    /// Full speed of a joint that slides, mm/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mm_per_s: Option<f64>,
+    /// How long a move takes beside the motion itself: to be told to the robot, and to be known to have ended, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub command_s: Option<f64>,
 }
 
 /// Levels of input lines travel as the bits of one 64-bit word.
@@ -124,8 +142,18 @@ const WORDS: &[(&str, &str)] = &[
     ),
     ("input_lines", "How many digital input lines the device has, as bits from 0."),
     (
+        "typical",
+        "How fast a robot is with the settings it has when a cell gives none: for the time of a run that is only planned.",
+    ),
+    ("typical.deg_per_s", "Full speed of a joint that turns."),
+    ("typical.mm_per_s", "Full speed of a joint that slides."),
+    (
+        "typical.command_s",
+        "How long a move takes beside the motion itself: to be told to the robot, and to be known to have ended.",
+    ),
+    (
         "config",
-        "A JSON Schema of what a cell file may give under `config`. `needs_input: INPUT` marks a setting of no use without that input, `input_line_of: INPUT` the number of an input line of the device that is wired there.",
+        "A JSON Schema of what a cell file may give under `config`. `needs_input: INPUT` marks a setting of no use without that input, `input_line_of: INPUT` the number of an input line of the device that is wired there, `is_full_speed: deg_per_s` the full speed of a robot's joints.",
     ),
 ];
 
@@ -214,6 +242,7 @@ impl Manifest {
         self.check_code(root, problems);
         self.check_time_limit(root, problems);
         self.check_lists(root, problems);
+        self.check_typical(root, problems);
         let streams = root.get("streams").map(Node::items).unwrap_or_default();
         for (stream, node) in self.streams.iter().zip(streams) {
             check_stream(stream, node, problems);
@@ -265,6 +294,22 @@ impl Manifest {
         if let Some(lines) = self.input_lines.filter(|lines| *lines > MOST_INPUT_LINES) {
             let help = format!("give at most {MOST_INPUT_LINES}");
             problems.add(root.span_at(&["input_lines"]), format!("`input_lines` is {lines}"), help);
+        }
+    }
+
+    fn check_typical(&self, root: &Node, problems: &Problems) {
+        let Some(typical) = self.typical else { return };
+        if self.kind != DeviceKind::Robot {
+            problems.add(root.span_at(&["typical"]), "a sensor has no `typical` pace", "take it away");
+            return;
+        }
+        let TypicalPace { deg_per_s, mm_per_s, command_s } = typical;
+        for (key, number) in [("deg_per_s", deg_per_s), ("mm_per_s", mm_per_s), ("command_s", command_s)] {
+            let wrong = number.filter(|number| !number.is_nan() && !(number.is_finite() && *number > 0.0));
+            if let Some(number) = wrong {
+                let place = root.span_at(&["typical", key]);
+                problems.add(place, format!("`{key}` is {number}"), "give a number above 0");
+            }
         }
     }
 

@@ -7,6 +7,7 @@ use std::path::Path;
 use plumb_document::{FileKind, Node, NodeValue, Problems, read_text};
 
 use crate::arm::{ArmWorld, ArmWorldDescription, served as described};
+use crate::protocol::JointFacts;
 use crate::served_world::ServedWorld;
 pub use crate::world::file::WorldFileError;
 use crate::world::file::{no_world, of_tree, root, seal};
@@ -47,6 +48,11 @@ impl Described {
             Described::TeachMover(_) => (teachmover::NAME, teachmover::INPUT_LINES),
             Described::Arm(world) => (&world.paper.name, described::INPUT_LINES),
         }
+    }
+
+    /// The joints of the arm, as it says of them once it is started.
+    pub fn joints(&self) -> Vec<JointFacts> {
+        self.clone().into_world().facts().joints
     }
 
     /// The world at its beginning.

@@ -8,7 +8,7 @@ use plumb_host::Catalogue;
 use plumb_simulated::world_file::{self, WorldFileError};
 
 /// The plugin that serves the arm of a simulated world; which arm that is, the world says, not its manifest.
-const SIMULATED: &str = "simulated";
+pub(crate) const SIMULATED: &str = "simulated";
 
 /// Checks what can be known of a cell from manifests and from the file of its world.
 ///

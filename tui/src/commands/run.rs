@@ -8,6 +8,7 @@ mod headless;
 mod json_events;
 pub(crate) mod prepare;
 pub(crate) mod queued;
+mod robot_facts;
 mod simulated_operator;
 pub mod simulated_world;
 

@@ -3,8 +3,8 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::estimate::Estimator;
-use super::plan::{Entry, make_plan};
+use super::estimate::{Estimator, ForeseenStep};
+use super::plan::make_plan;
 use super::start::{check_unattended, model_values, parameters_of};
 use super::{RunRequest, StartError};
 use crate::deg_or_mm::DegOrMm;
@@ -25,8 +25,11 @@ pub struct DryRun {
     pub parameters: Map<String, Value>,
     /// Every step, repetitions unrolled.
     pub steps: Vec<DryStep>,
-    /// About how long it would take, prompts left out, seconds. Robots that are not started have not told their speeds: typical ones are taken.
+    /// About how long it would take, prompts left out, seconds. Robots are not started: the speeds of a simulated world are taken, or typical ones of the
+    /// plugin.
     pub estimate_s: f64,
+    /// It has a repetition that ends when something is so, nobody knows in which turn: all its turns are reckoned with.
+    pub may_end_early: bool,
     /// What watches over the robots' ways, in words.
     pub safety: Vec<String>,
     /// Why it would not start without somebody there; none when it would.
@@ -48,7 +51,9 @@ pub struct DryStep {
     pub asks: bool,
     /// Only when this holds.
     pub when: Option<String>,
-    /// About how long it would take, seconds.
+    /// It is known already that this does not hold, here or around it: the step would be left out.
+    pub is_left_out: bool,
+    /// About how long it would take, seconds; none where a person sets the pace.
     pub estimate_s: Option<f64>,
     /// What it would move.
     pub moves: Vec<PlannedMotion>,
@@ -66,22 +71,27 @@ pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
     let estimator = Estimator {
         plan: &plan,
         calculator: &calculator,
+        cell: &request.cell,
         models,
-        full_speed: Box::new(|_, _| None),
-        flange_time: Box::new(|_, _| None),
+        facts: request.robots.clone(),
     };
-    let (planned, estimate_s) = estimator.planned_steps();
-    let entries = plan.entries.iter().filter(|entry| entry.is_shown());
-    let steps = entries.zip(planned).map(|(entry, planned)| DryStep {
-        step: planned.step.0,
-        title: planned.title,
-        kind: planned.kind,
-        depth: planned.depth,
-        asks: planned.asks,
-        when: entry.step.when.as_ref().map(|when| when.text().to_owned()),
-        estimate_s: planned.estimate_s,
-        moves: motions(entry, &request.cell, &estimator),
+    let mut steps = Vec::new();
+    estimator.foresee(|foreseen| {
+        let planned = foreseen.planned();
+        steps.push(DryStep {
+            step: planned.step.0,
+            title: planned.title,
+            kind: planned.kind,
+            depth: planned.depth,
+            asks: planned.asks,
+            when: foreseen.entry.step.when.as_ref().map(|when| when.text().to_owned()),
+            is_left_out: foreseen.is_left_out,
+            estimate_s: planned.estimate_s,
+            moves: motions(foreseen, &request.cell),
+        });
     });
+    let estimate_s = steps.iter().filter_map(|step| step.estimate_s).sum();
+    let may_end_early = estimator.may_end_early();
     let needs_operator = match check_unattended(request) {
         Err(StartError::NeedsOperator(reason)) if request.unattended => Some(reason),
         _ => None,
@@ -91,21 +101,26 @@ pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
         procedure: request.procedure.name.clone(),
         title: request.procedure.title.clone(),
         parameters,
-        steps: steps.collect(),
+        steps,
         estimate_s,
+        may_end_early,
         safety: safety(request),
         needs_operator,
     })
 }
 
-fn motions(entry: &Entry, cell: &Workcell, estimator: &Estimator<'_>) -> Vec<PlannedMotion> {
+fn motions(foreseen: &ForeseenStep<'_>, cell: &Workcell) -> Vec<PlannedMotion> {
     let limits = |robot: &str, joint: &str| limits(cell, robot, joint);
     let range = |robot: &str, joint: &str| {
         let limits = cell.robot(robot)?.limits.iter().find(|(name, ..)| name == joint);
         limits.map(|(_, least, most)| (*least, *most))
     };
-    let context = MotionContext { time: &estimator.context(entry), limits: &limits, range: &range };
-    entry.step.action.planned_motions(&context)
+    let context = MotionContext { time: foreseen.context, limits: &limits, range: &range };
+    let mut moves = foreseen.entry.step.action.planned_motions(&context);
+    if foreseen.is_left_out {
+        moves.iter_mut().for_each(|motion| motion.beyond = None);
+    }
+    moves
 }
 
 fn limits(cell: &Workcell, robot: &str, joint: &str) -> String {

@@ -1,49 +1,65 @@
-//! How long a plan should take, as far as can be known before it starts.
+//! How long a plan should take, as far as can be known before it starts: the plan is gone through as a run would go through it, with what is
+//! known of parameters, computed values, conditions and the places of joints.
 
-use nalgebra::IsometryMatrix3;
-use plumb_plugin::JointVector;
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 use super::Engine;
-use super::arm::Arm;
 use super::plan::{Entry, Plan, Work};
+use super::scope::Scope;
 use crate::event::PlannedStep;
-use crate::expression::Calculator;
-use crate::step::TimeContext;
-
-/// Full speed of a robot's joint.
-type FullSpeed<'a> = Box<dyn Fn(&str, &str) -> Option<f64> + 'a>;
-
-/// How long a robot's flange takes from one place to another at full speed, seconds.
-type FlangeTime<'a> = Box<dyn Fn(&str, [IsometryMatrix3<f64>; 2]) -> Option<f64> + 'a>;
+use crate::expression::{Calculator, Expression};
+use crate::step::{Foreseen, Geometry, Inside, JointFacts, KnownRobot, RobotFacts, TimeContext};
+use crate::workcell::{RobotSetting, Workcell};
 
 /// What the times of a plan are worked out from.
 pub(crate) struct Estimator<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) calculator: &'a Calculator,
+    pub(crate) cell: &'a Workcell,
     /// What the robots' model files give to expressions.
     pub(crate) models: Map<String, Value>,
-    /// Full speed of a robot's joint, rad/s or mm/s, where the robot has told it.
-    pub(crate) full_speed: FullSpeed<'a>,
-    /// How long a robot's flange takes from place to place, where the robot is there and its model known.
-    pub(crate) flange_time: FlangeTime<'a>,
+    /// What is known of the robots.
+    pub(crate) facts: Vec<RobotFacts>,
+}
+
+/// A step as it is foreseen.
+pub(crate) struct ForeseenStep<'a> {
+    pub(crate) entry: &'a Entry,
+    /// What is known when it begins.
+    pub(crate) context: &'a TimeContext<'a>,
+    /// Its condition, or that of a repetition or call around it, does not hold: it is not carried out.
+    pub(crate) is_left_out: bool,
+    /// About how long it takes, seconds; none where a person sets the pace.
+    pub(crate) estimate_s: Option<f64>,
 }
 
 impl Engine {
     /// The plan as it is shown, and the estimated time of all of it, seconds.
     pub(crate) fn planned_steps(&self) -> (Vec<PlannedStep>, f64) {
-        let full_speed = |robot: &str, joint: &str| {
-            let arm = self.arms.iter().find(|arm| arm.name == robot)?;
-            arm.description.joints.iter().find(|known| known.name == joint).map(|joint| joint.max_speed)
-        };
+        let facts = self.arms.iter().map(|arm| {
+            let here = self.pose_cache.fresh(&arm.name);
+            let joint = |(index, joint): (usize, &plumb_plugin::JointDescription)| JointFacts {
+                name: joint.name.clone(),
+                max_speed: joint.max_speed,
+                start: Some(here.and_then(|state| state.joints.get(index)).unwrap_or(joint.home)),
+            };
+            RobotFacts {
+                robot: arm.name.clone(),
+                joints: arm.description.joints.iter().enumerate().map(joint).collect(),
+                command_s: self
+                    .facts
+                    .iter()
+                    .find(|facts| facts.robot == arm.name)
+                    .and_then(|facts| facts.command_s),
+                ..RobotFacts::default()
+            }
+        });
         Estimator {
             plan: &self.plan,
             calculator: &self.calculator,
+            cell: &self.cell,
             models: self.model_values(),
-            full_speed: Box::new(full_speed),
-            flange_time: Box::new(|robot, places| {
-                flange_time(self.arms.iter().find(|arm| arm.name == robot)?, places)
-            }),
+            facts: facts.collect(),
         }
         .planned_steps()
     }
@@ -53,47 +69,122 @@ impl Estimator<'_> {
     /// The plan as it is shown, and the estimated time of all of it, seconds.
     pub(crate) fn planned_steps(&self) -> (Vec<PlannedStep>, f64) {
         let mut steps = Vec::new();
-        let mut total = 0.0;
-        for entry in self.plan.entries.iter().filter(|entry| entry.is_shown()) {
-            let estimate_s = self.estimate(entry);
-            total += estimate_s.unwrap_or(0.0);
-            steps.push(PlannedStep {
-                step: entry.path.clone(),
-                title: entry.step.title.clone(),
-                kind: entry.step.kind.to_owned(),
-                depth: entry.depth,
-                moves: entry.step.action.moved_robots(),
-                asks: entry.step.action.question().is_some(),
-                estimate_s,
-            });
-        }
+        self.foresee(|step| steps.push(step.planned()));
+        let total = steps.iter().filter_map(|step| step.estimate_s).sum();
         (steps, total)
     }
 
-    /// What the time of an entry is worked out from.
-    pub(crate) fn context(&self, entry: &Entry) -> TimeContext<'_> {
-        let scope = self.plan.scopes.get(entry.scope);
-        TimeContext {
-            calculator: self.calculator,
-            values: scope.map(|scope| scope.plan_values(self.models.clone())).unwrap_or_default(),
-            full_speed: &*self.full_speed,
-            flange_time: &*self.flange_time,
+    /// Goes through the plan as a run would, and tells of each step that is shown.
+    pub(crate) fn foresee(&self, mut tell: impl FnMut(&ForeseenStep<'_>)) {
+        let known = |setting| self.known_robot(setting);
+        let mut robots: Vec<KnownRobot<'_>> = self.cell.robots.iter().map(known).collect();
+        let mut scopes = self.plan.scopes.clone();
+        // Entries before this one are not carried out.
+        let mut goes_on_at = 0;
+        for entry in &self.plan.entries {
+            let is_passed_over = entry.index < goes_on_at;
+            let values = scopes.get(entry.scope).map(|scope| scope.values(self.models.clone()));
+            let context = TimeContext {
+                calculator: self.calculator,
+                values: values.unwrap_or_default(),
+                robots: &robots,
+            };
+            let is_left_out = is_passed_over || self.holds(entry.step.when.as_ref(), &context) == Some(false);
+            let is_turn = matches!(entry.work, Work::Turn { .. } | Work::TurnEnd { .. } | Work::End { .. });
+            if !is_turn {
+                let estimate_s = match (is_left_out, &entry.work) {
+                    (true, _) | (_, Work::Begin { .. }) => Some(0.0),
+                    _ => entry.step.action.estimated_time_s(&context),
+                };
+                tell(&ForeseenStep { entry, context: &context, is_left_out, estimate_s });
+            }
+            if is_passed_over {
+                continue;
+            }
+            match (&entry.work, is_left_out) {
+                (Work::Begin { end }, true) => goes_on_at = end + 1,
+                (Work::Begin { .. }, false) | (Work::Leaf, true) => {}
+                (Work::Leaf, false) => {
+                    let foreseen = entry.step.action.foreseen(&context);
+                    self.carry_out(entry, foreseen, &mut scopes, &mut robots);
+                }
+                (Work::Turn { turn, turns }, _) => {
+                    if let Some(scope) = scopes.get_mut(entry.scope) {
+                        scope.set_state(&entry.step.id, entry.state_of_turn(*turn, *turns));
+                    }
+                }
+                (Work::TurnEnd { end }, _) => {
+                    let Inside::Repeated { until, .. } = entry.step.action.inside() else { continue };
+                    if until.is_some() && self.holds(until, &context) == Some(true) {
+                        goes_on_at = *end;
+                    }
+                }
+                (Work::End { called, turns }, _) => {
+                    let called = called.and_then(|called| scopes.get(called));
+                    let result = called.map(|scope| Value::Object(scope.results().clone()));
+                    let result = result.unwrap_or_else(|| json!({"turns": turns}));
+                    if let Some(scope) = scopes.get_mut(entry.scope) {
+                        scope.set_result(&entry.step.id, result);
+                    }
+                }
+            }
         }
     }
 
-    fn estimate(&self, entry: &Entry) -> Option<f64> {
-        match entry.work {
-            Work::Begin { .. } => Some(0.0),
-            _ => entry.step.action.estimated_time_s(&self.context(entry)),
+    /// A robot of the cell as the run begins.
+    fn known_robot<'c>(&self, setting: &'c RobotSetting) -> KnownRobot<'c> {
+        let facts = self.facts.iter().find(|facts| facts.robot == setting.device);
+        let geometry = setting.model.as_ref().map(|model| model as &dyn Geometry);
+        KnownRobot::new(&setting.device, &setting.joints, geometry, facts)
+    }
+
+    /// Whether a repetition may end before its last turn, nobody knows when.
+    pub(crate) fn may_end_early(&self) -> bool {
+        let ends_by =
+            |entry: &Entry| matches!(entry.step.action.inside(), Inside::Repeated { until: Some(_), .. });
+        self.plan.entries.iter().any(ends_by)
+    }
+
+    /// Whether a condition holds, where that is known before the run; a step without one is always carried out.
+    fn holds(&self, condition: Option<&Expression>, context: &TimeContext<'_>) -> Option<bool> {
+        condition.map_or(Some(true), |condition| condition.truth(self.calculator, &context.values).ok())
+    }
+
+    /// Takes what a step would change into what is known.
+    fn carry_out(
+        &self,
+        entry: &Entry,
+        foreseen: Foreseen,
+        scopes: &mut [Scope],
+        robots: &mut [KnownRobot<'_>],
+    ) {
+        if let Some(scope) = scopes.get_mut(entry.scope) {
+            match foreseen.result {
+                Some(result) => scope.set_result(&entry.step.id, result),
+                None => scope.forget_result(&entry.step.id),
+            }
+        }
+        for robot in robots {
+            let moved = entry.step.action.moved_joints(robot.name());
+            robot.moved(|joint| moved.contains(joint));
+            let name = robot.name().to_owned();
+            let own = foreseen.joints.iter().filter(|(robot, ..)| *robot == name);
+            robot.went(own.map(|(_, joint, place)| (joint.as_str(), *place)));
         }
     }
 }
 
-/// How long a robot's flange takes from one place to another at full speed, seconds, sought from the robot's home.
-fn flange_time(arm: &Arm, places: [IsometryMatrix3<f64>; 2]) -> Option<f64> {
-    let home: Vec<f64> = arm.description.joints.iter().map(|joint| joint.home).collect();
-    let home = JointVector::from_slice(&home).ok()?;
-    let first = arm.joints_for(&places[0], &home).ok()?;
-    let second = arm.joints_for(&places[1], &first).ok()?;
-    Some(arm.expected_time(&first, &second, 1.0).as_secs_f64())
+impl ForeseenStep<'_> {
+    pub(crate) fn planned(&self) -> PlannedStep {
+        let step = &self.entry.step;
+        PlannedStep {
+            step: self.entry.path.clone(),
+            title: step.title.clone(),
+            kind: step.kind.to_owned(),
+            depth: self.entry.depth,
+            moves: step.action.moved_robots(),
+            asks: step.action.question().is_some(),
+            estimate_s: self.estimate_s,
+        }
+    }
 }

@@ -21,6 +21,7 @@ mod manual_motion;
 pub(crate) mod motion;
 mod pause;
 mod plan;
+mod plan_geometry;
 mod pose_cache;
 pub(crate) mod prompting;
 mod reach;
@@ -51,7 +52,7 @@ use serde_json::{Map, Value};
 
 pub use sensor_corrections::sensor_corrections;
 
-pub use crate::step::PlannedMotion;
+pub use crate::step::{JointFacts, PlannedMotion, RobotFacts};
 pub use dry_run::{DryRun, DryStep, dry_run};
 pub use event_sender::EventSender;
 pub use plan::PlanError;
@@ -111,6 +112,8 @@ pub(crate) struct Engine {
     pub(crate) paused_scan: Option<(StepPath, Scan, ScanProgress)>,
     /// A step failed, as a check that does not hold, and the run went on all the same: which entry of the plan, and what it said.
     pub(crate) failed_check: Option<(usize, String)>,
+    /// What is known of the robots without asking them.
+    pub(crate) facts: Vec<RobotFacts>,
     /// The entries of the plan whose results expressions see.
     pub(crate) with_results: BTreeSet<usize>,
 }

@@ -48,6 +48,12 @@ impl Scope {
         };
     }
 
+    /// Takes every result of a step away, its list too: an expression that needs one says so.
+    pub(crate) fn forget_result(&mut self, id: &str) {
+        self.results.remove(id);
+        self.all.remove(id);
+    }
+
     /// Changes the present result of a step without adding to the list of results.
     pub(crate) fn set_state(&mut self, id: &str, state: Value) {
         self.results.insert(id.to_owned(), state);

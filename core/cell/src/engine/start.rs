@@ -21,7 +21,7 @@ use super::pose_cache::PoseCache;
 use super::run_loop::{RunEnd, describe};
 use super::scope::result_name;
 use super::step_error::StepError;
-use super::{Engine, prompting};
+use super::{Engine, RobotFacts, prompting};
 use crate::answers::{Answers, missing_answers};
 use crate::device::DeviceLinks;
 use crate::event::{Event, LogLevel, RunOutcome, StampedEvent, StepPath};
@@ -58,6 +58,8 @@ pub struct RunRequest {
     pub other_files: Vec<LoadedFile>,
     /// Plugins that have changed since the cell ran with them last are run without asking.
     pub accepts_changed_plugins: bool,
+    /// What is known of the robots without asking them: how fast they are, for the time a plan takes.
+    pub robots: Vec<RobotFacts>,
     /// The entry of the record's queue that a new run carries out.
     pub queue_entry: Option<i64>,
 }
@@ -204,6 +206,7 @@ impl Engine {
             outputs,
             paused_scan: None,
             failed_check: None,
+            facts: request.robots.clone(),
             with_results: std::collections::BTreeSet::new(),
         }
     }

@@ -11,13 +11,14 @@ use super::arm::{Arm, zero_in_force};
 use super::joint_index::JointIndex;
 use super::journal::{Attempt, Question};
 use super::motion::joint_vector;
+use super::plan::Entry;
 use super::prompting::Received;
 use super::step_context::StepContext;
 use super::step_error::StepError;
 use super::zero_trust::{
     Consequence, Evidence, JointThen, MayBe, Situation, Stage, Verdict, consequence, judge,
 };
-use crate::event::{Event, LogLevel, PlannedStep, StepPath};
+use crate::event::{Event, LogLevel, StepPath};
 use crate::prompt::{Answer, ChoiceOption, PromptKind};
 
 impl Engine {
@@ -122,8 +123,10 @@ impl Engine {
 
     /// Whether a step of this run may move a robot.
     fn is_moved(&self, robot: &str) -> bool {
-        let moves = |step: &PlannedStep| step.moves.iter().any(|name| name == robot);
-        self.planned_steps().0.iter().any(moves)
+        let moves = |entry: &Entry| {
+            entry.is_shown() && entry.step.action.moved_robots().iter().any(|name| name == robot)
+        };
+        self.plan.entries.iter().any(moves)
     }
 
     fn how_to_find_zeros(&self, robot: &str) -> String {

@@ -7,7 +7,7 @@ use super::declaration::Action;
 use super::error_terms::{self, ErrorTerm};
 use super::kind::{Kind, StepKind};
 use super::read::check_name;
-use super::time::{CALCULATION_S, TimeContext};
+use super::time::{CALCULATION_S, Foreseen, TimeContext};
 use crate::cell_names::CellNames;
 use crate::check_context::CheckContext;
 use crate::engine::Engine;
@@ -89,6 +89,15 @@ impl Action for ComputeStep {
 
     fn estimated_time_s(&self, _context: &TimeContext<'_>) -> Option<f64> {
         Some(CALCULATION_S)
+    }
+
+    fn foreseen(&self, context: &TimeContext<'_>) -> Foreseen {
+        let mut values = context.values.clone();
+        // The best estimate of every error is 0.
+        values.extend(self.errors.iter().map(|error| (error.name.clone(), json!(0.0))));
+        let named = self.values.iter().map(|(name, expression)| (name.as_str(), expression));
+        let found = Script::values(self.script.as_ref(), named, context.calculator, &values);
+        Foreseen { result: found.ok().map(Value::Object), joints: Vec::new() }
     }
 }
 

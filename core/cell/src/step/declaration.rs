@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::motions::{MotionContext, PlannedMotion};
 use super::question::PromptQuestion;
-use super::time::TimeContext;
+use super::time::{Foreseen, TimeContext};
 use super::turns::Turns;
 use crate::cell_names::CellNames;
 use crate::check_context::CheckContext;
@@ -58,6 +58,11 @@ pub(crate) trait Action: Any + Debug + Send + Sync {
 
     /// Estimated time, seconds; none where a person sets the pace.
     fn estimated_time_s(&self, context: &TimeContext<'_>) -> Option<f64>;
+
+    /// What it would change of what is known before the run. Left out: its result is not known, and the joints it moves are nobody knows where.
+    fn foreseen(&self, _context: &TimeContext<'_>) -> Foreseen {
+        Foreseen::default()
+    }
 
     /// What it asks a person, or the answers file.
     fn question(&self) -> Option<StepQuestion<'_>> {

@@ -54,7 +54,7 @@ impl Action for MeasureStep {
     }
 
     fn estimated_time_s(&self, _context: &TimeContext<'_>) -> Option<f64> {
-        Some(4.0 * EXCHANGE_S)
+        Some(EXCHANGE_S)
     }
 }
 

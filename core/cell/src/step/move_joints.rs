@@ -1,6 +1,6 @@
 //! `move`: joints of a robot go somewhere, all starting and ending together.
 
-use nalgebra::Vector3;
+use nalgebra::{IsometryMatrix3, Vector3};
 use plumb_document::{MapReader, Node, Span, did_you_mean};
 use plumb_plugin::JointVector;
 use serde_json::json;
@@ -9,8 +9,8 @@ use super::declaration::{Action, MovedJoints};
 use super::joint_targets::{JointTarget, JointTargets, beyond_limits, read_pair};
 use super::kind::{Kind, StepKind};
 use super::motions::{MotionContext, PlannedMotion};
-use super::point::read_place;
-use super::time::{EXCHANGE_S, TimeContext};
+use super::point::{known_attitude, known_place, place_in_words, read_place};
+use super::time::{Foreseen, TimeContext};
 use crate::cell_names::CellNames;
 use crate::check_context::CheckContext;
 use crate::engine::Engine;
@@ -23,9 +23,6 @@ use crate::engine::step_error::StepError;
 use crate::event::NamedValue;
 use crate::expression::{Expression, Shape};
 use crate::read_context::ReadContext;
-
-/// How far a joint goes that is sent to a place from one that is not known yet: a typical way, rad or mm.
-const TYPICAL_WAY: f64 = 0.3;
 
 /// A declared move.
 #[derive(Debug, Clone)]
@@ -72,6 +69,15 @@ pub(crate) struct HandTarget {
     pub(crate) azimuth: Option<Expression>,
     /// How far the flange is turned about its own axis, deg.
     pub(crate) turn: Option<Expression>,
+}
+
+impl HandTarget {
+    /// Where the flange goes, as far as that is known before the run.
+    fn flange(&self, context: &TimeContext<'_>) -> Option<IsometryMatrix3<f64>> {
+        let place = known_place(&self.at, context)?;
+        let attitude = known_attitude([&self.tilt, &self.azimuth, &self.turn], context)?;
+        Some(flange_at(place, attitude, Vector3::from(self.aim_mm)))
+    }
 }
 
 fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
@@ -151,6 +157,38 @@ fn read_point(node: &Node, context: &ReadContext<'_>) -> Option<PointTarget> {
 }
 
 impl MoveStep {
+    /// Where joints would go, rad or mm; None for a place that is not known before the run.
+    fn goals(&self, context: &TimeContext<'_>) -> Vec<(String, Option<f64>)> {
+        let Some(robot) = context.robot(&self.robot) else { return Vec::new() };
+        if let Some(hand) = &self.hand {
+            let found = hand.flange(context).and_then(|flange| robot.joints_for(&flange));
+            let own = |(joint, goal): (&str, Option<f64>)| (joint.to_owned(), goal);
+            return match &found {
+                Some(places) => robot.named(places).map(own).collect(),
+                None => robot.anywhere().map(own).collect(),
+            };
+        }
+        let goal = |target: &JointTarget| {
+            let value = context.known(&target.value).map(|value| target.unit.to_internal(value));
+            let goal = match self.relative {
+                true => robot.place(&target.joint).zip(value).map(|(here, way)| here + way),
+                false => value,
+            };
+            (target.joint.clone(), goal)
+        };
+        let goals: Vec<(String, Option<f64>)> = self.targets.iter().map(goal).collect();
+        let Some(point) = &self.point else { return goals };
+        let by: Vec<&str> = point.by.iter().map(|(joint, _)| joint.as_str()).collect();
+        let target = point.target.as_ref().map(|(name, _)| name.as_str());
+        let found = known_place(&point.xyz, context)
+            .and_then(|place| robot.joints_for_tip((place, target), &by, &goals));
+        let there = |joint: &&str| {
+            let found = found.as_ref().map(|found| robot.named(found));
+            ((*joint).to_owned(), found.and_then(|mut found| found.find(|(name, _)| name == joint)?.1))
+        };
+        goals.iter().cloned().chain(by.iter().map(there)).collect()
+    }
+
     /// The limits that a place known before the run lies beyond, in words.
     fn beyond(&self, target: &JointTarget, context: &MotionContext<'_>) -> Option<String> {
         let place = context.time.known(&target.value).filter(|_| !self.relative)?;
@@ -205,14 +243,24 @@ impl Action for MoveStep {
     }
 
     fn estimated_time_s(&self, context: &TimeContext<'_>) -> Option<f64> {
-        let times = self.targets.iter().map(|target| {
-            let way = match context.known(&target.value) {
-                Some(way) if self.relative => target.unit.to_internal(way).abs(),
-                _ => TYPICAL_WAY,
-            };
-            way / (context.full_speed(&self.robot, &target.joint) * self.speed)
+        let robot = context.robot(&self.robot)?;
+        let goals = self.goals(context);
+        let by = self.targets.iter().filter(|_| self.relative).filter_map(|target| {
+            // A way is known where no place is.
+            let way = target.unit.to_internal(context.known(&target.value)?).abs();
+            robot.place(&target.joint).is_none().then(|| way / robot.full_speed(&target.joint))
         });
-        Some(times.fold(EXCHANGE_S, f64::max))
+        let places = goals.iter().map(|(joint, goal)| (joint.as_str(), *goal));
+        let known = places.filter(|(joint, _)| !self.relative || robot.place(joint).is_some());
+        Some(robot.command_s() + by.fold(robot.way_s(known), f64::max) / self.speed)
+    }
+
+    fn foreseen(&self, context: &TimeContext<'_>) -> Foreseen {
+        let goals = self.goals(context).into_iter();
+        Foreseen {
+            result: None,
+            joints: goals.map(|(joint, goal)| (self.robot.clone(), joint, goal)).collect(),
+        }
     }
 
     fn moved_robots(&self) -> Vec<String> {
@@ -229,7 +277,23 @@ impl Action for MoveStep {
             limits: (context.limits)(&self.robot, &target.joint),
             beyond: self.beyond(target, context),
         };
-        self.targets.iter().map(motion).collect()
+        let together = |how: String| PlannedMotion {
+            robot: self.robot.clone(),
+            joint: None,
+            how,
+            speed: self.speed,
+            limits: "its joints' limits".to_owned(),
+            beyond: None,
+        };
+        let hand = self
+            .hand
+            .iter()
+            .map(|hand| together(format!("'s hand to {}", place_in_words(&hand.at, context.time))));
+        let point = self
+            .point
+            .iter()
+            .map(|point| together(format!("'s tip to {}", place_in_words(&point.xyz, context.time))));
+        self.targets.iter().map(motion).chain(hand).chain(point).collect()
     }
 
     fn moved_joints(&self, robot: &str) -> MovedJoints {

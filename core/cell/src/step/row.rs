@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use super::declaration::Action;
 use super::joint_targets::{JointTargets, read_pair};
 use super::kind::{Kind, StepKind};
-use super::time::{EXCHANGE_S, TimeContext};
+use super::time::{CALCULATION_S, TimeContext};
 use crate::cell_names::CellNames;
 use crate::check_context::CheckContext;
 use crate::engine::Engine;
@@ -156,7 +156,7 @@ impl Action for RowStep {
     }
 
     fn estimated_time_s(&self, _context: &TimeContext<'_>) -> Option<f64> {
-        Some(EXCHANGE_S)
+        Some(CALCULATION_S)
     }
 }
 

@@ -1,17 +1,19 @@
 //! `scan`: a light stripe sensor is carried along a line, and at each place a stripe is taken.
 
-use nalgebra::Vector3;
+use nalgebra::{IsometryMatrix3, Rotation3, Vector3};
 use plumb_document::{MapReader, Node, Span};
 
 use super::declaration::{Action, MovedJoints, numbers_shape};
 use super::kind::{Kind, StepKind};
-use super::point::read_place;
+use super::known_robot::{KnownRobot, TYPICAL_WAY};
+use super::motions::{MotionContext, PlannedMotion};
+use super::point::{known_attitude, known_place, place_in_words, read_place};
 use super::read::check_name;
-use super::time::{EXCHANGE_S, TYPICAL_SPEED, TimeContext};
+use super::time::{EXCHANGE_S, Foreseen, TimeContext};
 use crate::cell_names::CellNames;
 use crate::check_context::CheckContext;
 use crate::engine::Engine;
-use crate::engine::flange::{attitude_of, flange_at};
+use crate::engine::flange::flange_at;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::expression::{Expression, Shape};
@@ -23,8 +25,14 @@ mod flight;
 /// Time a picture of a scan takes, seconds: one exchange with the camera, one with the sensor.
 const PICTURE_S: f64 = 2.0 * EXCHANGE_S;
 
-/// How far it is to where a scan begins, or from one of its stripes to the next, in joints, where that is not known, rad.
-const TYPICAL_HOP: f64 = 0.03;
+/// How long a scan is whose line is not known before the run, mm.
+const TYPICAL_LENGTH_MM: f64 = 100.0;
+
+/// From stripe to stripe where that is not known before the run, mm.
+const TYPICAL_PITCH_MM: f64 = 10.0;
+
+/// How far a hand is from the joints that carry it along a line, mm, where no model tells.
+const TYPICAL_REACH_MM: f64 = 500.0;
 
 /// A declared scan.
 #[derive(Debug, Clone)]
@@ -159,21 +167,50 @@ impl Action for ScanStep {
 
     /// Every stripe takes a short move and a picture; in motion all of them take one way, and pictures that are fetched after it.
     fn estimated_time_s(&self, context: &TimeContext<'_>) -> Option<f64> {
-        let place = |[x, y, z]: &[Expression; 3]| {
-            Some(Vector3::new(context.known(x)?, context.known(y)?, context.known(z)?))
+        let robot = context.robot(&self.robot)?;
+        let line = self.line(context);
+        let length = line.as_ref().map_or(TYPICAL_LENGTH_MM, |line| line.length_mm);
+        let pitch = context.known(&self.step).unwrap_or(TYPICAL_PITCH_MM).max(0.01);
+        let stripes = (length / pitch + 1e-9).floor() + 1.0;
+        // The speed of a hand at full speed is that of joints turning about something as far away as a hand usually is.
+        let typical =
+            |way_mm: f64| robot.way_s(robot.anywhere()).max(1e-6) * way_mm / (TYPICAL_REACH_MM * TYPICAL_WAY);
+        let joints = line.as_ref().and_then(|line| line.joints(robot, pitch));
+        let (there, hop) = match &joints {
+            Some([first, second]) => {
+                let mut at_first = robot.clone();
+                at_first.went(robot.named(first));
+                (robot.way_s(robot.named(first)), at_first.way_s(robot.named(second)))
+            }
+            None => (robot.way_s(robot.anywhere()), typical(pitch)),
         };
-        let line = place(&self.from).zip(place(&self.to));
-        let length = line.map_or(100.0, |(from, to)| (to - from).norm());
-        let pitch = context.known(&self.step).unwrap_or(10.0).max(0.01);
-        let stripes = (length / pitch).floor() + 1.0;
-        let hop = line.and_then(|(from, to)| self.hop_time(from, to, pitch, context));
-        let hop = hop.unwrap_or(TYPICAL_HOP / TYPICAL_SPEED) / self.speed;
         let fly = self.fly.as_ref().and_then(|fly| context.known(fly));
         let ways = match fly.filter(|speed| *speed > 0.0) {
-            Some(speed_mm_s) => hop + length / speed_mm_s,
-            None => stripes * hop,
+            Some(speed_mm_s) => 2.0 * robot.command_s() + length / speed_mm_s,
+            None => (stripes - 1.0) * hop / self.speed + stripes * robot.command_s(),
         };
-        Some(ways + stripes * PICTURE_S)
+        Some(there / self.speed + ways + stripes * PICTURE_S)
+    }
+
+    fn foreseen(&self, context: &TimeContext<'_>) -> Foreseen {
+        let Some(robot) = context.robot(&self.robot) else { return Foreseen::default() };
+        let line = self.line(context);
+        let last = line.and_then(|line| robot.joints_for(&line.flange(line.length_mm)));
+        let named = last.iter().flat_map(|last| robot.named(last));
+        let joints = named.map(|(joint, goal)| (self.robot.clone(), joint.to_owned(), goal)).collect();
+        Foreseen { result: None, joints }
+    }
+
+    fn planned_motions(&self, context: &MotionContext<'_>) -> Vec<PlannedMotion> {
+        let words = |point| place_in_words(point, context.time);
+        vec![PlannedMotion {
+            robot: self.robot.clone(),
+            joint: None,
+            how: format!("'s hand along a line from {} to {}", words(&self.from), words(&self.to)),
+            speed: self.speed,
+            limits: "its joints' limits".to_owned(),
+            beyond: None,
+        }]
     }
 
     fn moved_robots(&self) -> Vec<String> {
@@ -185,23 +222,38 @@ impl Action for ScanStep {
     }
 }
 
+/// The line of a scan, where it is known before the run.
+struct Line {
+    from: Vector3<f64>,
+    direction: Vector3<f64>,
+    length_mm: f64,
+    attitude: Rotation3<f64>,
+    aim: Vector3<f64>,
+}
+
+impl Line {
+    /// Where the flange is so far along the line.
+    fn flange(&self, along_mm: f64) -> IsometryMatrix3<f64> {
+        flange_at(self.from + self.direction * along_mm, self.attitude, self.aim)
+    }
+
+    /// The joints at the first stripe and at the second.
+    fn joints(&self, robot: &KnownRobot<'_>, pitch_mm: f64) -> Option<[Vec<f64>; 2]> {
+        let first = robot.joints_for(&self.flange(0.0))?;
+        let mut there = robot.clone();
+        there.went(robot.named(&first));
+        let second = there.joints_for(&self.flange(pitch_mm))?;
+        Some([first, second])
+    }
+}
+
 impl ScanStep {
-    /// From the first stripe to the second, seconds.
-    fn hop_time(
-        &self,
-        from: Vector3<f64>,
-        to: Vector3<f64>,
-        pitch: f64,
-        context: &TimeContext<'_>,
-    ) -> Option<f64> {
-        let angle = |angle: &Option<Expression>| match angle {
-            None => Some(0.0),
-            Some(angle) => context.known(angle).map(f64::to_radians),
-        };
-        let attitude = attitude_of(angle(&self.tilt)?, angle(&self.azimuth)?, angle(&self.turn)?);
-        let second = from + (to - from).try_normalize(1e-9)? * pitch;
-        let places = [from, second].map(|place| flange_at(place, attitude, Vector3::from(self.aim_mm)));
-        (context.flange_time)(&self.robot, places)
+    fn line(&self, context: &TimeContext<'_>) -> Option<Line> {
+        let from = known_place(&self.from, context)?;
+        let way = known_place(&self.to, context)? - from;
+        let attitude = known_attitude([&self.tilt, &self.azimuth, &self.turn], context)?;
+        let direction = way.try_normalize(1e-9).unwrap_or_default();
+        Some(Line { from, direction, length_mm: way.norm(), attitude, aim: Vector3::from(self.aim_mm) })
     }
 
     /// The camera that takes pictures by itself while the arm flies.

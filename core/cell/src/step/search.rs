@@ -6,7 +6,7 @@ use super::declaration::{Action, MovedJoints, Searched};
 use super::kind::{Kind, StepKind};
 use super::motions::{MotionContext, PlannedMotion};
 use super::row::CIRCUMSTANCES as COLUMNS;
-use super::time::{EXCHANGE_S, TimeContext};
+use super::time::{Foreseen, TimeContext};
 use crate::cell_names::CellNames;
 use crate::check_context::CheckContext;
 use crate::deg_or_mm::DegOrMm;
@@ -22,6 +22,9 @@ pub(crate) use carry_out::CIRCUMSTANCES;
 
 /// How far a search goes that does not know its travel before the run, rad or mm.
 const TYPICAL_TRAVEL: f64 = 0.2;
+
+/// Moves of a search beside those towards what is sought: backing off, and back to where it changed, which may take several.
+const MOVES_BETWEEN: f64 = 6.0;
 
 /// A declared search.
 #[derive(Debug, Clone)]
@@ -173,6 +176,15 @@ fn read_approach(
     Approach { chunk, speed }
 }
 
+impl SearchStep {
+    /// How far it is to what is sought, rad or mm, with its sign: somewhere on the way, mostly in its first part; the whole way where it need not be
+    /// there.
+    fn foreseen_way(&self, context: &TimeContext<'_>) -> f64 {
+        let travel = context.known(&self.travel).map(|travel| self.unit.to_internal(travel));
+        travel.unwrap_or(TYPICAL_TRAVEL) / if self.may_find_nothing { 1.0 } else { 3.0 }
+    }
+}
+
 impl Action for SearchStep {
     fn check(&self, context: &CheckContext<'_>) {
         context.check_expression(&self.travel);
@@ -207,21 +219,26 @@ impl Action for SearchStep {
     }
 
     fn estimated_time_s(&self, context: &TimeContext<'_>) -> Option<f64> {
-        let full = context.full_speed(&self.robot, &self.joint);
+        let robot = context.robot(&self.robot)?;
+        let full = robot.full_speed(&self.joint);
         let fast = self.unit.to_internal(self.fast.chunk);
         let slow = self.unit.to_internal(self.slow.chunk);
         let back_off = self.unit.to_internal(self.back_off);
-        // What is sought lies somewhere on the way, mostly in its first part.
-        let way =
-            context.known(&self.travel).map_or(TYPICAL_TRAVEL, |travel| self.unit.to_internal(travel).abs())
-                / 3.0;
-        let exchanges = 2.0 * EXCHANGE_S * (way / fast + 2.0 * back_off / slow + 6.0);
-        Some(
-            way / (full * self.fast.speed)
-                + 3.0 * back_off / (full * self.fast.speed)
-                + 2.0 * back_off / (full * self.slow.speed)
-                + exchanges,
-        )
+        let way = self.foreseen_way(context).abs();
+        // Fast on the way, and slowly once more; then the way back to the trigger.
+        let moves = back_off / slow + MOVES_BETWEEN;
+        let after_finding = 3.0 * back_off / (full * self.fast.speed)
+            + 2.0 * back_off / (full * self.slow.speed)
+            + moves * robot.command_s();
+        let to_it = way / (full * self.fast.speed) + way / fast * robot.command_s();
+        // What need not be there is there in every other case, as far as anybody knows.
+        Some(to_it + if self.may_find_nothing { after_finding / 2.0 } else { after_finding })
+    }
+
+    fn foreseen(&self, context: &TimeContext<'_>) -> Foreseen {
+        let here = context.robot(&self.robot).and_then(|robot| robot.place(&self.joint));
+        let there = here.map(|here| here + self.foreseen_way(context));
+        Foreseen { result: None, joints: vec![(self.robot.clone(), self.joint.clone(), there)] }
     }
 
     fn searched(&self) -> Option<Searched<'_>> {

@@ -51,6 +51,7 @@ pub fn request(cell: &Arc<Workcell>, record: &TempDir) -> RunRequest {
         resume: None,
         settings: serde_json::Value::Null,
         other_files: Vec::new(),
+        robots: Vec::new(),
         accepts_changed_plugins: false,
         queue_entry: None,
     }

@@ -121,6 +121,7 @@ impl<'a> Bench<'a> {
             resume: None,
             settings: Value::Null,
             other_files: Vec::new(),
+            robots: Vec::new(),
             accepts_changed_plugins: true,
             queue_entry: None,
         };

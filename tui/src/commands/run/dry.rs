@@ -55,8 +55,9 @@ fn print(plan: &DryRun) -> io::Result<()> {
     let asks = plan.steps.iter().filter(|step| step.asks).count();
     let depths: Vec<u32> = plan.steps.iter().map(|step| step.depth).collect();
     say!(
-        "{} steps, {asks} of which ask; about {} at typical speeds, prompts left out; nothing was started",
+        "{} steps, {asks} of which ask; {} {}, prompts left out; nothing was started",
         step_count(&depths),
+        if plan.may_end_early { "at most about" } else { "about" },
         duration(plan.estimate_s)
     )?;
     say!()?;
@@ -82,7 +83,8 @@ fn print_step(number: Option<usize>, all: usize, step: &DryStep) -> io::Result<(
     say!("[{number:>width$}/{all}] {indent}{}: {} ({}{asks}{time})", step.step, step.title, step.kind)?;
     let margin = " ".repeat(2 * width + 4);
     if let Some(when) = &step.when {
-        say!("{margin}{indent}only when {when}")?;
+        let left_out = if step.is_left_out { ", which does not hold" } else { "" };
+        say!("{margin}{indent}only when {when}{left_out}")?;
     }
     for motion in &step.moves {
         say!("{margin}{indent}{}", moved(motion))?;
@@ -92,7 +94,12 @@ fn print_step(number: Option<usize>, all: usize, step: &DryStep) -> io::Result<(
 
 fn moved(motion: &PlannedMotion) -> String {
     let PlannedMotion { robot, joint, how, speed, limits, beyond } = motion;
-    let joint = joint.as_ref().map(|joint| format!("{joint} ")).unwrap_or_default();
+    let joint = match joint {
+        Some(joint) => format!(" {joint} "),
+        // The hand, or the tip, of the robot.
+        None if how.starts_with('\'') => String::new(),
+        None => " ".to_owned(),
+    };
     let beyond = if beyond.is_some() { ": BEYOND THEM" } else { "" };
-    format!("moves {robot} {joint}{how}, at {:.0} % of full speed, within {limits}{beyond}", speed * 100.0)
+    format!("moves {robot}{joint}{how}, at {:.0} % of full speed, within {limits}{beyond}", speed * 100.0)
 }

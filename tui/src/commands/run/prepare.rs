@@ -21,6 +21,7 @@ use serde_json::json;
 
 use super::arguments::{Arguments, PaceArgument};
 use super::event_log::logged;
+use super::robot_facts::robot_facts;
 use super::simulated_world::SimulatedWorld;
 use crate::commands::cell_check::check_with_world;
 use crate::failure::CommandResult;
@@ -111,6 +112,7 @@ pub(super) fn wanted(arguments: &Arguments) -> Result<Wanted, Refused> {
     let mut other_files = plugin_files(&cell, &catalogue);
     other_files.extend(cell.world.as_ref().and_then(|world| hashed("world", &world.file)));
     let request = RunRequest {
+        robots: robot_facts(&cell, &catalogue),
         cell,
         procedure,
         parameters: parameters_of(arguments, resumed.as_ref()),

@@ -1,0 +1,158 @@
+//! What is known of a robot before a run: how fast its joints go, and where they are when a step begins, as far as the steps before it tell.
+
+use nalgebra::{IsometryMatrix3, Vector3};
+use plumb_kinematics::inverse;
+
+use super::geometry::Geometry;
+use super::known_point::{WantedTip, joints_for_tip};
+use crate::deg_or_mm::DegOrMm;
+
+/// How long a robot takes to be told a move and to answer, where nobody knows, s.
+const TYPICAL_COMMAND_S: f64 = 0.02;
+
+/// Full speed of a joint that nobody knows, rad/s or mm/s.
+const TYPICAL_SPEED: f64 = 0.3;
+
+/// How far a joint goes that is sent to a place, or from one, that is not known yet: a typical way, rad or mm.
+pub(super) const TYPICAL_WAY: f64 = 0.3;
+
+/// What a robot says of a joint once it is started, or what is known of it without that.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointFacts {
+    /// As the device names it.
+    pub name: String,
+    /// Full speed, rad/s or mm/s.
+    pub max_speed: f64,
+    /// Where it is when the run begins, rad or mm, where that is known.
+    pub start: Option<f64>,
+}
+
+/// What is known of a robot without asking it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RobotFacts {
+    /// The device.
+    pub robot: String,
+    /// Its joints.
+    pub joints: Vec<JointFacts>,
+    /// Full speed of joints that turn and are not listed, rad/s.
+    pub turning_speed: Option<f64>,
+    /// Full speed of joints that slide and are not listed, mm/s.
+    pub sliding_speed: Option<f64>,
+    /// How long it takes to be told a move and to answer that it has ended, beside the motion itself, s.
+    pub command_s: Option<f64>,
+}
+
+/// A robot as the steps of a plan find it, one after the other.
+#[derive(Clone)]
+pub(crate) struct KnownRobot<'a> {
+    name: &'a str,
+    /// As the cell lists them.
+    joints: &'a [(String, DegOrMm)],
+    geometry: Option<&'a dyn Geometry>,
+    facts: RobotFacts,
+    /// Where the joints of the cell's list are, rad or mm.
+    places: Vec<Option<f64>>,
+}
+
+impl<'a> KnownRobot<'a> {
+    /// As the run begins.
+    pub(crate) fn new(
+        name: &'a str,
+        joints: &'a [(String, DegOrMm)],
+        geometry: Option<&'a dyn Geometry>,
+        facts: Option<&RobotFacts>,
+    ) -> Self {
+        let facts = facts.cloned().unwrap_or_default();
+        let start = |(name, _): &(String, _)| facts.joints.iter().find(|joint| joint.name == *name)?.start;
+        let places = joints.iter().map(start).collect();
+        Self { name, joints, geometry, facts, places }
+    }
+
+    /// The device.
+    pub(crate) fn name(&self) -> &str {
+        self.name
+    }
+
+    /// How long it takes to be told a move and to answer, s.
+    pub(crate) fn command_s(&self) -> f64 {
+        self.facts.command_s.unwrap_or(TYPICAL_COMMAND_S)
+    }
+
+    /// Full speed of a joint, rad/s or mm/s.
+    pub(crate) fn full_speed(&self, joint: &str) -> f64 {
+        let listed = self.facts.joints.iter().find(|known| known.name == joint).map(|known| known.max_speed);
+        let slides = self.joints.iter().any(|(name, unit)| name == joint && *unit == DegOrMm::Mm);
+        let alike = if slides { self.facts.sliding_speed } else { self.facts.turning_speed };
+        listed.or(alike).map_or(TYPICAL_SPEED, |speed| speed.max(1e-3))
+    }
+
+    /// Where a joint is, rad or mm, as far as that is known.
+    pub(crate) fn place(&self, joint: &str) -> Option<f64> {
+        let listed = self.joints.iter().position(|(name, _)| name == joint)?;
+        self.places.get(listed).copied().flatten()
+    }
+
+    /// How long joints take to these places at full speed, all starting and ending together, s. `None` stands for a place that is not known.
+    pub(crate) fn way_s<'j>(&self, goals: impl IntoIterator<Item = (&'j str, Option<f64>)>) -> f64 {
+        let times = goals.into_iter().map(|(joint, goal)| {
+            let way = self.place(joint).zip(goal).map_or(TYPICAL_WAY, |(here, goal)| (goal - here).abs());
+            way / self.full_speed(joint)
+        });
+        times.fold(0.0, f64::max)
+    }
+
+    /// The joints with a place each, for a list of places.
+    pub(crate) fn named<'s>(&'s self, places: &'s [f64]) -> impl Iterator<Item = (&'s str, Option<f64>)> {
+        let names = self.joints.iter().map(|(name, _)| name.as_str());
+        names.zip(places.iter().copied().map(Some))
+    }
+
+    /// All joints, their places not known.
+    pub(crate) fn anywhere(&self) -> impl Iterator<Item = (&str, Option<f64>)> {
+        self.joints.iter().map(|(name, _)| (name.as_str(), None))
+    }
+
+    /// The joints that bring the flange somewhere, from the nearest that are known; in the order of the cell's list.
+    pub(crate) fn joints_for(&self, flange: &IsometryMatrix3<f64>) -> Option<Vec<f64>> {
+        let geometry = self.geometry?;
+        let start: Vec<f64> = self.places.iter().map(|place| place.unwrap_or(0.0)).collect();
+        inverse(|joints| geometry.flange(joints), flange, &start).ok()
+    }
+
+    /// The places of the joints `by` that bring the model's point somewhere (mm, in the model's frame of measurements), the others going where `goals` say.
+    pub(crate) fn joints_for_tip(
+        &self,
+        (xyz_mm, target): (Vector3<f64>, Option<&str>),
+        by: &[&str],
+        goals: &[(String, Option<f64>)],
+    ) -> Option<Vec<f64>> {
+        let mut there = self.clone();
+        there.went(goals.iter().map(|(joint, goal)| (joint.as_str(), *goal)));
+        let start: Option<Vec<f64>> = there.places.iter().copied().collect();
+        let by = by.iter().map(|joint| {
+            let listed = self.joints.iter().position(|(name, _)| name == joint)?;
+            Some((listed, self.joints.get(listed)?.1 == DegOrMm::Mm))
+        });
+        let wanted = WantedTip { xyz_mm, target, by: by.collect::<Option<Vec<_>>>()? };
+        joints_for_tip(self.geometry?, &start?, &wanted)
+    }
+
+    /// It has gone to these places.
+    pub(crate) fn went<'j>(&mut self, goals: impl IntoIterator<Item = (&'j str, Option<f64>)>) {
+        for (joint, goal) in goals {
+            let listed = self.joints.iter().position(|(name, _)| name == joint);
+            if let Some(place) = listed.and_then(|listed| self.places.get_mut(listed)) {
+                *place = goal;
+            }
+        }
+    }
+
+    /// It has moved the joints of which this holds, nobody knows where to.
+    pub(crate) fn moved(&mut self, is_moved: impl Fn(&str) -> bool) {
+        for ((name, _), place) in self.joints.iter().zip(&mut self.places) {
+            if is_moved(name) {
+                *place = None;
+            }
+        }
+    }
+}
