@@ -64,6 +64,23 @@ fn what_is_set_by_hand_is_asked_for_and_a_tilted_hand_is_sent_back() {
     );
 }
 
+/// A level that is read by itself in a simulated cell has to be read on a real arm: no number is offered there that Enter would take.
+#[test]
+fn no_procedure_offers_a_number_where_an_instrument_has_to_be_read() {
+    let lab = Lab::new();
+    let mut read = 0;
+    for file in std::fs::read_dir(lab.path("procedures")).unwrap() {
+        let path = file.unwrap().path();
+        let text = std::fs::read_to_string(&path).unwrap();
+        for prompt in text.split("prompt:").skip(1).filter(|prompt| prompt.contains("simulated: {read_")) {
+            let offered = prompt.lines().find(|line| line.trim_start().starts_with("number:"));
+            assert!(offered.is_none_or(|line| !line.contains("default")), "{}: {offered:?}", path.display());
+            read += 1;
+        }
+    }
+    assert!(read >= 2, "{read} prompts read an instrument");
+}
+
 #[test]
 fn the_sensor_is_trimmed_to_the_gauge_and_tells_white_from_table_and_black() {
     let lab = Lab::new();
