@@ -2,20 +2,18 @@
 
 use crate::lab::Lab;
 
-/// Every command that can be typed, by the words after `plumb`.
-fn leaves(command: &clap::Command, path: &str, found: &mut Vec<(String, clap::Command)>) {
+/// Every command that can be typed, and those that others stand under, by the words after `plumb`.
+fn collect(command: &clap::Command, path: &str, found: &mut Vec<(String, clap::Command)>) {
     for one in command.get_subcommands().filter(|one| !one.is_hide_set() && one.get_name() != "help") {
         let path = format!("{path} {}", one.get_name());
-        match one.has_subcommands() {
-            true => leaves(one, &path, found),
-            false => found.push((path.trim().to_owned(), one.clone())),
-        }
+        found.push((path.trim().to_owned(), one.clone()));
+        collect(one, &path, found);
     }
 }
 
 fn all() -> Vec<(String, clap::Command)> {
     let mut found = Vec::new();
-    leaves(&plumb::command(), "", &mut found);
+    collect(&plumb::command(), "", &mut found);
     found
 }
 

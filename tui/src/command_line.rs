@@ -5,6 +5,7 @@ mod cells_examples;
 mod example;
 mod examples;
 mod groups;
+mod help_examples;
 mod result_examples;
 
 use std::path::PathBuf;
@@ -86,7 +87,7 @@ pub(crate) enum Command {
 
 /// The command line, with its overview and its examples.
 pub fn command() -> clap::Command {
-    let with_examples = examples::add(Arguments::command(), "");
+    let with_examples = help_examples::add(Arguments::command(), "");
     let overview = groups::overview(&with_examples);
     with_examples.help_template(format!(
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{overview}Options:\n{{options}}"

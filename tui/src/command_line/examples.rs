@@ -1,12 +1,8 @@
 //! Examples of every command, for its help and its manual page. Files are called as `plumb init` calls them. A test types each of them.
 
-use std::fmt::Write as _;
+use super::example::{Entry, example};
 
-use super::cells_examples::CELLS_EXAMPLES;
-use super::example::{Entry, Example, example};
-use super::result_examples::RESULT_EXAMPLES;
-
-const EXAMPLES: &[Entry] = &[
+pub(super) const EXAMPLES: &[Entry] = &[
     (
         "init",
         &[
@@ -569,29 +565,3 @@ const EXAMPLES: &[Entry] = &[
         ],
     ),
 ];
-
-/// The examples of a command.
-fn of(path: &str) -> &'static [Example] {
-    let mut all = EXAMPLES.iter().chain(CELLS_EXAMPLES).chain(RESULT_EXAMPLES);
-    all.find(|(known, _)| *known == path).map_or(&[], |(_, examples)| *examples)
-}
-
-/// The command with examples under its help, and so all below it.
-pub(super) fn add(command: clap::Command, path: &str) -> clap::Command {
-    let command = match of(path) {
-        [] => command,
-        examples => command.after_help(text(examples)),
-    };
-    command.mut_subcommands(|one| {
-        let path = format!("{path} {}", one.get_name());
-        add(one, path.trim())
-    })
-}
-
-fn text(examples: &[Example]) -> String {
-    let mut text = String::from("Examples:");
-    for Example { line, what } in examples {
-        let _ = write!(text, "\n  {line}\n      {what}");
-    }
-    text
-}

@@ -168,7 +168,7 @@ fn parameter_line(parameter: &Parameter) -> String {
     let unit = shown_unit(parameter.unit.name);
     let (least, greatest) = parameter.range;
     let range = format!("plausible from {} to {} {unit}", shown(least), shown(greatest));
-    format!("{:<16}{}", parameter.name, range.trim_end())
+    format!("{:<16}  {}", parameter.name, range.trim_end())
 }
 
 /// What else decides how the diagnosis treats it.
@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn an_angle_is_shown_in_degrees() {
         let details = run(&EffectsArguments { name: Some("joint_backlash(elbow)".to_owned()) }).unwrap();
-        assert!(details.contains("play_deg        plausible from -5.730 to 5.730 deg"), "{details}");
+        assert!(details.contains("play_deg          plausible from -5.730 to 5.730 deg"), "{details}");
     }
 
     #[test]
