@@ -212,7 +212,7 @@ fn a_run_that_is_kept_goes_on_where_it_was_left_once_the_pose_is_confirmed() {
     is_given_back(&session);
 
     let mut session = bench.run(&["--pace", "fast", "--resume"], 100, 30);
-    session.wait_for("Does the arm stand where the run left it?");
+    session.wait_for("Is the arm where the run stopped?");
     session.press("\r");
     session.wait_for(PROMPTS[4]);
     session.press("a");

@@ -4,8 +4,8 @@ pub(crate) use super::phrase::{figure, listed, size_text};
 
 use super::outcome::{Diagnosis, EffectPlace, Located, Named, NotShown, Verdict};
 
-/// Why a candidate that passes everything else is not named.
-pub(super) const AS_WELL: &str = "others explain it as well";
+/// Why a candidate that passes everything else is not named; the names of the others follow.
+pub(super) const AS_WELL: &str = "indistinguishable from";
 
 /// Why a candidate that explains these rows is not named: there are too few of them.
 pub(super) const NOT_PREDICTED: &str = "it does not predict rows it has not seen";
@@ -170,7 +170,7 @@ fn tied_at(diagnosis: &Diagnosis, effect: &str, place: &str) -> Vec<String> {
     let tied = diagnosis.candidates.iter().filter(|candidate| {
         candidate.effect.effect == effect
             && candidate.effect.place == place
-            && candidate.rejected.as_deref() == Some(AS_WELL)
+            && candidate.rejected.as_deref().is_some_and(|reason| reason.starts_with(AS_WELL))
     });
     tied.map(|candidate| candidate.label.clone()).collect()
 }

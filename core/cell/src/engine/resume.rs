@@ -190,7 +190,7 @@ impl Engine {
         let moved_by_step = self.joints_moved_at(position, robot);
         let question = Question {
             step: &path,
-            title: "Does the arm stand where the run left it?",
+            title: "Is the arm where the run stopped?",
             text: format!(
                 "The run was interrupted. {}\nLook at {robot}: confirm if it stands so, nobody has moved it since, and its way on is free; otherwise abort and begin a new run.",
                 differences_in_words(recorded, reported, &moved_by_step)

@@ -184,8 +184,8 @@ fn along_joints(joints: &[JointAxis], series: &[Series], rows: &[RowResidual]) -
 
 fn gauges<S: serde::Serializer>(gauges: &[Gauge], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(gauges.iter().map(|gauge| match gauge.same_as.is_empty() {
-        true => format!("{} changes nothing that was measured", gauge.held),
-        false => format!("{} cannot be told from {}", gauge.held, gauge.same_as.join(", ")),
+        true => format!("{} not estimated: it changes nothing that was measured", gauge.held),
+        false => format!("{} not estimated: same effect as {}", gauge.held, gauge.same_as.join(", ")),
     }))
 }
 
@@ -408,7 +408,7 @@ impl Laboratory {
         let gauge = fit.gauges.iter().find(|gauge| gauge.held == name)?;
         Some(match gauge.same_as.is_empty() {
             true => "it changes nothing that was measured".to_owned(),
-            false => format!("it cannot be told from {}", gauge.same_as.join(", ")),
+            false => format!("same effect as {}", gauge.same_as.join(", ")),
         })
     }
 }

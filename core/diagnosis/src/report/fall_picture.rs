@@ -24,7 +24,7 @@ pub(super) fn draw(out: &mut String, report: &Report) -> std::fmt::Result {
     let height = STEP_HEIGHT * report.fall.len() as f64 + 78.0;
     writeln!(
         out,
-        "<p class=\"faint\">Bars: RMS error of one measured point, mm, in the fit; below each, outlined, where regions were left out in turn, and dashed on the held-out rows. A solid bar is the \
+        "<p class=\"faint\">Bars: RMS error of one measured point, mm, in the fit; below each, outlined, in cross-validation (regions left out in turn), and dashed on the held-out rows. A solid bar is the \
          model with mechanisms alone, a hatched one has a correction or a residual map in. Lines: the noise of a point, and what no function of pose, moves or \
          conditions predicts on unseen rows.</p>"
     )?;

@@ -21,7 +21,7 @@ pub(super) fn errors(out: &mut String, errors: &Errors) -> std::fmt::Result {
     )?;
     let parts = [
         ("where it was fitted", Some(errors.fit)),
-        ("regions left out", errors.cv),
+        ("cross-validation", errors.cv),
         ("held out", errors.check),
     ];
     for (name, summary) in parts {

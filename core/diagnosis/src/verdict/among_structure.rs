@@ -11,7 +11,7 @@ use crate::outcome::Verdict;
 use crate::predictive_gain::Gain;
 use crate::score_test::Probe;
 use crate::thresholds::NAMING_LEVEL;
-use crate::wording::{AS_WELL, NOT_PREDICTED};
+use crate::wording::{AS_WELL, NOT_PREDICTED, listed};
 use plumb_calibration::effect::EffectId;
 use plumb_estimation::Progress;
 
@@ -155,9 +155,9 @@ impl<'a> Finding<'a> {
         Some(if contender.holm_p >= NAMING_LEVEL {
             not_significant(contender.holm_p)
         } else if !contender.score.plausible {
-            "no real machine has such a size or sign".to_owned()
+            "implausible size or sign for a real machine".to_owned()
         } else if close && self.close.len() > 1 {
-            AS_WELL.to_owned()
+            format!("{AS_WELL} {}", listed(&self.others_in_question(contender), "and"))
         } else if contender.outvoted {
             "it stands only when some rows are called wild".to_owned()
         } else if contender.refitted && !contender.gains.iter().all(Gain::counts) {
@@ -165,6 +165,14 @@ impl<'a> Finding<'a> {
         } else {
             self.rival(contender, is_best)
         })
+    }
+
+    /// The names of those that explain it as well as a contender.
+    fn others_in_question(&self, contender: &Contender) -> Vec<String> {
+        let model = self.stage.fitted.machine.model;
+        let others = self.close.iter().filter_map(|index| self.at(*index));
+        let labels = others.filter(|other| other.id != contender.id).map(|other| model.label(&other.id));
+        labels.collect()
     }
 
     /// What stands in the way of a contender that passes everything but being the likeliest, or undoubted.
@@ -176,7 +184,7 @@ impl<'a> Finding<'a> {
             first.filter(|first| first.id != contender.id)
         });
         if let Some(better) = better {
-            return format!("{} explains it better", model.label(&better.id));
+            return format!("worse than {}", model.label(&better.id));
         }
         match self.mechanism.as_ref().and_then(|mechanism| mechanism.doubt.clone()) {
             Some(Doubt::Smooth) => {

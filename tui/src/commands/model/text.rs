@@ -86,7 +86,7 @@ pub(super) fn explainable_line(explainable: Option<&Explainable>) -> String {
     let regions =
         explainable.blocked.filter(|_| explainable.is_structured()).map_or_else(String::new, |blocked| {
             format!(
-                "; with whole regions left out {:.3} mm is left, {:.3} mm is not predictable",
+                "; in cross-validation by whole regions {:.3} mm is left, {:.3} mm is not predictable",
                 blocked.left_mm, blocked.not_predictable_mm
             )
         });
@@ -136,7 +136,7 @@ pub(super) fn effects_table(effects: &[EffectValue]) -> String {
         let label = format!("{:width$}", effect.label);
         if effect.held {
             let why = effect.held_because.as_ref().map_or_else(String::new, |why| format!(": {why}"));
-            return format!("  {label}  held{why}\n");
+            return format!("  {label}  not estimated{why}\n");
         }
         let mut odd = if effect.plausible { String::new() } else { "  (implausible value)".to_owned() };
         if effect.claim == Claim::Correction {
