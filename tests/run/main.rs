@@ -26,6 +26,7 @@ mod killed;
 mod lab;
 mod left_behind;
 mod light_stripe;
+mod line_profiles;
 mod linear_axes;
 mod logs;
 mod manual;

@@ -100,6 +100,25 @@ fn poses_are_reported_against_their_commanded_places() {
 }
 
 #[test]
+fn orientations_of_poses_are_reported_beside_their_places() {
+    let lab = lab();
+    let mut text = "q1_deg,repeat,commanded_x_mm,commanded_rx_deg,commanded_ry_deg,commanded_rz_deg,p1_x_mm,p1_rx_deg,p1_ry_deg,p1_rz_deg\n".to_owned();
+    for turn in [0.1, 0.3, 0.2, 0.2] {
+        text.push_str(&format!("0,P1,10,0,0,90,10,0,0,{}\n", 90.0 + turn));
+    }
+    lab.write("poses.csv", &text);
+    let said = lab.plumb(&["report", "iso9283", "poses.csv", "-o", "poses.html"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    // 0.2 deg aside in the mean; S is sqrt(0.02 / 3), three times that is 0.2449 deg.
+    let line = said.out().lines().filter(|line| line.trim_start().starts_with("P1")).nth(1).unwrap().to_owned();
+    let cells: Vec<&str> = line.split_whitespace().collect();
+    assert_eq!(cells, ["P1", "0.0000", "0.0000", "0.2000", "0.0000", "0.0000", "0.2449"], "{}", said.out());
+    let json: Value = serde_json::from_str(&lab.plumb(&["report", "iso9283", "poses.csv", "--json"]).out()).unwrap();
+    assert!((json["orientation"]["AP_abc_deg"][2].as_f64().unwrap() - 0.2).abs() < 1e-9, "{json}");
+    assert!(std::fs::read_to_string(lab.path("poses.html")).unwrap().contains("Orientation at each pose"));
+}
+
+#[test]
 fn what_cannot_be_reported_is_refused_with_what_would_be_right() {
     let lab = lab();
     lab.write("one-sided.csv", &axis("q1_mm,side,repeat,p1_x_mm"));

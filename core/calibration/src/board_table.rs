@@ -85,14 +85,14 @@ impl<'t> NamedText<'t> {
         BoardTableError::Malformed { file: self.name.to_owned(), reason: error.to_string() }
     }
 
-    fn rows(&self) -> Result<(StringRecord, Vec<StringRecord>), BoardTableError> {
+    pub(crate) fn rows(&self) -> Result<(StringRecord, Vec<StringRecord>), BoardTableError> {
         let mut reader = self.reader();
         let header = reader.headers().map_err(|error| self.malformed(&error))?.clone();
         let rows = reader.records().collect::<Result<Vec<_>, _>>().map_err(|error| self.malformed(&error))?;
         Ok((header, rows))
     }
 
-    fn column(
+    pub(crate) fn column(
         &self,
         header: &StringRecord,
         column: &'static str,
@@ -181,7 +181,7 @@ fn pose_cells(pose: &BoardPose) -> String {
     format!("{},{:.4}", numbers.join(","), pose.off_px)
 }
 
-fn quoted(cell: &str) -> String {
+pub(crate) fn quoted(cell: &str) -> String {
     if cell.contains([',', '"', '\n']) {
         format!("\"{}\"", cell.replace('"', "\"\""))
     } else {

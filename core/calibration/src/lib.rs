@@ -13,6 +13,7 @@ pub mod measurement;
 mod opened;
 pub mod placeholders;
 pub mod prediction;
+pub mod profile_table;
 pub mod revision;
 mod suggestion;
 pub mod table;

@@ -16,8 +16,11 @@ mod noise;
 mod observations;
 mod orientation;
 mod position;
+mod profile;
 mod row;
 mod stripe;
+#[cfg(test)]
+mod profile_tests;
 #[cfg(test)]
 mod tests;
 mod tilt;

@@ -1,6 +1,6 @@
 //! Where a model says the arm's point is: what a cell commands and converts by.
 
-use nalgebra::Vector3;
+use nalgebra::{IsometryMatrix3, Vector3};
 
 use crate::arm_model::{AddedEffect, Model};
 use crate::effect::{self, EffectNameError};
@@ -66,6 +66,18 @@ pub fn points(
     target: Option<&str>,
     poses: &[Pose],
 ) -> Result<Vec<Vector3<f64>>, PredictionError> {
+    Ok(bodies(model, target, poses)?.iter().map(|body| body.translation.vector).collect())
+}
+
+/// The same with how the target is turned there, by its axes on the flange.
+///
+/// # Errors
+/// [`PredictionError`]
+pub fn bodies(
+    model: &Model,
+    target: Option<&str>,
+    poses: &[Pose],
+) -> Result<Vec<IsometryMatrix3<f64>>, PredictionError> {
     let place = match target {
         None => 0,
         Some(name) => model.targets.iter().position(|target| target.name == name).ok_or_else(|| {
@@ -96,7 +108,7 @@ pub fn points(
         model.fitted.iter().chain(&model.effects).filter(|added| !is_left_out(added)).cloned().collect();
     let machine = ResidualModel::new(model, &table, &observations, &effects)?;
     let state = machine.start();
-    Ok((0..poses.len()).map(|row| machine.believed_target(&state, place, row)).collect())
+    Ok((0..poses.len()).map(|row| machine.believed_body(&state, place, row)).collect())
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use plumb_calibration::arm_model::{AddedEffect, Model};
 use plumb_calibration::effect::Effect;
 use plumb_calibration::fit::{ResidualModel, State};
 use plumb_calibration::measurement::Observations;
-use plumb_calibration::table::{OrientationColumns, PositionColumns, Table};
+use plumb_calibration::table::{OrientationColumns, PositionColumns, ProfileColumns, Table};
 use plumb_estimation::Random;
 
 /// Poses by which the working volume is represented.
@@ -44,6 +44,7 @@ impl Volume {
         // The free numbers are those of the fit.
         table.orientations = known.orientations.iter().map(OrientationColumns::empty).collect();
         table.board = known.board.as_ref().map(|_| Vec::new());
+        table.profiles = known.profiles.iter().map(ProfileColumns::empty).collect();
         table.approach = known.approach.as_ref().map(|_| Vec::new());
         let target = model.targets.first().map(|target| target.name.clone()).unwrap_or_default();
         let mut tip = PositionColumns { number: 0, target, xyz: Vec::new() };

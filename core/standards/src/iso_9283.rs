@@ -1,9 +1,10 @@
 //! Pose accuracy and repeatability of manipulating industrial robots: ISO 9283:1998, clauses 7.2.1 (accuracy `AP`), 7.2.2 (repeatability `RP`), 7.2.3
-//! (variation of accuracy with the direction of approach, `vAP`) and 7.6 (drift). Positions only.
+//! (variation of accuracy with the direction of approach, `vAP`) and 7.6 (drift, of positions). Orientations are in `orientation.rs`.
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 use serde::Serialize;
 
+use crate::orientation::{self, GreatestOrientation, OrientationAtPose};
 use crate::pose_run::{CommandedFrom, PoseRun, PoseVisits, Visit};
 
 /// The figures of one pose, reached by one way.
@@ -30,6 +31,9 @@ pub struct AtPose {
     /// Pose repeatability `RP_l = l_mean + 3 S_l`, mm: the radius of a ball about the barycentre.
     #[serde(rename = "RP_mm")]
     pub repeatability: f64,
+    /// Of its orientation; nothing where none was read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<OrientationAtPose>,
     /// Drift over the run; nothing without times or with too few visits.
     pub drift: Option<Drift>,
 }
@@ -79,6 +83,9 @@ pub struct Iso9283 {
     /// Greatest variation with the way of approach, mm.
     #[serde(rename = "vAP_mm")]
     pub variation: Option<f64>,
+    /// Greatest figures of the orientation; nothing where none was read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<GreatestOrientation>,
     /// Pose by pose.
     pub at: Vec<AtPose>,
     /// Poses that were reached by several ways.
@@ -110,10 +117,40 @@ pub fn iso_9283(run: &PoseRun) -> Iso9283 {
         accuracy: greatest(&mut at.iter().filter_map(|pose| pose.accuracy)),
         repeatability: greatest(&mut at.iter().map(|pose| pose.repeatability)).unwrap_or(0.0),
         variation: greatest(&mut variations.iter().map(|one| one.variation)),
+        orientation: greatest_orientation(run, &at),
         notes: notes(run, &variations),
         at,
         variations,
     }
+}
+
+/// The orientations that were reached, where every visit has one.
+fn turns(visits: &[Visit]) -> Option<Vec<Rotation3<f64>>> {
+    visits.iter().map(|visit| visit.turn).collect()
+}
+
+fn of_orientation(visits: &[Visit]) -> Option<OrientationAtPose> {
+    let commanded: Option<Vec<Rotation3<f64>>> = visits.iter().map(|visit| visit.commanded_turn).collect();
+    orientation::at_pose(&turns(visits)?, commanded.as_deref())
+}
+
+fn greatest_orientation(run: &PoseRun, at: &[AtPose]) -> Option<GreatestOrientation> {
+    let each: Vec<OrientationAtPose> = at.iter().filter_map(|pose| pose.orientation).collect();
+    let mut variations = Vec::new();
+    for (index, one) in run.poses.iter().enumerate() {
+        if run.poses.iter().take(index).any(|known| known.pose == one.pose) {
+            continue;
+        }
+        let ways = run.poses.iter().filter(|other| other.pose == one.pose);
+        let means: Vec<Rotation3<f64>> =
+            ways.filter_map(|way| turns(&way.visits)).filter_map(|turns| orientation::mean(&turns)).collect();
+        variations.extend(orientation::variation(&means));
+    }
+    Some(GreatestOrientation {
+        accuracy: orientation::greatest(each.iter().filter_map(|one| one.accuracy)),
+        repeatability: orientation::greatest(each.iter().map(|one| one.repeatability))?,
+        variation: orientation::greatest(variations.into_iter()),
+    })
 }
 
 /// Barycentre, mean distance from it, and the standard deviation of the distances.
@@ -147,6 +184,7 @@ fn at_pose(pose: &PoseVisits) -> AtPose {
         l_mean_mm: mean,
         s_l_mm: s,
         repeatability: mean + 3.0 * s,
+        orientation: of_orientation(&pose.visits),
         drift: drift(&pose.visits),
     }
 }
@@ -220,6 +258,13 @@ fn notes(run: &PoseRun, variations: &[SideVariation]) -> Vec<String> {
     }
     if run.axes.contains(&false) {
         notes.push("not all three axes were read: distances are in those that were".to_owned());
+    }
+    let has_turns = run.poses.iter().flat_map(|pose| &pose.visits).any(|visit| visit.turn.is_some());
+    let has_commanded = run.poses.iter().flat_map(|pose| &pose.visits).any(|visit| visit.commanded_turn.is_some());
+    if has_turns && !has_commanded && run.commanded_from != CommandedFrom::Unknown {
+        notes.push(
+            "nobody says how the target was to be turned: no accuracy of the orientation (columns commanded_qw ... or commanded_rx_deg ...)".to_owned(),
+        );
     }
     if run.single_rows > 0 {
         notes.push(format!("{} rows are no returns and were left aside", run.single_rows));

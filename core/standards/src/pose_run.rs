@@ -1,7 +1,7 @@
 //! Visits to a few poses, each reached many times, as ISO 9283 asks; read off a measurement table.
 
-use nalgebra::Vector3;
-use plumb_calibration::table::Table;
+use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
+use plumb_calibration::table::{Body, Covariate, Table, UNIT_TOLERANCE};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -26,8 +26,21 @@ pub struct Visit {
     pub attained: Vector3<f64>,
     /// What was commanded, mm.
     pub commanded: Option<Vector3<f64>>,
+    /// How what was reached is turned; nothing where that was not read.
+    pub turn: Option<Rotation3<f64>>,
+    /// How it was to be turned.
+    pub commanded_turn: Option<Rotation3<f64>>,
     /// s; nothing where not logged.
     pub time: Option<f64>,
+}
+
+/// Where a model has the target in each row, and how it is turned there, frame of the measurements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Predicted {
+    /// mm.
+    pub points: Vec<Vector3<f64>>,
+    /// From the target's axes.
+    pub turns: Vec<Rotation3<f64>>,
 }
 
 /// All visits to one pose by one way.
@@ -150,14 +163,14 @@ const UNITS: [(&str, f64); 3] = [("mm", 1.0), ("m", 1000.0), ("in", 25.4)];
 const SAME_PLACE: f64 = 1e-9;
 
 impl PoseRun {
-    /// Reads the returns to poses off a table; `predicted` is where a model has the target in each row, mm.
+    /// Reads the returns to poses off a table; `predicted` is where a model has the target in each row.
     ///
     /// # Errors
     /// [`PoseRunError`].
     pub fn of(
         table: &Table,
         target: Option<&str>,
-        predicted: Option<&[Vector3<f64>]>,
+        predicted: Option<&Predicted>,
     ) -> Result<Self, PoseRunError> {
         let source = || table.source.clone();
         let columns = match target {
@@ -175,11 +188,17 @@ impl PoseRun {
             return Err(PoseRunError::NoPositions(source()));
         }
         let (commanded_from, commanded) = match predicted {
-            Some(points) => (CommandedFrom::Model, Some(points.to_vec())),
+            Some(predicted) => (CommandedFrom::Model, Some(predicted.points.clone())),
             None => match commanded_columns(table, axes)? {
                 Some(points) => (CommandedFrom::Table, Some(points)),
                 None => (CommandedFrom::Unknown, None),
             },
+        };
+        let attained_turns = table.orientations_as(Body::Target(columns.number)).map(|known| known.turns.as_slice());
+        let commanded_turns = match (predicted, attained_turns) {
+            (_, None) => None,
+            (Some(predicted), _) => Some(predicted.turns.clone()),
+            (None, Some(_)) => commanded_turns(table)?,
         };
         let groups = groups(table)?;
         let mut run = Self {
@@ -202,7 +221,19 @@ impl PoseRun {
                     Vector3::from([0, 1, 2].map(|axis| if axes[axis] { point[axis] } else { 0.0 }))
                 });
                 let time = table.time.as_ref().and_then(|time| time.get(row)).copied();
-                let visit = Visit { row, attained, commanded, time: time.filter(|time| time.is_finite()) };
+                let turn = attained_turns.and_then(|turns| turns.get(row)).copied().flatten();
+                if attained_turns.is_some() && turn.is_none() {
+                    let reading = format!("the orientation of {}", run.target);
+                    return Err(PoseRunError::NotRead { table: source(), line: line(table, row), reading });
+                }
+                let visit = Visit {
+                    row,
+                    attained,
+                    commanded,
+                    turn,
+                    commanded_turn: commanded_turns.as_ref().and_then(|turns| turns.get(row)).copied(),
+                    time: time.filter(|time| time.is_finite()),
+                };
                 run.take(&pose, sides(table, row), visit);
             }
         }
@@ -317,4 +348,58 @@ fn commanded_columns(table: &Table, axes: [bool; 3]) -> Result<Option<Vec<Vector
         }
     }
     Ok(Some(points))
+}
+
+/// The commanded orientations by their columns: a quaternion, or a rotation vector in rad or deg; nothing where the table has none.
+fn commanded_turns(table: &Table) -> Result<Option<Vec<Rotation3<f64>>>, PoseRunError> {
+    let forms: [(&[&str], f64); 3] = [
+        (&["commanded_qw", "commanded_qx", "commanded_qy", "commanded_qz"], 1.0),
+        (&["commanded_rx_rad", "commanded_ry_rad", "commanded_rz_rad"], 1.0),
+        (&["commanded_rx_deg", "commanded_ry_deg", "commanded_rz_deg"], std::f64::consts::PI / 180.0),
+    ];
+    let named = |name: &str| table.covariates.iter().find(|column| column.name == name);
+    let bad = |what: String| PoseRunError::Commanded { table: table.source.clone(), what };
+    for (names, scale) in forms {
+        let columns: Vec<&Covariate> = names.iter().filter_map(|name| named(name)).collect();
+        if columns.is_empty() {
+            continue;
+        }
+        if let Some(lost) = names.iter().find(|name| named(name).is_none()) {
+            let found = columns.first().map_or("", |column| column.name.as_str());
+            return Err(bad(format!("there is `{found}` and no column `{lost}`: an orientation has all of {}", names.join(", "))));
+        }
+        let turn = |row: usize| {
+            let cells: Vec<f64> = columns.iter().map(|column| column.number(row) * scale).collect();
+            if let Some(column) = columns.iter().find(|column| !column.levels().is_empty() || !column.number(row).is_finite()) {
+                return Err(bad(format!("line {}: `{}` is empty or no number", line(table, row), column.name)));
+            }
+            match cells[..] {
+                [w, x, y, z] => {
+                    let quaternion = Quaternion::new(w, x, y, z);
+                    if (quaternion.norm() - 1.0).abs() > UNIT_TOLERANCE {
+                        let length = quaternion.norm();
+                        return Err(bad(format!(
+                            "line {}: the commanded quaternion has length {length:.4}; that of an orientation has length 1",
+                            line(table, row)
+                        )));
+                    }
+                    Ok(UnitQuaternion::from_quaternion(quaternion).to_rotation_matrix())
+                }
+                [x, y, z] => Ok(Rotation3::new(Vector3::new(x, y, z))),
+                _ => Ok(Rotation3::identity()),
+            }
+        };
+        return (0..table.len()).map(turn).collect::<Result<Vec<_>, _>>().map(Some);
+    }
+    let begun = table.covariates.iter().find(|column| {
+        ["commanded_r", "commanded_q", "commanded_yaw", "commanded_pitch"].iter().any(|begin| column.name.starts_with(begin))
+    });
+    match begun {
+        Some(column) => Err(bad(format!(
+            "`{}` is no part of a commanded orientation: write commanded_qw, commanded_qx, commanded_qy, commanded_qz, or commanded_rx_deg, commanded_ry_deg, \
+             commanded_rz_deg (a rotation vector; or _rad)",
+            column.name
+        ))),
+        None => Ok(None),
+    }
 }

@@ -250,3 +250,65 @@ fn a_budget_holds_what_each_effect_adds_and_the_sum_by_the_gum() {
     let missing = budget(&model, &table, &Question { reading: "distance", ..asked }).unwrap_err().to_string();
     assert!(missing.contains("says nothing of `distance`"), "{missing}");
 }
+
+/// Invented; the figures below were worked out apart from this program, in Python, by quaternions.
+const TURNED: &str = "\
+q1_deg,repeat,commanded_qw,commanded_qx,commanded_qy,commanded_qz,p1_x_mm,p1_qw,p1_qx,p1_qy,p1_qz
+0,P1,0.707106781,0,0.707106781,0,0,0.707354992,-0.001723276,0.706851067,0.002741425
+0,P1,0.707106781,0,0.707106781,0,1,0.707117217,-0.000805409,0.707089334,0.003044039
+0,P1,0.707106781,0,0.707106781,0,2,0.707471534,-0.000768569,0.7067373,0.002413857
+0,P1,0.707106781,0,0.707106781,0,3,0.707177494,-0.001347821,0.707029994,0.002600588
+0,P1,0.707106781,0,0.707106781,0,4,0.707669719,-0.001226929,0.70653771,0.002554902
+5,P2,0.102731566,0.846312168,0.518878402,0.062985259,0,0.104034324,0.845970769,0.519355525,0.061482982
+5,P2,0.102731566,0.846312168,0.518878402,0.062985259,1,0.104597672,0.846257279,0.518815401,0.061143472
+5,P2,0.102731566,0.846312168,0.518878402,0.062985259,2,0.104354353,0.845817946,0.519500546,0.061817101
+5,P2,0.102731566,0.846312168,0.518878402,0.062985259,3,0.103610207,0.846247214,0.518984398,0.061528622
+5,P2,0.102731566,0.846312168,0.518878402,0.062985259,4,0.10436705,0.845981717,0.519275915,0.06144085
+";
+
+#[test]
+fn figures_of_orientation_are_those_of_the_standard_also_where_angles_of_the_attitude_are_singular() {
+    let table = Table::parse("poses.csv", TURNED).unwrap();
+    let report = iso_9283(&PoseRun::of(&table, None, None).unwrap());
+    let same = |found: [f64; 3], expected: [f64; 3]| {
+        assert!(found.iter().zip(expected).all(|(one, other)| (one - other).abs() < 1e-6), "{found:?} {expected:?}");
+    };
+    let at = |pose: usize| report.at[pose].orientation.unwrap();
+    same(at(0).accuracy.unwrap(), [0.121154, -0.041577, 0.311544]);
+    same(at(0).repeatability, [0.114770, 0.108624, 0.111299]);
+    same(at(1).accuracy.unwrap(), [-0.236296, 0.060650, 0.016800]);
+    same(at(1).repeatability, [0.130181, 0.076914, 0.121823]);
+    let all = report.orientation.unwrap();
+    same(all.accuracy.unwrap(), [0.236296, 0.060650, 0.311544]);
+    same(all.repeatability, [0.130181, 0.108624, 0.121823]);
+    assert_eq!(all.variation, None);
+    // Nobody says how it was to be turned: repeatability alone, about the mean.
+    let without = TURNED.replace("commanded_q", "note_q");
+    let report = iso_9283(&PoseRun::of(&Table::parse("poses.csv", &without).unwrap(), None, None).unwrap());
+    let alone = report.at[0].orientation.unwrap();
+    assert_eq!(alone.accuracy, None);
+    assert!(alone.repeatability.iter().zip([0.114770, 0.108624, 0.111299]).all(|(one, other)| (one - other).abs() < 1e-3));
+    let refused = |text: String| PoseRun::of(&Table::parse("poses.csv", &text).unwrap(), None, None).unwrap_err().to_string();
+    for (text, part) in [
+        (TURNED.replace("commanded_qz", "wanted"), "no column `commanded_qz`"),
+        (TURNED.replace("0.707106781,0,0.707106781,0,2", "0.7,0,0.1,0,2"), "line 4: the commanded quaternion has length 0.7071"),
+        (TURNED.replace(",2,0.707471534,-0.000768569,0.7067373,0.002413857", ",2,,,,"), "line 4: the orientation of p1 is empty"),
+        (without.replace("note_qw", "commanded_yaw_deg"), "`commanded_yaw_deg` is no part of a commanded orientation"),
+    ] {
+        let said = refused(text);
+        assert!(said.contains(part), "{part}: {said}");
+    }
+}
+
+#[test]
+fn two_ways_to_a_pose_that_end_turned_have_a_variation_of_orientation() {
+    let mut text = "q1_deg,approach_q1,repeat,p1_x_mm,p1_rx_deg,p1_ry_deg,p1_rz_deg\n".to_owned();
+    for visit in 0..8 {
+        let side = if visit % 2 == 0 { 1 } else { -1 };
+        text.push_str(&format!("0,{side},P,0,0,0,{}\n", 30.0 + 0.1 * f64::from(side)));
+    }
+    let report = iso_9283(&PoseRun::of(&Table::parse("poses.csv", &text).unwrap(), None, None).unwrap());
+    let variation = report.orientation.unwrap().variation.unwrap();
+    close(variation[2], 0.2);
+    assert!(variation[0] < 1e-9 && variation[1] < 1e-9);
+}

@@ -10,6 +10,7 @@ mod calibration;
 mod description;
 mod drive;
 pub mod file;
+mod line_sensor;
 mod measuring;
 pub mod puma560;
 pub(crate) mod served;
@@ -17,7 +18,7 @@ mod shutter;
 mod travel;
 
 pub use description::{
-    ArmOnPaper, ArmWorldDescription, BoardCamera, LevelDirection, LevelSurface, SpiritLevel, Tabletop, Tool,
+    ArmOnPaper, ArmWorldDescription, BoardCamera, LevelDirection, LevelSurface, LineSensor, Sight, SpiritLevel, Tabletop, Tool,
 };
 pub use drive::{Drive, JointDrive, MotorCoupling};
 pub use measuring::MeasuringError;
@@ -49,6 +50,8 @@ pub struct ArmWorld {
     readings_taken: u64,
     /// Of the board, the last that was taken.
     picture: Option<board_camera::Picture>,
+    /// Of the laser line sensor, the last profile that was taken: x and z of its points, mm.
+    profile: Vec<[f64; 2]>,
     switches: Switches,
     exposures: u64,
     shutter: Shutter,
@@ -133,6 +136,7 @@ impl ArmWorld {
             outputs: 0,
             readings_taken: 0,
             picture: None,
+            profile: Vec::new(),
             switches: description
                 .light
                 .as_ref()

@@ -234,6 +234,16 @@ pub enum Verb {
         /// How far ahead of the sensor's face, along its line of sight, mm.
         ahead_mm: f64,
     },
+    /// A laser line sensor on the hand shows one coordinate of one point of the profile of a thing; x of the first point takes a new profile, the rest is read from
+    /// the last. Ends with [`Say::Measured`].
+    ReadProfile {
+        /// Of what.
+        of: String,
+        /// Which point, from 1.
+        point: u32,
+        /// Which coordinate: x along the sensor's line, z away from it.
+        axis: Axis,
+    },
     /// The operator drives one joint with the pendant until the bubble of a spirit level stands in the middle; ends with
     /// [`Say::Reading`].
     Level {

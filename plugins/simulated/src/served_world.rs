@@ -115,6 +115,13 @@ pub trait Operator {
     /// # Errors
     /// Why nothing can be measured.
     fn measure(&mut self, used: &Use<'_>) -> Result<(f64, &'static str), String>;
+    /// One coordinate of one point (from 1) of the profile that a laser line sensor on the hand sees of a thing, mm.
+    ///
+    /// # Errors
+    /// Why nothing is seen.
+    fn read_profile(&mut self, _of: &str, _point: usize, _axis: Axis) -> Result<f64, String> {
+        Err("no laser line sensor is on this hand".to_owned())
+    }
     /// Hangs a weight (kg) on the flange, or puts it into the fingers, in place of what was there.
     ///
     /// # Errors

@@ -17,6 +17,13 @@ pub(super) const RESULT_EXAMPLES: &[Entry] = &[
         ],
     ),
     (
+        "model profile",
+        &[example(
+            "plumb model profile poses.csv --points points.csv --keep 7 > profiles.csv",
+            "seven points of each profile of a laser line sensor, as it exports them",
+        )],
+    ),
+    (
         "model export",
         &[
             example(

@@ -8,6 +8,7 @@ mod effects;
 mod export;
 mod history;
 pub(crate) mod next;
+mod profile;
 mod report;
 mod revise;
 mod screen;
@@ -58,6 +59,8 @@ pub(crate) enum ModelCommand {
     Export(ExportArguments),
     /// Turn corners of a board in pictures, as any program found them, into the poses of the board that a camera on the hand sees; prints the table.
     Board(board::BoardArguments),
+    /// Thin profiles of a laser line sensor out, point by point as it exports them, to a few points a row; prints the table.
+    Profile(profile::ProfileArguments),
     /// Look at all this on the screen, with a preview of every candidate before it is added.
     Screen(ScreenArguments),
 }
@@ -76,6 +79,7 @@ pub(crate) fn run(command: &ModelCommand) -> CommandResult {
         ModelCommand::Effects(arguments) => effects::run(arguments)?,
         ModelCommand::Export(arguments) => export::run(arguments)?,
         ModelCommand::Board(arguments) => board::run(arguments)?,
+        ModelCommand::Profile(arguments) => profile::run(arguments)?,
         ModelCommand::Template(arguments) => template::run(arguments)?,
         ModelCommand::Report(arguments) => report::run(arguments)?,
         ModelCommand::History(arguments) => history::list(arguments)?,

@@ -122,6 +122,8 @@ pub struct Noise {
     pub board: Option<f64>,
     /// Of how it sees it turned, rad.
     pub board_turn: Option<f64>,
+    /// Of a point of a laser line sensor across what it lies on, mm.
+    pub profile: Option<f64>,
     /// Of heights and of lying on a surface, mm.
     pub height: Option<f64>,
     /// Of tilts, rad.
@@ -219,6 +221,8 @@ pub struct Model {
     pub targets: Vec<Target>,
     /// The board that a camera among them sees.
     pub board: Option<Board>,
+    /// The laser line sensor among the targets.
+    pub profile_sensor: Option<usize>,
     /// Effects that are always fitted, as written: `joint_zero(*)`.
     pub free: Vec<String>,
     /// What the user has added, in order.

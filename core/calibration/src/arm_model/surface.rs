@@ -60,6 +60,12 @@ fn left_of(direction: &Vector3<f64>, up: &Vector3<f64>) -> Vector3<f64> {
     up.cross(direction).try_normalize(NO_DIRECTION).unwrap_or_else(|| square_to(direction).0)
 }
 
+/// The unit vectors square to a line: to its left seen from above, horizontal, and over it.
+fn across_line(direction: &Vector3<f64>, up: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let left = left_of(direction, up);
+    (left, direction.cross(&left))
+}
+
 impl SurfaceShape {
     /// Whether it is an edge, beside which a sensor triggers rather than over which.
     pub fn is_edge(&self) -> bool {
@@ -110,6 +116,49 @@ impl SurfaceShape {
         }
     }
 
+    /// The same where what lies on it is measured in space and not only beside it: a line may also be raised and tilted.
+    pub fn freedoms_in_space(&self) -> usize {
+        match self {
+            Self::Line { .. } => 4,
+            _ => self.freedoms(),
+        }
+    }
+
+    /// Where a point lies beside a line: the distances to the left of it and over it (mm), each with its gradient, a unit vector; the point is on the line where both
+    /// are zero. Nothing of what is no line.
+    pub fn beside_line(&self, point: &Vector3<f64>, up: &Vector3<f64>) -> Option<[(f64, Vector3<f64>); 2]> {
+        let Self::Line { point: through, direction } = self else { return None };
+        let (left, over) = across_line(direction, up);
+        let away = point - through;
+        Some([(left.dot(&away), left), (over.dot(&away), over)])
+    }
+
+    /// Derivative of one of the distances of [`Self::beside_line`] by a free number, as [`Self::shift`] moves it. Nothing of what is no line.
+    ///
+    /// A turn `t` of the direction `d` (square to it) turns left `l` and over `o` by `-(t . l) d + s o` and `-(t . o) d - s l`: they stay square to `d`, and spin about it
+    /// by `s = (k x t) . o / |k x d|` because left stays horizontal (`k` upwards).
+    pub fn line_derivative(
+        &self,
+        part: usize,
+        which: usize,
+        point: &Vector3<f64>,
+        up: &Vector3<f64>,
+    ) -> Option<f64> {
+        let Self::Line { point: through, direction } = self else { return None };
+        let (left, over) = across_line(direction, up);
+        let away = point - through;
+        let (own, other, sense) = if part == 0 { (left, over, 1.0) } else { (over, left, -1.0) };
+        let turn = match which {
+            0 => return Some(-own.dot(&left)),
+            1 => left,
+            2 => return Some(-own.dot(&over)),
+            _ => over,
+        };
+        let level = up.cross(direction).norm();
+        let spin = if level > NO_DIRECTION { up.cross(&turn).dot(&over) / level } else { 0.0 };
+        Some(-turn.dot(&own) * direction.dot(&away) + sense * spin * other.dot(&away))
+    }
+
     /// Moves one free number by an amount (mm, or rad for tilts and turns).
     pub fn shift(&mut self, which: usize, amount: f64, up: &Vector3<f64>) {
         match self {
@@ -122,10 +171,12 @@ impl SurfaceShape {
                 }
             }
             Self::Line { point, direction } => {
-                let left = left_of(direction, up);
+                let (left, over) = across_line(direction, up);
                 match which {
                     0 => *point += left * amount,
-                    _ => *direction = (*direction + left * amount).normalize(),
+                    1 => *direction = (*direction + left * amount).normalize(),
+                    2 => *point += over * amount,
+                    _ => *direction = (*direction + over * amount).normalize(),
                 }
             }
             Self::Sphere { radius, .. } if which == RADIUS => *radius += amount,
@@ -148,11 +199,7 @@ impl SurfaceShape {
                     _ => second.dot(point),
                 }
             }
-            Self::Line { point: through, direction } => match which {
-                0 => -1.0,
-                // Turning the edge to its left lets a point ahead of its given point fall back to the right.
-                _ => -direction.dot(&(point - through)),
-            },
+            Self::Line { .. } => self.line_derivative(0, which, point, up).unwrap_or(0.0),
             Self::Sphere { .. } if which == RADIUS => -1.0,
             Self::Sphere { .. } | Self::Point { .. } => {
                 let (_, away) = self.distance(point, up);
@@ -229,6 +276,32 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_line_in_space_has_two_distances_that_together_are_the_distance_and_derivatives_that_agree_with_differences() {
+        let up = Vector3::z();
+        for direction in [Vector3::new(0.3, 1.0, 0.0), Vector3::new(0.3, -0.8, 0.6), Vector3::new(-0.1, 0.2, 1.0)] {
+            let line = SurfaceShape::Line { point: Vector3::new(100.0, 20.0, 3.0), direction: direction.normalize() };
+            let [(left, _), (over, _)] = line.beside_line(&POINT, &up).unwrap();
+            // The distance by the textbook: of the cross product.
+            let away = (POINT - Vector3::new(100.0, 20.0, 3.0)).cross(&direction.normalize()).norm();
+            assert!((left.hypot(over) - away).abs() < 1e-10, "{left} {over} {away}");
+            assert_eq!((line.freedoms(), line.freedoms_in_space()), (2, 4));
+            for part in 0..2 {
+                for which in 0..4 {
+                    let at = |amount: f64| {
+                        let mut shifted = line.clone();
+                        shifted.shift(which, amount, &up);
+                        shifted.beside_line(&POINT, &up).unwrap()[part].0
+                    };
+                    let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
+                    let told = line.line_derivative(part, which, &POINT, &up).unwrap();
+                    assert!((told - slope).abs() < 1e-5, "{direction} part {part} number {which}: {told} {slope}");
+                }
+            }
+        }
+        assert!(SurfaceShape::Point { point: POINT }.beside_line(&POINT, &up).is_none());
     }
 
     #[test]

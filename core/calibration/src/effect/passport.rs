@@ -71,6 +71,7 @@ impl Passport {
         };
         let triggered = |row: &usize| {
             !table.height.as_ref().and_then(|height| height.get(*row)).is_some_and(|h| h.is_finite())
+                && table.profiles.is_empty()
         };
         let mut triggered_on: Vec<usize> = (0..table.len())
             .filter(triggered)
@@ -94,11 +95,9 @@ impl Passport {
             measures_points: !table.positions.is_empty()
                 || !table.touch.names.is_empty()
                 || !table.orientations.is_empty()
-                || table.board.is_some(),
-            triggers: (0..table.len()).any(|row| {
-                let height = table.height.as_ref().and_then(|height| height.get(row));
-                table.on.name(row).is_some() && height.is_none_or(|height| !height.is_finite())
-            }),
+                || table.board.is_some()
+                || !table.profiles.is_empty(),
+            triggers: (0..table.len()).any(|row| table.on.name(row).is_some() && triggered(&row)),
             stripes: table.is_of_stripes(),
             moves: table.speed.iter().flatten().any(|speed| *speed != 0.0),
             // Pictures stand in the order of their scans, each from another side: undated, what depends on the pose would look like a step.

@@ -4,6 +4,8 @@ mod contradiction;
 mod define;
 mod epochs;
 mod error;
+mod hand;
+mod noise;
 mod parts;
 mod raw;
 mod residual_map;

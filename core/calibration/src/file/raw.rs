@@ -57,6 +57,7 @@ pub(super) struct RawModel {
     #[serde(default)]
     pub(super) targets: Listed<RawTarget>,
     pub(super) board: Option<RawBoard>,
+    pub(super) profile: Option<RawProfile>,
     #[serde(default)]
     pub(super) free: Vec<Spanned<String>>,
     #[serde(default)]
@@ -218,6 +219,13 @@ pub(super) struct RawBoard {
     pub(super) free: bool,
 }
 
+/// Which target is the laser line sensor.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawProfile {
+    pub(super) seen_by: Spanned<String>,
+}
+
 /// An effect with its values, or just its name and place as one text: `joint_zero(*)`.
 #[derive(Debug, Clone)]
 pub(super) enum RawEffect {
@@ -325,7 +333,7 @@ pub(super) struct RawSensor {
 #[serde(deny_unknown_fields)]
 pub(super) struct RawSphere {
     pub(super) centre_mm: [f64; 3],
-    pub(super) radius_mm: f64,
+    pub(super) radius_mm: Spanned<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]

@@ -39,6 +39,8 @@ const WORDS: &[(&str, &str)] = &[
     ),
     ("board", "A board that a camera on the hand sees, in the frame of the measurements."),
     ("board.seen_by", "The target that is the camera."),
+    ("profile", "A laser line sensor on the hand, whose profiles the table holds as points in mm."),
+    ("profile.seen_by", "The target that is the sensor: x along its line, z away from it."),
     ("free", "Effects that are fitted from the start, as joint_zero(*)."),
     ("effects", "Effects that were added: in force, with their values, and fitted again."),
     ("fitted", "Values of the free effects from the last fit."),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nalgebra::{IsometryMatrix3, Rotation3, Vector3};
+use nalgebra::{Rotation3, Vector3};
 use plumb_document::{
     DocumentKind, FileKind, FileProblems, Problems, Span, Spanned, did_you_mean, parse_as, read_document,
     typed,
@@ -13,14 +13,14 @@ use super::contradiction::contradiction;
 use super::error::{ModelFileError, Place};
 use super::parts::{measured_from, revision};
 use super::raw::{
-    RawBoard, RawClaim, RawConvention, RawEffect, RawJoint, RawLevel, RawLink, RawModel, RawSensor, RawSide,
+    RawClaim, RawConvention, RawEffect, RawJoint, RawLevel, RawLink, RawModel, RawSensor, RawSide,
     RawSurface, RawTarget, RawTouch, RawValuedEffect, RawVolume,
 };
 use super::urdf_frames;
 use crate::arm_model::Sensor;
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{
-    AddedEffect, Board, Correction, Frame, Level, Model, Noise, Surface, Target, Touch, TouchDistance,
+    AddedEffect, Correction, Frame, Level, Model, Surface, Target, Touch, TouchDistance,
 };
 use crate::effect;
 use crate::suggestion::suggestion;
@@ -123,6 +123,7 @@ impl Checker<'_> {
             base,
             targets,
             board: None,
+            profile_sensor: None,
             free: Vec::new(),
             effects: Vec::new(),
             corrections: Vec::new(),
@@ -155,6 +156,7 @@ impl Checker<'_> {
         self.measured(raw, model);
         model.levels = self.levels(raw, &model.chain);
         model.board = raw.board.as_ref().and_then(|board| self.board(board, model).ok());
+        model.profile_sensor = raw.profile.as_ref().and_then(|profile| self.profile_sensor(profile, model).ok());
         model.touch = raw.touch.as_ref().and_then(|touch| self.touch(touch, model).ok());
         if self.definitions(&raw.define, model) && self.problems.len() == before {
             self.all_effects(raw, model);
@@ -328,21 +330,6 @@ impl Checker<'_> {
         raw.targets.0.iter().map(target).collect()
     }
 
-    fn board(&self, raw: &RawBoard, model: &Model) -> Checked<Board> {
-        let name = &raw.seen_by;
-        let Some(camera) = model.target_position(&name.value) else {
-            let names = model.targets.iter().map(|target| target.name.as_str());
-            let reason = format!(
-                "there is no target `{}` that could be the camera{}",
-                name.value,
-                suggestion(&name.value, names)
-            );
-            return self.fail(&name.span, reason);
-        };
-        let pose = IsometryMatrix3::from_parts(raw.xyz_mm.into(), rotation(raw.rpy_deg));
-        Ok(Board { camera, pose, free: raw.free })
-    }
-
     fn direction(&self, typed: &Spanned<[f64; 3]>) -> Checked<Vector3<f64>> {
         let vector = Vector3::from(typed.value);
         // A stand-in: reported where it is.
@@ -389,8 +376,11 @@ impl Checker<'_> {
                 direction: self.direction(&line.direction)?,
             }),
             (None, None, Some(sphere), None) => {
-                let centre = Vector3::from(sphere.centre_mm);
-                Ok(SurfaceShape::Sphere { centre, radius: sphere.radius_mm, free_radius: false })
+                let (centre, radius) = (Vector3::from(sphere.centre_mm), sphere.radius_mm.value);
+                match radius > 0.0 && radius.is_finite() {
+                    true => Ok(SurfaceShape::Sphere { centre, radius, free_radius: false }),
+                    false => self.fail(&sphere.radius_mm.span, format!("a ball of radius {radius} mm cannot be")),
+                }
             }
             (None, None, None, Some(point)) => Ok(SurfaceShape::Point { point: Vector3::from(*point) }),
             _ => self.fail(name, "a surface is one of `plane`, `line`, `sphere`, `point_mm`"),
@@ -429,49 +419,6 @@ impl Checker<'_> {
             Some(name) => Frame::After(self.joint_named(name, chain)?),
         };
         Ok(Level { name, frame, rotation: rotation(raw.rpy_deg) })
-    }
-
-    fn noise(&self, raw: &RawModel) -> Noise {
-        let mut noise = Noise::default();
-        let is_target = |name: &str| raw.targets.0.iter().any(|(known, _)| known.value == name);
-        for (key, value) in &raw.noise.0 {
-            let sigma = value.value;
-            if sigma <= 0.0 {
-                let message = format!("a noise of {sigma} cannot be");
-                self.problems.add(value.span, message, "leave it out if unknown");
-            }
-            match key.value.as_str() {
-                "height_mm" | "on_mm" => noise.height = Some(sigma),
-                "tilt_deg" => noise.tilt = Some(sigma.to_radians()),
-                "distance_mm" => noise.distance = Some(sigma),
-                "touch_mm" => noise.touch = Some(sigma),
-                "board_mm" => noise.board = Some(sigma),
-                "board_deg" => noise.board_turn = Some(sigma.to_radians()),
-                name if name.strip_suffix("_deg").is_some_and(is_target) => {
-                    noise.orientations.push((name.trim_end_matches("_deg").to_owned(), sigma.to_radians()));
-                }
-                name => match name.strip_suffix("_mm") {
-                    Some(target) if is_target(target) => {
-                        noise.positions.push((target.to_owned(), sigma));
-                    }
-                    _ => {
-                        let known = [
-                            "p1_mm",
-                            "p1_deg",
-                            "height_mm",
-                            "tilt_deg",
-                            "distance_mm",
-                            "touch_mm",
-                            "board_mm",
-                            "board_deg",
-                        ];
-                        let message = format!("no noise `{name}` is known");
-                        self.problems.add(key.span, message, did_you_mean(name, known));
-                    }
-                },
-            }
-        }
-        noise
     }
 
     fn touch(&self, raw: &RawTouch, model: &Model) -> Checked<Touch> {
@@ -558,7 +505,7 @@ impl Checker<'_> {
 }
 
 /// Roll, pitch and yaw: Rz(yaw) Ry(pitch) Rx(roll).
-fn rotation(rpy_deg: [f64; 3]) -> Rotation3<f64> {
+pub(super) fn rotation(rpy_deg: [f64; 3]) -> Rotation3<f64> {
     let [roll, pitch, yaw] = rpy_deg.map(f64::to_radians);
     Rotation3::from_euler_angles(roll, pitch, yaw)
 }

@@ -54,6 +54,9 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
         let (xyz, rpy) = (triple(&board.pose.translation.vector), triple(&rpy_deg(&board.pose.rotation)));
         writeln!(out, "board: {{seen_by: {camera}, xyz_mm: {xyz}, rpy_deg: {rpy}, free: {}}}", board.free)?;
     }
+    if let Some(sensor) = model.profile_sensor.and_then(|place| model.targets.get(place)) {
+        writeln!(out, "profile: {{seen_by: {}}}", sensor.name)?;
+    }
     let free: Vec<String> = model.free.iter().map(|pattern| text(pattern)).collect();
     writeln!(out, "free: [{}]", free.join(", "))?;
     definitions(out, model)?;
@@ -307,6 +310,7 @@ fn noise(out: &mut String, noise: &Noise) -> std::fmt::Result {
         ("touch_mm", noise.touch),
         ("tilt_deg", noise.tilt.map(f64::to_degrees)),
         ("board_mm", noise.board),
+        ("profile_mm", noise.profile),
         ("board_deg", noise.board_turn.map(f64::to_degrees)),
     ];
     let others = others.into_iter().filter_map(|(key, sigma)| sigma.map(|sigma| (key.to_owned(), sigma)));

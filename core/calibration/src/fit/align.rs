@@ -5,6 +5,7 @@ use nalgebra::{
 };
 
 use super::place_bodies::place_bodies;
+use super::place_profiles::place_profiles;
 use super::residual_model::ResidualModel;
 
 use super::state::{Slot, State};
@@ -192,6 +193,7 @@ pub(crate) fn align(
     if machine.model.base.per_session {
         place_bases(machine, &mut state, rows);
     }
+    place_profiles(machine, &mut state, rows, progress)?;
     place_touched(machine, &mut state, rows);
     Ok(state)
 }

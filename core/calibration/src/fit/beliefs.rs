@@ -1,6 +1,6 @@
 //! What a state of the arm says beside residuals: where its points are, what pulls on its joints, whether it stays clear.
 
-use nalgebra::{IsometryMatrix3, Point3, Vector3};
+use nalgebra::{IsometryMatrix3, Point3, Rotation3, Vector3};
 use plumb_kinematics::{HalfSpace, Knob};
 
 use super::residual_model::ResidualModel;
@@ -53,6 +53,13 @@ impl ResidualModel<'_> {
     /// Where a target of the model (by its place in the file, from 0) is believed to be in a row, mm, frame of the measurements.
     pub(crate) fn believed_target(&self, state: &State, target: usize, row: usize) -> Vector3<f64> {
         self.in_row(state, row).pose.point(state, target).0
+    }
+
+    /// The same with its axes.
+    pub(crate) fn believed_body(&self, state: &State, target: usize, row: usize) -> IsometryMatrix3<f64> {
+        let pose = self.in_row(state, row).pose;
+        let turn = state.turns.get(target).copied().unwrap_or_else(Rotation3::identity);
+        IsometryMatrix3::from_parts(pose.point(state, target).0.into(), pose.hand() * turn)
     }
 
     /// Where a camera on the hand is believed to see the board in a row: the board in the camera's frame, mm. Nothing of a model without a board.

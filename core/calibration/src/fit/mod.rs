@@ -11,6 +11,7 @@ mod normal;
 mod outcome;
 mod picture;
 mod place_bodies;
+mod place_profiles;
 mod problem;
 mod residual_model;
 mod robust;

@@ -110,7 +110,11 @@ impl<'a> ResidualModel<'a> {
             slots.extend((0..3).map(|axis| Slot::Place(place, axis)));
         }
         for (index, surface) in self.model.surfaces.iter().enumerate().filter(|(_, surface)| surface.free) {
-            slots.extend((0..surface.shape.freedoms()).map(|which| Slot::Surface(index, which)));
+            let freedoms = match self.table.profiles.is_empty() {
+                true => surface.shape.freedoms(),
+                false => surface.shape.freedoms_in_space(),
+            };
+            slots.extend((0..freedoms).map(|which| Slot::Surface(index, which)));
         }
         for (index, part) in self.parts.iter().enumerate() {
             slots.extend((0..part.effect.parameters().len()).map(|parameter| Slot::Effect(index, parameter)));
@@ -124,7 +128,9 @@ impl<'a> ResidualModel<'a> {
         for (index, target) in self.model.targets.iter().enumerate().filter(|(_, target)| target.turn_free) {
             let is_camera = self.model.board.as_ref().is_some_and(|board| board.camera == index);
             let is_seen = self.table.orientations_of(&target.name).is_some();
-            if is_seen || (is_camera && self.table.sees_a_board()) {
+            let is_line_sensor =
+                self.model.profile_sensor == Some(index) && !self.table.profiles.is_empty();
+            if is_seen || is_line_sensor || (is_camera && self.table.sees_a_board()) {
                 slots.extend((0..3).map(|axis| Slot::TargetTurn(index, axis)));
             }
         }

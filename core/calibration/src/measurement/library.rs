@@ -14,6 +14,7 @@ static KINDS: &[&dyn MeasurementKind] = &[
     &super::stripe::Stripe,
     &super::board::Board,
     &super::board_turn::BoardTurn,
+    &super::profile::Profile,
 ];
 
 /// All kinds of measurement, in the order in which a row's equations stand.

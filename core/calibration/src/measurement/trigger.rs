@@ -65,7 +65,8 @@ impl MeasurementKind for Trigger {
 
 /// The surface a sensor triggered over or at in a row that holds no height.
 pub(super) fn triggered_over(row: &RowReader<'_>) -> Result<Option<usize>, ObservationsError> {
-    match row.cell(row.table.height.as_ref()).is_finite() {
+    // In a table of profiles `on` says what a profile lies on.
+    match row.cell(row.table.height.as_ref()).is_finite() || !row.table.profiles.is_empty() {
         true => Ok(None),
         false => row.surface(Named::On),
     }

@@ -3,6 +3,7 @@
 use nalgebra::Rotation3;
 
 use super::orientation::{Body, OrientationColumns};
+use super::profile::ProfileColumns;
 use super::stretch::Stretch;
 
 /// Names met in a text column, each given a number in the order of first appearance.
@@ -170,6 +171,8 @@ pub struct Table {
     pub orientations: Vec<OrientationColumns>,
     /// Where a camera on the arm sees a board's origin, per row: x, y, z in mm, frame of the camera.
     pub board: Option<Vec<[f64; 3]>>,
+    /// Points of the profile that a laser line sensor on the arm sees, in the order of their numbers.
+    pub profiles: Vec<ProfileColumns>,
     /// Declared sigma of a position per row, mm, where the table has `std_*`.
     pub std: Option<Vec<[f64; 3]>>,
     /// Height of p1 over the surface named in `on`, mm.
@@ -281,6 +284,12 @@ impl Table {
     /// Whether a camera on the arm saw a board.
     pub fn sees_a_board(&self) -> bool {
         self.board.is_some() || self.orientations.iter().any(|columns| columns.body == Body::Board)
+    }
+
+    /// Whether a laser line sensor saw any point in a row.
+    pub fn has_profile(&self, row: usize) -> bool {
+        let seen = |columns: &ProfileColumns| columns.xz.get(row).is_some_and(|[x, z]| x.is_finite() && z.is_finite());
+        self.profiles.iter().any(seen)
     }
 
     /// Whether stretches of light stripes were measured.

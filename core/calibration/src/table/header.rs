@@ -3,6 +3,7 @@
 use plumb_document::nearest;
 
 use super::orientation::{Body, OrientationForm};
+use super::profile;
 
 /// What one column holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,6 +13,7 @@ pub(super) enum Meaning {
     Turn { body: Body, form: OrientationForm, part: usize, scale: f64 },
     Board { axis: usize, scale: f64 },
     Flange { axis: usize, scale: f64 },
+    Profile { number: usize, part: usize, scale: f64 },
     Std { axis: usize, scale: f64 },
     Height { scale: f64 },
     On,
@@ -62,6 +64,7 @@ impl Meaning {
                 (18, 0, part + 4 * usize::from(*form == OrientationForm::RotationVector))
             }
             Self::Board { axis, .. } => (19, *axis, 0),
+            Self::Profile { number, part, .. } => (22, *number, *part),
             Self::Covariate => return None,
         })
     }
@@ -127,6 +130,9 @@ pub(super) fn parse(name: &str) -> Result<Meaning, String> {
         }
         ["board", rest @ ..] => of_board(name, rest),
         ["flange", rest @ ..] => of_flange(name, rest),
+        [point, rest @ ..] if profile::number_of(point).is_some() => {
+            of_profile(name, profile::number_of(point).unwrap_or(0), rest)
+        }
         ["tvec", rest @ ..] => board_position(name, rest),
         ["rvec", rest @ ..] => match rest {
             [name_of_axis, angle] => rotation_vector(name, Body::Board, axis(name_of_axis), Some(angle)),
@@ -201,6 +207,22 @@ fn of_board(name: &str, rest: &[&str]) -> Result<Meaning, String> {
     match rest {
         [name_of_axis, ..] if axis(name_of_axis).is_some() => board_position(name, rest),
         _ => turn(name, Body::Board, rest),
+    }
+}
+
+/// A point of a profile, in the plane of the sensor.
+fn of_profile(name: &str, number: usize, rest: &[&str]) -> Result<Meaning, String> {
+    let part = rest.first().and_then(|name_of_axis| ["x", "z"].iter().position(|known| known == name_of_axis));
+    match (part, rest) {
+        (Some(part), [_, unit]) => {
+            scaled(name, length(unit), &LENGTHS, |scale| Meaning::Profile { number, part, scale })
+        }
+        (Some(_), [_]) => Err(needs_unit(name, &LENGTHS)),
+        (None, ["y", ..]) => {
+            Err("a profile has x, along the sensor's line, and z, away from the sensor; across its plane it measures nothing"
+                .to_owned())
+        }
+        _ => Ok(Meaning::Covariate),
     }
 }
 
@@ -288,6 +310,8 @@ pub(super) fn near_miss(name: &str, joints: usize) -> Option<String> {
         "board_y_mm",
         "board_z_mm",
         "board_rx_rad",
+        "profile_x_mm",
+        "profile_z_mm",
         "std_x_mm",
         "std_y_mm",
         "std_z_mm",

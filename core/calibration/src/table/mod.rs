@@ -7,6 +7,7 @@ mod header;
 mod naming;
 mod number;
 mod orientation;
+mod profile;
 mod read;
 mod stretch;
 mod text;
@@ -17,6 +18,7 @@ pub use error::{HeaderProblem, TableError};
 pub(crate) use naming::suggestion;
 pub use naming::{Naming, Rename};
 pub use orientation::{Body, OrientationColumns, OrientationForm, UNIT_TOLERANCE, quaternion};
+pub use profile::ProfileColumns;
 pub use stretch::Stretch;
 pub use write::table_text;
 

@@ -12,6 +12,7 @@ use super::header::{self, Meaning};
 use super::naming::{self, Naming};
 use super::number::{self, DecimalMark};
 use super::orientation::{self, Body, TurnPart};
+use super::profile::ProfileColumns;
 use super::text::decoded;
 
 /// A line that begins with this is no row: it says something about the file.
@@ -257,6 +258,9 @@ fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
                 table.positions.push(PositionColumns { number: *target, target: name, xyz: Vec::new() });
             }
             Meaning::Board { .. } => table.board = Some(Vec::new()),
+            Meaning::Profile { number, .. } if table.profiles.iter().all(|known| known.number != *number) => {
+                table.profiles.push(ProfileColumns { number: *number, xz: Vec::new() });
+            }
             Meaning::Std { .. } => table.std = Some(Vec::new()),
             Meaning::Height { .. } => table.height = Some(Vec::new()),
             Meaning::Tilt { .. } => table.tilt = Some(Vec::new()),
@@ -455,6 +459,9 @@ fn start_row(table: &mut Table) {
     if let Some(board) = &mut table.board {
         board.push([f64::NAN; 3]);
     }
+    for columns in &mut table.profiles {
+        columns.xz.push([f64::NAN; 2]);
+    }
     if let Some(std) = &mut table.std {
         std.push([f64::NAN; 3]);
     }
@@ -484,7 +491,10 @@ fn check(meaning: &Meaning, value: f64) -> Result<(), String> {
         }
         Meaning::Payload if value < 0.0 => Err(format!("a load of {value} kg cannot be")),
         Meaning::Distance { .. } if value < 0.0 => Err(format!("a distance of {value} cannot be")),
-        Meaning::Coordinate { .. } | Meaning::Position { .. } | Meaning::Board { .. }
+        Meaning::Coordinate { .. }
+        | Meaning::Position { .. }
+        | Meaning::Board { .. }
+        | Meaning::Profile { .. }
             if value.abs() > 1e9 =>
         {
             Err(format!("{value} is too large to be meant"))
@@ -515,6 +525,10 @@ fn store(table: &mut Table, row: usize, meaning: &Meaning, value: f64) {
         }
         Meaning::Flange { axis, scale } => {
             set(Some(&mut table.q), row * joints + flange_pose::coordinate_of(*axis), value * scale);
+        }
+        Meaning::Profile { number, part, scale } => {
+            let columns = table.profiles.iter_mut().find(|known| known.number == *number);
+            set_part(columns.map(|known| &mut known.xz), row, *part, value * scale);
         }
         Meaning::Board { axis, scale } => set_part(table.board.as_mut(), row, *axis, value * scale),
         Meaning::Turn { body, part, scale, .. } => {

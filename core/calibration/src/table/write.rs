@@ -22,6 +22,7 @@ pub fn table_text(table: &Table) -> String {
     let mut columns = coordinates(table);
     columns.extend(positions(table));
     columns.extend(orientations(table));
+    columns.extend(profiles(table));
     columns.extend(numbers(table));
     columns.extend(words(table));
     columns.extend(
@@ -115,6 +116,20 @@ fn orientations(table: &Table) -> Vec<Column<'_>> {
                 turn.map_or_else(String::new, |turn| number(quaternion(&turn)[part]))
             };
             columns.push(Column::new(format!("{}_{name}", known.body.name()), cell));
+        }
+    }
+    columns
+}
+
+/// Points of profiles.
+fn profiles(table: &Table) -> Vec<Column<'_>> {
+    let mut columns = Vec::new();
+    for known in &table.profiles {
+        for (part, name) in ["x", "z"].into_iter().enumerate() {
+            let cell = move |row: usize| {
+                number(known.xz.get(row).and_then(|point| point.get(part)).copied().unwrap_or(f64::NAN))
+            };
+            columns.push(Column::new(format!("{}_{name}_mm", known.name()), cell));
         }
     }
     columns

@@ -80,7 +80,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<RowStep> {
     if !row.numbers.iter().any(|(name, _)| measures(name))
         && !row.words.iter().any(|(name, ..)| name == "touch")
     {
-        let help = "give what was measured: `height_mm`, `tilt_x_deg`, `tilt_y_deg`, `distance_mm`, `touch`, or a point such as `p1_x_mm`, an orientation such as `p1_qw`, a board such as `board_x_mm`";
+        let help = "give what was measured: `height_mm`, `tilt_x_deg`, `tilt_y_deg`, `distance_mm`, `touch`, or a point such as `p1_x_mm`, an orientation such as `p1_qw`, a board such as `board_x_mm`, a profile such as `profile_x_mm`";
         context.problems.add(node.span, "this row measures nothing", help);
     }
     Some(row)
@@ -94,9 +94,14 @@ fn read_joints(node: &Node, context: &ReadContext<'_>) -> JointTargets {
 }
 
 /// `p1_x_mm` and so on, to `p9_z_mm`; their orientations, as quaternions (`p1_qw`) or rotation vectors (`p1_rx_rad`); the same of a `board` that a camera on
-/// the hand sees.
+/// the hand sees; a point of the profile that a laser line sensor sees (`profile_x_mm`, `profile3_z_mm`).
 fn is_of_target(name: &str) -> bool {
     let parts: Vec<&str> = name.split('_').collect();
+    if let [point, "x" | "z", "mm"] = parts.as_slice()
+        && let Some(digits) = point.strip_prefix("profile")
+    {
+        return digits.len() < 4 && !digits.starts_with('0') && digits.bytes().all(|byte| byte.is_ascii_digit());
+    }
     let body = match parts.as_slice() {
         [body, "x" | "y" | "z", "mm"]
         | [body, "qw" | "qx" | "qy" | "qz"]
@@ -119,6 +124,8 @@ fn unknown(key: &Key, context: &ReadContext<'_>) {
         "p1_rx_rad",
         "board_x_mm",
         "board_rx_rad",
+        "profile_x_mm",
+        "profile1_z_mm",
     ];
     let help = did_you_mean(&key.name, known.into_iter().chain(NUMBERS).chain(WORDS));
     context.problems.add(key.span, format!("a row has no column `{}`", key.name), help);
@@ -169,7 +176,7 @@ impl StepKind for RowStep {
   "description": "A row of the run's measurement table, which `plumb show --table` gives to the model lab.",
   "type": "object",
   "required": ["robot"],
-  "propertyNames": {"anyOf": [{"pattern": "^(p[1-9]|board)_([xyz]_mm|q[wxyz]|r[xyz]_rad)$"}, {"enum": ["robot", "joints_deg", "joints_mm", "on", "level", "session", "touch", "distance_to", "repeat", "height_mm", "tilt_x_deg", "tilt_y_deg", "distance_mm", "payload_kg", "temperature_c", "p1_x_mm", "p1_y_mm", "p1_z_mm", "p2_x_mm", "p2_y_mm", "p2_z_mm", "p3_x_mm", "p3_y_mm", "p3_z_mm", "p4_x_mm", "p4_y_mm", "p4_z_mm"]}]},
+  "propertyNames": {"anyOf": [{"pattern": "^(p[1-9]|board)_([xyz]_mm|q[wxyz]|r[xyz]_rad)$"}, {"pattern": "^profile([1-9][0-9]{0,2})?_[xz]_mm$"}, {"enum": ["robot", "joints_deg", "joints_mm", "on", "level", "session", "touch", "distance_to", "repeat", "height_mm", "tilt_x_deg", "tilt_y_deg", "distance_mm", "payload_kg", "temperature_c", "p1_x_mm", "p1_y_mm", "p1_z_mm", "p2_x_mm", "p2_y_mm", "p2_z_mm", "p3_x_mm", "p3_y_mm", "p3_z_mm", "p4_x_mm", "p4_y_mm", "p4_z_mm"]}]},
   "properties": {
     "robot": {"$ref": "#/definitions/text"},
     "joints_deg": {"description": "Joints that were read elsewhere than the arm stands now.", "$ref": "#/definitions/joint_numbers"},

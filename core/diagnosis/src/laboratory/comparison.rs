@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::found_surfaces::{FoundSurface, found_surfaces};
 use super::placements::{Placement, orientation_errors, placements};
 use super::point_errors::{ErrorSummary, Errors, noise_of_a_point, point_squares};
 use super::rows::{RowResidual, Series, arm_in_the_middle, row_residuals, series, unit_of_joint};
@@ -121,6 +122,9 @@ pub struct Comparison {
     /// Where bodies, cameras and the board were found; empty of a table without orientations.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub placed: Vec<Placement>,
+    /// Planes, balls, edges and points that were fitted.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub surfaces: Vec<FoundSurface>,
     /// How much of it could be explained at all; nothing where that was not asked, or the poses are too few.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explainable: Option<Explainable>,
@@ -262,6 +266,7 @@ impl Laboratory {
         Ok(Comparison {
             orientation_error_deg: self.orientation_errors(machine, fit),
             placed: placements(machine, fit),
+            surfaces: found_surfaces(machine, fit),
             arm: self.model.arm.clone(),
             data: self.table.source.clone(),
             floor_of_a_point_mm: floor.sigma_mm.map(|sigma| sigma * noise_ratio),

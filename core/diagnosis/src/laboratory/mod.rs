@@ -7,8 +7,10 @@ mod known;
 mod map_note;
 mod mapping;
 mod orientations;
+mod found_surfaces;
 mod placements;
 mod plausible;
+mod profile_units;
 mod point_errors;
 mod preview;
 mod regressor;
@@ -21,6 +23,7 @@ pub use effect_plot::EffectPlot;
 pub use map_note::MapNote;
 pub use mapping::MapStep;
 pub(crate) use mapping::{Mapped, drop_map};
+pub use found_surfaces::{FoundNumber, FoundSurface};
 pub use placements::Placement;
 pub use plausible::ImplausibleError;
 pub use point_errors::{ErrorSummary, Errors};
@@ -141,7 +144,15 @@ fn hold_unseen_base(model: &mut Model, table: &Table) {
         || table.tilt.is_some()
         || table.is_of_stripes()
         || !table.touch.names.is_empty()
-        || !table.on.names.is_empty();
+        || (!table.on.names.is_empty() && table.profiles.is_empty());
+    // Surfaces that may all move say no more of the base than the board does.
+    let are_free = || {
+        let named = table.on.names.iter().filter_map(|name| model.surface_position(name));
+        named.into_iter().all(|place| model.surfaces.get(place).is_some_and(|surface| surface.free))
+    };
+    if !table.profiles.is_empty() && !reads_else && !table.sees_a_board() && are_free() {
+        model.base.free = false;
+    }
     if table.sees_a_board() && !reads_else && model.board.as_ref().is_some_and(|board| board.free) {
         model.base.free = false;
     }
@@ -185,6 +196,7 @@ impl Laboratory {
         }
         hold_unseen_base(&mut model, &table);
         let observations = Observations::new(&model, &table)?;
+        profile_units::check(&model, &table)?;
         for odd in plausible::check(&model, &table)? {
             if !table.warnings.contains(&odd) {
                 table.warnings.push(odd);

@@ -59,16 +59,18 @@ impl Errors<'_, '_> {
     }
 }
 
-/// Where the bodies whose orientation was measured, the camera and the board are, and the base where it is free; nothing of a table without orientations.
+/// Where the bodies whose orientation was measured, the camera or the laser line sensor, and the board are, and the base where it is free; nothing of a table without orientations.
 pub(super) fn placements(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Placement> {
     let (model, state) = (machine.model, &fit.state);
     let bodies = machine.seen_bodies();
-    if bodies.is_empty() && !machine.table.sees_a_board() {
+    let line_sensor = model.profile_sensor.filter(|_| !machine.table.profiles.is_empty());
+    if bodies.is_empty() && !machine.table.sees_a_board() && line_sensor.is_none() {
         return Vec::new();
     }
     let errors = Errors { machine, fit };
     let mut seen: Vec<usize> = bodies.iter().map(|body| body.target(machine)).collect();
     seen.extend(model.board.as_ref().filter(|_| machine.table.sees_a_board()).map(|board| board.camera));
+    seen.extend(line_sensor);
     let mut found = Vec::new();
     for (index, target) in model.targets.iter().enumerate().filter(|(index, _)| seen.contains(index)) {
         let xyz = state.targets.get(index).copied().unwrap_or(target.xyz);

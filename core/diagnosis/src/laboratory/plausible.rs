@@ -67,6 +67,30 @@ pub enum ImplausibleError {
         /// Rows.
         rows: usize,
     },
+    /// Points of profiles that no sensor sees so.
+    #[error("{table}: the points of the profiles cannot be in mm: {seen}; if they are in {as_what}, say so in the headers (`profile_x_m`; units are mm, m, in) or convert them")]
+    ProfileUnit {
+        /// The table.
+        table: String,
+        /// What they are like.
+        seen: String,
+        /// As what they would make sense.
+        as_what: &'static str,
+    },
+    /// Circles larger than the ball they are of.
+    #[error(
+        "{table}: the profiles on `{ball}` are arcs of {seen:.2} mm radius, and a ball of {radius} mm shows none larger than itself: check the unit of the profiles and its `radius_mm` (the radius, not the diameter)"
+    )]
+    ProfileOnBall {
+        /// The table.
+        table: String,
+        /// The ball.
+        ball: String,
+        /// mm.
+        seen: f64,
+        /// mm.
+        radius: f64,
+    },
     /// Two distances from one pose that no point can have.
     #[error(
         "{table}: lines {first} and {second}: from one pose p1 cannot be {one:.3} mm from `{from}` and {other:.3} mm from `{to}`, which are {apart:.3} mm apart; measure one of them again"

@@ -6,7 +6,7 @@ use super::pictures;
 use crate::joint_range::{JointRange, joint_range};
 use crate::laboratory::Laboratory;
 use crate::thresholds::CLEAR_OF_LIMITS;
-use plumb_calibration::table::{Names, OrientationColumns, PositionColumns, Table};
+use plumb_calibration::table::{Names, OrientationColumns, PositionColumns, ProfileColumns, Table};
 use plumb_estimation::Random;
 
 /// What poses are asked for.
@@ -109,7 +109,8 @@ impl Designer<'_> {
 
     /// Whether a light stripe, or a camera on the hand, is what measures: it sees something from near the poses it was seen from.
     fn takes_pictures(&self) -> bool {
-        self.lab.table().is_of_stripes() || self.lab.table().sees_a_board()
+        let table = self.lab.table();
+        table.is_of_stripes() || table.sees_a_board() || !table.profiles.is_empty()
     }
 
     /// Whether a joint may be asked to arrive from either side.
@@ -145,7 +146,8 @@ impl Designer<'_> {
             table.temperature.iter_mut().for_each(|column| column.push(temperature.unwrap_or(f64::NAN)));
             table.payload.iter_mut().for_each(|column| column.push(design.payload));
             table.approach.iter_mut().for_each(|column| column.extend(&design.approach));
-            table.note(surface.as_deref(), point.as_deref());
+            let of_profile = pictures::profile(self.lab, &design.q, &mut table);
+            table.note(of_profile.or(surface.as_deref()), point.as_deref());
         }
         if known.is_of_stripes() && sensing == Sensing::AsBefore {
             table.stretches = pictures::stretches(self.lab, &table);
@@ -165,6 +167,7 @@ impl Designer<'_> {
         table.orientations = known.orientations.iter().map(OrientationColumns::empty).collect();
         table.orientations.iter_mut().for_each(|columns| columns.to_come = true);
         table.board = known.board.as_ref().map(|_| Vec::new());
+        table.profiles = known.profiles.iter().map(ProfileColumns::empty).collect();
         let first = self.lab.model().targets.first().map(|target| target.name.clone());
         let other_sensing = sensing != Sensing::AsBefore || !known.touch.names.is_empty();
         if table.positions.is_empty()
@@ -174,7 +177,7 @@ impl Designer<'_> {
             table.positions.push(PositionColumns { number: 0, target, xyz: Vec::new() });
         }
         let triggers = self.surface.is_some() && sensing == Sensing::AsBefore;
-        table.height = (on_a_surface && !triggers).then(Vec::new);
+        table.height = (on_a_surface && !triggers && known.profiles.is_empty()).then(Vec::new);
         table.distance = to_a_point.then(Vec::new);
         // A level with a name is a spirit level: its bubble is at its end in most poses, so tilts are counted on only where
         // nothing else is read.

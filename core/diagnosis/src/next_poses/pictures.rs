@@ -1,4 +1,5 @@
-//! Poses for a light stripe or a camera on the hand: beside pictures that were taken, where the stripe falls on the same surfaces or the board is seen again.
+//! Poses for a light stripe, a laser line sensor or a camera on the hand: beside pictures that were taken, where the stripe falls on the same surfaces or the board is
+//! seen again.
 
 use plumb_calibration::measurement::Observations;
 use plumb_calibration::table::{Stretch, Table};
@@ -20,7 +21,8 @@ const FALLS_WITHIN: f64 = 25.0;
 pub(super) fn beside_a_picture(lab: &Laboratory, rng: &mut Random) -> Option<Vec<f64>> {
     let rows = lab.measured_rows();
     let row = *rows.get(rng.below(rows.len().max(1)))?;
-    let beside = if lab.table().is_of_stripes() { BESIDE } else { BESIDE_A_BOARD };
+    let of_a_line = lab.table().is_of_stripes() || !lab.table().profiles.is_empty();
+    let beside = if of_a_line { BESIDE } else { BESIDE_A_BOARD };
     Some(lab.table().q_of(row).iter().map(|q| q + beside * rng.normal()).collect())
 }
 
@@ -46,7 +48,21 @@ pub(super) fn stretches(lab: &Laboratory, poses: &Table) -> Vec<Stretch> {
     all
 }
 
-/// Whether the stripe of a row falls on the surfaces it is to fall on; `residuals` are the row's, in sigmas.
+/// Adds to a table of poses to come the points that a laser line sensor would see from this one: those of the nearest profile that was taken. Says what it lies on.
+pub(super) fn profile<'l>(lab: &'l Laboratory, q: &[f64], table: &mut Table) -> Option<&'l str> {
+    let known = lab.table();
+    let apart = |row: &usize| known.q_of(*row).iter().zip(q).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+    let rows = lab.measured_rows();
+    let seen = rows.iter().filter(|row| known.has_profile(**row));
+    let nearest = seen.min_by(|one, other| apart(one).total_cmp(&apart(other)));
+    for (columns, known) in table.profiles.iter_mut().zip(&known.profiles) {
+        let point = nearest.and_then(|row| known.xz.get(*row)).copied();
+        columns.xz.push(point.unwrap_or([f64::NAN; 2]));
+    }
+    known.on.name(*nearest?)
+}
+
+/// Whether the stripe or the profile of a row falls on the surfaces it is to fall on; `residuals` are the row's, in sigmas.
 pub(super) fn falls_on_its_surfaces(observations: &Observations, row: usize, residuals: &[f64]) -> bool {
     let equations = observations.of_row(row).iter().zip(residuals);
     let mut means = equations.filter(|(equation, _)| equation.measurand.component == 0);

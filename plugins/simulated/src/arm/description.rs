@@ -106,6 +106,47 @@ pub struct BoardCamera {
     pub turn_error: f64,
 }
 
+/// What a laser line sensor can look at, world, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Sight {
+    /// A flat face.
+    Plane {
+        /// A point of it.
+        point: Vector,
+        /// Unit length.
+        normal: Vector,
+    },
+    /// A ball.
+    Ball {
+        /// Its centre.
+        centre: Vector,
+        /// mm.
+        radius: f64,
+    },
+    /// A straight edge, of which the sensor's own program gives the one point where the laser crosses it.
+    Edge {
+        /// A point of it.
+        point: Vector,
+        /// Unit length.
+        direction: Vector,
+    },
+}
+
+/// A laser line sensor on the hand, and what lies about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LineSensor {
+    /// On the flange: x along its line, z away from it.
+    pub flange_from_sensor: Rigid,
+    /// Half the length of its line, mm.
+    pub half_width: f64,
+    /// Nearest and farthest that it sees along its z, mm.
+    pub reach: [f64; 2],
+    /// Standard deviation of each coordinate of a point, mm.
+    pub error: f64,
+    /// By their names.
+    pub sights: Vec<(String, Sight)>,
+}
+
 /// A whole world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmWorldDescription {
@@ -137,6 +178,8 @@ pub struct ArmWorldDescription {
     pub tracker: Instrument,
     /// A camera on the hand that sees a board, where one is carried.
     pub board_camera: Option<BoardCamera>,
+    /// A laser line sensor on the hand, where one is carried.
+    pub line_sensor: Option<LineSensor>,
     /// Where the controller keeps its calibration from one day to the next, if it does.
     pub calibration: Option<PathBuf>,
     /// The text of the file, if it came under a seal: the truth is hidden until somebody breaks it.

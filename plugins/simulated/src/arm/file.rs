@@ -22,13 +22,17 @@ use crate::world::file::{WorldFileError, no_world};
 pub(crate) mod arm_file;
 mod checker;
 mod imperfections;
+mod line_sensor;
 mod named;
+mod placed;
 mod urdf;
 
 use checker::{Checker, Number};
 use imperfections::RawImperfection;
 pub use imperfections::written as imperfection_yaml;
+use line_sensor::RawLineSensor;
 use named::JointNumbers;
+use placed::RawPlaced;
 
 /// No joint starts further from its zero than this, deg or mm: beyond the stops of any arm.
 const FAR: f64 = 5000.0;
@@ -149,6 +153,7 @@ struct RawInstruments {
     #[serde(default)]
     tracker: RawRuler,
     board_camera: Option<RawBoardCamera>,
+    line_sensor: Option<RawLineSensor>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -158,14 +163,6 @@ struct RawBoardCamera {
     board: RawPlaced,
     error_mm: Option<Number>,
     error_deg: Option<Number>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawPlaced {
-    xyz_mm: Spanned<[f64; 3]>,
-    #[serde(default)]
-    rpy_deg: [f64; 3],
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -259,6 +256,7 @@ fn of_tree(checked: Typed<'_>, root: &Node) -> Read<ArmWorldDescription> {
         light: raw.light.as_ref().and_then(|light| light.check(raw.seed, checked.problems)).map(Arc::new),
         tracker: checker.ruler(&raw.instruments.tracker),
         board_camera: raw.instruments.board_camera.as_ref().map(|camera| checker.board_camera(camera)),
+        line_sensor: raw.instruments.line_sensor.as_ref().map(|sensor| checker.line_sensor(sensor)),
         calibration: raw.calibration.map(|name| checked.file.with_file_name(name)),
         sealed_text: None,
         paper: paper.clone(),
@@ -393,16 +391,6 @@ impl Checker<'_> {
             error: self.typed.or("error_mm", &raw.error_mm, 0.0, 0.0..=50.0, "mm"),
             turn_error: self.typed.or("error_deg", &raw.error_deg, 0.0, 0.0..=5.0, "deg").to_radians(),
         }
-    }
-
-    /// Where something sits and how it is turned.
-    fn placed(&self, what: &str, raw: &RawPlaced, farthest: f64) -> Rigid {
-        if raw.xyz_mm.value.iter().any(|part| part.abs() > farthest) {
-            let problem = format!("the {what} is too far away; three numbers, each within {farthest} mm");
-            self.typed.wrong(raw.xyz_mm.span, &problem);
-        }
-        let rotation = Rotation::from_roll_pitch_yaw(raw.rpy_deg.map(f64::to_radians));
-        Rigid { rotation, translation: Vector::from(raw.xyz_mm.value) }
     }
 
     fn ruler(&self, raw: &RawRuler) -> Instrument {

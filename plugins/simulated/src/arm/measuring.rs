@@ -36,6 +36,31 @@ pub enum MeasuringError {
         "the camera does not see the board from here: it lies more than 40 deg aside of where the camera looks"
     )]
     OutOfView,
+    /// Nothing sees profiles.
+    #[error("no laser line sensor is on this hand: the world has no `line_sensor` among its instruments")]
+    NoLineSensor,
+    /// There is no such thing to look at.
+    #[error("the laser line sensor knows nothing called `{given}`; there is {known}")]
+    NothingCalled {
+        /// What was named.
+        given: String,
+        /// What there is.
+        known: String,
+    },
+    /// The profile shows nothing of it.
+    #[error("the laser line sensor does not see `{of}` from here: {why}")]
+    NotInTheProfile {
+        /// What.
+        of: String,
+        /// Why not.
+        why: String,
+    },
+    /// A profile has fewer points.
+    #[error("the profile has no point {0}: a plane or a ball shows points 1 to 5, an edge point 1")]
+    NoSuchPoint(usize),
+    /// A profile lies in a plane.
+    #[error("a profile has x, along the sensor's line, and z, away from the sensor")]
+    AcrossTheProfile,
     /// The surface is so steep that the bubble is at an end.
     #[error("the surface leans by {0:.1} deg: the bubble is at its end; bring it nearer to level first")]
     Steep(f64),

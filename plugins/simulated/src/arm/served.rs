@@ -6,7 +6,7 @@ use super::measuring::{LevelStep, MeasuringError};
 use super::shutter::Shutter;
 use crate::joint_values::JointValues;
 use crate::physics::description::Motion;
-use crate::protocol::{Instrument, JointFacts, JointUnit, Reading, TruthReport};
+use crate::protocol::{Axis, Instrument, JointFacts, JointUnit, Reading, TruthReport};
 use crate::served_world::{
     Arm, ArmFacts, Camera, Exposure, Fingers, LevelledJoints, MotionRequest, Operator, ServedWorld,
     StepperMotors, Switch, Use,
@@ -220,6 +220,10 @@ impl Operator for ArmWorld {
             }
         };
         measured.map_err(|error: MeasuringError| error.to_string())
+    }
+
+    fn read_profile(&mut self, of: &str, point: usize, axis: Axis) -> Result<f64, String> {
+        ArmWorld::read_profile(self, of, point, axis).map_err(|error| error.to_string())
     }
 
     fn hang(&mut self, mass_kg: f64) -> Result<(), String> {

@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 use super::shared::{Order, Shared, State};
 use crate::lines::{Lines, Received};
 use crate::protocol::{
-    Answer, Call, Hello, Instrument, PIXELS_A_LINE, PROTOCOL, Pace, Reading, Say, SomeJoints, Verb,
+    Answer, Axis, Call, Hello, Instrument, PIXELS_A_LINE, PROTOCOL, Pace, Reading, Say, SomeJoints, Verb,
 };
 use crate::served_world::{Exposure, MotionRequest, Use};
 use crate::world::Point;
@@ -151,6 +151,9 @@ impl Session {
             }
             Verb::Hang { mass_kg } => self.change(id, |state| state.world.hang(mass_kg)),
             Verb::ReadPoint { axis, ahead_mm } => self.tell(id, |state| read_point(state, axis, ahead_mm)),
+            Verb::ReadProfile { of, point, axis } => {
+                self.tell(id, |state| read_profile(state, &of, point as usize, axis))
+            }
             Verb::Level { joint, at, turned, rising } => {
                 let used = Use { with: Instrument::Level, at: Some(&at), turned, axis: None, rising };
                 self.answer_level(id, &joint, &used)
@@ -405,6 +408,13 @@ fn look(state: &State) -> Say {
 fn measure(state: &mut State, used: &Use<'_>) -> Say {
     match state.world.measure(used) {
         Ok((value, unit)) => Say::Measured { value, unit: unit.to_owned() },
+        Err(why) => Say::Refused { why },
+    }
+}
+
+fn read_profile(state: &mut State, of: &str, point: usize, axis: Axis) -> Say {
+    match state.world.read_profile(of, point, axis) {
+        Ok(value) => Say::Measured { value, unit: "mm".to_owned() },
         Err(why) => Say::Refused { why },
     }
 }

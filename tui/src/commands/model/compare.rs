@@ -9,6 +9,7 @@ use plumb_diagnosis::plot;
 use super::arguments::{CompareArguments, PlotFormat};
 use super::text::{
     effects_table, error_lines, explainable_line, floor_line, noise_lines, orientation_lines, placement_lines,
+    surface_lines,
 };
 use crate::progress::watched;
 
@@ -43,6 +44,7 @@ fn tell(comparison: &Comparison) -> String {
     text.push_str(&explainable_line(comparison.explainable.as_ref()));
     text.push_str(&noise_lines(&comparison.noise));
     text.push_str(&placement_lines(&comparison.placed));
+    text.push_str(&surface_lines(&comparison.surfaces));
     text.push_str(&effects_table(&comparison.effects));
     if let Some(map) = &comparison.residual_map {
         text.push_str(&format!("{}\n", map.sentence()));

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::arguments::{AcceptArguments, ChangeArguments, GrowArguments, Opened, PairArguments};
 use super::diagnose;
-use super::text::{effects_table, floor_line, placement_lines, rms_line};
+use super::text::{effects_table, floor_line, placement_lines, rms_line, surface_lines};
 use crate::progress::watched;
 
 /// What a change says in JSON.
@@ -27,6 +27,8 @@ struct Changed<'a> {
     moved: &'a [String],
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     placed: &'a [plumb_diagnosis::laboratory::Placement],
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    surfaces: &'a [plumb_diagnosis::laboratory::FoundSurface],
     sentence: String,
 }
 
@@ -90,10 +92,12 @@ fn change(
             floor: &addition.comparison.floor,
             moved: &addition.moved,
             placed: &addition.comparison.placed,
+            surfaces: &addition.comparison.surfaces,
             sentence,
         })?);
     }
     let mut text = placement_lines(&addition.comparison.placed);
+    text.push_str(&surface_lines(&addition.comparison.surfaces));
     text.push_str(&effects_table(&addition.added));
     text.push_str(&format!("before  {}", rms_line(&addition.before)));
     text.push_str(&format!("now     {}", rms_line(&addition.rms_mm)));

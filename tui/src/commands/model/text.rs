@@ -1,7 +1,9 @@
 //! Parts that several reports share.
 
 use plumb_calibration::measurement::{NoiseSource, ReadingNoise};
-use plumb_diagnosis::laboratory::{EffectValue, ErrorSummary, Errors, OrientationErrors, Placement, Rms};
+use plumb_diagnosis::laboratory::{
+    EffectValue, ErrorSummary, Errors, FoundNumber, FoundSurface, OrientationErrors, Placement, Rms,
+};
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
 use plumb_diagnosis::{Claim, Explainable, is_determined};
 
@@ -78,6 +80,28 @@ pub(super) fn placement_lines(placed: &[Placement]) -> String {
         )
     };
     placed.iter().map(lines).collect()
+}
+
+/// Where planes, balls and edges that were fitted lie, and how sure that is.
+pub(super) fn surface_lines(found: &[FoundSurface]) -> String {
+    let number = |one: &FoundNumber| {
+        let value = one.value.map_or_else(String::new, |value| format!(" {value:.3}"));
+        let sure = one.se.map_or_else(|| " (not estimated)".to_owned(), |se| format!(" +- {}", figure(se)));
+        format!("{}{value}{sure} {}", one.name, one.unit)
+    };
+    let line = |one: &FoundSurface| {
+        let mut parts = Vec::new();
+        if let Some([x, y, z]) = one.direction {
+            let what = if one.shape == "plane" { "normal" } else { "direction" };
+            parts.push(format!("{what} ({x:.5}, {y:.5}, {z:.5})"));
+        }
+        if let (Some([x, y, z]), "edge") = (one.xyz_mm, one.shape) {
+            parts.push(format!("through ({x:.3}, {y:.3}, {z:.3}) mm"));
+        }
+        parts.extend(one.numbers.iter().map(number));
+        format!("  {} ({}) in the frame of the measurements: {}\n", one.name, one.shape, parts.join(", "))
+    };
+    found.iter().map(line).collect()
 }
 
 /// How much of what is left could be explained at all, and how much where whole regions are left out; empty where that was not asked.

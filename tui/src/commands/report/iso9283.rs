@@ -2,13 +2,13 @@
 
 use std::error::Error;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::fit::rigid;
-use plumb_calibration::prediction::{Pose, points};
-use plumb_calibration::table::Table;
+use plumb_calibration::prediction::{Pose, bodies};
+use plumb_calibration::table::{Body, Table};
 use plumb_report::figure::{Curve, Figure, svg};
-use plumb_standards::{AtPose, Budget, Iso9283, PoseRun, Question, Unit, budget, iso_9283};
+use plumb_standards::{AtPose, Budget, Iso9283, PoseRun, Predicted, Question, Unit, budget, iso_9283};
 use serde::Serialize;
 
 use super::arguments::Iso9283Arguments;
@@ -47,8 +47,8 @@ pub(super) fn run(arguments: &Iso9283Arguments) -> Result<String, Box<dyn Error>
     arguments.table.give(&with_budget, text, || page(&report, &run, budget.as_ref(), &table.source, digits))
 }
 
-/// Where a model has the target in each row, mm; a base that is free is placed by the rows.
-fn predicted(model: &Model, table: &Table, target: &str) -> Result<Vec<Vector3<f64>>, Box<dyn Error>> {
+/// Where a model has the target in each row, and how it is turned there; a base and a turn on the flange that are free are placed by the rows.
+fn predicted(model: &Model, table: &Table, target: &str) -> Result<Predicted, Box<dyn Error>> {
     if table.joints != model.chain.len() {
         return Err(format!(
             "{} has {} joint columns and {} has {} joints",
@@ -72,9 +72,11 @@ fn predicted(model: &Model, table: &Table, target: &str) -> Result<Vec<Vector3<f
                 .unwrap_or(0.0),
         })
         .collect();
-    let predicted = points(model, Some(target), &poses)?;
+    let found = bodies(model, Some(target), &poses)?;
+    let predicted: Vec<Vector3<f64>> = found.iter().map(|body| body.translation.vector).collect();
+    let turns: Vec<Rotation3<f64>> = found.iter().map(|body| body.rotation).collect();
     if !model.base.free {
-        return Ok(predicted);
+        return Ok(Predicted { points: predicted, turns: with_turn_on_flange(model, table, target, turns) });
     }
     let read = table.positions.iter().find(|columns| columns.target == target);
     let whole: Vec<(Vector3<f64>, Vector3<f64>)> = predicted
@@ -87,12 +89,31 @@ fn predicted(model: &Model, table: &Table, target: &str) -> Result<Vec<Vector3<f
     let placed = rigid(&from, &to).ok_or_else(|| {
         format!("{}: the model's base is free, and fewer than three whole points were read to place it by: give commanded_x_mm ..., or a model with `base: {{free: false}}`", table.source)
     })?;
-    Ok(predicted.iter().map(|point| (placed * Point3::from(*point)).coords).collect())
+    let turns = turns.iter().map(|turn| placed.rotation * turn).collect();
+    Ok(Predicted {
+        points: predicted.iter().map(|point| placed.rotation * point + placed.translation.vector).collect(),
+        turns: with_turn_on_flange(model, table, target, turns),
+    })
+}
+
+/// Predicted orientations with the target's turn on the flange as the rows have it, where the model leaves it free.
+fn with_turn_on_flange(model: &Model, table: &Table, target: &str, turns: Vec<Rotation3<f64>>) -> Vec<Rotation3<f64>> {
+    let known = model.targets.iter().find(|known| known.name == target);
+    let number = table.positions.iter().find(|columns| columns.target == target).map(|columns| columns.number);
+    let read = number.and_then(|number| table.orientations_as(Body::Target(number)));
+    let (Some(_), Some(read)) = (known.filter(|known| known.turn_free), read) else { return turns };
+    let each = turns.iter().zip(&read.turns).filter_map(|(turn, read)| Some((turn.inverse() * (*read)?).into_inner()));
+    let svd = each.sum::<Matrix3<f64>>().svd(true, true);
+    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return turns };
+    let mut mirror = Matrix3::identity();
+    mirror[(2, 2)] = (u * v_t).determinant().signum();
+    let more = Rotation3::from_matrix_unchecked(u * mirror * v_t);
+    turns.iter().map(|turn| turn * more).collect()
 }
 
 fn sentence(report: &Iso9283) -> String {
     let visits: usize = report.at.iter().map(|pose| pose.visits).sum();
-    format!("{}: {visits} returns to {} poses or ways to them; all in mm", report.target, report.at.len())
+    format!("{}: {visits} returns to {} poses or ways to them; lengths in mm", report.target, report.at.len())
 }
 
 fn text(report: &Iso9283, budget: Option<&Budget>, digits: u8) -> String {
@@ -156,12 +177,42 @@ fn grids(report: &Iso9283, digits: u8) -> Vec<Grid> {
             ]);
         }
     }
+    let orientations = orientation_grids(report, digits);
     let mut variations = Grid::new("Variation with the way of approach", &["pose", "ways", "vAP"]);
     for one in &report.variations {
         variations.rows.push(vec![one.pose.clone(), format!("{}", one.ways), number(one.variation, digits)]);
     }
     let more = [drifts, variations].into_iter().filter(|grid| !grid.rows.is_empty());
-    [greatest, poses].into_iter().chain(more).collect()
+    [greatest, poses].into_iter().chain(orientations).chain(more).collect()
+}
+
+/// The greatest figures of the orientation, and those of each pose; none where no orientation was read.
+fn orientation_grids(report: &Iso9283, digits: u8) -> Vec<Grid> {
+    let Some(all) = report.orientation else { return Vec::new() };
+    let three = |values: Option<[f64; 3]>| match values {
+        Some(values) => values.map(|value| number(value, digits)).to_vec(),
+        None => vec![or_dash(None, digits); 3],
+    };
+    let mut greatest = Grid::new("Orientation, deg", &["greatest of all poses", "", "a (x)", "b (y)", "c (z)"]);
+    for (name, letters, values) in [
+        ("pose accuracy", "APa, APb, APc", all.accuracy),
+        ("pose repeatability, to either side", "RPa, RPb, RPc", Some(all.repeatability)),
+        ("variation with the way of approach", "vAPa, vAPb, vAPc", all.variation),
+    ] {
+        let mut row = vec![name.to_owned(), letters.to_owned()];
+        row.extend(three(values));
+        greatest.rows.push(row);
+    }
+    let mut poses =
+        Grid::new("Orientation at each pose, deg", &["pose", "APa", "APb", "APc", "RPa", "RPb", "RPc"]);
+    for pose in &report.at {
+        let Some(own) = pose.orientation else { continue };
+        let mut row = vec![pose_name(pose)];
+        row.extend(three(own.accuracy));
+        row.extend(three(Some(own.repeatability)));
+        poses.rows.push(row);
+    }
+    vec![greatest, poses]
 }
 
 /// What was reached about each barycentre, seen along z.

@@ -8,7 +8,7 @@ use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::{Axis, Instrument, Say, Verb};
 
 /// What procedures may ask for under `simulated:`, with its numbers and its words.
-const ACTS: [(&str, &[&str], &[&str]); 12] = [
+const ACTS: [(&str, &[&str], &[&str]); 13] = [
     ("rest_on_gauge", &["height_mm"], &[]),
     ("trim_to_fire", &[], &[]),
     ("place_hand", &["x_mm", "y_mm", "z_mm"], &[]),
@@ -17,6 +17,7 @@ const ACTS: [(&str, &[&str], &[&str]); 12] = [
     ("read_tracker", &[], &["at", "axis"]),
     ("read_board", &[], &["axis"]),
     ("read_board_turn", &[], &["axis"]),
+    ("read_profile", &["point"], &["of", "axis"]),
     ("drive_to_level", &[], &["joint", "at", "turned", "from"]),
     ("hang", &["mass_kg"], &[]),
     ("read_point", &["ahead_mm"], &["axis"]),
@@ -96,6 +97,11 @@ fn verb_of(act: &Act) -> Result<Verb, String> {
         }
         "read_board" => read_axis(Instrument::Board, axis()?),
         "read_board_turn" => read_axis(Instrument::BoardTurn, axis()?),
+        "read_profile" => Verb::ReadProfile {
+            of: word("of").ok_or_else(|| needs("of"))?,
+            point: number("point").map(|point| point as u32)?,
+            axis: axis()?,
+        },
         "drive_to_level" => Verb::Level {
             joint: word("joint").ok_or_else(|| needs("joint"))?,
             at: word("at").ok_or_else(|| needs("at"))?,

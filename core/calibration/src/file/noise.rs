@@ -1,0 +1,54 @@
+//! `noise:`: how much each kind of reading scatters.
+
+use plumb_document::did_you_mean;
+
+use super::raw::RawModel;
+use super::validate::Checker;
+use crate::arm_model::Noise;
+
+impl Checker<'_> {
+    pub(super) fn noise(&self, raw: &RawModel) -> Noise {
+        let mut noise = Noise::default();
+        let is_target = |name: &str| raw.targets.0.iter().any(|(known, _)| known.value == name);
+        for (key, value) in &raw.noise.0 {
+            let sigma = value.value;
+            if sigma <= 0.0 {
+                let message = format!("a noise of {sigma} cannot be");
+                self.problems.add(value.span, message, "leave it out if unknown");
+            }
+            match key.value.as_str() {
+                "height_mm" | "on_mm" => noise.height = Some(sigma),
+                "tilt_deg" => noise.tilt = Some(sigma.to_radians()),
+                "distance_mm" => noise.distance = Some(sigma),
+                "touch_mm" => noise.touch = Some(sigma),
+                "board_mm" => noise.board = Some(sigma),
+                "profile_mm" => noise.profile = Some(sigma),
+                "board_deg" => noise.board_turn = Some(sigma.to_radians()),
+                name if name.strip_suffix("_deg").is_some_and(is_target) => {
+                    noise.orientations.push((name.trim_end_matches("_deg").to_owned(), sigma.to_radians()));
+                }
+                name => match name.strip_suffix("_mm") {
+                    Some(target) if is_target(target) => {
+                        noise.positions.push((target.to_owned(), sigma));
+                    }
+                    _ => {
+                        let known = [
+                            "p1_mm",
+                            "p1_deg",
+                            "height_mm",
+                            "tilt_deg",
+                            "distance_mm",
+                            "touch_mm",
+                            "board_mm",
+                            "board_deg",
+                            "profile_mm",
+                        ];
+                        let message = format!("no noise `{name}` is known");
+                        self.problems.add(key.span, message, did_you_mean(name, known));
+                    }
+                },
+            }
+        }
+        noise
+    }
+}

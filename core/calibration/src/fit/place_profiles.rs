@@ -1,0 +1,223 @@
+//! A first guess of how a laser line sensor sits on the flange, and where what it sees lies: from no start at all.
+//!
+//! How the sensor is turned is tried in the 24 ways in which its axes can lie along those of the flange; every turn is within 63 degrees of one of them. From each the
+//! surfaces are put through the points as they would then be, and sensor and surfaces descend a few steps; the best go on.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Point3, Rotation3, Vector3};
+
+use super::residual_model::ResidualModel;
+use super::scratch::Scratch;
+use super::state::{Slot, State};
+use crate::arm_model::SurfaceShape;
+use plumb_estimation::RankRevealingCholesky;
+use plumb_estimation::{CAREFUL, Cancelled, Progress, Settings, descend};
+
+/// Rows looked at, spread over the table.
+const LOOKED_AT: usize = 60;
+
+/// Share of the spread of the flange's places by which the profiles must be off for the sensor to be looked for anew.
+const FAR: f64 = 0.02;
+
+/// Steps of the descent from each way in which the sensor may be turned.
+const FIRST_STEPS: usize = 8;
+
+/// Ways that go on, and their further steps.
+const GO_ON: usize = 3;
+const FURTHER_STEPS: usize = 40;
+
+/// Fewest points of a surface from which it can be placed.
+const FEWEST_POINTS: usize = 4;
+
+/// The rotations that take axes to axes: 24.
+fn along_axes() -> Vec<Rotation3<f64>> {
+    let signed: Vec<Vector3<f64>> =
+        (0..3).flat_map(|axis| [1.0, -1.0].map(|sign| Vector3::ith(axis, sign))).collect();
+    let mut found = Vec::new();
+    for x in &signed {
+        for y in signed.iter().filter(|y| x.dot(y).abs() < 0.5) {
+            found.push(Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[*x, *y, x.cross(y)])));
+        }
+    }
+    found
+}
+
+/// The points of every surface as the sensor is believed to sit, frame of the measurements, mm.
+fn points_by_surface(
+    machine: &ResidualModel<'_>,
+    state: &State,
+    rows: &[usize],
+    sensor: usize,
+) -> Vec<Vec<Vector3<f64>>> {
+    let mut points = vec![Vec::new(); state.surfaces.len()];
+    let mut scratch = Scratch::default();
+    for row in rows {
+        let named = machine.table.on.name(*row).and_then(|name| machine.model.surface_position(name));
+        let (Some(own), Some(turn), Some(place)) =
+            (named.and_then(|surface| points.get_mut(surface)), state.turns.get(sensor), state.targets.get(sensor))
+        else {
+            continue;
+        };
+        let flange = state.base * machine.flange(state, *row, &mut scratch);
+        for columns in &machine.table.profiles {
+            let [x, z] = columns.xz.get(*row).copied().unwrap_or([f64::NAN; 2]);
+            if x.is_finite() && z.is_finite() {
+                own.push((flange * Point3::from(place + turn * Vector3::new(x, 0.0, z))).coords);
+            }
+        }
+    }
+    points
+}
+
+/// The axes along which points spread, the most first, and their middle.
+fn principal_axes(points: &[Vector3<f64>]) -> (Vector3<f64>, [Vector3<f64>; 3]) {
+    let middle = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
+    let spread: Matrix3<f64> = points.iter().map(|point| (point - middle) * (point - middle).transpose()).sum();
+    let eigen = spread.symmetric_eigen();
+    let mut order = [0, 1, 2];
+    order.sort_by(|one, other| eigen.eigenvalues[*other].total_cmp(&eigen.eigenvalues[*one]));
+    (middle, order.map(|column| eigen.eigenvectors.column(column).into_owned()))
+}
+
+/// The centre of the ball that passes nearest to points: linear, as its radius is left open.
+fn centre_of_ball(points: &[Vector3<f64>]) -> Vector3<f64> {
+    let middle = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
+    let (mut matrix, mut right) = (DMatrix::zeros(4, 4), DVector::zeros(4));
+    for point in points {
+        let away = point - middle;
+        let row = DVector::from_column_slice(&[2.0 * away.x, 2.0 * away.y, 2.0 * away.z, 1.0]);
+        matrix.ger(1.0, &row, &row, 1.0);
+        right.axpy(away.norm_squared(), &row, 1.0);
+    }
+    let found = RankRevealingCholesky::new(&matrix).solve(&right);
+    let centre = Vector3::new(found[0], found[1], found[2]);
+    if centre.iter().all(|part| part.is_finite()) { middle + centre } else { middle }
+}
+
+/// A vector that points the way another does.
+fn towards(vector: Vector3<f64>, other: &Vector3<f64>) -> Vector3<f64> {
+    if vector.dot(other) < 0.0 { -vector } else { vector }
+}
+
+/// Puts the free surfaces through the points they were seen by.
+fn put_surfaces(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize], sensor: usize) {
+    let points = points_by_surface(machine, state, rows, sensor);
+    let free = machine.model.surfaces.iter().map(|surface| surface.free);
+    for ((shape, points), free) in state.surfaces.iter_mut().zip(&points).zip(free) {
+        if !free || points.len() < FEWEST_POINTS {
+            continue;
+        }
+        let (middle, [most, _, least]) = principal_axes(points);
+        match shape {
+            SurfaceShape::Plane { normal, offset } => {
+                *normal = towards(least, normal);
+                *offset = normal.dot(&middle);
+            }
+            SurfaceShape::Line { point, direction } => {
+                *direction = towards(most, direction);
+                *point = middle;
+            }
+            SurfaceShape::Sphere { centre, .. } => *centre = centre_of_ball(points),
+            SurfaceShape::Point { .. } => {}
+        }
+    }
+}
+
+/// Whether profiles are off by more than a good guess would leave, beside how far the flange went.
+fn far_off(machine: &ResidualModel<'_>, state: &State, rows: &[usize]) -> bool {
+    let (mut squares, mut count) = (0.0, 0.0_f64);
+    let (mut scratch, mut residuals) = (Scratch::default(), Vec::new());
+    let mut places = Vec::new();
+    for row in rows {
+        places.push(machine.flange(state, *row, &mut scratch).translation.vector);
+        residuals.clear();
+        machine.row_residuals(state, *row, &mut scratch, &mut residuals);
+        for (equation, residual) in machine.observations.of_row(*row).iter().zip(&residuals) {
+            if equation.measurand.kind.name() == "profile" {
+                squares += residual * residual;
+                count += 1.0;
+            }
+        }
+    }
+    let middle = places.iter().sum::<Vector3<f64>>() / places.len().max(1) as f64;
+    let spread = places.iter().map(|place| (place - middle).norm_squared()).sum::<f64>();
+    squares / count.max(1.0) > FAR * FAR * spread / places.len().max(1) as f64
+}
+
+/// Places the sensor and what it sees, where the model's own start is far off.
+pub(super) fn place_profiles(
+    machine: &ResidualModel<'_>,
+    state: &mut State,
+    rows: &[usize],
+    progress: &Progress,
+) -> Result<(), Cancelled> {
+    let Some(sensor) = machine.model.profile_sensor else { return Ok(()) };
+    let seen: Vec<usize> = rows.iter().copied().filter(|row| machine.table.has_profile(*row)).collect();
+    let some: Vec<usize> = seen.iter().copied().step_by(seen.len().div_ceil(LOOKED_AT).max(1)).collect();
+    if some.is_empty() || !far_off(machine, state, &some) {
+        return Ok(());
+    }
+    let ones = vec![1.0; machine.observations.rows()];
+    let is_own = |slot: &Slot| match slot {
+        Slot::Target(target, _) | Slot::TargetTurn(target, _) => *target == sensor,
+        Slot::Surface(..) => true,
+        _ => false,
+    };
+    let held: Vec<usize> =
+        (0..machine.slots().len()).filter(|index| !machine.slots().get(*index).is_some_and(is_own)).collect();
+    let settle = |guess: &State, steps: usize| {
+        let settled = descend(&machine.over(&some, &ones), guess, &held, Settings { steps, damping: CAREFUL }, progress)?;
+        Ok((settled.normal.squares, settled.state))
+    };
+    let turns_free = machine.model.targets.get(sensor).is_some_and(|target| target.turn_free);
+    let mut turns: Vec<Rotation3<f64>> = state.turns.get(sensor).copied().into_iter().collect();
+    turns.extend(turns_free.then(along_axes).into_iter().flatten());
+    let mut tried = Vec::new();
+    for turn in turns {
+        let mut guess = state.clone();
+        if let Some(entry) = guess.turns.get_mut(sensor) {
+            *entry = turn;
+        }
+        put_surfaces(machine, &mut guess, &some, sensor);
+        tried.push(settle(&guess, FIRST_STEPS)?);
+    }
+    tried.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let mut best = (machine.squares(state, &some, &ones), state.clone());
+    for (_, guess) in tried.iter().take(GO_ON) {
+        let found = settle(guess, FURTHER_STEPS)?;
+        if found.0 < best.0 && found.1.is_finite() {
+            best = found;
+        }
+    }
+    *state = best.1;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ways_of_lying_along_axes_are_twenty_four_and_none_is_far_from_any_turn() {
+        let ways = along_axes();
+        assert_eq!(ways.len(), 24);
+        let mut random = plumb_estimation::Random::seeded(5);
+        for _ in 0..500 {
+            let turn = Rotation3::new(Vector3::from_fn(|_, _| 2.0 * random.normal()));
+            let nearest = ways.iter().map(|way| way.angle_to(&turn)).fold(f64::INFINITY, f64::min);
+            assert!(nearest.to_degrees() < 63.0, "{nearest}");
+        }
+        assert!(ways.iter().all(|way| (way.matrix().determinant() - 1.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_ball_is_centred_by_points_of_one_side_of_it() {
+        let centre = Vector3::new(500.0, -40.0, 120.0);
+        let points: Vec<Vector3<f64>> = (0..12)
+            .map(|step| {
+                let (turn, tilt) = (f64::from(step), 0.2 + 0.05 * f64::from(step));
+                centre + 20.0 * Vector3::new(tilt.sin() * turn.cos(), tilt.sin() * turn.sin(), tilt.cos())
+            })
+            .collect();
+        assert!((centre_of_ball(&points) - centre).norm() < 1e-6);
+    }
+}

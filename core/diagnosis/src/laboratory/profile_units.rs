@@ -1,0 +1,100 @@
+//! Before anything is fitted: can the points of profiles be in the unit their headers say?
+
+use nalgebra::{Matrix3, Vector3};
+use plumb_calibration::arm_model::{Model, SurfaceShape};
+use plumb_calibration::table::Table;
+
+use super::plausible::ImplausibleError;
+
+/// No laser line sensor has a line shorter than this, mm: the smallest sold have 5 to 10 mm. Points that all lie nearer to each other are metres under a header of mm.
+const SHORTEST_LINE: f64 = 1.0;
+
+/// None sees further than this, mm.
+const FARTHEST: f64 = 5000.0;
+
+/// How many times larger than the ball the circles in the profiles may seem, in the middle of the rows: a short arc with noise shows a radius badly.
+const LARGER_THAN_THE_BALL: f64 = 1.2;
+
+/// Fewest points that show a circle, and fewest rows whose middle counts.
+const POINTS_OF_A_CIRCLE: usize = 5;
+const ROWS_WITH_CIRCLES: usize = 3;
+
+/// The points of one row.
+fn points(table: &Table, row: usize) -> Vec<[f64; 2]> {
+    let all = table.profiles.iter().filter_map(|columns| columns.xz.get(row)).copied();
+    all.filter(|[x, z]| x.is_finite() && z.is_finite()).collect()
+}
+
+/// The radius of the circle through some points, mm (least squares, linear: Kasa, IEEE Transactions on Instrumentation and Measurement 25, 1976).
+fn radius(points: &[[f64; 2]]) -> Option<f64> {
+    let count = points.len() as f64;
+    let [mx, mz] = [0, 1].map(|part| points.iter().map(|point| point[part]).sum::<f64>() / count);
+    let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    for [x, z] in points {
+        let row = Vector3::new(x - mx, z - mz, 1.0);
+        matrix += row * row.transpose();
+        right += row * (row.x * row.x + row.y * row.y);
+    }
+    let found = matrix.try_inverse()? * right;
+    let square = found.z + (found.x * found.x + found.y * found.y) / 4.0;
+    (square > 0.0).then(|| square.sqrt())
+}
+
+/// Refuses profiles that no sensor can have seen.
+pub(super) fn check(model: &Model, table: &Table) -> Result<(), ImplausibleError> {
+    let rows: Vec<Vec<[f64; 2]>> = (0..table.len()).map(|row| points(table, row)).collect();
+    let all: Vec<f64> = rows.iter().flatten().flatten().copied().collect();
+    if all.is_empty() {
+        return Ok(());
+    }
+    let farthest = all.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    let refused = |seen: String, as_what: &'static str| {
+        Err(ImplausibleError::ProfileUnit { table: table.source.clone(), seen, as_what })
+    };
+    if farthest < SHORTEST_LINE {
+        return refused(format!("all of them lie within {farthest:.4} mm of the sensor's origin"), "m");
+    }
+    if farthest > FARTHEST {
+        return refused(format!("one lies {farthest:.0} mm from the sensor's origin"), "something smaller than mm");
+    }
+    balls(model, table, &rows)
+}
+
+/// A ball shows circles no larger than itself.
+fn balls(model: &Model, table: &Table, rows: &[Vec<[f64; 2]>]) -> Result<(), ImplausibleError> {
+    for surface in &model.surfaces {
+        let SurfaceShape::Sphere { radius: known, .. } = surface.shape else { continue };
+        let own = (0..table.len()).filter(|row| table.on.name(*row) == Some(surface.name.as_str()));
+        let seen = own.filter_map(|row| rows.get(row)).filter(|points| points.len() >= POINTS_OF_A_CIRCLE);
+        let mut circles: Vec<f64> = seen.filter_map(|points| radius(points)).collect();
+        circles.sort_by(f64::total_cmp);
+        let Some(middle) = circles.get(circles.len() / 2).copied().filter(|_| circles.len() >= ROWS_WITH_CIRCLES) else {
+            continue;
+        };
+        if middle > LARGER_THAN_THE_BALL * known {
+            return Err(ImplausibleError::ProfileOnBall {
+                table: table.source.clone(),
+                ball: surface.name.clone(),
+                seen: middle,
+                radius: known,
+            });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_radius_of_an_arc_is_that_of_its_circle_and_a_straight_line_has_none_to_speak_of() {
+        let arc: Vec<[f64; 2]> = (-3..=3)
+            .map(|step| f64::from(step) * 0.2)
+            .map(|turn| [7.0 + 12.0 * turn.sin(), 150.0 - 12.0 * turn.cos()])
+            .collect();
+        assert!((radius(&arc).unwrap() - 12.0).abs() < 1e-9);
+        let line: Vec<[f64; 2]> = (0..6).map(|step| [f64::from(step), 3.0 + 0.5 * f64::from(step)]).collect();
+        assert!(radius(&line).is_none_or(|radius| radius > 1e4));
+    }
+}
