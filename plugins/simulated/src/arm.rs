@@ -15,10 +15,12 @@ mod measuring;
 pub mod puma560;
 pub(crate) mod served;
 mod shutter;
+mod touch_probe;
 mod travel;
 
 pub use description::{
     ArmOnPaper, ArmWorldDescription, BoardCamera, LevelDirection, LevelSurface, LineSensor, Sight, SpiritLevel, Tabletop, Tool,
+    TouchProbe,
 };
 pub use drive::{Drive, JointDrive, MotorCoupling};
 pub use measuring::MeasuringError;

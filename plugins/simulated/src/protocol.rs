@@ -305,6 +305,8 @@ pub enum Instrument {
     Tracker,
     /// A camera on the hand, one coordinate of where it sees a board, mm; x takes a new picture, the rest is read from the last.
     Board,
+    /// A measuring probe at the tip of the tool: by how much its ball stands off the thing named in `at`, mm.
+    Probe,
     /// The same camera, one number of how it sees the board turned (a rotation vector), rad.
     BoardTurn,
 }

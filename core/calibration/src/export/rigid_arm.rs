@@ -29,6 +29,10 @@ pub enum ExportError {
     },
 }
 
+/// Frames closer than this are the same: rounding makes 1e-12 of either, and nobody measures so well.
+const SAME_MM: f64 = 1e-6;
+const SAME_DEG: f64 = 1e-7;
+
 /// A joint between two rigid links.
 #[derive(Debug, Clone)]
 pub struct RigidJoint {
@@ -110,6 +114,13 @@ impl RigidArm {
             left_out,
             not_the_robot,
         })
+    }
+
+    /// By how much the flange lies off the last joint's own frame, mm and deg; nothing where it lies in it. Forms that end with the last joint cannot hold it.
+    pub fn behind_last_joint(&self) -> Option<(f64, f64)> {
+        let off_mm = self.joint_from_flange.translation.vector.norm();
+        let off_deg = self.joint_from_flange.rotation.angle().to_degrees();
+        (off_mm > SAME_MM || off_deg > SAME_DEG).then_some((off_mm, off_deg))
     }
 
     /// The flange in the base's frame, mm, for coordinates in rad or mm.

@@ -218,7 +218,7 @@ impl StepKind for PromptStep {
     },
     "draw": {"description": "The robot that is drawn under the text as it stands.", "$ref": "#/definitions/text"},
     "simulated": {
-      "description": "What the operator's hands do in a simulated world when this is answered, or what the instrument reads that is asked for: `read_ruler`, `read_level`, `read_tracker`, `read_board`, `read_board_turn`, `read_profile`, `drive_to_level`, `hang`, `rest_on_gauge`, `trim_to_fire`, `place_hand`, `shine`.",
+      "description": "What the operator's hands do in a simulated world when this is answered, or what the instrument reads that is asked for: `read_ruler`, `read_level`, `read_tracker`, `read_board`, `read_board_turn`, `read_profile`, `read_probe`, `drive_to_level`, `hang`, `rest_on_gauge`, `trim_to_fire`, `place_hand`, `shine`.",
       "type": "object",
       "minProperties": 1,
       "maxProperties": 1,

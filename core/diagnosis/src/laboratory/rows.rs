@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use super::placements::orientation_errors;
 use super::point_errors::{ErrorSummary, point_squares};
 use plumb_calibration::fit::{Fit, ResidualModel};
 use plumb_calibration::table::Covariate;
@@ -23,6 +24,9 @@ pub struct RowResidual {
     pub vector_mm: [f64; 3],
     /// Root mean square error of the row's measured points, mm (degrees for a row of tilts alone).
     pub size_mm: f64,
+    /// Root mean square angle by which the row's measured orientations are off, deg; nothing of a row without any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size_deg: Option<f64>,
     /// Where the point is believed to be, mm, frame of the measurements.
     pub point_mm: [f64; 3],
     /// Commanded coordinates of the joints, deg (mm for joints that slide).
@@ -70,6 +74,7 @@ pub(super) fn row_residuals(machine: &ResidualModel<'_>, fit: &Fit, held_out: &[
                     point_squares(machine, &fit.residuals, row).into_iter(),
                 ))
                 .rms,
+                size_deg: orientation_errors(machine, &fit.residuals, &[row]).map(|error| error.rms),
                 point_mm: machine.believed_point(&fit.state, row).into(),
                 joints: shown_joints(machine, row),
             }

@@ -8,7 +8,8 @@ use super::fall_picture;
 use super::gather::Report;
 use super::shown_rows::shown;
 use super::tables::{
-    all_rows, along_joints, candidates, effects, errors, groups, list, next, story, worst_rows,
+    all_rows, along_joints, candidates, effects, errors, groups, list, most_turned_rows, next, orientation_errors,
+    story, worst_rows,
 };
 use crate::phrase::percent;
 use crate::plot::{Links, Panel, effect_panel, escaped, grid, panels, space};
@@ -59,6 +60,7 @@ fn how_large(out: &mut String, report: &Report) -> std::fmt::Result {
         comparison.check_rows
     )?;
     errors(out, &comparison.error_mm)?;
+    orientation_errors(out, comparison.orientation_error_deg.as_ref())?;
     match (comparison.floor_of_a_point_mm, comparison.floor.sigma_mm) {
         (Some(point), Some(reading)) => writeln!(
             out,
@@ -87,6 +89,7 @@ fn whereabouts(out: &mut String, report: &Report, shown: &HashSet<u32>) -> std::
     }
     along_joints(out, comparison)?;
     worst_rows(out, comparison)?;
+    most_turned_rows(out, comparison)?;
     let far: Vec<String> = comparison.outliers.iter().take(40).map(|line| format!("line {line}")).collect();
     list(out, "Rows far outside the others' scatter (kept, with less weight)", &far)
 }

@@ -19,11 +19,19 @@ pub(super) fn worst(comparison: &Comparison) -> Vec<&RowResidual> {
     rows
 }
 
+/// The rows whose orientation is farthest off, the worst first.
+pub(super) fn most_turned(comparison: &Comparison) -> Vec<&RowResidual> {
+    let mut rows: Vec<(f64, &RowResidual)> =
+        comparison.rows.iter().filter_map(|row| Some((row.size_deg?, row))).collect();
+    rows.sort_by(|one, other| other.0.total_cmp(&one.0));
+    rows.into_iter().take(WORST).map(|(_, row)| row).collect()
+}
+
 /// The lines of the rows that are shown: all, or some spread evenly and the worst.
 pub(super) fn shown(comparison: &Comparison) -> HashSet<u32> {
     let every = comparison.rows.len().div_ceil(MOST_ROWS).max(1);
     let evenly = comparison.rows.iter().step_by(every);
-    evenly.chain(worst(comparison)).map(|row| row.line).collect()
+    evenly.chain(worst(comparison)).chain(most_turned(comparison)).map(|row| row.line).collect()
 }
 
 #[cfg(test)]

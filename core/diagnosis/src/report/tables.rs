@@ -4,11 +4,11 @@ use std::collections::HashSet;
 use std::fmt::Write;
 
 use super::gather::{Chapter, Report};
-use super::shown_rows::worst;
+use super::shown_rows::{most_turned, worst};
 use crate::Diagnosis;
 use crate::claim::Claim;
 use crate::explainable::Explainable;
-use crate::laboratory::{Comparison, EffectValue, ErrorSummary, Errors, RowResidual};
+use crate::laboratory::{Comparison, EffectValue, ErrorSummary, Errors, OrientationErrors, RowResidual};
 use crate::phrase::{figure, is_determined, listed, percent};
 use crate::plot::escaped;
 use plumb_calibration::effect::Unit;
@@ -27,6 +27,21 @@ pub(super) fn errors(out: &mut String, errors: &Errors) -> std::fmt::Result {
     for (name, summary) in parts {
         let Some(ErrorSummary { points, rms, mean, percentile_95, max }) = summary else { continue };
         let cells = [rms, mean, percentile_95, max].map(|value| format!("<td class=\"n\">{value:.4}</td>"));
+        writeln!(out, "<tr><td>{name}</td>{}<td class=\"n\">{points}</td></tr>", cells.join(""))?;
+    }
+    writeln!(out, "</table>")
+}
+
+/// The same of measured orientations; nothing where none was measured.
+pub(super) fn orientation_errors(out: &mut String, errors: Option<&OrientationErrors>) -> std::fmt::Result {
+    let Some(errors) = errors else { return Ok(()) };
+    writeln!(
+        out,
+        "<table><tr><th>error of an orientation, deg</th><th>RMS</th><th>mean</th><th>95 %</th><th>maximum</th><th>orientations</th></tr>"
+    )?;
+    for (name, summary) in [("where it was fitted", Some(&errors.fit)), ("held out", errors.check.as_ref())] {
+        let Some(ErrorSummary { points, rms, mean, percentile_95, max }) = summary else { continue };
+        let cells = [rms, mean, percentile_95, max].map(|value| format!("<td class=\"n\">{value:.5}</td>"));
         writeln!(out, "<tr><td>{name}</td>{}<td class=\"n\">{points}</td></tr>", cells.join(""))?;
     }
     writeln!(out, "</table>")
@@ -74,14 +89,23 @@ fn head_of_rows(out: &mut String, comparison: &Comparison) -> std::fmt::Result {
         comparison.joints.iter().map(|joint| format!("<th>{}, {}</th>", escaped(&joint.name), joint.unit));
     writeln!(
         out,
-        "<table><tr><th>line</th><th>error, mm</th><th>along x, mm</th><th>y</th><th>z</th><th>at x, mm</th><th>y</th><th>z</th>{}<th></th></tr>",
+        "<table><tr><th>line</th><th>error, mm</th>{}<th>along x, mm</th><th>y</th><th>z</th><th>at x, mm</th><th>y</th><th>z</th>{}<th></th></tr>",
+        if turns(comparison) { "<th>turned, deg</th>" } else { "" },
         joints.collect::<String>()
     )
 }
 
-fn row_cells(row: &RowResidual) -> String {
+/// Whether orientations were measured.
+fn turns(comparison: &Comparison) -> bool {
+    comparison.orientation_error_deg.is_some()
+}
+
+fn row_cells(row: &RowResidual, turns: bool) -> String {
     let cell = |value: f64, digits: usize| format!("<td class=\"n\">{value:.digits$}</td>");
     let mut cells = cell(row.size_mm, 4);
+    if turns {
+        cells.push_str(&row.size_deg.map_or_else(|| "<td></td>".to_owned(), |size| cell(size, 5)));
+    }
     cells.extend(row.vector_mm.iter().map(|part| cell(*part, 4)));
     cells.extend(row.point_mm.iter().map(|part| cell(*part, 1)));
     cells.extend(row.joints.iter().map(|joint| cell(*joint, 2)));
@@ -109,7 +133,26 @@ pub(super) fn worst_rows(out: &mut String, comparison: &Comparison) -> std::fmt:
             out,
             "<tr><td class=\"n\"><a href=\"#line-{0}\">{0}</a></td>{1}</tr>",
             row.line,
-            row_cells(row)
+            row_cells(row, turns(comparison))
+        )?;
+    }
+    writeln!(out, "</table></div>")
+}
+
+/// The rows whose orientation is farthest off; nothing where none was measured.
+pub(super) fn most_turned_rows(out: &mut String, comparison: &Comparison) -> std::fmt::Result {
+    let rows = most_turned(comparison);
+    if rows.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "<h3>The rows turned farthest</h3><div class=\"rows\">")?;
+    head_of_rows(out, comparison)?;
+    for row in rows {
+        let line = row.line;
+        writeln!(
+            out,
+            "<tr><td class=\"n\"><a href=\"#line-{line}\">{line}</a></td>{}</tr>",
+            row_cells(row, true)
         )?;
     }
     writeln!(out, "</table></div>")
@@ -124,7 +167,7 @@ pub(super) fn all_rows(out: &mut String, comparison: &Comparison, shown: &HashSe
     )?;
     head_of_rows(out, comparison)?;
     for row in comparison.rows.iter().filter(|row| shown.contains(&row.line)) {
-        writeln!(out, "<tr id=\"line-{0}\"><td class=\"n\">{0}</td>{1}</tr>", row.line, row_cells(row))?;
+        writeln!(out, "<tr id=\"line-{0}\"><td class=\"n\">{0}</td>{1}</tr>", row.line, row_cells(row, turns(comparison)))?;
     }
     writeln!(out, "</table></div>")?;
     match comparison.rows.len().saturating_sub(shown.len()) {

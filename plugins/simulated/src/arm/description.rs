@@ -147,6 +147,19 @@ pub struct LineSensor {
     pub sights: Vec<(String, Sight)>,
 }
 
+/// A measuring probe at the tip of the tool, and what it can feel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TouchProbe {
+    /// Radius of its ball, mm.
+    pub ball_radius: f64,
+    /// How far it gives way, and how near it has to be to be put on, mm.
+    pub reach: f64,
+    /// How well it is read.
+    pub instrument: Instrument,
+    /// By their names.
+    pub sights: Vec<(String, Sight)>,
+}
+
 /// A whole world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmWorldDescription {
@@ -180,6 +193,8 @@ pub struct ArmWorldDescription {
     pub board_camera: Option<BoardCamera>,
     /// A laser line sensor on the hand, where one is carried.
     pub line_sensor: Option<LineSensor>,
+    /// A measuring probe at the tip of the tool, where there is one.
+    pub touch_probe: Option<TouchProbe>,
     /// Where the controller keeps its calibration from one day to the next, if it does.
     pub calibration: Option<PathBuf>,
     /// The text of the file, if it came under a seal: the truth is hidden until somebody breaks it.

@@ -30,7 +30,7 @@ mod urdf;
 use checker::{Checker, Number};
 use imperfections::RawImperfection;
 pub use imperfections::written as imperfection_yaml;
-use line_sensor::RawLineSensor;
+use line_sensor::{RawLineSensor, RawTouchProbe};
 use named::JointNumbers;
 use placed::RawPlaced;
 
@@ -154,6 +154,7 @@ struct RawInstruments {
     tracker: RawRuler,
     board_camera: Option<RawBoardCamera>,
     line_sensor: Option<RawLineSensor>,
+    touch_probe: Option<RawTouchProbe>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -257,6 +258,7 @@ fn of_tree(checked: Typed<'_>, root: &Node) -> Read<ArmWorldDescription> {
         tracker: checker.ruler(&raw.instruments.tracker),
         board_camera: raw.instruments.board_camera.as_ref().map(|camera| checker.board_camera(camera)),
         line_sensor: raw.instruments.line_sensor.as_ref().map(|sensor| checker.line_sensor(sensor)),
+        touch_probe: raw.instruments.touch_probe.as_ref().map(|probe| checker.touch_probe(probe)),
         calibration: raw.calibration.map(|name| checked.file.with_file_name(name)),
         sealed_text: None,
         paper: paper.clone(),

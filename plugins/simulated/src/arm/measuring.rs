@@ -36,6 +36,27 @@ pub enum MeasuringError {
         "the camera does not see the board from here: it lies more than 40 deg aside of where the camera looks"
     )]
     OutOfView,
+    /// Nothing feels.
+    #[error("no measuring probe is on this hand: the world has no `touch_probe` among its instruments")]
+    NoProbe,
+    /// There is no such thing to feel.
+    #[error("the probe knows nothing to feel called `{given}`; there is {known}")]
+    NothingToFeel {
+        /// What was named.
+        given: String,
+        /// What there is.
+        known: String,
+    },
+    /// It is too far away, or too deep inside.
+    #[error("the probe does not feel `{of}` from here: its ball stands {off:.2} mm off it, and it feels {reach} mm either way")]
+    NotFelt {
+        /// What.
+        of: String,
+        /// mm.
+        off: f64,
+        /// mm.
+        reach: f64,
+    },
     /// Nothing sees profiles.
     #[error("no laser line sensor is on this hand: the world has no `line_sensor` among its instruments")]
     NoLineSensor,
@@ -129,7 +150,7 @@ impl ArmWorld {
     }
 
     /// One more reading.
-    fn take(&mut self, instrument: Instrument, truth: f64) -> f64 {
+    pub(super) fn take(&mut self, instrument: Instrument, truth: f64) -> f64 {
         self.readings_taken += 1;
         instrument.read(truth, self.description.seed, self.readings_taken)
     }

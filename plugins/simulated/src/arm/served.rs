@@ -214,6 +214,7 @@ impl Operator for ArmWorld {
             Instrument::Ruler => self.read_ruler(used.at).map(|height| (height, "mm")),
             Instrument::Tracker => self.read_tracker(used.at, used.axis).map(|place| (place, "mm")),
             Instrument::Board => self.read_board(false, used.axis).map(|place| (place, "mm")),
+            Instrument::Probe => self.read_probe(used.at.unwrap_or_default()).map(|off| (off, "mm")),
             Instrument::BoardTurn => self.read_board(true, used.axis).map(|turn| (turn, "rad")),
             Instrument::Level => {
                 self.read_level(used.at.unwrap_or_default(), used.turned).map(|tilt| (tilt, "deg"))

@@ -148,6 +148,7 @@ impl Operator for World {
         Ok(match used.with {
             Instrument::Level => (self.read_level().to_degrees(), "deg"),
             Instrument::Ruler => (self.read_ruler(), "mm"),
+            Instrument::Probe => return Err("no measuring probe is on this hand".to_owned()),
             Instrument::Tracker => return Err("no laser tracker stands in this world".to_owned()),
             Instrument::Board | Instrument::BoardTurn => {
                 return Err("no camera on this hand sees a board".to_owned());

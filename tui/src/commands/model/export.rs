@@ -56,11 +56,27 @@ pub(super) fn run(arguments: &ExportArguments) -> Result<String, Box<dyn Error>>
     }
     Ok(match arguments.form {
         ExportForm::Urdf => urdf(&arm),
-        ExportForm::RosCalibration => ros_calibration(&arm)?,
+        ExportForm::RosCalibration => {
+            behind_last_joint(&arm, arguments)?;
+            ros_calibration(&arm)?
+        }
         ExportForm::Dh => dh_table(&arm, &model),
         ExportForm::Targets => return Err("give the program's targets with --poses".into()),
         ExportForm::Linuxcnc => compensation_file(&model, arguments)?,
     })
+}
+
+/// A UR driver's calibration ends with the frame of the last joint: what lies behind it is refused, or told where it is to be left out.
+fn behind_last_joint(arm: &RigidArm, arguments: &ExportArguments) -> Result<(), Box<dyn Error>> {
+    let Some((off_mm, off_deg)) = arm.behind_last_joint() else { return Ok(()) };
+    let what = format!(
+        "the flange behind the last joint ({off_mm:.3} mm, {off_deg:.3} deg): such a file ends with the last joint; add it to the tool (TCP) of the robot"
+    );
+    if !arguments.leave_out {
+        return Err(format!("a UR driver's calibration cannot hold {what}. --leave-out writes the rest, a URDF holds it").into());
+    }
+    eprintln!("left out: {what}");
+    Ok(())
 }
 
 /// Targets for the calibrated arm, and where the tip is to come with each: a table that procedures repeat over.

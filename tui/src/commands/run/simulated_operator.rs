@@ -8,7 +8,7 @@ use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::{Axis, Instrument, Say, Verb};
 
 /// What procedures may ask for under `simulated:`, with its numbers and its words.
-const ACTS: [(&str, &[&str], &[&str]); 13] = [
+const ACTS: [(&str, &[&str], &[&str]); 14] = [
     ("rest_on_gauge", &["height_mm"], &[]),
     ("trim_to_fire", &[], &[]),
     ("place_hand", &["x_mm", "y_mm", "z_mm"], &[]),
@@ -17,6 +17,7 @@ const ACTS: [(&str, &[&str], &[&str]); 13] = [
     ("read_tracker", &[], &["at", "axis"]),
     ("read_board", &[], &["axis"]),
     ("read_board_turn", &[], &["axis"]),
+    ("read_probe", &[], &["at"]),
     ("read_profile", &["point"], &["of", "axis"]),
     ("drive_to_level", &[], &["joint", "at", "turned", "from"]),
     ("hang", &["mass_kg"], &[]),
@@ -92,6 +93,7 @@ fn verb_of(act: &Act) -> Result<Verb, String> {
             Verb::PlaceHand { x_mm: number("x_mm")?, y_mm: number("y_mm")?, z_mm: number("z_mm")? }
         }
         "read_level" => read(Instrument::Level),
+        "read_probe" => read(Instrument::Probe),
         "read_tracker" => {
             Verb::Measure { with: Instrument::Tracker, at: word("at"), turned, axis: Some(axis()?) }
         }

@@ -118,9 +118,10 @@ fn pointed(standing: &Standing, row: usize) -> Option<String> {
         true => format!(" Weight in the fit {:.2}.", known.weight),
         false => String::new(),
     };
+    let turned = known.size_deg.map_or_else(String::new, |size| format!(", turned by {size:.4} deg"));
     let [x, y, z] = known.vector_mm;
     Some(format!(
-        "{} {} ({place} of {}): off by {:.3} mm (x {x:.3}, y {y:.3}, z {z:.3}) at {}.{held_out}{weight}",
+        "{} {} ({place} of {}): off by {:.3} mm (x {x:.3}, y {y:.3}, z {z:.3}){turned} at {}.{held_out}{weight}",
         standing.row_name,
         known.line,
         worst.len(),

@@ -428,6 +428,7 @@ fn residuals() -> Residuals {
             weight: 1.0,
             vector_mm: [error(row), 0.4 * noise(row), -error(row)],
             size_mm: error(row).abs() * 2.0_f64.sqrt(),
+            size_deg: None,
             point_mm: [spread(row, 17) * 2.0, spread(row, 23) * 2.0, 300.0],
             joints: (0..6).map(|joint| spread(row, 29 + 8 * joint)).collect(),
         })

@@ -1,4 +1,4 @@
-//! The laser line sensor of a world file, and what it can look at.
+//! The laser line sensor and the measuring probe of a world file, and what they look at or feel.
 
 use std::collections::BTreeMap;
 
@@ -7,8 +7,9 @@ use serde::Deserialize;
 
 use super::checker::{Checker, Number};
 use super::placed::RawPlaced;
-use crate::arm::description::{LineSensor, Sight};
+use crate::arm::description::{LineSensor, Sight, TouchProbe};
 use crate::physics::rigid::Vector;
+use crate::world::Instrument;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -24,6 +25,19 @@ pub(super) struct RawLineSensor {
     balls: BTreeMap<String, RawBall>,
     #[serde(default)]
     edges: BTreeMap<String, RawEdge>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawTouchProbe {
+    ball_radius_mm: Option<Number>,
+    reach_mm: Option<Number>,
+    error_mm: Option<Number>,
+    division_mm: Option<Number>,
+    #[serde(default)]
+    planes: BTreeMap<String, RawPlane>,
+    #[serde(default)]
+    balls: BTreeMap<String, RawBall>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -52,14 +66,6 @@ impl Checker<'_> {
         let length = |key: &str, value: &Option<Number>, default: f64| {
             self.typed.or(key, value, default, 0.0..=5000.0, "mm")
         };
-        let planes = raw.planes.iter().map(|(name, plane)| {
-            let (point, normal) = (Vector::from(plane.point_mm), self.unit(&plane.normal));
-            (name.clone(), Sight::Plane { point, normal })
-        });
-        let balls = raw.balls.iter().map(|(name, ball)| {
-            let radius = self.typed.number("radius_mm", &ball.radius_mm, 0.1..=1000.0, "mm");
-            (name.clone(), Sight::Ball { centre: Vector::from(ball.centre_mm), radius })
-        });
         let edges = raw.edges.iter().map(|(name, edge)| {
             let (point, direction) = (Vector::from(edge.point_mm), self.unit(&edge.direction));
             (name.clone(), Sight::Edge { point, direction })
@@ -69,8 +75,39 @@ impl Checker<'_> {
             half_width: length("width_mm", &raw.width_mm, 60.0) / 2.0,
             reach: [length("near_mm", &raw.near_mm, 50.0), length("far_mm", &raw.far_mm, 400.0)],
             error: self.typed.or("error_mm", &raw.error_mm, 0.0, 0.0..=50.0, "mm"),
-            sights: planes.chain(balls).chain(edges).collect(),
+            sights: self.faces(&raw.planes, &raw.balls).into_iter().chain(edges).collect(),
         }
+    }
+
+    pub(super) fn touch_probe(&self, raw: &RawTouchProbe) -> TouchProbe {
+        let length = |key: &str, value: &Option<Number>, default: f64| {
+            self.typed.or(key, value, default, 0.0..=50.0, "mm")
+        };
+        TouchProbe {
+            ball_radius: length("ball_radius_mm", &raw.ball_radius_mm, 0.0),
+            reach: length("reach_mm", &raw.reach_mm, 2.0),
+            instrument: Instrument {
+                error: length("error_mm", &raw.error_mm, 0.0),
+                division: length("division_mm", &raw.division_mm, 0.0),
+            },
+            sights: self.faces(&raw.planes, &raw.balls),
+        }
+    }
+
+    fn faces(
+        &self,
+        planes: &BTreeMap<String, RawPlane>,
+        balls: &BTreeMap<String, RawBall>,
+    ) -> Vec<(String, Sight)> {
+        let planes = planes.iter().map(|(name, plane)| {
+            let (point, normal) = (Vector::from(plane.point_mm), self.unit(&plane.normal));
+            (name.clone(), Sight::Plane { point, normal })
+        });
+        let balls = balls.iter().map(|(name, ball)| {
+            let radius = self.typed.number("radius_mm", &ball.radius_mm, 0.1..=1000.0, "mm");
+            (name.clone(), Sight::Ball { centre: Vector::from(ball.centre_mm), radius })
+        });
+        planes.chain(balls).collect()
     }
 
     fn unit(&self, raw: &Spanned<[f64; 3]>) -> Vector {

@@ -1,0 +1,46 @@
+//! A measuring probe in the hand, a datum cube and balls: the shipped cell from the run to the arm's fault by its name, and what is refused.
+
+use serde_json::Value;
+
+use crate::lab::Lab;
+
+fn json(lab: &Lab, arguments: &[&str]) -> Value {
+    let told = lab.plumb(arguments);
+    assert_eq!(told.code(), 0, "{}", told.all());
+    serde_json::from_str(&told.out()).unwrap()
+}
+
+#[test]
+fn the_shipped_cell_names_the_elbow_by_touch_and_finds_cube_balls_and_stylus() {
+    let lab = Lab::of("ur5");
+    let run = lab.plumb(&["run", "cell-probe.yaml", "--headless"]);
+    assert_eq!(run.code(), 0, "{}", run.all());
+    lab.write("touches.csv", &lab.plumb(&["show", "--table"]).out());
+    let pair = ["probe.model.yaml", "--data", "touches.csv"];
+    let verdict = json(&lab, &[&["model", "diagnose", "--json"], &pair[..]].concat());
+    assert_eq!((&verdict["verdict"], &verdict["candidates"][0]["effect"]), (&"named".into(), &"joint_zero(elbow)".into()), "{verdict}");
+    let added = json(&lab, &["model", "add", "probe.model.yaml", "joint_zero(elbow)", "--data", "touches.csv", "--json"]);
+    let effect = &added["added"][0];
+    let (size, se) = (effect["size"].as_f64().unwrap().abs(), effect["se"].as_f64().unwrap());
+    assert!((size - 0.08).abs() < 4.0 * se && se < 0.01, "{effect}");
+    // Of the world file: the second ball; its place is as sure as is told.
+    let ball = added["surfaces"].as_array().unwrap().iter().find(|one| one["name"] == "ball_b").unwrap();
+    for (number, truth) in ball["numbers"].as_array().unwrap().iter().zip([-619.8, 160.2, 39.9]) {
+        let (at, se) = (number["value"].as_f64().unwrap(), number["se"].as_f64().unwrap());
+        assert!((at - truth).abs() < 4.0 * se && se < 0.5, "{number} is {truth}");
+    }
+}
+
+#[test]
+fn a_probe_that_is_nowhere_near_or_has_nothing_to_feel_fails_the_run_and_says_so() {
+    let lab = Lab::of("ur5");
+    lab.edit("world-probe.yaml", "point_mm: [-450, -200, 60]", "point_mm: [-450, -200, 40]");
+    let run = lab.plumb(&["run", "cell-probe.yaml", "--headless"]);
+    assert_ne!(run.code(), 0);
+    assert!(run.all().contains("the probe does not feel `top` from here: its ball stands "), "{}", run.all());
+    lab.plumb(&["doctor", "--clean", "cell-probe.yaml"]);
+    lab.edit("procedures/feel.yaml", "{read_probe: {at: top}}", "{read_probe: {at: tip}}");
+    let run = lab.plumb(&["run", "cell-probe.yaml", "--headless", "--record", "other"]);
+    assert!(run.all().contains("nothing to feel called `tip`; there is top"), "{}", run.all());
+    lab.plumb(&["doctor", "--clean", "cell-probe.yaml"]);
+}
