@@ -34,7 +34,12 @@ fn flange(q: [f64; 6], errors: &[(f64, f64, f64, f64); 6]) -> [f64; 3] {
         let (s, c) = (q + zero.to_radians()).sin_cos();
         let (sa, ca) = (alpha + more_alpha).to_radians().sin_cos();
         let (a, d) = (a + more_a, d + more_d);
-        let row = [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0.0, sa, ca, d], [0.0, 0.0, 0.0, 1.0]];
+        let row = [
+            [c, -s * ca, s * sa, a * c],
+            [s, c * ca, -c * sa, a * s],
+            [0.0, sa, ca, d],
+            [0.0, 0.0, 0.0, 1.0],
+        ];
         at = at.map(|line| [0, 1, 2, 3].map(|column| (0..4).map(|k| line[k] * row[k][column]).sum()));
     }
     at.map(|line| line[3])
@@ -45,7 +50,8 @@ fn poses(errors: &[(f64, f64, f64, f64); 6]) -> String {
     let mut text = String::new();
     for pose in 0..1000_usize {
         let q = [0, 1, 2, 3, 4, 5].map(|joint| ((pose * 17 + joint * 241) % 601) as f64 / 100.0 - 3.0);
-        let cells: Vec<String> = q.iter().chain(&flange(q, errors)).map(|value| format!("{value:.17e}")).collect();
+        let cells: Vec<String> =
+            q.iter().chain(&flange(q, errors)).map(|value| format!("{value:.17e}")).collect();
         writeln!(text, "{}", cells.join(" ")).unwrap();
     }
     text
@@ -63,7 +69,8 @@ fn lab(errors: &[(f64, f64, f64, f64); 6]) -> Lab {
             ("joint_zero", "zero_deg", zero),
         ] {
             if *value != 0.0 {
-                writeln!(effects, "  - {{effect: {effect}, where: {joint}, values: {{{key}: {value}}}}}").unwrap();
+                writeln!(effects, "  - {{effect: {effect}, where: {joint}, values: {{{key}: {value}}}}}")
+                    .unwrap();
             }
         }
     }

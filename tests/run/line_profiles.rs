@@ -55,7 +55,12 @@ fn the_shipped_cell_finds_sensor_plate_ball_and_rim_from_no_start_and_writes_the
     lab.write("profiles.csv", &table);
     let pair = ["profile.model.yaml", "--data", "profiles.csv", "--holdout", "none"];
     let told = lab.plumb(&[&["model", "compare"], &pair[..]].concat());
-    for part in ["p1 on the flange: x ", "plate (plane) in the frame", "ball (ball) in the frame", "rim (edge) in the frame"] {
+    for part in [
+        "p1 on the flange: x ",
+        "plate (plane) in the frame",
+        "ball (ball) in the frame",
+        "rim (edge) in the frame",
+    ] {
         assert!(told.out().contains(part), "{part}\n{}", told.all());
     }
     let found = json(&lab, &[&["model", "accept", "--json"], &pair[..]].concat());
@@ -82,42 +87,64 @@ fn the_shipped_cell_finds_sensor_plate_ball_and_rim_from_no_start_and_writes_the
     let (at, se) = (number(&plate["numbers"][0]["value"]), number(&plate["numbers"][0]["se"]));
     assert!((at - offset).abs() < 4.0 * se, "plate: {at} +- {se}, is {offset}");
     // The line of the rim passes the world's by no more than it is sure of.
-    let (point, along) = (&surface("rim")["xyz_mm"], [1.0, 0.1, 0.05].map(|part: f64| part / 1.0125_f64.sqrt()));
-    let away = [-520.0, -40.0, 40.0].iter().enumerate().map(|(axis, truth)| number(&point[axis]) - truth).collect::<Vec<_>>();
+    let (point, along) =
+        (&surface("rim")["xyz_mm"], [1.0, 0.1, 0.05].map(|part: f64| part / 1.0125_f64.sqrt()));
+    let away = [-520.0, -40.0, 40.0]
+        .iter()
+        .enumerate()
+        .map(|(axis, truth)| number(&point[axis]) - truth)
+        .collect::<Vec<_>>();
     let on_line: f64 = away.iter().zip(along).map(|(a, b)| a * b).sum();
     let beside = away.iter().zip(along).map(|(a, b)| (a - on_line * b).powi(2)).sum::<f64>().sqrt();
     assert!(beside < 0.1, "the rim is {beside} mm aside");
     // The revision is a model by which the next fit begins, and from which poses are proposed.
     let revision = std::fs::read_to_string(lab.path("profile.model.rev1.yaml")).unwrap();
-    assert!(revision.contains("profile: {seen_by: p1}") && revision.contains("profile_mm: 0.02"), "{revision}");
+    assert!(
+        revision.contains("profile: {seen_by: p1}") && revision.contains("profile_mm: 0.02"),
+        "{revision}"
+    );
     assert_eq!(lab.plumb(&["check", "profile.model.rev1.yaml"]).code(), 0);
-    let verdict = json(&lab, &["model", "diagnose", "profile.model.yaml", "--data", "profiles.csv", "--json"]);
+    let verdict =
+        json(&lab, &["model", "diagnose", "profile.model.yaml", "--data", "profiles.csv", "--json"]);
     assert_eq!(verdict["verdict"], "at_floor", "{verdict}");
-    let next = lab.plumb(&["model", "next", "profile.model.yaml", "--data", "profiles.csv", "-n", "3", "--csv"]);
+    let next =
+        lab.plumb(&["model", "next", "profile.model.yaml", "--data", "profiles.csv", "-n", "3", "--csv"]);
     assert!(next.code() == 0 && next.out().lines().count() >= 4, "{}", next.all());
 }
 
 #[test]
 fn a_wrong_zero_of_the_arm_is_named_by_profiles_alone_and_added() {
     let lab = Lab::of("ur5");
-    lab.edit("world-profile.yaml", "    by: ur5.arm.yaml", "    by: ur5.arm.yaml\n    zero_error: {elbow_deg: 0.2}");
+    lab.edit(
+        "world-profile.yaml",
+        "    by: ur5.arm.yaml",
+        "    by: ur5.arm.yaml\n    zero_error: {elbow_deg: 0.2}",
+    );
     lab.write("profiles.csv", &measured(&lab));
     let pair = ["profile.model.yaml", "--data", "profiles.csv"];
     let verdict = json(&lab, &[&["model", "diagnose", "--json"], &pair[..]].concat());
     assert_eq!(verdict["verdict"], "named", "{verdict}");
-    let named = verdict["candidates"][0]["effect"].as_str().unwrap_or_default().to_owned();
+    let named = verdict["candidates"][0]["label"].as_str().unwrap_or_default().to_owned();
     assert_eq!(named, "joint_zero(elbow)", "{verdict}");
-    let added = json(&lab, &[&["model", "add", "profile.model.yaml", "joint_zero(elbow)", "--json"], &pair[1..]].concat());
+    let added = json(
+        &lab,
+        &[&["model", "add", "profile.model.yaml", "joint_zero(elbow)", "--json"], &pair[1..]].concat(),
+    );
     let effect = &added["added"][0];
     assert!((number(&effect["size"]).abs() - 0.2).abs() < 4.0 * number(&effect["se"]), "{effect}");
     let rms = number(&added["rms_mm"]["fit"]);
-    assert!(rms < 0.03, "{added}");
+    // Five points of 0.02 mm each in a row.
+    assert!(rms < 0.02 * 5.0_f64.sqrt(), "{added}");
 }
 
 #[test]
 fn profiles_that_cannot_be_meant_are_refused_with_what_would_be_right() {
     let lab = Lab::of("ur5");
-    let table = measured(&lab);
+    let table: String = measured(&lab)
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| format!("{line}\n"))
+        .collect();
     let compare = |name: &str, model: &str, text: &str, part: &str| {
         lab.write(name, text);
         let said = lab.plumb(&["model", "compare", model, "--data", name]);
@@ -134,18 +161,29 @@ fn profiles_that_cannot_be_meant_are_refused_with_what_would_be_right() {
         cells.collect::<Vec<_>>().join(",")
     };
     let metres: Vec<String> = std::iter::once(header.join(",")).chain(lines.map(in_metres)).collect();
-    compare("metres.csv", "profile.model.yaml", &(metres.join("\n") + "\n"), "if they are in m, say so in the headers");
+    compare(
+        "metres.csv",
+        "profile.model.yaml",
+        &(metres.join("\n") + "\n"),
+        "if they are in m, say so in the headers",
+    );
     // The diameter of the ball in place of its radius is the other way; half of it is told.
     let model = std::fs::read_to_string(lab.path("profile.model.yaml")).unwrap();
     lab.write("half.model.yaml", &model.replace("radius_mm: 20", "radius_mm: 10"));
-    compare("table.csv", "half.model.yaml", &table, "shows none larger than itself: check the unit of the profiles and its `radius_mm`");
+    compare(
+        "table.csv",
+        "half.model.yaml",
+        &table,
+        "shows none larger than itself: check the unit of the profiles and its `radius_mm`",
+    );
     lab.write("none.model.yaml", &model.replace(", radius_mm: 20", ""));
     compare("table.csv", "none.model.yaml", &table, "radius_mm");
     lab.write("blind.model.yaml", &model.replace("profile: {seen_by: p1}\n", ""));
     compare("table.csv", "blind.model.yaml", &table, "`profile: {seen_by: p1}`");
-    // Two exposures of the plate are ten points for nine numbers that they cannot tell apart.
-    let few: Vec<&str> = table.lines().take(2).collect();
-    compare("few.csv", "profile.model.yaml", &(few.join("\n") + "\n"), "numbers");
+    // Three points of the rim are six numbers, and sensor and rim are ten.
+    let last = table.lines().count() - 3;
+    let few: Vec<&str> = table.lines().take(1).chain(table.lines().skip(last)).collect();
+    compare("few.csv", "profile.model.yaml", &(few.join("\n") + "\n"), "measured numbers cannot settle");
 }
 
 #[test]
@@ -167,9 +205,17 @@ fn profiles_as_a_sensor_exports_them_become_five_points_a_row() {
     lab.write("points.csv", &format!("profile,x_mm,z_mm\n{points}"));
     let made = lab.plumb(&["model", "profile", "poses.csv", "--points", "points.csv"]);
     assert_eq!(made.code(), 0, "{}", made.all());
-    assert!(made.out().starts_with("q1_deg,q2_deg,profile,on,profile1_x_mm,profile1_z_mm,"), "{}", made.out());
+    assert!(
+        made.out().starts_with("q1_deg,q2_deg,profile,on,profile1_x_mm,profile1_z_mm,"),
+        "{}",
+        made.out()
+    );
     assert_eq!(made.out().lines().last().unwrap().matches(",200.00000").count(), 5, "{}", made.out());
     lab.write("points.csv", "profile,x_mm,z_mm\nc,1,2\n");
     let refused = lab.plumb(&["model", "profile", "poses.csv", "--points", "points.csv"]);
-    assert!(refused.code() == 2 && refused.err().contains("profile `c` has points and no pose"), "{}", refused.all());
+    assert!(
+        refused.code() == 2 && refused.err().contains("profile `c` has points and no pose"),
+        "{}",
+        refused.all()
+    );
 }

@@ -110,10 +110,12 @@ fn orientations_of_poses_are_reported_beside_their_places() {
     let said = lab.plumb(&["report", "iso9283", "poses.csv", "-o", "poses.html"]);
     assert_eq!(said.code(), 0, "{}", said.all());
     // 0.2 deg aside in the mean; S is sqrt(0.02 / 3), three times that is 0.2449 deg.
-    let line = said.out().lines().filter(|line| line.trim_start().starts_with("P1")).nth(1).unwrap().to_owned();
+    let line =
+        said.out().lines().filter(|line| line.trim_start().starts_with("P1")).nth(1).unwrap().to_owned();
     let cells: Vec<&str> = line.split_whitespace().collect();
     assert_eq!(cells, ["P1", "0.0000", "0.0000", "0.2000", "0.0000", "0.0000", "0.2449"], "{}", said.out());
-    let json: Value = serde_json::from_str(&lab.plumb(&["report", "iso9283", "poses.csv", "--json"]).out()).unwrap();
+    let json: Value =
+        serde_json::from_str(&lab.plumb(&["report", "iso9283", "poses.csv", "--json"]).out()).unwrap();
     assert!((json["orientation"]["AP_abc_deg"][2].as_f64().unwrap() - 0.2).abs() < 1e-9, "{json}");
     assert!(std::fs::read_to_string(lab.path("poses.html")).unwrap().contains("Orientation at each pose"));
 }

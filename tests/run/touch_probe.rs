@@ -18,8 +18,25 @@ fn the_shipped_cell_names_the_elbow_by_touch_and_finds_cube_balls_and_stylus() {
     lab.write("touches.csv", &lab.plumb(&["show", "--table"]).out());
     let pair = ["probe.model.yaml", "--data", "touches.csv"];
     let verdict = json(&lab, &[&["model", "diagnose", "--json"], &pair[..]].concat());
-    assert_eq!((&verdict["verdict"], &verdict["candidates"][0]["effect"]), (&"named".into(), &"joint_zero(elbow)".into()), "{verdict}");
-    let added = json(&lab, &["model", "add", "probe.model.yaml", "joint_zero(elbow)", "--data", "touches.csv", "--json"]);
+    assert_eq!(
+        (&verdict["verdict"], &verdict["candidates"][0]["label"]),
+        (&"named".into(), &"joint_zero(elbow)".into()),
+        "{verdict}"
+    );
+    let added = json(
+        &lab,
+        &[
+            "model",
+            "add",
+            "probe.model.yaml",
+            "joint_zero(elbow)",
+            "--data",
+            "touches.csv",
+            "--holdout",
+            "none",
+            "--json",
+        ],
+    );
     let effect = &added["added"][0];
     let (size, se) = (effect["size"].as_f64().unwrap().abs(), effect["se"].as_f64().unwrap());
     assert!((size - 0.08).abs() < 4.0 * se && se < 0.01, "{effect}");
@@ -41,6 +58,6 @@ fn a_probe_that_is_nowhere_near_or_has_nothing_to_feel_fails_the_run_and_says_so
     lab.plumb(&["doctor", "--clean", "cell-probe.yaml"]);
     lab.edit("procedures/feel.yaml", "{read_probe: {at: top}}", "{read_probe: {at: tip}}");
     let run = lab.plumb(&["run", "cell-probe.yaml", "--headless", "--record", "other"]);
-    assert!(run.all().contains("nothing to feel called `tip`; there is top"), "{}", run.all());
+    assert!(run.all().contains("nothing to feel called `tip`; there is front"), "{}", run.all());
     lab.plumb(&["doctor", "--clean", "cell-probe.yaml"]);
 }

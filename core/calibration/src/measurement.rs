@@ -17,10 +17,10 @@ mod observations;
 mod orientation;
 mod position;
 mod profile;
-mod row;
-mod stripe;
 #[cfg(test)]
 mod profile_tests;
+mod row;
+mod stripe;
 #[cfg(test)]
 mod tests;
 mod tilt;

@@ -25,7 +25,8 @@ pub enum ProfileTableError {
     },
 }
 
-const OF_POINTS: &str = "a table of points has the columns profile, x_mm (along the sensor's line), z_mm (away from the sensor)";
+const OF_POINTS: &str =
+    "a table of points has the columns profile, x_mm (along the sensor's line), z_mm (away from the sensor)";
 const OF_POSES: &str = "it says which profile was taken in each row, by its name in the table of points";
 
 /// Points of a part of a profile from which it is smoothed by a parabola; of fewer the middle one is kept.
@@ -121,7 +122,9 @@ pub fn with_profiles(
     let profiles = profiles(&points)?;
     let (header, rows) = poses.rows()?;
     let place = poses.column(&header, "profile", OF_POSES)?;
-    if let Some(lost) = profiles.keys().find(|name| !rows.iter().any(|row| row.get(place) == Some(name.as_str()))) {
+    if let Some(lost) =
+        profiles.keys().find(|name| !rows.iter().any(|row| row.get(place) == Some(name.as_str())))
+    {
         return Err(ProfileTableError::NoPose { file: points.name.to_owned(), profile: lost.clone() });
     }
     let cells = |record: &csv::StringRecord| record.iter().map(quoted).collect::<Vec<_>>().join(",");
@@ -172,7 +175,11 @@ mod tests {
         for (poses, points, part) in [
             ("q1_deg\n1\n", "profile,x_mm,z_mm\na,1,2\n", "poses.csv: there is no column `profile`"),
             ("q1_deg,profile\n1,a\n", "profile,x_mm\na,1\n", "there is no column `z_mm`"),
-            ("q1_deg,profile\n1,a\n", "profile,x_mm,z_mm\na,1,far\n", "line 2, column `z_mm`: `far` is not a length"),
+            (
+                "q1_deg,profile\n1,a\n",
+                "profile,x_mm,z_mm\na,1,far\n",
+                "line 2, column `z_mm`: `far` is not a length",
+            ),
             ("q1_deg,profile\n1,a\n", "profile,x_mm,z_mm\nb,1,2\n", "profile `b` has points and no pose"),
         ] {
             let said = made(poses, points, 5).unwrap_err().to_string();

@@ -260,7 +260,8 @@ fn notes(run: &PoseRun, variations: &[SideVariation]) -> Vec<String> {
         notes.push("not all three axes were read: distances are in those that were".to_owned());
     }
     let has_turns = run.poses.iter().flat_map(|pose| &pose.visits).any(|visit| visit.turn.is_some());
-    let has_commanded = run.poses.iter().flat_map(|pose| &pose.visits).any(|visit| visit.commanded_turn.is_some());
+    let has_commanded =
+        run.poses.iter().flat_map(|pose| &pose.visits).any(|visit| visit.commanded_turn.is_some());
     if has_turns && !has_commanded && run.commanded_from != CommandedFrom::Unknown {
         notes.push(
             "nobody says how the target was to be turned: no accuracy of the orientation (columns commanded_qw ... or commanded_rx_deg ...)".to_owned(),

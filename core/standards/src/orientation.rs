@@ -75,8 +75,9 @@ pub(crate) fn greatest(values: impl Iterator<Item = [f64; 3]>) -> Option<[f64; 3
 
 /// How far apart the mean orientations of the ways to one pose are, deg.
 pub(crate) fn variation(means: &[Rotation3<f64>]) -> Option<[f64; 3]> {
-    let pairs = means.iter().enumerate().flat_map(|(index, one)| {
-        means.iter().skip(index + 1).map(move |other| turned(one, other))
-    });
+    let pairs = means
+        .iter()
+        .enumerate()
+        .flat_map(|(index, one)| means.iter().skip(index + 1).map(move |other| turned(one, other)));
     greatest(pairs)
 }

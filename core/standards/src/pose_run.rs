@@ -1,9 +1,11 @@
 //! Visits to a few poses, each reached many times, as ISO 9283 asks; read off a measurement table.
 
-use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
-use plumb_calibration::table::{Body, Covariate, Table, UNIT_TOLERANCE};
+use nalgebra::{Rotation3, Vector3};
+use plumb_calibration::table::{PositionColumns, Table};
 use serde::Serialize;
 use thiserror::Error;
+
+use crate::turns::{Predicted, Turns, TurnsError};
 
 /// Where the commanded positions are from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -32,15 +34,6 @@ pub struct Visit {
     pub commanded_turn: Option<Rotation3<f64>>,
     /// s; nothing where not logged.
     pub time: Option<f64>,
-}
-
-/// Where a model has the target in each row, and how it is turned there, frame of the measurements.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Predicted {
-    /// mm.
-    pub points: Vec<Vector3<f64>>,
-    /// From the target's axes.
-    pub turns: Vec<Rotation3<f64>>,
 }
 
 /// All visits to one pose by one way.
@@ -152,6 +145,20 @@ pub enum PoseRunError {
         /// What is wrong.
         what: String,
     },
+    /// A commanded orientation that is none.
+    #[error("{table}: {what}")]
+    CommandedTurn {
+        /// The table.
+        table: String,
+        /// What is wrong.
+        what: String,
+    },
+}
+
+impl From<TurnsError> for PoseRunError {
+    fn from(TurnsError { table, what }: TurnsError) -> Self {
+        Self::CommandedTurn { table, what }
+    }
 }
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -194,12 +201,7 @@ impl PoseRun {
                 None => (CommandedFrom::Unknown, None),
             },
         };
-        let attained_turns = table.orientations_as(Body::Target(columns.number)).map(|known| known.turns.as_slice());
-        let commanded_turns = match (predicted, attained_turns) {
-            (_, None) => None,
-            (Some(predicted), _) => Some(predicted.turns.clone()),
-            (None, Some(_)) => commanded_turns(table)?,
-        };
+        let turns = Turns::of(table, columns.number, predicted)?;
         let groups = groups(table)?;
         let mut run = Self {
             target: columns.target.clone(),
@@ -210,35 +212,47 @@ impl PoseRun {
         };
         for (pose, rows) in groups {
             for row in rows {
-                let xyz = columns.xyz.get(row).copied().unwrap_or([f64::NAN; 3]);
-                let missing = (0..3).find(|axis| axes[*axis] && !xyz[*axis].is_finite());
-                if let Some(axis) = missing {
-                    let reading = format!("{}_{}", run.target, AXES[axis]);
-                    return Err(PoseRunError::NotRead { table: source(), line: line(table, row), reading });
-                }
-                let attained = Vector3::from([0, 1, 2].map(|axis| if axes[axis] { xyz[axis] } else { 0.0 }));
-                let commanded = commanded.as_ref().and_then(|points| points.get(row)).map(|point| {
-                    Vector3::from([0, 1, 2].map(|axis| if axes[axis] { point[axis] } else { 0.0 }))
-                });
-                let time = table.time.as_ref().and_then(|time| time.get(row)).copied();
-                let turn = attained_turns.and_then(|turns| turns.get(row)).copied().flatten();
-                if attained_turns.is_some() && turn.is_none() {
-                    let reading = format!("the orientation of {}", run.target);
-                    return Err(PoseRunError::NotRead { table: source(), line: line(table, row), reading });
-                }
-                let visit = Visit {
-                    row,
-                    attained,
-                    commanded,
-                    turn,
-                    commanded_turn: commanded_turns.as_ref().and_then(|turns| turns.get(row)).copied(),
-                    time: time.filter(|time| time.is_finite()),
-                };
+                let visit = run.visit(table, columns, commanded.as_deref(), &turns, row)?;
                 run.take(&pose, sides(table, row), visit);
             }
         }
         run.check(table)?;
         Ok(run)
+    }
+
+    /// One return.
+    fn visit(
+        &self,
+        table: &Table,
+        columns: &PositionColumns,
+        commanded: Option<&[Vector3<f64>]>,
+        turns: &Turns<'_>,
+        row: usize,
+    ) -> Result<Visit, PoseRunError> {
+        let not_read = |reading: String| {
+            let line = line(table, row);
+            PoseRunError::NotRead { table: table.source.clone(), line, reading }
+        };
+        let xyz = columns.xyz.get(row).copied().unwrap_or([f64::NAN; 3]);
+        let read = |point: &[f64; 3]| {
+            Vector3::from([0, 1, 2].map(|axis| if self.axes[axis] { point[axis] } else { 0.0 }))
+        };
+        if let Some(axis) = (0..3).find(|axis| self.axes[*axis] && !xyz[*axis].is_finite()) {
+            return Err(not_read(format!("{}_{}", self.target, AXES[axis])));
+        }
+        let turn = turns.attained.and_then(|turns| turns.get(row)).copied().flatten();
+        if turns.attained.is_some() && turn.is_none() {
+            return Err(not_read(format!("the orientation of {}", self.target)));
+        }
+        let time = table.time.as_ref().and_then(|time| time.get(row)).copied();
+        Ok(Visit {
+            row,
+            attained: read(&xyz),
+            commanded: commanded.and_then(|points| points.get(row)).map(|point| read(&(*point).into())),
+            turn,
+            commanded_turn: turns.commanded.as_ref().and_then(|turns| turns.get(row)).copied(),
+            time: time.filter(|time| time.is_finite()),
+        })
     }
 
     fn take(&mut self, pose: &str, sides: Option<Vec<i8>>, visit: Visit) {
@@ -348,58 +362,4 @@ fn commanded_columns(table: &Table, axes: [bool; 3]) -> Result<Option<Vec<Vector
         }
     }
     Ok(Some(points))
-}
-
-/// The commanded orientations by their columns: a quaternion, or a rotation vector in rad or deg; nothing where the table has none.
-fn commanded_turns(table: &Table) -> Result<Option<Vec<Rotation3<f64>>>, PoseRunError> {
-    let forms: [(&[&str], f64); 3] = [
-        (&["commanded_qw", "commanded_qx", "commanded_qy", "commanded_qz"], 1.0),
-        (&["commanded_rx_rad", "commanded_ry_rad", "commanded_rz_rad"], 1.0),
-        (&["commanded_rx_deg", "commanded_ry_deg", "commanded_rz_deg"], std::f64::consts::PI / 180.0),
-    ];
-    let named = |name: &str| table.covariates.iter().find(|column| column.name == name);
-    let bad = |what: String| PoseRunError::Commanded { table: table.source.clone(), what };
-    for (names, scale) in forms {
-        let columns: Vec<&Covariate> = names.iter().filter_map(|name| named(name)).collect();
-        if columns.is_empty() {
-            continue;
-        }
-        if let Some(lost) = names.iter().find(|name| named(name).is_none()) {
-            let found = columns.first().map_or("", |column| column.name.as_str());
-            return Err(bad(format!("there is `{found}` and no column `{lost}`: an orientation has all of {}", names.join(", "))));
-        }
-        let turn = |row: usize| {
-            let cells: Vec<f64> = columns.iter().map(|column| column.number(row) * scale).collect();
-            if let Some(column) = columns.iter().find(|column| !column.levels().is_empty() || !column.number(row).is_finite()) {
-                return Err(bad(format!("line {}: `{}` is empty or no number", line(table, row), column.name)));
-            }
-            match cells[..] {
-                [w, x, y, z] => {
-                    let quaternion = Quaternion::new(w, x, y, z);
-                    if (quaternion.norm() - 1.0).abs() > UNIT_TOLERANCE {
-                        let length = quaternion.norm();
-                        return Err(bad(format!(
-                            "line {}: the commanded quaternion has length {length:.4}; that of an orientation has length 1",
-                            line(table, row)
-                        )));
-                    }
-                    Ok(UnitQuaternion::from_quaternion(quaternion).to_rotation_matrix())
-                }
-                [x, y, z] => Ok(Rotation3::new(Vector3::new(x, y, z))),
-                _ => Ok(Rotation3::identity()),
-            }
-        };
-        return (0..table.len()).map(turn).collect::<Result<Vec<_>, _>>().map(Some);
-    }
-    let begun = table.covariates.iter().find(|column| {
-        ["commanded_r", "commanded_q", "commanded_yaw", "commanded_pitch"].iter().any(|begin| column.name.starts_with(begin))
-    });
-    match begun {
-        Some(column) => Err(bad(format!(
-            "`{}` is no part of a commanded orientation: write commanded_qw, commanded_qx, commanded_qy, commanded_qz, or commanded_rx_deg, commanded_ry_deg, \
-             commanded_rz_deg (a rotation vector; or _rad)",
-            column.name
-        ))),
-        None => Ok(None),
-    }
 }

@@ -271,7 +271,10 @@ fn figures_of_orientation_are_those_of_the_standard_also_where_angles_of_the_att
     let table = Table::parse("poses.csv", TURNED).unwrap();
     let report = iso_9283(&PoseRun::of(&table, None, None).unwrap());
     let same = |found: [f64; 3], expected: [f64; 3]| {
-        assert!(found.iter().zip(expected).all(|(one, other)| (one - other).abs() < 1e-6), "{found:?} {expected:?}");
+        assert!(
+            found.iter().zip(expected).all(|(one, other)| (one - other).abs() < 1e-6),
+            "{found:?} {expected:?}"
+        );
     };
     let at = |pose: usize| report.at[pose].orientation.unwrap();
     same(at(0).accuracy.unwrap(), [0.121154, -0.041577, 0.311544]);
@@ -287,13 +290,30 @@ fn figures_of_orientation_are_those_of_the_standard_also_where_angles_of_the_att
     let report = iso_9283(&PoseRun::of(&Table::parse("poses.csv", &without).unwrap(), None, None).unwrap());
     let alone = report.at[0].orientation.unwrap();
     assert_eq!(alone.accuracy, None);
-    assert!(alone.repeatability.iter().zip([0.114770, 0.108624, 0.111299]).all(|(one, other)| (one - other).abs() < 1e-3));
-    let refused = |text: String| PoseRun::of(&Table::parse("poses.csv", &text).unwrap(), None, None).unwrap_err().to_string();
+    assert!(
+        alone
+            .repeatability
+            .iter()
+            .zip([0.114770, 0.108624, 0.111299])
+            .all(|(one, other)| (one - other).abs() < 1e-3)
+    );
+    let refused = |text: String| {
+        PoseRun::of(&Table::parse("poses.csv", &text).unwrap(), None, None).unwrap_err().to_string()
+    };
     for (text, part) in [
         (TURNED.replace("commanded_qz", "wanted"), "no column `commanded_qz`"),
-        (TURNED.replace("0.707106781,0,0.707106781,0,2", "0.7,0,0.1,0,2"), "line 4: the commanded quaternion has length 0.7071"),
-        (TURNED.replace(",2,0.707471534,-0.000768569,0.7067373,0.002413857", ",2,,,,"), "line 4: the orientation of p1 is empty"),
-        (without.replace("note_qw", "commanded_yaw_deg"), "`commanded_yaw_deg` is no part of a commanded orientation"),
+        (
+            TURNED.replace("0.707106781,0,0.707106781,0,2", "0.7,0,0.1,0,2"),
+            "line 4: the commanded quaternion has length 0.7071",
+        ),
+        (
+            TURNED.replace(",2,0.707471534,-0.000768569,0.7067373,0.002413857", ",2,,,,"),
+            "line 4: the orientation of p1 is empty",
+        ),
+        (
+            without.replace("note_qw", "commanded_yaw_deg"),
+            "`commanded_yaw_deg` is no part of a commanded orientation",
+        ),
     ] {
         let said = refused(text);
         assert!(said.contains(part), "{part}: {said}");

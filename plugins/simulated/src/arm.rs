@@ -19,8 +19,8 @@ mod touch_probe;
 mod travel;
 
 pub use description::{
-    ArmOnPaper, ArmWorldDescription, BoardCamera, LevelDirection, LevelSurface, LineSensor, Sight, SpiritLevel, Tabletop, Tool,
-    TouchProbe,
+    ArmOnPaper, ArmWorldDescription, BoardCamera, LevelDirection, LevelSurface, LineSensor, Sight,
+    SpiritLevel, Tabletop, Tool, TouchProbe,
 };
 pub use drive::{Drive, JointDrive, MotorCoupling};
 pub use measuring::MeasuringError;

@@ -279,10 +279,16 @@ mod tests {
     }
 
     #[test]
-    fn a_line_in_space_has_two_distances_that_together_are_the_distance_and_derivatives_that_agree_with_differences() {
+    fn a_line_in_space_has_two_distances_that_together_are_the_distance_and_derivatives_that_agree_with_differences()
+     {
         let up = Vector3::z();
-        for direction in [Vector3::new(0.3, 1.0, 0.0), Vector3::new(0.3, -0.8, 0.6), Vector3::new(-0.1, 0.2, 1.0)] {
-            let line = SurfaceShape::Line { point: Vector3::new(100.0, 20.0, 3.0), direction: direction.normalize() };
+        for direction in
+            [Vector3::new(0.3, 1.0, 0.0), Vector3::new(0.3, -0.8, 0.6), Vector3::new(-0.1, 0.2, 1.0)]
+        {
+            let line = SurfaceShape::Line {
+                point: Vector3::new(100.0, 20.0, 3.0),
+                direction: direction.normalize(),
+            };
             let [(left, _), (over, _)] = line.beside_line(&POINT, &up).unwrap();
             // The distance by the textbook: of the cross product.
             let away = (POINT - Vector3::new(100.0, 20.0, 3.0)).cross(&direction.normalize()).norm();
@@ -297,7 +303,10 @@ mod tests {
                     };
                     let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
                     let told = line.line_derivative(part, which, &POINT, &up).unwrap();
-                    assert!((told - slope).abs() < 1e-5, "{direction} part {part} number {which}: {told} {slope}");
+                    assert!(
+                        (told - slope).abs() < 1e-5,
+                        "{direction} part {part} number {which}: {told} {slope}"
+                    );
                 }
             }
         }

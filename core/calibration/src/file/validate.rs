@@ -4,8 +4,7 @@ use std::path::Path;
 
 use nalgebra::{Rotation3, Vector3};
 use plumb_document::{
-    DocumentKind, FileKind, FileProblems, Problems, Span, Spanned, did_you_mean, parse_as, read_document,
-    typed,
+    DocumentKind, FileKind, FileProblems, Problems, Span, Spanned, parse_as, read_document, typed,
 };
 use plumb_kinematics::{Chain, Convention, Joint, Mass, Motion};
 
@@ -19,9 +18,7 @@ use super::raw::{
 use super::urdf_frames;
 use crate::arm_model::Sensor;
 use crate::arm_model::SurfaceShape;
-use crate::arm_model::{
-    AddedEffect, Correction, Frame, Level, Model, Surface, Target, Touch, TouchDistance,
-};
+use crate::arm_model::{AddedEffect, Correction, Frame, Level, Model, Surface, Target, Touch, TouchDistance};
 use crate::effect;
 use crate::suggestion::suggestion;
 use crate::table::Table;
@@ -156,7 +153,8 @@ impl Checker<'_> {
         self.measured(raw, model);
         model.levels = self.levels(raw, &model.chain);
         model.board = raw.board.as_ref().and_then(|board| self.board(board, model).ok());
-        model.profile_sensor = raw.profile.as_ref().and_then(|profile| self.profile_sensor(profile, model).ok());
+        model.profile_sensor =
+            raw.profile.as_ref().and_then(|profile| self.profile_sensor(profile, model).ok());
         model.touch = raw.touch.as_ref().and_then(|touch| self.touch(touch, model).ok());
         if self.definitions(&raw.define, model) && self.problems.len() == before {
             self.all_effects(raw, model);
@@ -379,7 +377,9 @@ impl Checker<'_> {
                 let (centre, radius) = (Vector3::from(sphere.centre_mm), sphere.radius_mm.value);
                 match radius > 0.0 && radius.is_finite() {
                     true => Ok(SurfaceShape::Sphere { centre, radius, free_radius: false }),
-                    false => self.fail(&sphere.radius_mm.span, format!("a ball of radius {radius} mm cannot be")),
+                    false => {
+                        self.fail(&sphere.radius_mm.span, format!("a ball of radius {radius} mm cannot be"))
+                    }
                 }
             }
             (None, None, None, Some(point)) => Ok(SurfaceShape::Point { point: Vector3::from(*point) }),

@@ -52,9 +52,11 @@ fn points_by_surface(
     let mut scratch = Scratch::default();
     for row in rows {
         let named = machine.table.on.name(*row).and_then(|name| machine.model.surface_position(name));
-        let (Some(own), Some(turn), Some(place)) =
-            (named.and_then(|surface| points.get_mut(surface)), state.turns.get(sensor), state.targets.get(sensor))
-        else {
+        let (Some(own), Some(turn), Some(place)) = (
+            named.and_then(|surface| points.get_mut(surface)),
+            state.turns.get(sensor),
+            state.targets.get(sensor),
+        ) else {
             continue;
         };
         let flange = state.base * machine.flange(state, *row, &mut scratch);
@@ -71,7 +73,8 @@ fn points_by_surface(
 /// The axes along which points spread, the most first, and their middle.
 fn principal_axes(points: &[Vector3<f64>]) -> (Vector3<f64>, [Vector3<f64>; 3]) {
     let middle = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
-    let spread: Matrix3<f64> = points.iter().map(|point| (point - middle) * (point - middle).transpose()).sum();
+    let spread: Matrix3<f64> =
+        points.iter().map(|point| (point - middle) * (point - middle).transpose()).sum();
     let eigen = spread.symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|one, other| eigen.eigenvalues[*other].total_cmp(&eigen.eigenvalues[*one]));
@@ -165,7 +168,13 @@ pub(super) fn place_profiles(
     let held: Vec<usize> =
         (0..machine.slots().len()).filter(|index| !machine.slots().get(*index).is_some_and(is_own)).collect();
     let settle = |guess: &State, steps: usize| {
-        let settled = descend(&machine.over(&some, &ones), guess, &held, Settings { steps, damping: CAREFUL }, progress)?;
+        let settled = descend(
+            &machine.over(&some, &ones),
+            guess,
+            &held,
+            Settings { steps, damping: CAREFUL },
+            progress,
+        )?;
         Ok((settled.normal.squares, settled.state))
     };
     let turns_free = machine.model.targets.get(sensor).is_some_and(|target| target.turn_free);

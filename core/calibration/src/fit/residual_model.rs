@@ -128,8 +128,7 @@ impl<'a> ResidualModel<'a> {
         for (index, target) in self.model.targets.iter().enumerate().filter(|(_, target)| target.turn_free) {
             let is_camera = self.model.board.as_ref().is_some_and(|board| board.camera == index);
             let is_seen = self.table.orientations_of(&target.name).is_some();
-            let is_line_sensor =
-                self.model.profile_sensor == Some(index) && !self.table.profiles.is_empty();
+            let is_line_sensor = self.model.profile_sensor == Some(index) && !self.table.profiles.is_empty();
             if is_seen || is_line_sensor || (is_camera && self.table.sees_a_board()) {
                 slots.extend((0..3).map(|axis| Slot::TargetTurn(index, axis)));
             }

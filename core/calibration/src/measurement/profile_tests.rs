@@ -3,9 +3,9 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::*;
+use crate::arm_model::AddedEffect;
 use crate::arm_model::Model;
 use crate::effect::{EffectId, Spot};
-use crate::arm_model::AddedEffect;
 use crate::fit::ResidualModel;
 use crate::table::{Table, table_text};
 
@@ -36,7 +36,9 @@ const ROWS: &str = "q1_deg,q2_deg,q3_deg,profile1_x_mm,profile1_z_mm,profile2_x_
 /// The flange by plain products of rotations and shifts, base frame.
 fn flange(q: [f64; 3]) -> (Rotation3<f64>, Vector3<f64>) {
     let (mut turn, mut at) = (Rotation3::identity(), Vector3::zeros());
-    for ((a, alpha, d), q) in [(0.0, 90.0, 195.0), (177.8, 0.0, 10.0), (20.0, -30.0, 109.0)].into_iter().zip(q) {
+    for ((a, alpha, d), q) in
+        [(0.0, 90.0, 195.0), (177.8, 0.0, 10.0), (20.0, -30.0, 109.0)].into_iter().zip(q)
+    {
         let about_z = Rotation3::from_axis_angle(&Vector3::z_axis(), f64::to_radians(q));
         at += turn * (about_z * Vector3::new(a, 0.0, d));
         turn = turn * about_z * Rotation3::from_axis_angle(&Vector3::x_axis(), f64::to_radians(alpha));
@@ -46,7 +48,9 @@ fn flange(q: [f64; 3]) -> (Rotation3<f64>, Vector3<f64>) {
 
 /// Where a point of a profile is, frame of the measurements.
 fn seen(q: [f64; 3], x: f64, z: f64) -> Vector3<f64> {
-    let euler = |rpy: [f64; 3]| Rotation3::from_euler_angles(rpy[0].to_radians(), rpy[1].to_radians(), rpy[2].to_radians());
+    let euler = |rpy: [f64; 3]| {
+        Rotation3::from_euler_angles(rpy[0].to_radians(), rpy[1].to_radians(), rpy[2].to_radians())
+    };
     let (turn, at) = flange(q);
     let on_flange = Vector3::new(-30.0, 12.0, 20.0) + euler([5.0, 8.0, -100.0]) * Vector3::new(x, 0.0, z);
     euler([1.0, -2.0, 10.0]) * (at + turn * on_flange) + Vector3::new(3.0, -4.0, 5.0)
@@ -60,7 +64,8 @@ fn refused(rows: &str) -> String {
 
 #[test]
 fn predictions_agree_with_an_arm_worked_out_by_hand() {
-    let (model, table) = (Model::parse("model.yaml", MODEL).unwrap(), Table::parse("rows.csv", ROWS).unwrap());
+    let (model, table) =
+        (Model::parse("model.yaml", MODEL).unwrap(), Table::parse("rows.csv", ROWS).unwrap());
     let observations = Observations::new(&model, &table).unwrap();
     let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
     let found: Vec<f64> = machine.residuals(&machine.start()).iter().map(|left| -left).collect();
@@ -77,7 +82,10 @@ fn predictions_agree_with_an_arm_worked_out_by_hand() {
     let mut expected = vec![over(seen(pose, -15.0, 150.0)), over(seen(pose, 20.0, 160.0)), ball];
     expected.extend([rim(4.5, 141.0), rim(6.0, 139.0)].concat());
     assert_eq!(found.len(), expected.len());
-    assert!(found.iter().zip(&expected).all(|(one, other)| (one - other).abs() < 1e-8), "{found:?} {expected:?}");
+    assert!(
+        found.iter().zip(&expected).all(|(one, other)| (one - other).abs() < 1e-8),
+        "{found:?} {expected:?}"
+    );
     assert!(observations.equations.iter().all(|one| one.is_declared && one.sigma == 0.02));
     let again = Table::parse("again.csv", &table_text(&table)).unwrap();
     assert_eq!(table_text(&again), table_text(&table));
@@ -85,7 +93,8 @@ fn predictions_agree_with_an_arm_worked_out_by_hand() {
 
 #[test]
 fn derivatives_by_every_free_number_agree_with_differences() {
-    let (model, table) = (Model::parse("model.yaml", MODEL).unwrap(), Table::parse("rows.csv", ROWS).unwrap());
+    let (model, table) =
+        (Model::parse("model.yaml", MODEL).unwrap(), Table::parse("rows.csv", ROWS).unwrap());
     let observations = Observations::new(&model, &table).unwrap();
     let zeros: Vec<AddedEffect> = (0..3)
         .map(|joint| AddedEffect { id: EffectId::at("joint_zero", Spot::Joint(joint)), values: vec![0.0] })
@@ -105,7 +114,10 @@ fn derivatives_by_every_free_number_agree_with_differences() {
         for (equation, (ahead, behind)) in ahead.iter().zip(&behind).enumerate() {
             let (slope, told) = ((behind - ahead) / 2e-6, jacobian[(slot, equation)]);
             let name = machine.slot_name(machine.slots()[slot]);
-            assert!((told - slope).abs() < 1e-4 * (1.0 + slope.abs()), "{name}, {equation}: {told} beside {slope}");
+            assert!(
+                (told - slope).abs() < 1e-4 * (1.0 + slope.abs()),
+                "{name}, {equation}: {told} beside {slope}"
+            );
         }
     }
 }
@@ -117,19 +129,26 @@ fn profiles_that_lack_something_are_refused_with_what_would_be_right() {
         ("1,2,3,4,150,\n", "line 2: a profile needs `on`, the name of the surface it lies on"),
         ("1,2,3,4,,plate\n", "`profile` has its x and no `profile_z_mm`"),
         ("1,2,3,,,plate\n", "the row has no point of it"),
-        ("1,2,3,4,150,plat\n", "`plat` in column `on` is not in the model's `surfaces:`; did you mean `plate`?"),
+        (
+            "1,2,3,4,150,plat\n",
+            "`plat` in column `on` is not in the model's `surfaces:`; did you mean `plate`?",
+        ),
     ] {
         let said = refused(&format!("{head}{row}"));
         assert!(said.contains(part), "{part}: {said}");
     }
     let without = MODEL.replace("profile: {seen_by: p2}\n", "");
-    let (model, table) = (Model::parse("model.yaml", &without).unwrap(), Table::parse("rows.csv", ROWS).unwrap());
+    let (model, table) =
+        (Model::parse("model.yaml", &without).unwrap(), Table::parse("rows.csv", ROWS).unwrap());
     let said = Observations::new(&model, &table).unwrap_err().to_string();
     assert!(said.contains("`profile: {seen_by: p1}`"), "{said}");
     for (text, part) in [
         (MODEL.replace(", radius_mm: 12", ""), "radius_mm"),
         (MODEL.replace("radius_mm: 12", "radius_mm: -12"), "a ball of radius -12 mm cannot be"),
-        (MODEL.replace("profile: {seen_by: p2}", "profile: {seen_by: p3}"), "no target `p3` that could be the laser line sensor"),
+        (
+            MODEL.replace("profile: {seen_by: p2}", "profile: {seen_by: p3}"),
+            "no target `p3` that could be the laser line sensor",
+        ),
     ] {
         let said = Model::parse("model.yaml", &text).unwrap_err().to_string();
         assert!(said.contains(part), "{part}: {said}");
@@ -139,7 +158,8 @@ fn profiles_that_lack_something_are_refused_with_what_would_be_right() {
         ("profile_x_px,profile_z_mm", "units are mm, m, in"),
         ("profile1_y_mm,profile1_z_mm", "across its plane it measures nothing"),
     ] {
-        let said = Table::parse("t.csv", &format!("q1_deg,q2_deg,q3_deg,{header},on\n1,2,3,4,5,plate\n")).unwrap_err();
+        let said = Table::parse("t.csv", &format!("q1_deg,q2_deg,q3_deg,{header},on\n1,2,3,4,5,plate\n"))
+            .unwrap_err();
         assert!(said.to_string().contains(part), "{part}: {said}");
     }
 }

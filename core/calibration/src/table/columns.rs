@@ -288,7 +288,9 @@ impl Table {
 
     /// Whether a laser line sensor saw any point in a row.
     pub fn has_profile(&self, row: usize) -> bool {
-        let seen = |columns: &ProfileColumns| columns.xz.get(row).is_some_and(|[x, z]| x.is_finite() && z.is_finite());
+        let seen = |columns: &ProfileColumns| {
+            columns.xz.get(row).is_some_and(|[x, z]| x.is_finite() && z.is_finite())
+        };
         self.profiles.iter().any(seen)
     }
 

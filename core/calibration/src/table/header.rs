@@ -212,7 +212,8 @@ fn of_board(name: &str, rest: &[&str]) -> Result<Meaning, String> {
 
 /// A point of a profile, in the plane of the sensor.
 fn of_profile(name: &str, number: usize, rest: &[&str]) -> Result<Meaning, String> {
-    let part = rest.first().and_then(|name_of_axis| ["x", "z"].iter().position(|known| known == name_of_axis));
+    let part =
+        rest.first().and_then(|name_of_axis| ["x", "z"].iter().position(|known| known == name_of_axis));
     match (part, rest) {
         (Some(part), [_, unit]) => {
             scaled(name, length(unit), &LENGTHS, |scale| Meaning::Profile { number, part, scale })

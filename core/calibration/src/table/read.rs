@@ -279,15 +279,7 @@ fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
                 });
             }
             Meaning::Approach { .. } => table.approach = Some(Vec::new()),
-            Meaning::Covariate if !column.read_as.is_empty() => {
-                let name = &column.read_as;
-                table.covariates.push(Covariate::empty(name));
-                if let Some(known) = header::near_miss(name, joints).or_else(|| naming::likely(name)) {
-                    table
-                        .warnings
-                        .push(format!("column `{name}` is kept as a covariate; was `{known}` meant? --columns {name}={known}"));
-                }
-            }
+            Meaning::Covariate if !column.read_as.is_empty() => keep_covariate(&mut table, &column.read_as),
             _ => {}
         }
     }
@@ -296,6 +288,16 @@ fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
         TableError::Header { path: path.to_owned(), column: column + 1, name, reason }
     })?;
     Ok(table)
+}
+
+/// Keeps a column that the reader does not know, and asks whether one that it knows was meant.
+fn keep_covariate(table: &mut Table, name: &str) {
+    table.covariates.push(Covariate::empty(name));
+    if let Some(known) = header::near_miss(name, table.joints).or_else(|| naming::likely(name)) {
+        table.warnings.push(format!(
+            "column `{name}` is kept as a covariate; was `{known}` meant? --columns {name}={known}"
+        ));
+    }
 }
 
 /// The columns that hold numbers of orientations.

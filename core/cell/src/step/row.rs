@@ -100,7 +100,9 @@ fn is_of_target(name: &str) -> bool {
     if let [point, "x" | "z", "mm"] = parts.as_slice()
         && let Some(digits) = point.strip_prefix("profile")
     {
-        return digits.len() < 4 && !digits.starts_with('0') && digits.bytes().all(|byte| byte.is_ascii_digit());
+        return digits.len() < 4
+            && !digits.starts_with('0')
+            && digits.bytes().all(|byte| byte.is_ascii_digit());
     }
     let body = match parts.as_slice() {
         [body, "x" | "y" | "z", "mm"]

@@ -52,9 +52,15 @@ pub(super) fn found_surfaces(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Foun
 
 fn surface(name: &str, shape: &SurfaceShape, error: impl Fn(usize) -> Option<f64>) -> FoundSurface {
     let length = |name, value, which| FoundNumber { name, value, se: error(which), unit: "mm" };
-    let turn = |name, which| FoundNumber { name, value: None, se: error(which).map(f64::to_degrees), unit: "deg" };
+    let turn =
+        |name, which| FoundNumber { name, value: None, se: error(which).map(f64::to_degrees), unit: "deg" };
     let centred = |at: &[f64; 3]| {
-        ["x", "y", "z"].into_iter().zip(at).enumerate().map(|(axis, (name, value))| length(name, Some(*value), axis)).collect()
+        ["x", "y", "z"]
+            .into_iter()
+            .zip(at)
+            .enumerate()
+            .map(|(axis, (name, value))| length(name, Some(*value), axis))
+            .collect()
     };
     let (shape, direction, xyz_mm, numbers) = match shape {
         SurfaceShape::Plane { normal, offset } => (
@@ -67,7 +73,12 @@ fn surface(name: &str, shape: &SurfaceShape, error: impl Fn(usize) -> Option<f64
             "edge",
             Some((*direction).into()),
             Some((*point).into()),
-            vec![length("left", None, 0), length("over", None, 2), turn("turn to the left", 1), turn("tilt", 3)],
+            vec![
+                length("left", None, 0),
+                length("over", None, 2),
+                turn("turn to the left", 1),
+                turn("tilt", 3),
+            ],
         ),
         SurfaceShape::Sphere { centre, .. } => {
             let at: [f64; 3] = (*centre).into();

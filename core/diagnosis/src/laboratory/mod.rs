@@ -3,16 +3,16 @@
 mod addition;
 mod comparison;
 mod effect_plot;
+mod found_surfaces;
 mod known;
 mod map_note;
 mod mapping;
 mod orientations;
-mod found_surfaces;
 mod placements;
 mod plausible;
-mod profile_units;
 mod point_errors;
 mod preview;
+mod profile_units;
 mod regressor;
 mod rows;
 
@@ -20,10 +20,10 @@ pub(crate) use addition::moved;
 pub use addition::{Addition, without};
 pub use comparison::{Comparison, EffectValue, JointAxis, JointError, OrientationErrors, Rms};
 pub use effect_plot::EffectPlot;
+pub use found_surfaces::{FoundNumber, FoundSurface};
 pub use map_note::MapNote;
 pub use mapping::MapStep;
 pub(crate) use mapping::{Mapped, drop_map};
-pub use found_surfaces::{FoundNumber, FoundSurface};
 pub use placements::Placement;
 pub use plausible::ImplausibleError;
 pub use point_errors::{ErrorSummary, Errors};
@@ -147,8 +147,8 @@ fn hold_unseen_base(model: &mut Model, table: &Table) {
         || (!table.on.names.is_empty() && table.profiles.is_empty());
     // Surfaces that may all move say no more of the base than the board does.
     let are_free = || {
-        let named = table.on.names.iter().filter_map(|name| model.surface_position(name));
-        named.into_iter().all(|place| model.surfaces.get(place).is_some_and(|surface| surface.free))
+        let mut named = table.on.names.iter().filter_map(|name| model.surface_position(name));
+        named.all(|place| model.surfaces.get(place).is_some_and(|surface| surface.free))
     };
     if !table.profiles.is_empty() && !reads_else && !table.sees_a_board() && are_free() {
         model.base.free = false;

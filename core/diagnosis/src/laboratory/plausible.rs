@@ -68,7 +68,9 @@ pub enum ImplausibleError {
         rows: usize,
     },
     /// Points of profiles that no sensor sees so.
-    #[error("{table}: the points of the profiles cannot be in mm: {seen}; if they are in {as_what}, say so in the headers (`profile_x_m`; units are mm, m, in) or convert them")]
+    #[error(
+        "{table}: the points of the profiles cannot be in mm: {seen}; if they are in {as_what}, say so in the headers (`profile_x_m`; units are mm, m, in) or convert them"
+    )]
     ProfileUnit {
         /// The table.
         table: String,

@@ -55,7 +55,10 @@ pub(super) fn check(model: &Model, table: &Table) -> Result<(), ImplausibleError
         return refused(format!("all of them lie within {farthest:.4} mm of the sensor's origin"), "m");
     }
     if farthest > FARTHEST {
-        return refused(format!("one lies {farthest:.0} mm from the sensor's origin"), "something smaller than mm");
+        return refused(
+            format!("one lies {farthest:.0} mm from the sensor's origin"),
+            "something smaller than mm",
+        );
     }
     balls(model, table, &rows)
 }
@@ -68,7 +71,9 @@ fn balls(model: &Model, table: &Table, rows: &[Vec<[f64; 2]>]) -> Result<(), Imp
         let seen = own.filter_map(|row| rows.get(row)).filter(|points| points.len() >= POINTS_OF_A_CIRCLE);
         let mut circles: Vec<f64> = seen.filter_map(|points| radius(points)).collect();
         circles.sort_by(f64::total_cmp);
-        let Some(middle) = circles.get(circles.len() / 2).copied().filter(|_| circles.len() >= ROWS_WITH_CIRCLES) else {
+        let Some(middle) =
+            circles.get(circles.len() / 2).copied().filter(|_| circles.len() >= ROWS_WITH_CIRCLES)
+        else {
             continue;
         };
         if middle > LARGER_THAN_THE_BALL * known {

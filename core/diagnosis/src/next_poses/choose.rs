@@ -213,9 +213,8 @@ impl<'a> Chooser<'a> {
             let mut all = Vec::new();
             for (row, allowed) in reach_allowed.iter_mut().enumerate() {
                 let block = machine.block(&state, &[row], &ones, &[]);
-                *allowed &=
-                    (!table.is_of_stripes() && table.profiles.is_empty())
-                        || falls_on_its_surfaces(&observations, row, &block.residuals);
+                *allowed &= (!table.is_of_stripes() && table.profiles.is_empty())
+                    || falls_on_its_surfaces(&observations, row, &block.residuals);
                 all.push((-DVector::from_vec(block.residuals), block.jacobian.transpose()));
                 *allowed &= machine.stays_clear(&state, row, wish.keep_out)
                     && self.view.is_none_or(|view| view.sees(&machine, &state, row));

@@ -8,8 +8,8 @@ use super::fall_picture;
 use super::gather::Report;
 use super::shown_rows::shown;
 use super::tables::{
-    all_rows, along_joints, candidates, effects, errors, groups, list, most_turned_rows, next, orientation_errors,
-    story, worst_rows,
+    all_rows, along_joints, candidates, effects, errors, groups, list, most_turned_rows, next,
+    orientation_errors, story, worst_rows,
 };
 use crate::phrase::percent;
 use crate::plot::{Links, Panel, effect_panel, escaped, grid, panels, space};

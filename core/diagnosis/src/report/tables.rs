@@ -167,7 +167,12 @@ pub(super) fn all_rows(out: &mut String, comparison: &Comparison, shown: &HashSe
     )?;
     head_of_rows(out, comparison)?;
     for row in comparison.rows.iter().filter(|row| shown.contains(&row.line)) {
-        writeln!(out, "<tr id=\"line-{0}\"><td class=\"n\">{0}</td>{1}</tr>", row.line, row_cells(row, turns(comparison)))?;
+        writeln!(
+            out,
+            "<tr id=\"line-{0}\"><td class=\"n\">{0}</td>{1}</tr>",
+            row.line,
+            row_cells(row, turns(comparison))
+        )?;
     }
     writeln!(out, "</table></div>")?;
     match comparison.rows.len().saturating_sub(shown.len()) {

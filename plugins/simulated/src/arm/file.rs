@@ -14,7 +14,7 @@ use super::puma560;
 use crate::light::file::RawLight;
 use crate::physics::imperfection::{Imperfection, Mechanism};
 use crate::physics::machine::{Conditions, Machine};
-use crate::physics::rigid::{Rigid, Rotation, Vector};
+use crate::physics::rigid::{Rotation, Vector};
 use crate::world::Instrument;
 use crate::world::file::typed::Typed;
 use crate::world::file::{WorldFileError, no_world};

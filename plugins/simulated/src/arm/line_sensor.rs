@@ -3,7 +3,7 @@
 use super::ArmWorld;
 use super::description::Sight;
 use super::measuring::MeasuringError;
-use crate::physics::rigid::{Rigid, Vector};
+use crate::physics::rigid::Rigid;
 use crate::protocol::Axis;
 use crate::world::normal;
 
@@ -22,7 +22,8 @@ impl Sight {
         let sensor_from_world = world_from_sensor.inverse();
         match *self {
             Sight::Plane { point, normal } => {
-                let (point, normal) = (sensor_from_world.apply(point), sensor_from_world.rotation.apply(normal));
+                let (point, normal) =
+                    (sensor_from_world.apply(point), sensor_from_world.rotation.apply(normal));
                 if normal.z.abs() < 0.2 {
                     return Err("the laser grazes it");
                 }
@@ -46,7 +47,8 @@ impl Sight {
                 Ok(ALONG.map(at).to_vec())
             }
             Sight::Edge { point, direction } => {
-                let (point, along) = (sensor_from_world.apply(point), sensor_from_world.rotation.apply(direction));
+                let (point, along) =
+                    (sensor_from_world.apply(point), sensor_from_world.rotation.apply(direction));
                 if along.y.abs() < 0.2 {
                     return Err("the laser runs along the edge");
                 }
@@ -106,11 +108,12 @@ impl ArmWorld {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::rigid::Rotation;
+    use crate::physics::rigid::{Rotation, Vector};
 
     /// A sensor 200 mm over the table that looks down, its line along the world's y.
     fn over_the_table() -> Rigid {
-        let rotation = Rotation::from_roll_pitch_yaw([std::f64::consts::PI, 0.0, std::f64::consts::FRAC_PI_2]);
+        let rotation =
+            Rotation::from_roll_pitch_yaw([std::f64::consts::PI, 0.0, std::f64::consts::FRAC_PI_2]);
         Rigid { rotation, translation: Vector::new(400.0, 10.0, 200.0) }
     }
 
@@ -128,7 +131,10 @@ mod tests {
         let points = ball.profile(&world_from_sensor, 30.0).unwrap();
         assert_eq!(points.len(), POINTS);
         for point in points {
-            assert!(((world(point) - centre).norm() - 20.0).abs() < 1e-9 && world(point).z > centre.z, "{point:?}");
+            assert!(
+                ((world(point) - centre).norm() - 20.0).abs() < 1e-9 && world(point).z > centre.z,
+                "{point:?}"
+            );
         }
         let edge = Sight::Edge { point: Vector::new(0.0, 15.0, 30.0), direction: Vector::X };
         let points = edge.profile(&world_from_sensor, 30.0).unwrap();

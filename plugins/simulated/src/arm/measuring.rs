@@ -48,7 +48,9 @@ pub enum MeasuringError {
         known: String,
     },
     /// It is too far away, or too deep inside.
-    #[error("the probe does not feel `{of}` from here: its ball stands {off:.2} mm off it, and it feels {reach} mm either way")]
+    #[error(
+        "the probe does not feel `{of}` from here: its ball stands {off:.2} mm off it, and it feels {reach} mm either way"
+    )]
     NotFelt {
         /// What.
         of: String,

@@ -8,8 +8,8 @@ use plumb_diagnosis::plot;
 
 use super::arguments::{CompareArguments, PlotFormat};
 use super::text::{
-    effects_table, error_lines, explainable_line, floor_line, noise_lines, orientation_lines, placement_lines,
-    surface_lines,
+    effects_table, error_lines, explainable_line, floor_line, noise_lines, orientation_lines,
+    placement_lines, surface_lines,
 };
 use crate::progress::watched;
 

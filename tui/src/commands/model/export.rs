@@ -57,8 +57,9 @@ pub(super) fn run(arguments: &ExportArguments) -> Result<String, Box<dyn Error>>
     Ok(match arguments.form {
         ExportForm::Urdf => urdf(&arm),
         ExportForm::RosCalibration => {
+            let written = ros_calibration(&arm)?;
             behind_last_joint(&arm, arguments)?;
-            ros_calibration(&arm)?
+            written
         }
         ExportForm::Dh => dh_table(&arm, &model),
         ExportForm::Targets => return Err("give the program's targets with --poses".into()),
@@ -73,7 +74,10 @@ fn behind_last_joint(arm: &RigidArm, arguments: &ExportArguments) -> Result<(), 
         "the flange behind the last joint ({off_mm:.3} mm, {off_deg:.3} deg): such a file ends with the last joint; add it to the tool (TCP) of the robot"
     );
     if !arguments.leave_out {
-        return Err(format!("a UR driver's calibration cannot hold {what}. --leave-out writes the rest, a URDF holds it").into());
+        return Err(format!(
+            "a UR driver's calibration cannot hold {what}. --leave-out writes the rest, a URDF holds it"
+        )
+        .into());
     }
     eprintln!("left out: {what}");
     Ok(())

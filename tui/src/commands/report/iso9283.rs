@@ -97,12 +97,21 @@ fn predicted(model: &Model, table: &Table, target: &str) -> Result<Predicted, Bo
 }
 
 /// Predicted orientations with the target's turn on the flange as the rows have it, where the model leaves it free.
-fn with_turn_on_flange(model: &Model, table: &Table, target: &str, turns: Vec<Rotation3<f64>>) -> Vec<Rotation3<f64>> {
+fn with_turn_on_flange(
+    model: &Model,
+    table: &Table,
+    target: &str,
+    turns: Vec<Rotation3<f64>>,
+) -> Vec<Rotation3<f64>> {
     let known = model.targets.iter().find(|known| known.name == target);
-    let number = table.positions.iter().find(|columns| columns.target == target).map(|columns| columns.number);
+    let number =
+        table.positions.iter().find(|columns| columns.target == target).map(|columns| columns.number);
     let read = number.and_then(|number| table.orientations_as(Body::Target(number)));
     let (Some(_), Some(read)) = (known.filter(|known| known.turn_free), read) else { return turns };
-    let each = turns.iter().zip(&read.turns).filter_map(|(turn, read)| Some((turn.inverse() * (*read)?).into_inner()));
+    let each = turns
+        .iter()
+        .zip(&read.turns)
+        .filter_map(|(turn, read)| Some((turn.inverse() * (*read)?).into_inner()));
     let svd = each.sum::<Matrix3<f64>>().svd(true, true);
     let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return turns };
     let mut mirror = Matrix3::identity();
@@ -193,7 +202,8 @@ fn orientation_grids(report: &Iso9283, digits: u8) -> Vec<Grid> {
         Some(values) => values.map(|value| number(value, digits)).to_vec(),
         None => vec![or_dash(None, digits); 3],
     };
-    let mut greatest = Grid::new("Orientation, deg", &["greatest of all poses", "", "a (x)", "b (y)", "c (z)"]);
+    let mut greatest =
+        Grid::new("Orientation, deg", &["greatest of all poses", "", "a (x)", "b (y)", "c (z)"]);
     for (name, letters, values) in [
         ("pose accuracy", "APa, APb, APc", all.accuracy),
         ("pose repeatability, to either side", "RPa, RPb, RPc", Some(all.repeatability)),

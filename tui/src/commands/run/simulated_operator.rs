@@ -18,7 +18,7 @@ const ACTS: [(&str, &[&str], &[&str]); 14] = [
     ("read_board", &[], &["axis"]),
     ("read_board_turn", &[], &["axis"]),
     ("read_probe", &[], &["at"]),
-    ("read_profile", &["point"], &["of", "axis"]),
+    ("read_profile", &["point"], &["at", "axis"]),
     ("drive_to_level", &[], &["joint", "at", "turned", "from"]),
     ("hang", &["mass_kg"], &[]),
     ("read_point", &["ahead_mm"], &["axis"]),
@@ -100,7 +100,7 @@ fn verb_of(act: &Act) -> Result<Verb, String> {
         "read_board" => read_axis(Instrument::Board, axis()?),
         "read_board_turn" => read_axis(Instrument::BoardTurn, axis()?),
         "read_profile" => Verb::ReadProfile {
-            of: word("of").ok_or_else(|| needs("of"))?,
+            of: word("at").ok_or_else(|| needs("at"))?,
             point: number("point").map(|point| point as u32)?,
             axis: axis()?,
         },
