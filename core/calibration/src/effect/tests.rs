@@ -3,6 +3,10 @@
 //! The arm of most of them is the planar one of two links (Spong, Hutchinson and Vidyasagar 2006, section 3.3) in a vertical plane, x ahead and z up,
 //! with all its weight at the tip.
 
+mod names;
+mod passport;
+mod rates;
+
 use nalgebra::{Rotation3, Vector3};
 
 use super::*;
