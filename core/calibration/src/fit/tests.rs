@@ -1,5 +1,8 @@
 //! Fits of made-up measurements whose truth and noise are known.
 
+mod parts;
+mod places;
+
 use plumb_estimation::{Progress, Random};
 
 use super::*;
