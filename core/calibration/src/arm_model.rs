@@ -8,6 +8,8 @@ mod rig_number;
 mod sensor;
 mod stripe_rig;
 mod surface;
+#[cfg(test)]
+mod tests;
 
 pub use epochs::Epochs;
 pub use measured_region::{JointRange, MeasuredRegion, Outside};

@@ -1,5 +1,7 @@
 //! What is written puts the flange where the model does.
 
+mod forms;
+
 use super::*;
 use crate::arm_model::Model;
 use crate::forward::ForwardModel;

@@ -1,5 +1,7 @@
 //! Every kind's prediction against an independent computation, and its derivatives against differences.
 
+mod kinds;
+
 use nalgebra::{Isometry3, Rotation3, Vector3};
 
 use super::*;

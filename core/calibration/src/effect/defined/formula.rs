@@ -225,16 +225,20 @@ impl Formula {
             let some: Vec<f64> = (0..self.parameters.len()).map(|index| 0.5 + at(index + 4)).collect();
             let none = vec![0.0; self.parameters.len()];
             let double: Vec<f64> = some.iter().map(|value| 2.0 * value).collect();
+            // abs(a) doubles with a, and only its other sign shows that it is not in proportion.
+            let opposite: Vec<f64> = some.iter().map(|value| -value).collect();
             let rates = self.rates(&variables).map_err(syntax)?;
             let value = |parameters: &[f64]| self.evaluate(&variables, parameters).map_err(syntax);
             let (zero, once, twice) = (value(&none)?, value(&some)?, value(&double)?);
+            let against = value(&opposite)?;
             let sum: f64 = rates.iter().zip(&some).map(|(rate, value)| rate * value).sum();
-            if ![zero, once, twice, sum].iter().all(|value| value.is_finite()) {
+            if ![zero, once, twice, against, sum].iter().all(|value| value.is_finite()) {
                 continue;
             }
             let terms: f64 = rates.iter().zip(&some).map(|(rate, value)| (rate * value).abs()).sum();
             let slack = 1e-9 * (once.abs() + twice.abs() + terms + 1e-12);
-            if zero != 0.0 || (twice - 2.0 * once).abs() > slack || (sum - once).abs() > slack {
+            let off = [zero, twice - 2.0 * once, against + once, sum - once];
+            if off.iter().any(|off| off.abs() > slack) {
                 return Err(FormulaError::NotLinear { text: self.text.clone() });
             }
             worked_out = true;

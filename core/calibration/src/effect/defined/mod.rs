@@ -7,6 +7,9 @@ mod variables;
 pub use definition::{Addend, Definition, DefinitionError, Place};
 pub use formula::FormulaError;
 
+#[cfg(test)]
+mod tests;
+
 use std::sync::Arc;
 
 use super::{Drive, Effect, LooksAt, Parameter, Situation};
