@@ -1,5 +1,7 @@
 //! Model files: what is written is read back, and what cannot be is refused with its place and what would be right.
 
+mod refusals;
+
 use nalgebra::Vector3;
 
 use super::model_text;

@@ -1,5 +1,7 @@
 //! Reading of tables: units, marks and separators, and what is refused with its place.
 
+mod columns;
+
 use super::*;
 
 fn read(text: &str) -> Table {
