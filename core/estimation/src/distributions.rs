@@ -110,4 +110,25 @@ mod tests {
         assert_eq!((normal_quantile(0.0), normal_quantile(1.0)), (f64::NEG_INFINITY, f64::INFINITY));
         assert_eq!(chi_squared_quantile(0.0, 3.0), 0.0);
     }
+
+    #[test]
+    fn quantiles_are_good_to_rounding() {
+        // Chi squared with two degrees has the closed form -2 ln(1 - p); a median of one degree is the square of the normal's 0.75 quantile.
+        for probability in [0.01, 0.2, 0.5, 0.9, 0.999] {
+            let expected = -2.0 * (1.0_f64 - probability).ln();
+            let found = chi_squared_quantile(probability, 2.0);
+            assert!(
+                (found / expected - 1.0).abs() < 2e-15 / probability.min(1.0 - probability),
+                "{probability}: {found} {expected}"
+            );
+        }
+        let root = normal_quantile(0.75);
+        assert!((chi_squared_quantile(0.5, 1.0) / (root * root) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn probabilities_that_are_none_have_the_quantile_of_the_nearest() {
+        assert_eq!((normal_quantile(1.5), normal_quantile(-0.5)), (f64::INFINITY, f64::NEG_INFINITY));
+        assert_eq!(chi_squared_quantile(0.5, -1.0), 0.0);
+    }
 }

@@ -88,4 +88,12 @@ mod tests {
     fn weighed(residual: f64, corner: f64) -> (f64, f64) {
         (f64::min(1.0, corner / residual.abs()), residual)
     }
+
+    #[test]
+    fn parameters_that_were_fitted_are_paid_for_by_equations() {
+        // Ten residuals of one sigma and four parameters: 10 / (10 - 4); with none to spare one degree of freedom is left.
+        let variance = |rank: usize| huber_variance([(1.0, 1.0); 10].into_iter(), rank);
+        assert!((variance(4) - 10.0 / 6.0).abs() < 1e-12 && (variance(0) - 1.0).abs() < 1e-12);
+        assert!((variance(10) - 10.0).abs() < 1e-12 && (variance(99) - 10.0).abs() < 1e-12);
+    }
 }

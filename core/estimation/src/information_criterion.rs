@@ -53,4 +53,9 @@ mod tests {
         assert_eq!(bic(1.0, 10.0, 1.0, 7.0) - bic(1.0, 10.0, 1.0, 0.0), 7.0);
         assert!(bic(0.0, 10.0, 1.0, 0.0).is_finite());
     }
+
+    #[test]
+    fn nothing_left_and_nothing_known_is_no_infinity() {
+        assert!(bic_above(0.0, 0.0, 10.0, 1.0, 0.0).is_finite());
+    }
 }

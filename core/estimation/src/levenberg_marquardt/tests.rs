@@ -119,3 +119,121 @@ fn a_full_step_solves_a_linear_problem_at_once() {
     let step = full_step(&Textbook(line).normal_equations(&start), &[]);
     assert!((step - DVector::from_vec(vec![2.0, 3.0])).norm() < 1e-9);
 }
+
+#[test]
+fn a_full_step_promises_its_gradient_times_itself_and_nothing_of_what_is_held() {
+    let mut normal = NormalEquations::zeros(2);
+    normal.matrix = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 25.0]));
+    normal.gradient = DVector::from_vec(vec![6.0, 10.0]);
+    // 6^2 / 4 + 10^2 / 25.
+    assert!((promised(&normal, &[]) - 13.0).abs() < 1e-12);
+    assert!((promised(&normal, &[1]) - 9.0).abs() < 1e-12 && promised(&normal, &[0, 1]) == 0.0);
+}
+
+#[test]
+fn damping_follows_nielsens_rule_between_its_bounds() {
+    let after = |gain_ratio: f64| {
+        let mut damping = Damping { value: 1.0, growth: 64.0 };
+        damping.accept(gain_ratio);
+        assert_eq!(damping.growth, 2.0, "a step that was taken begins anew");
+        damping.value
+    };
+    // 1 - (2g - 1)^3, from a tenth to twice.
+    for (gain_ratio, factor) in
+        [(0.0, 2.0), (0.25, 1.125), (0.5, 1.0), (0.75, 0.875), (1.0, 0.1), (-3.0, 2.0), (5.0, 0.1)]
+    {
+        assert!((after(gain_ratio) - factor).abs() < 1e-12, "{gain_ratio}: {}", after(gain_ratio));
+    }
+    let mut small = Damping { value: 1e-14, growth: 2.0 };
+    small.accept(1.0);
+    assert_eq!(small.value, LEAST_DAMPING);
+    let mut refused = Damping { value: 3.0, growth: 2.0 };
+    let grown = [(); 3].map(|()| {
+        refused.refuse();
+        refused.value
+    });
+    assert_eq!(grown, [6.0, 24.0, 192.0], "by 2, then 4, then 8");
+    let mut none = Damping { value: 0.0, growth: 2.0 };
+    none.refuse();
+    assert_eq!(none.value, LEAST_REFUSED_DAMPING, "from nothing it begins to grow");
+    let exhausted = [0.999e12, 1.001e12].map(|value| Damping { value, growth: 2.0 }.is_exhausted());
+    assert_eq!(exhausted, [false, true]);
+}
+
+/// A problem of one parameter that says at every state the same of its slope; what becomes of its squares is made up.
+struct MadeUp {
+    gradient: f64,
+    /// Squares after so many steps that were taken.
+    squares: fn(u32) -> f64,
+    /// Whether stepped states are finite.
+    finite: bool,
+}
+
+impl Problem for MadeUp {
+    type State = u32;
+
+    fn normal_equations(&self, state: &u32) -> NormalEquations {
+        let mut normal = NormalEquations::zeros(1);
+        normal.matrix[(0, 0)] = 1.0;
+        normal.gradient[0] = self.gradient;
+        normal.squares = (self.squares)(*state);
+        normal.equations = 1000;
+        normal
+    }
+
+    fn stepped(&self, state: &u32, _: &DVector<f64>) -> u32 {
+        state + 1
+    }
+
+    fn is_finite(&self, _: &u32) -> bool {
+        self.finite
+    }
+}
+
+fn ended(problem: &MadeUp, damping: f64) -> (u32, usize, bool) {
+    let settings = Settings { steps: 60, damping };
+    let descent = descend(problem, &0, &[], settings, &Progress::default()).unwrap();
+    (descent.state, descent.steps, descent.converged)
+}
+
+#[test]
+fn a_small_promise_that_is_refused_three_times_ends_a_descent() {
+    // Squares of 1000, of which a step promises 0.2 and 0.4; three ten-thousandths are 0.3. Every step makes it worse.
+    let worse = |gradient: f64| MadeUp { gradient, squares: |taken| 1000.0 + f64::from(taken), finite: true };
+    assert_eq!(ended(&worse(0.2_f64.sqrt()), CAREFUL), (0, 2, true));
+    // More than that is tried until the damping is exhausted: 1e-3 grows by 2, 4, 8 ... beyond 1e12 in ten refusals.
+    assert_eq!(ended(&worse(0.4_f64.sqrt()), CAREFUL), (0, 10, true));
+    // What is promised even then is not negligible: it has not converged.
+    let steep = MadeUp { gradient: 1e9, squares: |taken| 1000.0 + f64::from(taken), finite: true };
+    assert_eq!(ended(&steep, CAREFUL), (0, 10, false));
+}
+
+#[test]
+fn a_step_to_where_nothing_is_finite_is_not_taken() {
+    let better =
+        |finite: bool| MadeUp { gradient: 20.0, squares: |taken| 1000.0 - 300.0 * f64::from(taken), finite };
+    assert_eq!(ended(&better(false), CAREFUL).0, 0);
+    assert!(ended(&better(true), CAREFUL).0 > 0);
+    let infinite =
+        MadeUp { gradient: 20.0, squares: |taken| if taken > 0 { f64::NAN } else { 1000.0 }, finite: true };
+    assert_eq!(ended(&infinite, CAREFUL).0, 0);
+}
+
+#[test]
+fn ten_steps_in_a_row_that_gain_next_to_nothing_end_a_descent() {
+    // Under a damping of 1e6 a step promises 2e-6 and keeps half of it, so that the damping stays; a full step would promise 1. The scatter of one of
+    // 1000 equations is 1, so that less than 3e-3 is nothing.
+    let idle = MadeUp { gradient: 1.0, squares: |taken| 1000.0 - 1e-6 * f64::from(taken), finite: true };
+    assert_eq!(ended(&idle, 1e6), (10, 10, true));
+    // Where the full step promises nothing either, it has converged at once.
+    let flat = MadeUp { gradient: 0.05, squares: |taken| 1000.0 - 1e-6 * f64::from(taken), finite: true };
+    assert_eq!(ended(&flat, CAREFUL), (0, 0, true));
+    // A step that gains something in between begins the count anew.
+    let moving = MadeUp {
+        gradient: 1.0,
+        squares: |taken| 1000.0 - 1e-6 * f64::from(taken) - if taken > 5 { 0.01 } else { 0.0 },
+        finite: true,
+    };
+    let (state, ..) = ended(&moving, 1e6);
+    assert!(state > 12, "{state}");
+}
