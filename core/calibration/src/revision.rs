@@ -82,11 +82,11 @@ impl Family {
         let folder = if self.folder.as_os_str().is_empty() { Path::new(".") } else { &self.folder };
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-        let number = |name: String| {
+        let numbers = names.filter_map(|name| {
             let rest = name.strip_prefix(&self.stem)?.strip_prefix(".rev")?;
             rest.strip_suffix(".yaml")?.parse::<u32>().ok()
-        };
-        names.filter_map(number).max().unwrap_or(0)
+        });
+        numbers.max().unwrap_or(0)
     }
 
     /// The file that what names `path` works on: the newest revision where `path` is the original of a family, else `path` itself.
@@ -148,12 +148,10 @@ impl Family {
             parent,
             rms,
         });
-        let write = || {
-            use std::io::Write as _;
-            let mut file = std::fs::File::create_new(&path)?;
-            file.write_all(model_text(&model).as_bytes())
-        };
-        write().map_err(|source| RevisionError::File { path: path.display().to_string(), source })?;
+        // Made anew or not at all: whoever wrote the same number a moment ago keeps it.
+        std::fs::File::create_new(&path)
+            .and_then(|mut file| std::io::Write::write_all(&mut file, model_text(&model).as_bytes()))
+            .map_err(|source| RevisionError::File { path: path.display().to_string(), source })?;
         Ok(Entry { number, path, model })
     }
 
@@ -162,8 +160,9 @@ impl Family {
     /// # Errors
     /// One of them cannot be read.
     pub fn history(&self) -> Result<Vec<Entry>, RevisionError> {
-        let exists = |number: &u32| *number == 0 || self.path_of(*number).exists();
-        (0..=self.newest()).filter(exists).map(|number| self.entry(number)).collect()
+        // Somebody may have deleted a revision in the middle.
+        let numbers = (0..=self.newest()).filter(|number| *number == 0 || self.path_of(*number).exists());
+        numbers.map(|number| self.entry(number)).collect()
     }
 
     /// Takes the last change back: writes what was before it as the next revision.

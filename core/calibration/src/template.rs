@@ -117,8 +117,12 @@ impl Template {
             .map_err(|source| TemplateError::File { path: shown.clone(), source: source.into() })?;
         let arm = UrdfArm::parse(&text, tip)
             .map_err(|source| TemplateError::Urdf { path: shown.clone(), source })?;
-        let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
-        let name: String = arm.name.chars().map(plain).collect();
+        // The name becomes that of files.
+        let name: String = arm
+            .name
+            .chars()
+            .map(|letter| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '_' })
+            .collect();
         let name = if name.is_empty() { "arm".to_owned() } else { name };
         let template = Self::from_model(&name, &urdf_model(&name, &shown, &arm))?;
         Ok(Self { ends: Some(arm.ends), ..template })
@@ -133,9 +137,9 @@ impl Template {
 /// The header of a table for this model: one column a joint and axis, then the conditions worth logging.
 fn table(model: &Model) -> String {
     let joints = model.chain.len();
-    let unit = |joint: usize| if model.slides(joint) { "mm" } else { "deg" };
-    let mut columns: Vec<String> =
-        (0..joints).map(|joint| format!("q{}_{}", joint + 1, unit(joint))).collect();
+    let mut columns: Vec<String> = (0..joints)
+        .map(|joint| format!("q{}_{}", joint + 1, if model.slides(joint) { "mm" } else { "deg" }))
+        .collect();
     for target in &model.targets {
         columns.extend(["x", "y", "z"].map(|axis| format!("{}_{axis}_mm", target.name)));
     }
@@ -143,6 +147,15 @@ fn table(model: &Model) -> String {
     columns.extend((1..=joints).map(|joint| format!("approach_q{joint}")));
     columns.push("repeat".to_owned());
     columns.join(",") + "\n"
+}
+
+/// A number to nine places: what is beyond is rounding of the file's radians. No minus before a zero.
+fn round(value: f64) -> f64 {
+    (value * 1e9).round() / 1e9 + 0.0
+}
+
+fn triple(vector: Vector3<f64>) -> String {
+    format!("[{}, {}, {}]", round(vector.x), round(vector.y), round(vector.z))
 }
 
 /// A model file with the rows of a URDF's arm.
@@ -155,10 +168,6 @@ fn urdf_model(name: &str, path: &str, arm: &UrdfArm) -> String {
     for note in &arm.notes {
         text.insert_str(0, &format!("# {note}.\n"));
     }
-    let round = |value: f64| {
-        let rounded = (value * 1e9).round() / 1e9;
-        if rounded == 0.0 { 0.0 } else { rounded }
-    };
     for joint in &arm.chain.joints {
         let (low, high) = joint.limits;
         let limits = match joint.motion {
@@ -176,8 +185,6 @@ fn urdf_model(name: &str, path: &str, arm: &UrdfArm) -> String {
             round(joint.theta.to_degrees())
         ));
     }
-    let triple =
-        |vector: Vector3<f64>| format!("[{}, {}, {}]", round(vector.x), round(vector.y), round(vector.z));
     if let Some(odd) = placeholders(&arm.masses) {
         text.push_str(&format!("# {odd}.\n"));
     }

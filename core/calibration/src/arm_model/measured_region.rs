@@ -95,13 +95,14 @@ const ROUNDING: f64 = 1e-6;
 impl MeasuredRegion {
     /// Of these poses (rad or mm) of an arm; nothing without poses.
     pub fn of(chain: &Chain, poses: &[Vec<f64>]) -> Option<Self> {
-        let joint = |index: usize| {
-            let all = poses.iter().filter_map(|pose| pose.get(index)).copied();
-            let (low, high) =
-                all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)));
-            JointRange::of(chain, index, low, high)
-        };
-        let joints: Vec<JointRange> = (0..chain.len()).map(joint).collect();
+        let joints: Vec<JointRange> = (0..chain.len())
+            .map(|index| {
+                let all = poses.iter().filter_map(|pose| pose.get(index)).copied();
+                let (low, high) =
+                    all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)));
+                JointRange::of(chain, index, low, high)
+            })
+            .collect();
         if poses.is_empty() || !joints.iter().all(|joint| joint.low.is_finite()) {
             return None;
         }
@@ -173,12 +174,13 @@ fn spread_out(inputs: &[Vec<f64>]) -> Vec<usize> {
 
 /// How far poses are from the nearest kept one but themselves: the greatest such distance, of lonely poses no more than [`LONELY`] times the median.
 fn reach(inputs: &[Vec<f64>], kept: &[usize]) -> f64 {
-    let to_others = |input: &Vec<f64>| {
+    let to_others = inputs.iter().map(|input| {
         let others = kept.iter().filter_map(|index| inputs.get(*index));
+        // At no distance is the pose itself, or a return to it.
         let distances = others.map(|other| distance(input, other)).filter(|distance| *distance > 0.0);
         distances.fold(f64::INFINITY, f64::min)
-    };
-    let mut all: Vec<f64> = inputs.iter().map(to_others).filter(|distance| distance.is_finite()).collect();
+    });
+    let mut all: Vec<f64> = to_others.filter(|distance| distance.is_finite()).collect();
     all.sort_by(f64::total_cmp);
     match (all.get(all.len() / 2), all.last()) {
         (Some(median), Some(greatest)) => greatest.min(LONELY * median),

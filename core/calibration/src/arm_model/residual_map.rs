@@ -108,10 +108,9 @@ impl ResidualMap {
 
     /// Drops functions whose weights are all zero.
     pub fn drop_idle(&mut self) {
-        let idle = |weights: &[f64]| weights.iter().all(|weight| *weight == 0.0);
-        self.waves.retain(|wave| !idle(wave.shift.as_slice()));
-        self.along.retain(|along| !idle(&along.weights));
-        self.sides.retain(|side| !idle(&side.weights));
+        self.waves.retain(|wave| does_something(wave.shift.as_slice()));
+        self.along.retain(|along| does_something(&along.weights));
+        self.sides.retain(|side| does_something(&side.weights));
     }
 
     /// The weights, in the order of [`Self::columns`].
@@ -137,6 +136,10 @@ impl ResidualMap {
         }
         Some(effect)
     }
+}
+
+fn does_something(weights: &[f64]) -> bool {
+    weights.iter().any(|weight| *weight != 0.0)
 }
 
 /// A cosine of so many half periods over a joint's range, divided by that number.

@@ -77,12 +77,12 @@ impl Sensor {
 
 /// How far on the light side of an edge a disk of radius 1 has its middle when this share of it is light.
 fn light_side(share: f64) -> f64 {
-    let share_at =
-        |middle: f64| 0.5 + (middle * (1.0 - middle * middle).max(0.0).sqrt() + middle.asin()) / PI;
     let (mut low, mut high) = (-1.0, 1.0);
     for _ in 0..HALVINGS {
         let middle = f64::midpoint(low, high);
-        if share_at(middle) < share { low = middle } else { high = middle }
+        // The area of a circular segment, over that of the disk.
+        let light = 0.5 + (middle * (1.0 - middle * middle).max(0.0).sqrt() + middle.asin()) / PI;
+        if light < share { low = middle } else { high = middle }
     }
     f64::midpoint(low, high)
 }

@@ -35,8 +35,6 @@ impl StripeRig {
     #[must_use]
     pub fn moved(&self, parameter: RigNumber, by: f64) -> Self {
         let mut rig = self.clone();
-        let axes = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
-        let axis = |place: usize| axes.get(place).copied().unwrap_or(Vector3::z_axis());
         match parameter {
             RigNumber::CameraAim(place) => rig.turn_camera(axis(place), by),
             RigNumber::CameraRoll => rig.turn_camera(axis(2), by),
@@ -135,4 +133,9 @@ impl StripeRig {
         }
         [x, y]
     }
+}
+
+/// An axis by its place; z for any beyond.
+fn axis(place: usize) -> Unit<Vector3<f64>> {
+    [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()].get(place).copied().unwrap_or(Vector3::z_axis())
 }

@@ -20,22 +20,21 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The base, or the instrument, was set up anew at some row: shifted and turned as one.",
     how_to_see: "Three fixed points of the cell read after every pause.",
     build: |setting: &Setting<'_>| {
-        let along = |(axis, name)| Step {
+        let shifts = ["x_mm", "y_mm", "z_mm"].into_iter().enumerate().map(|(axis, name)| Step {
             handle: Handle::BaseShift(axis),
             rate: 1.0,
             name,
             unit: Unit::MM,
             most: MOST_MM,
-        };
-        let about = |(axis, name)| Step {
+        });
+        // An instrument may be put down any way round.
+        let turns = ["x_deg", "y_deg", "z_deg"].into_iter().enumerate().map(|(axis, name)| Step {
             handle: Handle::BaseTurn(axis),
             rate: 1.0,
             name,
             unit: Unit::DEG,
             most: std::f64::consts::PI,
-        };
-        let shifts = ["x_mm", "y_mm", "z_mm"].into_iter().enumerate().map(along);
-        let turns = ["x_deg", "y_deg", "z_deg"].into_iter().enumerate().map(about);
+        });
         Ok(Box::new(EpochSteps::new(setting, shifts.chain(turns).collect(), 3)?))
     },
     candidates: |survey| match survey.model.epoch_count() {

@@ -51,12 +51,12 @@ impl EpochSteps {
             ));
         }
         let parameters = (2..=epochs).flat_map(|epoch| {
-            let name = move |step: &Step| {
+            steps.iter().map(move |step| {
                 Parameter::new(&format!("epoch_{epoch}_{}", step.name), step.unit, (-step.most, step.most))
-            };
-            steps.iter().map(name).collect::<Vec<_>>()
+            })
         });
-        Ok(Self { parameters: parameters.collect(), steps, counted })
+        let parameters = parameters.collect();
+        Ok(Self { parameters, steps, counted })
     }
 }
 
@@ -87,9 +87,13 @@ impl Effect for EpochSteps {
         let mut greatest = (0.0, f64::INFINITY);
         for epoch in 0..values.len() / width.max(1) {
             // How the length changes with each value: the change against the epoch before.
-            let at = |epoch: usize, index: usize| values.get(epoch * width + index).copied().unwrap_or(0.0);
-            let before = |index: usize| epoch.checked_sub(1).map_or(0.0, |before| at(before, index));
-            let change: Vec<f64> = (0..self.counted).map(|index| at(epoch, index) - before(index)).collect();
+            let own = values.get(epoch * width..).unwrap_or(&[]);
+            // The first epoch has no values: all others are told against it, and it is zero.
+            let zeros = vec![0.0; width];
+            let before =
+                epoch.checked_sub(1).and_then(|before| values.get(before * width..)).unwrap_or(&zeros);
+            let change: Vec<f64> =
+                own.iter().zip(before).take(self.counted).map(|(now, before)| now - before).collect();
             let length = change.iter().map(|part| part * part).sum::<f64>().sqrt();
             if length < greatest.0 {
                 continue;

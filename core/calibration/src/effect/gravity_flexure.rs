@@ -47,14 +47,13 @@ impl Effect for GravityFlexure {
     /// Root of the sum of squares of all terms.
     fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
         let value = values.iter().map(|value| value * value).sum::<f64>().sqrt();
-        let along = |index: usize| match value > 0.0 {
-            true => values.get(index).copied().unwrap_or(0.0) / value,
-            false => 0.0,
-        };
+        // The slope of the length of a vector is its direction; of a vector of nothing there is none.
+        let length = if value > 0.0 { value } else { f64::INFINITY };
+        let along: Vec<f64> = values.iter().map(|value| value / length).collect();
         let mut variance = 0.0;
-        for row in 0..covariance.nrows().min(values.len()) {
-            for column in 0..covariance.ncols().min(values.len()) {
-                variance += along(row) * along(column) * covariance[(row, column)];
+        for (row, left) in along.iter().enumerate() {
+            for (column, right) in along.iter().enumerate() {
+                variance += left * right * covariance.get((row, column)).copied().unwrap_or(0.0);
             }
         }
         let factor = Unit::DEG.factor;
@@ -82,11 +81,9 @@ pub(super) const KIND: Kind = Kind {
             ));
         }
         let links = (setting.model.chain.len() - joint).min(LINKS);
-        let name = |link: usize, part: usize| format!("link_{}_{}_deg", link + 1, ["x", "y", "z"][part]);
-        let parameters = (0..links)
-            .flat_map(|link| (0..3).map(move |part| (link, part)))
-            .map(|(link, part)| Parameter::new(&name(link, part), Unit::DEG, (-GREATEST, GREATEST)))
-            .collect();
+        let names =
+            (1..=links).flat_map(|link| ["x", "y", "z"].map(|part| format!("link_{link}_{part}_deg")));
+        let parameters = names.map(|name| Parameter::new(&name, Unit::DEG, (-GREATEST, GREATEST))).collect();
         Ok(Box::new(GravityFlexure { joint, links, parameters }))
     },
     candidates: |survey| match !survey.has_weight() && survey.passport.measures_points {

@@ -202,23 +202,23 @@ pub(crate) struct Written<'a> {
 
 impl<'a> Written<'a> {
     pub(crate) fn split(text: &'a str) -> Result<Self, EffectNameError> {
-        let malformed = || EffectNameError::Malformed {
+        let malformed = EffectNameError::Malformed {
             text: text.to_owned(),
             example: "a name and its place, such as joint_zero(*) or joint_harmonic(waist, 1)".to_owned(),
         };
         let text = text.trim();
         let Some((name, rest)) = text.split_once('(') else {
             return if text.contains(')') || text.is_empty() {
-                Err(malformed())
+                Err(malformed)
             } else {
                 Ok(Self { name: text, arguments: Vec::new() })
             };
         };
-        let inside = rest.strip_suffix(')').ok_or_else(malformed)?;
+        let Some(inside) = rest.strip_suffix(')') else { return Err(malformed) };
         let arguments: Vec<&str> =
             inside.split(',').map(str::trim).filter(|argument| !argument.is_empty()).collect();
         if arguments.iter().any(|argument| argument.contains(['(', ')'])) {
-            return Err(malformed());
+            return Err(malformed);
         }
         Ok(Self { name: name.trim(), arguments })
     }

@@ -267,9 +267,8 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
 
     /// Whether the values could be those of a real machine.
     fn plausible(&self, values: &[f64]) -> bool {
-        let inside =
-            |(value, parameter): (&f64, &Parameter)| (parameter.range.0..=parameter.range.1).contains(value);
-        values.iter().zip(self.parameters()).all(inside)
+        let mut values = values.iter().zip(self.parameters());
+        values.all(|(value, parameter)| (parameter.range.0..=parameter.range.1).contains(value))
     }
 }
 
@@ -277,12 +276,15 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
 pub(crate) fn amplitude(values: &[f64], covariance: &DMatrix<f64>, unit: Unit) -> Size {
     let (sine, cosine) = (values.first().copied().unwrap_or(0.0), values.get(1).copied().unwrap_or(0.0));
     let value = sine.hypot(cosine);
-    let entry = |row: usize, column: usize| covariance.get((row, column)).copied().unwrap_or(0.0);
+    let [own, other, both] =
+        [(0, 0), (1, 1), (0, 1)].map(|place| covariance.get(place).copied().unwrap_or(0.0));
     let variance = if value > 0.0 {
+        // By the slope of hypot: d|a|/da = a/|a|.
         let (s, c) = (sine / value, cosine / value);
-        s * s * entry(0, 0) + c * c * entry(1, 1) + 2.0 * s * c * entry(0, 1)
+        s * s * own + c * c * other + 2.0 * s * c * both
     } else {
-        entry(0, 0).max(entry(1, 1))
+        // At no amplitude there is no slope; the wave may have either phase.
+        own.max(other)
     };
     Size { value: value * unit.factor, unit: unit.name, error: standard_error(variance) * unit.factor }
 }

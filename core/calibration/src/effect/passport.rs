@@ -52,40 +52,48 @@ pub struct Passport {
 }
 
 fn range(values: &[f64]) -> Option<f64> {
-    let finite = || values.iter().copied().filter(|value| value.is_finite());
-    let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    let (low, high) = span(values.iter().copied().filter(|value| value.is_finite()));
+    // Without a finite value the span is turned inside out.
     (high >= low).then_some(high - low)
+}
+
+/// Least and greatest of some numbers; infinite, the greater first, where there is none.
+fn span(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+}
+
+/// The coordinates of a joint in all rows, rad or mm.
+fn coordinates(table: &Table, joint: usize) -> impl Iterator<Item = f64> {
+    (0..table.len()).filter_map(move |row| table.q_of(row).get(joint).copied())
+}
+
+/// Whether a joint was logged to have arrived from both sides.
+fn came_from_both_sides(table: &Table, joint: usize) -> bool {
+    // 0 says that nobody knows, and counts for neither side.
+    [1, -1].into_iter().all(|side| (0..table.len()).any(|row| table.approach_of(row, joint) == side))
+}
+
+/// Whether a row holds no height: what it lies on, if anything, is then what the arm's own sensor triggered over.
+fn has_no_height(table: &Table, row: usize) -> bool {
+    let height = table.height.as_ref().and_then(|height| height.get(row));
+    height.is_none_or(|height| !height.is_finite())
 }
 
 impl Passport {
     /// Reads it off a table.
     pub fn of(model: &Model, table: &Table) -> Self {
-        let sides = |joint: usize| {
-            let has = |side: i8| (0..table.len()).any(|row| table.approach_of(row, joint) == side);
-            has(1) && has(-1)
-        };
-        let span = |joint: usize| {
-            (0..table.len())
-                .filter_map(|row| table.q_of(row).get(joint).copied())
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)))
-        };
-        let triggered = |row: &usize| {
-            !table.height.as_ref().and_then(|height| height.get(*row)).is_some_and(|h| h.is_finite())
-                && table.profiles.is_empty()
-        };
-        let mut triggered_on: Vec<usize> = (0..table.len())
-            .filter(triggered)
-            .filter_map(|row| model.surface_position(table.on.name(row)?))
-            .collect();
+        let triggered: Vec<usize> = (0..table.len()).filter(|row| has_no_height(table, *row) && table.profiles.is_empty()).collect();
+        let mut triggered_on: Vec<usize> =
+            triggered.iter().filter_map(|row| model.surface_position(table.on.name(*row)?)).collect();
         triggered_on.sort_unstable();
         triggered_on.dedup();
-        let signals = || (0..table.len()).filter(triggered).filter_map(|row| table.came_on(row));
+        let signals: Vec<bool> = triggered.iter().filter_map(|row| table.came_on(*row)).collect();
         Self {
             triggered_on,
-            switches_both_ways: signals().any(|on| on) && signals().any(|on| !on),
+            switches_both_ways: signals.contains(&true) && signals.contains(&false),
             rows: table.len(),
             returns: table.returns().iter().map(Vec::len).sum(),
-            both_sides: (0..table.joints).map(sides).collect(),
+            both_sides: (0..table.joints).map(|joint| came_from_both_sides(table, joint)).collect(),
             both_ways: both_ways(table),
             time_span: table.time.as_deref().and_then(range),
             temperature_range: table.temperature.as_deref().and_then(range),
@@ -97,25 +105,22 @@ impl Passport {
                 || !table.orientations.is_empty()
                 || table.board.is_some()
                 || !table.profiles.is_empty(),
-            triggers: (0..table.len()).any(|row| table.on.name(row).is_some() && triggered(&row)),
+            triggers: triggered.iter().any(|row| table.on.name(*row).is_some()),
             stripes: table.is_of_stripes(),
             moves: table.speed.iter().flatten().any(|speed| *speed != 0.0),
             // Pictures stand in the order of their scans, each from another side: undated, what depends on the pose would look like a step.
             clocks: if table.is_of_stripes() && table.time.is_none() { Vec::new() } else { clocks(table) },
             greatest_moments: greatest_moments(model, table),
-            ranges: (0..table.joints).map(span).collect(),
+            ranges: (0..table.joints).map(|joint| span(coordinates(table, joint))).collect(),
             places: (0..table.joints).map(|joint| places(model, table, joint)).collect(),
         }
     }
 
     /// Whether the arm's own sensor triggered over an edge of which the model says where it is light.
     pub(crate) fn triggers_at_edges(&self, model: &Model) -> bool {
-        let lit = |surface: &usize| {
-            model.surfaces.get(*surface).is_some_and(|surface| {
-                surface.light.is_some() && matches!(surface.shape, SurfaceShape::Line { .. })
-            })
-        };
-        self.triggered_on.iter().any(lit)
+        let mut surfaces = self.triggered_on.iter().filter_map(|surface| model.surfaces.get(*surface));
+        // Where nobody says on which side an edge is light, a wider spot may have switched earlier or later.
+        surfaces.any(|surface| surface.light.is_some() && matches!(surface.shape, SurfaceShape::Line { .. }))
     }
 
     /// Whether a joint is known to have arrived from both sides: it was logged.
@@ -135,12 +140,16 @@ fn both_ways(table: &Table) -> Vec<bool> {
         return vec![false; table.joints];
     }
     let order = table.order();
-    let moved = |joint: usize, sign: f64| {
-        let pairs = order.iter().zip(order.iter().skip(1));
-        let coordinate = |row: &usize| table.q_of(*row).get(joint).copied().unwrap_or(0.0);
-        pairs.into_iter().any(|(before, after)| way(coordinate(after) - coordinate(before)) == sign)
-    };
-    (0..table.joints).map(|joint| moved(joint, 1.0) && moved(joint, -1.0)).collect()
+    (0..table.joints)
+        .map(|joint| {
+            let in_order = order.iter().filter_map(|row| table.q_of(*row).get(joint).copied());
+            let q: Vec<f64> = in_order.collect();
+            // A move below the scatter of what was read is none and has neither way.
+            let ways: Vec<f64> =
+                q.iter().zip(q.iter().skip(1)).map(|(before, after)| way(after - before)).collect();
+            ways.contains(&1.0) && ways.contains(&-1.0)
+        })
+        .collect()
 }
 
 /// Where a slide was measured, mm.
@@ -148,29 +157,38 @@ fn places(model: &Model, table: &Table, joint: usize) -> Vec<f64> {
     if !model.slides(joint) {
         return Vec::new();
     }
-    distinct((0..table.len()).filter_map(|row| table.q_of(row).get(joint).copied()).collect())
+    distinct(coordinates(table, joint).collect())
 }
 
 /// The numbers that a table holds readings of.
 fn channels(table: &Table) -> Vec<Channel> {
-    let finite = |column: &Option<Vec<f64>>| column.iter().flatten().any(|value| value.is_finite());
-    let position = |axis: usize| {
-        let all = table.positions.iter().flat_map(|columns| &columns.xyz);
-        all.filter_map(|xyz| xyz.get(axis)).any(|part| part.is_finite())
-    };
-    let tilt = |axis: usize| {
-        table.tilt.iter().flatten().filter_map(|tilt| tilt.get(axis)).any(|part| part.is_finite())
-    };
-    let is_read = |channel: &Channel| match channel {
-        Channel::X => position(0),
-        Channel::Y => position(1),
-        Channel::Z => position(2),
-        Channel::Distance => finite(&table.distance),
-        Channel::Height => finite(&table.height),
-        Channel::TiltX => tilt(0),
-        Channel::TiltY => tilt(1),
-    };
-    Channel::ALL.into_iter().filter(is_read).collect()
+    Channel::ALL.into_iter().filter(|channel| is_read(table, *channel)).collect()
+}
+
+/// Whether a table holds a reading of a channel: a column of empty cells is none.
+fn is_read(table: &Table, channel: Channel) -> bool {
+    match channel {
+        Channel::X => has_position(table, 0),
+        Channel::Y => has_position(table, 1),
+        Channel::Z => has_position(table, 2),
+        Channel::Distance => has_number(&table.distance),
+        Channel::Height => has_number(&table.height),
+        Channel::TiltX => has_tilt(table, 0),
+        Channel::TiltY => has_tilt(table, 1),
+    }
+}
+
+fn has_number(column: &Option<Vec<f64>>) -> bool {
+    column.iter().flatten().any(|value| value.is_finite())
+}
+
+fn has_position(table: &Table, axis: usize) -> bool {
+    let all = table.positions.iter().flat_map(|columns| &columns.xyz);
+    all.filter_map(|xyz| xyz.get(axis)).any(|part| part.is_finite())
+}
+
+fn has_tilt(table: &Table, axis: usize) -> bool {
+    table.tilt.iter().flatten().filter_map(|tilt| tilt.get(axis)).any(|part| part.is_finite())
 }
 
 fn clocks(table: &Table) -> Vec<f64> {
@@ -192,6 +210,7 @@ fn greatest_moments(model: &Model, table: &Table) -> Vec<f64> {
     let mut greatest = vec![0.0_f64; model.chain.len()];
     let down = model.down(&model.base.pose.rotation);
     let (mut posture, mut moments) = (Posture::default(), Vec::new());
+    // The nominal arm in the commanded pose: what bends changes the moments by a thousandth, and candidates need no more than their size.
     for row in (0..table.len()).step_by(table.len().div_ceil(MANY).max(1)) {
         let load =
             table.payload.as_ref().and_then(|loads| loads.get(row)).copied().filter(|load| load.is_finite());

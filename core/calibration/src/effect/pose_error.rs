@@ -32,12 +32,13 @@ impl Effect for PoseError {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        let apart = |pose: &Vec<f64>| -> f64 {
-            pose.iter().zip(situation.q).map(|(pose, q)| (pose - q).powi(2)).sum()
-        };
-        let nearest = (0..self.poses.len())
-            .min_by(|one, other| apart(&self.poses[*one]).total_cmp(&apart(&self.poses[*other])));
-        let Some(pose) = nearest else { return };
+        // Returns to one pose differ by the scatter of what was read: the nearest pose is the one that was meant.
+        let apart = self
+            .poses
+            .iter()
+            .map(|pose| pose.iter().zip(situation.q).map(|(pose, q)| (pose - q).powi(2)).sum::<f64>());
+        let nearest = apart.enumerate().min_by(|one, other| one.1.total_cmp(&other.1));
+        let Some((pose, _)) = nearest else { return };
         drives.extend((0..3).map(|axis| Drive {
             parameter: 3 * pose + axis,
             handle: Handle::BaseShift(axis),

@@ -53,16 +53,21 @@ impl Effect for PositioningError {
 
     /// From the least to the greatest error of the knots.
     fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
-        let value = |knot: Option<usize>| knot.and_then(|knot| values.get(knot)).copied().unwrap_or(0.0);
-        let all = || (0..values.len()).map(Some).chain([None]);
-        let by_value = |one: &Option<usize>, other: &Option<usize>| value(*one).total_cmp(&value(*other));
-        let (least, greatest) = (all().min_by(by_value).flatten(), all().max_by(by_value).flatten());
-        let entry = |one: Option<usize>, other: Option<usize>| {
-            one.zip(other).and_then(|place| covariance.get(place)).copied().unwrap_or(0.0)
-        };
-        let variance = entry(greatest, greatest) + entry(least, least) - 2.0 * entry(greatest, least);
-        Size { value: value(greatest) - value(least), unit: "mm", error: standard_error(variance) }
+        // The knot at the lower limit is zero by definition: it may be the least or the greatest, and has no variance.
+        let knots =
+            values.iter().copied().enumerate().map(|(knot, value)| (Some(knot), value)).chain([(None, 0.0)]);
+        let least = knots.clone().min_by(|one, other| one.1.total_cmp(&other.1)).unwrap_or((None, 0.0));
+        let greatest = knots.max_by(|one, other| one.1.total_cmp(&other.1)).unwrap_or((None, 0.0));
+        // Var(a - b) = Var(a) + Var(b) - 2 Cov(a, b).
+        let variance = entry(covariance, greatest.0, greatest.0) + entry(covariance, least.0, least.0)
+            - 2.0 * entry(covariance, greatest.0, least.0);
+        Size { value: greatest.1 - least.1, unit: "mm", error: standard_error(variance) }
     }
+}
+
+/// The covariance of two knots; 0 with the first, which is zero by definition.
+fn entry(covariance: &DMatrix<f64>, one: Option<usize>, other: Option<usize>) -> f64 {
+    one.zip(other).and_then(|place| covariance.get(place)).copied().unwrap_or(0.0)
 }
 
 pub(super) const KIND: Kind = Kind {
@@ -113,8 +118,8 @@ pub(super) fn unmeasured(survey: &Survey<'_>, id: &EffectId) -> Option<(f64, f64
     let pieces = id.order?;
     let (piece, places) = ((high - low) / pieces, survey.passport.places.get(joint)?);
     let knots = (0..=pieces as usize).map(|knot| low + piece * knot as f64);
-    let near = |knot: &f64| places.iter().any(|place| (place - knot).abs() < piece * NEAR);
-    let lonely = knots.into_iter().find(|knot| !near(knot))?;
+    let lonely =
+        knots.into_iter().find(|knot| places.iter().all(|place| (place - knot).abs() >= piece * NEAR))?;
     Some(((lonely - piece).max(low), (lonely + piece).min(high)))
 }
 

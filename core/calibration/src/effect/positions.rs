@@ -47,11 +47,11 @@ pub fn not_at_these_positions(survey: &Survey<'_>, id: &EffectId) -> Option<Stri
 /// The waves of screws whose pitch a model gives and that the positions of a table cannot show, each with the reason.
 pub fn waves_not_shown(survey: &Survey<'_>) -> Vec<String> {
     let model: &Model = survey.model;
-    let first =
-        |joint: usize| EffectId { order: Some(1.0), ..EffectId::at("screw_wave", super::Spot::Joint(joint)) };
     let screws = (0..model.chain.len()).filter(|joint| {
         let pitch = model.chain.joints.get(*joint).and_then(|row| row.screw_pitch);
         pitch.is_some() && survey.passport.places.get(*joint).is_some_and(|places| places.len() > 1)
     });
-    screws.filter_map(|joint| not_at_these_positions(survey, &first(joint))).collect()
+    let waves = screws
+        .map(|joint| EffectId { order: Some(1.0), ..EffectId::at("screw_wave", super::Spot::Joint(joint)) });
+    waves.filter_map(|wave| not_at_these_positions(survey, &wave)).collect()
 }

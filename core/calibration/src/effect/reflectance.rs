@@ -3,8 +3,8 @@
 use super::EffectNameError;
 use super::kind::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
-use crate::arm_model::Sensor;
 use crate::arm_model::SurfaceShape;
+use crate::arm_model::{Model, Sensor};
 
 #[derive(Debug)]
 struct Reflectance {
@@ -29,6 +29,13 @@ impl Effect for Reflectance {
     }
 }
 
+/// Whether a surface sends light back from an area: an edge is met beside it, a point has none.
+fn reflects(model: &Model, surface: usize) -> bool {
+    model.surfaces.get(surface).is_some_and(|surface| {
+        matches!(surface.shape, SurfaceShape::Plane { .. } | SurfaceShape::Sphere { .. })
+    })
+}
+
 pub(super) const KIND: Kind = Kind {
     name: "reflectance",
     family: Family::Sensor,
@@ -43,13 +50,8 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "Trigger over this surface and over another of known height from the same poses of the hand; over one surface alone it is the sensor's trigger height.",
     build: |setting: &Setting<'_>| {
         let sensor = setting.sensor()?;
-        let flat = |surface: usize| {
-            setting.model.surfaces.get(surface).is_some_and(|surface| {
-                matches!(surface.shape, SurfaceShape::Plane { .. } | SurfaceShape::Sphere { .. })
-            })
-        };
         match setting.id.spot {
-            Spot::Surface(surface) if flat(surface) => Ok(Box::new(Reflectance {
+            Spot::Surface(surface) if reflects(setting.model, surface) => Ok(Box::new(Reflectance {
                 surface,
                 sensor,
                 parameters: [Parameter::new("lighter_by", Unit::RATIO, (-0.6, 0.6))],
@@ -61,12 +63,9 @@ pub(super) const KIND: Kind = Kind {
         }
     },
     candidates: |survey| {
-        let flat = |surface: &&usize| {
-            survey.model.surfaces.get(**surface).is_some_and(|surface| {
-                matches!(surface.shape, SurfaceShape::Plane { .. } | SurfaceShape::Sphere { .. })
-            })
-        };
-        let flat: Vec<usize> = survey.passport.triggered_on.iter().filter(flat).copied().collect();
+        let mut flat = survey.passport.triggered_on.clone();
+        flat.retain(|surface| reflects(survey.model, *surface));
+        // Over one surface alone a lighter one is the sensor's own height.
         match survey.model.sensor.is_some() && flat.len() > 1 {
             true => {
                 flat.into_iter().map(|surface| EffectId::at("reflectance", Spot::Surface(surface))).collect()

@@ -35,13 +35,15 @@ impl Effect for RigNumbers {
 
     fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
         let unit = self.parameters.first().map_or(Unit::RATIO, |parameter| parameter.unit);
-        let scaled = |value: f64| value * unit.factor;
-        if let [value] = values {
-            let variance = covariance.get((0, 0)).copied().unwrap_or(0.0);
-            return Size { value: scaled(*value), unit: unit.name, error: scaled(standard_error(variance)) };
-        }
-        let length = length_of(values, covariance);
-        Size { value: scaled(length.value), unit: unit.name, error: scaled(length.error) }
+        let (value, error) = match values {
+            // A single number keeps its sign.
+            [value] => (*value, standard_error(covariance.get((0, 0)).copied().unwrap_or(0.0))),
+            _ => {
+                let length = length_of(values, covariance);
+                (length.value, length.error)
+            }
+        };
+        Size { value: value * unit.factor, unit: unit.name, error: error * unit.factor }
     }
 }
 

@@ -21,14 +21,14 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "Poses that turn the wrist into many directions, before and after.",
     build: |setting: &Setting<'_>| {
         let target = setting.target()?;
-        let along = |(axis, name)| Step {
+        let steps = ["x_mm", "y_mm", "z_mm"].into_iter().enumerate().map(|(axis, name)| Step {
             handle: Handle::Target(target, axis),
             rate: 1.0,
             name,
             unit: Unit::MM,
             most: MOST,
-        };
-        let steps = ["x_mm", "y_mm", "z_mm"].into_iter().enumerate().map(along).collect();
+        });
+        let steps = steps.collect();
         Ok(Box::new(EpochSteps::new(setting, steps, 3)?))
     },
     candidates: |survey| match survey.model.epoch_count() {

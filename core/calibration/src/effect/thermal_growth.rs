@@ -23,13 +23,13 @@ impl Effect for ThermalGrowth {
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         let warmer = if situation.temperature.is_finite() { situation.temperature - REFERENCE } else { 0.0 };
-        let grow = |knob, size: f64| Drive {
+        // Lengths grow as they are long, and angles stay: dl = l alpha dT.
+        let sizes = [(Knob::A, self.length), (Knob::D, self.offset)];
+        drives.extend(sizes.map(|(knob, size)| Drive {
             parameter: 0,
             handle: Handle::Joint(self.joint, knob),
             rate: size * warmer,
-        };
-        drives.push(grow(Knob::A, self.length));
-        drives.push(grow(Knob::D, self.offset));
+        }));
     }
 }
 

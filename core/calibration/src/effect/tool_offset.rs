@@ -16,8 +16,11 @@ impl Effect for ToolOffset {
     }
 
     fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
-        let along = |axis| Drive { parameter: axis, handle: Handle::Target(self.target, axis), rate: 1.0 };
-        drives.extend((0..3).map(along));
+        drives.extend((0..3).map(|axis| Drive {
+            parameter: axis,
+            handle: Handle::Target(self.target, axis),
+            rate: 1.0,
+        }));
     }
 
     fn size(&self, values: &[f64], covariance: &DMatrix<f64>) -> Size {
@@ -36,13 +39,12 @@ pub(super) fn length_of(values: &[f64], covariance: &DMatrix<f64>) -> Size {
             variance += if value > 0.0 { left * right * entry / (value * value) } else { 0.0 };
         }
     }
-    let known = |row: usize| covariance.get((row, row)).is_some_and(|variance| *variance > 0.0);
-    let seen = (0..values.len()).filter(|row| known(*row)).count();
+    let variances: Vec<f64> =
+        (0..values.len()).filter_map(|row| covariance.get((row, row)).copied()).collect();
+    let seen = variances.iter().filter(|variance| **variance > 0.0).count();
     let unseen = if seen < values.len() { value } else { 0.0 };
     // Of shifts that are all zero the length has no slope: its error is that of the worst known component.
-    let worst =
-        || (0..values.len()).filter_map(|row| covariance.get((row, row)).copied()).fold(0.0, f64::max);
-    let variance = if value > 0.0 { variance } else { worst() };
+    let variance = if value > 0.0 { variance } else { variances.into_iter().fold(0.0, f64::max) };
     let error = if seen == 0 { f64::INFINITY } else { standard_error(variance).hypot(unseen) };
     Size { value, unit: "mm", error }
 }

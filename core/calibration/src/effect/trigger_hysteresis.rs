@@ -24,15 +24,21 @@ impl Effect for TriggerHysteresis {
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         let Some(trigger) = situation.trigger.filter(|trigger| !trigger.came_on) else { return };
-        let known = self.sensor.hysteresis;
-        let slope = |of: &dyn Fn(f64) -> f64| (of(known + SMALL) - of(known - SMALL)) / (2.0 * SMALL);
-        let (handle, rate) = if trigger.edge {
-            let radius = trigger.light * 0.5 * self.sensor.spot;
-            (Handle::Edge, radius * slope(&|share| self.sensor.early(false, trigger.distance, share)))
-        } else {
-            (Handle::Trigger, slope(&|share| self.sensor.above(false, share)))
-        };
-        drives.push(Drive { parameter: 0, handle, rate });
+        // Both are found by halving: a closed form of their slopes would have to follow every change of the sensor's law.
+        let [less, more] = [-SMALL, SMALL].map(|by| {
+            let hysteresis = self.sensor.hysteresis + by;
+            match trigger.edge {
+                true => {
+                    trigger.light
+                        * 0.5
+                        * self.sensor.spot
+                        * self.sensor.early(false, trigger.distance, hysteresis)
+                }
+                false => self.sensor.above(false, hysteresis),
+            }
+        });
+        let handle = if trigger.edge { Handle::Edge } else { Handle::Trigger };
+        drives.push(Drive { parameter: 0, handle, rate: (more - less) / (2.0 * SMALL) });
     }
 }
 

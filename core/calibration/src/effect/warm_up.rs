@@ -23,13 +23,14 @@ impl Effect for WarmUp {
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         let time = if situation.time.is_finite() { situation.time } else { 0.0 };
+        // One heat store that loses heat to the room in proportion to what it has (Newton's law of cooling).
         let rate = 1.0 - (-time / self.time_constant).exp();
-        let of_row = |knob| Drive { parameter: 0, handle: Handle::Joint(self.joint, knob), rate };
-        drives.push(match self.of {
-            Quantity::Zero => situation.drive_joint(self.joint, 0, rate),
-            Quantity::Length => of_row(Knob::A),
-            Quantity::Offset => of_row(Knob::D),
-        });
+        let knob = match self.of {
+            Quantity::Zero => return drives.push(situation.drive_joint(self.joint, 0, rate)),
+            Quantity::Length => Knob::A,
+            Quantity::Offset => Knob::D,
+        };
+        drives.push(Drive { parameter: 0, handle: Handle::Joint(self.joint, knob), rate });
     }
 }
 

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use plumb_kinematics::Posture;
 use thiserror::Error;
 
-use crate::arm_model::{AddedEffect, MapCarrier, Model};
+use crate::arm_model::{MapCarrier, Model};
 use crate::effect::{self, EffectId, EffectNameError};
 use crate::forward::rates;
 
@@ -66,20 +66,20 @@ pub fn compensation(model: &Model, joint: usize, lines: usize) -> Result<Compens
     let count = lines.clamp(2, MOST_LINES);
     let errors = JointErrors::of(model, joint, ((low, high), count))?;
     let factor = if model.slides(joint) { 1.0 } else { 1.0_f64.to_degrees() };
-    let at = |line: f64| low + (high - low) * line / (count - 1) as f64;
-    let reached = |q: f64| [1, -1].map(|side| q + errors.at(q, side));
+    let apart = (high - low) / (count - 1) as f64;
     let table: Vec<[f64; 3]> = (0..count)
         .map(|line| {
-            let q = at(line as f64);
-            let [forward, reverse] = reached(q);
+            let q = low + apart * line as f64;
+            let [forward, reverse] = errors.reached(q);
             [q, forward, reverse].map(|value| value * factor)
         })
         .collect();
+    // LinuxCNC goes straight from line to line: what is curved between them stays an error of the machine.
     let mut between = 0.0_f64;
     for (line, (one, next)) in table.iter().zip(table.iter().skip(1)).enumerate() {
         for part in 1..=LOOKED_BETWEEN {
             let part = f64::from(part) / f64::from(LOOKED_BETWEEN + 1);
-            for (side, exact) in reached(at(line as f64 + part)).into_iter().enumerate() {
+            for (side, exact) in errors.reached(low + apart * (line as f64 + part)).into_iter().enumerate() {
                 let straight = one[side + 1] + part * (next[side + 1] - one[side + 1]);
                 between = between.max((straight - exact * factor).abs());
             }
@@ -130,10 +130,10 @@ impl<'m> JointErrors<'m> {
         let alone = only_slide(model);
         let mut errors = Self { model, joint, effects: Vec::new(), alone, left_out: Vec::new() };
         let apart = (high - low) / (lines.max(2) - 1) as f64;
-        let is_there = |added: &&AddedEffect| {
-            added.id.joint() == Some(joint) && added.values.iter().any(|value| *value != 0.0)
-        };
-        for added in model.effects.iter().chain(&model.fitted).filter(is_there) {
+        for added in model.effects.iter().chain(&model.fitted) {
+            if added.id.joint() != Some(joint) || added.values.iter().all(|value| *value == 0.0) {
+                continue;
+            }
             if let Some(needed) = lines_for(model, &added.id, apart) {
                 errors.left_out.push(format!("{} ({needed})", model.label(&added.id)));
                 continue;
@@ -161,6 +161,11 @@ impl<'m> JointErrors<'m> {
         })
     }
 
+    /// Where the joint is when it arrived at a commanded coordinate moving up, and moving down, rad or mm.
+    fn reached(&self, q: f64) -> [f64; 2] {
+        [1, -1].map(|side| q + self.at(q, side))
+    }
+
     /// By how much the joint is beyond what was commanded, rad or mm.
     fn at(&self, q: f64, side: i8) -> f64 {
         let joints = self.model.chain.len();
@@ -168,11 +173,11 @@ impl<'m> JointErrors<'m> {
         let sides: Vec<i8> = (0..joints).map(|joint| if joint == self.joint { side } else { 0 }).collect();
         // Rates are of the joint's row, whose sense may be the other one.
         let sign = self.model.chain.joints.get(self.joint).map_or(1.0, |row| row.sign);
-        let of_effect = |(effect, values): &(Box<dyn effect::Effect>, &[f64])| -> f64 {
+        let of_effects = self.effects.iter().map(|(effect, values)| {
             let rates = rates(self.model, effect.as_ref(), &pose, &sides);
             sign * rates.iter().zip(*values).map(|(rate, value)| rate * value).sum::<f64>()
-        };
-        self.effects.iter().map(of_effect).sum::<f64>() + self.mapped(&pose, &sides)
+        });
+        of_effects.sum::<f64>() + self.mapped(&pose, &sides)
     }
 
     /// What the residual map adds.
@@ -184,12 +189,20 @@ impl<'m> JointErrors<'m> {
         let along = map.along.iter().flat_map(|along| &along.weights);
         let weights = shifts.chain(along).chain(map.sides.iter().flat_map(|side| &side.weights));
         let columns = map.columns(region, pose, sides);
-        let share = |carrier: MapCarrier| match (carrier, self.alone) {
+        columns
+            .iter()
+            .zip(weights)
+            .map(|((carrier, value), weight)| self.share(*carrier) * value * weight)
+            .sum()
+    }
+
+    /// The share of what a column of the map moves that is the joint's own way: of a shift its part along a lone slide.
+    fn share(&self, carrier: MapCarrier) -> f64 {
+        match (carrier, self.alone) {
             (MapCarrier::Joint(joint), _) if joint == self.joint => 1.0,
             (MapCarrier::Shift(axis), Some(along)) => along.get(axis).copied().unwrap_or(0.0),
             _ => 0.0,
-        };
-        columns.iter().zip(weights).map(|((carrier, value), weight)| share(*carrier) * value * weight).sum()
+        }
     }
 }
 

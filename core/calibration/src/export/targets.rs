@@ -125,14 +125,13 @@ fn check(model: &Model, poses: &Table) -> Result<(), TargetsError> {
     for (joint, (column, in_mm)) in model.chain.joints.iter().zip(&poses.coordinate_columns) {
         let slides = joint.motion == Motion::Slides;
         if slides != *in_mm {
-            let unit = |mm: bool| if mm { "mm" } else { "deg" };
             return Err(TargetsError::Unit {
                 path: poses.source.clone(),
                 column: column.clone(),
-                found: unit(*in_mm),
+                found: unit_name(*in_mm),
                 joint: joint.name.clone(),
                 moves: if slides { "slides" } else { "turns" },
-                wanted: unit(slides),
+                wanted: unit_name(slides),
             });
         }
     }
@@ -142,23 +141,27 @@ fn check(model: &Model, poses: &Table) -> Result<(), TargetsError> {
 /// From which side each joint arrives from the row before; not known of the first.
 fn sides(before: Option<&[f64]>, q: &[f64]) -> Vec<i8> {
     let Some(before) = before else { return Vec::new() };
-    let side = |(before, now): (&f64, &f64)| match now.total_cmp(before) {
-        std::cmp::Ordering::Less => -1,
-        std::cmp::Ordering::Equal => 0,
-        std::cmp::Ordering::Greater => 1,
-    };
-    before.iter().zip(q).map(side).collect()
+    // `Ordering` counts -1, 0, 1: down, at rest, up.
+    before.iter().zip(q).map(|(before, now)| now.total_cmp(before) as i8).collect()
+}
+
+fn unit_name(in_mm: bool) -> &'static str {
+    if in_mm { "mm" } else { "deg" }
+}
+
+/// A coordinate as people read it.
+fn shown(motion: Motion, value: f64) -> String {
+    match motion {
+        Motion::Turns => format!("{:.3} deg", value.to_degrees()),
+        Motion::Slides => format!("{value:.3} mm"),
+    }
 }
 
 fn within_limits(model: &Model, q: &[f64]) -> Result<(), String> {
     for (joint, value) in model.chain.joints.iter().zip(q) {
         let (lower, upper) = joint.limits;
         if !(lower..=upper).contains(value) {
-            let shown = |value: f64| match joint.motion {
-                Motion::Turns => format!("{:.3} deg", value.to_degrees()),
-                Motion::Slides => format!("{value:.3} mm"),
-            };
-            let [value, lower, upper] = [*value, lower, upper].map(shown);
+            let [value, lower, upper] = [*value, lower, upper].map(|value| shown(joint.motion, value));
             return Err(format!(
                 "`{}` would have to go to {value}; it goes from {lower} to {upper}",
                 joint.name

@@ -119,11 +119,11 @@ impl Checker<'_> {
         if wanted.is_empty() {
             return self.fail(&raw.name.span, format!("`adds` says nothing that is added; {EXAMPLE}"));
         }
-        let read = |(place, key, text): Wanted<'_>| {
+        let read = wanted.into_iter().map(|(place, key, text)| {
             Addend::new(place, &key, &text.value, names, model.chain.len(), self.place(&text.span))
                 .or_else(|error| self.fail(&text.span, error.to_string()))
-        };
-        wanted.into_iter().map(read).collect()
+        });
+        read.collect()
     }
 
     /// What is added to a joint's coordinate or to one number of its row: one of them at most, in the unit that belongs to it.
@@ -204,12 +204,12 @@ fn frame_addends<'r>(adds: &'r RawAdds, wanted: &mut Vec<Wanted<'r>>) {
     let readings = [&adds.reading_x_mm, &adds.reading_y_mm, &adds.reading_z_mm];
     for axis in 0..3 {
         let name = axis_name(axis);
-        let mut add = |place, key: String, text: &'r Option<Spanned<String>>| {
-            wanted.extend(text.as_ref().map(|text| (place, key, text)));
-        };
-        add(DefinedPlace::BaseShift(axis), format!("base_{name}_mm"), shifts[axis]);
-        add(DefinedPlace::BaseTurn(axis), format!("base_{name}_deg"), turns[axis]);
-        add(DefinedPlace::Reading(axis), format!("reading_{name}_mm"), readings[axis]);
+        let all = [
+            (DefinedPlace::BaseShift(axis), format!("base_{name}_mm"), shifts[axis]),
+            (DefinedPlace::BaseTurn(axis), format!("base_{name}_deg"), turns[axis]),
+            (DefinedPlace::Reading(axis), format!("reading_{name}_mm"), readings[axis]),
+        ];
+        wanted.extend(all.into_iter().filter_map(|(place, key, text)| Some((place, key, text.as_ref()?))));
     }
     let height = adds.trigger_height_mm.as_ref();
     wanted.extend(height.map(|text| (DefinedPlace::TriggerHeight, "trigger_height_mm".to_owned(), text)));

@@ -98,20 +98,21 @@ impl Checker<'_> {
             }
             map.waves.push(Wave { rates: rates.clone(), phase: *phase_rad, shift: Vector3::from(*shift_mm) });
         }
-        let of_joint = |raw: &RawOfJoint| {
-            let joint = self.joint_named(&raw.joint, chain)?;
-            let weights = raw.weights.iter().map(|weight| weight * factor(chain, joint)).collect();
-            Ok::<_, Refused>((joint, weights))
-        };
         for raw in &raw.along {
-            let (joint, weights) = of_joint(raw)?;
+            let (joint, weights) = self.of_joint(raw, chain)?;
             map.along.push(Along { joint, weights });
         }
         for raw in &raw.sides {
-            let (joint, weights) = of_joint(raw)?;
+            let (joint, weights) = self.of_joint(raw, chain)?;
             map.sides.push(Side { joint, weights });
         }
         Ok(map)
+    }
+
+    /// A joint with its weights in rad or mm.
+    fn of_joint(&self, raw: &RawOfJoint, chain: &Chain) -> Checked<(usize, Vec<f64>)> {
+        let joint = self.joint_named(&raw.joint, chain)?;
+        Ok((joint, raw.weights.iter().map(|weight| weight * factor(chain, joint)).collect()))
     }
 }
 
@@ -119,40 +120,54 @@ fn list(values: impl IntoIterator<Item = f64>) -> String {
     values.into_iter().map(number).collect::<Vec<_>>().join(", ")
 }
 
+fn joint_name(chain: &Chain, joint: usize) -> String {
+    text(chain.joints.get(joint).map_or("?", |joint| joint.name.as_str()))
+}
+
+/// Writes the joints of a section with their weights, in degrees or mm; nothing of an empty section.
+fn write_joints(
+    out: &mut String,
+    chain: &Chain,
+    key: &str,
+    parts: Vec<(usize, &Vec<f64>)>,
+) -> std::fmt::Result {
+    if !parts.is_empty() {
+        writeln!(out, "  {key}:")?;
+    }
+    for (joint, weights) in parts {
+        let weights = list(weights.iter().map(|weight| weight / factor(chain, joint)));
+        writeln!(out, "    - {{joint: {}, weights: [{weights}]}}", joint_name(chain, joint))?;
+    }
+    Ok(())
+}
+
 /// Writes both, where they are there.
 pub(super) fn write_measured(out: &mut String, model: &Model) -> std::fmt::Result {
     let chain = &model.chain;
-    let shown = |joint: usize, value: f64| value / factor(chain, joint);
-    let name = |joint: usize| text(chain.joints.get(joint).map_or("?", |joint| joint.name.as_str()));
     if let Some(region) = &model.measured_region {
         let ranges: Vec<String> = region
             .joints
             .iter()
             .enumerate()
             .map(|(index, joint)| {
-                format!("{}: [{}]", name(index), list([shown(index, joint.low), shown(index, joint.high)]))
+                let ends = [joint.low, joint.high].map(|end| end / factor(chain, index));
+                format!("{}: [{}]", joint_name(chain, index), list(ends))
             })
             .collect();
         writeln!(out, "measured_region:\n  ranges: {{{}}}", ranges.join(", "))?;
         writeln!(out, "  reach: {}\n  poses:", number(region.reach))?;
         for pose in &region.poses {
-            writeln!(out, "    - [{}]", list(pose.iter().enumerate().map(|(joint, q)| shown(joint, *q))))?;
+            writeln!(
+                out,
+                "    - [{}]",
+                list(pose.iter().enumerate().map(|(joint, q)| q / factor(chain, joint)))
+            )?;
         }
     }
     let Some(map) = &model.residual_map else { return Ok(()) };
     writeln!(out, "residual_map:\n  not_understood: {}", number(map.not_understood))?;
-    let joint_lines = |out: &mut String, key: &str, parts: Vec<(usize, &Vec<f64>)>| -> std::fmt::Result {
-        if !parts.is_empty() {
-            writeln!(out, "  {key}:")?;
-        }
-        for (joint, weights) in parts {
-            let weights = list(weights.iter().map(|weight| shown(joint, *weight)));
-            writeln!(out, "    - {{joint: {}, weights: [{weights}]}}", name(joint))?;
-        }
-        Ok(())
-    };
-    joint_lines(out, "along", map.along.iter().map(|one| (one.joint, &one.weights)).collect())?;
-    joint_lines(out, "sides", map.sides.iter().map(|one| (one.joint, &one.weights)).collect())?;
+    write_joints(out, chain, "along", map.along.iter().map(|one| (one.joint, &one.weights)).collect())?;
+    write_joints(out, chain, "sides", map.sides.iter().map(|one| (one.joint, &one.weights)).collect())?;
     if !map.waves.is_empty() {
         writeln!(out, "  waves:")?;
     }

@@ -168,11 +168,8 @@ impl Checker<'_> {
                 Err(error) => drop(self.fail::<()>(&text.span, error.to_string())),
             }
         }
-        let read = |raw: &[Spanned<RawEffect>], model: &Model| -> Vec<AddedEffect> {
-            raw.iter().filter_map(|raw| self.effects(raw, model).ok()).flatten().collect()
-        };
-        model.effects = read(&raw.effects, model);
-        model.fitted = read(&raw.fitted, model);
+        model.effects = self.listed_effects(&raw.effects, model);
+        model.fitted = self.listed_effects(&raw.fitted, model);
         model.corrections = raw.effects.iter().flat_map(|raw| corrections(raw, model)).collect();
         for valued in raw.fitted.iter().filter_map(valued) {
             if let Some(claim) = &valued.claim {
@@ -182,17 +179,21 @@ impl Checker<'_> {
         }
     }
 
+    /// The effects of a list; those that are refused are among the problems.
+    fn listed_effects(&self, raw: &[Spanned<RawEffect>], model: &Model) -> Vec<AddedEffect> {
+        raw.iter().filter_map(|raw| self.effects(raw, model).ok()).flatten().collect()
+    }
+
     fn chain(&self, raw: &RawModel) -> Checked<Chain> {
         let convention = match raw.convention.value {
             RawConvention::Proximal => Convention::Proximal,
             RawConvention::Distal | RawConvention::Urdf { .. } => Convention::Distal,
         };
         // A joint that is wrong is known by its name, so that what names it is not accused.
-        let known = |raw: &RawJoint| Joint::turning(&raw.name.value, 0.0, 0.0, 0.0, 0.0);
-        let typed: Vec<Joint> =
-            raw.joints.iter().map(|joint| self.joint(joint).unwrap_or_else(|_| known(joint))).collect();
-        let seen = |index: usize, name: &str| typed.iter().take(index).any(|other| other.name == name);
-        let mut joints = typed.clone();
+        let typed = raw.joints.iter().map(|joint| {
+            self.joint(joint).unwrap_or_else(|_| Joint::turning(&joint.name.value, 0.0, 0.0, 0.0, 0.0))
+        });
+        let mut joints: Vec<Joint> = typed.collect();
         for (index, joint) in raw.joints.iter().enumerate() {
             if let Some(less) = &joint.less {
                 let names = raw.joints.iter().take(index).map(|joint| joint.name.value.as_str());
@@ -208,7 +209,7 @@ impl Checker<'_> {
                     joint.less = Some(drive);
                 }
             }
-            if seen(index, &joint.name.value) {
+            if raw.joints.iter().take(index).any(|other| other.name.value == joint.name.value) {
                 return self.fail(&joint.name.span, format!("joint `{}` is named twice", joint.name.value));
             }
         }
@@ -296,23 +297,23 @@ impl Checker<'_> {
     }
 
     fn masses(&self, raw: &RawModel, chain: &Chain) -> Vec<Mass> {
-        let mass = |link: &RawLink| {
-            let kg = link.mass_kg.value;
-            let heavy = match kg < 0.0 {
-                true => {
-                    self.fail(&link.mass_kg.span, format!("a mass of {kg} kg cannot be; it is 0 or more"))
-                }
-                false => Ok(kg),
-            };
-            let after = self.joint_named(&link.after, chain)?;
-            Ok::<_, Refused>(Mass { after, mass: heavy?, centre: Vector3::from(link.centre_mm) })
+        raw.links.iter().filter_map(|link| self.mass(link, chain).ok()).collect()
+    }
+
+    /// The mass of one link. Both of its mistakes are told, not the first alone.
+    fn mass(&self, link: &RawLink, chain: &Chain) -> Checked<Mass> {
+        let kg = link.mass_kg.value;
+        let heavy = match kg < 0.0 {
+            true => self.fail(&link.mass_kg.span, format!("a mass of {kg} kg cannot be; it is 0 or more")),
+            false => Ok(kg),
         };
-        raw.links.iter().filter_map(|link| mass(link).ok()).collect()
+        let after = self.joint_named(&link.after, chain)?;
+        Ok(Mass { after, mass: heavy?, centre: Vector3::from(link.centre_mm) })
     }
 
     /// One with a wrong name is there too, so that what names it is not accused.
     fn targets(&self, raw: &RawModel) -> Vec<Target> {
-        let target = |(name, target): &(Spanned<String>, RawTarget)| {
+        let targets = raw.targets.0.iter().map(|(name, target)| {
             let number = name.value.strip_prefix('p').and_then(|digits| digits.parse::<u32>().ok());
             if number.is_none_or(|number| number == 0) {
                 let message = format!("`{}` cannot be a target's name", name.value);
@@ -324,8 +325,8 @@ impl Checker<'_> {
                 turn_free: target.free_rpy.unwrap_or(target.free),
                 ..Target::point(&name.value, Vector3::from(target.xyz_mm), target.free)
             }
-        };
-        raw.targets.0.iter().map(target).collect()
+        });
+        targets.collect()
     }
 
     fn direction(&self, typed: &Spanned<[f64; 3]>) -> Checked<Vector3<f64>> {
@@ -354,14 +355,14 @@ impl Checker<'_> {
 
     /// One of no shape is a point, so that what names it is not accused.
     fn surfaces(&self, raw: &RawModel) -> Vec<Surface> {
-        let surface = |(name, raw): &(Spanned<String>, RawSurface)| {
+        let surfaces = raw.surfaces.0.iter().map(|(name, raw)| {
             let light = raw.line.as_ref().and_then(|line| line.light);
             let light = light.map(|side| if side == RawSide::Left { 1.0 } else { -1.0 });
             let unknown = SurfaceShape::Point { point: Vector3::zeros() };
             let shape = self.surface_shape(&name.span, raw).unwrap_or(unknown);
             Surface { name: name.value.clone(), shape, free: raw.free, light }
-        };
-        raw.surfaces.0.iter().map(surface).collect()
+        });
+        surfaces.collect()
     }
 
     fn surface_shape(&self, name: &Span, raw: &RawSurface) -> Checked<SurfaceShape> {

@@ -72,8 +72,8 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
         writeln!(out, "gravity: {}", triple(gravity))?;
     }
     if let Some([x, y, z]) = &model.working_volume {
-        let span = |(low, high): &(f64, f64)| format!("[{}, {}]", number(*low), number(*high));
-        writeln!(out, "working_volume: {{x_mm: {}, y_mm: {}, z_mm: {}}}", span(x), span(y), span(z))?;
+        let [x, y, z] = [x, y, z].map(|(low, high)| format!("[{}, {}]", number(*low), number(*high)));
+        writeln!(out, "working_volume: {{x_mm: {x}, y_mm: {y}, z_mm: {z}}}")?;
     }
     ends(out, model)
 }

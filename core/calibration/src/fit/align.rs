@@ -41,8 +41,8 @@ pub fn rigid(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> Option<IsometryMatri
     if from.len() < 3 {
         return None;
     }
-    let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len() as f64;
-    let (from_mean, to_mean) = (mean(from), mean(to));
+    let [from_mean, to_mean] =
+        [from, to].map(|points| points.iter().sum::<Vector3<f64>>() / points.len() as f64);
     let covariance: Matrix3<f64> =
         from.iter().zip(to).map(|(from, to)| (to - to_mean) * (from - from_mean).transpose()).sum();
     let svd = covariance.svd(true, true);
@@ -55,11 +55,13 @@ pub fn rigid(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> Option<IsometryMatri
 
 /// Places the base so that points of the flange's frame that are already known fit best.
 fn base_of(sights: &[Sight], targets: &[Vector3<f64>]) -> Option<IsometryMatrix3<f64>> {
-    let inside = |sight: &Sight| {
-        let tool = targets.get(sight.target).copied().unwrap_or_else(Vector3::zeros);
-        (sight.flange * nalgebra::Point3::from(tool)).coords
-    };
-    let from: Vec<Vector3<f64>> = sights.iter().map(inside).collect();
+    let from: Vec<Vector3<f64>> = sights
+        .iter()
+        .map(|sight| {
+            let tool = targets.get(sight.target).copied().unwrap_or_else(Vector3::zeros);
+            (sight.flange * nalgebra::Point3::from(tool)).coords
+        })
+        .collect();
     let to: Vec<Vector3<f64>> = sights.iter().map(|sight| sight.measured).collect();
     rigid(&from, &to)
 }
@@ -95,9 +97,12 @@ pub fn base_and_targets(
         }
     }
     let step = RankRevealingCholesky::new(&matrix).solve(&gradient);
-    let moved = |index: usize| Vector3::from_fn(|axis, _| step[12 + 3 * index + axis]);
-    let targets: Vec<Vector3<f64>> =
-        targets.iter().enumerate().map(|(index, target)| target + moved(index)).collect();
+    let targets: Vec<Vector3<f64>> = targets
+        .iter()
+        .enumerate()
+        .map(|(index, target)| target + step.fixed_rows::<3>(12 + 3 * index))
+        .collect();
+    // The nine numbers are a matrix that need not be a rotation: the base is placed anew with the targets that were found.
     let base = base_of(sights, &targets)?;
     targets.iter().flatten().all(|part| part.is_finite()).then_some((base, targets))
 }
@@ -118,12 +123,12 @@ fn sights(machine: &ResidualModel<'_>, start: &State, rows: &[usize]) -> Vec<Sig
 fn sight(three: &[Equation], flange: IsometryMatrix3<f64>) -> Option<Sight> {
     let [x, y, z] = three else { return None };
     let target = x.measurand.kind.seen_target(x.measurand)?;
-    let is_part = |equation: &Equation, axis: usize| {
+    let is_whole = [x, y, z].into_iter().enumerate().all(|(axis, equation)| {
         let what = equation.measurand;
         what.kind.seen_target(what) == Some(target) && what.coordinate() == Some(axis)
-    };
+    });
     let measured = Vector3::new(x.measured, y.measured, z.measured);
-    (is_part(x, 0) && is_part(y, 1) && is_part(z, 2)).then_some(Sight { target, measured, flange })
+    is_whole.then_some(Sight { target, measured, flange })
 }
 
 /// Whether the arm is off by more than a good guess of the targets would leave.
@@ -159,11 +164,10 @@ pub(crate) fn align(
         let some: Vec<usize> = one_base.into_iter().step_by(stride).collect();
         let sights = sights(machine, start, &some);
         let ones = vec![1.0; machine.observations.rows()];
-        let squares = |state: &State| machine.squares(state, &some, &ones);
-        let mut least = squares(&state);
+        let mut least = machine.squares(&state, &some, &ones);
         if let Some(base) = base_of(&sights, &state.targets) {
             let better = State { base, ..start.clone() };
-            let left = squares(&better);
+            let left = machine.squares(&better, &some, &ones);
             if left < least {
                 (state, least) = (better, left);
             }
@@ -173,11 +177,10 @@ pub(crate) fn align(
             && let Some((base, targets)) = base_and_targets(&sights, &state.base, &state.targets, &free)
         {
             let guess = State { base, targets, ..start.clone() };
-            let own =
-                |slot: &Slot| !matches!(slot, Slot::BaseShift(_) | Slot::BaseTurn(_) | Slot::Target(..));
-            let held: Vec<usize> = (0..machine.slots().len())
-                .filter(|index| machine.slots().get(*index).is_some_and(own))
-                .collect();
+            let others = machine.slots().iter().enumerate().filter(|(_, slot)| {
+                !matches!(slot, Slot::BaseShift(_) | Slot::BaseTurn(_) | Slot::Target(..))
+            });
+            let held: Vec<usize> = others.map(|(index, _)| index).collect();
             let settings = Settings { steps: STEPS, damping: CAREFUL };
             let settled = descend(&machine.over(&some, &ones), &guess, &held, settings, progress)?;
             if CLEARLY * CLEARLY * settled.normal.squares < least {
@@ -242,6 +245,7 @@ pub(crate) fn place_touched(machine: &ResidualModel<'_>, state: &mut State, rows
             }
         }
     }
+    // Three equations are one visit, each a third of it: half a visit is none.
     for (place, (sum, count)) in state.places.iter_mut().zip(sums) {
         if count > 0.5 {
             *place = sum / count;

@@ -78,8 +78,8 @@ impl ResidualModel<'_> {
         let flange = pose.flange();
         let targets = state.targets.iter().map(|target| (flange * Point3::from(*target)).coords);
         let joints = pose.posture.joints.iter().skip(1).map(|joint| joint.axis_point);
-        let clear = |point: Vector3<f64>| keep_out.iter().all(|plane| plane.allows(point.into()));
-        joints.chain([flange.translation.vector]).chain(targets).all(clear)
+        let mut points = joints.chain([flange.translation.vector]).chain(targets);
+        points.all(|point| keep_out.iter().all(|plane| plane.allows(point.into())))
     }
 
     /// The points along the arm in a row, from the base's origin to the first target, mm, frame of the measurements.

@@ -80,12 +80,13 @@ pub(super) fn worse_than_plain(
     plain: &State,
     rows: &[usize],
 ) -> Option<FitDoubt> {
-    let is_trusted = |row: &usize| weights.get(*row).copied().unwrap_or(1.0) >= TRUSTED;
-    let trusted: Vec<usize> = rows.iter().copied().filter(is_trusted).collect();
+    let mut trusted = rows.to_vec();
+    // Rows that the robust fit has weighed down are those it is allowed to miss.
+    trusted.retain(|row| weights.get(*row).copied().unwrap_or(1.0) >= TRUSTED);
     let equations: usize = trusted.iter().map(|row| machine.observations.range(*row).len()).sum();
     let ones = vec![1.0; machine.observations.rows()];
-    let miss = |state: &State| (machine.squares(state, &trusted, &ones) / equations.max(1) as f64).sqrt();
-    let (robust, plain) = (miss(robust), miss(plain));
+    let [robust, plain] = [robust, plain]
+        .map(|state| (machine.squares(state, &trusted, &ones) / equations.max(1) as f64).sqrt());
     // Not a number counts as worse.
     let is_as_good = robust <= WORSE * plain;
     (!is_as_good).then_some(FitDoubt::WorseThanPlain { robust, plain })
@@ -106,14 +107,13 @@ fn value(state: &State, part: usize, which: usize) -> f64 {
 
 /// Numbers of the geometry outside the range that a machine can have: slot and value, internal unit.
 pub(super) fn out_of_range(machine: &ResidualModel<'_>, state: &State) -> Vec<(usize, f64)> {
-    let outside = |(index, slot): (usize, &Slot)| {
+    let values = machine.slots().iter().enumerate().filter_map(|(index, slot)| {
         let (parameter, part, which) = ranged(machine, slot)?;
-        let value = value(state, part, which);
-        let (low, high) = parameter.range;
-        let inside = value >= low && value <= high;
-        (!inside).then_some((index, value))
-    };
-    machine.slots().iter().enumerate().filter_map(outside).collect()
+        Some((index, value(state, part, which), parameter.range))
+    });
+    // Written so that what is not a number is outside as well.
+    let outside = values.filter(|(_, value, (low, high))| !(value >= low && value <= high));
+    outside.map(|(index, value, _)| (index, value)).collect()
 }
 
 /// Numbers of the geometry whose standard error is larger than their range where the rows scatter by `scale`: slot and zero.
@@ -127,13 +127,14 @@ pub(super) fn undetermined(
         return Vec::new();
     }
     let inverse = factor.inverse();
-    let wide = |(index, slot): (usize, &Slot)| {
+    let errors = machine.slots().iter().enumerate().filter_map(|(index, slot)| {
         let (parameter, ..) = ranged(machine, slot)?;
         let (low, high) = parameter.range;
+        // What the factor left out has no variance here: it stays where the model file has it, and cannot run away.
         let variance = inverse.get((index, index)).copied().unwrap_or(0.0);
-        (scale * variance.sqrt() > low.abs().max(high.abs())).then_some((index, 0.0))
-    };
-    machine.slots().iter().enumerate().filter_map(wide).collect()
+        Some((index, scale * variance.sqrt(), low.abs().max(high.abs())))
+    });
+    errors.filter(|(_, error, reach)| error > reach).map(|(index, ..)| (index, 0.0)).collect()
 }
 
 /// What to say of numbers that had left their ranges, or would, now that the ranges count.
@@ -142,25 +143,30 @@ pub(super) fn range_doubts(
     far: &[(usize, f64)],
     bounded: &State,
 ) -> Vec<FitDoubt> {
-    let name = |index: &usize| machine.slots().get(*index).map(|slot| machine.slot_name(*slot));
     let still = out_of_range(machine, bounded);
-    let is_still = |index: &usize| still.iter().any(|(slot, _)| slot == index);
-    let inside: Vec<String> =
-        far.iter().map(|(index, _)| index).filter(|index| !is_still(index)).filter_map(name).collect();
-    let told = |(index, value): &(usize, f64)| {
-        let (parameter, ..) = ranged(machine, machine.slots().get(*index)?)?;
-        let (low, high) = parameter.range;
-        let (factor, unit) = (parameter.unit.factor, parameter.unit.name);
-        let shown = match value.abs() <= BEYOND_SHOWING * low.abs().max(high.abs()) {
-            true => format!("{:.3}", value * factor),
-            false => "far".to_owned(),
-        };
-        Some(format!("{} ({shown} outside {:.3} to {:.3} {unit})", name(index)?, low * factor, high * factor))
-    };
-    let outside: Vec<String> = still.iter().filter_map(told).collect();
+    let came_back = far.iter().filter(|(index, _)| still.iter().all(|(slot, _)| slot != index));
+    let inside: Vec<String> = came_back
+        .filter_map(|(index, _)| machine.slots().get(*index).map(|slot| machine.slot_name(*slot)))
+        .collect();
+    let outside: Vec<String> =
+        still.iter().filter_map(|(index, value)| shown_outside(machine, *index, *value)).collect();
     let bounded = (!inside.is_empty()).then_some(FitDoubt::Bounded(inside));
     let implausible = (!outside.is_empty()).then_some(FitDoubt::Implausible(outside));
     bounded.into_iter().chain(implausible).collect()
+}
+
+/// A number beside its range, as people read both.
+fn shown_outside(machine: &ResidualModel<'_>, index: usize, value: f64) -> Option<String> {
+    let slot = machine.slots().get(index)?;
+    let (parameter, ..) = ranged(machine, slot)?;
+    let (low, high) = parameter.range;
+    let (factor, unit) = (parameter.unit.factor, parameter.unit.name);
+    let shown = match value.abs() <= BEYOND_SHOWING * low.abs().max(high.abs()) {
+        true => format!("{:.3}", value * factor),
+        false => "far".to_owned(),
+    };
+    let name = machine.slot_name(*slot);
+    Some(format!("{name} ({shown} outside {:.3} to {:.3} {unit})", low * factor, high * factor))
 }
 
 /// Plausible ranges of the geometry as observations of zero (Bayesian least squares: Tarantola 2005, section 3.2).
@@ -181,6 +187,7 @@ impl Prior {
             }
             let (low, high) = parameter.range;
             let sigma = low.abs().max(high.abs()) / RANGE_SIGMAS;
+            // An observation of zero with this sigma, in the metric of the rows: their sigmas are declared, and their scatter is `variance` of those.
             let weight = self.variance / (sigma * sigma);
             let value = value(state, part, which);
             normal.matrix[(index, index)] += weight;

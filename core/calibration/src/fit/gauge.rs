@@ -18,23 +18,22 @@ pub struct Gauge {
 impl ResidualModel<'_> {
     /// What a slot is called.
     pub fn slot_name(&self, slot: Slot) -> String {
-        let axis = |axis: usize| ["x", "y", "z"].get(axis).copied().unwrap_or("?");
         match slot {
-            Slot::BaseShift(part) => format!("base {}", axis(part)),
-            Slot::BaseTurn(part) => format!("base turn about {}", axis(part)),
+            Slot::BaseShift(part) => format!("base {}", axis_name(part)),
+            Slot::BaseTurn(part) => format!("base turn about {}", axis_name(part)),
             Slot::Target(target, part) => {
                 let name = self.model.targets.get(target).map_or("target", |target| target.name.as_str());
-                format!("{name} {}", axis(part))
+                format!("{name} {}", axis_name(part))
             }
             Slot::TargetTurn(target, part) => {
                 let name = self.model.targets.get(target).map_or("target", |target| target.name.as_str());
-                format!("{name} turn about {}", axis(part))
+                format!("{name} turn about {}", axis_name(part))
             }
-            Slot::BoardShift(part) => format!("board {}", axis(part)),
-            Slot::BoardTurn(part) => format!("board turn about {}", axis(part)),
+            Slot::BoardShift(part) => format!("board {}", axis_name(part)),
+            Slot::BoardTurn(part) => format!("board turn about {}", axis_name(part)),
             Slot::Place(place, part) => {
                 let name = self.observations.places.get(place).map_or("place", String::as_str);
-                format!("{name} {}", axis(part))
+                format!("{name} {}", axis_name(part))
             }
             Slot::Surface(surface, which) => {
                 let name =
@@ -56,17 +55,33 @@ impl ResidualModel<'_> {
 
     /// Names the dependent columns of the normal matrix.
     pub(crate) fn gauges(&self, matrix: &DMatrix<f64>, factor: &RankRevealingCholesky) -> Vec<Gauge> {
-        let name =
-            |index: usize| self.slots.get(index).map_or_else(|| "?".to_owned(), |slot| self.slot_name(*slot));
-        let gauge = |column: &usize| {
-            let mut parts = factor.combination(matrix, *column);
-            parts.retain(|(_, share)| share.abs() > 0.05);
-            parts.sort_by(|left, right| right.1.abs().total_cmp(&left.1.abs()));
-            Gauge {
-                held: name(*column),
-                same_as: parts.into_iter().take(4).map(|(index, _)| name(index)).collect(),
-            }
-        };
-        factor.dependent.iter().map(gauge).collect()
+        factor
+            .dependent
+            .iter()
+            .map(|column| self.gauge(factor.combination(matrix, *column), *column))
+            .collect()
     }
+
+    /// A dependent column as the parts that it is made of, each with its share.
+    fn gauge(&self, mut parts: Vec<(usize, f64)>, column: usize) -> Gauge {
+        parts.retain(|(_, share)| share.abs() > LEAST_SHARE);
+        parts.sort_by(|left, right| right.1.abs().total_cmp(&left.1.abs()));
+        let same_as =
+            parts.into_iter().take(MOST_NAMED).map(|(index, _)| self.name_of_index(index)).collect();
+        Gauge { held: self.name_of_index(column), same_as }
+    }
+
+    fn name_of_index(&self, index: usize) -> String {
+        self.slots.get(index).map_or_else(|| "?".to_owned(), |slot| self.slot_name(*slot))
+    }
+}
+
+/// Least share of a combination that is named: what is less is rounding, or does not help anybody to see what is alike.
+const LEAST_SHARE: f64 = 0.05;
+
+/// Numbers that a message names at most as being alike.
+const MOST_NAMED: usize = 4;
+
+fn axis_name(axis: usize) -> &'static str {
+    ["x", "y", "z"].get(axis).copied().unwrap_or("?")
 }

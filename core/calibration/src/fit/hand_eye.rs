@@ -54,12 +54,10 @@ pub fn two_rotations(poses: &[SeenPose]) -> Option<TwoRotations> {
         sum += pose.flange.rotation.matrix().transpose().kronecker(&pose.seen.rotation.matrix().transpose());
     }
     let svd = sum.svd(true, true);
-    let order = |rank: usize| {
-        let mut places: Vec<usize> = (0..9).collect();
-        places.sort_by(|left, right| svd.singular_values[*right].total_cmp(&svd.singular_values[*left]));
-        places[rank]
-    };
-    let (first, second) = (order(0), order(1));
+    // The two greatest: nalgebra promises no order.
+    let mut order: Vec<usize> = (0..9).collect();
+    order.sort_by(|left, right| svd.singular_values[*right].total_cmp(&svd.singular_values[*left]));
+    let (first, second) = (order[0], order[1]);
     if svd.singular_values[second] > ONE_AXIS * svd.singular_values[first] {
         return None;
     }
@@ -75,14 +73,15 @@ pub fn two_rotations(poses: &[SeenPose]) -> Option<TwoRotations> {
 
 /// The body's rotation on the flange, where that of the base is known.
 pub fn body_rotation(poses: &[SeenPose], base: &Rotation3<f64>) -> Option<Rotation3<f64>> {
-    let each = |pose: &SeenPose| (base * pose.flange.rotation).inverse() * pose.seen.rotation;
-    nearest(&poses.iter().map(|pose| each(pose).into_inner()).sum())
+    // The mean of rotations in the sense of the chordal distance (Moakher 2002): the one nearest to the sum of their matrices.
+    let each = poses.iter().map(|pose| (base * pose.flange.rotation).inverse() * pose.seen.rotation);
+    nearest(&each.map(Rotation3::into_inner).sum())
 }
 
 /// The base's rotation, where the body's on the flange is known.
 pub fn base_rotation(poses: &[SeenPose], body: &Rotation3<f64>) -> Option<Rotation3<f64>> {
-    let each = |pose: &SeenPose| pose.seen.rotation * (pose.flange.rotation * body).inverse();
-    nearest(&poses.iter().map(|pose| each(pose).into_inner()).sum())
+    let each = poses.iter().map(|pose| pose.seen.rotation * (pose.flange.rotation * body).inverse());
+    nearest(&each.map(Rotation3::into_inner).sum())
 }
 
 /// Where the base's origin is seen and where the body's origin sits on the flange, from what the nearest already known, by linear equations; what the poses
@@ -94,16 +93,17 @@ pub fn places(
     (base_free, body_free): (bool, bool),
 ) -> (Vector3<f64>, Vector3<f64>) {
     let (mut matrix, mut gradient) = (DMatrix::zeros(6, 6), DVector::zeros(6));
-    let shares = |free: bool| if free { 1.0 } else { 0.0 };
+    // What may not move has no column, and the factor leaves it out.
+    let [base_share, body_share] = [base_free, body_free].map(|free| f64::from(u8::from(free)));
     for pose in poses.iter().filter(|pose| pose.seen.translation.vector.iter().all(|part| part.is_finite())) {
         let turned = base * pose.flange.rotation;
         let believed = base * pose.flange.translation.vector + turned * body + origin;
         let left = pose.seen.translation.vector - believed;
         for axis in 0..3 {
             let mut row = DVector::zeros(6);
-            row[axis] = shares(base_free);
+            row[axis] = base_share;
             for part in 0..3 {
-                row[3 + part] = shares(body_free) * turned.matrix()[(axis, part)];
+                row[3 + part] = body_share * turned.matrix()[(axis, part)];
             }
             matrix.ger(1.0, &row, &row, 1.0);
             gradient.axpy(left[axis], &row, 1.0);
@@ -113,17 +113,17 @@ pub fn places(
     if step.iter().any(|part| !part.is_finite()) {
         return (origin, body);
     }
-    let part = |first: usize| Vector3::from_fn(|axis, _| step[first + axis]);
-    (origin + part(0), body + part(3))
+    (origin + step.fixed_rows::<3>(0), body + step.fixed_rows::<3>(3))
 }
 
 /// Root mean square angle, rad, by which poses miss two rotations.
 pub fn rotations_left(poses: &[SeenPose], found: &TwoRotations) -> f64 {
-    let each = |pose: &SeenPose| {
+    let squares = poses.iter().map(|pose| {
         let believed = found.base * pose.flange.rotation * found.body;
+        // By quaternions: the angle of a matrix loses half its digits near zero.
         UnitQuaternion::from_rotation_matrix(&(believed.inverse() * pose.seen.rotation)).angle().powi(2)
-    };
-    (poses.iter().map(each).sum::<f64>() / poses.len().max(1) as f64).sqrt()
+    });
+    (squares.sum::<f64>() / poses.len().max(1) as f64).sqrt()
 }
 
 /// How widely the axes spread about which the flange turns between poses: the axis (base frame, unit length) of most turning, and the root mean square angle

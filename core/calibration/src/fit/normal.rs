@@ -77,15 +77,12 @@ impl ResidualModel<'_> {
     /// put where the held rows themselves say, so that what is left is how far these disagree.
     pub fn residuals_apart(&self, state: &State, held: &[usize], fitted: &[usize]) -> Vec<f64> {
         let mut state = state.clone();
-        let touched = |rows: &[usize]| -> Vec<Option<u32>> {
-            rows.iter().map(|row| self.table.touch.of_row.get(*row).copied().flatten()).collect()
-        };
-        let known = touched(fitted);
+        let known = self.touched(fitted);
         let mut alone = state.clone();
         super::align::place_touched(self, &mut alone, held);
-        for place in touched(held).into_iter().flatten() {
+        for place in self.touched(held) {
             let index = place as usize;
-            if !known.contains(&Some(place))
+            if !known.contains(&place)
                 && let (Some(slot), Some(own)) = (state.places.get_mut(index), alone.places.get(index))
             {
                 *slot = *own;
@@ -104,6 +101,11 @@ impl ResidualModel<'_> {
         out
     }
 
+    /// The places that some rows touched.
+    fn touched(&self, rows: &[usize]) -> Vec<u32> {
+        rows.iter().filter_map(|row| self.table.touch.of_row.get(*row).copied().flatten()).collect()
+    }
+
     /// Known distances between touched places.
     pub fn place_distances(&self, state: &State, total: &mut NormalEquations) {
         for known in &self.observations.place_distances {
@@ -115,6 +117,7 @@ impl ResidualModel<'_> {
             let length = offset.norm();
             let residual = (known.length - length) / known.sigma;
             let mut row = DVector::zeros(total.gradient.len());
+            // Places upon each other have no direction in which they move apart; any lets the fit begin.
             let away = if length > 1e-6 { offset / length } else { nalgebra::Vector3::x() };
             for (index, slot) in self.slots.iter().enumerate() {
                 if let super::state::Slot::Place(place, axis) = *slot {

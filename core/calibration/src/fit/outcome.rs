@@ -117,9 +117,9 @@ pub(super) fn fit(
     options: FitOptions,
     progress: &Progress,
 ) -> Result<Fit, FitError> {
-    let measured = |row: &usize| !machine.observations.range(*row).is_empty();
-    let rows: Vec<usize> =
-        mask.iter().enumerate().filter(|(_, used)| **used).map(|(row, _)| row).filter(measured).collect();
+    let used = mask.iter().enumerate().filter(|(_, used)| **used).map(|(row, _)| row);
+    // A row in which nothing was measured tells nothing, and would count as a pose.
+    let rows: Vec<usize> = used.filter(|row| !machine.observations.range(*row).is_empty()).collect();
     check(machine, &rows)?;
     let start = align(machine, start, &rows, progress)?;
     let ones = vec![1.0; machine.observations.rows()];
@@ -139,9 +139,7 @@ pub(super) fn refit(
     let again = |from: &State, weights: Vec<f64>, prior: Option<&Prior>| {
         descend_robustly(machine, from, (rows, weights), (options, prior), progress)
     };
-    let factor_at =
-        |state: &State| RankRevealingCholesky::new(&machine.normal(state, rows, &weights, &[]).matrix);
-    let factor = factor_at(start);
+    let factor = factor_at(machine, start, (rows, &weights));
     let start_scale = Distances::of(machine, &machine.residuals(start)).scale(rows, factor.rank());
     // What the rows cannot tell at all stays where the model file has it, as ever.
     let mut prior = Prior { variance: start_scale * start_scale, spared: factor.dependent.clone() };
@@ -151,7 +149,7 @@ pub(super) fn refit(
         // From far off the scatter is no measure: they are asked again where a bounded fit arrives.
         let bounded = again(start, weights.clone(), Some(&prior))?;
         prior.variance = bounded.scale * bounded.scale;
-        far = undetermined(machine, &factor_at(&bounded.state), bounded.scale);
+        far = undetermined(machine, &factor_at(machine, &bounded.state, (rows, &weights)), bounded.scale);
         near = Some(bounded.state);
     }
     if far.is_empty() {
@@ -169,6 +167,15 @@ pub(super) fn refit(
     let doubts = range_doubts(machine, &far, &fit.state);
     fit.doubts.extend(doubts);
     Ok(fit)
+}
+
+/// The factor of the normal equations at a state.
+fn factor_at(
+    machine: &ResidualModel<'_>,
+    state: &State,
+    (rows, weights): (&[usize], &[f64]),
+) -> RankRevealingCholesky {
+    RankRevealingCholesky::new(&machine.normal(state, rows, weights, &[]).matrix)
 }
 
 /// Rounds in which numbers that were held may be let go because the place reached shows them.
@@ -297,8 +304,8 @@ impl Weighed {
 }
 
 fn difference(left: &[f64], right: &[f64], row: usize) -> f64 {
-    let at = |values: &[f64]| values.get(row).copied().unwrap_or(1.0);
-    (at(left) - at(right)).abs()
+    let [left, right] = [left, right].map(|values| values.get(row).copied().unwrap_or(1.0));
+    (left - right).abs()
 }
 
 fn check(machine: &ResidualModel<'_>, rows: &[usize]) -> Result<(), FitError> {
@@ -308,8 +315,7 @@ fn check(machine: &ResidualModel<'_>, rows: &[usize]) -> Result<(), FitError> {
         let line = machine.table.lines.get(*first).copied().unwrap_or(0);
         return Err(FitError::OneRow { table, line });
     }
-    let same = |row: &usize| machine.table.q_of(*row) == machine.table.q_of(*first);
-    if rows.iter().all(same) {
+    if rows.iter().all(|row| machine.table.q_of(*row) == machine.table.q_of(*first)) {
         return Err(FitError::OnePose { table, rows: rows.len() });
     }
     Ok(())
@@ -328,16 +334,17 @@ fn finish(
     }
     let residuals = machine.residuals(&state);
     let factor = RankRevealingCholesky::new(&normal.matrix);
-    let equations_of = |row: &usize| {
+    let equations = rows.iter().flat_map(|row| {
         let weight = weights.get(*row).copied().unwrap_or(1.0);
         let own = residuals.get(machine.observations.range(*row)).unwrap_or(&[]);
         let equations = own.iter().zip(machine.observations.of_row(*row));
         equations.map(move |(residual, equation)| (weight, residual / equation.sigma))
-    };
-    let scatter = huber_variance(rows.iter().flat_map(equations_of), factor.rank());
+    });
+    let scatter = huber_variance(equations, factor.rank());
     let variance = scatter.max(machine.least_variance());
     let covariance = factor.inverse() * variance;
     let gauges = machine.gauges(&normal.matrix, &factor);
+    // What one more step would take away of the sum of squares, were the problem linear: g' N^-1 g.
     let gain = normal.gradient.dot(&factor.solve(&normal.gradient)).max(0.0);
     let equations = normal.equations.max(1) as f64;
     let reached = (normal.squares / equations).sqrt();

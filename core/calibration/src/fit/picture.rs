@@ -13,8 +13,8 @@ impl ResidualModel<'_> {
         let mut scratch = Scratch::default();
         self.assume(state, row, &mut scratch);
         let pose = &scratch.pose;
-        let point = |[u, v]: &[f64; 2]| Some(pose.at_flange(pose.rig.as_ref()?.point(*u, *v)?.coords).0);
-        pixels.iter().map(point).collect()
+        let points = pixels.iter().map(|[u, v]| pose.rig.as_ref()?.point(*u, *v));
+        points.map(|point| Some(pose.at_flange(point?.coords).0)).collect()
     }
 
     /// The rig of the light stripe as it is in a state; none where the model has none.

@@ -30,22 +30,26 @@ impl SeenBody {
 impl ResidualModel<'_> {
     /// Whose poses the table holds.
     pub fn seen_bodies(&self) -> Vec<SeenBody> {
-        let seen = |body: Body| match body {
-            Body::Board => self.model.board.as_ref().map(|_| SeenBody::Board),
-            Body::Flange => None,
-            Body::Target(_) => self.model.target_position(&body.name()).map(SeenBody::Target),
-        };
-        self.table.orientations.iter().filter_map(|columns| seen(columns.body)).collect()
+        let bodies = self.table.orientations.iter().map(|columns| columns.body);
+        bodies
+            .filter_map(|body| match body {
+                Body::Board => self.model.board.as_ref().map(|_| SeenBody::Board),
+                // The flange's pose stands for joints: it was commanded, not measured.
+                Body::Flange => None,
+                Body::Target(_) => self.model.target_position(&body.name()).map(SeenBody::Target),
+            })
+            .collect()
     }
 
     /// The poses of a body in some rows, with the flange as the machine at `state` has it.
     pub fn seen_poses(&self, state: &State, rows: &[usize], body: SeenBody) -> Vec<SeenPose> {
         let mut scratch = Scratch::default();
-        let pose = |row: &usize| {
-            let seen = self.seen_in(*row, body)?;
-            Some(SeenPose { flange: self.flange(state, *row, &mut scratch), seen })
-        };
-        rows.iter().filter_map(pose).collect()
+        rows.iter()
+            .filter_map(|row| {
+                let seen = self.seen_in(*row, body)?;
+                Some(SeenPose { flange: self.flange(state, *row, &mut scratch), seen })
+            })
+            .collect()
     }
 
     fn seen_in(&self, row: usize, body: SeenBody) -> Option<IsometryMatrix3<f64>> {
@@ -113,7 +117,8 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
     if base_free && target.turn_free {
         rotations.extend(two_rotations(&poses).map(|found| (found.base, found.body)));
     }
-    let guess = |(base, turn)| {
+    let guesses = rotations.into_iter().map(|(base, turn)| {
+        // With both rotations known, the places are a linear problem (Shah 2013).
         let start = (known_base.translation.vector, known_place);
         let (origin, place) = places(&poses, &base, start, (base_free, target.free));
         let seen = IsometryMatrix3::from_parts(Translation3::from(origin), base);
@@ -128,8 +133,8 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
             *entry = place;
         }
         next
-    };
-    rotations.into_iter().map(guess).collect()
+    });
+    guesses.collect()
 }
 
 /// Places bodies, cameras, the board and, where only they say where it is, the base; what fits no better stays as it is.

@@ -372,9 +372,12 @@ impl<'a> ResidualModel<'a> {
 /// What a model's residual map does in each row of a table; nothing where it does not hold.
 fn mapped_rows(model: &Model, table: &Table) -> Vec<Option<MapEffect>> {
     let (Some(map), Some(region)) = (&model.residual_map, &model.measured_region) else { return Vec::new() };
-    let sides =
-        |row: usize| (0..table.joints).map(|joint| table.approach_of(row, joint)).collect::<Vec<i8>>();
-    (0..table.len()).map(|row| map.at(region, table.q_of(row), &sides(row))).collect()
+    (0..table.len())
+        .map(|row| {
+            let sides: Vec<i8> = (0..table.joints).map(|joint| table.approach_of(row, joint)).collect();
+            map.at(region, table.q_of(row), &sides)
+        })
+        .collect()
 }
 
 /// The row before each row in the order of time; nothing for the first.

@@ -61,9 +61,10 @@ impl Seen {
             }
             let small = STEP * number.small();
             let more = self.nearby[number.place()].get_or_insert_with(|| rig.moved(number, small));
-            let moved = |(pixel, here): (&[f64; 2], &Vector3<f64>)| (in_flange(more, *pixel) - here) / small;
-            let moved = stretch.pixels.iter().zip(&self.in_flange).map(moved).collect();
-            self.by_rig.push((number, moved));
+            // One-sided: the middle point is there already, so that a number costs one look and not two.
+            let points = stretch.pixels.iter().zip(&self.in_flange);
+            let moved = points.map(|(pixel, here)| (in_flange(more, *pixel) - here) / small);
+            self.by_rig.push((number, moved.collect()));
         }
     }
 

@@ -14,6 +14,11 @@ use crate::measurement::SensorShift;
 /// large beside rounding.
 const PROBE_HEIGHT: f64 = 0.002;
 
+/// A row's number in a column; nothing where the table has no such column.
+fn cell(column: &Option<Vec<f64>>, row: usize) -> Option<f64> {
+    column.as_ref().and_then(|column| column.get(row)).copied()
+}
+
 impl ResidualModel<'_> {
     /// What effects are told of a row, with its point where that is known.
     pub(super) fn situation<'s>(
@@ -25,7 +30,7 @@ impl ResidualModel<'_> {
         point: Option<Vector3<f64>>,
     ) -> Situation<'s> {
         let joints = self.table.joints;
-        let cell = |column: &Option<Vec<f64>>| column.as_ref().and_then(|column| column.get(row)).copied();
+        let time = cell(&self.table.time, row);
         let approach =
             self.table.approach.as_deref().and_then(|sides| sides.get(row * joints..(row + 1) * joints));
         let hand = point.map_or_else(Matrix3::identity, |_| {
@@ -37,10 +42,10 @@ impl ResidualModel<'_> {
             previous: self.previous.get(row).copied().flatten().map(|before| self.table.q_of(before)),
             approach: approach.unwrap_or(&[]),
             speed: self.table.speed_of(row),
-            time: cell(&self.table.time).map_or(f64::NAN, |time| time - self.first_time),
-            clock: cell(&self.table.time).unwrap_or(row as f64),
+            time: time.map_or(f64::NAN, |time| time - self.first_time),
+            clock: time.unwrap_or(row as f64),
             epoch: self.epoch(row),
-            temperature: cell(&self.table.temperature).unwrap_or(f64::NAN),
+            temperature: cell(&self.table.temperature, row).unwrap_or(f64::NAN),
             weights: self.weights(state, row),
             moments,
             posture,
@@ -52,7 +57,7 @@ impl ResidualModel<'_> {
 
     /// Everything with weight in a row.
     pub(super) fn weights(&self, state: &State, row: usize) -> Weights<'_> {
-        let load = self.table.payload.as_ref().and_then(|loads| loads.get(row)).copied();
+        let load = cell(&self.table.payload, row);
         let payload = load.filter(|load| load.is_finite()).unwrap_or(0.0);
         Weights { masses: &self.model.masses, payload, down: self.down(state) }
     }

@@ -70,12 +70,11 @@ impl<'t> Tangent<'t> {
         for _ in 0..ROUNDS {
             let distances = self.distances(&full_step(&normal, held));
             let fresh = distances.weights(distances.scale(self.rows, parameters));
-            let change = |row: usize| match (fresh.get(row), weights.get(row)) {
-                (Some(fresh), Some(old)) => fresh - old,
-                _ => 0.0,
-            };
-            let moved = self.rows.iter().map(|row| change(*row).abs()).fold(0.0, f64::max);
-            self.weigh(&mut normal, change);
+            // Only what changed is added: most rows keep their full weight from round to round.
+            let changes: Vec<f64> = fresh.iter().zip(&weights).map(|(fresh, old)| fresh - old).collect();
+            let of_rows = self.rows.iter().filter_map(|row| changes.get(*row));
+            let moved = of_rows.fold(0.0, |most: f64, change| most.max(change.abs()));
+            self.weigh(&mut normal, |row| changes.get(row).copied().unwrap_or(0.0));
             weights = fresh;
             if moved < SETTLED {
                 break;
@@ -115,8 +114,8 @@ impl<'t> Tangent<'t> {
     }
 
     fn range(&self, index: usize) -> std::ops::Range<usize> {
-        let at = |index: usize| self.first.get(index).copied().unwrap_or(0);
-        at(index)..at(index + 1)
+        let [start, end] = [index, index + 1].map(|index| self.first.get(index).copied().unwrap_or(0));
+        start..end
     }
 
     /// How far every row would be from its prediction after a step.

@@ -99,26 +99,32 @@ pub fn estimate_noise(
 fn thinned(mask: &[bool]) -> Vec<bool> {
     let stride = mask.iter().filter(|used| **used).count().div_ceil(LOOKED_AT).max(1);
     let mut seen = 0;
-    let keep = |used: &bool| {
-        seen += usize::from(*used);
-        *used && (seen - 1) % stride == 0
-    };
-    mask.iter().map(keep).collect()
+    mask.iter()
+        .map(|used| {
+            seen += usize::from(*used);
+            *used && (seen - 1) % stride == 0
+        })
+        .collect()
 }
 
 /// Sigmas to start from: those declared for readings of the same unit, else 1 mm and [`FIRST_ANGLE`].
 fn first_guess(observations: &Observations, groups: &[NoiseGroup]) -> Vec<(String, f64)> {
-    let declared = |is_length: bool| {
-        let known = observations
-            .equations
-            .iter()
-            .filter(|equation| equation.is_declared && equation.measurand.is_length() == is_length);
-        let (sum, count) = known.fold((0.0, 0.0), |(sum, count), one| (sum + one.sigma.powi(2), count + 1.0));
-        (count > 0.0).then(|| f64::sqrt(sum / count))
-    };
-    let guess = |is_length: bool| declared(is_length).unwrap_or(if is_length { 1.0 } else { FIRST_ANGLE });
     let open = groups.iter().filter(|group| !group.is_declared);
-    open.map(|group| (group.key.clone(), guess(group.is_length))).collect()
+    open.map(|group| {
+        let usual = if group.is_length { 1.0 } else { FIRST_ANGLE };
+        (group.key.clone(), declared_sigma(observations, group.is_length).unwrap_or(usual))
+    })
+    .collect()
+}
+
+/// Root mean square of the sigmas that were declared for lengths (mm), or for angles (rad).
+fn declared_sigma(observations: &Observations, is_length: bool) -> Option<f64> {
+    let known = observations
+        .equations
+        .iter()
+        .filter(|equation| equation.is_declared && equation.measurand.is_length() == is_length);
+    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), one| (sum + one.sigma.powi(2), count + 1.0));
+    (count > 0.0).then(|| f64::sqrt(sum / count))
 }
 
 /// The variance component of every group at a fit; far rows are drawn in as Huber's estimate does it.
@@ -155,27 +161,27 @@ fn components(
             *leverage += column.norm_squared();
         }
     }
-    let component = |(squares, weights, count, leverage): (f64, f64, f64, f64)| {
-        let redundancy = count - leverage;
-        let lost = count / f64::max(weights, 1e-300);
-        Component { variance: squares * lost / redundancy.max(1.0), redundancy }
-    };
-    sums.into_iter().map(component).collect()
+    sums.into_iter()
+        .map(|(squares, weights, count, leverage)| {
+            let redundancy = count - leverage;
+            // The weight that far rows have lost is made good, as in Huber's variance (Huber 1981, section 7.6).
+            let lost = count / f64::max(weights, 1e-300);
+            Component { variance: squares * lost / redundancy.max(1.0), redundancy }
+        })
+        .collect()
 }
 
 /// Moves the sigmas to what the components say; returns the greatest relative change.
 fn settle(sigmas: &mut [(String, f64)], groups: &[NoiseGroup], components: &[Component]) -> f64 {
-    let pairs = || groups.iter().zip(components);
-    let known =
-        |(group, one): &(&NoiseGroup, &Component)| group.is_declared && one.redundancy >= LEAST_REDUNDANCY;
-    let (squares, redundancy) = pairs().filter(known).fold((0.0, 0.0), |(squares, redundancy), (_, one)| {
+    let all = groups.iter().zip(components).filter(|(_, one)| one.redundancy >= LEAST_REDUNDANCY);
+    let declared = all.clone().filter(|(group, _)| group.is_declared);
+    let (squares, redundancy) = declared.fold((0.0, 0.0), |(squares, redundancy), (_, one)| {
         (squares + one.variance * one.redundancy, redundancy + one.redundancy)
     });
+    // What the model lacks moves declared readings too: the others are held to the same excess over their noise.
     let reference = if redundancy > 0.0 { squares / redundancy } else { 1.0 };
     let mut most: f64 = 0.0;
-    for (group, one) in
-        pairs().filter(|(group, one)| !group.is_declared && one.redundancy >= LEAST_REDUNDANCY)
-    {
+    for (group, one) in all.filter(|(group, _)| !group.is_declared) {
         let ratio = (one.variance / reference).sqrt().clamp(STRIDE.recip(), STRIDE);
         if let Some((_, sigma)) = sigmas.iter_mut().find(|(key, _)| *key == group.key)
             && ratio.is_finite()

@@ -52,8 +52,8 @@ impl MeasurementKind for Distance {
     }
 
     fn own_derivatives(&self, what: Measurand, context: &RowContext<'_>, set: &mut dyn FnMut(Slot, f64)) {
-        let located = |shape: &&SurfaceShape| shape.is_located_by_its_reference_point();
-        if context.free_surface(what).filter(located).is_some() {
+        // Of a plane or a line the point that is measured from is a convention, which their free numbers do not move.
+        if context.free_surface(what).is_some_and(SurfaceShape::is_located_by_its_reference_point) {
             context.surface_derivatives(what, set);
         }
     }

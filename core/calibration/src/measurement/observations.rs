@@ -161,9 +161,9 @@ fn place_distance(
     table: &Table,
     distance: &TouchDistance,
 ) -> Option<Result<PlaceDistance, ObservationsError>> {
-    let place = |name: &String| table.touch.names.iter().position(|known| known == name);
     let [one, other] = &distance.between;
-    let (first, second) = (place(one)?, place(other)?);
+    let places = [one, other].map(|name| table.touch.names.iter().position(|known| known == name));
+    let (first, second) = (places[0]?, places[1]?);
     if first == second {
         let reason = format!("touch distance between `{one}` and itself");
         return Some(Err(ObservationsError::Incomplete { table: table.source.clone(), reason }));

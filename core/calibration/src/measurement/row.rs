@@ -63,16 +63,13 @@ impl RowReader<'_> {
         if self.model.targets.is_empty() {
             return Err(self.incomplete(format!("column `{column}` needs a target p1 in the model")));
         }
-        let unknown = || ObservationsError::UnknownSurface {
+        let known = self.model.surfaces.iter().map(|surface| surface.name.as_str());
+        self.model.surface_position(name).map(Some).ok_or_else(|| ObservationsError::UnknownSurface {
             table: self.table.source.clone(),
             line: self.line(),
             name: name.to_owned(),
             column,
-            suggestion: crate::suggestion::suggestion(
-                name,
-                self.model.surfaces.iter().map(|surface| surface.name.as_str()),
-            ),
-        };
-        self.model.surface_position(name).map(Some).ok_or_else(unknown)
+            suggestion: crate::suggestion::suggestion(name, known),
+        })
     }
 }

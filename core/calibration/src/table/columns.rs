@@ -243,8 +243,11 @@ impl Table {
     pub fn order(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.len()).collect();
         if let Some(time) = &self.time {
-            let at = |row: &usize| time.get(*row).copied().unwrap_or(f64::NAN);
-            order.sort_by(|left, right| at(left).total_cmp(&at(right)));
+            // Rows without a time come last, in the order of the file: what is not a number is beyond all that are.
+            order.sort_by(|left, right| {
+                let [left, right] = [left, right].map(|row| time.get(*row).copied().unwrap_or(f64::NAN));
+                left.total_cmp(&right)
+            });
         }
         order
     }

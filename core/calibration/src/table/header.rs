@@ -251,15 +251,13 @@ fn board_position(name: &str, rest: &[&str]) -> Result<Meaning, String> {
 
 /// One number of an orientation: `qw`, `rx_rad`.
 fn turn(name: &str, body: Body, rest: &[&str]) -> Result<Meaning, String> {
-    let quaternion = |part: &str| ["qw", "qx", "qy", "qz"].iter().position(|known| *known == part);
-    let vector = |part: &str| ["rx", "ry", "rz"].iter().position(|known| *known == part);
-    match rest {
-        [part] if quaternion(part).is_some() => {
-            let form = OrientationForm::Quaternion;
-            Ok(Meaning::Turn { body, form, part: quaternion(part).unwrap_or(0), scale: 1.0 })
-        }
-        [part] if vector(part).is_some() => rotation_vector(name, body, vector(part), None),
-        [part, angle] if vector(part).is_some() => rotation_vector(name, body, vector(part), Some(angle)),
+    let Some(first) = rest.first() else { return Ok(Meaning::Covariate) };
+    let quaternion = ["qw", "qx", "qy", "qz"].iter().position(|known| known == first);
+    let vector = ["rx", "ry", "rz"].iter().position(|known| known == first);
+    match (rest, quaternion) {
+        ([_], Some(part)) => Ok(Meaning::Turn { body, form: OrientationForm::Quaternion, part, scale: 1.0 }),
+        ([_], None) => rotation_vector(name, body, vector, None),
+        ([_, angle], None) => rotation_vector(name, body, vector, Some(angle)),
         _ => Ok(Meaning::Covariate),
     }
 }

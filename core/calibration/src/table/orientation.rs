@@ -191,8 +191,9 @@ pub(super) fn orientations(parts: &[TurnPart]) -> Result<Vec<OrientationColumns>
         }
     }
     for &(column, body, form, _) in parts {
-        let has = |wanted: usize| parts.iter().any(|(_, other, _, part)| *other == body && *part == wanted);
-        if let Some(missing) = (0..form.parts().len()).find(|part| !has(*part)) {
+        let given: Vec<usize> =
+            parts.iter().filter(|(_, other, ..)| *other == body).map(|(.., part)| *part).collect();
+        if let Some(missing) = (0..form.parts().len()).find(|part| !given.contains(part)) {
             let lost = form.parts().get(missing).copied().unwrap_or_default();
             return Err((
                 column,

@@ -67,12 +67,14 @@ impl Table {
     pub fn parse_named(source: &str, text: &str, naming: &Naming) -> Result<Self, TableError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         within_limits(source, text)?;
-        let is_comment = |line: &&str| line.starts_with(COMMENT);
-        let comments: Vec<&str> = text.lines().take_while(is_comment).collect();
+        let comments: Vec<&str> = text.lines().take_while(|line| line.starts_with(COMMENT)).collect();
         let header = text.lines().nth(comments.len()).unwrap_or("");
-        let count = |mark: char| header.matches(mark).count();
-        let separator =
-            [',', ';', '\t'].into_iter().max_by_key(|mark| (count(*mark), *mark == ',')).unwrap_or(',');
+        // The mark that the header has most of; a comma where it has none of them.
+        let separator = [',', ';', '\t']
+            .into_iter()
+            .max_by_key(|mark| (header.matches(*mark).count(), *mark == ','))
+            .unwrap_or(',');
+        // Where commas part the columns, they cannot stand for decimal points as well.
         let mark = if separator == ',' { DecimalMark::Point } else { DecimalMark::Comma };
         let mut reader = csv::ReaderBuilder::new()
             .delimiter(separator as u8)
@@ -80,12 +82,12 @@ impl Table {
             .comment(Some(COMMENT as u8))
             .trim(csv::Trim::All)
             .from_reader(text.as_bytes());
-        let malformed =
-            |error: csv::Error| TableError::Malformed { path: source.to_owned(), reason: error.to_string() };
-        let columns = columns(source, &reader.headers().map_err(malformed)?.clone(), naming)?;
+        let headers = reader.headers().map_err(|error| malformed(source, &error))?.clone();
+        let columns = columns(source, &headers, naming)?;
         let mut table = empty_table(source, &columns)?;
         let mut record = StringRecord::new();
-        while reader.read_record(&mut record).map_err(malformed)? {
+        while reader.read_record(&mut record).map_err(|error| malformed(source, &error))? {
+            // Spreadsheets write rows of separators below the last row.
             if record.iter().all(str::is_empty) {
                 continue;
             }
@@ -103,6 +105,11 @@ impl Table {
         }
         Ok(table)
     }
+}
+
+/// What the reader of CSV says of a file that it cannot read.
+fn malformed(source: &str, error: &csv::Error) -> TableError {
+    TableError::Malformed { path: source.to_owned(), reason: error.to_string() }
 }
 
 /// Lines longer than any of a table are no lines of one; they are refused before anything is made of them.
@@ -210,17 +217,21 @@ fn joint_count(path: &str, columns: &[Column]) -> Result<usize, TableError> {
 
 /// The coordinates of a table with poses of the flange in place of joints, or what such a pose lacks; nothing of any other table.
 fn of_flange(columns: &[Column], joints: usize) -> Option<Result<usize, String>> {
-    let is_turn = |column: &Column| matches!(column.meaning, Meaning::Turn { body: Body::Flange, .. });
-    let has = |axis: usize| {
-        columns
-            .iter()
-            .any(|column| matches!(column.meaning, Meaning::Flange { axis: own, .. } if own == axis))
-    };
-    if !(0..3).any(has) && !columns.iter().any(is_turn) {
+    let mut has = [false; 3];
+    let mut turns = false;
+    for column in columns {
+        match column.meaning {
+            Meaning::Flange { axis, .. } => has[axis] = true,
+            Meaning::Turn { body: Body::Flange, .. } => turns = true,
+            _ => {}
+        }
+    }
+    if has == [false; 3] && !turns {
         return None;
     }
-    let lost = (0..3)
-        .find(|axis| !has(*axis))
+    let lost = has
+        .iter()
+        .position(|has| !has)
         .and_then(|axis| flange_pose::PLACES.get(flange_pose::coordinate_of(axis)));
     Some(match lost {
         _ if joints > 0 => {
@@ -228,7 +239,7 @@ fn of_flange(columns: &[Column], joints: usize) -> Option<Result<usize, String>>
                 .to_owned())
         }
         Some(lost) => Err(format!("the pose of the flange lacks `{lost}`")),
-        None if !columns.iter().any(is_turn) => {
+        None if !turns => {
             Err("the pose of the flange lacks its orientation: flange_qw ... or flange_rx_rad ...".to_owned())
         }
         None => Ok(flange_pose::COORDINATES),
@@ -302,11 +313,11 @@ fn keep_covariate(table: &mut Table, name: &str) {
 
 /// The columns that hold numbers of orientations.
 fn turn_parts(columns: &[Column]) -> Vec<TurnPart> {
-    let part = |(index, column): (usize, &Column)| match column.meaning {
+    let parts = columns.iter().enumerate().filter_map(|(index, column)| match column.meaning {
         Meaning::Turn { body, form, part, .. } => Some((index, body, form, part)),
         _ => None,
-    };
-    columns.iter().enumerate().filter_map(part).collect()
+    });
+    parts.collect()
 }
 
 /// Ends a row's orientations; what is wrong with one is told at its first column.
@@ -319,8 +330,9 @@ fn end_orientations(table: &mut Table, columns: &[Column], line: u64) -> Result<
         if own == Body::Flange && ended.is_ok() {
             ended = flange_pose::end_row(table, row);
         }
-        let is_own = |column: &Column| matches!(column.meaning, Meaning::Turn { body, .. } if body == own);
-        let place = columns.iter().position(is_own).unwrap_or(0);
+        let mut meanings = columns.iter().map(|column| &column.meaning);
+        let place =
+            meanings.position(|one| matches!(one, Meaning::Turn { body, .. } if *body == own)).unwrap_or(0);
         ended.map_err(|reason| TableError::Cell {
             path: table.source.clone(),
             line,
@@ -432,10 +444,12 @@ fn signal(cell: &str) -> Result<Option<bool>, String> {
 
 /// What may have gone wrong with a row that is too long or too short.
 fn length_hint(expected: usize, record: &StringRecord, mark: DecimalMark) -> &'static str {
-    let whole = |cell: &str| cell.trim_start_matches('-').bytes().all(|byte| byte.is_ascii_digit());
+    // Decimal commas cut every number into two whole ones.
+    let are_whole =
+        record.iter().all(|cell| cell.trim_start_matches('-').bytes().all(|byte| byte.is_ascii_digit()));
     if mark == DecimalMark::Point && record.iter().any(|cell| cell.contains(';')) {
         "; the rows are separated by semicolons and the header by commas: use one of them throughout"
-    } else if mark == DecimalMark::Point && record.len() > expected && record.iter().all(whole) {
+    } else if mark == DecimalMark::Point && record.len() > expected && are_whole {
         "; if the commas are decimal commas, separate the columns by semicolons"
     } else {
         "; give every row one cell a column, empty where nothing was measured"

@@ -40,15 +40,21 @@ impl Stretch {
 
 /// The weights of so many points in a reading.
 fn weights(count: usize, reading: usize) -> Vec<f64> {
-    let along = |index: usize| 2.0 * index as f64 / (count.max(2) - 1) as f64 - 1.0;
-    let square = mean((0..count).map(|index| along(index).powi(2)));
-    let raw = |index: usize| match reading {
-        0 => 1.0,
-        1 => along(index),
-        _ => along(index).powi(2) - square,
-    };
-    let size = mean((0..count).map(|index| raw(index).powi(2))).sqrt().max(f64::MIN_POSITIVE);
-    (0..count).map(|index| raw(index) / size / count as f64).collect()
+    // Places of evenly spread points, from -1 to 1.
+    let along: Vec<f64> =
+        (0..count).map(|index| 2.0 * index as f64 / (count.max(2) - 1) as f64 - 1.0).collect();
+    let square = mean(along.iter().map(|place| place.powi(2)));
+    let raw: Vec<f64> = along
+        .iter()
+        .map(|place| match reading {
+            0 => 1.0,
+            1 => *place,
+            // Less its own mean, so that it is orthogonal to the first; to the second it is by symmetry.
+            _ => place.powi(2) - square,
+        })
+        .collect();
+    let size = mean(raw.iter().map(|weight| weight.powi(2))).sqrt().max(f64::MIN_POSITIVE);
+    raw.iter().map(|weight| weight / size / count as f64).collect()
 }
 
 fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {

@@ -55,20 +55,30 @@ fn word(text: &str) -> String {
 
 /// Joint coordinates, and the sides they arrived from.
 fn coordinates(table: &Table) -> Vec<Column<'_>> {
-    let coordinate = |joint: usize| {
-        let slides = table.coordinate_columns.get(joint).is_some_and(|(_, is_length)| *is_length);
-        let cell = move |row: usize| {
-            let q = table.q_of(row).get(joint).copied().unwrap_or(f64::NAN);
-            number(if slides { q } else { q.to_degrees() })
-        };
-        Column::new(format!("q{}_{}", joint + 1, if slides { "mm" } else { "deg" }), cell)
-    };
-    let side = |joint: usize| {
-        let cell = move |row: usize| table.approach_of(row, joint).to_string();
-        Column::new(format!("approach_q{}", joint + 1), cell)
-    };
+    // Sides are written where they were logged: a column of zeros would say that they were, and were not known.
     let sides = if table.approach.is_some() { table.joints } else { 0 };
-    (0..table.joints).map(coordinate).chain((0..sides).map(side)).collect()
+    (0..table.joints)
+        .map(|joint| coordinate(table, joint))
+        .chain((0..sides).map(|joint| {
+            Column::new(format!("approach_q{}", joint + 1), move |row| {
+                table.approach_of(row, joint).to_string()
+            })
+        }))
+        .collect()
+}
+
+/// The column of one joint: degrees, or mm of a slide.
+fn coordinate(table: &Table, joint: usize) -> Column<'_> {
+    let slides = table.coordinate_columns.get(joint).is_some_and(|(_, is_length)| *is_length);
+    Column::new(format!("q{}_{}", joint + 1, if slides { "mm" } else { "deg" }), move |row| {
+        let q = table.q_of(row).get(joint).copied().unwrap_or(f64::NAN);
+        number(if slides { q } else { q.to_degrees() })
+    })
+}
+
+/// One part of a column of several numbers; empty where it was not measured.
+fn part<const N: usize>(rows: &[[f64; N]], row: usize, axis: usize) -> f64 {
+    rows.get(row).and_then(|parts| parts.get(axis)).copied().unwrap_or(f64::NAN)
 }
 
 /// Positions of targets with their sigmas, and tilts.
@@ -76,23 +86,16 @@ fn positions(table: &Table) -> Vec<Column<'_>> {
     let mut columns = Vec::new();
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         for position in &table.positions {
-            let cell = move |row: usize| {
-                number(position.xyz.get(row).and_then(|xyz| xyz.get(axis)).copied().unwrap_or(f64::NAN))
-            };
-            columns.push(Column::new(format!("{}_{name}_mm", position.target), cell));
+            let header = format!("{}_{name}_mm", position.target);
+            columns.push(Column::new(header, move |row| number(part(&position.xyz, row, axis))));
         }
         if let Some(std) = &table.std {
-            let cell = move |row: usize| {
-                number(std.get(row).and_then(|std| std.get(axis)).copied().unwrap_or(f64::NAN))
-            };
-            columns.push(Column::new(format!("std_{name}_mm"), cell));
+            columns.push(Column::new(format!("std_{name}_mm"), move |row| number(part(std, row, axis))));
         }
+        // A level tells no heading: of tilts there are two.
         if let Some(tilt) = table.tilt.as_ref().filter(|_| axis < 2) {
-            let cell = move |row: usize| {
-                let radians = tilt.get(row).and_then(|tilt| tilt.get(axis)).copied();
-                number(radians.unwrap_or(f64::NAN).to_degrees())
-            };
-            columns.push(Column::new(format!("tilt_{name}_deg"), cell));
+            let header = format!("tilt_{name}_deg");
+            columns.push(Column::new(header, move |row| number(part(tilt, row, axis).to_degrees())));
         }
     }
     columns
@@ -103,19 +106,16 @@ fn orientations(table: &Table) -> Vec<Column<'_>> {
     let mut columns = Vec::new();
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         if let Some(board) = &table.board {
-            let cell = move |row: usize| {
-                number(board.get(row).and_then(|xyz| xyz.get(axis)).copied().unwrap_or(f64::NAN))
-            };
-            columns.push(Column::new(format!("board_{name}_mm"), cell));
+            columns.push(Column::new(format!("board_{name}_mm"), move |row| number(part(board, row, axis))));
         }
     }
     for known in &table.orientations {
+        // Whatever form they were read in: a quaternion needs no unit and no branch.
         for (part, name) in ["qw", "qx", "qy", "qz"].into_iter().enumerate() {
-            let cell = move |row: usize| {
+            columns.push(Column::new(format!("{}_{name}", known.body.name()), move |row| {
                 let turn = known.turns.get(row).copied().flatten();
                 turn.map_or_else(String::new, |turn| number(quaternion(&turn)[part]))
-            };
-            columns.push(Column::new(format!("{}_{name}", known.body.name()), cell));
+            }));
         }
     }
     columns
@@ -151,12 +151,11 @@ fn numbers(table: &Table) -> Vec<Column<'_>> {
         })
         .collect();
     if let Some(signal) = &table.signal {
-        let cell = move |row: usize| match signal.get(row).copied().flatten() {
+        columns.push(Column::new("signal", move |row| match signal.get(row).copied().flatten() {
             Some(true) => "on".to_owned(),
             Some(false) => "off".to_owned(),
             None => String::new(),
-        };
-        columns.push(Column::new("signal", cell));
+        }));
     }
     columns
 }

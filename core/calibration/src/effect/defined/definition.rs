@@ -94,13 +94,12 @@ pub struct Definition {
 
 impl PartialEq for Definition {
     fn eq(&self, other: &Self) -> bool {
-        let same =
-            |(left, right): (&Addend, &Addend)| left.place == right.place && left.text() == right.text();
+        let mut addends = self.addends.iter().zip(&other.addends);
         self.name == other.name
             && self.spot == other.spot
             && self.parameters == other.parameters
             && self.addends.len() == other.addends.len()
-            && self.addends.iter().zip(&other.addends).all(same)
+            && addends.all(|(own, other)| own.place == other.place && own.text() == other.text())
     }
 }
 
@@ -131,16 +130,15 @@ impl Definition {
         parameters: Vec<Parameter>,
         sentence: Option<String>,
     ) -> Self {
-        let looked_at = |wanted: LooksAt| {
-            addends
-                .iter()
-                .flat_map(|addend| addend.formula.variables())
-                .any(|variable| variable.looks_at() == wanted)
-        };
+        let pulls = addends
+            .iter()
+            .flat_map(|addend| addend.formula.variables())
+            .any(|variable| variable.looks_at() == LooksAt::Gravity);
         let reads = addends.iter().any(|addend| matches!(addend.place, Place::Reading(_)));
+        // What an instrument reads is worked out last, when the arm stands and its moments are known.
         let looks_at = if reads {
             LooksAt::Point
-        } else if looked_at(LooksAt::Gravity) {
+        } else if pulls {
             LooksAt::Gravity
         } else {
             LooksAt::Conditions

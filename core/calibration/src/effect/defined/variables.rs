@@ -26,12 +26,6 @@ pub(super) enum Variable {
 impl Variable {
     /// A variable by its name, for an arm of so many joints.
     pub(super) fn named(name: &str, joints: usize) -> Option<Self> {
-        let numbered = |letters: &str| -> Option<usize> {
-            let digits = name.strip_prefix(letters)?;
-            let number: usize =
-                digits.bytes().all(|byte| byte.is_ascii_digit()).then(|| digits.parse().ok())??;
-            number.checked_sub(1).filter(|index| *index < joints)
-        };
         match name {
             "t_s" => return Some(Self::Time),
             "temperature_c" => return Some(Self::Temperature),
@@ -41,11 +35,12 @@ impl Variable {
             "z" => return Some(Self::Point(2)),
             _ => {}
         }
-        numbered("q")
+        // `move` begins with the letter of the moments: what follows the letters has to be a number.
+        numbered(name, "q", joints)
             .map(Self::Coordinate)
-            .or_else(|| numbered("m").map(Self::Moment))
-            .or_else(|| numbered("side").map(Self::Side))
-            .or_else(|| numbered("move").map(Self::Move))
+            .or_else(|| numbered(name, "m", joints).map(Self::Moment))
+            .or_else(|| numbered(name, "side", joints).map(Self::Side))
+            .or_else(|| numbered(name, "move", joints).map(Self::Move))
     }
 
     /// All names, for messages.
@@ -70,19 +65,27 @@ impl Variable {
 
     /// Its value in a row; zero where it was not logged.
     pub(super) fn value(self, situation: &Situation<'_>) -> f64 {
-        let logged = |value: f64| if value.is_finite() { value } else { 0.0 };
         match self {
             Self::Coordinate(joint) => situation.coordinate(joint),
             Self::Moment(joint) => situation.moment(joint),
             Self::Side(joint) => situation.side(joint),
-            Self::Move(joint) => {
-                let before = situation.previous.and_then(|previous| previous.get(joint)).copied();
-                before.map_or(0.0, |before| situation.coordinate(joint) - before)
-            }
-            Self::Time => logged(situation.time),
-            Self::Temperature => logged(situation.temperature),
+            Self::Move(joint) => situation.last_move(joint),
+            Self::Time => or_zero(situation.time),
+            Self::Temperature => or_zero(situation.temperature),
             Self::Payload => situation.weights.payload,
             Self::Point(axis) => situation.point.get(axis).copied().unwrap_or(0.0),
         }
     }
+}
+
+/// The index of a joint after some letters, `q2` -> 1; nothing of what is no joint of so many.
+fn numbered(name: &str, letters: &str, joints: usize) -> Option<usize> {
+    let digits = name.strip_prefix(letters)?;
+    let number: usize = digits.bytes().all(|byte| byte.is_ascii_digit()).then(|| digits.parse().ok())??;
+    number.checked_sub(1).filter(|index| *index < joints)
+}
+
+/// A number that was logged; 0 where it was not.
+fn or_zero(value: f64) -> f64 {
+    if value.is_finite() { value } else { 0.0 }
 }
