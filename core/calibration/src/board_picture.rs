@@ -87,6 +87,7 @@ const ROUNDS: usize = 50;
 impl CameraNumbers {
     /// The pixel that shows a point of the camera's frame; nothing of a point behind it.
     fn pixel(&self, point: &Point3<f64>) -> Option<[f64; 2]> {
+        // The camera's z looks ahead: the formula would show what is behind it upside down.
         if point.z <= 0.0 {
             return None;
         }
@@ -94,6 +95,7 @@ impl CameraNumbers {
         let [k1, k2, p1, p2, k3] = self.distortion;
         let r2 = x * x + y * y;
         let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+        // Brown 1966, Decentering distortion of lenses, in the order of OpenCV's coefficients.
         let bent = [
             x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
             y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
@@ -106,6 +108,7 @@ impl CameraNumbers {
         let seen = [0, 1].map(|axis| (at[axis] - self.principal_px[axis]) / self.focal_px[axis]);
         let [k1, k2, p1, p2, k3] = self.distortion;
         let mut guess = seen;
+        // A fixed point of bending: each round leaves a share of the order of the distortion itself.
         for _ in 0..20 {
             let [x, y] = guess;
             let r2 = x * x + y * y;
@@ -121,6 +124,7 @@ impl CameraNumbers {
 impl BoardCorners {
     /// Where a corner is on the board, mm.
     fn place(&self, number: usize) -> Point3<f64> {
+        // Corners count along the rows, as OpenCV gives them.
         let (column, row) = (number % self.columns, number / self.columns);
         Point3::new(column as f64 * self.square_mm, row as f64 * self.square_mm, 0.0)
     }
@@ -150,6 +154,8 @@ impl BoardCorners {
         self.check(corners)?;
         let picture = Picture { board: self, camera, corners };
         let start = picture.by_homography().ok_or(BoardPictureError::NoPlane)?;
+        // Seen from far off a small board looks alike from either side of the line of sight; the pixels decide, after each was refined
+        // (Schweighofer and Pinz 2006, Robust pose estimation from a planar target).
         let refined = [start, mirrored(&start)].map(|start| picture.refined(&start));
         let better = refined.into_iter().flatten().min_by(|one, other| one.off_px.total_cmp(&other.off_px));
         better.ok_or(BoardPictureError::NoPlane)
@@ -186,6 +192,7 @@ impl Picture<'_> {
         for (index, corner) in self.corners.iter().enumerate() {
             let place = self.board.place(corner.number) / size;
             let [x, y] = self.camera.direction(corner.at);
+            // Direct linear transformation (Hartley and Zisserman 2004, section 4.1): two rows a corner, `h_part . m - seen h_3 . m = 0`.
             for (part, seen) in [x, y].into_iter().enumerate() {
                 for (column, value) in [place.x, place.y, 1.0].into_iter().enumerate() {
                     equations[(2 * index + part, 3 * part + column)] = value;
@@ -202,11 +209,14 @@ impl Picture<'_> {
             return None;
         }
         let row = v_t.row(least);
+        // The right singular vector of the least singular value, in rows.
         let homography = Matrix3::from_fn(|i, j| row[3 * i + j]);
+        // The first two columns are unit vectors of a rotation, but for one scale and one sign: the board lies before the camera.
         let scale = 0.5 * (homography.column(0).norm() + homography.column(1).norm());
         let sign = homography[(2, 2)].signum();
         let parts = homography * (sign / scale);
         let (first, second) = (parts.column(0).into_owned(), parts.column(1).into_owned());
+        // The third axis is square to both; the nearest rotation makes them square to each other (Kabsch 1976).
         let axes = Matrix3::from_columns(&[first, second, first.cross(&second)]);
         let svd = axes.svd(true, true);
         let rotation = Rotation3::from_matrix_unchecked(svd.u? * svd.v_t?);
@@ -230,6 +240,7 @@ impl Picture<'_> {
     fn refined(&self, start: &Isometry3<f64>) -> Option<BoardPose> {
         let settings = Settings { steps: ROUNDS, damping: CAREFUL };
         let found = descend(self, start, &[], settings, &Progress::unwatched()).ok()?;
+        // Root mean square distance of corners, not of coordinates.
         let off_px = (found.normal.squares / self.corners.len() as f64).sqrt();
         off_px.is_finite().then_some(BoardPose { camera_from_board: found.state, off_px })
     }
@@ -238,6 +249,7 @@ impl Picture<'_> {
     fn derivatives(&self, pose: &Isometry3<f64>) -> Option<DMatrix<f64>> {
         let mut derivatives = DMatrix::zeros(6, 2 * self.corners.len());
         for part in 0..6 {
+            // Central differences: their error is of the second order in steps that are far above rounding.
             let small = if part < 3 { SMALL_MM } else { SMALL_RAD };
             let ahead = self.residuals(&moved(pose, &Vector6::ith(part, small)))?;
             let behind = self.residuals(&moved(pose, &Vector6::ith(part, -small)))?;

@@ -156,6 +156,7 @@ pub fn with_boards(
         };
         found.insert(picture, board.pose(camera, seen).map_err(failed)?);
     }
+    // Every other column of the table of poses goes along as it is.
     let (header, rows) = poses.rows()?;
     let place = poses.column(&header, "picture", OF_POSES)?;
     let taken = |picture: &&String| rows.iter().any(|row| row.get(place) == Some(picture.as_str()));
@@ -181,6 +182,7 @@ fn pose_cells(pose: &BoardPose) -> String {
     format!("{},{:.4}", numbers.join(","), pose.off_px)
 }
 
+// A cell that holds what separates cells is quoted, and its quotes doubled (RFC 4180).
 pub(crate) fn quoted(cell: &str) -> String {
     if cell.contains([',', '"', '\n']) {
         format!("\"{}\"", cell.replace('"', "\"\""))

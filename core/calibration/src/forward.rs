@@ -59,9 +59,11 @@ pub fn flange<'a>(
         _ => None,
     };
     let mut posture = Posture::of(&model.chain, q, &[]);
+    // The nominal arm: asked many times a second while a cell plans.
     if effects.is_empty() && mapped.is_none() {
         return posture.flange;
     }
+    // Only what bends under its own weight has to come to balance.
     let yields = effects.iter().any(|(effect, _)| effect.looks_at() == LooksAt::Gravity);
     let mut done = done(model, &effects, (q, approach), &posture, mapped.as_ref());
     for _ in 1..if yields { ROUNDS } else { 1 } {
@@ -70,6 +72,7 @@ pub fn flange<'a>(
     }
     let stiff = Posture::of(&model.chain, q, &done.deviations).flange;
     let at = stiff.translation.vector;
+    // Bent links turn what lies beyond about the base's origin, and shift it.
     let turned = Rotation3::new(done.turn) * stiff.rotation;
     IsometryMatrix3::from_parts(Translation3::from(at + done.shift + done.turn.cross(&at)), turned)
 }
@@ -110,6 +113,7 @@ fn done(
                         done.shift += (shift - turn.cross(&about)) * amount;
                         done.turn += turn * amount;
                     }
+                    // Base, targets and instrument do not move the flange in the base's frame.
                     _ => {}
                 }
             }
@@ -158,6 +162,7 @@ fn in_pose(
     ask(&Situation {
         chain: &model.chain,
         q,
+        // A cell asks of single poses: of time, warmth and the move before nothing is known.
         previous: None,
         approach,
         speed: &[],

@@ -86,6 +86,7 @@ pub fn bodies(
         })?,
     };
     let target = model.targets.get(place).ok_or(PredictionError::NoTarget)?;
+    // The fit's own model predicts: what a cell is told is what was fitted.
     let joints = model.chain.len();
     let mut table =
         Table { source: "pose".to_owned(), joints, approach: Some(Vec::new()), ..Table::default() };
@@ -99,6 +100,7 @@ pub fn bodies(
         }
         table.lines.push(u32::try_from(row).unwrap_or(u32::MAX));
         table.note(None, None);
+        // A load is of a pose, not of the table.
         payloads.push(pose.payload);
     }
     table.payload = Some(payloads);

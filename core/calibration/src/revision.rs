@@ -58,6 +58,7 @@ impl Family {
         let name = name.ok_or_else(|| RevisionError::NoFileName(path.display().to_string()))?;
         let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let (stem, ending) = name.rsplit_once('.').unwrap_or((name, "yaml"));
+        // A revision names its family: `arm.rev3.yaml` is of `arm.yaml`.
         let stem = match stem.rsplit_once(".rev") {
             Some((original, number)) if number.parse::<u32>().is_ok() => original,
             _ => stem,
@@ -138,6 +139,7 @@ impl Family {
         data: Option<&str>,
         rms: Option<f64>,
     ) -> Result<Entry, RevisionError> {
+        // Numbers are never used twice, though an undo goes back.
         let number = self.newest() + 1;
         let path = self.path_of(number);
         model.revision = Some(Revision {

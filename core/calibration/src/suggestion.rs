@@ -6,6 +6,7 @@ use plumb_document::did_you_mean;
 pub(crate) fn suggestion<'a>(typed: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let mut known = known.into_iter().peekable();
     match known.peek() {
+        // Where there is nothing, nothing can be meant.
         None => String::new(),
         Some(_) => format!("; {}", did_you_mean(typed, known)),
     }

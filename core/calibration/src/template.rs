@@ -90,6 +90,7 @@ impl Template {
     /// No such robot is known.
     pub fn of(robot: &str) -> Result<Self, TemplateError> {
         let lower = robot.to_lowercase();
+        // Its table has poses in place of joints.
         if lower == POSES {
             let poses = Self::from_model(POSES, include_str!("../robots/poses.yaml"))?;
             return Ok(Self { table: POSES_TABLE.to_owned(), ..poses });
@@ -98,6 +99,7 @@ impl Template {
             return Self::from_model(name, text);
         }
         match robot.parse::<usize>() {
+            // A larger number is a slip of the pen.
             Ok(joints) if (1..=12).contains(&joints) => Self::from_model("arm", &generic(joints)),
             Ok(joints) => Err(TemplateError::Joints(joints)),
             Err(_) => Err(TemplateError::Unknown {
@@ -165,6 +167,7 @@ fn urdf_model(name: &str, path: &str, arm: &UrdfArm) -> String {
         "# From {path}, `{root}` to `{tip}`: the axes of its joints as distal rows. At coordinates zero the arm stands as in the file.\n\
          arm: {name}\nconvention: distal\njoints:\n"
     );
+    // On top, where they are seen.
     for note in &arm.notes {
         text.insert_str(0, &format!("# {note}.\n"));
     }
@@ -202,6 +205,7 @@ fn urdf_model(name: &str, path: &str, arm: &UrdfArm) -> String {
     let (roll, pitch, yaw) = arm.root_from_base.rotation.euler_angles();
     let rpy = triple(Vector3::new(roll, pitch, yaw).map(f64::to_degrees));
     let xyz = triple(arm.root_from_base.translation.vector);
+    // In the frame of the first row, which may stand on its head in the file's root link.
     let gravity = triple(arm.root_from_base.rotation.inverse() * -Vector3::z());
     let point = triple(arm.flange_from_tip.translation.vector);
     text.push_str(&format!(

@@ -29,6 +29,7 @@ impl Epochs {
             Self::Rows(starts) => starts.iter().filter(|start| row + 1 >= **start).count(),
             Self::Times(starts) => {
                 let time = table.time.as_ref().and_then(|times| times.get(row)).copied().unwrap_or(f64::NAN);
+                // What is not a number is after no start: the first epoch.
                 starts.iter().filter(|start| time >= **start).count()
             }
             Self::Sessions(names) => {

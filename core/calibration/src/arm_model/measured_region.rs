@@ -135,6 +135,7 @@ impl MeasuredRegion {
     /// [`Outside`]
     pub fn check(&self, q: &[f64]) -> Result<(), Outside> {
         for (index, (joint, value)) in self.joints.iter().zip(q).enumerate() {
+            // The end of a range is a pose that was measured, as a file has it after rounding.
             let slack = ROUNDING * (joint.high - joint.low).max(1.0);
             if *value < joint.low - slack || *value > joint.high + slack {
                 return Err(Outside::Joint { joint: index, at: *value, range: (joint.low, joint.high) });

@@ -269,6 +269,7 @@ impl Model {
     pub fn down(&self, base: &Rotation3<f64>) -> Vector3<f64> {
         match (self.gravity, self.measured_from) {
             (Some(given), _) => given,
+            // Level by definition: z is up.
             (None, MeasuredFrom::World) => -base.matrix().row(2).transpose(),
             (None, MeasuredFrom::Instrument) => -Vector3::z(),
         }

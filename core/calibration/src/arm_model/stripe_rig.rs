@@ -104,12 +104,14 @@ impl StripeRig {
         let lens = self.flange_from_camera.translation.vector;
         let falling = self.normal.dot(&toward);
         let height = self.normal.dot(&lens) + self.d_mm;
+        // A ray along the sheet meets it nowhere.
         if falling.abs() < 1e-9 {
             return None;
         }
         let mut distance = -height / falling;
         if self.bow != 0.0 {
             let (along, _) = self.in_sheet();
+            // A bow is small: each round leaves a share of the order of it times the place along the sheet.
             for _ in 0..4 {
                 let place = (lens + toward * distance).dot(&along);
                 distance = (self.bow * place * place - height) / falling;
@@ -124,6 +126,7 @@ impl StripeRig {
             return bent;
         }
         let [mut x, mut y] = bent;
+        // A fixed point of bending, as OpenCV's undistortPoints.
         for _ in 0..10 {
             let square = x * x + y * y;
             let swell = 1.0 + square * (k1 + square * (k2 + square * k3));

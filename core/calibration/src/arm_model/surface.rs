@@ -43,6 +43,7 @@ pub enum SurfaceShape {
 
 /// Two unit vectors square to `normal` and to each other.
 pub fn square_to(normal: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    // Whichever axis is far enough from the normal: the product with one along it would be nothing.
     let helper = if normal.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
     let first = Unit::new_normalize(normal.cross(&helper)).into_inner();
     (first, normal.cross(&first))

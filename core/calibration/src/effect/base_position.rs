@@ -43,10 +43,12 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "Any poses; turns of the first joint tell it from a displaced target.",
     build: |_: &Setting<'_>| {
         let parameters =
+            // A metre: beyond that the base was measured in another frame.
             ["x_mm", "y_mm", "z_mm"].map(|name| Parameter::new(name, Unit::MM, (-1000.0, 1000.0)));
         Ok(Box::new(BasePosition { parameters }))
     },
     candidates: |survey| match survey.model.base.free {
+        // A base that is free moves anyhow.
         true => Vec::new(),
         false => vec![EffectId::at("base_position", Spot::Base)],
     },

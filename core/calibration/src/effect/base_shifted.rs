@@ -23,6 +23,7 @@ pub(super) const KIND: Kind = Kind {
         let Spot::Axis(axis) = setting.id.spot else {
             return Err(setting.unusable("needs an axis: x, y or z"));
         };
+        // Along the axes of the measurements, in which a wire or a foot is moved.
         let handle = Handle::BaseShift(axis);
         let step = Step { handle, rate: 1.0, name: "mm", unit: Unit::MM, most: MOST };
         Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))

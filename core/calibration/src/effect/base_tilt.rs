@@ -44,6 +44,7 @@ impl Effect for BaseTilt {
 fn first_joint_is_heading(model: &Model) -> bool {
     let turns = model.chain.joints.first().is_some_and(|joint| joint.motion == Motion::Turns);
     let posture = Posture::of(&model.chain, &[], &[]);
+    // A thousandth of a radian: a first axis that leans by more has a heading that can be told from its zero.
     turns && posture.joints.first().is_some_and(|joint| joint.axis.cross(&Vector3::z()).norm() < 1e-3)
 }
 
@@ -60,7 +61,9 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The base stands tilted in the frame of the measurements (a wrong heading is the first joint's zero).",
     how_to_see: "Poses all around the arm.",
     build: |setting: &Setting<'_>| {
+        // A heading that is the first joint's zero would be one freedom under two names.
         let count = if first_joint_is_heading(setting.model) { 2 } else { 3 };
+        // About the base's own axes, by name: the frame of the measurements may be turned in any way.
         let base = setting.model.base.pose.rotation;
         let axes = (0..count).map(|axis| base * Vector3::ith(axis, 1.0)).collect();
         let names = ["x_deg", "y_deg", "z_deg"].into_iter().take(count);
@@ -68,6 +71,7 @@ pub(super) const KIND: Kind = Kind {
         Ok(Box::new(BaseTilt { axes, parameters }))
     },
     candidates: |survey| match survey.model.base.free {
+        // A base that is free turns anyhow.
         true => Vec::new(),
         false => vec![EffectId::at("base_tilt", Spot::Base)],
     },

@@ -15,6 +15,7 @@ impl Effect for ClockSkew {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // Late by one time for all joints: each was read where it was that much earlier.
         let speeds = situation.speed.iter().enumerate();
         drives.extend(speeds.map(|(joint, speed)| situation.drive_joint(joint, 0, *speed)));
     }
@@ -26,9 +27,11 @@ pub(super) const KIND: Kind = kind(
     "Scans in motion, fast and slow, and to and fro.",
     |setting: &Setting<'_>| {
         needs_rig(setting)?;
+        // A fifth of a second: a picture that is later belongs to the next one.
         Ok(Box::new(ClockSkew { parameters: [Parameter::new("late_ms", Unit::MS, (-0.2, 0.2))] }))
     },
     |survey| match survey.passport.stripes && survey.passport.moves {
+        // At rest every time shows the same pose.
         true => vec![EffectId::at("clock_skew", Spot::Sensor)],
         false => Vec::new(),
     },

@@ -17,6 +17,7 @@ impl Effect for Drift {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // Rates in the hours that people read; a steady creep, for nobody knows its law.
         let hours = if situation.time.is_finite() { situation.time / 3600.0 } else { 0.0 };
         drives.extend((0..3).map(|axis| Drive {
             parameter: axis,
@@ -43,11 +44,13 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The base (or the instrument) creeps steadily in time.",
     how_to_see: "One pose again and again through the day, with the time logged.",
     build: |_: &Setting<'_>| {
+        // 50 mm an hour is a clamp that slips.
         let parameters = ["x_mm_per_h", "y_mm_per_h", "z_mm_per_h"]
             .map(|name| Parameter::new(name, Unit::MM_PER_HOUR, (-50.0, 50.0)));
         Ok(Box::new(Drift { parameters }))
     },
     candidates: |survey| match survey.passport.time_span {
+        // Without a span of time a creep is a base that stands elsewhere.
         Some(span) if span > 0.0 => vec![EffectId::at("drift", Spot::Base)],
         _ => Vec::new(),
     },

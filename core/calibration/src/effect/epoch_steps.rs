@@ -70,6 +70,7 @@ impl Effect for EpochSteps {
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         let Some(before) = situation.epoch.checked_sub(1) else { return };
         let first = before * self.steps.len();
+        // An epoch that the model does not know.
         if first + self.steps.len() > self.parameters.len() {
             return;
         }
@@ -95,6 +96,7 @@ impl Effect for EpochSteps {
             let change: Vec<f64> =
                 own.iter().zip(before).take(self.counted).map(|(now, before)| now - before).collect();
             let length = change.iter().map(|part| part * part).sum::<f64>().sqrt();
+            // The first of equal changes is told.
             if length < greatest.0 {
                 continue;
             }

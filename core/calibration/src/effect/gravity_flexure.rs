@@ -28,6 +28,7 @@ impl Effect for GravityFlexure {
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         let joints = &situation.posture.joints;
+        // All in the base's frame: only the angle between the axis and what is down counts.
         let Some(axis) = joints.get(self.joint).map(|joint| joint.axis) else { return };
         // axis . (arm x down) = arm . (down x axis)
         let lever: Vector3<f64> = situation.weights.down.cross(&axis);
@@ -89,6 +90,7 @@ pub(super) const KIND: Kind = Kind {
     candidates: |survey| match !survey.has_weight() && survey.passport.measures_points {
         true => survey.every_turning_joint("gravity_flexure"),
         // With masses one compliance says it all; triggers and heights alone cannot tell so many terms from what a sensor does.
+        // One number for each of up to nine terms.
         false => Vec::new(),
     },
 };

@@ -52,6 +52,7 @@ impl Guideway {
 
 /// The lines about which a carriage pitches and yaws, for a direction of travel and what is up (unit vectors).
 fn across(travel: &Vector3<f64>, up: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    // Upright travel has no level line across it of its own: then the base's x is taken.
     let lean = travel.cross(up).norm();
     let reference = if lean < UPRIGHT { Vector3::x() } else { *up };
     let pitch = travel.cross(&reference).normalize();
@@ -69,6 +70,7 @@ impl Effect for Guideway {
         else {
             return;
         };
+        // The way in which the coordinate grows, base frame.
         let travel = frame.axis * row.sign;
         let q = situation.coordinate(self.joint);
         let (pitch, yaw) = across(&travel, &-situation.weights.down);
@@ -77,6 +79,7 @@ impl Effect for Guideway {
             Turn::Pitch => (pitch, 1.0),
             Turn::Yaw => (yaw, 1.0),
         };
+        // The chord of an arc: turned by `k q`, and off the tangent by `k q^2 / 2`, square to both.
         let handle = Handle::Twist {
             after: self.joint,
             shift: about.cross(&travel) * (0.5 * bow * q * q),

@@ -143,6 +143,7 @@ impl EffectId {
             && self.spot == other.spot
             && self.with == other.with
             && self.of == other.of
+            // `inner` is left out: a time constant that was found anew makes no other effect.
             && self.order == other.order
     }
 

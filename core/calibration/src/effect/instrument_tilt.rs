@@ -19,6 +19,7 @@ impl Effect for InstrumentTilt {
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         for (parameter, axis) in [Vector3::x(), Vector3::y()].into_iter().enumerate() {
+            // A small turn about the instrument's own origin, from where it reads.
             let moved = axis.cross(&situation.point);
             drives.extend((0..3).map(|part| Drive {
                 parameter,
@@ -55,10 +56,12 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The instrument stands out of level.",
     how_to_see: "A spirit level on the instrument; with the base fixed, poses all around the arm.",
     build: |_: &Setting<'_>| {
+        // 6 degrees: no instrument is set up that far out of level.
         let parameters = ["x_deg", "y_deg"].map(|name| Parameter::new(name, Unit::DEG, (-0.1, 0.1)));
         Ok(Box::new(InstrumentTilt { parameters }))
     },
     candidates: |survey| match survey.model.measured_from {
+        // An instrument that may stand anywhere has no level to be out of: its tilt is the base's.
         MeasuredFrom::World if survey.passport.measures_points => {
             vec![EffectId::at("instrument_tilt", Spot::Instrument)]
         }

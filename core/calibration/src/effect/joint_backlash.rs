@@ -15,6 +15,8 @@ impl Effect for JointBacklash {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // The motor drives the flank it came on: coming from below the joint stays half the play behind, from above half ahead
+        // (Nordin and Gutman 2002, Controlling mechanical systems with backlash).
         drives.push(situation.drive_joint(self.joint, 0, -0.5 * situation.side_or_way(self.joint)));
     }
 
@@ -28,6 +30,7 @@ pub(super) const KIND: Kind = Kind {
     family: Family::Joint,
     places: Places::Joints,
     geometry_group: false,
+    // The same pose reached from the other side is off by the whole play.
     depends_on_conditions: true,
     imitates_anything: false,
     depends_on_time: false,

@@ -37,10 +37,12 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The joint gives under the weight it carries, in proportion to the moment about its axis.",
     how_to_see: "Poses with the arm stretched out and folded, with and without a load.",
     build: |setting: &Setting<'_>| {
+        // 0.05 rad for a N m is a loose belt. A joint that turns against its load does not exist: the range begins at nothing.
         let parameters = [Parameter::new("compliance", Unit::COMPLIANCE, (0.0, 0.05))];
         Ok(Box::new(JointCompliance { joint: setting.joint()?, parameters }))
     },
     candidates: |survey| match survey.has_weight() {
+        // A slide gives along its way as link_sag of what carries it.
         true => survey.every_turning_joint("joint_compliance"),
         false => Vec::new(),
     },

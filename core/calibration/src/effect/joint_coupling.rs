@@ -16,6 +16,7 @@ impl Effect for JointCoupling {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // A belt or a cable that runs over the driving joint's axis winds by its turn (Craig 2005: actuator space and joint space).
         drives.push(situation.drive_joint(self.joint, 0, situation.coordinate(self.driver)));
     }
 
@@ -30,6 +31,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::JointPairs,
     geometry_group: false,
     depends_on_conditions: false,
+    // Where two joints move together the driver's coordinate is any function of the joint's own.
     imitates_anything: true,
     depends_on_time: false,
     is_event: false,
@@ -45,6 +47,7 @@ pub(super) const KIND: Kind = Kind {
                 "joint_coupling(wrist_bend, wrist_roll): the joint that is dragged, and the one that drags"
                     .to_owned(),
         })?;
+        // A fifth of the other's turn: the ratios of designed couplings are larger and belong into the model.
         let parameters = [Parameter::new("ratio", Unit::RATIO, (-0.2, 0.2))];
         Ok(Box::new(JointCoupling { joint, driver, parameters }))
     },
@@ -52,6 +55,7 @@ pub(super) const KIND: Kind = Kind {
         let joints = survey.model.chain.len();
         let pairs = (0..joints).flat_map(|joint| (0..joints).map(move |driver| (joint, driver)));
         pairs
+            // Millimetres drag no angle by a ratio without a unit.
             .filter(|(joint, driver)| joint != driver && survey.turns(*joint) && survey.turns(*driver))
             .map(|(joint, driver)| EffectId {
                 with: Some(driver),

@@ -15,6 +15,7 @@ impl Effect for JointGain {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // Of the commanded coordinate, counted from its zero: a gain about another place is a gain and a zero.
         drives.push(situation.drive_joint(self.joint, 0, situation.coordinate(self.joint)));
     }
 
@@ -29,6 +30,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::Joints,
     geometry_group: false,
     depends_on_conditions: false,
+    // Over a short range any smooth error is a zero and a gain.
     imitates_anything: true,
     depends_on_time: false,
     is_event: false,
@@ -36,6 +38,7 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The joint turns in proportion more or less than it is told.",
     how_to_see: "Poses from one end of the joint's travel to the other.",
     build: |setting: &Setting<'_>| {
+        // 5 %: a wrong gear ratio is further off, and its row says so at once.
         let parameters = [Parameter::new("gain", Unit::RATIO, (-0.05, 0.05))];
         Ok(Box::new(JointGain { joint: setting.joint()?, parameters }))
     },

@@ -27,6 +27,7 @@ impl Effect for JointHarmonic {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // Sine and cosine in place of amplitude and phase: both are linear, and no start is needed.
         let (sine, cosine) = wave(self.order * situation.coordinate(self.joint));
         drives.push(situation.drive_joint(self.joint, 0, sine));
         drives.push(situation.drive_joint(self.joint, 1, cosine));
@@ -47,6 +48,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::JointsAndOrder,
     geometry_group: false,
     depends_on_conditions: false,
+    // 64 orders of a joint are a Fourier series.
     imitates_anything: true,
     depends_on_time: false,
     is_event: false,
@@ -60,6 +62,7 @@ pub(super) const KIND: Kind = Kind {
                 text: setting.id.name.clone(),
                 example: "joint_harmonic(waist, 1): joint and periods a turn".to_owned(),
             })?;
+        // 6 degrees: an eccentric wheel that large does not mesh.
         let range = (-0.1, 0.1);
         let parameters =
             [Parameter::new("sine_deg", Unit::DEG, range), Parameter::new("cosine_deg", Unit::DEG, range)];

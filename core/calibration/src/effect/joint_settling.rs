@@ -15,6 +15,7 @@ impl Effect for JointSettling {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // What has not settled is a share of the way that it still had to go: an exponential approach, read at one time after each move.
         drives.push(situation.drive_joint(self.joint, 0, -situation.last_move(self.joint)));
     }
 
@@ -28,6 +29,7 @@ pub(super) const KIND: Kind = Kind {
     family: Family::Joint,
     places: Places::Joints,
     geometry_group: false,
+    // Two visits to one pose come after different moves.
     depends_on_conditions: true,
     imitates_anything: false,
     depends_on_time: false,
@@ -36,6 +38,7 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The joint stops short by a share of its last move, as if it had not yet come to rest.",
     how_to_see: "The same poses after short and after long moves; a wait before reading.",
     build: |setting: &Setting<'_>| {
+        // A twentieth of the way is seen by eye.
         let parameters = [Parameter::new("share", Unit::RATIO, (-0.05, 0.05))];
         Ok(Box::new(JointSettling { joint: setting.joint()?, parameters }))
     },

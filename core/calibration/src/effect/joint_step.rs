@@ -21,6 +21,7 @@ impl Effect for JointStep {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // From the moment on, that moment included: it is the time of the first row that is off.
         let after = if situation.clock >= self.at { 1.0 } else { 0.0 };
         drives.push(situation.drive_joint(self.joint, 0, after));
     }
@@ -39,6 +40,7 @@ pub(super) const KIND: Kind = Kind {
     imitates_anything: false,
     depends_on_time: true,
     is_event: true,
+    // Moments are unlike each other: each that is tried is a trial of its own.
     search: Search::Jumps,
     sentence: "The joint jumps at one moment and stays off: lost steps, or a coupling that slipped.",
     how_to_see: "The same few poses again and again through the day, with the time logged.",
@@ -49,6 +51,7 @@ pub(super) const KIND: Kind = Kind {
             reason: "needs the moment of the jump: write `searched:` or let `add` find it".to_owned(),
         })?;
         let parameter = match setting.slides(joint) {
+            // 30 degrees, or 50 mm: an arm that is knocked further is stopped by its drive.
             false => Parameter::new("step_deg", Unit::DEG, (-0.5, 0.5)),
             true => Parameter::new("step_mm", Unit::MM, (-50.0, 50.0)),
         };
@@ -56,6 +59,7 @@ pub(super) const KIND: Kind = Kind {
     },
     candidates: |survey| {
         let clocks = &survey.passport.clocks;
+        // With fewer rows on one side a jump is a few outliers.
         let last = clocks.len().saturating_sub(EITHER_SIDE);
         let usable: Vec<f64> = clocks.get(EITHER_SIDE..last.max(EITHER_SIDE)).unwrap_or(&[]).to_vec();
         let stride = usable.len().div_ceil(MOMENTS).max(1);

@@ -18,6 +18,7 @@ struct JointStiffening {
 /// method from outside, where it never overshoots.
 fn wound(share: f64) -> f64 {
     let mut turn = share.abs().cbrt().min(share.abs());
+    // Newton's method doubles its digits with each round: eight bring any start to rounding.
     for _ in 0..8 {
         turn -= (turn + turn.powi(3) - share.abs()) / (1.0 + 3.0 * turn * turn);
     }
@@ -30,6 +31,7 @@ impl Effect for JointStiffening {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // The knee is the moment from which the cubic part is as large as the linear one.
         let share = situation.moment(self.joint) / self.knee;
         drives.push(situation.turn_joint(self.joint, 0, self.knee * wound(share)));
     }
@@ -66,6 +68,7 @@ pub(super) const KIND: Kind = Kind {
         }
         let at = survey.every_turning_joint("joint_stiffening").into_iter();
         at.flat_map(|id| {
+            // Knees go by the moments that the table has: a knee far above all of them is a plain compliance.
             let greatest = id
                 .joint()
                 .and_then(|joint| survey.passport.greatest_moments.get(joint))

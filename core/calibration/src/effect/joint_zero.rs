@@ -15,6 +15,7 @@ impl Effect for JointZero {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // In the coordinate's own sense: a row that counts the other way turns the other way.
         drives.push(situation.drive_joint(self.joint, 0, 1.0));
     }
 }
@@ -34,6 +35,7 @@ pub(super) const KIND: Kind = Kind {
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         let parameter = match setting.slides(joint) {
+            // 20 degrees, or 20 mm: a coupling that was put on wrongly. What is further off is a wrong row of the model file.
             false => Parameter::new("zero_deg", Unit::DEG, (-0.35, 0.35)),
             true => Parameter::new("zero_mm", Unit::MM, (-20.0, 20.0)),
         };

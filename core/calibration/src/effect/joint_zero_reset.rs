@@ -26,6 +26,7 @@ pub(super) const KIND: Kind = Kind {
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         let row = setting.model.chain.joints.get(joint);
+        // The row turns by it in the coordinate's sense.
         let rate = row.map_or(1.0, |row| row.sign);
         let (number, name, unit, most) = match setting.slides(joint) {
             false => (Knob::Theta, "deg", Unit::DEG, MOST_RAD),

@@ -143,6 +143,7 @@ impl Setting<'_> {
 
     /// The arm's own sensor, which the model has to describe.
     pub(super) fn sensor(&self) -> Result<Sensor, EffectNameError> {
+        // Effects of the sensor are shares of what its data sheet says.
         let missing =
             "needs the arm's sensor described in the model file, as in `sensor: {working_mm: 8, peak_mm: 5}`";
         self.model.sensor.ok_or_else(|| self.unusable(missing))
@@ -182,6 +183,7 @@ impl Survey<'_> {
 
     /// Whether anything with weight hangs on the arm.
     pub fn has_weight(&self) -> bool {
+        // A load that differs from row to row pulls, though no mass of a link is known.
         !self.model.masses.is_empty() || self.passport.payload_range.is_some_and(|range| range > 0.0)
     }
 }

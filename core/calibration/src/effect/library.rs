@@ -78,6 +78,7 @@ pub fn build(id: &EffectId, model: &Model) -> Result<Box<dyn Effect>, EffectName
     if let Some(definition) = model.definition(&id.name) {
         return Ok(Box::new(Defined::new(definition)));
     }
+    // It stands in no list: nobody may write it.
     if id.name == POSE_ERROR && !model.pose_errors.is_empty() {
         return Ok(Box::new(PoseError::new(model)));
     }
@@ -96,6 +97,7 @@ fn unknown(name: &str, model: &Model) -> EffectNameError {
 /// # Errors
 /// Unknown names, a wildcard, or the wrong number of arguments.
 pub fn parse(text: &str, model: &Model) -> Result<EffectId, EffectNameError> {
+    // One effect is a list of one.
     let mut ids = expand(text, model)?;
     match (ids.pop(), ids.is_empty()) {
         (Some(id), true) => Ok(id),

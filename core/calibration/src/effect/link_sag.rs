@@ -16,6 +16,7 @@ impl Effect for LinkSag {
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         if let Some(sag) = situation.weights.sag(situation.posture, self.joint) {
+            // Euler and Bernoulli's beam, clamped at its joint: shift and slope of its end go to everything beyond (Timoshenko 1955, Strength of Materials I).
             let handle =
                 Handle::Twist { after: self.joint, shift: sag.shift, turn: sag.turn, about: sag.end };
             drives.push(Drive { parameter: 0, handle, rate: 1.0 });
@@ -40,6 +41,7 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The link after the joint bends under its load like a beam.",
     how_to_see: "The arm stretched out in several directions, with and without a load.",
     build: |setting: &Setting<'_>| {
+        // The reciprocal of E I: 0.1 for a N m2 is a ruler; a bar that bends upwards under its load does not exist.
         let parameters = [Parameter::new("flexibility", Unit::FLEXIBILITY, (0.0, 0.1))];
         Ok(Box::new(LinkSag { joint: setting.joint()?, parameters }))
     },

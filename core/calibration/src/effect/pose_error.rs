@@ -39,6 +39,7 @@ impl Effect for PoseError {
             .map(|pose| pose.iter().zip(situation.q).map(|(pose, q)| (pose - q).powi(2)).sum::<f64>());
         let nearest = apart.enumerate().min_by(|one, other| one.1.total_cmp(&other.1));
         let Some((pose, _)) = nearest else { return };
+        // A shift of the whole: what else is wrong in one pose cannot be told from it there.
         drives.extend((0..3).map(|axis| Drive {
             parameter: 3 * pose + axis,
             handle: Handle::BaseShift(axis),

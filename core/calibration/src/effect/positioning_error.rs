@@ -28,6 +28,7 @@ impl PositioningError {
     /// The two knots beside a coordinate (0 is the first, at the lower limit) with their shares.
     fn knots(&self, coordinate: f64) -> [(usize, f64); 2] {
         let pieces = self.parameters.len();
+        // Beyond the limits the error stays what it is at the end: an extrapolated line would run away.
         let along = ((coordinate - self.low) / self.piece).clamp(0.0, pieces as f64);
         let before = (along.floor() as usize).min(pieces.saturating_sub(1));
         let share = along - before as f64;
@@ -76,6 +77,7 @@ pub(super) const KIND: Kind = Kind {
     places: Places::JointsAndPieces,
     geometry_group: false,
     depends_on_conditions: false,
+    // With enough knots it is any function of the coordinate.
     imitates_anything: true,
     depends_on_time: false,
     is_event: false,
@@ -94,6 +96,7 @@ pub(super) const KIND: Kind = Kind {
             example: "positioning_error(x, 10): joint and number of straight pieces, 1 to 255".to_owned(),
         })?;
         let (low, high) = setting.model.chain.joints.get(joint).map_or((0.0, 0.0), |row| row.limits);
+        // A joint without limits has those of the reader, a kilometre either way.
         if high - low > LONGEST {
             return Err(
                 setting.unusable("needs the axis's travel in the model file, as in `limits_mm: [0, 400]`")

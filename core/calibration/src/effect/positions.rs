@@ -36,6 +36,7 @@ pub fn not_at_these_positions(survey: &Survey<'_>, id: &EffectId) -> Option<Stri
             )
         }
     };
+    // By the period, not the pitch: a wave that comes twice a turn needs positions twice as close.
     let period = screw_wave::period_of(survey.model, id)?;
     Some(format!(
         "{label} cannot be identified: {looks}. Measure at random within a pitch (ISO 230-2), or a run of positions {:.2} mm apart over {:.1} mm",

@@ -30,6 +30,7 @@ pub(super) const KIND: Kind = Kind {
     candidates: |survey| match survey.model.epoch_count() {
         0 | 1 => Vec::new(),
         _ => {
+            // The scale of an angle is a whole turn: no instrument loses it.
             let lengths = survey.passport.channels.iter().filter(|channel| channel.is_length());
             lengths.map(|channel| EffectId::at("reading_rescaled", Spot::Reading(*channel))).collect()
         }

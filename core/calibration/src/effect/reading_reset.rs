@@ -32,6 +32,7 @@ pub(super) const KIND: Kind = Kind {
         Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))
     },
     candidates: |survey| match survey.model.epoch_count() {
+        // In a single epoch nothing was set anew.
         0 | 1 => Vec::new(),
         _ => survey
             .passport

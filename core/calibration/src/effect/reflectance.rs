@@ -23,6 +23,7 @@ impl Effect for Reflectance {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // To first order: where light falls by `k` of itself a mm, a surface that sends back a share more is seen as much further away.
         if situation.trigger.is_some_and(|trigger| trigger.surface == self.surface) {
             drives.push(Drive { parameter: 0, handle: Handle::Trigger, rate: 1.0 / self.sensor.falls_off() });
         }

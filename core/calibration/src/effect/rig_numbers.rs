@@ -53,6 +53,7 @@ pub(super) fn build(
     parameters: &[RigParameter],
 ) -> Result<Box<dyn Effect>, EffectNameError> {
     needs_rig(setting)?;
+    // Each parameter is one number of the rig, in the same order.
     let numbers = parameters.iter().map(|(.., number)| *number).collect();
     let parameters =
         parameters.iter().map(|(name, unit, most, _)| Parameter::new(name, *unit, (-most, *most))).collect();
@@ -63,6 +64,7 @@ pub(super) fn build(
 pub(super) fn needs_rig(setting: &Setting<'_>) -> Result<(), EffectNameError> {
     match setting.model.stripe_rig {
         Some(_) => Ok(()),
+        // A rig has a file of its own, which is given beside the model.
         None => Err(setting.unusable(
             "is of the rig of a light stripe, which no model file holds: give it to `plumb stripe`",
         )),

@@ -32,6 +32,7 @@ impl Effect for RowError {
     }
 
     fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // One of the five numbers of a row moves as itself, in mm or rad.
         drives.push(Drive { parameter: 0, handle: self.handle, rate: 1.0 });
     }
 }

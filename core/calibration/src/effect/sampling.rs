@@ -66,6 +66,7 @@ pub(super) fn sampling(places: &[f64], period: f64) -> Sampling {
         return Sampling::TooFew { places: places.len(), fewest: FEWEST };
     }
     let extent = places.last().unwrap_or(&0.0) - places.first().unwrap_or(&0.0);
+    // At least two windows' widths are looked at, however short the travel.
     let steps = (STEPS * extent / period).clamp(2.0 * STEPS, MOST_FREQUENCIES);
     // From half to three halves of the wave's own frequency: the difference to all waves of at least twice its period, of either sign.
     let frequencies = (0..=steps as usize).map(|step| (0.5 + step as f64 / steps.floor()) / period);

@@ -15,6 +15,7 @@ impl Effect for Scale {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // From the instrument's own origin, which a scale leaves where it is.
         let coordinate = situation.point.get(self.axis).copied().unwrap_or(0.0);
         drives.push(Drive { parameter: 0, handle: Handle::Reading(self.axis), rate: coordinate });
     }
@@ -37,6 +38,7 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The instrument reads lengths along one of its axes too long or too short.",
     how_to_see: "Points far apart along that axis, or a bar of known length.",
     build: |setting: &Setting<'_>| match setting.id.spot {
+        // 2 %: a wrong unit is further off, and told when the table is read.
         Spot::Axis(axis) if axis < 3 => {
             Ok(Box::new(Scale { axis, parameters: [Parameter::new("excess", Unit::RATIO, (-0.02, 0.02))] }))
         }

@@ -29,6 +29,7 @@ impl Effect for ScrewWave {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // Counted from the coordinate's zero, wherever the screw stands there: the phase is found.
         let (sine, cosine) = (self.rate * situation.coordinate(self.joint)).sin_cos();
         drives.push(situation.drive_joint(self.joint, 0, sine));
         drives.push(situation.drive_joint(self.joint, 1, cosine));
@@ -94,6 +95,7 @@ pub(super) const KIND: Kind = Kind {
     candidates: |survey| {
         let joints = survey.model.chain.joints.iter().enumerate();
         let screws = joints.filter(|(_, joint)| joint.screw_pitch.is_some()).map(|(index, _)| index);
+        // A wave that the positions cannot tell from a slower one is no candidate: it would be named for whatever is slow.
         let waves = screws.flat_map(|joint| {
             WAVES.map(|waves| EffectId {
                 order: Some(waves),

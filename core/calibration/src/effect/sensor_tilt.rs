@@ -19,6 +19,7 @@ impl Effect for SensorTilt {
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         let Some(trigger) = situation.trigger else { return };
+        // A look that leans by a small angle meets what is `distance` ahead so much aside, along the hand's own x and y.
         for (parameter, direction) in situation.hand.column_iter().take(2).enumerate() {
             drives.extend(direction.iter().enumerate().map(|(axis, part)| Drive {
                 parameter,
@@ -43,6 +44,7 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "Meet edges at several heights of the hand, and trigger over the table with the hand tilted: at one height it is the same as a sensor that sits elsewhere.",
     build: |setting: &Setting<'_>| {
         setting.sensor()?;
+        // 20 degrees: further aside it does not see what is below the hand.
         let parameters = ["x_deg", "y_deg"].map(|name| Parameter::new(name, Unit::DEG, (-0.35, 0.35)));
         Ok(Box::new(SensorTilt { parameters }))
     },

@@ -45,6 +45,7 @@ impl<'a> Sites<'a> {
             }
             (Places::Readings, [] | ["*"]) => self.ids(Channel::ALL.map(Spot::Reading)),
             (Places::Readings, [name]) => {
+                // Their order in the list is all that `named` needs to know.
                 let channel = Channel::by_name(name);
                 let known = Channel::ALL.iter().map(|channel| channel.name());
                 self.named("a reading", name, known, channel.map(|channel| channel as usize))?;
@@ -85,6 +86,7 @@ impl<'a> Sites<'a> {
     /// Pairs of joints; with a wildcard, no joint is paired with itself.
     fn pairs(&self, first: &str, other: &str) -> Found {
         let (firsts, others) = (self.joints(first)?, self.joints(other)?);
+        // With a wildcard the pair of a joint with itself is left out; written by name it is refused, with a reason.
         let wild = first == "*" || other == "*";
         let mut found = Vec::new();
         for spot in firsts {

@@ -79,12 +79,14 @@ impl Situation<'_> {
 
     /// How far a joint moved since the row before, rad or mm; 0 where there is none.
     pub fn last_move(&self, joint: usize) -> f64 {
+        // In the order of time, not of the file: that is how the arm moved.
         let before = self.previous.and_then(|previous| previous.get(joint)).copied();
         before.map_or(0.0, |before| self.coordinate(joint) - before)
     }
 
     /// The side from which a joint arrived: as it was logged; where no sides were logged, by its way from the row before.
     pub fn side_or_way(&self, joint: usize) -> f64 {
+        // A logged side is known; a way is a guess by the row before, which says nothing of what happened between.
         match self.approach.is_empty() {
             true => way(self.last_move(joint)),
             false => self.side(joint),
@@ -100,6 +102,7 @@ impl Situation<'_> {
     /// along, in the coordinate's sense.
     pub fn drive_joint(&self, joint: usize, parameter: usize, rate: f64) -> Drive {
         let row = self.chain.joints.get(joint);
+        // In its row a coordinate counts times its sign; whatever changes the coordinate does too.
         let sign = row.map_or(1.0, |row| row.sign);
         let slides = row.is_some_and(|row| row.motion == Motion::Slides);
         let knob = if slides { Knob::D } else { Knob::Theta };

@@ -32,6 +32,7 @@ pub(super) const KIND: Kind = Kind {
         Ok(Box::new(EpochSteps::new(setting, steps, 3)?))
     },
     candidates: |survey| match survey.model.epoch_count() {
+        // In a single epoch it sat where it sits.
         0 | 1 => Vec::new(),
         _ => {
             let targets = 0..survey.model.targets.len();

@@ -62,6 +62,7 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The measured point sits elsewhere on the flange than the model says.",
     how_to_see: "Poses that turn the wrist into many directions.",
     build: |setting: &Setting<'_>| {
+        // 20 cm: a probe is not longer, and a tracker's ball not further from its magnet.
         let parameters = ["x_mm", "y_mm", "z_mm"].map(|name| Parameter::new(name, Unit::MM, (-200.0, 200.0)));
         Ok(Box::new(ToolOffset { target: setting.target()?, parameters }))
     },
@@ -70,6 +71,7 @@ pub(super) const KIND: Kind = Kind {
         if survey.passport.stripes {
             return Vec::new();
         }
+        // A target that is free moves anyhow.
         let fixed = survey.model.targets.iter().enumerate().filter(|(_, target)| !target.free);
         fixed.map(|(index, _)| EffectId::at("tool_offset", Spot::Target(index))).collect()
     },

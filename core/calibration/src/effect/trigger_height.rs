@@ -14,6 +14,7 @@ impl Effect for TriggerHeight {
     }
 
     fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // One height over every surface, at every edge none: there the spot counts.
         drives.push(Drive { parameter: 0, handle: Handle::Trigger, rate: 1.0 });
     }
 }
@@ -31,6 +32,7 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The sensor on the arm triggers higher or lower over a surface than the model says.",
     how_to_see: "Trigger over the surface in many poses, and lower the arm onto it in some with a gauge under the tip.",
     build: |_: &Setting<'_>| {
+        // 20 mm, more than the working distance of most such sensors.
         Ok(Box::new(TriggerHeight { parameters: [Parameter::new("above_mm", Unit::MM, (-20.0, 20.0))] }))
     },
     candidates: |survey| match survey.passport.triggers {

@@ -23,6 +23,7 @@ impl Effect for TriggerHysteresis {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // Coming on it fires at its level, whatever it holds afterwards.
         let Some(trigger) = situation.trigger.filter(|trigger| !trigger.came_on) else { return };
         // Both are found by halving: a closed form of their slopes would have to follow every change of the sensor's law.
         let [less, more] = [-SMALL, SMALL].map(|by| {
@@ -55,6 +56,7 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The sensor holds on longer, or lets go earlier, than the model says.",
     how_to_see: "Let it come on and go off over one place, with `signal` logged, each time with every joint arriving from the same side as before: play looks the same.",
     build: |setting: &Setting<'_>| {
+        // Half of the light in addition to what the data sheet says.
         let parameters = [Parameter::new("more_by", Unit::RATIO, (-0.5, 0.5))];
         Ok(Box::new(TriggerHysteresis { sensor: setting.sensor()?, parameters }))
     },

@@ -20,8 +20,10 @@ impl Effect for TriggerSpot {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+        // Over something flat the whole spot sees the same.
         let Some(trigger) = situation.trigger.filter(|trigger| trigger.edge) else { return };
         let early = self.sensor.early(trigger.came_on, trigger.distance, self.sensor.hysteresis);
+        // A spot that is wider by a mm has a radius that is larger by half of one.
         drives.push(Drive { parameter: 0, handle: Handle::Edge, rate: trigger.light * 0.5 * early });
     }
 }
@@ -39,6 +41,7 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The sensor sees a wider spot than the model says: it meets an edge when part of the spot has gone dark, before its middle is there.",
     how_to_see: "Meet the same edge at several heights of the hand, and from the dark side as well: at one height it is the same as an edge that lies elsewhere.",
     build: |setting: &Setting<'_>| {
+        // 12 mm: a wider spot would not resolve an edge at all.
         let parameters = [Parameter::new("wider_by_mm", Unit::MM, (-12.0, 12.0))];
         Ok(Box::new(TriggerSpot { sensor: setting.sensor()?, parameters }))
     },

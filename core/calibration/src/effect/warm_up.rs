@@ -43,6 +43,7 @@ pub(super) const KIND: Kind = Kind {
     imitates_anything: false,
     depends_on_time: true,
     is_event: false,
+    // Neighbouring time constants fit nearly as well: the search costs as much as one more parameter.
     search: Search::Smooth,
     sentence: "Something of the joint moves while the machine warms up: fast at first, then ever slower.",
     how_to_see: "The same poses from a cold start on, with the time logged.",
@@ -58,6 +59,7 @@ pub(super) const KIND: Kind = Kind {
                 reason: "needs a time constant, in s: write `searched:` or let `add` find it".to_owned(),
             })?;
         let parameter = match (of, setting.slides(joint)) {
+            // 6 degrees, or 10 mm: steel of a metre grows by 10 mm in 800 K.
             (Quantity::Zero, false) => Parameter::new("amount_deg", Unit::DEG, (-0.1, 0.1)),
             _ => Parameter::new("amount_mm", Unit::MM, (-10.0, 10.0)),
         };

@@ -93,6 +93,7 @@ pub fn compensation(model: &Model, joint: usize, lines: usize) -> Result<Compens
 fn travel(model: &Model, joint: usize) -> Result<(f64, f64), CompensationError> {
     let row = model.chain.joints.get(joint);
     let (mut low, mut high) = row.map_or((0.0, 0.0), |row| row.limits);
+    // A correction holds nowhere else.
     if let Some(range) = model.measured_region.as_ref().and_then(|region| region.joints.get(joint)) {
         (low, high) = (low.max(range.low), high.min(range.high));
     }
@@ -127,6 +128,7 @@ impl<'m> JointErrors<'m> {
         joint: usize,
         ((low, high), lines): ((f64, f64), usize),
     ) -> Result<Self, CompensationError> {
+        // Of a lone slide a shift of everything along it is an error of its position.
         let alone = only_slide(model);
         let mut errors = Self { model, joint, effects: Vec::new(), alone, left_out: Vec::new() };
         let apart = (high - low) / (lines.max(2) - 1) as f64;
@@ -169,6 +171,7 @@ impl<'m> JointErrors<'m> {
     /// By how much the joint is beyond what was commanded, rad or mm.
     fn at(&self, q: f64, side: i8) -> f64 {
         let joints = self.model.chain.len();
+        // Other joints at zero: what a table holds does not go by them.
         let pose: Vec<f64> = (0..joints).map(|joint| if joint == self.joint { q } else { 0.0 }).collect();
         let sides: Vec<i8> = (0..joints).map(|joint| if joint == self.joint { side } else { 0 }).collect();
         // Rates are of the joint's row, whose sense may be the other one.

@@ -20,6 +20,7 @@ pub fn dh_table(arm: &RigidArm, model: &Model) -> String {
             Motion::Turns => "turns",
             Motion::Slides => "slides",
         };
+        // Writing to a string cannot fail.
         let _ = writeln!(
             text,
             "{},{kind},{},{},{},{},{},{}",

@@ -74,9 +74,11 @@ impl RigidArm {
     /// # Errors
     /// [`ExportError`].
     pub fn of(model: &Model) -> Result<Self, ExportError> {
+        // The motor turns by the coordinate less another joint's: no rigid link does that.
         if let Some(joint) = model.chain.joints.iter().find(|joint| joint.less.is_some()) {
             return Err(ExportError::KeepsAttitude(joint.name.clone()));
         }
+        // Targets begin where the model has them, and effects of tools move them.
         let mut rigid = Constants {
             deviations: vec![Deviation::default(); model.chain.len()],
             targets: model.targets.iter().map(|target| (target.name.clone(), target.xyz)).collect(),
@@ -127,6 +129,7 @@ impl RigidArm {
     pub fn flange(&self, q: &[f64]) -> IsometryMatrix3<f64> {
         let mut pose = IsometryMatrix3::identity();
         for (joint, q) in self.joints.iter().zip(q) {
+            // In the joint's own frame z is the axis, whichever way its coordinate counts.
             let driven = joint.sign * q;
             let moved = match joint.motion {
                 Motion::Turns => IsometryMatrix3::rotation(Vector3::z() * driven),
@@ -154,6 +157,7 @@ impl Constants {
         if added.values.iter().all(|value| *value == 0.0) {
             return Ok(());
         }
+        // Only errors of the shape are the same in every pose.
         let is_geometry =
             effect::kind(&added.id.name).is_some_and(|kind| kind.family == effect::Family::Geometry);
         let is_instrument = effect::kind(&added.id.name)
@@ -174,6 +178,7 @@ impl Constants {
                     let place = self.targets.get_mut(target).and_then(|(_, place)| place.get_mut(axis));
                     place.into_iter().for_each(|place| *place += amount);
                 }
+                // Base and instrument: where the arm stands is no part of it.
                 _ => {
                     if !self.not_the_robot.contains(&label) {
                         self.not_the_robot.push(label.clone());

@@ -20,6 +20,7 @@ pub fn ros_calibration(arm: &RigidArm) -> Result<String, ExportError> {
     }
     let mut text = String::from("kinematics:\n");
     for (link, joint) in LINKS.iter().zip(&arm.joints) {
+        // The driver counts in metres.
         let place = joint.parent_from_joint.translation.vector * 1e-3;
         let (roll, pitch, yaw) = joint.parent_from_joint.rotation.euler_angles();
         let _ = writeln!(text, "  {link}:");

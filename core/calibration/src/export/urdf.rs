@@ -23,6 +23,7 @@ pub fn urdf(arm: &RigidArm) -> String {
             Motion::Turns => ("revolute", 1.0),
             Motion::Slides => ("prismatic", METRES),
         };
+        // URDF asks for effort and velocity as well; 0 is what files say that do not know them.
         let (least, greatest) = joint.limits;
         let _ = write!(
             text,

@@ -57,6 +57,7 @@ impl Checker<'_> {
     /// Whether every session has a base of its own, which makes sense only where the base is free.
     fn base_per_session(&self, raw: &RawModel) -> bool {
         let Some(per) = &raw.base.per else { return false };
+        // A base that is held cannot have one place in each session.
         if !raw.base.free {
             let message = "a base that is not free is the same in every session";
             self.problems.add(per.span, message, "leave out `free: false`, or `per: session`");

@@ -78,6 +78,7 @@ impl Checker<'_> {
                 );
                 return self.fail(&name.span, reason);
             }
+            // The file says whether it slides: its limits are read in that unit.
             let whole = RawJoint { slides: joint.motion == Motion::Slides, ..typed.clone() };
             let read = self.joint(&whole)?;
             if typed.limits_deg.is_some() || typed.limits_mm.is_some() {

@@ -13,7 +13,7 @@ use super::error::{ModelFileError, Place};
 use super::parts::{measured_from, revision};
 use super::raw::{
     RawClaim, RawConvention, RawEffect, RawJoint, RawLevel, RawLink, RawModel, RawSensor, RawSide,
-    RawSurface, RawTarget, RawTouch, RawValuedEffect, RawVolume,
+    RawSurface, RawTouch, RawValuedEffect, RawVolume,
 };
 use super::urdf_frames;
 use crate::arm_model::Sensor;
@@ -39,6 +39,7 @@ impl Model {
     /// See [`ModelFileError`].
     pub fn parse(source: &str, text: &str) -> Result<Self, ModelFileError> {
         let (file, problems) = (Path::new(source), Problems::default());
+        // Said in one sentence: what a reader of YAML has to say of a table is no help.
         if let Some(what) = no_model(text) {
             return Err(FileProblems::whole_file(file, what.0, what.1).into());
         }
@@ -89,6 +90,7 @@ impl Checker<'_> {
 
     /// Every part is checked, also behind one that is wrong; effects only where the names they may use are known.
     fn model(&self, raw: RawModel) -> Checked<Model> {
+        // Effects name joints and targets: behind a mistake in these they would be accused of it.
         let before = self.problems.len();
         let described = self.described(&raw);
         let chain = match &described {
@@ -251,6 +253,7 @@ impl Checker<'_> {
             joint.limits = (low * scale, high * scale);
         }
         if let Some(sign) = &raw.sign {
+            // A share of a sign would be a gain.
             if sign.value.abs() != 1.0 {
                 return self.fail(&sign.span, format!("a sign is 1 or -1, not {}", sign.value));
             }
@@ -414,6 +417,7 @@ impl Checker<'_> {
         let frame = match &raw.after {
             None => Frame::After(chain.len().saturating_sub(1)),
             Some(name) if name.value == "base" => Frame::Base,
+            // The flange is after the last joint, unless a joint is called so.
             Some(name) if name.value == "flange" && chain.position_of("flange").is_none() => {
                 Frame::After(chain.len().saturating_sub(1))
             }

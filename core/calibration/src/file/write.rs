@@ -29,7 +29,9 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
         Convention::Proximal => "proximal",
     };
     writeln!(out, "convention: {convention}")?;
+    // Rows of the arm before what stands on them: effects name joints, and people read from the top.
     joints(out, model)?;
+    // Always in degrees and mm, whatever the file that was read used.
     let rpy = rpy_deg(&model.base.pose.rotation);
     let xyz = model.base.pose.translation.vector;
     writeln!(
@@ -57,8 +59,10 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
     if let Some(sensor) = model.profile_sensor.and_then(|place| model.targets.get(place)) {
         writeln!(out, "profile: {{seen_by: {}}}", sensor.name)?;
     }
+    // As it was written: a wildcard stays one.
     let free: Vec<String> = model.free.iter().map(|pattern| text(pattern)).collect();
     writeln!(out, "free: [{}]", free.join(", "))?;
+    // Before the effects that use them.
     definitions(out, model)?;
     effects(out, "effects", &model.effects, model)?;
     effects(out, "fitted", &model.fitted, model)?;
@@ -87,10 +91,12 @@ fn rpy_deg(rotation: &Rotation3<f64>) -> Vector3<f64> {
 /// A target; how it is turned only where that is not as the flange is, and whether that is free only where its place is not alike.
 fn target_text(target: &Target) -> String {
     let mut keys = format!("xyz_mm: {}", triple(&target.xyz));
+    // Most targets are points.
     if target.turn != Rotation3::identity() {
         keys.push_str(&format!(", rpy_deg: {}", triple(&rpy_deg(&target.turn))));
     }
     keys.push_str(&format!(", free: {}", target.free));
+    // What follows `free` is left out, so that a file that did not say it does not begin to.
     if target.turn_free != target.free {
         keys.push_str(&format!(", free_rpy: {}", target.turn_free));
     }
@@ -120,6 +126,7 @@ fn joints(out: &mut String, model: &Model) -> std::fmt::Result {
             }
             Motion::Slides => write!(out, ", slides: true, limits_mm: [{}, {}]", number(low), number(high))?,
         }
+        // What is usual is not written.
         if joint.sign < 0.0 {
             write!(out, ", sign: -1")?;
         }
@@ -167,6 +174,7 @@ fn definitions(out: &mut String, model: &Model) -> std::fmt::Result {
                 }
                 _ => None,
             };
+            // A target whose three coordinates are moved is named once.
             adds.extend(on.filter(|on| !adds.contains(on)));
             adds.push(format!("{}: {:?}", addend.key, addend.text()));
         }

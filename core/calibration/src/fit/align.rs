@@ -38,6 +38,7 @@ pub struct Sight {
 
 /// The rigid motion `to = motion * from` that fits best (Kabsch 1976); nothing from fewer than three points.
 pub fn rigid(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> Option<IsometryMatrix3<f64>> {
+    // Two points leave the turn about the line through them open.
     if from.len() < 3 {
         return None;
     }
@@ -48,6 +49,7 @@ pub fn rigid(from: &[Vector3<f64>], to: &[Vector3<f64>]) -> Option<IsometryMatri
     let svd = covariance.svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);
     let mut mirror = Matrix3::identity();
+    // A mirror image may fit points of a plane just as well.
     mirror[(2, 2)] = (u * v_t).determinant().signum();
     let rotation = Rotation3::from_matrix_unchecked(u * mirror * v_t);
     Some(IsometryMatrix3::from_parts(Translation3::from(to_mean - rotation * from_mean), rotation))
@@ -91,6 +93,7 @@ pub fn base_and_targets(
                     row[12 + 3 * sight.target + part] = -sight.flange.rotation.matrix()[(axis, part)];
                 }
             }
+            // The origin, as the arm sees it.
             row[9 + axis] = 1.0;
             matrix.ger(1.0, &row, &row, 1.0);
             gradient.axpy(left[axis], &row, 1.0);
@@ -142,6 +145,7 @@ fn far_off(sights: &[Sight], state: &State) -> bool {
         off += (believed.coords - sight.measured).norm_squared();
         spread += (sight.measured - middle).norm_squared();
     }
+    // Both are sums of squares over the same points.
     off > FAR * FAR * spread
 }
 
@@ -183,6 +187,7 @@ pub(crate) fn align(
             let held: Vec<usize> = others.map(|(index, _)| index).collect();
             let settings = Settings { steps: STEPS, damping: CAREFUL };
             let settled = descend(&machine.over(&some, &ones), &guess, &held, settings, progress)?;
+            // What the file says of base and targets is not given up for a chance fit.
             if CLEARLY * CLEARLY * settled.normal.squares < least {
                 state = settled.state;
             }

@@ -31,6 +31,7 @@ pub(crate) struct Changes {
 impl Changes {
     /// Nothing changed, for so many joints and targets.
     pub(super) fn clear(&mut self, joints: usize, targets: usize) {
+        // Rows are worked out one after the other in the same memory.
         self.deviations.clear();
         self.deviations.resize(joints, Deviation::default());
         self.target_shifts.clear();
@@ -58,6 +59,7 @@ impl Changes {
 
     /// Adds what a residual map does, for a base that is turned so.
     pub(super) fn add_map(&mut self, mapped: &MapEffect, chain: &Chain, base: &Rotation3<f64>) {
+        // The map was made in the frame of the base, in which the arm is the same wherever it stands.
         self.base_shift += base * mapped.shift;
         for (deviation, (joint, amount)) in
             self.deviations.iter_mut().zip(chain.joints.iter().zip(&mapped.joints))
@@ -135,6 +137,7 @@ fn left_jacobian(turn: &Vector3<f64>) -> Matrix3<f64> {
     }
     let axis = turn / angle;
     let (sine, cosine) = angle.sin_cos();
+    // sin(t)/t I + (1 - sin(t)/t) a a' + (1 - cos(t))/t [a]x.
     Matrix3::identity() * (sine / angle)
         + axis * axis.transpose() * (1.0 - sine / angle)
         + axis.cross_matrix() * ((1.0 - cosine) / angle)
@@ -146,6 +149,7 @@ const SMALL_TURN: f64 = 1e-9;
 impl ArmPose {
     /// Places the base, which effects may have moved.
     pub(super) fn place_base(&mut self, believed: &IsometryMatrix3<f64>) {
+        // Believed first, turned by effects after: in the order in which the derivatives take them.
         let turn = Rotation3::new(self.changes.base_turn);
         self.base_turned = turn.into_inner();
         self.turn_by_vector = left_jacobian(&self.changes.base_turn);
@@ -162,6 +166,7 @@ impl ArmPose {
 
     /// A point that is fixed to the flange (mm, flange's frame) in the frame of the measurements and in the base's frame, mm.
     pub(super) fn at_flange(&self, point: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        // What bends is small: its turn is added as a vector product, and not as a rotation.
         let stiff = (self.posture.flange * Point3::from(point)).coords;
         let in_base = stiff + self.changes.bend_shift + self.changes.bend_turn.cross(&stiff);
         (self.base * in_base + self.origin, in_base)

@@ -20,6 +20,7 @@ impl ResidualModel<'_> {
         if let Some(Some(mapped)) = self.mapped.get(row) {
             pose.changes.add_map(mapped, &self.model.chain, &state.base.rotation);
         }
+        // Of these effects none asks for the frames.
         let idle = Posture::default();
         let situation = self.situation(state, row, &idle, &[], None);
         for (part, values) in self.parts.iter().zip(&state.effects) {
@@ -50,6 +51,7 @@ impl ResidualModel<'_> {
         for _ in 0..ROUNDS {
             self.place(row, state, pose);
             let ArmPose { posture, moments, changes, .. } = pose;
+            // Each round begins from the stiff arm: what bends is no sum over the rounds.
             changes.deviations.clone_from(&stiff);
             changes.clear_bending();
             let situation = self.situation(state, row, posture, moments, None);

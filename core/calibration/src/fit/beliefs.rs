@@ -24,6 +24,7 @@ impl ResidualModel<'_> {
     pub fn check_formulas(&self) -> Result<(), Box<DefinitionError>> {
         let state = self.start();
         for definition in &self.model.definitions {
+            // At the start: later states differ by little, and a formula that has no value there has none near it.
             definition.check(self.table, &|row, look| {
                 let pose = self.in_row(&state, row).pose;
                 let (point, _) = pose.point(&state, 0);
@@ -77,6 +78,7 @@ impl ResidualModel<'_> {
         let pose = self.in_row(state, row).pose;
         let flange = pose.flange();
         let targets = state.targets.iter().map(|target| (flange * Point3::from(*target)).coords);
+        // The first joint's axis stands in the base, which stands where it stands.
         let joints = pose.posture.joints.iter().skip(1).map(|joint| joint.axis_point);
         let mut points = joints.chain([flange.translation.vector]).chain(targets);
         points.all(|point| keep_out.iter().all(|plane| plane.allows(point.into())))

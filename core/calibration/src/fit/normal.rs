@@ -17,6 +17,7 @@ impl ResidualModel<'_> {
         weights: &[f64],
         probes: &[&dyn Effect],
     ) -> NormalEquations {
+        // Columns of the probes follow those of the free numbers.
         let size = self.slots.len() + probes.iter().map(|probe| probe.parameters().len()).sum::<usize>();
         let mut total = NormalEquations::zeros(size);
         over_chunks(
@@ -60,6 +61,7 @@ impl ResidualModel<'_> {
         );
         let mut constraints = NormalEquations::zeros(self.slots.len());
         self.place_distances(state, &mut constraints);
+        // What is known between places counts like any measurement.
         total + constraints.squares
     }
 
@@ -78,6 +80,7 @@ impl ResidualModel<'_> {
     pub fn residuals_apart(&self, state: &State, held: &[usize], fitted: &[usize]) -> Vec<f64> {
         let mut state = state.clone();
         let known = self.touched(fitted);
+        // Where the held rows alone would have their places.
         let mut alone = state.clone();
         super::align::place_touched(self, &mut alone, held);
         for place in self.touched(held) {

@@ -197,6 +197,7 @@ fn descend_robustly(
     let first = machine.over(rows, &weights).knowing(prior).normal_equations(start);
     let factor = RankRevealingCholesky::new(&first.matrix);
     let parameters = factor.rank();
+    // With as many numbers as equations everything fits, and nothing is known of the scatter.
     if parameters >= first.equations {
         let table = machine.table.source.clone();
         return Err(FitError::TooFewRows { table, equations: first.equations, parameters });
@@ -221,6 +222,7 @@ fn descend_robustly(
             descend_from(&machine.over(rows, &weights).knowing(prior), reached, &held, careful, progress)?;
         steps += descent.steps;
     }
+    // From the plain minimum on: robust weights from a far start would throw out whatever the start misses.
     let mut robust = Weighed { descent, weights, steps, doubts: Vec::new() };
     if options.robust {
         robust.weigh(machine, rows, (options, prior), (&held, parameters), progress)?;
@@ -341,7 +343,9 @@ fn finish(
         equations.map(move |(residual, equation)| (weight, residual / equation.sigma))
     });
     let scatter = huber_variance(equations, factor.rank());
+    // A scatter smaller than what stripes are known by is chance.
     let variance = scatter.max(machine.least_variance());
+    // Of the independent numbers; rows and columns of held ones are zero.
     let covariance = factor.inverse() * variance;
     let gauges = machine.gauges(&normal.matrix, &factor);
     // What one more step would take away of the sum of squares, were the problem linear: g' N^-1 g.

@@ -107,6 +107,7 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
     let known_base = base_seen(state, body);
     let known_turn = state.turns.get(index).copied().unwrap_or(target.turn);
     let known_place = state.targets.get(index).copied().unwrap_or(target.xyz);
+    // Three guesses, for a file may be right about either: which fits best is seen from the residuals.
     let mut rotations = Vec::new();
     if target.turn_free {
         rotations.extend(body_rotation(&poses, &known_base.rotation).map(|turn| (known_base.rotation, turn)));
@@ -144,6 +145,7 @@ pub(super) fn place_bodies(machine: &ResidualModel<'_>, state: &mut State, rows:
         let mut least = machine.squares(state, rows, &ones);
         for guess in guesses(machine, state, rows, body).into_iter().filter(State::is_finite) {
             let left = machine.squares(&guess, rows, &ones);
+            // A guess that fits no better is none.
             if left < least {
                 (*state, least) = (guess, left);
             }

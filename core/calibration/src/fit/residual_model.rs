@@ -81,6 +81,7 @@ impl<'a> ResidualModel<'a> {
         for added in effects {
             let effect = effect::build(&added.id, model.model)?;
             let mut values = added.values.clone();
+            // Values that a file leaves out begin at zero.
             values.resize(effect.parameters().len(), 0.0);
             model.parts.push(Part { id: added.id.clone(), effect: Arc::from(effect) });
             model.start_values.push(values);
@@ -100,12 +101,14 @@ impl<'a> ResidualModel<'a> {
         let mut slots = Vec::new();
         if self.model.base.free {
             slots.extend((0..3).map(Slot::BaseShift));
+            // About the base's own origin: shift and turn stay apart.
             slots.extend((0..3).map(Slot::BaseTurn));
         }
         for (index, _) in self.model.targets.iter().enumerate().filter(|(_, target)| target.free) {
             slots.extend((0..3).map(|axis| Slot::Target(index, axis)));
         }
         slots.extend(self.free_turns());
+        // A touched place is always free: nobody knows where it is.
         for place in 0..self.observations.places.len() {
             slots.extend((0..3).map(|axis| Slot::Place(place, axis)));
         }
@@ -126,6 +129,7 @@ impl<'a> ResidualModel<'a> {
     fn free_turns(&self) -> Vec<Slot> {
         let mut slots = Vec::new();
         for (index, target) in self.model.targets.iter().enumerate().filter(|(_, target)| target.turn_free) {
+            // A camera's turn shows in what it sees of the board, a body's in what is seen of it.
             let is_camera = self.model.board.as_ref().is_some_and(|board| board.camera == index);
             let is_seen = self.table.orientations_of(&target.name).is_some();
             let is_line_sensor = self.model.profile_sensor == Some(index) && !self.table.profiles.is_empty();
@@ -173,6 +177,7 @@ impl<'a> ResidualModel<'a> {
 
     /// Upwards in the measurements' frame.
     fn up(&self, state: &State) -> Vector3<f64> {
+        // Against gravity, whichever frame it is told in.
         -(state.base.rotation * self.down(state))
     }
 
@@ -259,6 +264,7 @@ impl<'a> ResidualModel<'a> {
         let mut scratch = Scratch::default();
         let mut column = 0;
         for (row, mut rates) in rows.iter().zip(rates.column_iter_mut()) {
+            // The root: least squares squares it again.
             let weight = weights.get(*row).copied().unwrap_or(1.0).sqrt();
             column = self.row_block(state, *row, weight, probes, &mut scratch, &mut block, column);
             self.rates(state, *row, driving, &mut scratch, rates.as_mut_slice());
@@ -318,6 +324,7 @@ impl<'a> ResidualModel<'a> {
             let prediction = equation.measurand.kind.predict(equation.measurand, &context);
             let channel = equation.measurand.kind.channel(equation.measurand);
             let (zero, stretch) = scratch.pose.reading(channel);
+            // In declared sigmas, so that mm and rad may stand beside each other.
             let scale = weight / equation.sigma;
             block.residuals.push((equation.measured - prediction.value * (1.0 + stretch) - zero) * scale);
             if column < block.jacobian.ncols() {
@@ -339,7 +346,9 @@ impl<'a> ResidualModel<'a> {
         scratch: &Scratch,
         mut entries: DVectorViewMut<'_, f64>,
     ) {
+        // Chain rule: the prediction by the subject's point and attitude, these by each number.
         let (by_point, by_turn) = (prediction.by_point * scale, prediction.by_turn * scale);
+        // What the sensor adds is subtracted from the distance: its derivative is minus one.
         let by_sensor = what.kind.sensor_handle(self.model, what).map_or(0.0, |_| scale);
         let motion = &scratch.motion;
         let motions = motion.linear.iter().zip(&motion.angular).zip(&motion.sensor);
@@ -348,6 +357,7 @@ impl<'a> ResidualModel<'a> {
         }
         let channel = what.kind.channel(what);
         for (entry, read_out) in entries.iter_mut().zip(&motion.reading) {
+            // Read is `predicted (1 + scale) + zero`: by the scale it grows by the prediction, by the zero by one.
             if let Some((own, zero, stretch)) = read_out
                 && channel == Some(*own)
             {
@@ -360,6 +370,7 @@ impl<'a> ResidualModel<'a> {
                 *entry += rate * what.kind.by_seen_points(what, context, moved) * scale;
             }
         }
+        // Surfaces and places are moved by no twist of the arm: their kind says what they do, and overwrites.
         what.kind.own_derivatives(what, context, &mut |wanted, value| {
             let index = self.slots.iter().position(|slot| *slot == wanted);
             if let Some(entry) = index.and_then(|index| entries.get_mut(index)) {

@@ -28,6 +28,7 @@ pub(crate) struct Seen {
 
 /// The point of the sheet that a pixel shows, flange's frame, mm.
 fn in_flange(rig: &StripeRig, [u, v]: [f64; 2]) -> Vector3<f64> {
+    // No step that leads there is taken, so that it may stay finite.
     rig.point(u, v).map_or_else(|| Vector3::repeat(MISSED), |point| point.coords)
 }
 
@@ -51,6 +52,7 @@ impl Seen {
         pose: &ArmPose,
     ) {
         let (Some(stretch), Some(rig)) = (stretch, &pose.rig) else { return };
+        // The rig is the same in every row unless effects by epoch change it.
         if self.nearby_of.as_ref() != Some(rig) {
             self.nearby = Default::default();
             self.nearby_of = Some(rig.clone());

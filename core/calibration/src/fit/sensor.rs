@@ -33,6 +33,7 @@ impl ResidualModel<'_> {
         let time = cell(&self.table.time, row);
         let approach =
             self.table.approach.as_deref().and_then(|sides| sides.get(row * joints..(row + 1) * joints));
+        // Effects that look at conditions alone are asked before the arm stands: they are told no hand.
         let hand = point.map_or_else(Matrix3::identity, |_| {
             state.base.rotation.matrix() * posture.flange.rotation.matrix()
         });
@@ -76,6 +77,7 @@ impl ResidualModel<'_> {
         point: Option<Vector3<f64>>,
         look: Vector3<f64>,
     ) -> Option<Trigger> {
+        // A row triggers over one surface at most.
         let measurands = self.observations.of_row(row).iter().map(|equation| equation.measurand);
         let surface = measurands.filter(|what| what.kind.is_trigger()).map(|what| what.index()).next()?;
         let known = self.model.surfaces.get(surface)?;
@@ -116,6 +118,7 @@ impl ResidualModel<'_> {
             return SensorShift::default();
         }
         let (above, left) = self.seen(state, row, point, pose, drives);
+        // The width of the spot's edge goes by the height: by a difference, for the sensor's law has no handy derivative.
         let higher = point + ViewOfTable::new(state).normal * PROBE_HEIGHT;
         let (_, left_of_higher) = self.seen(state, row, higher, pose, drives);
         SensorShift { above, left, left_by_height: (left_of_higher - left) / PROBE_HEIGHT }
@@ -158,6 +161,7 @@ impl ResidualModel<'_> {
         drives: &mut Vec<Drive>,
     ) -> Vector3<f64> {
         let mut shift = Vector3::zeros();
+        // Most models have no effect of the instrument.
         if self.parts.iter().all(|part| part.effect.looks_at() != LooksAt::Point) {
             return shift;
         }

@@ -64,6 +64,7 @@ impl State {
     /// The state after a step: one amount a slot.
     pub fn stepped(&self, slots: &[Slot], step: &[f64]) -> Self {
         let mut next = self.clone();
+        // The three numbers of a turn make one rotation vector: applied one after the other they would depend on their order.
         let mut turns = Turns { targets: vec![Vector3::zeros(); next.turns.len()], ..Turns::default() };
         let up = Vector3::z();
         for (slot, amount) in slots.iter().zip(step) {
@@ -77,6 +78,7 @@ impl State {
         }
         next.base = turned(&next.base, turns.base);
         next.board = turned(&next.board, turns.board);
+        // From the left: about the axes of the flange.
         for (known, turn) in next.turns.iter_mut().zip(turns.targets) {
             *known = Rotation3::new(turn) * *known;
         }

@@ -32,6 +32,7 @@ struct SubjectFrames<'a> {
 impl SubjectFrames<'_> {
     /// How the subject moves with one number of one joint's row.
     fn with_joint(&self, joint: usize, knob: Knob) -> Motion {
+        // The twist is worked out at the point in the base's frame, and turned into that of the measurements.
         let twist = self.pose.posture.twist(joint, knob, &self.in_base);
         (self.pose.base * twist.linear, self.pose.base * twist.angular)
     }
@@ -49,6 +50,7 @@ impl SubjectFrames<'_> {
     fn with(&self, handle: Handle) -> Motion {
         let pose = self.pose;
         match handle {
+            // What lies beyond the base does not tilt it.
             Handle::Joint(..) if self.subject == Subject::Frame(Frame::Base) => STILL,
             Handle::Joint(joint, _) | Handle::Twist { after: joint, .. } if self.is_beyond(joint) => STILL,
             Handle::Joint(joint, knob) => match (knob, self.by_joint.get(joint)) {
@@ -142,10 +144,12 @@ impl ResidualModel<'_> {
             Subject::Target(target) | Subject::Body(target) | Subject::Camera(target) => {
                 pose.point(state, target)
             }
+            // An attitude has no point; one is needed for the effects that ask for it.
             Subject::Frame(_) => pose.point(state, 0),
             Subject::Stretch(_) => seen.look(stretch, pose),
         };
         let (read, shift) = match subject {
+            // What the instrument adds is no matter of a camera.
             Subject::Camera(_) => (point, SensorShift::default()),
             _ => {
                 let read = point + self.reading_shift(state, row, point, pose, drives);
@@ -161,6 +165,7 @@ impl ResidualModel<'_> {
         let of_probes: usize = probes.iter().map(|probe| probe.parameters().len()).sum();
         motion.begin(self.slots.len() + of_probes);
         self.move_by_slots(&frames, motion);
+        // With the point: effects of the instrument go by it.
         let situation = self.situation(state, row, &pose.posture, &pose.moments, Some(point));
         let sensor = self.sensor_handle(row);
         let taking_part = self.parts.iter().map(|part| part.effect.as_ref());

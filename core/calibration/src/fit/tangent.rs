@@ -44,6 +44,7 @@ impl<'t> Tangent<'t> {
             first.push(first.last().copied().unwrap_or(0) + machine.observations.range(*row).len());
         }
         let slots = machine.slots().len();
+        // Beyond 32 MB the rows are worked out anew in each round.
         if first.last().copied().unwrap_or(0) * slots > MOST {
             return None;
         }
@@ -67,6 +68,7 @@ impl<'t> Tangent<'t> {
     ) -> (DVector<f64>, Vec<f64>) {
         let mut normal = self.known.clone();
         self.weigh(&mut normal, |row| weights.get(row).copied().unwrap_or(1.0));
+        // Iteratively reweighted least squares (Holland and Welsch 1977) on the linear problem.
         for _ in 0..ROUNDS {
             let distances = self.distances(&full_step(&normal, held));
             let fresh = distances.weights(distances.scale(self.rows, parameters));

@@ -39,6 +39,7 @@ impl ViewOfTable {
 
     /// How far ahead of a point, seen in the direction `look`, the plane lies, mm.
     pub(crate) fn ahead(&self, point: &Vector3<f64>, look: &Vector3<f64>) -> f64 {
+        // Height over sine: along the line of sight.
         -self.height(point) / self.steepness(look)
     }
 }

@@ -82,6 +82,7 @@ impl Observations {
 
     fn noise_of(&self, model: &Model, group: &NoiseGroup) -> ReadingNoise {
         let sigmas = group.equations.iter().filter_map(|index| self.equations.get(*index));
+        // Rows may declare sigmas of their own: their root mean square is told.
         let squares: f64 = sigmas.map(|equation| equation.sigma.powi(2)).sum();
         let sigma = (squares / group.equations.len().max(1) as f64).sqrt();
         let source = match (group.is_declared, model.noise.estimated_of(&group.key)) {

@@ -52,6 +52,7 @@ impl Observations {
             for kind in kinds() {
                 kind.read(&reader, &mut equations)?;
             }
+            // One more than rows: a row's equations end where those of the next begin.
             starts.push(equations.len() as u32);
         }
         if equations.is_empty() {
@@ -65,6 +66,7 @@ impl Observations {
         }
         for equation in equations.iter_mut().filter(|equation| !equation.is_declared) {
             let key = equation.measurand.kind.noise_key(model, equation.measurand);
+            // What a fit showed weighs the readings; they are not declared by that.
             equation.sigma = model.noise.estimated_of(&key).unwrap_or(equation.sigma);
         }
         Ok(Self {

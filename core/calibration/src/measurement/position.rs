@@ -87,6 +87,7 @@ impl Position {
 
 /// A row's sigma: what it gives itself, but not less than the model declares; else what the model declares.
 fn sigma_of(std: f64, declared: Option<f64>) -> Option<f64> {
+    // An instrument that claims less than the model knows of it is not believed.
     if std.is_finite() { Some(std.max(declared.unwrap_or(0.0))) } else { declared }
 }
 

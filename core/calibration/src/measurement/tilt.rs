@@ -59,6 +59,7 @@ impl MeasurementKind for Tilt {
         let attitude = context.attitude(level.frame) * level.rotation.into_inner();
         let axes = [0, 1, 2].map(|index| attitude.column(index).into_owned());
         let [x, y, z] = &axes;
+        // About x the level's y rises; about y its x falls.
         let (side, sense) = if what.component == 0 { (y, 1.0) } else { (x, -1.0) };
         let up = &context.up;
         let (across, along) = (sense * side.dot(up), z.dot(up));

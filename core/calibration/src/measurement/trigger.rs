@@ -67,6 +67,7 @@ impl MeasurementKind for Trigger {
 pub(super) fn triggered_over(row: &RowReader<'_>) -> Result<Option<usize>, ObservationsError> {
     // In a table of profiles `on` says what a profile lies on.
     match row.cell(row.table.height.as_ref()).is_finite() || !row.table.profiles.is_empty() {
+        // A height over the surface was read, or a profile: that row is no trigger.
         true => Ok(None),
         false => row.surface(Named::On),
     }

@@ -141,6 +141,7 @@ impl Covariate {
         }
         let known = levels.iter().position(|level| level == word);
         let level = known.unwrap_or_else(|| {
+            // One level more than can be tested says that there are too many; what is in it does not matter.
             if levels.len() <= MOST_LEVELS {
                 levels.push(word.to_owned());
             }
@@ -264,6 +265,7 @@ impl Table {
 
     /// The stretches of a row, by their places; they stand in the order of their rows.
     pub fn stretches_of(&self, row: usize) -> std::ops::Range<usize> {
+        // They stand in order: two halvings find them, however many there are.
         let first = self.stretches.partition_point(|stretch| stretch.row < row);
         let end = self.stretches.partition_point(|stretch| stretch.row <= row);
         first..end
@@ -316,6 +318,7 @@ impl Table {
                 group.push(row);
             }
         }
+        // A single visit tells nothing of how well the arm comes back.
         groups.retain(|group| group.len() > 1);
         groups
     }

@@ -25,6 +25,7 @@ pub(super) fn coordinate_of(axis: usize) -> usize {
 /// The three angles of a rotation, rad.
 fn angles(rotation: &Rotation3<f64>) -> [f64; 3] {
     let matrix: &Matrix3<f64> = rotation.matrix();
+    // From both of its entries: near zero a single arc cosine would lose half of its digits.
     let sine = matrix[(0, 2)].hypot(matrix[(1, 2)]);
     let middle = sine.atan2(matrix[(2, 2)]);
     if sine < ONE_TURN {

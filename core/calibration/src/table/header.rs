@@ -91,6 +91,7 @@ fn numbered(text: &str, letter: char) -> Option<usize> {
     if digits.is_empty() || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;
     }
+    // From 1, as people count; a number of four digits is no joint.
     digits.parse::<usize>().ok()?.checked_sub(1).filter(|index| *index < 1000)
 }
 
@@ -318,6 +319,7 @@ pub(super) fn near_miss(name: &str, joints: usize) -> Option<String> {
     .map(str::to_owned)
     .to_vec();
     known.extend((1..=joints).map(|joint| format!("approach_q{joint}")));
+    // Spreadsheets begin every cell with a capital.
     let lower = name.to_lowercase();
     let known: Vec<&str> = known.iter().map(String::as_str).collect();
     nearest(&lower, &known).filter(|_| name.len() > 3).map(str::to_owned)

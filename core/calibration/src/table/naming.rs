@@ -38,6 +38,7 @@ impl FromStr for Rename {
 impl Naming {
     /// What a header is read as.
     pub(super) fn canonical(&self, header: &str) -> String {
+        // What the user says goes before what a name looks like.
         if let Some(rename) = self.renamed.iter().find(|rename| rename.old == header) {
             return self.of_joint(&rename.new).unwrap_or_else(|| rename.new.clone());
         }

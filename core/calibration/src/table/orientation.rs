@@ -143,6 +143,7 @@ fn turn(form: OrientationForm, [first, second, third, fourth]: [f64; 4]) -> Resu
             if length == 0.0 {
                 return Err("a quaternion of four zeros is no orientation; leave the cells empty if nothing was measured".to_owned());
             }
+            // Rounded digits leave a length near one; other columns, or degrees, do not.
             if (length - 1.0).abs() > UNIT_TOLERANCE {
                 return Err(format!(
                     "the quaternion has length {length:.4}; that of an orientation has length 1, within {UNIT_TOLERANCE}: see whether these are the right \
@@ -212,6 +213,7 @@ pub(super) fn orientations(parts: &[TurnPart]) -> Result<Vec<OrientationColumns>
 /// The numbers of a rotation as a quaternion, `w` first and not negative.
 pub fn quaternion(turn: &Rotation3<f64>) -> [f64; 4] {
     let quaternion = UnitQuaternion::from_rotation_matrix(turn);
+    // A quaternion and its negative are one orientation: one of them is written.
     let sign = if quaternion.w < 0.0 { -1.0 } else { 1.0 };
     [quaternion.w, quaternion.i, quaternion.j, quaternion.k].map(|part| part * sign)
 }

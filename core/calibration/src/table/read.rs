@@ -160,6 +160,7 @@ fn columns(path: &str, headers: &StringRecord, naming: &Naming) -> Result<Vec<Co
 
 /// One column, beside those before it; or what is wrong with its header.
 fn column(name: &str, naming: &Naming, before: &[Column]) -> Result<Column, String> {
+    // First what a header stands for, then what that means: a rename may lead to any column.
     let read_as = naming.canonical(name);
     if let Some(refused) = naming::refused_orientation(&read_as) {
         return Err(refused);
@@ -182,6 +183,7 @@ fn column(name: &str, naming: &Naming, before: &[Column]) -> Result<Column, Stri
 fn without_joints(columns: &[Column]) -> String {
     let mut names = columns.iter().map(|column| column.name.as_str()).filter(|name| !name.is_empty());
     let what = match columns {
+        // A model file, whose first line is `arm: ...`, read as a table has one column.
         [only] if only.name.contains(':') => "this is no table",
         _ if names.all(|name| name.parse::<f64>().is_ok()) => "line 1 holds numbers where names belong",
         _ => "no joint columns",
@@ -208,6 +210,7 @@ fn joint_count(path: &str, columns: &[Column]) -> Result<usize, TableError> {
         let reason = without_joints(columns);
         return Err(TableError::Empty { path: path.to_owned(), reason });
     }
+    // A gap is a column that was lost on the way, not a joint that stands still.
     if let Some(missing) = (0..count).find(|joint| !joints.contains(joint)) {
         let reason = format!("joint columns go up to q{count} but q{} is missing", missing + 1);
         return Err(TableError::Empty { path: path.to_owned(), reason });
@@ -412,6 +415,7 @@ fn push_cell(
                 *known = came_on;
             }
         }
+        // A column that was renamed to nothing is left out.
         Meaning::Covariate if column.read_as.is_empty() => {}
         Meaning::Covariate => {
             if let Some(known) = table.covariates.get_mut(*covariate) {
@@ -468,6 +472,7 @@ fn warn_of_many_levels(table: &mut Table) {
 
 fn start_row(table: &mut Table) {
     let joints = table.joints;
+    // Not a number until a cell says otherwise: a number that was not measured is never 0.
     table.q.extend(std::iter::repeat_n(f64::NAN, joints));
     for columns in &mut table.positions {
         columns.xyz.push([f64::NAN; 3]);
@@ -493,6 +498,7 @@ fn start_row(table: &mut Table) {
         column.push(f64::NAN);
     }
     if let Some(approach) = &mut table.approach {
+        // 0 is not known.
         approach.extend(std::iter::repeat_n(0, joints));
     }
 }
@@ -511,6 +517,7 @@ fn check(meaning: &Meaning, value: f64) -> Result<(), String> {
         | Meaning::Position { .. }
         | Meaning::Board { .. }
         | Meaning::Profile { .. }
+            // A thousand kilometres: a cell that lost its decimal point.
             if value.abs() > 1e9 =>
         {
             Err(format!("{value} is too large to be meant"))
