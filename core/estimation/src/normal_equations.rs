@@ -75,4 +75,19 @@ mod tests {
         parts.subtract(&last);
         assert!((all.matrix - parts.matrix).norm() < 1e-12 && all.equations == 2);
     }
+
+    #[test]
+    fn every_part_is_added_and_taken_out() {
+        let of = |residual: f64| {
+            let mut normal = NormalEquations::zeros(1);
+            normal.take(&[residual], &DMatrix::from_element(1, 1, 2.0));
+            normal
+        };
+        let mut sum = of(3.0);
+        sum.add(&of(5.0));
+        // 2 * 2 twice; 2 * 3 + 2 * 5; 9 + 25.
+        assert_eq!((sum.matrix[(0, 0)], sum.gradient[0], sum.squares, sum.equations), (8.0, 16.0, 34.0, 2));
+        sum.subtract(&of(3.0));
+        assert_eq!((sum.matrix[(0, 0)], sum.gradient[0], sum.squares, sum.equations), (4.0, 10.0, 25.0, 1));
+    }
 }

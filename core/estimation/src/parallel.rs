@@ -133,4 +133,14 @@ mod tests {
         let items: Vec<usize> = (0..64 * CHUNK).collect();
         over_chunks(&items, || (), |(), chunk| assert!(!chunk.contains(&17), "one chunk fails"), |()| ());
     }
+
+    #[test]
+    fn a_computation_may_use_every_core_and_one_inside_it_its_own() {
+        let all = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        // Asked in a thread of its own: that of a test may have been at work before.
+        assert_eq!(std::thread::spawn(cores).join().unwrap(), all);
+        if all > 1 {
+            assert_eq!(for_each(&[0, 1], |_| cores()), [1, 1]);
+        }
+    }
 }

@@ -65,3 +65,25 @@ impl Progress {
         (f64::from(self.shared.permille.load(Ordering::Relaxed)) / 1000.0, text)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whoever_watches_sees_how_far_it_is_and_can_end_it() {
+        let progress = Progress::default();
+        let watched = progress.clone();
+        assert_eq!(watched.state(), (0.0, String::new()));
+        assert_eq!(progress.report(0.25, "fitting"), Ok(()));
+        assert_eq!(watched.state(), (0.25, "fitting".to_owned()));
+        assert_eq!(progress.report(1.5, "testing"), Ok(()));
+        assert_eq!(watched.state(), (1.0, "testing".to_owned()), "more than all is all");
+        assert_eq!(progress.report(-1.0, "testing"), Ok(()));
+        assert_eq!(watched.state().0, 0.0);
+        watched.cancel();
+        assert!(progress.is_cancelled());
+        assert_eq!((progress.check(), progress.report(0.5, "on")), (Err(Cancelled), Err(Cancelled)));
+        assert!(Progress::unwatched().check().is_ok(), "another is not ended with it");
+    }
+}

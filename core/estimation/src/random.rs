@@ -97,4 +97,22 @@ mod tests {
         list.sort_unstable();
         assert!(list.iter().copied().eq(0..100) && stayed < 10, "{stayed}");
     }
+
+    #[test]
+    fn a_seed_begins_the_sequence_elsewhere_by_its_bits() {
+        // Seeded by its own constant it begins at 0, whose first output is known (Vigna's reference program).
+        assert_eq!(Random::seeded(0x9e37_79b9_7f4a_7c15).bits(), 0xe220_a839_7b1d_cdaf);
+    }
+
+    #[test]
+    fn a_shuffle_of_two_leaves_them_as_often_as_not() {
+        let mut random = Random::seeded(21);
+        let stayed = (0..1000).filter(|_| {
+            let mut two = [1, 2];
+            random.shuffle(&mut two);
+            two == [1, 2]
+        });
+        let stayed = stayed.count();
+        assert!((430..570).contains(&stayed), "{stayed}");
+    }
 }
