@@ -350,4 +350,34 @@ mod tests {
         assert!(said(&strange).contains("there is no corner 54; a board of 9 x 6 inner corners has 0 to 53"));
         assert!(said(&[all[0], all[1], all[0], all[9]]).contains("corner 0 is given twice"));
     }
+
+    #[test]
+    fn a_lens_bends_what_it_shows_as_brown_has_it_and_is_undone() {
+        let camera = CameraNumbers {
+            focal_px: [1000.0, 500.0],
+            principal_px: [10.0, 20.0],
+            distortion: [0.1, 0.2, 0.01, 0.02, 0.3],
+        };
+        // x = 0.5, y = 0.25: r^2 = 0.3125.
+        let [u, v] = camera.pixel(&Point3::new(1.0, 0.5, 2.0)).unwrap();
+        let r2 = 0.3125_f64;
+        let radial = 1.0 + 0.1 * r2 + 0.2 * r2.powi(2) + 0.3 * r2.powi(3);
+        let x = 0.5 * radial + 2.0 * 0.01 * 0.125 + 0.02 * (r2 + 2.0 * 0.25);
+        let y = 0.25 * radial + 0.01 * (r2 + 2.0 * 0.0625) + 2.0 * 0.02 * 0.125;
+        assert!((u - 1000.0 * x - 10.0).abs() < 1e-9 && (v - 500.0 * y - 20.0).abs() < 1e-9, "{u} {v}");
+        let back = camera.direction([u, v]);
+        assert!((back[0] - 0.5).abs() < 1e-6 && (back[1] - 0.25).abs() < 1e-6, "{back:?}");
+        assert!(
+            camera.pixel(&Point3::new(1.0, 0.5, 0.0)).is_none()
+                && camera.pixel(&Point3::new(0.0, 0.0, -1.0)).is_none()
+        );
+    }
+
+    #[test]
+    fn corners_count_along_the_rows() {
+        let board = BoardCorners { columns: 4, rows: 3, square_mm: 20.0 };
+        assert_eq!(board.place(0), Point3::origin());
+        assert_eq!(board.place(3), Point3::new(60.0, 0.0, 0.0));
+        assert_eq!(board.place(9), Point3::new(20.0, 40.0, 0.0));
+    }
 }

@@ -215,4 +215,37 @@ mod tests {
         assert_eq!(unit.rank(), 3);
         assert!((unit.inverse() - DMatrix::identity(3, 3)).norm() < 1e-15);
     }
+
+    #[test]
+    fn a_dependent_column_is_made_of_the_others_by_its_weights_in_either_unit() {
+        // The third column is twice the first and three times the second, whose lengths are 1 and 10.
+        let j = DMatrix::from_columns(&[
+            DVector::from_vec(vec![1.0, 0.0]),
+            DVector::from_vec(vec![0.0, 10.0]),
+            DVector::from_vec(vec![2.0, 30.0]),
+        ]);
+        let matrix = j.tr_mul(&j);
+        let factor = RankRevealingCholesky::new(&matrix);
+        assert_eq!(factor.dependent, [2]);
+        let weights = factor.weights_of(&matrix, 2);
+        assert!((weights[0].1 - 2.0).abs() < 1e-9 && (weights[1].1 - 3.0).abs() < 1e-9, "{weights:?}");
+        // With every column of length one: 2 / |c| and 3 * 10 / |c|, where |c| is sqrt(904).
+        let combination = factor.combination(&matrix, 2);
+        let length = 904_f64.sqrt();
+        assert!((combination[0].1 - 2.0 / length).abs() < 1e-9, "{combination:?}");
+        assert!((combination[1].1 - 30.0 / length).abs() < 1e-9, "{combination:?}");
+        assert_eq!((combination[0].0, combination[1].0), (0, 1));
+    }
+
+    #[test]
+    fn a_column_that_moves_nothing_beside_the_largest_has_no_length() {
+        assert_eq!(
+            (length_of(9.0, 9.0), length_of(0.0, 0.0), length_of(0.0, 9.0), length_of(-4.0, 1.0)),
+            (3.0, 0.0, 0.0, 0.0)
+        );
+        assert_eq!(length_of(0.5 * NO_COLUMN, 1.0), 0.0);
+        assert!(length_of(2.0 * NO_COLUMN, 1.0) > 0.0);
+        // A square below zero is rounding, though the largest may be below it too.
+        assert_eq!(length_of(-1.0, -4.0 / NO_COLUMN), 0.0);
+    }
 }

@@ -6,6 +6,7 @@
 mod names;
 mod passport;
 mod rates;
+mod sizes;
 
 use nalgebra::{Rotation3, Vector3};
 

@@ -319,3 +319,37 @@ fn bodies_whose_poses_a_table_holds_are_listed_with_them() {
     // Of the board the pose is the camera's as the board sees it: turned the other way.
     assert!((of_board[0].seen.rotation * Vector3::x() + Vector3::y()).norm() < 1e-12);
 }
+
+#[test]
+fn a_residual_map_shifts_the_base_and_moves_joints_in_their_own_sense() {
+    let text = "
+arm: mapped
+convention: distal
+joints: [{name: turn, a_mm: 100, sign: -1}, {name: slide, slides: true}]
+base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 90], free: false}
+targets: {p1: {free: false}}
+measured_region: {ranges: {turn: [-90, 90], slide: [0, 50]}, reach: 3, poses: [[-90, 0], [90, 50]]}
+residual_map: {not_understood: 0.5, sides: [{joint: turn, weights: [1.5]}, {joint: slide, weights: [0.25]}], waves: [{rates: [0, 0, 0], phase_rad: 0, shift_mm: [2, 0, 0]}]}
+";
+    let model = Model::parse("m.yaml", text).unwrap();
+    let (low, high) = (
+        model.measured_region.as_ref().unwrap().joints[0].low,
+        model.measured_region.as_ref().unwrap().joints[0].high,
+    );
+    assert!(
+        (low + std::f64::consts::FRAC_PI_2).abs() < 1e-12
+            && (high - std::f64::consts::FRAC_PI_2).abs() < 1e-12
+    );
+    let rows = "q1_deg,q2_mm,p1_x_mm,approach_q1,approach_q2\n0,25,0,0,0\n0,25,0,1,0\n0,25,0,0,1\n";
+    let table = Table::parse("t.csv", rows).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let at = |row: usize| machine.believed_point(&machine.start(), row);
+    // The arm points along the base's x, which is the world's y; the wave is the same everywhere and shifts the base along its x.
+    assert!((at(0) - Vector3::new(0.0, 102.0, 25.0)).norm() < 1e-9, "{}", at(0));
+    // From below the turn is 1.5 degrees more in its own sense, which turns the other way.
+    let turned = 1.5_f64.to_radians();
+    let expected = Vector3::new(100.0 * turned.sin(), 2.0 + 100.0 * turned.cos(), 25.0);
+    assert!((at(1) - expected).norm() < 1e-9, "{} {expected}", at(1));
+    assert!((at(2) - Vector3::new(0.0, 102.0, 25.25)).norm() < 1e-9, "{}", at(2));
+}

@@ -78,6 +78,25 @@ fn units_instruments_and_readings_are_those_of_the_kind() {
     }
 }
 
+#[test]
+fn every_kind_names_the_columns_it_reads() {
+    let columns: Vec<(&str, &str)> = kinds().iter().map(|kind| (kind.name(), kind.columns())).collect();
+    let expected = [
+        ("position", "p1_x_mm ..."),
+        ("orientation", "p1_qw ... (or p1_rx_rad ...)"),
+        ("touch", "touch"),
+        ("height", "height_mm"),
+        ("trigger", "on"),
+        ("edge", "on"),
+        ("tilt", "tilt_x_deg"),
+        ("distance", "distance_mm"),
+        ("stripe", ""),
+        ("board", "board_x_mm ..."),
+        ("board_turn", "board_qw ... (or board_rx_rad ...)"),
+    ];
+    assert!(expected.iter().all(|one| columns.contains(one)), "{columns:?}");
+}
+
 /// Keys of the noise of a table's readings, with sigma, unit and who says so.
 fn noise(more: &str, table: &str) -> Vec<(String, f64, ReadingUnit, NoiseSource)> {
     let model = Model::parse("m.yaml", &format!("{FLAT}{more}")).unwrap();
