@@ -18,10 +18,16 @@ pub(super) const RESULT_EXAMPLES: &[Entry] = &[
     ),
     (
         "model profile",
-        &[example(
-            "plumb model profile poses.csv --points points.csv --keep 7 > profiles.csv",
-            "seven points of each profile of a laser line sensor, as it exports them",
-        )],
+        &[
+            example(
+                "plumb model profile poses.csv --points points.csv > profiles.csv",
+                "five points of each profile of a laser line sensor, as it exports them",
+            ),
+            example(
+                "plumb model profile poses.csv --points points.csv --keep 9 > profiles.csv",
+                "nine, where the surface bends much within one profile",
+            ),
+        ],
     ),
     (
         "model export",
