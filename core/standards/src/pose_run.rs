@@ -334,7 +334,11 @@ fn groups(table: &Table) -> Result<Vec<(String, Vec<usize>)>, PoseRunError> {
 /// The commanded positions by their columns, mm; nothing where the table has none.
 fn commanded_columns(table: &Table, axes: [bool; 3]) -> Result<Option<Vec<Vector3<f64>>>, PoseRunError> {
     let begins = |axis: &str| format!("commanded_{axis}");
-    let named = |axis: &str| table.covariates.iter().find(|column| column.name.starts_with(&begins(axis)));
+    // `commanded_yaw_deg` is of no axis y.
+    let is_of = |name: &str, axis: &str| {
+        name.strip_prefix(&begins(axis)).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'))
+    };
+    let named = |axis: &str| table.covariates.iter().find(|column| is_of(&column.name, axis));
     let Some(first) = AXES.iter().find_map(|axis| named(axis)) else { return Ok(None) };
     let mut points = vec![Vector3::zeros(); table.len()];
     for (axis, name) in AXES.iter().enumerate().filter(|(axis, _)| axes[*axis]) {
