@@ -305,7 +305,8 @@ impl Manifest {
         }
         let TypicalPace { deg_per_s, mm_per_s, command_s } = typical;
         for (key, number) in [("deg_per_s", deg_per_s), ("mm_per_s", mm_per_s), ("command_s", command_s)] {
-            let wrong = number.filter(|number| !number.is_nan() && !(number.is_finite() && *number > 0.0));
+            // What is no number at all has been reported already, and stands as one that is not a number.
+            let wrong = number.filter(|number| *number <= 0.0 || number.is_infinite());
             if let Some(number) = wrong {
                 let place = root.span_at(&["typical", key]);
                 problems.add(place, format!("`{key}` is {number}"), "give a number above 0");
