@@ -35,7 +35,7 @@ fn the_archive_runs_wherever_it_is_unpacked_and_the_debian_package_holds_the_sam
     let plumb = |arguments: &[&str]| run(place.path(), program.to_str().unwrap(), arguments);
     let verified = plumb(&["plugins", "verify"]);
     assert_eq!(verified.code(), 0, "{}", verified.all());
-    assert_eq!(verified.out().lines().count(), 9, "each plugin: {}", verified.out());
+    assert_eq!(verified.out().lines().count(), 10, "each plugin: {}", verified.out());
     // A driver of another language runs in a library that is installed beside the plugins.
     assert_eq!(plumb(&["plugins", "new", "sensor", "gauge", "--lang", "python"]).code(), 0);
     let bridged = plumb(&["plugins", "verify", "gauge/plugin.yaml"]);

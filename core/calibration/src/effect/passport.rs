@@ -82,7 +82,8 @@ fn has_no_height(table: &Table, row: usize) -> bool {
 impl Passport {
     /// Reads it off a table.
     pub fn of(model: &Model, table: &Table) -> Self {
-        let triggered: Vec<usize> = (0..table.len()).filter(|row| has_no_height(table, *row) && table.profiles.is_empty()).collect();
+        let triggered: Vec<usize> =
+            (0..table.len()).filter(|row| has_no_height(table, *row) && table.profiles.is_empty()).collect();
         let mut triggered_on: Vec<usize> =
             triggered.iter().filter_map(|row| model.surface_position(table.on.name(*row)?)).collect();
         triggered_on.sort_unstable();
