@@ -164,7 +164,8 @@ mod tests {
     fn certainty_is_in_the_last_bin_and_the_table_says_so() {
         let told = Reliability::of(&forecasts(1.0, 3, 3)).unwrap();
         let text = told.table("candidates");
-        assert!(text.contains("95 to 100") && text.contains("100.0 [43.8, 100.0]"), "{text}");
+        // Wilson's lower limit of 3 of 3: 3 / (3 + 1.96 squared).
+        assert!(text.contains("95 to 100") && text.contains("100.0 [43.9, 100.0]"), "{text}");
         assert!(told.svg("candidates").unwrap().contains("probability given"));
     }
 }

@@ -330,7 +330,9 @@ impl Laboratory {
         machine: &ResidualModel<'_>,
         progress: &Progress,
     ) -> Result<Fit, LaboratoryError> {
-        let is_plain = machine.effects().count() == self.fitted_effects()?.len();
+        progress.check()?;
+        let plain = self.fitted_effects()?;
+        let is_plain = machine.effects().eq(plain.iter().map(|added| &added.id));
         if let Some(fit) = self.known.fit.get().filter(|_| is_plain) {
             return Ok(fit.clone());
         }
