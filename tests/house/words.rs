@@ -23,6 +23,7 @@ pub(crate) const RETIRED: &[(&str, &str)] = &[
     ("back by their", "back off"),
     ("begins again", "restarts"),
     ("locked away", "held out"),
+    ("locked rows", "held-out rows"),
     ("left-out regions", "cross-validation"),
     ("how often", "frequency, or repetitions"),
     ("floors", "times the noise"),

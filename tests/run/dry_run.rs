@@ -185,3 +185,18 @@ fn a_plan_says_where_a_hand_would_go_and_reckons_with_values_that_are_worked_out
     assert!(plan.out().contains("moves arm's hand along a line from ["), "{}", plan.out());
     assert!(!plan.out().contains("known in the run"), "{}", plan.out());
 }
+
+#[test]
+fn a_plan_whose_repetition_ends_nobody_knows_when_gives_the_least_time_and_the_most() {
+    let lab = Lab::new();
+    let plan = lab.plumb(&["run", "cell.yaml", "oscillating-initialization", "--dry-run", "--json"]);
+    let plan: Value = serde_json::from_str(&plan.out()).unwrap();
+    let (least, most) = (plan["least_s"].as_f64().unwrap(), plan["estimate_s"].as_f64().unwrap());
+    let (_, (_, taken)) = guessed_and_taken(&lab, "cell.yaml", "oscillating-initialization");
+    assert!(least < taken && taken < most, "{least:.1} s to {most:.1} s guessed, {taken:.1} s taken");
+    let told = lab.plumb(&["run", "cell.yaml", "oscillating-initialization", "--dry-run"]);
+    assert!(told.out().contains(", by how soon a repetition ends, prompts left out"), "{}", told.out());
+    // Where every turn is known, there is one time.
+    let told = lab.plumb(&["run", "cell.yaml", "--dry-run"]);
+    assert!(told.out().contains("; about ") && !told.out().contains("by how soon"), "{}", told.out());
+}

@@ -41,7 +41,7 @@ fn line_a_is_missed(session: &Session) {
     session.wait_until("line A missed", |screen| {
         let words: Vec<String> = screen.contents().split_whitespace().map(str::to_owned).collect();
         let page = words.join(" ");
-        page.contains("line a not found") && page.contains("Move arm yourself")
+        page.contains("Line A not found") && page.contains("Move arm yourself")
     });
 }
 
@@ -52,6 +52,11 @@ fn newcomer(columns: u16, rows: u16) {
     session.wait_for("Simulated: done already, Enter goes on.");
     session.press("\r");
     session.wait_for("Set the hand with the teach pendant");
+    // What has no room is read on with PgDn.
+    if session.text().contains("PgDn reads on") {
+        session.press("\x1b[6~");
+        session.wait_for("next.");
+    }
     session.press("\r");
 
     // A level that is read wrong ends nothing: it is read again.
@@ -119,7 +124,10 @@ fn too_low_and_too_far(session: &mut Session) {
     // Too far from line A: where the search has ended it is nearer.
     line_a_is_missed(session);
     session.press("m");
-    session.wait_for("the arm is in position");
+    // With all that is shown of the hand, what is asked and the button stay in sight; what was found before makes room.
+    session.wait_for("ruler 0");
+    let page = session.wait_for("eye is ON");
+    assert!(page.contains("Move the arm to where") && page.contains("the arm is in position"), "{page}");
     assert!(chosen(&session.text(), "waist").is_some(), "the joint that searches is chosen");
     session.press("\r");
 }

@@ -22,6 +22,31 @@ pub fn give_or_take(uncertainty: impl Into<Option<f64>>, unit: &str) -> String {
     format!("± {digits} {unit}").trim_end().to_owned()
 }
 
+/// A surface or an edge of a model file as people call it: `line_b` is line B.
+///
+/// ```
+/// # use plumb_cell::surface_called;
+/// assert_eq!(surface_called("line_b"), "line B");
+/// assert_eq!(surface_called("left_face"), "left face");
+/// ```
+pub fn surface_called(name: &str) -> String {
+    match name.strip_prefix("line_") {
+        Some(letter) if letter.chars().count() == 1 => format!("line {}", letter.to_uppercase()),
+        _ => name.replace('_', " "),
+    }
+}
+
+/// The words with a capital first letter, as a sentence begins.
+///
+/// ```
+/// # use plumb_cell::sentence_case;
+/// assert_eq!(sentence_case("line A not found"), "Line A not found");
+/// ```
+pub fn sentence_case(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// An uncertainty without its unit, as columns of tables show it: `0.013`, `less than 0.0001`, `not determined`.
 ///
 /// ```

@@ -124,7 +124,7 @@ impl Laboratory {
         Ok(Fitted { machine, fit })
     }
 
-    /// Fits the model with `more` effects and a probe, robustly, to all rows that are not locked away.
+    /// Fits the model with `more` effects and a probe, robustly, to all rows that are not held out.
     pub(crate) fn fit_probe<'a>(
         &'a self,
         more: &[AddedEffect],

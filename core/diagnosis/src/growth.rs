@@ -88,7 +88,7 @@ struct Growing {
     diagnosis: Diagnosis,
     found: Found,
     steps: Vec<Step>,
-    /// Times the locked rows were looked at to judge a correction.
+    /// Times the held-out rows were looked at to judge a correction.
     opened: u32,
 }
 
@@ -124,7 +124,7 @@ impl Growing {
         Ok(())
     }
 
-    /// Adds what is named; whether anything was. What makes the locked rows worse is not added, however well it does elsewhere: the model is to be used where nothing
+    /// Adds what is named; whether anything was. What makes held-out rows worse is not added, however well it does elsewhere: the model is used where nothing
     /// was fitted.
     fn add_named(&mut self, progress: &Progress) -> Result<bool, LaboratoryError> {
         let named = self.diagnosis.named.clone().filter(|_| self.diagnosis.verdict == Verdict::Named);
@@ -133,7 +133,7 @@ impl Growing {
         self.opened += u32::from(!self.laboratory.split().check_rows().is_empty());
         if self.laboratory.locked_fall(&effect, progress)?.is_some_and(|fall| fall.total < 0.0) {
             self.diagnosis.warnings.push(format!(
-                "{label} is named by the rows that were fitted, but the locked rows are predicted worse with it: it is not added"
+                "{label} is named by the rows that were fitted, but the held-out rows are predicted worse with it: it is not added"
             ));
             return Ok(false);
         }
@@ -151,7 +151,7 @@ impl Growing {
         Ok(with_corrections && self.add_correction(progress)?)
     }
 
-    /// Adds the first correction that the locked rows bear out; whether there was one.
+    /// Adds the first correction that the held-out rows bear out; whether there was one.
     fn add_correction(&mut self, progress: &Progress) -> Result<bool, LaboratoryError> {
         let candidates = std::mem::take(&mut self.found.corrections);
         for candidate in candidates.into_iter().take(CORRECTIONS_TRIED) {
@@ -203,7 +203,7 @@ impl Laboratory {
         Ok(growth)
     }
 
-    /// The same, and where nothing can be named goes on with corrections: effects that predict unseen rows in every blocked cross-validation and on the locked rows.
+    /// The same, and where nothing can be named goes on with corrections: effects that predict unseen rows in every blocked cross-validation and on held-out rows.
     ///
     /// # Errors
     /// Nothing can be fitted, or cancellation.
@@ -285,12 +285,12 @@ impl Laboratory {
         Ok((growing.laboratory, growing.steps))
     }
 
-    /// Whether the locked rows are predicted better with an effect than without it, by more than one standard error over poses; never where none are locked.
+    /// Whether the held-out rows are predicted better with an effect than without it, by more than one standard error over poses; never where none are locked.
     fn is_borne_out(&self, effect: &AddedEffect, progress: &Progress) -> Result<bool, LaboratoryError> {
         Ok(self.locked_fall(effect, progress)?.is_some_and(|gain| gain.counts()))
     }
 
-    /// By how much the squared errors of the locked rows fall with an effect, mm2, over poses; nothing where none are locked.
+    /// By how much the squared errors of the held-out rows fall with an effect, mm2, over poses; nothing where none are locked.
     fn locked_fall(
         &self,
         effect: &AddedEffect,

@@ -192,7 +192,7 @@ pub struct Diagnosis {
     /// Where nothing is named: a formula that explains what is left.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hypothesis: Option<Hypothesis>,
-    /// Times the locked set was looked at.
+    /// Times the held-out set was looked at.
     pub check_opened: u32,
     /// Where among the rows something was re-set.
     #[serde(skip_serializing_if = "Vec::is_empty")]

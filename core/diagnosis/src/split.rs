@@ -1,4 +1,4 @@
-//! Which rows are fitted and which are locked away to check with.
+//! Which rows are fitted and which are held out to check with.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,7 +9,7 @@ use crate::thresholds::{LONELY_FACTOR, LONELY_POSES};
 use plumb_calibration::table::Table;
 use plumb_estimation::Random;
 
-/// How the locked set is chosen.
+/// How the held-out set is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Holdout {
     /// Whole regions of pose space, about a fifth of the poses.
@@ -195,12 +195,12 @@ fn weight(joint: usize) -> f64 {
     1.0 / (1.0 + 0.2 * joint as f64)
 }
 
-/// The rows that are fitted and those that are locked away.
+/// The rows that are fitted and those that are held out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Split {
     /// Per row: fitted.
     pub fit: Vec<bool>,
-    /// Per row: locked away.
+    /// Per row: held out.
     pub check: Vec<bool>,
 }
 
@@ -248,7 +248,7 @@ impl Split {
         rows(&self.fit)
     }
 
-    /// Rows that are locked away.
+    /// Rows that are held out.
     pub fn check_rows(&self) -> Vec<usize> {
         rows(&self.check)
     }

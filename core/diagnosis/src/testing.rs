@@ -19,7 +19,7 @@ measured_from: world
 ";
 
 /// The arm measured at `poses` poses with noise of `sigma` mm, while each joint's coordinate is off by `off` of the pose (rad). What
-/// is `free` is fitted; nothing is locked away.
+/// is `free` is fitted; nothing is held out.
 pub(crate) fn two_links(
     poses: usize,
     free: &str,

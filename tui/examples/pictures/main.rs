@@ -239,7 +239,7 @@ fn judged(session: &Session) {
     let is_judged = |text: &str| {
         let works =
             ["Adding ", "Judging ", "not judged yet", "Looking at "].iter().any(|doing| text.contains(doing));
-        text.contains("held out:") && !works
+        text.contains("cross-validation:") && !works
     };
     while !is_judged(&session.text()) {
         assert!(began.elapsed() < LONGEST_JUDGING, "the candidates were not judged:\n{}", session.text());

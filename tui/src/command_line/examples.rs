@@ -173,7 +173,10 @@ pub(super) const EXAMPLES: &[Entry] = &[
                 "plumb model add ur5/ur5.model.yaml 'joint_compliance(lift)' --data table.csv",
                 "fit it and write the next revision",
             ),
-            example("plumb model add ur5/ur5.model.yaml 'joint_zero(*)' --data table.csv", "of every joint"),
+            example(
+                "plumb model add ur5/ur5.model.yaml 'geometry(*)' --data table.csv",
+                "lengths and angles of every link",
+            ),
         ],
     ),
     (

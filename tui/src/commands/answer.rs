@@ -19,7 +19,7 @@ use crate::say::say;
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// The run, where more than one goes on, and the answer: `done`, the key of a choice, a number, joints as in `shoulder=45,elbow=-70`,
-    /// `confirm`, or `retry`, `skip`, `abort`.
+    /// `confirm`; or, of a step that failed, `retry`, `move`, `back`, `skip`, `abort`.
     #[arg(value_name = "[RUN] ANSWER", num_args = 0..=2, allow_negative_numbers = true)]
     words: Vec<String>,
     /// Which prompt is meant, by its number or its step: when another one is open by now, the answer is refused. `plumb answer` alone shows both.

@@ -65,11 +65,13 @@ fn placed(state: &State, area: Rect) -> Vec<Hint> {
     let (everywhere, here): (Vec<_>, Vec<_>) = shown
         .into_iter()
         .partition(|binding| matches!(binding.context, Context::Everywhere | Context::NotWriting));
-    // Help is never pushed out, nor is what makes a prompt readable from the arm; then the page's own keys have their turn, then the others.
+    // Help is never pushed out, nor is what makes a prompt readable from the arm, nor what the lab just now waits for or can be stopped with; then the page's
+    // own keys have their turn, then the others.
     let (help, others): (Vec<_>, Vec<_>) =
         everywhere.into_iter().partition(|binding| binding.command == Command::Help);
-    let (large, here): (Vec<_>, Vec<_>) =
-        here.into_iter().partition(|binding| binding.command == Command::Large);
+    let (large, here): (Vec<_>, Vec<_>) = here
+        .into_iter()
+        .partition(|binding| matches!(binding.command, Command::Large | Command::Cancel | Command::Judge));
     let help: Vec<_> = large.into_iter().chain(help).collect();
     let mut hints = Vec::new();
     let (mut left, mut right) = (area.left().saturating_add(1), area.right().saturating_sub(1));

@@ -11,6 +11,11 @@ pub(crate) enum Hit {
     Option(usize),
     /// The prompt's button.
     Answer,
+    /// The text of a prompt that has not room enough.
+    Text {
+        /// Lines out of sight.
+        hidden: usize,
+    },
     /// The candidate at this place.
     Card(usize),
     /// A point of a plot: the row of the table it is of.
@@ -40,6 +45,14 @@ impl Hits {
     /// Where something was drawn last.
     pub(crate) fn area_of(&self, hit: Hit) -> Option<Rect> {
         self.0.borrow().iter().find(|(_, other)| *other == hit).map(|(area, _)| *area)
+    }
+
+    /// The text of a prompt that was drawn last without room enough: its rows but the mark's, and how many lines are out of sight.
+    pub(crate) fn cut_text(&self) -> Option<(usize, usize)> {
+        self.0.borrow().iter().find_map(|(area, hit)| match hit {
+            Hit::Text { hidden } => Some((usize::from(area.height.saturating_sub(1)).max(1), *hidden)),
+            _ => None,
+        })
     }
 
     /// What was drawn last at a place.

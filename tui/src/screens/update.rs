@@ -109,6 +109,7 @@ fn click(state: &mut State, column: u16, row: u16) -> Vec<Action> {
             }
         }
         Some(Hit::Answer) => return obey(state, Command::Answer),
+        Some(Hit::Text { .. }) => scroll_prompt(state, PAGE),
         Some(Hit::Card(place)) => return model::choose_at(state, place),
         Some(Hit::Row(row)) => return model::point_at(state, row),
         Some(Hit::Run(place)) => history::choose(state, place),
@@ -316,11 +317,7 @@ fn scroll(state: &mut State, by: isize) -> Vec<Action> {
         return Vec::new();
     }
     match state.screen {
-        Screen::Run => {
-            if let Some(prompt) = prompt(state) {
-                prompt.choose(by);
-            }
-        }
+        Screen::Run => scroll_prompt(state, by),
         Screen::Model => return model::choose(state, by),
         Screen::History => history::scroll(state, by),
         Screen::Log => state.log.scroll(by),
@@ -328,6 +325,16 @@ fn scroll(state: &mut State, by: isize) -> Vec<Action> {
         Screen::Cell => {}
     }
     Vec::new()
+}
+
+/// Scrolls the text of a prompt by pages where it is cut; otherwise the choice moves.
+fn scroll_prompt(state: &mut State, by: isize) {
+    let cut = state.hits.cut_text().filter(|_| by.abs() == PAGE);
+    let Some(prompt) = prompt(state) else { return };
+    match cut {
+        Some((page, hidden)) => prompt.read_on(by > 0, page, hidden),
+        None => prompt.choose(by),
+    }
 }
 
 fn note_stop(state: &mut State, leave: bool) -> Vec<Action> {

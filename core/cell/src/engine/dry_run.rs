@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::estimate::{Estimator, ForeseenStep};
+use super::estimate::{Estimator, ForeseenStep, Unknown};
 use super::plan::make_plan;
 use super::start::{check_unattended, model_values, parameters_of};
 use super::{RunRequest, StartError};
@@ -28,8 +28,10 @@ pub struct DryRun {
     /// About how long it would take, prompts left out, seconds. Robots are not started: the speeds of a simulated world are taken, or typical ones of the
     /// plugin.
     pub estimate_s: f64,
-    /// It has a repetition that ends when something is so, nobody knows in which turn: all its turns are reckoned with.
-    pub may_end_early: bool,
+    /// The least it would take, seconds, where it has a repetition that ends when something is so, nobody knows in which turn: `estimate_s` reckons with all
+    /// turns, this with the first alone and without the steps of which only the run will tell whether they are needed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least_s: Option<f64>,
     /// What watches over the robots' ways, in words.
     pub safety: Vec<String>,
     /// Why it would not start without somebody there; none when it would.
@@ -76,7 +78,7 @@ pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
         facts: request.robots.clone(),
     };
     let mut steps = Vec::new();
-    estimator.foresee(|foreseen| {
+    estimator.foresee(Unknown::Holds, |foreseen| {
         let planned = foreseen.planned();
         steps.push(DryStep {
             step: planned.step.0,
@@ -91,7 +93,6 @@ pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
         });
     });
     let estimate_s = steps.iter().filter_map(|step| step.estimate_s).sum();
-    let may_end_early = estimator.may_end_early();
     let needs_operator = match check_unattended(request) {
         Err(StartError::NeedsOperator(reason)) if request.unattended => Some(reason),
         _ => None,
@@ -103,7 +104,7 @@ pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
         parameters,
         steps,
         estimate_s,
-        may_end_early,
+        least_s: estimator.least_s(),
         safety: safety(request),
         needs_operator,
     })

@@ -22,6 +22,15 @@ pub(crate) struct Estimator<'a> {
     pub(crate) facts: Vec<RobotFacts>,
 }
 
+/// What is assumed of a condition that only the run will tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Unknown {
+    /// A step's condition holds, and a repetition goes on: the longest way through the plan.
+    Holds,
+    /// A step is left out, and a repetition ends with its first turn: the shortest way.
+    Ends,
+}
+
 /// A step as it is foreseen.
 pub(crate) struct ForeseenStep<'a> {
     pub(crate) entry: &'a Entry,
@@ -69,13 +78,25 @@ impl Estimator<'_> {
     /// The plan as it is shown, and the estimated time of all of it, seconds.
     pub(crate) fn planned_steps(&self) -> (Vec<PlannedStep>, f64) {
         let mut steps = Vec::new();
-        self.foresee(|step| steps.push(step.planned()));
+        self.foresee(Unknown::Holds, |step| steps.push(step.planned()));
         let total = steps.iter().filter_map(|step| step.estimate_s).sum();
         (steps, total)
     }
 
+    /// The least time, seconds, where a repetition may end before its last turn, nobody knows when; otherwise nothing.
+    pub(crate) fn least_s(&self) -> Option<f64> {
+        let ends_by =
+            |entry: &Entry| matches!(entry.step.action.inside(), Inside::Repeated { until: Some(_), .. });
+        if !self.plan.entries.iter().any(ends_by) {
+            return None;
+        }
+        let mut least_s = 0.0;
+        self.foresee(Unknown::Ends, |step| least_s += step.estimate_s.unwrap_or(0.0));
+        Some(least_s)
+    }
+
     /// Goes through the plan as a run would, and tells of each step that is shown.
-    pub(crate) fn foresee(&self, mut tell: impl FnMut(&ForeseenStep<'_>)) {
+    pub(crate) fn foresee(&self, unknown: Unknown, mut tell: impl FnMut(&ForeseenStep<'_>)) {
         let known = |setting| self.known_robot(setting);
         let mut robots: Vec<KnownRobot<'_>> = self.cell.robots.iter().map(known).collect();
         let mut scopes = self.plan.scopes.clone();
@@ -89,7 +110,8 @@ impl Estimator<'_> {
                 values: values.unwrap_or_default(),
                 robots: &robots,
             };
-            let is_left_out = is_passed_over || self.holds(entry.step.when.as_ref(), &context) == Some(false);
+            let holds = self.holds(entry.step.when.as_ref(), &context);
+            let is_left_out = is_passed_over || !holds.unwrap_or(unknown == Unknown::Holds);
             let is_turn = matches!(entry.work, Work::Turn { .. } | Work::TurnEnd { .. } | Work::End { .. });
             if !is_turn {
                 let estimate_s = match (is_left_out, &entry.work) {
@@ -115,7 +137,7 @@ impl Estimator<'_> {
                 }
                 (Work::TurnEnd { end }, _) => {
                     let Inside::Repeated { until, .. } = entry.step.action.inside() else { continue };
-                    if until.is_some() && self.holds(until, &context) == Some(true) {
+                    if until.is_some() && self.holds(until, &context).unwrap_or(unknown == Unknown::Ends) {
                         goes_on_at = *end;
                     }
                 }
@@ -136,13 +158,6 @@ impl Estimator<'_> {
         let facts = self.facts.iter().find(|facts| facts.robot == setting.device);
         let geometry = setting.model.as_ref().map(|model| model as &dyn Geometry);
         KnownRobot::new(&setting.device, &setting.joints, geometry, facts)
-    }
-
-    /// Whether a repetition may end before its last turn, nobody knows when.
-    pub(crate) fn may_end_early(&self) -> bool {
-        let ends_by =
-            |entry: &Entry| matches!(entry.step.action.inside(), Inside::Repeated { until: Some(_), .. });
-        self.plan.entries.iter().any(ends_by)
     }
 
     /// Whether a condition holds, where that is known before the run; a step without one is always carried out.

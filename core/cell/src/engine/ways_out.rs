@@ -11,6 +11,7 @@ use super::plan::{Entry, Work};
 use super::step_context::StepContext;
 use super::step_error::StepError;
 use crate::event::{Event, LogLevel, StepOutcome, StepPath};
+use crate::in_words::sentence_case;
 use crate::prompt::{Decision, PromptKind};
 use crate::step::{PromptQuestion, Searched, StepQuestion};
 
@@ -107,7 +108,7 @@ impl Engine {
             Some(index) => format!("begin again at \u{201c}{}\u{201d}", title(index).unwrap_or_default()),
             None => "do the step again".to_owned(),
         };
-        let mut offered = vec![(Decision::Retry, capitalized(&again))];
+        let mut offered = vec![(Decision::Retry, sentence_case(&again))];
         if let Some(robot) = &ways_out.robot {
             offered.push((Decision::Move, format!("Move {robot} yourself, then {again}")));
         }
@@ -223,11 +224,6 @@ fn names(expression: &str, id: &str) -> bool {
         // `.id` is a part of something else, but for the list of its results.
         is_word && (!before.ends_with('.') || before.ends_with("all."))
     })
-}
-
-fn capitalized(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ pub struct Rms {
     pub fit: f64,
     /// Blocked cross-validation: regions of pose space left out in turn.
     pub cv: Option<f64>,
-    /// Over the locked rows; nothing if none were locked away.
+    /// Over the held-out rows; nothing if none were held out.
     pub check: Option<f64>,
 }
 
@@ -41,7 +41,7 @@ impl Rms {
 pub struct OrientationErrors {
     /// Over the rows that were fitted.
     pub fit: ErrorSummary,
-    /// Over the locked rows; nothing if none were locked away.
+    /// Over the held-out rows; nothing if none were held out.
     pub check: Option<ErrorSummary>,
 }
 
@@ -104,7 +104,7 @@ pub struct Comparison {
     pub data: String,
     /// Rows fitted.
     pub fit_rows: usize,
-    /// Rows locked away.
+    /// Rows held out.
     pub check_rows: usize,
     /// The noise floor.
     pub floor: Floor,
@@ -329,7 +329,7 @@ impl Laboratory {
         Ok(Rms::of(&self.errors(machine, fit, progress)?))
     }
 
-    /// Errors of measured points where the model was fitted, where regions were left out, and on the locked rows.
+    /// Errors of measured points where the model was fitted, where regions were left out, and on the held-out rows.
     fn errors(
         &self,
         machine: &ResidualModel<'_>,

@@ -7,7 +7,7 @@ use plumb_calibration::fit::Fit;
 /// Kept from question to question. A copy knows nothing: it is made to be changed.
 #[derive(Debug, Default)]
 pub(super) struct Known {
-    /// Of the model as it stands, to all rows that are not locked away.
+    /// Of the model as it stands, to all rows that are not held out.
     pub(super) fit: OnceLock<Fit>,
 }
 

@@ -1,4 +1,4 @@
-//! The residual map of a model: fitted last, judged on the locked rows, and left out of every question about mechanisms.
+//! The residual map of a model: fitted last, judged on the held-out rows, and left out of every question about mechanisms.
 
 use serde::Serialize;
 
@@ -94,8 +94,8 @@ impl Laboratory {
         MeasuredRegion::of(&self.model.chain, &poses)
     }
 
-    /// The model with a residual map of what it leaves; nothing where rows that were not seen are not predicted better with one. Rows locked away have to
-    /// agree, where any lie inside the region that was measured; where nothing is locked away, only returns to a few poses can say.
+    /// The model with a residual map of what it leaves; nothing where rows that were not seen are not predicted better with one. Rows held out have to
+    /// agree, where any lie inside the region that was measured; where nothing is held out, only returns to a few poses can say.
     pub(crate) fn with_map(&self, progress: &Progress) -> Result<Option<Mapped>, LaboratoryError> {
         if self.model.residual_map.is_some() {
             return Ok(None);

@@ -53,7 +53,7 @@ use plumb_estimation::{Cancelled, Progress};
 pub struct Options {
     /// Overrides the model file's `free:` where given; an empty list frees nothing but base and targets.
     pub free: Option<Vec<String>>,
-    /// How the locked set is chosen.
+    /// How the held-out set is chosen.
     pub holdout: Holdout,
     /// How to fit.
     pub fit: FitOptions,
@@ -261,7 +261,7 @@ impl Laboratory {
         &self.passport
     }
 
-    /// Which rows are fitted and which are locked away.
+    /// Which rows are fitted and which are held out.
     pub fn split(&self) -> &Split {
         &self.split
     }
@@ -317,14 +317,14 @@ impl Laboratory {
         ResidualModel::new(&self.model, &self.table, &self.observations, &effects)
     }
 
-    /// Rows that are not locked away and in which anything was measured.
+    /// Rows that are not held out and in which anything was measured.
     pub(crate) fn measured_rows(&self) -> Vec<usize> {
         let mut rows = self.split.fit_rows();
         rows.retain(|row| !self.observations.range(*row).is_empty());
         rows
     }
 
-    /// Fits a machine to the rows that are not locked away. That of the model as it stands is fitted once.
+    /// Fits a machine to the rows that are not held out. That of the model as it stands is fitted once.
     pub(crate) fn fit(
         &self,
         machine: &ResidualModel<'_>,

@@ -30,7 +30,7 @@ pub struct Errors {
     pub fit: ErrorSummary,
     /// Blocked cross-validation: regions of pose space left out in turn.
     pub cv: Option<ErrorSummary>,
-    /// Over the locked rows; nothing if none were locked away.
+    /// Over the held-out rows; nothing if none were held out.
     pub check: Option<ErrorSummary>,
 }
 

@@ -15,7 +15,7 @@ pub struct RowResidual {
     pub row: usize,
     /// Line of the file.
     pub line: u32,
-    /// Whether the row was locked away.
+    /// Whether the row was held out.
     pub held_out: bool,
     /// Weight in the fit, 1 for a row inside the others' scatter.
     pub weight: f64,

@@ -32,7 +32,7 @@ pub struct Fall {
     pub fit_mm2: f64,
     /// Mean square over left-out regions.
     pub cv_mm2: Option<f64>,
-    /// Mean square over the locked rows.
+    /// Mean square over the held-out rows.
     pub check_mm2: Option<f64>,
 }
 

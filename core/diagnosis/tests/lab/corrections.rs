@@ -113,7 +113,7 @@ fn a_claim_that_is_none_is_refused_with_its_place() {
 
 #[test]
 fn a_name_that_the_locked_rows_contradict_is_given_and_not_added() {
-    // In the last session, which is locked away, the elbow's gain is the other way round, as after a repair.
+    // In the last session, which is held out, the elbow's gain is the other way round, as after a repair.
     let mut text = String::from("session,q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n");
     let mut dice = Dice::seeded(5);
     for (number, q) in column_poses(160, 5).into_iter().enumerate() {
@@ -128,7 +128,7 @@ fn a_name_that_the_locked_rows_contradict_is_given_and_not_added() {
     let named = growth.diagnosis.named.as_ref().map(|named| named.effect.effect.as_str());
     assert_eq!((named, growth.steps.len()), (Some("joint_gain"), 0), "{}", growth.diagnosis.sentence);
     let told = growth.diagnosis.warnings.join("; ");
-    assert!(told.contains("the locked rows are predicted worse with it: it is not added"), "{told}");
+    assert!(told.contains("the held-out rows are predicted worse with it: it is not added"), "{told}");
     // Of the first session alone it is added.
     let first: String =
         text.lines().filter(|line| !line.starts_with("after")).map(|line| format!("{line}\n")).collect();

@@ -6,7 +6,7 @@ use plumb_estimation::Progress;
 
 use super::made_up::{TWO_LINKS, laboratory, two_links_tip};
 
-/// The two-link arm reads the same point under three names, with errors of 1, 2 and 3 mm along x, y and z. Nothing is fitted, nothing locked away.
+/// The two-link arm reads the same point under three names, with errors of 1, 2 and 3 mm along x, y and z. Nothing is fitted, nothing held out.
 fn compare(targets: usize, joints_free: &str) -> Comparison {
     let names = ["p1", "p2", "p3"].map(|name| format!("{name}: {{xyz_mm: [0, 0, 0], free: false}}"));
     let model = TWO_LINKS

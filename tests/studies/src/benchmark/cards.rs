@@ -1,4 +1,4 @@
-//! Whether a candidate's card keeps its promise: what it says adding the effect leaves, against what `add` leaves on the rows that were locked away.
+//! Whether a candidate's card keeps its promise: what it says adding the effect leaves, against what `add` leaves on the rows that were held out.
 
 use serde::Serialize;
 
@@ -54,7 +54,7 @@ pub(super) fn delivered(work: &Work, seed: u64, count: usize) -> Result<Row, Ben
 pub(super) fn heading() -> String {
     format!(
         "{:<52} {:>24} {:>24} {:>22}\n",
-        "percent of cards within 20 %", "of the locked rows", "of cross-validation", "promised / locked"
+        "percent of cards within 20 %", "of held-out rows", "of cross-validation", "promised / held out"
     )
 }
 

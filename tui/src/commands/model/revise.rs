@@ -62,6 +62,16 @@ pub(super) fn accept(arguments: &AcceptArguments) -> Result<String, Box<dyn Erro
     change(&arguments.pair, did, |opened, progress| opened.laboratory.accept(progress))
 }
 
+/// What became of an error, mm: `falls from 0.5000 to 0.1000 mm`.
+fn change_of_error(before: f64, after: f64) -> String {
+    let (shown_before, shown_after) = (format!("{before:.4}"), format!("{after:.4}"));
+    if shown_before == shown_after {
+        return format!("stays at {shown_after} mm");
+    }
+    let way = if after < before { "falls" } else { "rises" };
+    format!("{way} from {shown_before} to {shown_after} mm")
+}
+
 fn change(
     pair: &PairArguments,
     did: &str,
@@ -74,10 +84,8 @@ fn change(
     let parent = Some(opened.entry.number);
     let entry = opened.family.write(addition.model.clone(), parent, did, Some(&data), rms)?;
     let sentence = format!(
-        "{did}: the error {} from {:.4} to {:.4} mm; revision {} is {}.",
-        if addition.rms_mm.fit <= addition.before.fit { "falls" } else { "rises" },
-        addition.before.fit,
-        addition.rms_mm.fit,
+        "{did}: the error {}; revision {} is {}.",
+        change_of_error(addition.before.fit, addition.rms_mm.fit),
         entry.number,
         entry.path.display()
     );

@@ -55,10 +55,16 @@ fn print(plan: &DryRun) -> io::Result<()> {
     let asks = plan.steps.iter().filter(|step| step.asks).count();
     let depths: Vec<u32> = plan.steps.iter().map(|step| step.depth).collect();
     say!(
-        "{} steps, {asks} of which ask; {} {}, prompts left out; nothing was started",
+        "{} steps, {asks} of which ask; {}, prompts left out; nothing was started",
         step_count(&depths),
-        if plan.may_end_early { "at most about" } else { "about" },
-        duration(plan.estimate_s)
+        match plan.least_s {
+            Some(least) => format!(
+                "about {} to {}, by how soon a repetition ends",
+                duration(least),
+                duration(plan.estimate_s)
+            ),
+            None => format!("about {}", duration(plan.estimate_s)),
+        }
     )?;
     say!()?;
     for (number, step) in step_numbers(&depths).into_iter().zip(&plan.steps) {

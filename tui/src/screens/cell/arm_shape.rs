@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::arm_model::SurfaceShape;
-use plumb_cell::DegOrMm;
 use plumb_cell::event::NamedValue;
 use plumb_cell::workcell::{RobotSetting, Workcell};
+use plumb_cell::{DegOrMm, surface_called};
 use plumb_kinematics::Posture;
 
 /// Gives the points along an arm, base first, in the frame of the cell in mm, for the joints a robot reports.
@@ -83,17 +83,9 @@ fn marks(model: &Model) -> Vec<(String, f64)> {
             if point.z.abs() < ON_THE_TABLE && direction.z.abs() < 0.1 =>
         {
             let across = point.xy().perp(&direction.xy().normalize()).abs();
-            (across > 1.0).then(|| (called(&surface.name), across))
+            (across > 1.0).then(|| (surface_called(&surface.name), across))
         }
         _ => None,
     };
     model.surfaces.iter().filter_map(mark).collect()
-}
-
-/// An edge as people call it: `line_b` is line B.
-fn called(name: &str) -> String {
-    match name.strip_prefix("line_") {
-        Some(letter) if letter.chars().count() == 1 => format!("line {}", letter.to_uppercase()),
-        _ => name.replace('_', " "),
-    }
 }

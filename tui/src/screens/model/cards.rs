@@ -96,7 +96,7 @@ fn card_lines(
     lines.extend(indented(card.size.clone(), theme.text));
     if let Some(gain) = card.gain_mm {
         lines.extend(indented(
-            format!("held out: {:.4} mm {}", gain.abs(), if gain < 0.0 { "worse" } else { "better" }),
+            format!("cross-validation: {:.4} mm {}", gain.abs(), if gain < 0.0 { "worse" } else { "better" }),
             theme.text,
         ));
     }
@@ -104,7 +104,7 @@ fn card_lines(
         lines.extend(indented(format!("probability: {}", percent(probability)), theme.text));
     }
     if let Some(p) = card.holm_p {
-        lines.extend(indented(format!("by chance: p {}", chance(p)), theme.text));
+        lines.extend(indented(format!("p {} (Holm)", chance(p)), theme.text));
     }
     if !card.ties.is_empty() {
         lines.extend(indented(format!("as well: {}", card.ties.join(", ")), theme.warning));
@@ -121,11 +121,11 @@ pub(super) fn verdict(card: &Card, word: &str) -> String {
 
 pub(super) fn chance(p: f64) -> String {
     if p < 1e-12 {
-        "below 1e-12".to_owned()
+        "< 1e-12".to_owned()
     } else if p < 0.001 {
-        format!("{p:.0e}")
+        format!("= {p:.0e}")
     } else {
-        format!("{p:.3}")
+        format!("= {p:.3}")
     }
 }
 

@@ -54,7 +54,7 @@ fn lines(model: &ModelState, card: &Card, theme: &Theme, width: usize) -> Vec<Li
         say(&format!("Probability {}.", percent(probability)), theme.text);
     }
     if let Some(p) = card.holm_p {
-        say(&format!("Chance alone would do as much with p {} (Holm).", chance(p)), theme.text);
+        say(&format!("p {} (Holm): the chance that noise alone looks like this.", chance(p)), theme.text);
     }
     if !card.ties.is_empty() {
         say(&format!("As well: {}.", card.ties.join(", ")), theme.warning);
@@ -64,7 +64,7 @@ fn lines(model: &ModelState, card: &Card, theme: &Theme, width: usize) -> Vec<Li
     }
     if let Some(gain) = card.gain_mm {
         let word = if gain < 0.0 { "worse" } else { "better" };
-        say(&format!("Regions left out in turn: {:.4} mm {word}.", gain.abs()), theme.text);
+        say(&format!("Cross-validation: {:.4} mm {word}.", gain.abs()), theme.text);
     }
     if let Some(leaves) = card.leaves_mm {
         say(&format!("Adding it leaves {leaves:.4} mm there."), theme.text);

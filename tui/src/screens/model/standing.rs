@@ -164,7 +164,7 @@ fn next_pose(pose: &NextPose) -> String {
 /// The step of the fall that a comparison is.
 pub(crate) fn step(added: &str, kind: StepKind, comparison: &Comparison) -> FallStep {
     let rms = comparison.rms_mm;
-    FallStep { added: added.to_owned(), kind, fit_mm: rms.fit, held_out_mm: rms.cv }
+    FallStep { added: added.to_owned(), kind, fit_mm: rms.fit, cross_validation_mm: rms.cv }
 }
 
 /// What a revision added to the one before it.

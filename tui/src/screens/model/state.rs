@@ -189,7 +189,7 @@ pub(crate) struct FallStep {
     /// Root mean square error of a measured point in the fit, mm.
     pub fit_mm: f64,
     /// The same where regions were left out in turn, mm, where it was measured.
-    pub held_out_mm: Option<f64>,
+    pub cross_validation_mm: Option<f64>,
 }
 
 impl ModelState {

@@ -1,6 +1,7 @@
 //! Draws the Model screen in the order of the questions: over the page how large the error is, how much of it could be explained and where it is; then from
 //! left to right which effect and how sure, the plots, what adding effects did; one sentence below.
 
+use plumb_cell::sentence_case;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
@@ -11,7 +12,6 @@ use super::names;
 use super::state::{ModelState, Standing};
 use super::{cards, plots, strip, waterfall};
 use crate::screens::pane::{self, wrapped};
-use crate::screens::run::sentence_case;
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
 

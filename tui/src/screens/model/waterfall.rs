@@ -55,7 +55,7 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
             added: format!("? {}", preview.candidate),
             kind: StepKind::Mechanism,
             fit_mm: preview.rms_mm,
-            held_out_mm: None,
+            cross_validation_mm: None,
         };
         lines.extend(step_lines(&step, hatched, &scale, theme).map(|line| in_style(line, theme.preview)));
     }
@@ -73,7 +73,8 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
 }
 
 fn scale(standing: &Standing, width: usize) -> Scale {
-    let errors = standing.fall.iter().flat_map(|step| [Some(step.fit_mm), step.held_out_mm]).flatten();
+    let errors =
+        standing.fall.iter().flat_map(|step| [Some(step.fit_mm), step.cross_validation_mm]).flatten();
     let lines = [standing.floor_of_a_point_mm, standing.not_predictable_mm];
     let all = errors.chain(lines.into_iter().flatten()).filter(|error| error.is_finite());
     Scale {
@@ -127,11 +128,11 @@ fn legend(
         return lines;
     }
     let correction = if hatched { format!(", {HATCHED} with corrections") } else { String::new() };
-    let held_out = match standing.fall.iter().any(|step| step.held_out_mm.is_some()) {
-        true => ", \u{2524} regions left out",
+    let validated = match standing.fall.iter().any(|step| step.cross_validation_mm.is_some()) {
+        true => ", \u{2524} cross-validation",
         false => "",
     };
-    say(format!("{SOLID} fit{correction}{held_out}"), theme.faint);
+    say(format!("{SOLID} fit{correction}{validated}"), theme.faint);
     lines
 }
 
@@ -144,15 +145,15 @@ fn in_style(mut line: Line<'static>, style: Style) -> Line<'static> {
 
 fn step_lines(step: &FallStep, hatched: bool, scale: &Scale, theme: &Theme) -> [Line<'static>; 2] {
     let fit = format!("{:.4}", step.fit_mm);
-    let held_out = step.held_out_mm.map_or_else(String::new, |error| format!("\u{2524}{error:.4}"));
-    let numbers = format!("{fit}{held_out}");
+    let validated = step.cross_validation_mm.map_or_else(String::new, |error| format!("\u{2524}{error:.4}"));
+    let numbers = format!("{fit}{validated}");
     let label = fitted(&step.added, scale.width.saturating_sub(columns(&numbers) + 1));
     let gap = scale.width.saturating_sub(columns(&label) + columns(&numbers));
     [
         Line::from(vec![
             Span::styled(label, theme.heading),
             Span::styled(format!("{:gap$}{fit}", ""), theme.text),
-            Span::styled(held_out, theme.faint),
+            Span::styled(validated, theme.faint),
         ]),
         bar(step, hatched, scale, theme),
     ]
@@ -162,10 +163,10 @@ fn step_lines(step: &FallStep, hatched: bool, scale: &Scale, theme: &Theme) -> [
 fn bar(step: &FallStep, hatched: bool, scale: &Scale, theme: &Theme) -> Line<'static> {
     let fill = if hatched { HATCHED } else { SOLID };
     let fit = scale.column(step.fit_mm);
-    let held_out = step.held_out_mm.map(|error| scale.column(error)).filter(|end| *end > fit);
+    let validated = step.cross_validation_mm.map(|error| scale.column(error)).filter(|end| *end > fit);
     let noise = scale.noise_mm.map(|error| scale.column(error));
     let bound = scale.bound_mm.map(|error| scale.column(error));
-    let last = [Some(fit), held_out, noise, bound].into_iter().flatten().max().unwrap_or(0);
+    let last = [Some(fit), validated, noise, bound].into_iter().flatten().max().unwrap_or(0);
     let cell = |column: usize| -> Span<'static> {
         if Some(column) == noise {
             Span::styled(NOISE, theme.good)
@@ -174,7 +175,7 @@ fn bar(step: &FallStep, hatched: bool, scale: &Scale, theme: &Theme) -> Line<'st
         } else if column <= fit {
             Span::styled(fill, theme.measured)
         } else {
-            match held_out {
+            match validated {
                 Some(end) if column == end => Span::styled("\u{2524}", theme.measured),
                 Some(end) if column < end => Span::styled("\u{2500}", theme.measured),
                 _ => Span::raw(" "),

@@ -8,7 +8,7 @@ use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 
 use super::prompt::OpenPrompt;
-use super::prompt_view::{controls, note_hits, question};
+use super::prompt_view::{Labels, controls, note_hits, option_rows, question};
 use crate::screens::hits::Hits;
 use crate::screens::pane;
 use crate::screens::theme::Theme;
@@ -26,7 +26,7 @@ const QUARTERS: [char; 16] = [
 pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
     let inner = pane::open(frame, area, theme, &prompt.prompt.title, true);
     let width = usize::from(inner.width);
-    let controls = controls(prompt, None, theme, width);
+    let controls = controls(prompt, None, theme, width, Labels::OneLine);
     let rows = u16::try_from(controls.len()).unwrap_or(u16::MAX).min(inner.height);
     let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(rows)]).areas(inner);
     let letters = usize::from(above.width) / LETTER.0;
@@ -40,7 +40,7 @@ pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, hits: &Hits, frame: &mut 
             .collect();
     frame.render_widget(Paragraph::new(lines), above);
     frame.render_widget(Paragraph::new(controls), below);
-    note_hits(prompt, 0, 0, hits, below);
+    note_hits(prompt, &option_rows(prompt, width, Labels::OneLine), 0, 0, hits, below);
 }
 
 /// As many lines as there is room for; the last says by dots that there is more.

@@ -14,5 +14,5 @@ mod words;
 
 pub(crate) use prompt::OpenPrompt;
 pub(crate) use state::{Phase, RunState};
-pub(crate) use view::{outcome_look, sentence_case, view};
+pub(crate) use view::{outcome_look, view};
 pub(crate) use words::outcome_word;

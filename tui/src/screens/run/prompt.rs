@@ -29,6 +29,8 @@ pub(crate) struct OpenPrompt {
     pub chosen: usize,
     /// Which of [`JOG_STEPS`].
     pub jog_step: usize,
+    /// Lines of the text that were scrolled away at its top.
+    pub scrolled: usize,
     /// When the operator asked once to hand the arm to its pendant, by the screens' clock.
     pub handing_over: Option<Duration>,
     /// Why the last answer was not taken.
@@ -72,6 +74,7 @@ impl OpenPrompt {
             offered,
             chosen,
             jog_step: 2,
+            scrolled: 0,
             handing_over: None,
             refused: None,
             answered: false,
@@ -145,6 +148,14 @@ impl OpenPrompt {
     /// Moves the choice by `by`, staying within the list.
     pub(crate) fn choose(&mut self, by: isize) {
         self.choose_at(self.chosen.saturating_add_signed(by));
+    }
+
+    /// Scrolls the text by a page of `page` lines, of which `hidden` are out of sight.
+    pub(crate) fn read_on(&mut self, forwards: bool, page: usize, hidden: usize) {
+        self.scrolled = match forwards {
+            true => (self.scrolled + page).min(hidden),
+            false => self.scrolled.min(hidden).saturating_sub(page),
+        };
     }
 
     /// Chooses the option or joint at a place of the list, or the last.

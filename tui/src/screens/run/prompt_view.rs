@@ -1,7 +1,7 @@
 //! Draws the prompt: what is asked, the field or the choices, what would be right, why an answer was not taken.
 
 use plumb_cell::event::{NamedValue, PlaneClearance};
-use plumb_cell::prompt::{ChoiceOption, Decision, JogGoal, PromptKind};
+use plumb_cell::prompt::{Decision, JogGoal, PromptKind};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};
@@ -27,16 +27,13 @@ pub(crate) fn view(
 ) {
     let area = padded(area);
     let width = usize::from(area.width);
-    let controls = controls(prompt, hand, theme, width);
-    let style =
-        if matches!(prompt.prompt.kind, PromptKind::Decision { .. }) { theme.bad } else { theme.text };
-    let mut text: Vec<Line> =
-        question(prompt, width).into_iter().map(|line| Line::styled(line, style)).collect();
-    if let Some(help) = &prompt.prompt.help {
-        text.push(Line::default());
-        text.extend(wrapped(&reflowed(help), width).into_iter().map(|line| Line::styled(line, theme.faint)));
-    }
-    let rows = |count: usize| u16::try_from(count).unwrap_or(u16::MAX);
+    let text = text(prompt, theme, width);
+    // Labels are broken into lines where there is room for it, and cut where there is not.
+    let labels = match text.len() + controls(prompt, hand, theme, width, Labels::Whole).len() {
+        rows if rows <= usize::from(area.height) => Labels::Whole,
+        _ => Labels::OneLine,
+    };
+    let controls = controls(prompt, hand, theme, width, labels);
     let air = u16::from(usize::from(area.height) > text.len() + controls.len());
     let [above, _, below, _] = Layout::vertical([
         Constraint::Max(rows(text.len())),
@@ -45,25 +42,102 @@ pub(crate) fn view(
         Constraint::Fill(1),
     ])
     .areas(area);
-    frame.render_widget(Paragraph::new(text), above);
+    text_view(prompt, text, theme, hits, frame, above);
     // Where not all of the controls fit, the chosen row stays in sight.
     let hidden = controls.len().saturating_sub(usize::from(below.height));
     let scrolled = prompt.chosen.saturating_sub(usize::from(below.height) / 2).min(hidden);
     frame.render_widget(Paragraph::new(controls).scroll((rows(scrolled), 0)), below);
     let about_hand = hand.map_or(0, |hand| hand_lines(hand, theme, width).len());
-    note_hits(prompt, scrolled, about_hand, hits, below);
+    note_hits(prompt, &option_rows(prompt, width, labels), scrolled, about_hand, hits, below);
+}
+
+/// Rows a prompt takes with its frame if all of it is to be seen, in a pane of so many columns.
+pub(crate) fn rows_needed(prompt: &OpenPrompt, hand: Option<&HandPlace>, theme: &Theme, columns: u16) -> u16 {
+    // The pane has a frame of one and an edge of one.
+    let width = usize::from(padded(Rect::new(0, 0, columns.saturating_sub(2), 1)).width);
+    let inside =
+        text(prompt, theme, width).len() + 1 + controls(prompt, hand, theme, width, Labels::Whole).len();
+    rows(inside + 2)
+}
+
+fn rows(count: usize) -> u16 {
+    u16::try_from(count).unwrap_or(u16::MAX)
+}
+
+/// What is asked, and the help to it.
+fn text(prompt: &OpenPrompt, theme: &Theme, width: usize) -> Vec<Line<'static>> {
+    let style =
+        if matches!(prompt.prompt.kind, PromptKind::Decision { .. }) { theme.bad } else { theme.text };
+    let mut text: Vec<Line> =
+        question(prompt, width).into_iter().map(|line| Line::styled(line, style)).collect();
+    if let Some(help) = &prompt.prompt.help {
+        text.push(Line::default());
+        text.extend(wrapped(&reflowed(help), width).into_iter().map(|line| Line::styled(line, theme.faint)));
+    }
+    text
+}
+
+/// Draws the text; where it is cut, its last row says which keys show the rest.
+fn text_view(
+    prompt: &OpenPrompt,
+    text: Vec<Line<'static>>,
+    theme: &Theme,
+    hits: &Hits,
+    frame: &mut Frame,
+    area: Rect,
+) {
+    let room = usize::from(area.height);
+    if text.len() <= room {
+        frame.render_widget(Paragraph::new(text), area);
+        return;
+    }
+    // With a single row there is none to spare for the mark: it stands at its end.
+    let [above, mark] = match room {
+        0 | 1 => {
+            let width = rows(columns(MORE)).min(area.width);
+            [area, Rect { x: area.right() - width, width, ..area }]
+        }
+        _ => Layout::vertical([Constraint::Fill(1), Constraint::Length(1)]).areas(area),
+    };
+    let hidden = text.len() - usize::from(above.height).min(text.len());
+    let scrolled = prompt.scrolled.min(hidden);
+    let says = if scrolled < hidden { MORE } else { BEGINNING };
+    frame.render_widget(Paragraph::new(text).scroll((rows(scrolled), 0)), above);
+    frame.render_widget(Line::styled(fitted(says, usize::from(mark.width)), theme.key), mark);
+    hits.note(area, Hit::Text { hidden });
+}
+
+/// What stands below a text that goes on.
+const MORE: &str = "\u{2026} PgDn reads on";
+/// What stands below the end of a text whose beginning is hidden.
+const BEGINNING: &str = "PgUp goes back";
+
+/// How labels that are longer than a line are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Labels {
+    /// Broken into lines.
+    Whole,
+    /// Cut.
+    OneLine,
 }
 
 /// Notes which rows of the controls can be clicked.
-pub(crate) fn note_hits(prompt: &OpenPrompt, scrolled: usize, about_hand: usize, hits: &Hits, area: Rect) {
-    let (options, button) = match &prompt.prompt.kind {
-        PromptKind::Acknowledge { .. } => (0, Some(usize::from(prompt.simulated))),
-        PromptKind::Choice { options, .. } => (options.len(), None),
-        PromptKind::Decision { options, .. } => (options.len(), None),
-        PromptKind::Number { .. }
+pub(crate) fn note_hits(
+    prompt: &OpenPrompt,
+    options: &[usize],
+    scrolled: usize,
+    about_hand: usize,
+    hits: &Hits,
+    area: Rect,
+) {
+    let button = match &prompt.prompt.kind {
+        PromptKind::Acknowledge { .. } => Some(usize::from(prompt.simulated)),
+        PromptKind::Choice { .. }
+        | PromptKind::Decision { .. }
+        | PromptKind::Number { .. }
         | PromptKind::Text { .. }
         | PromptKind::Level { .. }
-        | PromptKind::Photo => (0, None),
+        | PromptKind::Photo => None,
         PromptKind::JogTo { goals, joints, hand_over, .. } => {
             let before_the_keys = joints.len()
                 + goals.len()
@@ -72,16 +146,33 @@ pub(crate) fn note_hits(prompt: &OpenPrompt, scrolled: usize, about_hand: usize,
                 + usize::from(prompt.fired.is_some())
                 + usize::from(prompt.level.is_some())
                 + usize::from(prompt.ruler.is_some());
-            (joints.len(), Some(before_the_keys + 1 + usize::from(*hand_over)))
+            Some(before_the_keys + 1 + usize::from(*hand_over))
         }
-        PromptKind::ConfirmPose { recorded, .. } => (0, Some(recorded.len() + 1)),
+        PromptKind::ConfirmPose { recorded, .. } => Some(recorded.len() + 1),
     };
     for (place, row) in area.rows().enumerate().map(|(row, area)| (row + scrolled, area)) {
-        if place < options {
-            hits.note(row, Hit::Option(place));
+        if let Some(option) = options.get(place) {
+            hits.note(row, Hit::Option(*option));
         } else if Some(place) == button {
             hits.note(row, Hit::Answer);
         }
+    }
+}
+
+/// Of each row of the controls from the first on, which option or joint it shows.
+pub(crate) fn option_rows(prompt: &OpenPrompt, width: usize, labels: Labels) -> Vec<usize> {
+    let rows = |labels_shown: Vec<String>| {
+        let rows_of =
+            |(place, label): (usize, String)| vec![place; option_lines(&label, width, labels).len()];
+        labels_shown.into_iter().enumerate().flat_map(rows_of).collect()
+    };
+    match &prompt.prompt.kind {
+        PromptKind::Choice { options, .. } => {
+            rows(options.iter().map(|option| option.label.clone()).collect())
+        }
+        PromptKind::Decision { options, labels, .. } => rows(decision_labels(options, labels)),
+        PromptKind::JogTo { joints, .. } => (0..joints.len()).collect(),
+        _ => Vec::new(),
     }
 }
 
@@ -102,10 +193,14 @@ pub(crate) fn controls(
     hand: Option<&HandPlace>,
     theme: &Theme,
     width: usize,
+    shown: Labels,
 ) -> Vec<Line<'static>> {
     let mut lines = match &prompt.prompt.kind {
         PromptKind::Acknowledge { label } => acknowledge(label, prompt.simulated, theme),
-        PromptKind::Choice { options, .. } => choices(options, prompt.chosen, theme, width),
+        PromptKind::Choice { options, .. } => {
+            let labels = options.iter().map(|option| option.label.clone());
+            choices(labels, prompt.chosen, theme, width, shown)
+        }
         PromptKind::Number { unit, minimum, maximum, .. } => {
             field(prompt, unit, *minimum, *maximum, theme, width)
         }
@@ -122,7 +217,7 @@ pub(crate) fn controls(
         }
         PromptKind::ConfirmPose { recorded, reported, .. } => poses(recorded, reported, theme),
         PromptKind::Decision { options, labels, .. } => {
-            decisions(options, labels, prompt.chosen, theme, width)
+            choices(decision_labels(options, labels).into_iter(), prompt.chosen, theme, width, shown)
         }
     };
     if let Some(reason) = &prompt.refused {
@@ -157,16 +252,39 @@ fn button(label: &str, theme: &Theme) -> Line<'static> {
     Line::from(vec![Span::styled(format!(" Enter  {label} "), theme.chosen)])
 }
 
-fn choices(options: &[ChoiceOption], chosen: usize, theme: &Theme, width: usize) -> Vec<Line<'static>> {
-    let row = |(place, option): (usize, &ChoiceOption)| {
-        choice(&fitted(&option.label, width.saturating_sub(4)), place == chosen, theme)
+/// The rows of what can be chosen, the chosen one marked.
+fn choices(
+    labels: impl Iterator<Item = String>,
+    chosen: usize,
+    theme: &Theme,
+    width: usize,
+    shown: Labels,
+) -> Vec<Line<'static>> {
+    let rows = |(place, label): (usize, String)| {
+        let style = if place == chosen { theme.chosen } else { theme.text };
+        let line = move |(row, line): (usize, String)| {
+            let sign = if row == 0 && place == chosen { "\u{25b8} " } else { "  " };
+            Line::styled(format!("{sign}{line} "), style)
+        };
+        option_lines(&label, width, shown).into_iter().enumerate().map(line).collect::<Vec<_>>()
     };
-    options.iter().enumerate().map(row).collect()
+    labels.enumerate().flat_map(rows).collect()
 }
 
-fn choice(label: &str, chosen: bool, theme: &Theme) -> Line<'static> {
-    let (sign, style) = if chosen { ("\u{25b8} ", theme.chosen) } else { ("  ", theme.text) };
-    Line::styled(format!("{sign}{label} "), style)
+/// The lines of one label; what follows the first stands below its words, not below its key.
+fn option_lines(label: &str, width: usize, shown: Labels) -> Vec<String> {
+    let room = width.saturating_sub(4);
+    if shown == Labels::OneLine || columns(label) <= room {
+        return vec![fitted(label, room)];
+    }
+    let (key, words) = match label.split_once("  ") {
+        Some((key, words)) => (format!("{key}  "), words),
+        None => (String::new(), label),
+    };
+    let indent = " ".repeat(columns(&key));
+    let begins = |row: usize| if row == 0 { key.as_str() } else { indent.as_str() };
+    let lines = wrapped(words, room.saturating_sub(columns(&key)));
+    lines.into_iter().enumerate().map(|(row, line)| format!("{}{line}", begins(row))).collect()
 }
 
 fn field(
@@ -314,13 +432,7 @@ fn poses(recorded: &[NamedValue], reported: &[NamedValue], theme: &Theme) -> Vec
 }
 
 /// What may be decided, each behind its key. `labels` say what each does; who asks without them gets the usual words.
-fn decisions(
-    options: &[Decision],
-    labels: &[String],
-    chosen: usize,
-    theme: &Theme,
-    width: usize,
-) -> Vec<Line<'static>> {
+fn decision_labels(options: &[Decision], labels: &[String]) -> Vec<String> {
     let row = |(place, decision): (usize, &Decision)| {
         let (key, usual) = match decision {
             Decision::Retry => ("t", "Do the step again"),
@@ -329,8 +441,7 @@ fn decisions(
             Decision::Skip => ("k", "Go on without it"),
             Decision::Abort => ("a", "Abort the run"),
         };
-        let label = labels.get(place).map_or(usual, String::as_str);
-        choice(&fitted(&format!("{key}  {label}"), width.saturating_sub(4)), place == chosen, theme)
+        format!("{key}  {}", labels.get(place).map_or(usual, String::as_str))
     };
     options.iter().enumerate().map(row).collect()
 }

@@ -1,6 +1,7 @@
 //! Draws the Run screen.
 
 use plumb_cell::event::{DeviceState, RunOutcome};
+use plumb_cell::sentence_case;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
@@ -8,7 +9,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{LineGauge, Paragraph, Wrap};
 
 use super::prompt::OpenPrompt;
-use super::state::{Phase, RunState};
+use super::state::{Fate, Phase, RunState};
 use super::words::{padded, spoken};
 use super::{found, large, prompt_view, steps};
 use crate::screens::cell::{HandPlace, joint_line, views};
@@ -20,6 +21,11 @@ use crate::screens::theme::Theme;
 const ATTENTION: u16 = 20;
 /// Rows from which there is room for both.
 const ROOM_TO_DRAW: u16 = ATTENTION + 9;
+
+/// Rows the pane that matters most has at least.
+const LEAST: u16 = 7;
+/// Rows it has at least where somebody is asked.
+const LEAST_OF_A_PROMPT: u16 = 12;
 
 /// Draws the page.
 pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
@@ -37,9 +43,10 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
     }
     let [left, right] = Layout::horizontal([Constraint::Percentage(38), Constraint::Fill(1)]).areas(body);
     // A prompt needs its room; what was found can wait for the end.
-    let least = if run.prompt.is_some() { 12 } else { 7 };
+    let least = least_rows(state, run, right.width);
     let found_rows = found::rows(run, body.height.saturating_sub(least));
-    let drawn = state.cell.shape.is_some() && right.height.saturating_sub(found_rows) >= ROOM_TO_DRAW;
+    let drawn = state.cell.shape.is_some()
+        && right.height.saturating_sub(found_rows) >= ROOM_TO_DRAW.max(least + ROOM_TO_DRAW - ATTENTION);
     // Where there is no room for both, the arm takes the place of the steps while it is jogged, or when asked for.
     let jogged = run.prompt.as_ref().is_some_and(OpenPrompt::is_jog);
     if !drawn && state.cell.shape.is_some() && jogged != run.views_swapped {
@@ -50,7 +57,7 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
         steps::view(state, run, frame, plan);
         live_values(state, frame, values);
     }
-    let above = if drawn { Constraint::Length(ATTENTION) } else { Constraint::Fill(1) };
+    let above = if drawn { Constraint::Length(ATTENTION.max(least)) } else { Constraint::Fill(1) };
     let between = if drawn { Constraint::Fill(1) } else { Constraint::Length(0) };
     let [above, between, below] =
         Layout::vertical([above, between, Constraint::Length(found_rows)]).areas(right);
@@ -80,12 +87,17 @@ fn title_line(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
     );
 }
 
+/// Where the hand of the arm is that a prompt lets be jogged.
+fn hand_of(state: &State, prompt: &OpenPrompt) -> Option<HandPlace> {
+    prompt.jogged_robot().and_then(|robot| HandPlace::of(&state.cell, robot))
+}
+
 /// The pane that matters most: the prompt, or what is being done, or how it ended.
 fn attention(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
     let theme = &state.theme;
     if let Some(prompt) = &run.prompt {
         let inner = pane::open(frame, area, theme, &prompt.prompt.title, true);
-        let hand = prompt.jogged_robot().and_then(|robot| HandPlace::of(&state.cell, robot));
+        let hand = hand_of(state, prompt);
         prompt_view::view(prompt, hand.as_ref(), theme, &state.hits, frame, inner);
         return;
     }
@@ -104,30 +116,43 @@ fn attention(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
         }
         Phase::Ended { outcome, message } => {
             let (sign, word, _) = outcome_look(*outcome, theme);
-            let number = run.number.map_or_else(String::new, |run| {
-                format!(" plumb show {run}{} prints it later.", state.record_option)
-            });
-            let history =
-                if state.history.is_some() { " 4 shows it among the others in the record." } else { "" };
-            let results: String = run.results().iter().map(|result| format!("\n{result}")).collect();
-            let text = format!(
-                "{}.{results}\n\nq leaves.{history}{number}",
-                sentence_case(message.trim_end_matches('.'))
-            );
+            let text = ended_text(state, run, message);
             paragraph(frame, area, theme, &format!("{sign} {word}"), &text, true);
         }
     }
 }
 
+/// How the run ended, what it found, and where to look further.
+fn ended_text(state: &State, run: &RunState, message: &str) -> String {
+    let option = &state.record_option;
+    let certified = |number: i64| match run.corrections.iter().any(|one| one.fate == Fate::Applied) {
+        true => format!(", `plumb certificate {number}{option} -o FILE.html` writes its certificate"),
+        false => String::new(),
+    };
+    let printed = run.number.map_or_else(String::new, |number| {
+        format!(" `plumb show {number}{option}` prints it later{}.", certified(number))
+    });
+    let history = if state.history.is_some() { " 4 shows it among the others in the record." } else { "" };
+    let results: String = run.results().iter().map(|result| format!("\n{result}")).collect();
+    format!("{}.{results}\n\nq leaves.{history}{printed}", sentence_case(message.trim_end_matches('.')))
+}
+
+/// Rows that what is shown now takes with its frame; what was found takes no more than the rest.
+fn least_rows(state: &State, run: &RunState, columns: u16) -> u16 {
+    if let Some(prompt) = &run.prompt {
+        return prompt_view::rows_needed(prompt, hand_of(state, prompt).as_ref(), &state.theme, columns)
+            .max(LEAST_OF_A_PROMPT);
+    }
+    let Phase::Ended { message, .. } = &run.phase else { return LEAST };
+    // The frame and the air at the sides.
+    let width = usize::from(columns.saturating_sub(4));
+    let lines = pane::wrapped(&ended_text(state, run, message), width).len();
+    u16::try_from(lines.saturating_add(2)).unwrap_or(u16::MAX).max(LEAST)
+}
+
 fn paragraph(frame: &mut Frame, area: Rect, theme: &Theme, title: &str, text: &str, focus: bool) {
     let inner = pane::open(frame, area, theme, title, focus);
     frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), padded(inner));
-}
-
-/// The words with a capital first letter.
-pub(crate) fn sentence_case(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// The step under way: what it is, how far, what it says.

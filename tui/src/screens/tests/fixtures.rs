@@ -391,8 +391,8 @@ fn standing() -> Standing {
 
 const JOINTS: [&str; 6] = ["pan", "lift", "elbow", "wrist1", "wrist2", "wrist3"];
 
-fn fall_step(added: &str, kind: StepKind, fit_mm: f64, held_out_mm: f64) -> FallStep {
-    FallStep { added: added.to_owned(), kind, fit_mm, held_out_mm: Some(held_out_mm) }
+fn fall_step(added: &str, kind: StepKind, fit_mm: f64, cross_validation_mm: f64) -> FallStep {
+    FallStep { added: added.to_owned(), kind, fit_mm, cross_validation_mm: Some(cross_validation_mm) }
 }
 
 /// The own plot of the first candidate: what is left goes with the moment about the shoulder.

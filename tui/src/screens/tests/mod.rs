@@ -7,4 +7,5 @@ mod modelling;
 mod operating;
 mod pages;
 mod panicking;
+mod reading;
 mod scanning;

@@ -15,7 +15,7 @@ use crate::engine::scope::joints_value;
 use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::Event;
-use crate::in_words::known_within;
+use crate::in_words::{known_within, sentence_case, surface_called};
 
 /// Where the result of a search keeps its circumstances.
 pub(crate) const CIRCUMSTANCES: &str = "circumstances";
@@ -246,8 +246,10 @@ impl Engine {
             true => format!(", and {} goes no further", step.joint),
             false => String::new(),
         };
-        let sought =
-            step.finds.as_ref().map(|finds| format!("{} not found: ", finds.surface.replace('_', " ")));
+        let sought = step
+            .finds
+            .as_ref()
+            .map(|finds| sentence_case(&format!("{} not found: ", surface_called(&finds.surface))));
         let what = format!(
             "{}{} stayed {state} while {} went from {from:.2} to {to:.2} {}{why}",
             sought.unwrap_or_default(),

@@ -1,0 +1,79 @@
+//! Prompts that have not room enough: nothing of them is lost without a word, and what was found before makes room.
+
+use plumb_cell::event::Event;
+use ratatui::crossterm::event::KeyCode;
+
+use super::browsing::click;
+use super::fixtures::{begun, decision_asked, examined, jog_asked, page, path, press, tell, value};
+use crate::screens::message::Message;
+use crate::screens::model::LabAnswer;
+use crate::screens::update::update;
+
+#[test]
+fn a_text_that_is_cut_says_so_and_is_read_on() {
+    let mut state = begun();
+    tell(&mut state, jog_asked());
+    let whole = page(&state, 80, 24);
+    assert!(whole.contains("the sheet.") && !whole.contains("PgDn"), "{whole}");
+    let cut = page(&state, 80, 20);
+    assert!(cut.contains("PgDn reads on") && !cut.contains("the sheet."), "{cut}");
+    for _ in 0..4 {
+        press(&mut state, KeyCode::PageDown);
+        page(&state, 80, 20);
+    }
+    let end = page(&state, 80, 20);
+    assert!(end.contains("the sheet.") && end.contains("PgUp goes back"), "{end}");
+    for _ in 0..4 {
+        press(&mut state, KeyCode::PageUp);
+        page(&state, 80, 20);
+    }
+    assert!(page(&state, 80, 20).contains("Jog until the forearm"));
+    // Where nothing is cut the key chooses, as elsewhere.
+    page(&state, 80, 24);
+    press(&mut state, KeyCode::PageDown);
+    assert!(page(&state, 80, 24).contains("\u{25b8} gripper"), "{}", page(&state, 80, 24));
+}
+
+#[test]
+fn labels_longer_than_a_line_are_shown_whole_and_each_of_their_lines_can_be_clicked() {
+    let mut state = begun();
+    tell(&mut state, decision_asked());
+    let shown = page(&state, 80, 24);
+    assert!(!shown.contains("do the step ag\u{2026}"), "{shown}");
+    assert!(shown.contains("m  Move arm yourself, then do the step "), "{shown}");
+    // The line below it belongs to the same choice.
+    click(&mut state, "     again ", (80, 24));
+    assert!(page(&state, 80, 24).contains("\u{25b8} m  Move arm"), "{}", page(&state, 80, 24));
+    click(&mut state, "Go back to", (80, 24));
+    assert!(page(&state, 80, 24).contains("\u{25b8} b  Go back to"), "{}", page(&state, 80, 24));
+}
+
+#[test]
+fn what_was_found_before_makes_room_for_a_prompt() {
+    let mut state = begun();
+    for turn in 1..=3 {
+        let event = Event::TriggerFound {
+            step: path(&format!("cycle[{turn}].lower")),
+            device: "arm".to_owned(),
+            joints: vec![value("shoulder", 36.5, "deg")],
+            half_width: value("shoulder", 0.01, "deg"),
+        };
+        tell(&mut state, event);
+    }
+    assert!(page(&state, 80, 24).contains("Trigger poses"));
+    tell(&mut state, jog_asked());
+    let shown = page(&state, 80, 24);
+    assert!(shown.contains("Jog until the forearm") && shown.contains("the arm is in position"), "{shown}");
+}
+
+#[test]
+fn the_keys_that_stop_the_lab_and_take_it_up_again_stand_in_the_footer_of_a_small_terminal() {
+    let mut state = examined();
+    let mut standing = state.model.as_ref().and_then(|model| model.standing.clone()).expect("examined");
+    standing.verdict.clear();
+    update(&mut state, Message::Lab(LabAnswer::Compared(Box::new(standing))));
+    assert!(page(&state, 80, 24).contains("c cancel"), "{}", page(&state, 80, 24));
+    press(&mut state, KeyCode::Char('c'));
+    update(&mut state, Message::Lab(LabAnswer::GaveUp { judging: true }));
+    assert!(page(&state, 80, 24).contains("j judge"), "{}", page(&state, 80, 24));
+}
