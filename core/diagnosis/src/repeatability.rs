@@ -25,11 +25,11 @@ pub(crate) struct Split {
 
 /// What splits are, in words.
 pub(crate) fn describe<'s>(splits: impl Iterator<Item = (&'s Split, String)>) -> String {
-    let one = |(split, place): (&Split, String)| {
+    let each = splits.map(|(split, place)| {
         let (apart, unit) = if split.turns { (split.apart.to_degrees(), "deg") } else { (split.apart, "mm") };
         format!("about {} {unit} apart at {place}", super::wording::figure(apart))
-    };
-    let each: Vec<String> = splits.map(one).collect();
+    });
+    let each: Vec<String> = each.collect();
     format!(
         "returns to one pose fall into two camps {}, for no reason the table records",
         super::wording::listed(&each, "and")
@@ -41,19 +41,16 @@ pub(crate) fn describe<'s>(splits: impl Iterator<Item = (&'s Split, String)>) ->
 pub(crate) fn find_splits(machine: &ResidualModel<'_>, returns: &Replicates) -> Vec<Split> {
     let inquiry = Inquiry::of(returns);
     let ways = joint_ways(machine, returns);
-    let another = |first: usize| {
-        let beside = ways.iter().filter(|way| way.spot != Spot::Joint(first));
-        likeliest(beside.filter_map(|way| inquiry.split(&way.beside(ways.get(first)?))))
-    };
     let at_joint = likeliest(ways.iter().filter_map(|way| inquiry.split(way)));
     let elsewhere = likeliest(inquiry.loose_ways().iter().filter_map(|way| inquiry.split(way)));
     let alone = match (at_joint, elsewhere) {
         (Some(joint), Some(other)) if other.1 - joint.1 > BASE_OVER_JOINT => Some(other),
         (joint, other) => joint.or(other),
     };
-    let first = alone.or_else(|| likeliest((0..ways.len()).filter_map(another)));
+    let first =
+        alone.or_else(|| likeliest((0..ways.len()).filter_map(|first| inquiry.another(&ways, first))));
     let second = first.as_ref().and_then(|(split, _)| match split.spot {
-        Spot::Joint(joint) => another(joint),
+        Spot::Joint(joint) => inquiry.another(&ways, joint),
         _ => None,
     });
     [first, second].into_iter().flatten().map(|(split, _)| split).collect()
@@ -86,31 +83,31 @@ impl Path {
     /// Per return: 0 if it is wild, else 1. What lies far along a joint's motion may be the other camp, however long the lever: of
     /// that only what lies far across is wild. A base or a target moves by the same amount everywhere.
     fn tame(&self, deviations: &[DVector<f64>]) -> Vec<f64> {
-        let size = |(member, (deviation, way)): (usize, (&DVector<f64>, &DVector<f64>))| {
+        let sizes = deviations.iter().zip(&self.along).enumerate().map(|(member, (deviation, way))| {
             if !matches!(self.spot, Spot::Joint(_)) {
                 return deviation.norm();
             }
             let other = self.beside.as_ref().and_then(|beside| beside.get(member));
             Member::of(deviation, way, other).across.sqrt()
-        };
-        without_wild(&deviations.iter().zip(&self.along).enumerate().map(size).collect::<Vec<f64>>())
+        });
+        without_wild(&sizes.collect::<Vec<f64>>())
     }
 }
 
 fn joint_ways(machine: &ResidualModel<'_>, returns: &Replicates) -> Vec<Path> {
     let joints = machine.model.chain.joints.iter().enumerate();
-    let way = |(joint, row): (usize, &plumb_kinematics::Joint)| {
-        let of =
-            |motions: &Vec<DVector<f64>>| motions.get(joint).cloned().unwrap_or_else(|| DVector::zeros(0));
+    let ways = joints.map(|(joint, row)| {
+        let along = returns.motions.iter().map(|motions| motions.get(joint).cloned());
         Path {
             spot: Spot::Joint(joint),
             turns: row.motion == Motion::Turns,
-            along: returns.motions.iter().map(of).collect(),
+            along: along.map(|along| along.unwrap_or_else(|| DVector::zeros(0))).collect(),
             beside: None,
+            // Its direction is that of the joint: nothing was searched for.
             price: 0.0,
         }
-    };
-    joints.map(way).collect()
+    });
+    ways.collect()
 }
 
 /// Two camps along a path.
@@ -171,13 +168,20 @@ impl<'r> Inquiry<'r> {
         let raw = self.raw();
         let sizes: Vec<f64> = raw.iter().map(|deviation| deviation.norm()).collect();
         let kept = without_wild(&sizes);
-        let way = |(id, columns): &(EffectId, Vec<DMatrix<f64>>)| {
+        let ways = self.returns.loose.iter().filter_map(|(id, columns)| {
             let direction = farthest(columns, raw, &kept)?;
             let along = columns.iter().map(|columns| columns * &direction).collect();
+            // A direction of n numbers has n - 1 of its own: its length is the distance of the camps.
             let price = self.a_number * (direction.len() as f64 - 1.0);
             Some(Path { spot: id.spot, turns: id.name == "base_tilt", along, beside: None, price })
-        };
-        self.returns.loose.iter().filter_map(way).collect()
+        });
+        ways.collect()
+    }
+
+    /// The clearest split along any way but one joint's, with whatever that joint does left out of account.
+    fn another(&self, ways: &[Path], first: usize) -> Option<(Split, f64)> {
+        let beside = ways.iter().filter(|way| way.spot != Spot::Joint(first));
+        likeliest(beside.filter_map(|way| self.split(&way.beside(ways.get(first)?))))
     }
 
     /// One jump of any joint, at a moment between two of the returns, explains them with one camp as well.
@@ -186,11 +190,11 @@ impl<'r> Inquiry<'r> {
             let steps = self.returns.candidates.iter().filter(|(id, _)| is_event(id));
             let steps: Vec<&Range<usize>> = steps.map(|(_, range)| range).collect();
             let price = self.a_number * (self.wanted.len() as f64 + 1.0) + (steps.len().max(1) as f64).ln();
-            let without = |range: &&Range<usize>| {
-                let columns: Vec<usize> = self.wanted.iter().copied().chain((*range).clone()).collect();
+            let without = steps.into_iter().map(|range| {
+                let columns: Vec<usize> = self.wanted.iter().copied().chain(range.clone()).collect();
                 (self.returns.scatter(&columns).deviations, price)
-            };
-            steps.iter().map(without).collect()
+            });
+            without.collect()
         })
     }
 
@@ -217,15 +221,23 @@ impl<'r> Inquiry<'r> {
         kept: &[f64],
         ones: &'o [(Vec<DVector<f64>>, f64)],
     ) -> Option<Camps<'o>> {
-        let along = |deviations: &[DVector<f64>]| {
-            Lines::along(self.returns, deviations, kept, &path.along, path.beside.as_deref())
-        };
-        let likelihoods =
-            ones.iter().filter_map(|(one, price)| Some((along(one)?.one_camp() - price, one.as_slice())));
+        let likelihoods = ones.iter().filter_map(|(one, price)| {
+            Some((self.lines(one, kept, path)?.one_camp() - price, one.as_slice()))
+        });
         let (one, explained) = likelihoods.max_by(|left, right| left.0.total_cmp(&right.0))?;
-        let camps = self.ways.iter().filter_map(|way| along(&way.deviations)?.judge(one + path.price));
+        let camps = self
+            .ways
+            .iter()
+            .filter_map(|way| self.lines(&way.deviations, kept, path)?.judge(one + path.price));
         let (apart, likelier) = camps.max_by(|left, right| left.1.total_cmp(&right.1))?;
         Some(Camps { apart, likelier, explained })
+    }
+}
+
+impl Inquiry<'_> {
+    /// Where the members that are kept lie along a path.
+    fn lines(&self, deviations: &[DVector<f64>], kept: &[f64], path: &Path) -> Option<Lines> {
+        Lines::along(self.returns, deviations, kept, &path.along, path.beside.as_deref())
     }
 }
 

@@ -85,10 +85,8 @@ pub(super) fn residual_structure(fitted: &Fitted<'_>) -> ResidualStructure {
     }
     found.retain(|(_, find)| find.strength > chance);
     found.sort_by(|left, right| right.1.strength.total_cmp(&left.1.strength));
-    let name = |(sheet, find): &(usize, Find)| {
-        Some(sheets.get(*sheet)?.covariates.get(find.covariate)?.name.clone())
-    };
-    let covariates: Vec<String> = found.iter().filter_map(name).collect();
+    let known = found.iter().filter_map(|(sheet, find)| sheets.get(*sheet)?.covariates.get(find.covariate));
+    let covariates: Vec<String> = known.map(|covariate| covariate.name.clone()).collect();
     let first = found.first().and_then(|(sheet, find)| describe(sheets.get(*sheet)?, *find));
     let shape = first.unwrap_or_else(|| Description::Unrelated(conditions(&sheets)));
     ResidualStructure { shape, covariates }
@@ -101,7 +99,7 @@ fn conditions(sheets: &[Sheet; 2]) -> Vec<String> {
 
 /// For every covariate the component it explains best.
 fn strongest(sheet: &Sheet, levels: &[Vec<usize>], order: &[usize]) -> Vec<Find> {
-    let one = |(covariate, levels): (usize, &Vec<usize>)| {
+    let each = levels.iter().enumerate().filter_map(|(covariate, levels)| {
         let finds = sheet.components.iter().enumerate().filter_map(|(component, values)| {
             let (between, within, count) = explained(&values.values, levels, order);
             let (above, below) = (count as f64 - 1.0, order.len() as f64 - count as f64);
@@ -111,8 +109,8 @@ fn strongest(sheet: &Sheet, levels: &[Vec<usize>], order: &[usize]) -> Vec<Find>
             })
         });
         finds.max_by(|left, right| left.strength.total_cmp(&right.strength))
-    };
-    levels.iter().enumerate().filter_map(one).collect()
+    });
+    each.collect()
 }
 
 /// Squares between levels, within them, and how many levels are used; `order` says whose value stands in each place.
@@ -145,8 +143,9 @@ fn levels(values: &[f64]) -> Vec<usize> {
     if distinct.len() <= LEVELS {
         return values.iter().map(|value| distinct.partition_point(|other| other < value)).collect();
     }
-    let share = |value: &f64| sorted.partition_point(|other| other < value) * LEVELS / sorted.len().max(1);
-    values.iter().map(|value| share(value).min(LEVELS - 1)).collect()
+    let ranks = values.iter().map(|value| sorted.partition_point(|other| other < value));
+    // Equal values have equal ranks, and with it one level.
+    ranks.map(|rank| (rank * LEVELS / sorted.len().max(1)).min(LEVELS - 1)).collect()
 }
 
 /// How a component goes with a covariate.
@@ -288,12 +287,13 @@ fn components(fitted: &Fitted<'_>, units: &[Vec<usize>]) -> Vec<Component> {
 
 /// The covariates that vary.
 fn varying(covariates: Vec<Covariate>) -> Vec<Covariate> {
-    let varies = |one: &Covariate| {
+    let varying = covariates.into_iter().filter(|one| {
         let first = one.values.first().copied().unwrap_or(f64::NAN);
+        // One that is not known in every row would be tested on other rows than the rest.
         one.values.iter().all(|value| value.is_finite())
             && one.values.iter().any(|value| (value - first).abs() > 1e-9)
-    };
-    covariates.into_iter().filter(varies).collect()
+    });
+    varying.collect()
 }
 
 /// What follows from the pose, by pose: returns to one pose share what the model does wrong there.

@@ -51,25 +51,28 @@ impl FromStr for Holdout {
     type Err = HoldoutError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let unknown = || HoldoutError::Unknown(text.to_owned());
-        let share = |part: &str| {
-            let share: f64 = part.parse().map_err(|_| unknown())?;
-            if share > 0.0 && share < 1.0 { Ok(share) } else { Err(HoldoutError::Share(text.to_owned())) }
-        };
         match text.split(':').collect::<Vec<_>>().as_slice() {
             ["regions"] => Ok(Self::Regions),
             ["session"] => Ok(Self::Session),
             ["none"] => Ok(Self::None),
             ["random"] => Ok(Self::Random { share: 0.3, seed: 1 }),
-            ["random", part] => Ok(Self::Random { share: share(part)?, seed: 1 }),
+            ["random", part] => Ok(Self::Random { share: share(part, text)?, seed: 1 }),
             ["random", part, seed] => {
-                Ok(Self::Random { share: share(part)?, seed: seed.parse().map_err(|_| unknown())? })
+                let seed = seed.parse().map_err(|_| HoldoutError::Unknown(text.to_owned()))?;
+                Ok(Self::Random { share: share(part, text)?, seed })
             }
             ["time"] => Ok(Self::Time { share: 0.3 }),
-            ["time", part] => Ok(Self::Time { share: share(part)? }),
-            _ => Err(unknown()),
+            ["time", part] => Ok(Self::Time { share: share(part, text)? }),
+            _ => Err(HoldoutError::Unknown(text.to_owned())),
         }
     }
+}
+
+/// A share, as a part of what was written.
+fn share(part: &str, text: &str) -> Result<f64, HoldoutError> {
+    let share: f64 = part.parse().map_err(|_| HoldoutError::Unknown(text.to_owned()))?;
+    // Of nothing held out, and of nothing fitted, there is nothing to check.
+    if share > 0.0 && share < 1.0 { Ok(share) } else { Err(HoldoutError::Share(text.to_owned())) }
 }
 
 impl fmt::Display for Holdout {
@@ -116,11 +119,12 @@ impl Poses {
                 q.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)))
             })
             .collect();
-        let scaled = |row: usize| {
-            let q = table.q_of(row).iter().zip(&ranges);
+        // A joint that stood still parts nothing.
+        let places = rows.iter().map(|list| {
+            let q = list.first().map_or(&[][..], |row| table.q_of(*row)).iter().zip(&ranges);
             q.map(|(q, (low, high))| if high > low { (q - low) / (high - low) } else { 0.5 }).collect()
-        };
-        let places = rows.iter().map(|list| list.first().map_or_else(Vec::new, |row| scaled(*row))).collect();
+        });
+        let places = places.collect();
         Self { rows, places }
     }
 
@@ -141,21 +145,31 @@ impl Poses {
     }
 
     fn cut(&self, mut region: Vec<usize>) -> (Vec<usize>, Vec<usize>) {
-        let coordinate = |pose: usize, joint: usize| {
-            self.places.get(pose).and_then(|place| place.get(joint)).copied().unwrap_or(0.0)
-        };
         let joints = self.places.first().map_or(0, Vec::len);
-        let spread = |joint: usize| {
-            let mean = region.iter().map(|pose| coordinate(*pose, joint)).sum::<f64>() / region.len() as f64;
-            region.iter().map(|pose| (coordinate(*pose, joint) - mean).powi(2)).sum::<f64>()
-        };
         // The first joints move the tip most: among equals they are cut first.
-        let widest = (0..joints)
-            .max_by(|a, b| (spread(*a) * weight(*a)).total_cmp(&(spread(*b) * weight(*b))))
-            .unwrap_or(0);
-        region.sort_by(|a, b| coordinate(*a, widest).total_cmp(&coordinate(*b, widest)));
+        let spreads: Vec<f64> =
+            (0..joints).map(|joint| self.spread(&region, joint) * weight(joint)).collect();
+        let widest = (0..joints).max_by(|a, b| spreads[*a].total_cmp(&spreads[*b])).unwrap_or(0);
+        region.sort_by(|a, b| self.coordinate(*a, widest).total_cmp(&self.coordinate(*b, widest)));
         let high = region.split_off(region.len() / 2);
         (region, high)
+    }
+
+    fn coordinate(&self, pose: usize, joint: usize) -> f64 {
+        self.places.get(pose).and_then(|place| place.get(joint)).copied().unwrap_or(0.0)
+    }
+
+    /// Sum of squares of a joint's coordinates about their mean, over some poses.
+    fn spread(&self, region: &[usize], joint: usize) -> f64 {
+        let of_region = region.iter().map(|pose| self.coordinate(*pose, joint));
+        let mean = of_region.clone().sum::<f64>() / region.len() as f64;
+        of_region.map(|q| (q - mean).powi(2)).sum()
+    }
+
+    /// How far two poses are apart, each joint scaled to its range.
+    fn apart(&self, one: usize, other: usize) -> f64 {
+        let [one, other] = [one, other].map(|pose| self.places.get(pose).map_or(&[][..], Vec::as_slice));
+        one.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
     }
 
     /// Drops from these poses those that lie far from all but a few others, by the distances usual among them. Of large tables none,
@@ -164,25 +178,23 @@ impl Poses {
         if chosen.is_empty() || chosen.len() > LONELY_POSES {
             return;
         }
-        let place = |pose: &usize| self.places.get(*pose).map_or(&[][..], Vec::as_slice);
-        let apart = |one: &usize, other: &usize| {
-            place(one).iter().zip(place(other)).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
-        };
         // A fifth of them are not a few.
         let few = chosen.len().div_ceil(5).min(chosen.len().saturating_sub(1));
-        let reach = |pose: &usize| {
-            let mut distances: Vec<f64> = chosen.iter().map(|other| apart(pose, other)).collect();
-            *distances.select_nth_unstable_by(few, f64::total_cmp).1
-        };
-        let reaches: Vec<f64> = chosen.iter().map(reach).collect();
+        let reaches: Vec<f64> = chosen
+            .iter()
+            .map(|pose| {
+                let mut distances: Vec<f64> = chosen.iter().map(|other| self.apart(*pose, *other)).collect();
+                *distances.select_nth_unstable_by(few, f64::total_cmp).1
+            })
+            .collect();
         let mut sorted = reaches.clone();
-        let usual = *sorted.select_nth_unstable_by(reaches.len() / 2, f64::total_cmp).1;
-        let far = |reach: f64| reach > LONELY_FACTOR * usual;
-        if reaches.iter().filter(|reach| far(**reach)).count() > few {
+        let far = LONELY_FACTOR * *sorted.select_nth_unstable_by(reaches.len() / 2, f64::total_cmp).1;
+        // Where many lie far out, that is how the table was measured.
+        if reaches.iter().filter(|reach| **reach > far).count() > few {
             return;
         }
         let mut reaches = reaches.into_iter();
-        chosen.retain(|_| reaches.next().is_none_or(|reach| !far(reach)));
+        chosen.retain(|_| reaches.next().is_none_or(|reach| reach <= far));
     }
 
     /// Rows of a list of poses.

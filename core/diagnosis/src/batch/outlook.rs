@@ -39,6 +39,22 @@ struct Block {
     without: Without,
 }
 
+impl Block {
+    /// Of these rows, and the fit of all others; nothing where that would be of too few. Rows that it says nothing of are left out of it.
+    fn of(
+        machine: &ResidualModel<'_>,
+        derivatives: &Derivatives<'_>,
+        (total, rank): (&NormalEquations, usize),
+        rows: &[usize],
+    ) -> Option<Self> {
+        let without = Without::of(total, rank, &derivatives.normal(rows))?;
+        let columns: Vec<usize> = rows.iter().flat_map(|row| derivatives.equations_of(*row)).collect();
+        let untold = without.untold(machine, rows, || derivatives.jacobian.select_columns(&columns));
+        let rows = rows.iter().filter(|row| !untold.contains(row)).copied().collect();
+        Some(Self { rows, without })
+    }
+}
+
 impl<'m> Outlook<'m> {
     /// Looks at these rows, in which the machine's last effects were put at the values they are expected at; gains are to be asked
     /// of effects at these joints.
@@ -58,19 +74,16 @@ impl<'m> Outlook<'m> {
         let mut ways = vec![(None, region_blocks(table, rows))];
         ways.extend(joints.iter().map(|joint| (Some(*joint), joint_blocks(table, rows, *joint))));
         ways.extend(session_blocks(table, rows).map(|blocks| (None, blocks)));
-        let told = |(joint, blocks): &(Option<usize>, Vec<Vec<usize>>)| {
-            let one = |rows: &Vec<usize>| {
-                let without = Without::of(&total, rank, &derivatives.normal(rows))?;
-                let columns: Vec<usize> =
-                    rows.iter().flat_map(|row| derivatives.equations_of(*row)).collect();
-                let untold = without.untold(machine, rows, || derivatives.jacobian.select_columns(&columns));
-                let rows = rows.iter().filter(|row| !untold.contains(row)).copied().collect();
-                Some(Block { rows, without })
+        let ways = for_each(&ways, |(joint, blocks)| {
+            // With a single block nothing would be left to fit.
+            let blocks = if blocks.len() < 2 {
+                None
+            } else {
+                let each = blocks.iter().map(|rows| Block::of(machine, &derivatives, (&total, rank), rows));
+                each.collect()
             };
-            let blocks = if blocks.len() < 2 { None } else { blocks.iter().map(one).collect() };
             Way { joint: *joint, blocks }
-        };
-        let ways = for_each(&ways, told);
+        });
         progress.check()?;
         let poses = pose_groups(table, rows);
         Ok(Self { machine, state, weights, derivatives, total, rows, poses, ways })
@@ -80,23 +93,23 @@ impl<'m> Outlook<'m> {
     pub(super) fn noise(&self) -> Noise {
         let factor = RankRevealingCholesky::new(&self.total.matrix);
         let step = factor.solve(&self.total.gradient);
-        let left = |row: &usize| {
+        let equations = self.rows.iter().flat_map(|row| {
             let weight = self.weight(*row);
             self.left(*row, &step).map(move |left| (weight, left / weight.sqrt()))
-        };
-        let variance = huber_variance(self.rows.iter().flat_map(left), factor.rank());
+        });
+        let variance = huber_variance(equations, factor.rank());
         Noise { variance, freedom: (self.total.equations as f64 - factor.rank() as f64).max(1.0) }
     }
 
     /// How much better rows that are left out are predicted with an effect (counted among the machine's) in, beside all the
     /// others: by region, by range of its joint, by session.
     pub(super) fn gains(&self, effect: usize) -> Vec<Gain> {
-        let own = |slot: &Slot| matches!(slot, Slot::Effect(index, _) if *index == effect);
         let slots = self.machine.slots().iter().enumerate();
-        let columns: Vec<usize> = slots.filter(|(_, slot)| own(slot)).map(|(column, _)| column).collect();
+        let own = slots.filter(|(_, slot)| matches!(slot, Slot::Effect(index, _) if *index == effect));
+        let columns: Vec<usize> = own.map(|(column, _)| column).collect();
         let joint = self.machine.parts.get(effect).and_then(|part| part.id.joint());
-        let asked = |way: &&Way| way.joint.is_none() || way.joint == joint;
-        let ways = self.ways.iter().filter(asked).filter_map(|way| way.blocks.as_ref());
+        let asked = self.ways.iter().filter(|way| way.joint.is_none() || way.joint == joint);
+        let ways = asked.filter_map(|way| way.blocks.as_ref());
         ways.filter_map(|blocks| self.gain(blocks, effect, &columns)).collect()
     }
 
@@ -106,16 +119,16 @@ impl<'m> Outlook<'m> {
             let with = DVector::from_column_slice(&block.without.step);
             let without = &with - self.taken_out(&block.without, effect, columns);
             for row in &block.rows {
-                let squares =
-                    |step: &DVector<f64>| self.left(*row, step).map(|left| left * left).sum::<f64>();
+                let [without, with] =
+                    [&without, &with].map(|step| self.left(*row, step).map(|left| left * left).sum::<f64>());
                 if let Some(fall) = falls.get_mut(*row) {
-                    *fall = (squares(&without) - squares(&with)) / self.weight(*row);
+                    *fall = (without - with) / self.weight(*row);
                 }
             }
         }
         // Replicates to one pose share what the model does wrong there: they count as one.
-        let of_pose = |rows: &Vec<usize>| rows.iter().filter_map(|row| falls.get(*row)).sum::<f64>();
-        Gain::over(&self.poses.iter().map(of_pose).collect::<Vec<f64>>())
+        let of_poses = self.poses.iter().map(|rows| rows.iter().filter_map(|row| falls.get(*row)).sum());
+        Gain::over(&of_poses.collect::<Vec<f64>>())
     }
 
     /// How a fit steps back when an effect's parameters are held at zero: Lagrange's way of holding them, with the factor of the
@@ -132,9 +145,10 @@ impl<'m> Outlook<'m> {
             .collect();
         let count = columns.len();
         let stiffness = DMatrix::from_fn(count, count, |row, column| pulled[column][columns[row]]);
-        let values = self.state.effects.get(effect);
-        let value = |index: usize| values.and_then(|values| values.get(index)).copied().unwrap_or(0.0);
-        let reached = DVector::from_fn(count, |index, _| value(index) + fit.step[columns[index]]);
+        let values = self.state.effects.get(effect).map_or(&[][..], Vec::as_slice);
+        let reached = DVector::from_fn(count, |index, _| {
+            values.get(index).copied().unwrap_or(0.0) + fit.step[columns[index]]
+        });
         let Some(holding) = stiffness.cholesky().map(|factor| factor.solve(&reached)) else {
             return DVector::zeros(size);
         };

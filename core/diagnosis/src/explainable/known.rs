@@ -22,6 +22,14 @@ pub(super) struct Column {
     pub(super) in_order: bool,
 }
 
+impl Column {
+    /// Of these rows of a column of all.
+    fn of(name: &str, values: &[f64], rows: &[usize]) -> Self {
+        let values = rows.iter().map(|row| values.get(*row).copied().unwrap_or(f64::NAN)).collect();
+        Self { name: name.to_owned(), values, with_pose: false, in_order: false }
+    }
+}
+
 /// What is known of some rows.
 pub(super) struct Known {
     /// Distinct poses.
@@ -51,10 +59,9 @@ impl Known {
         distinct.sort_unstable();
         distinct.dedup();
         let approach = table.approach.as_ref().map(|_| {
-            let sides = |row: &usize| {
-                (0..table.joints).map(|joint| f64::from(table.approach_of(*row, joint))).collect()
-            };
-            rows.iter().map(sides).collect()
+            rows.iter()
+                .map(|row| (0..table.joints).map(|joint| f64::from(table.approach_of(*row, joint))).collect())
+                .collect()
         });
         Self {
             poses: distinct.len(),
@@ -80,8 +87,9 @@ impl Known {
 
     /// From which side a joint arrived: by its last move, and as it was logged.
     pub(super) fn sides(&self, joint: usize) -> Vec<Vec<f64>> {
-        let sign = |value: &f64| if *value == 0.0 { 0.0 } else { value.signum() };
-        let moved = self.last_move(joint).iter().map(sign).collect();
+        // The sign of zero is one in floating point; a joint at rest came from neither side.
+        let moves = self.last_move(joint).into_iter();
+        let moved = moves.map(|moved| if moved == 0.0 { 0.0 } else { moved.signum() }).collect();
         let logged = self.approach.as_ref().map(|sides| of_joint(sides, joint));
         std::iter::once(moved).chain(logged).filter(|side: &Vec<f64>| varies(side)).collect()
     }
@@ -126,12 +134,13 @@ fn inputs(machine: &ResidualModel<'_>, coordinates: &[Vec<f64>]) -> Vec<Vec<f64>
 pub(super) fn extent(inputs: &[Vec<f64>]) -> f64 {
     let count = inputs.len().max(1) as f64;
     let width = inputs.first().map_or(0, Vec::len);
-    let variance = |column: usize| {
-        let values = || inputs.iter().filter_map(|input| input.get(column));
-        let mean = values().sum::<f64>() / count;
-        values().map(|value| (value - mean).powi(2)).sum::<f64>() / count
-    };
-    (2.0 * (0..width).map(variance).sum::<f64>()).sqrt()
+    let variances = (0..width).map(|column| {
+        let values = inputs.iter().filter_map(|input| input.get(column));
+        let mean = values.clone().sum::<f64>() / count;
+        values.map(|value| (value - mean).powi(2)).sum::<f64>() / count
+    });
+    // The difference of two independent values has twice their variance.
+    (2.0 * variances.sum::<f64>()).sqrt()
 }
 
 /// Each row's move since the row before it in the order of time, joint by joint; zero for the first.
@@ -143,13 +152,13 @@ fn last_moves(table: &Table, rows: &[usize]) -> Vec<Vec<f64>> {
             *slot = Some(*earlier);
         }
     }
-    let moved = |row: &usize| match before.get(*row).copied().flatten() {
+    let moves = rows.iter().map(|row| match before.get(*row).copied().flatten() {
         Some(earlier) => {
             table.q_of(*row).iter().zip(table.q_of(earlier)).map(|(now, then)| now - then).collect()
         }
         None => vec![0.0; table.joints],
-    };
-    rows.iter().map(moved).collect()
+    });
+    moves.collect()
 }
 
 /// Order or time, conditions, and further columns of numbers, where they vary.
@@ -160,25 +169,19 @@ fn numbers(table: &Table, rows: &[usize]) -> Vec<Column> {
             *slot = order as f64;
         }
     }
-    let pick = |values: &[f64]| -> Vec<f64> {
-        rows.iter().map(|row| values.get(*row).copied().unwrap_or(f64::NAN)).collect()
+    // Where time is logged the order says the same with less.
+    let (name, values) = match &table.time {
+        Some(times) => ("time", times),
+        None => ("order", &place),
     };
-    let mut columns = Vec::new();
-    let mut add = |name: &str, values: &[f64], with_pose: bool, in_order: bool| {
-        columns.push(Column { name: name.to_owned(), values: pick(values), with_pose, in_order });
-    };
-    match &table.time {
-        Some(times) => add("time", times, false, true),
-        None => add("order", &place, false, true),
-    }
+    let mut columns = vec![Column { in_order: true, ..Column::of(name, values, rows) }];
     for (name, values) in [("temperature", &table.temperature), ("load", &table.payload)] {
-        if let Some(values) = values {
-            add(name, values, true, false);
-        }
+        let column = values.iter().map(|values| Column::of(name, values, rows));
+        columns.extend(column.map(|column| Column { with_pose: true, ..column }));
     }
     for covariate in table.covariates.iter().filter(|one| one.levels().is_empty()).take(MOST_COLUMNS) {
         let values: Vec<f64> = (0..table.len()).map(|row| covariate.number(row)).collect();
-        add(&format!("`{}`", covariate.name), &values, false, false);
+        columns.push(Column::of(&format!("`{}`", covariate.name), &values, rows));
     }
     columns.retain(|column| {
         varies(&column.values.iter().copied().filter(|value| value.is_finite()).collect::<Vec<_>>())
@@ -190,14 +193,14 @@ fn numbers(table: &Table, rows: &[usize]) -> Vec<Column> {
 fn categories(table: &Table, rows: &[usize]) -> Vec<(String, Vec<Option<usize>>)> {
     let mut columns = Vec::new();
     if (2..=MOST_LEVELS).contains(&table.session.names.len()) {
-        let of = |row: &usize| table.session.of_row.get(*row).copied().flatten().map(|name| name as usize);
-        columns.push(("session".to_owned(), rows.iter().map(of).collect()));
+        let of_rows = rows.iter().map(|row| table.session.of_row.get(*row).copied().flatten());
+        columns.push(("session".to_owned(), of_rows.map(|name| name.map(|name| name as usize)).collect()));
     }
     let words = table.covariates.iter().filter(|one| one.levels().len() > 1 && !one.has_too_many_levels());
     for covariate in words.take(MOST_COLUMNS) {
-        let of =
-            |row: &usize| Some(covariate.number(*row)).filter(|one| one.is_finite()).map(|one| one as usize);
-        columns.push((format!("`{}`", covariate.name), rows.iter().map(of).collect()));
+        let of_rows = rows.iter().map(|row| covariate.number(*row));
+        let levels = of_rows.map(|level| level.is_finite().then_some(level as usize));
+        columns.push((format!("`{}`", covariate.name), levels.collect()));
     }
     columns
 }

@@ -103,8 +103,11 @@ fn factors(lab: &Laboratory, site: Site) -> Vec<Factor> {
         Site::Base => (0..joints.min(3)).collect(),
     };
     if lab.survey().has_weight() {
-        let felt = |joint: &&usize| passport.greatest_moments.get(**joint).is_some_and(|most| *most > 0.0);
-        for joint in near.iter().filter(felt) {
+        for joint in &near {
+            // Of a joint whose axis stands upright gravity turns nothing.
+            if passport.greatest_moments.get(*joint).is_none_or(|most| *most <= 0.0) {
+                continue;
+            }
             factors.extend([Factor::Moment(*joint), Factor::Load(*joint), Factor::Pull(*joint)]);
         }
     }
@@ -129,12 +132,12 @@ fn middle(values: &[f64]) -> f64 {
 /// Functions of the pose that a factor is multiplied with; those that differ in a searched number together.
 fn shapes(lab: &Laboratory, site: Site, factor: Factor) -> Vec<Vec<Shape>> {
     let mut shapes = vec![vec![Shape::One]];
-    let turns = |joint: usize| lab.survey().turns(joint);
+    let survey = lab.survey();
     let all = 0..lab.model().chain.len();
     for joint in all.clone() {
         let angle = Angle::of(joint);
         shapes.push(vec![Shape::Linear(angle)]);
-        if turns(joint) {
+        if survey.turns(joint) {
             shapes.extend(ORDERS.map(|order| vec![Shape::Wave(angle, order)]));
             shapes
                 .push(HALVES.map(|share| Shape::Half(angle, rounded(share * std::f64::consts::PI))).to_vec());
@@ -143,7 +146,7 @@ fn shapes(lab: &Laboratory, site: Site, factor: Factor) -> Vec<Vec<Shape>> {
     }
     // Of two joints the products of waves are waves of their sum and of their difference; what both pull at, such as a cable, goes by the sum.
     let Site::Joint { joint, .. } = site else { return shapes };
-    for other in all.filter(|other| *other != joint && turns(*other) && turns(joint)) {
+    for other in all.filter(|other| *other != joint && survey.turns(*other) && survey.turns(joint)) {
         for minus in [false, true] {
             let angle = Angle { first: joint, second: Some((other, minus)) };
             shapes.push(vec![Shape::Wave(angle, 1)]);
@@ -161,16 +164,16 @@ fn kinked(lab: &Laboratory, angle: Angle) -> Vec<Vec<Shape>> {
     if high - low < 1.0 / DIGITS {
         return Vec::new();
     }
-    let at = |share: f64| rounded(low + share * (high - low));
+    let places = KINKS.map(|share| rounded(low + share * (high - low)));
     let mut shapes = vec![
-        KINKS.iter().map(|share| Shape::Above(angle, at(*share))).collect(),
-        KINKS.iter().map(|share| Shape::Below(angle, at(*share))).collect(),
-        KINKS.iter().map(|share| Shape::Step(angle, at(*share))).collect(),
+        places.map(|at| Shape::Above(angle, at)).to_vec(),
+        places.map(|at| Shape::Below(angle, at)).to_vec(),
+        places.map(|at| Shape::Step(angle, at)).to_vec(),
     ];
+    // A bump in a sum of two angles is a line of poses that nothing mechanical singles out.
     if angle.second.is_none() {
-        let bump =
-            |share: &f64| BUMPS.map(|wide| Shape::Bump(angle, at(*share), rounded(wide * (high - low))));
-        shapes.push(KINKS.iter().flat_map(bump).collect());
+        let wide = BUMPS.map(|wide| rounded(wide * (high - low)));
+        shapes.push(places.iter().flat_map(|at| wide.map(|wide| Shape::Bump(angle, *at, wide))).collect());
     }
     if low < 0.0 && high > 0.0 {
         let far = low.abs().max(high);
@@ -181,43 +184,45 @@ fn kinked(lab: &Laboratory, angle: Angle) -> Vec<Vec<Shape>> {
 
 /// Least and greatest value of an angle that the poses can have, each joint for itself.
 fn reach(lab: &Laboratory, angle: Angle) -> (f64, f64) {
-    let of = |joint: usize| lab.passport().ranges.get(joint).copied().unwrap_or((0.0, 0.0));
+    let ranges = &lab.passport().ranges;
+    let own = ranges.get(angle.first).copied().unwrap_or_default();
     let other = angle.second.map_or((0.0, 0.0), |(joint, minus)| {
-        let (low, high) = of(joint);
+        let (low, high) = ranges.get(joint).copied().unwrap_or_default();
+        // What is taken away turns its range round.
         if minus { (-high, -low) } else { (low, high) }
     });
-    let own = of(angle.first);
     (own.0 + other.0, own.1 + other.1)
 }
 
 /// Steps on either side of a searched number at which it is tried again, to a tenth of the first search's spacing.
 const FINER: i32 = 9;
 
+/// Numbers about a searched one, within the spacing of the first search.
+fn about(lab: &Laboratory, angle: Angle, at: f64) -> impl Iterator<Item = f64> {
+    let (low, high) = reach(lab, angle);
+    let step = KINKS.first().copied().unwrap_or(0.1) * (high - low) / f64::from(FINER + 1);
+    (-FINER..=FINER).map(move |steps| rounded(at + f64::from(steps) * step))
+}
+
 /// The same form with its searched number about where it is, within the first search's spacing.
 pub(super) fn finer(lab: &Laboratory, form: &Form) -> Vec<(Form, Probe)> {
-    let spacing = |angle: Angle| {
-        let (low, high) = reach(lab, angle);
-        KINKS.first().copied().unwrap_or(0.1) * (high - low) / f64::from(FINER + 1)
-    };
-    let about = |angle: Angle, at: f64| {
-        let step = spacing(angle);
-        (-FINER..=FINER).map(move |steps| rounded(at + f64::from(steps) * step))
-    };
     let shapes: Vec<Shape> = match form.shape {
         Shape::One | Shape::Linear(_) | Shape::Wave(..) => vec![form.shape],
-        Shape::Above(angle, at) => about(angle, at).map(|at| Shape::Above(angle, at)).collect(),
-        Shape::Below(angle, at) => about(angle, at).map(|at| Shape::Below(angle, at)).collect(),
-        Shape::Step(angle, at) => about(angle, at).map(|at| Shape::Step(angle, at)).collect(),
+        Shape::Above(angle, at) => about(lab, angle, at).map(|at| Shape::Above(angle, at)).collect(),
+        Shape::Below(angle, at) => about(lab, angle, at).map(|at| Shape::Below(angle, at)).collect(),
+        Shape::Step(angle, at) => about(lab, angle, at).map(|at| Shape::Step(angle, at)).collect(),
         Shape::Half(angle, at) => {
             let step = HALVES[1] * std::f64::consts::PI / f64::from(FINER + 1);
             (-FINER..=FINER).map(|steps| Shape::Half(angle, rounded(at + f64::from(steps) * step))).collect()
         }
         Shape::Beyond(angle, at) => {
-            about(angle, at).filter(|at| *at > 0.0).map(|at| Shape::Beyond(angle, at)).collect()
+            // From zero on it would be a slope that begins nowhere.
+            about(lab, angle, at).filter(|at| *at > 0.0).map(|at| Shape::Beyond(angle, at)).collect()
         }
         Shape::Bump(angle, at, wide) => {
-            let wider = |at: f64| [0.7, 1.0, 1.4].map(|times| Shape::Bump(angle, at, rounded(times * wide)));
-            about(angle, at).flat_map(wider).collect()
+            // A root of two narrower and wider: half of the step from one width that was tried to the next.
+            let widths = [0.7, 1.0, 1.4].map(|times| rounded(times * wide));
+            about(lab, angle, at).flat_map(|at| widths.map(|wide| Shape::Bump(angle, at, wide))).collect()
         }
     };
     shapes.into_iter().map(|shape| Form { shape, ..*form }).map(|form| (form, probe(form, 0))).collect()

@@ -87,8 +87,20 @@ struct RowParts {
     points: f64,
 }
 
+impl RowParts {
+    /// How far a unit of the motion moves a point of the row, mm.
+    fn lever(&self) -> f64 {
+        (dot(&self.motion, &self.motion) / self.points).sqrt()
+    }
+}
+
 fn dot(one: &[f64], other: &[f64]) -> f64 {
     one.iter().zip(other).map(|(one, other)| one * other).sum()
+}
+
+fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len().max(1) as f64;
+    (values.map(|value| value * value).sum::<f64>() / count).sqrt()
 }
 
 impl Laboratory {
@@ -123,8 +135,9 @@ impl Laboratory {
             return Ok(Vec::new());
         }
         let fitted = self.fit_with(&[], None, progress)?;
-        let is_wanted = |probe: &Probe| ids.iter().any(|id| probe.id.same_as(id));
-        let wanted: Vec<Probe> = probes(self).into_iter().filter(is_wanted).collect();
+        let mut wanted: Vec<Probe> = probes(self);
+        // With every number that is searched for inside: the best of them is drawn.
+        wanted.retain(|probe| ids.iter().any(|id| probe.id.same_as(id)));
         let scores = score(&fitted.machine, &fitted.fit, &wanted);
         let best = best_variants(&wanted, scores);
         let valued =
@@ -147,9 +160,8 @@ impl Laboratory {
                 (across, PlotAxis::new("left without it, along what it predicts", "mm"), points, curve)
             }
         };
-        let root = |sum: f64| (sum / points.len().max(1) as f64).sqrt();
-        let about_zero = root(points.iter().map(|(_, y, _, _)| y * y).sum());
-        let about_curve = root(points.iter().map(|(_, y, fitted, _)| (y - fitted).powi(2)).sum());
+        let about_zero = root_mean_square(points.iter().map(|(_, y, _, _)| *y));
+        let about_curve = root_mean_square(points.iter().map(|(_, y, fitted, _)| y - fitted));
         (points.len() > 1).then(|| EffectPlot {
             effect: self.model().label(&valued.id),
             added: valued.beside.is_none(),
@@ -210,8 +222,9 @@ impl CommonMotion {
         let (machine, state) = (&fitted.machine, &fitted.fit.state);
         let rows: Vec<Vec<Drive>> =
             (0..machine.table.len()).map(|row| machine.drives(state, row, valued.effect.as_ref())).collect();
-        let size = |drives: &Vec<Drive>| drives.iter().map(|drive| drive.rate.abs()).sum::<f64>();
-        let strongest = rows.iter().max_by(|one, other| size(one).total_cmp(&size(other)))?;
+        // Where it moves most, the proportions of what it moves are known best.
+        let sizes = rows.iter().map(|drives| drives.iter().map(|drive| drive.rate.abs()).sum::<f64>());
+        let (strongest, _) = rows.iter().zip(sizes).max_by(|one, other| one.1.total_cmp(&other.1))?;
         let mut handles: Vec<(Handle, f64)> = Vec::new();
         for drive in strongest.iter().filter(|drive| drive.rate != 0.0) {
             match handles.iter_mut().find(|(handle, _)| *handle == drive.handle) {
@@ -226,21 +239,17 @@ impl CommonMotion {
         if handles.len() > 1 && (valued.values.len() > 1 || !in_proportion(&rows, &handles)) {
             return None;
         }
-        let value = |drive: &Drive| valued.values.get(drive.parameter).copied().unwrap_or(0.0);
-        let amount = |drives: &Vec<Drive>| {
+        let amount = rows.iter().map(|drives| {
             let own = drives.iter().filter(|drive| drive.handle == first);
-            own.map(|drive| drive.rate * value(drive)).sum::<f64>()
-        };
+            own.map(|drive| drive.rate * valued.values.get(drive.parameter).copied().unwrap_or(0.0)).sum()
+        });
         let unit = if handles.len() > 1 {
             handles.iter().map(|(handle, rate)| (*handle, rate / reference)).collect()
         } else {
             vec![(first, 1.0)]
         };
         let parameters = [Parameter::new("unit", Unit::RATIO, (-1.0, 1.0))];
-        Some(Self {
-            amount: rows.iter().map(amount).collect(),
-            unit: UnitMotion { handles: unit, parameters },
-        })
+        Some(Self { amount: amount.collect(), unit: UnitMotion { handles: unit, parameters } })
     }
 }
 
@@ -248,15 +257,16 @@ impl CommonMotion {
 fn in_proportion(rows: &[Vec<Drive>], handles: &[(Handle, f64)]) -> bool {
     let Some((first, reference)) = handles.first() else { return false };
     rows.iter().all(|drives| {
-        let rate = |handle: &Handle| {
-            drives.iter().filter(|drive| drive.handle == *handle).map(|drive| drive.rate).sum::<f64>()
-        };
-        let here = rate(first) / reference;
-        let fits = |(handle, of_strongest): &(Handle, f64)| {
-            (rate(handle) - here * of_strongest).abs() <= PROPORTIONAL * of_strongest.abs()
-        };
-        handles.iter().all(fits)
+        let here = rate_of(drives, first) / reference;
+        handles.iter().all(|(handle, of_strongest)| {
+            (rate_of(drives, handle) - here * of_strongest).abs() <= PROPORTIONAL * of_strongest.abs()
+        })
     })
+}
+
+/// How fast one handle moves in all.
+fn rate_of(drives: &[Drive], handle: &Handle) -> f64 {
+    drives.iter().filter(|drive| drive.handle == *handle).map(|drive| drive.rate).sum()
 }
 
 /// What the rows in which something was measured say of an effect.
@@ -277,15 +287,15 @@ fn row_parts(fitted: &Fitted<'_>, valued: &Valued, unit: Option<&UnitMotion>) ->
                 continue;
             }
             let unit_of = if lengths { equation.sigma } else { equation.sigma.to_degrees() };
-            let own = |first: usize, values: &[f64]| weighed(&block.jacobian, index, first, values) * unit_of;
-            let does = own(slots, &valued.values);
+            let does = weighed(&block.jacobian, index, slots, &valued.values) * unit_of;
             let residual = block.residuals.get(index).copied().unwrap_or(0.0) * unit_of;
             parts.left.push(match &valued.beside {
-                Some(beside) => residual - own(0, beside),
+                Some(beside) => residual - weighed(&block.jacobian, index, 0, beside) * unit_of,
                 None => residual + does,
             });
             parts.does.push(does);
-            parts.motion.push(own(slots + valued.values.len(), &[1.0]));
+            let after = slots + valued.values.len();
+            parts.motion.push(weighed(&block.jacobian, index, after, &[1.0]) * unit_of);
         }
         parts.points = points_in(machine, &[row]).max(1) as f64;
         if parts.left.iter().chain(&parts.does).all(|value| value.is_finite()) {
@@ -312,9 +322,8 @@ fn against_driver(
     drivers: &[f64],
 ) -> (Drawn, Vec<(f64, f64)>) {
     let rows = row_parts(fitted, valued, Some(&motion.unit));
-    let square = |parts: &RowParts| dot(&parts.motion, &parts.motion) / parts.points;
-    let typical = (rows.iter().map(square).sum::<f64>() / rows.len().max(1) as f64).sqrt();
-    let seen = rows.iter().filter(|parts| square(parts).sqrt() > SHORTEST_LEVER * typical);
+    let typical = root_mean_square(rows.iter().map(RowParts::lever));
+    let seen = rows.iter().filter(|parts| parts.lever() > SHORTEST_LEVER * typical);
     let drawn = seen.filter_map(|parts| {
         let across = drivers.get(parts.row).copied().filter(|driver| driver.is_finite())?;
         let amount = motion.amount.get(parts.row).copied().unwrap_or(0.0);
@@ -344,12 +353,12 @@ fn wave(fitted: &Fitted<'_>, valued: &Valued, drawn: &Drawn, lever: f64) -> Opti
     let (low, high) = drawn
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), point| (low.min(point.0), high.max(point.0)));
-    let at = |step: usize| {
+    let points = (0..CURVE_POINTS).map(|step| {
         let across = low + (high - low) * step as f64 / (CURVE_POINTS - 1) as f64;
         let (own_sine, own_cosine) = (rate * across).sin_cos();
         (across, lever * sign * (sine * own_sine + cosine * own_cosine))
-    };
-    (high > low).then(|| (0..CURVE_POINTS).map(at).collect())
+    });
+    (high > low).then(|| points.collect())
 }
 
 /// The curve through what the effect does in the rows, from left to right: the mean where several rows share a place.
@@ -378,14 +387,15 @@ fn through(drawn: &Drawn) -> Vec<(f64, f64)> {
 
 /// What is left along what the effect predicts against how much that is; the curve is the diagonal.
 fn against_prediction(fitted: &Fitted<'_>, valued: &Valued) -> (Drawn, Vec<(f64, f64)>) {
-    let point = |parts: RowParts| {
+    let points = row_parts(fitted, valued, None).into_iter().filter_map(|parts| {
         let length = dot(&parts.does, &parts.does).sqrt();
         let scale = parts.points.sqrt();
+        // Where it does nothing there is no direction to see what is left along.
         (length > 0.0).then(|| {
             (length / scale, dot(&parts.left, &parts.does) / length / scale, length / scale, parts.row)
         })
-    };
-    let drawn: Drawn = row_parts(fitted, valued, None).into_iter().filter_map(point).collect();
+    });
+    let drawn: Drawn = points.collect();
     let most = drawn.iter().map(|point| point.0).fold(0.0, f64::max);
     (drawn, vec![(0.0, 0.0), (most, most)])
 }

@@ -1,12 +1,9 @@
 //! The scatter among replicates, and which of them are outliers.
 
-use std::ops::Range;
-
 use nalgebra::{DMatrix, DVector};
 
 use super::replicates::Replicates;
 use crate::thresholds::INLIER_QUANTILE;
-use plumb_calibration::effect::EffectId;
 use plumb_estimation::RankRevealingCholesky;
 use plumb_estimation::{chi_squared_quantile, median};
 
@@ -66,18 +63,17 @@ impl Replicates {
     pub(crate) fn gains(&self, scatter: &Scatter, wanted: &[usize]) -> Vec<(f64, usize)> {
         let all: Vec<usize> = (0..self.columns.first().map_or(0, DMatrix::ncols)).collect();
         let (deviations, columns) = self.centred(&scatter.kept, &all);
-        let explained = |chosen: &[usize]| {
-            let (matrix, gradient) = sums(&deviations, &columns, &scatter.kept, chosen);
-            let factor = RankRevealingCholesky::new(&matrix);
-            (gradient.dot(&factor.solve(&gradient)), factor.rank())
-        };
-        let (known, rank) = if wanted.is_empty() { (0.0, 0) } else { explained(wanted) };
-        let gain = |(_, range): &(EffectId, Range<usize>)| {
-            let chosen: Vec<usize> = wanted.iter().copied().chain(range.clone()).collect();
-            let (with, with_rank) = explained(&chosen);
-            ((with - known).max(0.0), with_rank.saturating_sub(rank))
-        };
-        self.candidates.iter().map(gain).collect()
+        let all = (deviations.as_slice(), columns.as_slice());
+        let (known, rank) = explained(all, &scatter.kept, wanted);
+        self.candidates
+            .iter()
+            .map(|(_, range)| {
+                let chosen: Vec<usize> = wanted.iter().copied().chain(range.clone()).collect();
+                let (with, with_rank) = explained(all, &scatter.kept, &chosen);
+                // More columns take more away, but for rounding.
+                ((with - known).max(0.0), with_rank.saturating_sub(rank))
+            })
+            .collect()
     }
 
     /// Deviations after the columns' least-squares fit, and how many columns mattered.
@@ -111,16 +107,17 @@ impl Replicates {
     /// member that is kept is part of its group's mean, so that its deviation is smaller than its error; that of one left out is larger.
     fn distances(&self, deviations: &[DVector<f64>], kept: &[f64], inside: f64) -> Vec<f64> {
         let sizes = self.sizes(kept);
-        let distance = |(member, deviation): (usize, &DVector<f64>)| {
+        let distances = deviations.iter().enumerate().map(|(member, deviation)| {
             let group = self.members.get(member).map_or(0, |(_, group)| *group);
             let size = sizes.get(group).copied().unwrap_or(0.0);
+            // Var(x - mean of n with x among them) = 1 - 1/n; without x it is 1 + 1/n.
             let variance = match kept.get(member).is_some_and(|kept| *kept > 0.0) {
                 true => 1.0 - 1.0 / size.max(2.0),
                 false => 1.0 + 1.0 / size.max(1.0),
             };
             deviation.norm() / (chi_squared_quantile(inside, deviation.len().max(1) as f64) * variance).sqrt()
-        };
-        deviations.iter().enumerate().map(distance).collect()
+        });
+        distances.collect()
     }
 
     /// A first sigma that a few outliers do not change: from the median deviation.
@@ -134,25 +131,25 @@ impl Replicates {
         let distances = self.distances(deviations, kept, INLIER_QUANTILE);
         let mut farthest: Vec<Option<usize>> = vec![None; self.groups];
         let mut nearest = farthest.clone();
-        let of_kept = || (0..kept.len()).filter(|member| kept[*member] > 0.0);
-        for member in of_kept() {
-            let group = self.members[member].1;
-            let is_farther = |other: usize| distances[member] > distances[other];
-            if farthest[group].is_none_or(is_farther) {
-                farthest[group] = Some(member);
+        let of_kept: Vec<usize> = (0..kept.len()).filter(|member| kept[*member] > 0.0).collect();
+        for member in &of_kept {
+            let group = self.members[*member].1;
+            if farthest[group].is_none_or(|other| distances[*member] > distances[other]) {
+                farthest[group] = Some(*member);
             }
-            if nearest[group].is_none_or(|other| !is_farther(other)) {
-                nearest[group] = Some(member);
+            if nearest[group].is_none_or(|other| distances[*member] <= distances[other]) {
+                nearest[group] = Some(*member);
             }
         }
-        let is_out = |member: &usize| {
+        let mut out = of_kept;
+        out.retain(|member| {
             let group = self.members[*member].1;
             let most = farthest[group].map_or(f64::INFINITY, |farthest| distances[farthest]);
             distances[*member] > sigma
                 && distances[*member] >= NEARLY_AS_FAR * most
+                // One of a group stays, or the group would have no mean.
                 && nearest[group] != Some(*member)
-        };
-        let out: Vec<usize> = of_kept().filter(is_out).collect();
+        });
         out.iter().for_each(|member| kept[*member] = 0.0);
         !out.is_empty()
     }
@@ -182,4 +179,18 @@ fn sums(
         gradient += picked.tr_mul(deviation) * *kept;
     }
     (matrix, gradient)
+}
+
+/// What some columns take away of the squares of deviations, and with how many parameters.
+fn explained(
+    (deviations, columns): (&[DVector<f64>], &[DMatrix<f64>]),
+    kept: &[f64],
+    chosen: &[usize],
+) -> (f64, usize) {
+    if chosen.is_empty() {
+        return (0.0, 0);
+    }
+    let (matrix, gradient) = sums(deviations, columns, kept, chosen);
+    let factor = RankRevealingCholesky::new(&matrix);
+    (gradient.dot(&factor.solve(&gradient)), factor.rank())
 }
