@@ -26,6 +26,7 @@ pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
     let mut family = 0;
     for kind in effect::kinds() {
         for id in (kind.candidates)(&survey) {
+            // What is fitted already explains all it can.
             if fitted.iter().any(|known| known.id.same_as(&id)) {
                 continue;
             }
@@ -42,6 +43,7 @@ pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
                     weight: if rare { HIGH_ORDER_WEIGHT } else { 1.0 },
                     search_cost: match kind.family {
                         Family::Epoch => cost_of_dates(lab),
+                        // Extended BIC (Chen & Chen 2008) for the one order among so many; Holm's weights do the same for the probabilities.
                         _ if rare => 2.0 * ORDERS_SEARCHED.ln(),
                         _ => 0.0,
                     },
@@ -94,6 +96,7 @@ pub(crate) fn best_variants(probes: &[Probe], scores: Vec<Score>) -> Vec<(usize,
     }
     for ((index, score), count) in best.iter_mut().zip(members) {
         match probes.get(*index).map(|probe| probe.search) {
+            // A number searched for on a grid costs as one that is fitted; moments of a jump are many tests, and cost as these (Bonferroni).
             Some(Search::Smooth) if score.freedom > 0 => score.charge_parameter(),
             Some(Search::Jumps) => score.p = (score.p * f64::from(count as u32)).min(1.0),
             _ => {}

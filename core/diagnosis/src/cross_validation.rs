@@ -28,10 +28,9 @@ fn fitted_poses(table: &Table, rows: &[usize]) -> (Poses, Vec<usize>, Vec<bool>)
         }
     }
     let poses = Poses::of(table);
-    let used = |row: &usize| fitted.get(*row).copied().unwrap_or(false);
-    let chosen =
-        (0..poses.rows.len()).filter(|pose| poses.rows.get(*pose).is_some_and(|rows| rows.iter().any(used)));
-    let chosen: Vec<usize> = chosen.collect();
+    let with_rows = poses.rows.iter().enumerate();
+    let chosen = with_rows.filter(|(_, rows)| rows.iter().any(|row| fitted.get(*row) == Some(&true)));
+    let chosen: Vec<usize> = chosen.map(|(pose, _)| pose).collect();
     (poses, chosen, fitted)
 }
 
@@ -50,10 +49,13 @@ pub(crate) fn region_blocks(table: &Table, rows: &[usize]) -> Vec<Vec<usize>> {
 /// The same, cut into ranges of one joint.
 pub(crate) fn joint_blocks(table: &Table, rows: &[usize], joint: usize) -> Vec<Vec<usize>> {
     let (poses, mut chosen, fitted) = fitted_poses(table, rows);
-    let place =
-        |pose: &usize| poses.places.get(*pose).and_then(|place| place.get(joint)).copied().unwrap_or(0.0);
     poses.drop_lonely(&mut chosen);
-    chosen.sort_by(|left, right| place(left).total_cmp(&place(right)));
+    chosen.sort_by(|left, right| {
+        let [left, right] =
+            [left, right].map(|pose| poses.places.get(*pose).and_then(|place| place.get(joint)));
+        left.unwrap_or(&0.0).total_cmp(right.unwrap_or(&0.0))
+    });
+    // Ranges of as many poses each, not of as many degrees: each must leave enough to fit.
     let share = chosen.len().div_ceil(VALIDATION_BLOCKS).max(1);
     chosen.chunks(share).map(|part| rows_of(&poses, part, &fitted)).collect()
 }
@@ -165,8 +167,10 @@ fn left_out_by(
     let mut all = vec![None; machine.table.len()];
     for block in blocks.iter().filter(|block| !block.is_empty()) {
         let without = Without::of(&fit.normal, fit.rank(), &normal_of(block))?;
+        // The residuals are those of the model at that state, not their linear forecast: what is far left out is not linear.
         let state = fit.state.stepped(machine.slots(), &without.step);
         let residuals = machine.residuals_apart(&state, block, &[]);
+        // In sigmas for the gain, in mm for what is told: a table may hold readings of several instruments.
         let distances = Distances::of(machine, &residuals);
         let untold =
             without.untold(machine, block, || machine.block(&fit.state, block, &fit.weights, &[]).jacobian);
@@ -196,6 +200,7 @@ impl Without {
     /// left to fit.
     pub(crate) fn of(all: &NormalEquations, rank: usize, own: &NormalEquations) -> Option<Self> {
         let mut rest: NormalEquations = all.clone();
+        // The rows that stay, from two sums: to gather them anew would cost a pass over all rows for every block.
         rest.subtract(own);
         if rest.equations <= rank {
             return None;
@@ -217,17 +222,16 @@ impl Without {
         block: &[usize],
         jacobian: impl FnOnce() -> DMatrix<f64>,
     ) -> Vec<usize> {
-        let of_surface = |slot: &Slot| matches!(slot, Slot::Surface(..));
-        if !machine.slots().iter().any(of_surface) {
+        let slots = machine.slots().iter().enumerate();
+        let surfaces = slots.filter(|(_, slot)| matches!(slot, Slot::Surface(..))).map(|(index, _)| index);
+        let surfaces: Vec<usize> = surfaces.collect();
+        if surfaces.is_empty() {
             return Vec::new();
         }
         let jacobian = jacobian();
         if jacobian.ncols() == 0 {
             return Vec::new();
         }
-        let surfaces: Vec<usize> = (0..machine.slots().len())
-            .filter(|index| machine.slots().get(*index).is_some_and(of_surface))
-            .collect();
         // How much less well the rows are foretold because nobody knows the surfaces. Where a surface and the arm cannot be told apart,
         // each is badly known, and a reading is foretold as well as ever.
         let arm = RankRevealingCholesky::new(
@@ -235,17 +239,17 @@ impl Without {
         );
         let known = arm.whiten(&jacobian.clone().remove_rows_at(&surfaces));
         let spread = self.factor.whiten(&jacobian);
-        let added =
-            |equation: usize| spread.column(equation).norm_squared() - known.column(equation).norm_squared();
-        let lost = |equation: usize| {
-            let dependent = self.factor.dependent.iter().filter(|slot| surfaces.contains(slot));
-            dependent.into_iter().any(|slot| jacobian[(*slot, equation)] != 0.0)
-        };
+        // A surface that the rest of the rows does not determine at all has no place in the factor: readings of it are lost whatever the others say.
+        let dependent = self.factor.dependent.iter().filter(|slot| surfaces.contains(slot));
+        let dependent: Vec<usize> = dependent.copied().collect();
         let mut first = 0;
         let untold = block.iter().filter(|row| {
             let own = first..first + machine.observations.range(**row).len();
             first = own.end;
-            own.into_iter().any(|equation| added(equation) > SURFACE_UNKNOWN || lost(equation))
+            own.into_iter().any(|equation| {
+                let added = spread.column(equation).norm_squared() - known.column(equation).norm_squared();
+                added > SURFACE_UNKNOWN || dependent.iter().any(|slot| jacobian[(*slot, equation)] != 0.0)
+            })
         });
         untold.copied().collect()
     }

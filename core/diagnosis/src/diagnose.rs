@@ -93,6 +93,7 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Diagnosis, LaboratoryError> {
         let structured = matches!(diagnosis.verdict, Verdict::Unknown | Verdict::Located);
+        // Geometry that is to be freed first would be written as a formula, and a tie has names already.
         if !structured || diagnosis.free_first.is_some() {
             return Ok(diagnosis);
         }
@@ -133,6 +134,7 @@ impl Laboratory {
         let replicates = Replicates::gather(&machine, &fit, &self.survey());
         let floor = Floor::among(&machine, replicates.as_ref());
         let splits = replicates.as_ref().map(|replicates| repeatability::find_splits(&machine, replicates));
+        // Asked of the model as it stands: replicates share their pose, so that no missing effect of the pose can part them.
         let splits = splits.unwrap_or_default();
         let comparison = self.comparison(&machine, &fit, progress)?;
         let candidates = Candidates { listed: candidates::probes(self), unlisted: unlisted::probes(self) };
@@ -177,6 +179,7 @@ impl Laboratory {
         diagnosis: &mut Diagnosis,
         progress: &Progress,
     ) -> Result<(), LaboratoryError> {
+        // A tie is described by its candidates; what goes with which condition would be said of each of them.
         if matches!(finding.verdict, Verdict::Located | Verdict::Unknown) {
             let rest = residual_structure(&finding.stage.fitted);
             diagnosis.remaining = Remaining {

@@ -47,6 +47,7 @@ impl DirectionTest {
     pub(crate) fn along(&self) -> f64 {
         let (across, whole) = self.inliers;
         let (squares, freedom) = (whole.0 - across.0, whole.1 - across.1);
+        // Where nothing is left across, or too little, there is no measure of what is left along.
         if freedom < 1.0 || across.1 < DIRECTION_FREEDOM || across.0 <= 0.0 {
             return 1.0;
         }
@@ -67,9 +68,10 @@ struct Loose {
 
 impl Loose {
     fn at(spot: Spot) -> Self {
-        let count = if spot == Spot::Base { 2 } else { 1 };
-        let parameter = |number: usize| Parameter::new(&number.to_string(), Unit::RATIO, (-1.0, 1.0));
-        Self { spot, parameters: (0..count).map(parameter).collect() }
+        // A base tilts about the two horizontal axes; its turn about the vertical is that of a first joint that stands upright.
+        let numbers = 0..if spot == Spot::Base { 2 } else { 1 };
+        let parameters = numbers.map(|number| Parameter::new(&number.to_string(), Unit::RATIO, (-1.0, 1.0)));
+        Self { spot, parameters: parameters.collect() }
     }
 }
 
@@ -112,8 +114,8 @@ struct Projected {
 
 impl Rows {
     fn range(&self, row: usize) -> Range<usize> {
-        let at = |index: usize| self.first.get(index).copied().unwrap_or(0);
-        at(row)..at(row + 1)
+        let [start, end] = [row, row + 1].map(|index| self.first.get(index).copied().unwrap_or(0));
+        start..end
     }
 
     fn len(&self) -> usize {
@@ -143,6 +145,7 @@ impl Rows {
             let mut taken: Vec<DVector<f64>> = Vec::new();
             for index in range.clone() {
                 let full = directions.view((index, own.start), (1, own.len())).transpose();
+                // Gram and Schmidt within the row: what two motions of one place have in common is taken out once.
                 let mut direction = full.column(0).into_owned();
                 for earlier in &taken {
                     direction -= earlier * earlier.dot(&full);
@@ -178,6 +181,7 @@ impl Kept {
 
     /// Keeps these rows; only those that come or go are counted anew.
     fn keep(&mut self, projected: &Projected, kept: &[bool]) {
+        // From turn to turn only a few rows change sides; the sums of thousands of others stand.
         for (wanted, sign) in [(true, 1.0), (false, -1.0)] {
             let changed: Vec<usize> = (0..projected.rows.len())
                 .filter(|row| kept.get(*row) == Some(&wanted) && self.kept.get(*row) == Some(&!wanted))
@@ -250,21 +254,21 @@ fn scatter(
     some.keep(all, kept);
     let (squares, freedom, step) = some.left(full);
     let off = &all.rows.residuals - all.rows.columns.tr_mul(&step);
-    let of = |wanted: &&str| {
-        let rows = (0..all.rows.len()).filter(|row| kept.get(*row) == Some(&true));
-        let places = rows.flat_map(|row| all.rows.range(row));
-        let own = places.filter(|place| instruments.get(*place) == Some(wanted));
-        let (own, count) =
-            own.fold((0.0, 0.0), |(sum, count), place| (sum + off[place] * off[place], count + 1.0));
-        // Too few say nothing of their instrument: they are taken to be as good as the rest.
-        if count < DIRECTION_FREEDOM { squares / some.equations } else { own / count }
-    };
+    // The fit takes degrees of freedom from all instruments together: each bears its part of them.
     let freed = (some.equations / freedom.max(1.0)).sqrt();
+    // An instrument read more finely than it was rounded may show no scatter at all, and nothing is divided by zero.
     let least = 1e-3 * (squares / some.equations).sqrt().max(1e-9);
     let mut known: Vec<(&str, f64)> = Vec::new();
     for instrument in instruments {
         if !known.iter().any(|(known, _)| known == instrument) {
-            known.push((*instrument, of(instrument).sqrt().max(least) * freed));
+            let rows = (0..all.rows.len()).filter(|row| kept.get(*row) == Some(&true));
+            let places = rows.flat_map(|row| all.rows.range(row));
+            let own = places.filter(|place| instruments.get(*place) == Some(instrument));
+            let (own, count) =
+                own.fold((0.0, 0.0), |(sum, count), place| (sum + off[place] * off[place], count + 1.0));
+            // Too few say nothing of their instrument: they are taken to be as good as the rest.
+            let variance = if count < DIRECTION_FREEDOM { squares / some.equations } else { own / count };
+            known.push((*instrument, variance.sqrt().max(least) * freed));
         }
     }
     let scatter = instruments.iter().map(|instrument| {
@@ -286,26 +290,38 @@ fn corners(share: f64, rows: &Rows) -> Vec<f64> {
     (0..=most).map(|equations| chi_squared_quantile(share, equations as f64).sqrt()).collect()
 }
 
-/// Leaves rows out that lie far outside the others' scatter; nine turns settle it.
+/// The corner of a row of so many equations.
+fn corner(corners: &[f64], equations: f64) -> f64 {
+    corners.get(equations as usize).copied().unwrap_or(1.0)
+}
+
+/// Turns of leaving rows out and fitting the others anew; rows that hop in and out for ever are few and change little.
+const TURNS: usize = 9;
+
+/// Leaves rows out that lie far outside the others' scatter, until the same rows stay.
 fn view(projected: &Projected, full: &DVector<f64>) -> View {
     let rows = &projected.rows;
     let mut view = View { kept: vec![true; rows.len()], distances: Vec::new(), scale: 1.0 };
     let (typical, wild) = (corners(0.5, rows), corners(INLIER_QUANTILE, rows));
-    let of = |corners: &[f64], equations: f64| corners.get(equations as usize).copied().unwrap_or(1.0);
     let mut some = Kept::none(projected);
-    for _ in 0..9 {
+    for _ in 0..TURNS {
         some.keep(projected, &view.kept);
         let (_, freedom, step) = some.left(full);
         let off = &rows.residuals - rows.columns.tr_mul(&step);
-        let norm = |row: usize| off.rows(rows.range(row).start, rows.range(row).len()).norm();
-        view.distances = (0..rows.len()).map(norm).collect();
+        view.distances = (0..rows.len())
+            .map(|row| off.rows(rows.range(row).start, rows.range(row).len()).norm())
+            .collect();
         let measured =
             projected.equations.iter().zip(&view.distances).filter(|(equations, _)| **equations > 0.0);
-        let relative: Vec<f64> = measured.map(|(equations, off)| off / of(&typical, *equations)).collect();
+        // The median of norms over their own medians: half the rows may be wild and it still tells the scatter of the others.
+        let relative: Vec<f64> =
+            measured.map(|(equations, off)| off / corner(&typical, *equations)).collect();
         view.scale = median(&relative) * (some.equations / freedom.max(1.0)).sqrt();
+        // A row of which the projection left nothing says nothing against anything, and stays.
+        let rows = projected.equations.iter().zip(&view.distances);
         let near =
-            |(equations, off): (&f64, &f64)| *equations <= 0.0 || *off <= view.scale * of(&wild, *equations);
-        let fresh: Vec<bool> = projected.equations.iter().zip(&view.distances).map(near).collect();
+            rows.map(|(equations, off)| *equations <= 0.0 || *off <= view.scale * corner(&wild, *equations));
+        let fresh: Vec<bool> = near.collect();
         if fresh == view.kept {
             break;
         }
@@ -318,13 +334,14 @@ fn view(projected: &Projected, full: &DVector<f64>) -> View {
 /// it is and whatever is left of it: a place that calls rows wild which another explains pays for them.
 fn surplus(projected: &Projected, view: &View, scale: f64) -> f64 {
     let wild = corners(INLIER_QUANTILE, &projected.rows);
-    let cost = |(equations, off): (&f64, &f64)| {
+    let rows = projected.equations.iter().zip(&view.distances).filter(|(equations, _)| **equations > 0.0);
+    let costs = rows.map(|(equations, off)| {
         let squares = (off / scale).powi(2);
         let edge = wild.get(*equations as usize).copied().unwrap_or(0.0).powi(2);
+        // Chi squared of as many equations has their number as its mean.
         if squares > edge { OUTLIER_COST } else { squares - equations }
-    };
-    let rows = projected.equations.iter().zip(&view.distances);
-    rows.filter(|(equations, _)| **equations > 0.0).map(cost).sum()
+    });
+    costs.sum()
 }
 
 /// Everything the test of one table needs: the free parameters' columns, and each site's motion.
@@ -360,6 +377,7 @@ impl Setup {
     fn of(lab: &Laboratory, fitted: &Fitted<'_>) -> Self {
         let (machine, state) = (&fitted.machine, &fitted.fit.state);
         let measured = lab.measured_rows();
+        // Evenly in the order of measuring, so that drifts and all regions of a lattice are kept.
         let stride = measured.len().div_ceil(DIRECTION_ROWS).max(1);
         let chosen: Vec<usize> = measured.into_iter().step_by(stride).collect();
         let sites = sites(lab.model().chain.len());
@@ -407,6 +425,21 @@ impl Setup {
         let scatter = scatter(all, inliers, &self.full, &self.instruments)?;
         Some((self.rows.over(&scatter), over(&self.directions, &scatter)))
     }
+
+    /// What is left of the inliers without the motions in `range`: of the levelled rows where there are several instruments, else of `plain`, from which these
+    /// motions were taken already.
+    fn left_of_inliers(
+        &self,
+        levelled: Option<&(Rows, DMatrix<f64>)>,
+        range: Range<usize>,
+        plain: &Projected,
+        inliers: &[bool],
+    ) -> (f64, f64) {
+        match levelled {
+            Some((rows, directions)) => left_of(&rows.without(directions, range), inliers, &self.full),
+            None => left_of(plain, inliers, &self.full),
+        }
+    }
 }
 
 /// A site, the rows without its motion, and its view of which of them are outliers.
@@ -431,20 +464,19 @@ impl Laboratory {
     pub(crate) fn direction_tests(&self, fitted: &Fitted<'_>, floor: &Floor) -> Vec<DirectionTest> {
         let setup = Setup::of(self, fitted);
         let full = &setup.full;
+        // Every site calls other rows wild. Sites are compared on the rows of the likeliest, or each would be judged on rows that suit it.
         let views = setup.views();
         let Some(kept) = rows_of_likeliest(&views) else { return Vec::new() };
         let undirected = setup.rows.without(&setup.directions, 0..0);
         let near = view(&undirected, full).kept;
+        // Along a motion, which is asked next, a row counts only if it is near in every direction.
         let inliers: Vec<bool> = kept.iter().zip(near).map(|(kept, near)| *kept && near).collect();
         let levelled = setup.levelled(&undirected, &inliers);
-        let left_without = |range: Range<usize>, plain: &Projected| match &levelled {
-            Some((rows, directions)) => left_of(&rows.without(directions, range), &inliers, full),
-            None => left_of(plain, &inliers, full),
-        };
-        let whole = left_without(0..0, &undirected);
+        let whole = setup.left_of_inliers(levelled.as_ref(), 0..0, &undirected, &inliers);
         let mut found: Vec<DirectionTest> = for_each(&views, |site| {
             let (squares, freedom) = left_of(&site.projected, kept, full);
-            let across = left_without(site.range.clone(), &site.projected);
+            let across =
+                setup.left_of_inliers(levelled.as_ref(), site.range.clone(), &site.projected, &inliers);
             DirectionTest {
                 spot: site.spot,
                 across: (squares, freedom.max(1.0)),
@@ -478,6 +510,7 @@ fn likely_sites(tests: &[&DirectionTest], variance: f64) -> Vec<Spot> {
 pub(crate) fn possible_sites(tests: &[DirectionTest], floor: &Floor) -> Vec<Spot> {
     let variance = match (floor.scale, tests.first()) {
         (Some(scale), _) => scale * scale,
+        // Relative to the best: then only how much worse the others are is asked.
         (None, Some(best)) => best.across.0 / best.across.1,
         (None, None) => return Vec::new(),
     };

@@ -31,6 +31,7 @@ fn rms_without(fitted: &Fitted<'_>, block: &[usize]) -> Option<f64> {
     if block.is_empty() || block.len() >= fitted.fit.rows.len() {
         return None;
     }
+    // Leaving out asks for two blocks at least; an empty one is skipped.
     let all = left_out(&fitted.machine, &fitted.fit, &[block.to_vec(), Vec::new()])?;
     let rows = block.iter().filter_map(|row| all.get(*row).and_then(Option::as_ref));
     ErrorSummary::of(rows.flat_map(|row| row.squares.iter().copied())).map(|errors| errors.rms)
@@ -46,27 +47,29 @@ impl Laboratory {
     ) -> Result<Vec<Extrapolation>, LaboratoryError> {
         progress.report(0.95, "trying what was not measured")?;
         let old = before.fit_with(&[], None, progress)?;
-        let fitted = |row: &usize| self.split().fit.get(*row).copied().unwrap_or(false);
         let mut ways: Vec<(String, Vec<usize>)> = Vec::new();
         for holdout in [Holdout::Regions, Holdout::Time { share: 0.3 }] {
             if let Ok(split) = Split::new(self.table(), holdout) {
-                ways.push((holdout.to_string(), split.check_rows().into_iter().filter(fitted).collect()));
+                // What is locked away for the final check stays so here.
+                let mut rows = split.check_rows();
+                rows.retain(|row| self.split().fit.get(*row) == Some(&true));
+                ways.push((holdout.to_string(), rows));
             }
         }
+        // The first three joints carry the hand through its volume; the wrist hardly moves the point.
         for (index, joint) in self.model().chain.joints.iter().enumerate().take(3) {
-            let at = |row: usize| self.table().q_of(row).get(index).copied().unwrap_or(0.0);
             let mut rows: Vec<usize> = self.measured_rows();
-            rows.sort_by(|left, right| at(*left).total_cmp(&at(*right)));
+            rows.sort_by(|left, right| {
+                let [left, right] = [left, right].map(|row| self.table().q_of(*row).get(index));
+                left.unwrap_or(&0.0).total_cmp(right.unwrap_or(&0.0))
+            });
             let upper = rows.split_off(rows.len() * 2 / 3);
             ways.push((format!("upper third of {}", joint.name), upper));
         }
-        let told = |(how, rows): (String, Vec<usize>)| {
-            Some(Extrapolation {
-                left_out: how,
-                rms_mm: rms_without(new, &rows)?,
-                without_mm: rms_without(&old, &rows)?,
-            })
-        };
-        Ok(ways.into_iter().filter_map(told).collect())
+        let known = ways.into_iter().filter_map(|(left_out, rows)| {
+            let (rms_mm, without_mm) = (rms_without(new, &rows)?, rms_without(&old, &rows)?);
+            Some(Extrapolation { left_out, rms_mm, without_mm })
+        });
+        Ok(known.collect())
     }
 }

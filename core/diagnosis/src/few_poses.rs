@@ -33,9 +33,11 @@ impl PoseShare {
         let (mut between, mut within) = (0.0, 0.0);
         for group in groups {
             let mean = group.iter().sum::<Vector3<f64>>() / group.len().max(1) as f64;
+            // The fit has taken the mean over all poses out: squares between poses are about zero.
             between += group.len() as f64 * mean.norm_squared();
             within += group.iter().map(|point| (point - mean).norm_squared()).sum::<f64>();
         }
+        // One mean a pose and axis, less what was fitted to them.
         let above = (axes * groups.len()).checked_sub(parameters).filter(|freedom| *freedom > 0)? as f64;
         let below = (axes * rows.checked_sub(groups.len()).filter(|freedom| *freedom > 0)?) as f64;
         let ratio = (between / above) / (within / below).max(1e-300);
@@ -60,19 +62,22 @@ impl Laboratory {
     fn pose_share(&self, fitted: &Fitted<'_>) -> Option<PoseShare> {
         let (machine, fit) = (&fitted.machine, &fitted.fit);
         let mut measured = [false; 3];
-        let mut point = |row: &usize| {
-            let mut point = Vector3::zeros();
-            let own = fit.residuals.get(machine.observations.range(*row)).unwrap_or(&[]);
-            for (equation, residual) in machine.observations.of_row(*row).iter().zip(own) {
-                let axis = equation.measurand.coordinate().unwrap_or(0);
-                point[axis] += residual;
-                measured[axis] = true;
+        let mut groups: Vec<Vec<Vector3<f64>>> = Vec::new();
+        for rows in self.few_poses()? {
+            let mut points = Vec::with_capacity(rows.len());
+            for row in rows {
+                let mut point = Vector3::zeros();
+                let own = fit.residuals.get(machine.observations.range(row)).unwrap_or(&[]);
+                for (equation, residual) in machine.observations.of_row(row).iter().zip(own) {
+                    // A reading without a coordinate (a distance, a height) is a number of its own.
+                    let axis = equation.measurand.coordinate().unwrap_or(0);
+                    point[axis] += residual;
+                    measured[axis] = true;
+                }
+                points.push(point);
             }
-            point
-        };
-        let groups = self.few_poses()?;
-        let groups: Vec<Vec<Vector3<f64>>> =
-            groups.iter().map(|rows| rows.iter().map(&mut point).collect()).collect();
+            groups.push(points);
+        }
         PoseShare::of(&groups, measured.iter().filter(|axis| **axis).count().max(1), fit.rank())
     }
 
@@ -145,15 +150,14 @@ impl Laboratory {
         let mut moved = passport.ranges.iter().enumerate().filter(|(_, (low, high))| high > low);
         let (joint, None) = (moved.next()?.0, moved.next()) else { return None };
         let positions = passport.places.get(joint).map_or(0, Vec::len);
-        let curve = |pieces: usize| EffectId {
+        let mut curves = (1..positions).rev().map(|pieces| EffectId {
             order: Some(pieces as f64),
             ..EffectId::at("positioning_error", Spot::Joint(joint))
-        };
-        let shown = |id: &EffectId| {
+        });
+        let id = curves.find(|id| {
             effect::build(id, self.model()).is_ok()
                 && effect::not_at_these_positions(&self.survey(), id).is_none()
-        };
-        let id = (1..positions).rev().map(curve).find(shown)?;
+        })?;
         Some(format!(
             " `{}` holds it as the axis's positioning error; `grow` keeps it as a residual map.",
             self.model().label(&id)

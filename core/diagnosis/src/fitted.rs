@@ -1,8 +1,10 @@
 //! A machine with its fit, and refits of it with more effects in.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::cross_validation::pose_groups;
+use crate::laboratory::{Laboratory, LaboratoryError, point_squares};
 use crate::score_test::{Probe, Score};
 use crate::thresholds::INLIER_QUANTILE;
 use plumb_calibration::arm_model::AddedEffect;
@@ -19,42 +21,57 @@ impl Fitted<'_> {
     /// Huber's loss over the fitted rows, squared sigmas, for a scatter of `scale` sigmas.
     pub(crate) fn loss(&self, scale: f64) -> f64 {
         let distances = Distances::of(&self.machine, &self.fit.residuals);
-        let loss = |(norm, equations): &(f64, usize)| {
+        let fitted = self.fit.rows.iter().filter_map(|row| distances.rows.get(*row));
+        let losses = fitted.map(|(norm, equations)| {
             let edge = scale * huber_corner(*equations);
+            // Huber 1981, chapter 7: a square inside, a tangent outside.
             if *norm <= edge { norm * norm } else { 2.0 * edge * norm - edge * edge }
-        };
-        self.fit.rows.iter().filter_map(|row| distances.rows.get(*row)).map(loss).sum()
+        });
+        losses.sum()
     }
 
     /// Squared errors of the fitted rows, in sigmas.
     pub(crate) fn row_squares(&self) -> Vec<f64> {
         let (observations, residuals) = (self.machine.observations, &self.fit.residuals);
-        let square = |row: &usize| {
+        let squares = self.fit.rows.iter().map(|row| {
             let own = residuals.get(observations.range(*row)).unwrap_or(&[]);
             let equations = own.iter().zip(observations.of_row(*row));
             equations.map(|(residual, equation)| (residual / equation.sigma).powi(2)).sum()
-        };
-        self.fit.rows.iter().map(square).collect()
+        });
+        squares.collect()
     }
 
     /// Fitted rows that are not wild.
     pub(crate) fn tame(&self) -> Vec<usize> {
         let distances = Distances::of(&self.machine, &self.fit.residuals);
-        let mut edges: Vec<Option<f64>> = Vec::new();
-        let mut edge = |equations: usize| {
-            edges.resize(edges.len().max(equations + 1), None);
-            *edges[equations]
-                .get_or_insert_with(|| chi_squared_quantile(INLIER_QUANTILE, equations.max(1) as f64).sqrt())
-        };
-        let scale = self.fit.scale;
-        let near = |row: &usize| {
-            distances
-                .rows
-                .get(*row)
-                .is_some_and(|(norm, count)| *norm <= scale * edge(*count) || *norm == 0.0)
-        };
-        self.fit.rows.iter().copied().filter(near).collect()
+        // A quantile costs more than a row, and rows have few different numbers of equations.
+        let mut edges: BTreeMap<usize, f64> = BTreeMap::new();
+        let mut tame = self.fit.rows.clone();
+        tame.retain(|row| {
+            distances.rows.get(*row).is_some_and(|(norm, equations)| {
+                let edge = edges.entry(*equations).or_insert_with(|| {
+                    chi_squared_quantile(INLIER_QUANTILE, (*equations).max(1) as f64).sqrt()
+                });
+                // A fit through every row leaves no scatter, and rows without any error.
+                *norm <= self.fit.scale * *edge || *norm == 0.0
+            })
+        });
+        tame
     }
+}
+
+/// By how much the squared errors of rows that were not fitted fall from one fit to another of the same table, summed over the rows of each pose, mm2. Replicates
+/// share what a model does wrong at their pose, so that poses, not rows, are independent.
+pub(crate) fn falls_by_pose((before, after): (&Fitted<'_>, &Fitted<'_>), rows: &[usize]) -> Vec<f64> {
+    let [old, new] = [before, after].map(|fitted| {
+        let residuals = fitted.machine.residuals_apart(&fitted.fit.state, rows, &fitted.fit.rows);
+        let all = 0..fitted.machine.table.len();
+        let squares = all.map(|row| point_squares(&fitted.machine, &residuals, row).into_iter().sum());
+        squares.collect::<Vec<f64>>()
+    });
+    let poses = pose_groups(before.machine.table, rows);
+    let falls = poses.iter().map(|rows| rows.iter().map(|row| old[*row] - new[*row]).sum());
+    falls.collect()
 }
 
 /// An earlier fit's state for another machine: effects both share keep their values, the others start where they were
@@ -77,6 +94,7 @@ fn start_near(machine: &ResidualModel<'_>, near: &Fitted<'_>) -> State {
 fn beside(machine: &ResidualModel<'_>, start: &State, beside: &[f64]) -> State {
     let known = beside.len().min(machine.slots().len());
     let moved = start.stepped(machine.slots().get(..known).unwrap_or(&[]), beside);
+    // Derivatives at a fold of the arm can promise a step to nowhere.
     if moved.is_finite() { moved } else { start.clone() }
 }
 

@@ -85,6 +85,7 @@ impl Laboratory {
     ) -> Result<Stage<'a>, LaboratoryError> {
         let probes = &candidates.listed;
         let robust = self.fit_with(&taken, near, progress)?;
+        // Plain least squares on rows that are kept: weights that change with the effects would make sums of squares incomparable.
         let kept = self.tame_rows(&robust, &taken, candidates, progress)?;
         let ones = vec![1.0; self.table().len()];
         let plain = FitOptions { robust: false, ..self.options().fit };
@@ -108,6 +109,7 @@ impl Laboratory {
             .filter(|((_, score), _)| score.freedom > 0)
             .map(|((index, score), holm_p)| {
                 let probe = &probes[index];
+                // Before a refit the score's promise stands for it: exact in a linear model.
                 let promised = (squares - score.gain).max(squares * 1e-9);
                 let search_cost = probe.search_cost + probe.search.cost(equations);
                 Contender {
@@ -147,12 +149,12 @@ impl Laboratory {
         let mut asked: Vec<(&Probe, Score)> = Vec::new();
         for probes in [&candidates.listed, &candidates.unlisted] {
             let scores = best_variants(probes, score(&robust.machine, &robust.fit, probes));
-            let open = |probe: &&Probe| !taken.iter().any(|known| known.id.same_as(&probe.id));
-            let mut best: Vec<(&Probe, Score)> = scores
-                .into_iter()
-                .filter_map(|(index, score)| Some((probes.get(index).filter(open)?, score)))
-                .filter(|(_, score)| score.p < OUTLIER_JUDGE_LEVEL)
-                .collect();
+            let scores = scores.into_iter().filter_map(|(index, score)| Some((probes.get(index)?, score)));
+            let mut best: Vec<(&Probe, Score)> = scores.collect();
+            best.retain(|(probe, score)| {
+                let is_open = !taken.iter().any(|known| known.id.same_as(&probe.id));
+                is_open && score.p < OUTLIER_JUDGE_LEVEL
+            });
             best.sort_by(|left, right| left.1.p.total_cmp(&right.1.p));
             asked.extend(best.into_iter().take(OUTLIER_JUDGES));
         }
@@ -163,9 +165,13 @@ impl Laboratory {
         let scale = fits.iter().map(|fit| fit.fit.scale).fold(robust.fit.scale, f64::min).max(1e-300);
         let equations = robust.fit.normal.equations as f64;
         let least = robust.machine.least_variance();
-        let own = |fit: &Fitted<'_>| bic_above(least, fit.loss(scale), equations, fit.fit.rank() as f64, 0.0);
-        let best = fits.iter().map(|fit| (own(fit), fit)).min_by(|left, right| left.0.total_cmp(&right.0));
-        Ok(best.filter(|(best, _)| *best < own(robust)).map_or_else(|| robust.tame(), |(_, fit)| fit.tame()))
+        // With the least scatter for all: each by its own would make a fit look good that calls everything wild.
+        let all = std::iter::once(robust)
+            .chain(&fits)
+            .map(|fit| (bic_above(least, fit.loss(scale), equations, fit.fit.rank() as f64, 0.0), fit));
+        // Of equals the first, without anything added.
+        let best = all.min_by(|left, right| left.0.total_cmp(&right.0));
+        Ok(best.map_or_else(|| robust.tame(), |(_, fit)| fit.tame()))
     }
 
     /// Sends contenders away whose evidence lies in the choice of wild rows: with every row in and none judged, each pulling
@@ -192,6 +198,7 @@ impl Laboratory {
         for (index, with) in asked.into_iter().zip(fits) {
             let (with, Some(contender)) = (with?, stage.contenders.get_mut(index)) else { continue };
             let noise = Noise::of(&with.machine, &with.fit);
+            // Both by the scale of the fit with it in: the smaller of the two, which is the harder one to pass.
             let gain = (robust.loss(with.fit.scale) - with.loss(with.fit.scale)).max(0.0);
             let freedom = contender.score.freedom.max(1) as f64;
             let p = f_tail(gain / freedom / noise.variance.max(1e-300), freedom, noise.freedom);
@@ -204,13 +211,14 @@ impl Laboratory {
 
     /// Refits the best contenders for real, on the stage's rows.
     fn refit_handful(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
-        let promising = |contender: &&Contender| contender.holm_p < REFIT_BELOW;
-        let count = stage.contenders.iter().take(REFITTED_CANDIDATES).filter(promising).count();
+        let best = stage.contenders.iter().take(REFITTED_CANDIDATES);
+        let count = best.filter(|contender| contender.holm_p < REFIT_BELOW).count();
         let equations = stage.fitted.fit.normal.equations as f64;
         let options = FitOptions { robust: false, ..self.options().fit };
         let Some(asked) = stage.contenders.get(..count).filter(|asked| !asked.is_empty()) else {
             return Ok(());
         };
+        // What is asked of the fit without an effect is the same for all: worked out once.
         let judge = Judge::of(&stage.fitted, asked.iter().map(|contender| &contender.id));
         let refits = for_each(asked, |contender| {
             let mut more = stage.taken.clone();
@@ -226,6 +234,7 @@ impl Laboratory {
                 bic_above(refit.machine.least_variance(), squares, equations, rank, contender.search_cost);
             (contender.gains, contender.promise) = gains;
             contender.refitted = true;
+            // Events are compared row by row (Vuong 1989, see `epochs/rivals.rs`).
             if kind(&contender.id.name).is_some_and(|kind| kind.is_event) {
                 contender.row_squares = refit.row_squares();
             }
@@ -276,6 +285,7 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Vec<Stage<'_>>, LaboratoryError> {
         let mut stages = vec![self.stage(Vec::new(), None, candidates, progress)?];
+        // The first stage has none taken in.
         while stages.len() <= MOST_EFFECTS {
             progress.report(0.2 + 0.1 * stages.len() as f64, "searching")?;
             let Some(last) = stages.last() else { break };

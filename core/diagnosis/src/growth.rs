@@ -5,13 +5,12 @@ use serde::Serialize;
 
 use super::claim::Claim;
 use super::extrapolation::Extrapolation;
-use super::fitted::Fitted;
+use super::fitted::falls_by_pose;
 use super::found::{CorrectionCandidate, Found};
 use super::outcome::{Diagnosis, Named, Verdict};
 use super::predictive_gain::Gain;
 use super::thresholds::{BATCH_ROWS, CORRECTIONS_TRIED, MOST_CORRECTIONS};
-use crate::cross_validation::pose_groups;
-use crate::laboratory::{Addition, Laboratory, LaboratoryError, MapStep, Mapped, Rms, point_squares};
+use crate::laboratory::{Addition, Laboratory, LaboratoryError, MapStep, Mapped, Rms};
 use plumb_calibration::arm_model::{AddedEffect, Correction, Model};
 use plumb_calibration::effect::acts_by_epoch;
 use plumb_estimation::Progress;
@@ -107,6 +106,7 @@ impl Growing {
             self.laboratory.table().clone(),
             self.laboratory.options().clone(),
         )?;
+        // Anew with it in: what it took away may have hidden or imitated something else.
         (self.diagnosis, self.found) = self.laboratory.diagnose_for(progress)?;
         let added = match values.first() {
             Some(value) => Named { size: value.size, se: value.se, unit: value.unit.clone(), ..added },
@@ -130,6 +130,7 @@ impl Growing {
         let named = self.diagnosis.named.clone().filter(|_| self.diagnosis.verdict == Verdict::Named);
         let (Some(effect), Some(named)) = (self.found.named.take(), named) else { return Ok(false) };
         let label = self.laboratory.model().label(&effect.id);
+        // Each look at the locked rows makes them a little less independent; the reader is told how many there were.
         self.opened += u32::from(!self.laboratory.split().check_rows().is_empty());
         if self.laboratory.locked_fall(&effect, progress)?.is_some_and(|fall| fall.total < 0.0) {
             self.diagnosis.warnings.push(format!(
@@ -163,6 +164,7 @@ impl Growing {
             let id = effect.id.clone();
             let label = self.laboratory.model().label(&id);
             let mut addition = self.laboratory.take_in(vec![effect], progress)?;
+            // A correction is an interpolation: it holds where it was fitted, and a cell must know where that is.
             addition.model.measured_region = self.laboratory.measured_region();
             addition.model.corrections.push(Correction { id, may_be: may_be.clone() });
             let named = Named { effect: place, size: 0.0, unit: String::new(), se: 0.0 };
@@ -238,9 +240,11 @@ impl Laboratory {
         }
         let (diagnosis, found) = laboratory.diagnose_for(progress)?;
         let start = StepRms { fit: diagnosis.rms_mm.fit, cv: diagnosis.rms_mm.cv };
+        // What was re-set was added before: the story begins with the model the user gave.
         let start = if reset > 0 { self.compare(progress)?.rms_mm.into() } else { start };
         let mut corrected = steps.iter().filter(|step| step.claim == Claim::Correction).count();
         let mut growing = Growing { laboratory, diagnosis, found, steps, opened: 0 };
+        // A mechanism first, as long as there is one; a correction would take part of what a name needs.
         while growing.steps.len() < MOST {
             if growing.add_named(progress)? {
                 continue;
@@ -299,18 +303,11 @@ impl Laboratory {
         if let Some(dated) = self.dated_for(std::iter::once(&effect.id), progress)? {
             return dated.locked_fall(effect, progress);
         }
+        // Nothing that is fitted has seen these rows, not even the choice of the effect.
         let held = self.split().check_rows();
         let before = self.fit_with(&[], None, progress)?;
         let after = self.fit_with(std::slice::from_ref(effect), Some(&before), progress)?;
-        let squares = |fitted: &Fitted<'_>| -> Vec<f64> {
-            let residuals = fitted.machine.residuals_apart(&fitted.fit.state, &held, &fitted.fit.rows);
-            let of = |row| point_squares(&fitted.machine, &residuals, row).into_iter().sum();
-            (0..self.table().len()).map(of).collect()
-        };
-        let (old, new) = (squares(&before), squares(&after));
-        let fall = |rows: &Vec<usize>| -> f64 { rows.iter().map(|row| old[*row] - new[*row]).sum() };
-        let falls: Vec<f64> = pose_groups(self.table(), &held).iter().map(fall).collect();
-        Ok(Gain::over(&falls))
+        Ok(Gain::over(&falls_by_pose((&before, &after), &held)))
     }
 
     /// The error of the model without its corrections.

@@ -41,6 +41,7 @@ pub(crate) fn probability_of_noise(squares: f64, freedom: f64, floor: &Floor) ->
     let scale = floor.scale?;
     let ratio = squares / freedom.max(1.0) / (scale * scale);
     Some(match floor.source {
+        // A scatter that was measured is itself uncertain; a declared one is taken at its word.
         FloorSource::Repeats => f_tail(ratio, freedom, floor.dof as f64),
         FloorSource::Declared | FloorSource::Unknown => chi_squared_tail(ratio * freedom, freedom),
     })

@@ -30,11 +30,10 @@ impl Member {
     /// `other` may have moved too, by any amount: what lies along it says nothing.
     pub(super) fn of(deviation: &DVector<f64>, way: &DVector<f64>, other: Option<&DVector<f64>>) -> Self {
         let aside = other.and_then(|other| other.clone().try_normalize(1e-9));
-        let cleared = |of: &DVector<f64>| match &aside {
+        let [deviation, way] = [deviation, way].map(|of| match &aside {
             Some(aside) => of - aside * aside.dot(of),
             None => of.clone(),
-        };
-        let (deviation, way) = (cleared(deviation), cleared(way));
+        });
         let along = deviation.dot(&way) / way.norm_squared().max(1e-300);
         let freedom = way.len() as f64 - 1.0 - f64::from(u8::from(aside.is_some()));
         let across = (deviation - &way * along).norm_squared();
@@ -62,18 +61,15 @@ impl Lines {
         let mut all = Self { lines: Vec::new(), across: 0.0, freedom: 0.0, typical: 0.0 };
         let mut sizes = Vec::new();
         for group in 0..returns.groups {
-            let own = |member: &usize| {
-                returns.members.get(*member).is_some_and(|m| m.1 == group)
+            let own = (0..returns.members.len()).filter(|member| {
+                returns.members.get(*member).is_some_and(|(_, of)| *of == group)
                     && kept.get(*member).is_some_and(|kept| *kept > 0.0)
-            };
-            let members: Vec<Member> = (0..returns.members.len())
-                .filter(own)
-                .take(LONGEST_GROUP)
-                .filter_map(|member| {
-                    let other = beside.and_then(|beside| beside.get(member));
-                    Some(Member::of(deviations.get(member)?, path.get(member)?, other))
-                })
-                .collect();
+            });
+            let members = own.take(LONGEST_GROUP).filter_map(|member| {
+                let other = beside.and_then(|beside| beside.get(member));
+                Some(Member::of(deviations.get(member)?, path.get(member)?, other))
+            });
+            let members: Vec<Member> = members.collect();
             let Some(first) = members.first().filter(|first| first.length > 1e-9 && members.len() > 1) else {
                 continue;
             };
@@ -84,11 +80,13 @@ impl Lines {
             all.lines.push(Line { spread: 1.0 / first.length, places });
         }
         all.typical = median(&sizes).max(1e-12);
+        // Two camps have three numbers more than one (where, how far apart, how tight): with fewer returns anything fits.
         (all.lines.iter().map(|line| line.places.len()).sum::<usize>() >= 6).then_some(all)
     }
 
     fn sigmas(&self) -> impl Iterator<Item = f64> {
         let typical = self.typical;
+        // A grid from a fiftieth of the typical deviation to eight times it: the likelihood of two camps has several peaks, and a climb would stop at one.
         (0..28).map(move |step| typical * 0.02 * 1.25_f64.powi(step))
     }
 
@@ -149,6 +147,7 @@ fn two_camps(line: &Line, sigma: f64, half: f64) -> f64 {
     let freedom = count as f64 - 1.0;
     let exponents: Vec<f64> =
         (0..1_u32 << count).map(|pattern| -0.5 * squares(&shifted(line, pattern, half)) / variance).collect();
+    // ln of a sum of exponentials, the largest taken out: the others alone would underflow.
     let highest = exponents.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let sum: f64 = exponents.iter().map(|exponent| (exponent - highest).exp()).sum();
     highest + sum.ln() - count as f64 * 2.0_f64.ln() - 0.5 * freedom * variance.ln()
@@ -156,8 +155,10 @@ fn two_camps(line: &Line, sigma: f64, half: f64) -> f64 {
 }
 
 fn shifted(line: &Line, pattern: u32, half: f64) -> Vec<f64> {
-    let side = |index: usize| if pattern >> index & 1 == 1 { half } else { -half };
-    line.places.iter().enumerate().map(|(index, place)| place - side(index)).collect()
+    let places = line.places.iter().enumerate();
+    let moved =
+        places.map(|(index, place)| if pattern >> index & 1 == 1 { place - half } else { place + half });
+    moved.collect()
 }
 
 /// Both camps have a fair share of members, and of the groups that could show it as many hold both as chance would have: a few
@@ -172,6 +173,7 @@ fn in_earnest(lines: &[Line], half: f64, sigma: f64) -> bool {
         let low = line.places.len() - high;
         let visible = 2.0 * half > SPLIT_VISIBLE * sigma * line.spread;
         if visible && line.places.len() >= 2 {
+            // A fair coin falls on the same side in all of n throws with probability 2 / 2^n; such a group says nothing.
             let all_alike = 2.0 * 0.5_f64.powi(line.places.len() as i32);
             expected += 1.0 - all_alike;
             split += f64::from(u8::from(high > 0 && low > 0));

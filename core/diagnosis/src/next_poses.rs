@@ -58,6 +58,7 @@ impl Laboratory {
     /// # Errors
     /// Nothing can be fitted, no pose is allowed, or cancellation.
     pub fn next_poses(&self, wanted: &Wanted, progress: &Progress) -> Result<NextPoses, LaboratoryError> {
+        // The same rows as in a diagnosis: what is asked about is what it could not settle.
         let thin = self.thinned(SEARCH_ROWS);
         let lab = thin.as_ref().unwrap_or(self);
         let machine = lab.machine(&[])?;
@@ -81,6 +82,7 @@ impl Laboratory {
         }
         let labels = chooser.labels();
         let (separation, alike) = (choice.separation(), choice.alike(&labels));
+        // Each other way of measuring costs a search of its own: asked only where poses alone do not do.
         let instead = match labels.len() > 1 && separation < SETTLES {
             true => Some(what_would(&mut chooser, wish, separation, progress)?),
             false => None,
@@ -103,6 +105,7 @@ impl Laboratory {
             let poses = self.poses_for_not_shown(&finding.stage, floor, &wanted, progress)?;
             return Ok(poses.map_or_else(Vec::new, |poses| poses.next.into_iter().take(FEW).collect()));
         }
+        // A name has no rival to be told from, and what nothing explains no prediction.
         if finding.close.len() < 2 || !matches!(finding.verdict, Verdict::Tied | Verdict::Located) {
             return Ok(Vec::new());
         }

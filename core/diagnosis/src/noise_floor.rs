@@ -60,16 +60,19 @@ impl Floor {
     /// From returns; nothing if they are too few.
     fn from_returns(machine: &ResidualModel<'_>, returns: &Replicates) -> Option<Self> {
         let (chosen, scatter) = allow(returns);
+        // Rounded readings may return to the very same number: a floor of zero would make every model miss.
         if scatter.freedom < FLOOR_FREEDOM || scatter.sigma <= 0.0 {
             return None;
         }
-        let label = |index: &usize| returns.candidates.get(*index).map(|(id, _)| machine.model.label(id));
         Some(Self {
             sigma_mm: Some(scatter.sigma * typical_sigma(machine)),
             source: FloorSource::Repeats,
             dof: scatter.freedom,
             scale: Some(scatter.sigma),
-            allowed_for: chosen.iter().filter_map(label).collect(),
+            allowed_for: chosen
+                .iter()
+                .filter_map(|index| returns.candidates.get(*index).map(|(id, _)| machine.model.label(id)))
+                .collect(),
         })
     }
 
@@ -87,17 +90,17 @@ impl Floor {
 
 /// The root mean square of the declared sigmas, mm (degrees for a table of tilts alone).
 pub(crate) fn typical_sigma(machine: &ResidualModel<'_>) -> f64 {
-    let of = |lengths: bool| {
-        let chosen = machine
-            .observations
-            .equations
-            .iter()
-            .filter(|equation| equation.measurand.is_length() == lengths);
-        let (sum, count) = chosen
-            .fold((0.0, 0), |(sum, count), equation| (sum + equation.sigma * equation.sigma, count + 1));
-        (count > 0).then(|| (sum / f64::from(count)).sqrt())
-    };
-    of(true).or_else(|| of(false).map(f64::to_degrees)).unwrap_or(1.0)
+    let (mut lengths, mut angles) = ((0.0, 0), (0.0, 0));
+    for equation in &machine.observations.equations {
+        let (sum, count) = if equation.measurand.is_length() { &mut lengths } else { &mut angles };
+        *sum += equation.sigma * equation.sigma;
+        *count += 1;
+    }
+    match (lengths, angles) {
+        ((sum, count @ 1..), _) => (sum / f64::from(count)).sqrt(),
+        (_, (sum, count @ 1..)) => (sum / f64::from(count)).sqrt().to_degrees(),
+        _ => 1.0,
+    }
 }
 
 /// Chooses, one by one, the effects of conditions without which the returns cannot be understood. Replicates their places
@@ -116,18 +119,16 @@ pub(crate) fn allow(returns: &Replicates) -> (Vec<usize>, Scatter) {
                 if *used == 0 || below < 1.0 {
                     return 1.0;
                 }
+                // A few replicates can be explained to nothing by as many numbers; F would then be infinite.
                 let left = (squares - gain).max(squares * 1e-6) / below;
                 f_tail(gain / *used as f64 / left, *used as f64, below)
             })
             .collect();
         let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
         // A gap that differs from pose to pose has so many numbers that a few joints' gaps would explain anything.
-        let gap = |index: usize| {
-            returns.candidates.get(index).is_some_and(|(id, _)| id.name == replicates::SIDE_OF_APPROACH)
-        };
-        let gaps = chosen.iter().filter(|index| gap(**index)).count();
+        let has_gap = chosen.iter().any(|index| returns.is_gap(*index));
         let best = (0..p_values.len())
-            .filter(|index| gaps == 0 || !gap(*index))
+            .filter(|index| !(has_gap && returns.is_gap(*index)))
             .min_by(|left, right| p_values[*left].total_cmp(&p_values[*right]));
         match best.filter(|best| adjusted[*best] < CONDITION_LEVEL && !chosen.contains(best)) {
             Some(index) => {

@@ -20,7 +20,7 @@ use super::working_volume::Volume;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::Floor;
 use plumb_calibration::arm_model::{AddedEffect, Model};
-use plumb_calibration::effect::{self, Effect, EffectId, Family, Kind, Survey};
+use plumb_calibration::effect::{self, Effect, EffectId, Family, Survey};
 use plumb_calibration::fit::ResidualModel;
 
 /// An effect that the rows cannot show, at the greatest size it could have.
@@ -79,6 +79,7 @@ impl Laboratory {
         let shadows = fitted.fit.factor.whiten(&products.with_parameters.transpose());
         let volume = Volume::of(self, &model, &fitted.fit.state)?;
         let there = volume.derivatives(&model, &taken, &fitted.fit.state, &effects)?;
+        // In units in which a size is found four times in five where s' F s is 1.
         let noise = DETECTABLE_ERRORS * DETECTABLE_ERRORS * scale * scale;
         let mut found: Vec<Faint> = Vec::new();
         let mut first = machine.slots().len();
@@ -96,6 +97,7 @@ impl Laboratory {
             let answer = DMatrix::from_columns(&answers);
             let off = there.off(columns, &answer, moves_the_tip(id));
             let Some((error_mm, values, share)) = greatest(&shown, &off, effect.as_ref()) else { continue };
+            // Sigma is that of one axis; the tip is off in space.
             if error_mm <= sigma * 3.0_f64.sqrt() {
                 continue;
             }
@@ -118,13 +120,17 @@ impl Laboratory {
     fn asked(&self, model: &Model, taken: &[AddedEffect]) -> Vec<(EffectId, Arc<dyn Effect>)> {
         let mut passport = self.passport().clone();
         if self.table().approach.is_some() {
+            // A side that was never arrived from hides play: it is asked about as if it had been.
             passport.both_sides = vec![true; model.chain.len()];
         }
         let survey = Survey { model, passport: &passport };
         // What time and temperature will do is no property of the rows.
-        let belongs = |kind: &&Kind| kind.family != Family::Instrument && !kind.depends_on_time;
         let mut all: Vec<(EffectId, Arc<dyn Effect>)> = Vec::new();
-        for id in effect::kinds().iter().filter(belongs).flat_map(|kind| (kind.candidates)(&survey)) {
+        for id in effect::kinds()
+            .iter()
+            .filter(|kind| kind.family != Family::Instrument && !kind.depends_on_time)
+            .flat_map(|kind| (kind.candidates)(&survey))
+        {
             let known = taken.iter().any(|taken| taken.id.same_as(&id))
                 || all.last().is_some_and(|(last, _)| last.same_as(&id));
             if let (false, Ok(built)) = (known, effect::build(&id, model)) {
@@ -141,22 +147,25 @@ impl Laboratory {
         floor: &Floor,
     ) -> Result<Vec<NotShown>, LaboratoryError> {
         let weightless = self.model().masses.is_empty();
-        let told = |one: &Faint| {
-            let nothing = DMatrix::zeros(one.values.len(), one.values.len());
-            let size = one.effect.size(&one.values, &nothing);
-            // Without the masses a compliance has no unit.
-            let no_unit = weightless && one.effect.looks_at() == effect::LooksAt::Gravity;
-            let sized = !(one.any_size || no_unit);
-            NotShown {
-                effect: effect_place(&fitted.machine, &one.id),
-                label: self.model().label(&one.id),
-                up_to_mm: (!one.any_size).then_some(one.error_mm),
-                size: sized.then_some(size.value.abs()),
-                unit: size.unit.to_owned(),
-                to_see: effect::kind(&one.id.name).map_or("", |kind| kind.how_to_see).to_owned(),
-            }
-        };
-        Ok(self.faint(fitted, floor)?.iter().map(told).collect())
+        Ok(self
+            .faint(fitted, floor)?
+            .iter()
+            .map(|one| {
+                let nothing = DMatrix::zeros(one.values.len(), one.values.len());
+                let size = one.effect.size(&one.values, &nothing);
+                // Without the masses a compliance has no unit.
+                let no_unit = weightless && one.effect.looks_at() == effect::LooksAt::Gravity;
+                let sized = !(one.any_size || no_unit);
+                NotShown {
+                    effect: effect_place(&fitted.machine, &one.id),
+                    label: self.model().label(&one.id),
+                    up_to_mm: (!one.any_size).then_some(one.error_mm),
+                    size: sized.then_some(size.value.abs()),
+                    unit: size.unit.to_owned(),
+                    to_see: effect::kind(&one.id.name).map_or("", |kind| kind.how_to_see).to_owned(),
+                }
+            })
+            .collect())
     }
 }
 
@@ -174,11 +183,13 @@ fn greatest(shown: &DMatrix<f64>, off: &DMatrix<f64>, effect: &dyn Effect) -> Op
         if !(widest.is_finite() && widest > 0.0) {
             return None;
         }
+        // An ellipsoid within the box of plausible sizes, added to that of sizes the rows would miss: the sum is an eigenvalue problem, the box itself is not.
         bound[(index, index)] += widest.powi(-2);
     }
     let lower = bound.cholesky()?.l();
     let half = lower.solve_lower_triangular(off)?;
     let whitened = lower.solve_lower_triangular(&half.transpose())?;
+    // Rounding leaves it not quite symmetric.
     let eigen = (0.5 * (&whitened + whitened.transpose())).symmetric_eigen();
     let at = eigen.eigenvalues.imax();
     let square = eigen.eigenvalues.get(at).copied().filter(|square| *square > 0.0)?;

@@ -30,19 +30,17 @@ pub(crate) struct Promise {
 impl Promise {
     /// From how the same rows are predicted both ways; nothing where no point was measured.
     fn of(before: &[Option<LeftOut>], after: &[Option<LeftOut>]) -> Option<Self> {
-        let both: Vec<(&LeftOut, &LeftOut)> = before
-            .iter()
-            .zip(after)
-            .filter_map(|(before, after)| Some((before.as_ref()?, after.as_ref()?)))
-            .collect();
-        let rms = |squares: Vec<f64>| {
-            (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
-        };
-        Some(Self {
-            before_mm: rms(both.iter().flat_map(|(before, _)| before.squares.iter().copied()).collect())?,
-            after_mm: rms(both.iter().flat_map(|(_, after)| after.squares.iter().copied()).collect())?,
-        })
+        let both = before.iter().zip(after);
+        let both = both.filter_map(|(before, after)| Some((before.as_ref()?, after.as_ref()?)));
+        let (before, after): (Vec<&LeftOut>, Vec<&LeftOut>) = both.unzip();
+        Some(Self { before_mm: root_mean_square(&before)?, after_mm: root_mean_square(&after)? })
     }
+}
+
+/// Of the points of some rows, mm; nothing of none.
+fn root_mean_square(rows: &[&LeftOut]) -> Option<f64> {
+    let squares: Vec<f64> = rows.iter().flat_map(|row| row.squares.iter().copied()).collect();
+    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
 }
 
 impl Gain {
@@ -55,6 +53,7 @@ impl Gain {
         let total: f64 = falls.iter().sum();
         let mean = total / count;
         let variance = falls.iter().map(|fall| (fall - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        // Variance of a sum of n falls: n times that of one.
         Some(Self { total, error: (variance * count).sqrt() })
     }
 
@@ -127,14 +126,15 @@ impl Judge {
 
     fn gain(&self, way: &Way, new: &[Option<LeftOut>]) -> Option<Gain> {
         let old = way.rows.as_ref()?;
-        let of = |rows: &[Option<LeftOut>], row: usize| {
-            rows.get(row).and_then(Option::as_ref).map(|row| row.distance.0.powi(2))
-        };
+        // A row that one of the two fits does not predict is compared in neither.
+        let falls = old.iter().zip(new).map(|(old, new)| {
+            let [old, new] = [old.as_ref()?, new.as_ref()?].map(|row| row.distance.0.powi(2));
+            Some(old - new)
+        });
+        let falls: Vec<Option<f64>> = falls.collect();
         // Replicates to one pose share what the model does wrong there: they count as one.
-        let fall = |rows: &Vec<usize>| {
-            rows.iter().filter_map(|row| Some(of(old, *row)? - of(new, *row)?)).sum::<f64>()
-        };
-        Gain::over(&self.poses.iter().map(fall).collect::<Vec<f64>>())
+        let of_poses = self.poses.iter().map(|rows| rows.iter().filter_map(|row| *falls.get(*row)?).sum());
+        Gain::over(&of_poses.collect::<Vec<f64>>())
     }
 }
 

@@ -60,23 +60,27 @@ impl Effect for Way {
     }
 }
 
+/// Those effects that change this joint's coordinate and nothing else; with no joint, those that do anything else.
+fn changing(effects: &[&dyn Effect], joint: Option<usize>) -> Vec<usize> {
+    let own = effects.iter().enumerate().filter(|(_, effect)| effect.changes_coordinate() == joint);
+    own.map(|(index, _)| index).collect()
+}
+
 impl<'e> Plan<'e> {
     pub(super) fn of(effects: &'e [&'e dyn Effect], joints: usize) -> Self {
-        let those = |wanted: Option<usize>| -> Vec<usize> {
-            let fits = |(_, effect): &(usize, &&dyn Effect)| effect.changes_coordinate() == wanted;
-            effects.iter().enumerate().filter(fits).map(|(index, _)| index).collect()
-        };
+        let plain = changing(effects, None);
         let mut plan = Self {
             effects,
-            plain: those(None),
+            plain: plain.clone(),
             plain_parameters: 0,
             groups: Vec::new(),
             ranges: vec![0..0; effects.len()],
         };
-        plan.plain_parameters = plan.number(&those(None), 0);
+        plan.plain_parameters = plan.number(&plain, 0);
         let mut next = plan.plain_parameters;
         for joint in 0..joints {
-            let effects = those(Some(joint));
+            // All of them move the readings as the joint does, each by its own factor a row: the joint's derivatives are worked out once.
+            let effects = changing(effects, Some(joint));
             if !effects.is_empty() {
                 let parameters = next..plan.number(&effects, next);
                 next = parameters.end;
@@ -109,11 +113,10 @@ impl<'e> Plan<'e> {
 
 impl Products {
     fn zeros(plan: &Plan<'_>, slots: usize) -> Self {
-        let size = |range: &Range<usize>| DMatrix::zeros(range.len(), range.len());
         Self {
             with_parameters: DMatrix::zeros(plan.parameters(), slots),
             with_residuals: DVector::zeros(plan.parameters()),
-            own: plan.ranges.iter().map(size).collect(),
+            own: plan.ranges.iter().map(|range| DMatrix::zeros(range.len(), range.len())).collect(),
         }
     }
 
@@ -173,12 +176,14 @@ impl Products {
         let (start, count) = (group.parameters.start, group.parameters.len());
         self.with_parameters.rows_mut(start, count).gemm(1.0, rates, &along.with_parameters.transpose(), 1.0);
         self.with_residuals.rows_mut(start, count).gemv(1.0, rates, &along.with_residuals, 1.0);
+        // A rate belongs to a row, not to an equation: the products over a row's equations are gathered in `along` already.
         let by_row = rates.transpose();
         for index in &group.effects {
             let (Some(own), Some(range)) = (self.own.get_mut(*index), plan.ranges.get(*index)) else {
                 continue;
             };
             for (column, one) in range.clone().enumerate() {
+                // Sum over rows of rate times rate times the square of the way.
                 let weighed = by_row.column(one - start).component_mul(&along.squares);
                 for (row, other) in range.clone().enumerate() {
                     own[(row, column)] += weighed.dot(&by_row.column(other - start));

@@ -43,42 +43,42 @@ impl Surface {
     /// Of a table in which the sensor triggered over a plane and nothing else was read; nothing of any other.
     pub(super) fn of(lab: &Laboratory, state: &State, effects: &[AddedEffect]) -> Option<Self> {
         let table = lab.table();
-        let finite = |column: &Option<Vec<f64>>| column.iter().flatten().any(|value| value.is_finite());
+        let mut lengths = [&table.height, &table.distance].into_iter().flatten().flatten();
         let reads_else = !table.positions.is_empty()
-            || finite(&table.height)
-            || finite(&table.distance)
+            || lengths.any(|value| value.is_finite())
             || table.tilt.is_some()
             || !table.touch.names.is_empty();
         if lab.model().sensor.is_none() || reads_else {
             return None;
         }
-        let plane = |name: &String| {
+        let mut named = table.on.names.iter().enumerate();
+        let (index, (name, normal, offset)) = named.find_map(|(index, name)| {
             let surface = lab.model().surfaces.iter().find(|surface| surface.name == *name)?;
             match surface.shape {
-                SurfaceShape::Plane { normal, offset } => Some((name.clone(), normal, offset)),
+                SurfaceShape::Plane { normal, offset } => Some((index, (name.clone(), normal, offset))),
                 _ => None,
             }
-        };
-        let (index, (name, normal, offset)) =
-            table.on.names.iter().enumerate().find_map(|(index, name)| Some((index, plane(name)?)))?;
+        })?;
         let machine = ResidualModel::new(lab.model(), table, lab.observations(), effects).ok()?;
-        let over = |row: &usize| table.on.of_row.get(*row).copied().flatten() == Some(index as u32);
-        let places: Vec<Vector3<f64>> =
-            (0..table.len()).filter(over).map(|row| machine.believed_point(state, row)).collect();
-        let extent = |axis: usize| {
-            let along = || places.iter().map(|place| place[axis]);
-            along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
-        };
+        let places: Vec<Vector3<f64>> = (0..table.len())
+            .filter(|row| table.on.of_row.get(*row).copied().flatten() == Some(index as u32))
+            .map(|row| machine.believed_point(state, row))
+            .collect();
+        let [width, depth] = [0, 1].map(|axis| {
+            let (low, high) = range(places.iter().map(|place| place[axis]));
+            high - low
+        });
         let count = places.len().max(1) as f64;
-        let apart = (extent(0).max(1.0) * extent(1).max(1.0) / count).sqrt();
-        let bend = |(joint, row): (usize, &plumb_kinematics::Joint)| {
+        // Were the places spread evenly, each would have a square of this side.
+        let apart = (width.max(1.0) * depth.max(1.0) / count).sqrt();
+        let joints = lab.model().chain.joints.iter().enumerate();
+        let bends = joints.filter_map(|(joint, row)| {
             let less = row.less?;
             let angles = (0..table.len()).filter_map(|row| bend_of(table.q_of(row), joint, less));
-            let (low, high) =
-                angles.fold((f64::MAX, f64::MIN), |(low, high), angle| (low.min(angle), high.max(angle)));
+            let (low, high) = range(angles);
             Some((joint, less, low, high))
-        };
-        let bends = lab.model().chain.joints.iter().enumerate().filter_map(bend).collect();
+        });
+        let bends = bends.collect();
         (places.len() > 1).then_some(Self { name, normal, offset, places, apart, bends })
     }
 
@@ -97,6 +97,11 @@ impl Surface {
     fn is_known(&self, point: &Vector3<f64>) -> bool {
         self.places.iter().any(|place| (place - point).norm() <= self.apart)
     }
+}
+
+/// Least and greatest of some numbers.
+fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)))
 }
 
 /// The angle of a joint against another.
@@ -171,7 +176,9 @@ pub(super) fn onto_surface(
     ranges: &[(f64, f64)],
 ) -> Result<Vec<bool>, LaboratoryError> {
     let points = Points { lab, surface, state, effects };
+    // One joint a pose: the others keep what was drawn, so that poses stay spread.
     let strongest = points.strongest_joints(table)?;
+    // A joint far from its place moves the point along a circle: Newton's step is too long or too short and is repeated.
     for _ in 0..ROUNDS {
         let heights = points.heights(table)?;
         let joints = 0..table.joints;

@@ -29,6 +29,11 @@ struct Tried {
     covariance: nalgebra::DMatrix<f64>,
 }
 
+/// An effect with what is searched for inside it at a value.
+fn with_inner(id: &EffectId, inner: f64) -> EffectId {
+    EffectId { inner: Some(inner), ..id.clone() }
+}
+
 impl Laboratory {
     /// Settles what the likeliest contender searched for.
     pub(super) fn refine(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
@@ -48,6 +53,7 @@ impl Laboratory {
         let (id, start) = (first.id.clone(), first.values.clone());
         let clocks = &self.passport().clocks;
         let mut place = clocks.partition_point(|clock| *clock < tried);
+        // Half the distance between two moments of the coarse grid, and the rows that see nothing.
         let near = clocks.len().div_ceil(2 * joint_step::MOMENTS) + BLIND_ROWS;
         let mut known: BTreeMap<usize, Tried> = BTreeMap::new();
         // A moment at the edge of those that were tried may have better ones beyond.
@@ -67,8 +73,9 @@ impl Laboratory {
             let least = known.values().map(|there| there.squares).fold(f64::INFINITY, f64::min);
             let rank = known.values().next().map_or(0.0, |there| there.rank);
             let variance = least / (stage.fitted.fit.normal.equations as f64 - rank).max(1.0);
-            let alike = |(_, there): &(&usize, &Tried)| there.squares <= least + variance;
-            let Some(latest) = known.iter().rfind(alike).map(|(row, _)| *row) else { return Ok(()) };
+            // Within one variance of the least: moments whose likelihoods differ by less than one standard deviation of one number.
+            let alike = known.iter().rfind(|(_, there)| there.squares <= least + variance);
+            let Some(latest) = alike.map(|(row, _)| *row) else { return Ok(()) };
             let inside = (latest > first || first == 0) && (latest + 1 < last || last == clocks.len());
             place = latest;
             if inside {
@@ -92,23 +99,23 @@ impl Laboratory {
         let Some(first) = stage.contenders.first() else { return Ok(()) };
         let Some(mut middle) = first.id.inner.filter(|inner| *inner > 0.0) else { return Ok(()) };
         let (id, start) = (first.id.clone(), first.values.clone());
-        let at = |inner: f64| {
-            self.tried(stage, &EffectId { inner: Some(inner), ..id.clone() }, start.clone(), progress)
-        };
-        let mut best = at(middle)?;
+        let mut best = self.tried(stage, &with_inner(&id, middle), start.clone(), progress)?;
         for step in STEPS {
-            let (low, high) = (at(middle * (-step).exp())?, at(middle * step.exp())?);
+            let (low, high) = self.either_side(stage, &with_inner(&id, middle), (&start, step), progress)?;
             let bend = low.squares + high.squares - 2.0 * best.squares;
             let slope = 0.5 * (high.squares - low.squares);
+            // The bottom of the parabola through three points; where it opens downward, a step downhill.
             let farthest = if bend > 0.0 { -slope / bend * step } else { -slope.signum() * FARTHEST };
             let moved = middle * farthest.clamp(-FARTHEST, FARTHEST).exp();
-            let there = at(moved)?;
+            let there = self.tried(stage, &with_inner(&id, moved), start.clone(), progress)?;
+            // A parabola that fits badly may promise a place that is no better.
             if there.squares < best.squares {
                 (middle, best) = (moved, there);
             }
         }
         let step: f64 = 0.1;
-        let (low, high) = (at(middle * (-step).exp())?, at(middle * step.exp())?);
+        let (low, high) = self.either_side(stage, &with_inner(&id, middle), (&start, step), progress)?;
+        // Second derivative of the squares by the logarithm: twice the noise's variance over it is the variance of the logarithm.
         let bend = (low.squares + high.squares - 2.0 * best.squares) / (step * step);
         let freedom = (stage.fitted.fit.normal.equations as f64 - best.rank - 1.0).max(1.0);
         // Of what is searched for nothing is known beyond a factor of e when the squares do not bend.
@@ -119,10 +126,25 @@ impl Laboratory {
         if let Some(first) = stage.contenders.first_mut() {
             first.bic = bic_above(least, best.squares, equations, best.rank, first.search_cost);
             first.values = best.values.iter().copied().collect();
+            // GUM (JCGM 100:2008, section 5.1): how the values move with what was searched for, times how well that is known.
             first.covariance = best.covariance + &slope * slope.transpose() * variance;
             first.id.inner = Some(middle);
         }
         Ok(())
+    }
+
+    /// Refits with the logarithm of what is searched for a step lower, and a step higher.
+    fn either_side(
+        &self,
+        stage: &Stage<'_>,
+        id: &EffectId,
+        (start, step): (&[f64], f64),
+        progress: &Progress,
+    ) -> Result<(Tried, Tried), LaboratoryError> {
+        let middle = id.inner.unwrap_or(1.0);
+        let low = self.tried(stage, &with_inner(id, middle * (-step).exp()), start.to_vec(), progress)?;
+        let high = self.tried(stage, &with_inner(id, middle * step.exp()), start.to_vec(), progress)?;
+        Ok((low, high))
     }
 
     fn tried(

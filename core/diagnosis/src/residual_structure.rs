@@ -36,6 +36,11 @@ struct Covariate {
 }
 
 impl Covariate {
+    /// Of numbers that are no angles.
+    fn of_numbers(name: String, unit: &'static str, values: Vec<f64>) -> Self {
+        Self { name, unit, turns: false, values, categories: Vec::new() }
+    }
+
     /// The level of every value; a category is a level.
     fn levels(&self) -> Vec<usize> {
         match self.categories.is_empty() {
@@ -83,6 +88,7 @@ pub(super) fn residual_structure(fitted: &Fitted<'_>) -> ResidualStructure {
             chance = most.fold(chance, f64::max);
         }
     }
+    // Chance is the greatest strength of any covariate under any shuffle: its comparison pays for all covariates at once (Westfall & Young 1993).
     found.retain(|(_, find)| find.strength > chance);
     found.sort_by(|left, right| right.1.strength.total_cmp(&left.1.strength));
     let known = found.iter().filter_map(|(sheet, find)| sheets.get(*sheet)?.covariates.get(find.covariate));
@@ -247,42 +253,43 @@ fn vector(fitted: &Fitted<'_>, row: usize) -> Option<Vector3<f64>> {
             any = true;
         }
     }
+    // Weighed as in the fit: one wild row must not make a shape.
     any.then(|| sum * fit.weights.get(row).copied().unwrap_or(1.0))
 }
 
 /// What some rows have left, seen along the motion of every joint and along the axes of the measurements; or as it was read.
 fn components(fitted: &Fitted<'_>, units: &[Vec<usize>]) -> Vec<Component> {
     let (machine, fit) = (&fitted.machine, &fitted.fit);
-    let mean = |unit: &[usize], of: &dyn Fn(usize) -> f64| {
-        unit.iter().map(|row| of(*row)).sum::<f64>() / unit.len().max(1) as f64
-    };
     let first = units.iter().flatten().next().copied();
     if first.is_none_or(|row| vector(fitted, row).is_none()) {
-        let reading = |row: usize| {
+        let values = means(units, |row| {
             let residual =
                 fit.residuals.get(machine.observations.range(row)).and_then(|own| own.first().copied());
             residual.unwrap_or(0.0) * fit.weights.get(row).copied().unwrap_or(1.0)
-        };
-        let values = units.iter().map(|unit| mean(unit, &reading)).collect();
+        });
         return vec![Component { name: "in what was read".to_owned(), values }];
     }
-    let along = |joint: usize, row: usize| {
-        let motion = machine.row_details(&fit.state, row).by_joint.get(joint).copied();
-        let direction = motion.and_then(|motion| motion.try_normalize(1e-9)).unwrap_or_else(Vector3::zeros);
-        vector(fitted, row).map_or(0.0, |vector| vector.dot(&direction))
-    };
     let joints = machine.model.chain.joints.iter().enumerate().map(|(index, joint)| Component {
         name: format!("along the motion of {}", joint.name),
-        values: units.iter().map(|unit| mean(unit, &|row| along(index, row))).collect(),
+        values: means(units, |row| {
+            let motion = machine.row_details(&fit.state, row).by_joint.get(index).copied();
+            let direction =
+                motion.and_then(|motion| motion.try_normalize(1e-9)).unwrap_or_else(Vector3::zeros);
+            vector(fitted, row).map_or(0.0, |vector| vector.dot(&direction))
+        }),
     });
     let axes = ["x", "y", "z"].iter().enumerate().map(|(axis, name)| Component {
         name: format!("along {name}"),
-        values: units
-            .iter()
-            .map(|unit| mean(unit, &|row| vector(fitted, row).map_or(0.0, |vector| vector[axis])))
-            .collect(),
+        values: means(units, |row| vector(fitted, row).map_or(0.0, |vector| vector[axis])),
     });
     joints.chain(axes).collect()
+}
+
+/// The mean of a number of rows over each unit of them.
+fn means(units: &[Vec<usize>], of: impl Fn(usize) -> f64) -> Vec<f64> {
+    let means =
+        units.iter().map(|unit| unit.iter().map(|row| of(*row)).sum::<f64>() / unit.len().max(1) as f64);
+    means.collect()
 }
 
 /// The covariates that vary.
@@ -303,17 +310,20 @@ fn by_pose(fitted: &Fitted<'_>) -> Sheet {
     let poses: Vec<Vec<usize>> =
         poses.into_iter().filter(|rows| !rows.is_empty()).collect::<Vec<_>>().thin(STRUCTURE_ROWS);
     let mut covariates = Vec::new();
-    let first = |unit: &Vec<usize>| unit.first().copied().unwrap_or(0);
+    // The joints are the same in all rows of a pose, and so are the moments but for the load.
+    let first: Vec<usize> = poses.iter().filter_map(|unit| unit.first().copied()).collect();
     let details: Vec<Vec<f64>> =
-        poses.iter().map(|unit| machine.row_details(&fitted.fit.state, first(unit)).moments).collect();
+        first.iter().map(|row| machine.row_details(&fitted.fit.state, *row).moments).collect();
     for (index, joint) in machine.model.chain.joints.iter().enumerate() {
         let turns = joint.motion == plumb_kinematics::Motion::Turns;
-        let q = |unit: &Vec<usize>| machine.table.q_of(first(unit)).get(index).copied().unwrap_or(0.0);
         covariates.push(Covariate {
             name: joint.name.clone(),
             unit: if turns { "deg" } else { "mm" },
             turns,
-            values: poses.iter().map(q).collect(),
+            values: first
+                .iter()
+                .map(|row| machine.table.q_of(*row).get(index).copied().unwrap_or(0.0))
+                .collect(),
             categories: Vec::new(),
         });
         covariates.push(Covariate {
@@ -330,19 +340,19 @@ fn by_pose(fitted: &Fitted<'_>) -> Sheet {
 /// The sessions and the user's own columns, in some rows. A column of more categories than [`MOST_LEVELS`] is left out: the
 /// warnings say so.
 fn categorical(table: &Table, rows: &[usize]) -> Vec<Covariate> {
-    let column = |name: &str, categories: &[String], of: &dyn Fn(usize) -> f64| Covariate {
-        name: name.to_owned(),
-        unit: "",
-        turns: false,
-        values: rows.iter().map(|row| of(*row)).collect(),
-        categories: categories.to_vec(),
-    };
-    let session = |row: usize| table.session.of_row.get(row).copied().flatten().map_or(f64::NAN, f64::from);
-    let sessions = (2..=MOST_LEVELS).contains(&table.session.names.len());
-    let sessions = sessions.then(|| column("session", &table.session.names, &session));
-    let own = table.covariates.iter().filter(|one| !one.has_too_many_levels());
-    let own = own.map(|one| column(&one.name, one.levels(), &|row| one.number(row)));
-    sessions.into_iter().chain(own).collect()
+    let mut all = Vec::new();
+    if (2..=MOST_LEVELS).contains(&table.session.names.len()) {
+        let of_rows = rows.iter().map(|row| table.session.of_row.get(*row).copied().flatten());
+        let values = of_rows.map(|session| session.map_or(f64::NAN, f64::from)).collect();
+        let categories = table.session.names.clone();
+        all.push(Covariate { categories, ..Covariate::of_numbers("session".to_owned(), "", values) });
+    }
+    for one in table.covariates.iter().filter(|one| !one.has_too_many_levels()) {
+        let values = rows.iter().map(|row| one.number(*row)).collect();
+        let categories = one.levels().to_vec();
+        all.push(Covariate { categories, ..Covariate::of_numbers(one.name.clone(), "", values) });
+    }
+    all
 }
 
 /// What was recorded besides, by row.
@@ -350,13 +360,10 @@ fn by_row(fitted: &Fitted<'_>) -> Sheet {
     let table = fitted.machine.table;
     let rows = fitted.fit.rows.clone().thin(STRUCTURE_ROWS);
     let mut covariates = Vec::new();
-    let mut add = |name: String, unit: &'static str, of: &dyn Fn(usize) -> f64| {
-        let values = rows.iter().map(|row| of(*row)).collect();
-        covariates.push(Covariate { name, unit, turns: false, values, categories: Vec::new() });
-    };
     for (index, joint) in fitted.machine.model.chain.joints.iter().enumerate() {
-        let side = |row: usize| f64::from(table.approach_of(row, index));
-        add(format!("side of approach of {}", joint.name), "", &side);
+        let sides = rows.iter().map(|row| f64::from(table.approach_of(*row, index)));
+        let name = format!("side of approach of {}", joint.name);
+        covariates.push(Covariate::of_numbers(name, "", sides.collect()));
     }
     let mut place = vec![0.0; table.len()];
     for (order, row) in table.order().into_iter().enumerate() {
@@ -364,16 +371,18 @@ fn by_row(fitted: &Fitted<'_>) -> Sheet {
             *slot = order as f64;
         }
     }
-    match &table.time {
-        Some(times) => add("time".to_owned(), "s", &|row| times.get(row).copied().unwrap_or(f64::NAN)),
-        None => add("order".to_owned(), "", &|row| place.get(row).copied().unwrap_or(0.0)),
-    }
-    for (name, unit, column) in
-        [("temperature", "deg C", &table.temperature), ("payload", "kg", &table.payload)]
-    {
-        if let Some(values) = column {
-            add(name.to_owned(), unit, &|row| values.get(row).copied().unwrap_or(f64::NAN));
-        }
+    // Where time is logged the order says the same with less.
+    let order = table.time.is_none().then_some(place);
+    let columns = [
+        ("time", "s", &table.time),
+        ("order", "", &order),
+        ("temperature", "deg C", &table.temperature),
+        ("payload", "kg", &table.payload),
+    ];
+    for (name, unit, column) in columns {
+        let Some(column) = column else { continue };
+        let values = rows.iter().map(|row| column.get(*row).copied().unwrap_or(f64::NAN));
+        covariates.push(Covariate::of_numbers(name.to_owned(), unit, values.collect()));
     }
     covariates.extend(categorical(table, &rows));
     let units: Vec<Vec<usize>> = rows.iter().map(|row| vec![*row]).collect();

@@ -1,7 +1,6 @@
 //! Score tests (Rao 1948; Cox and Hinkley 1974, section 9.3): what every candidate would explain of the residuals, beyond what
 //! the fitted parameters could, from one pass over the rows and without refitting.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
@@ -83,21 +82,27 @@ pub(crate) fn score(machine: &ResidualModel<'_>, fit: &Fit, probes: &[Probe]) ->
     let effects: Vec<&dyn Effect> = probes.iter().map(|probe| probe.effect.as_ref()).collect();
     let plan = Plan::of(&effects, machine.model.chain.len());
     let products = Products::of(machine, fit, &plan);
+    // With R'R the normal matrix, R^-T A'B is the part of the candidates that the fitted parameters span; B'B - (R^-T A'B)'(R^-T A'B) is what is left of them.
     let swallowed = fit.factor.whiten(&products.with_parameters.transpose());
     let gradient = DMatrix::from_column_slice(fit.normal.gradient.len(), 1, fit.normal.gradient.as_slice());
     let left_over = fit.factor.whiten(&gradient);
     let noise = Noise::of(machine, fit);
-    let scored = |((probe, range), own): ((&Probe, &Range<usize>), &DMatrix<f64>)| {
-        let shadow = swallowed.columns(range.start, range.len());
-        let beyond = own - shadow.tr_mul(&shadow);
-        let score =
-            products.with_residuals.rows(range.start, range.len()) - shadow.tr_mul(&left_over).column(0);
-        let mut score = score_one(probe, own, &beyond, &score.into_owned(), noise);
-        let moved = left_over.column(0) - shadow * DVector::from_column_slice(&score.values);
-        score.beside = fit.factor.back(moved).as_slice().to_vec();
-        score
-    };
-    probes.iter().zip(&plan.ranges).zip(&products.own).map(scored).collect()
+    probes
+        .iter()
+        .zip(&plan.ranges)
+        .zip(&products.own)
+        .map(|((probe, range), own)| {
+            let shadow = swallowed.columns(range.start, range.len());
+            let beyond = own - shadow.tr_mul(&shadow);
+            let score =
+                products.with_residuals.rows(range.start, range.len()) - shadow.tr_mul(&left_over).column(0);
+            let mut score = score_one(probe, own, &beyond, &score.into_owned(), noise);
+            // How the fitted parameters step back when the candidate comes in: a refit starts there, near where it ends.
+            let moved = left_over.column(0) - shadow * DVector::from_column_slice(&score.values);
+            score.beside = fit.factor.back(moved).as_slice().to_vec();
+            score
+        })
+        .collect()
 }
 
 /// One over the length of each column, 0 for a column of nothing.
@@ -145,12 +150,14 @@ fn is_visible(effect: &dyn Effect, beyond: &DMatrix<f64>, noise: Noise) -> bool 
     let widest = effect.parameters().iter().map(|one| one.range.0.abs().max(one.range.1.abs()));
     let squares: f64 =
         widest.enumerate().map(|(index, range)| range * range * beyond[(index, index)].max(0.0)).sum();
+    // Its squares at the greatest size are the squared number of standard errors by which it would show.
     squares >= VISIBLE_VARIANCES * noise.variance
 }
 
 /// Whether values lie within an effect's plausible ranges, give or take two standard errors.
 fn is_plausible(effect: &dyn Effect, values: &[f64], covariance: &DMatrix<f64>) -> bool {
     effect.parameters().iter().zip(values).enumerate().all(|(index, (parameter, value))| {
+        // A sound size at the edge of its range comes out beyond it half of the time.
         let reach = 2.0 * covariance[(index, index)].max(0.0).sqrt();
         (parameter.range.0 - reach..=parameter.range.1 + reach).contains(value)
     })
@@ -199,6 +206,7 @@ fn score_one(
     let covariance = &inverse * (left.0 / left.1);
     let values: Vec<f64> = estimate.iter().copied().collect();
     let first = probe.effect.parameters().first().map_or(1.0, |parameter| parameter.unit.factor);
+    // Of several parameters the mean square: a wave has the same strength whatever its phase.
     let length = own.diagonal().map(|square| square.max(0.0)).sum().sqrt();
     Score {
         gain,

@@ -133,6 +133,7 @@ impl Poses {
     pub(crate) fn regions(&self, chosen: &[usize], count: usize) -> Vec<Vec<usize>> {
         let mut regions = vec![chosen.to_vec()];
         while regions.len() < count {
+            // Always the largest: regions of like size give errors of like weight (the first of equals, so that the cut does not depend on the platform).
             let largest =
                 regions.iter().enumerate().max_by_key(|(index, region)| (region.len(), usize::MAX - index));
             let Some((index, _)) = largest.filter(|(_, region)| region.len() >= 2) else { break };
@@ -247,6 +248,7 @@ impl Split {
         let mut kept = vec![false; self.fit.len()];
         let mut count = 0;
         for row in order.into_iter().flat_map(|pose| poses.rows_of(&[pose])) {
+            // Pose by pose: replicates stay together, as far as there is room.
             if count < most && self.fit.get(row).copied().unwrap_or(false) {
                 kept[row] = true;
                 count += 1;

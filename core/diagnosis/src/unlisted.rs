@@ -71,11 +71,12 @@ impl Effect for Unlisted {
             }
             Shape::RockingBase { limit } => {
                 let tipping = situation.weights.overturning(situation.posture);
-                let eased = |moment: f64| limit.map_or(moment, |limit| (moment / limit).tanh());
                 for (parameter, (moment, axis)) in
                     [(tipping.x, 0), (tipping.x, 1), (tipping.y, 0), (tipping.y, 1)].into_iter().enumerate()
                 {
-                    let turn = Vector3::ith(axis, eased(moment));
+                    // A foot that rocks gives way to a stop: beyond the limit it leans no further.
+                    let eased = limit.map_or(moment, |limit| (moment / limit).tanh());
+                    let turn = Vector3::ith(axis, eased);
                     let handle =
                         Handle::Twist { after: 0, shift: Vector3::zeros(), turn, about: Vector3::zeros() };
                     drives.push(Drive { parameter, handle, rate: 1.0 });
@@ -96,48 +97,52 @@ impl Effect for Unlisted {
 /// Angles at which hinges are tried, as shares of the farthest the sum reaches.
 const HINGES: [f64; 4] = [0.0, 0.25, 0.4, 0.55];
 
+/// Moments at which a foot that rocks comes to its stop, as shares of the greatest moment that any joint bears.
+const STOPS: [f64; 3] = [0.03, 0.1, 0.3];
+
+fn probe((joint, spot, shape): (usize, Spot, Shape), family: usize) -> Probe {
+    Probe {
+        id: EffectId::at("unlisted", spot),
+        effect: Arc::new(Unlisted::new(joint, shape)),
+        search: Search::Jumps,
+        family,
+        weight: 1.0,
+        search_cost: 0.0,
+    }
+}
+
 /// Probes for everything that has no name, at every place.
 pub(super) fn probes(lab: &Laboratory) -> Vec<Probe> {
     let (model, passport) = (lab.model(), lab.passport());
-    let mut probes: Vec<Probe> = Vec::new();
-    let mut family = 0;
-    let mut add = |variants: Vec<(usize, Spot, Shape)>| {
-        family += 1;
-        for (joint, spot, shape) in variants {
-            probes.push(Probe {
-                id: EffectId::at("unlisted", spot),
-                effect: Arc::new(Unlisted::new(joint, shape)),
-                search: Search::Jumps,
-                family,
-                weight: 1.0,
-                search_cost: 0.0,
-            });
-        }
-    };
-    let reach = |joint: usize| passport.ranges.get(joint).copied().unwrap_or((0.0, 0.0));
-    let turns = |joint: &usize| lab.survey().turns(*joint);
-    for joint in (0..model.chain.len()).filter(turns) {
+    // Those that differ in a searched number together.
+    let mut families: Vec<Vec<(usize, Spot, Shape)>> = Vec::new();
+    for joint in (0..model.chain.len()).filter(|joint| lab.survey().turns(*joint)) {
         let spot = Spot::Joint(joint);
         if passport.has_both_sides(joint) {
-            add(vec![(joint, spot, Shape::PlayByAngle)]);
+            families.push(vec![(joint, spot, Shape::PlayByAngle)]);
             if lab.survey().has_weight() {
-                add(vec![(joint, spot, Shape::PlayByLoad)]);
+                families.push(vec![(joint, spot, Shape::PlayByLoad)]);
             }
         }
         let others = [joint.checked_sub(1), Some(joint + 1).filter(|other| *other < model.chain.len())];
         for other in [None].into_iter().chain(others.into_iter().flatten().map(Some)) {
-            let (low, high) = reach(joint);
-            let (other_low, other_high) = other.map_or((0.0, 0.0), reach);
+            let [(low, high), (other_low, other_high)] = [Some(joint), other].map(|joint| {
+                joint.and_then(|joint| passport.ranges.get(joint)).copied().unwrap_or((0.0, 0.0))
+            });
+            // Where the sum cannot reach a hinge nothing would be seen of it.
             let farthest = (low + other_low).abs().max((high + other_high).abs());
-            add(HINGES.map(|share| (joint, spot, Shape::Hinge { other, at: share * farthest })).to_vec());
+            let hinges = HINGES.map(|share| (joint, spot, Shape::Hinge { other, at: share * farthest }));
+            families.push(hinges.to_vec());
         }
     }
     if lab.survey().has_weight() {
         let greatest = passport.greatest_moments.iter().copied().fold(0.0, f64::max);
-        add(vec![(0, Spot::Base, Shape::RockingBase { limit: None })]);
-        let limits = [0.03, 0.1, 0.3]
-            .map(|share| (0, Spot::Base, Shape::RockingBase { limit: Some(share * greatest) }));
-        add(limits.into_iter().filter(|_| greatest > 0.0).collect());
+        families.push(vec![(0, Spot::Base, Shape::RockingBase { limit: None })]);
+        let limits = STOPS.map(|share| (0, Spot::Base, Shape::RockingBase { limit: Some(share * greatest) }));
+        families.push(limits.into_iter().filter(|_| greatest > 0.0).collect());
     }
-    probes
+    let numbered = families.into_iter().zip(1..);
+    let probes =
+        numbered.flat_map(|(variants, family)| variants.into_iter().map(move |one| probe(one, family)));
+    probes.collect()
 }

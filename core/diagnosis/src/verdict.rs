@@ -12,14 +12,14 @@ use crate::lack_of_fit::{LackOfFit, probability_of_noise};
 use crate::mechanism_test::Mechanism;
 use crate::noise_floor::Floor;
 use crate::outcome::{Candidate, EffectPlace, Located, Named, Verdict};
-use crate::score_test::{Probe, Score, score};
+use crate::score_test::{Probe, score};
 use crate::thresholds::{
     ALIKE_CORRELATION, COMPARED_CANDIDATES, DETECTABLE_ERRORS, LACK_OF_FIT_LEVEL, NAMING_LEVEL,
     OVERWHELMING_GAIN, PRESENT_LEVEL, SAME_CORRELATION, SIGN_ERRORS, TIE_BIC, UNLISTED_LEVEL,
 };
 use crate::wording::NOT_LISTED;
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::{EffectId, Family, LooksAt, Search, Spot};
+use plumb_calibration::effect::{self, EffectId, Family, LooksAt, Search, Spot};
 use plumb_calibration::fit::ResidualModel;
 use plumb_estimation::{Progress, bic_above, holm};
 
@@ -145,6 +145,7 @@ impl Laboratory {
                 .taken
                 .get(index)
                 .and_then(|taken| without.contenders.iter().find(|other| other.id.same_as(&taken.id)));
+            // By how much the criterion worsens without it, everything else fitted anew.
             let needed = without.bic - own.map_or(without.bic, |own| own.bic);
             let passes = close_contenders(&without.contenders, without.equations())
                 .first()
@@ -179,10 +180,15 @@ struct Evidence {
 
 /// The joint on which more than one effect sits that imitates anything.
 fn padded(taken: &[AddedEffect]) -> Option<Spot> {
-    let imitates =
-        |id: &&EffectId| plumb_calibration::effect::kind(&id.name).is_some_and(|kind| kind.imitates_anything);
-    let fillers = || taken.iter().map(|taken| &taken.id).filter(imitates);
-    fillers().map(|id| id.spot).find(|spot| fillers().filter(|other| other.spot == *spot).count() > 1)
+    let flexible = taken.iter().map(|taken| &taken.id);
+    let flexible = flexible.filter(|id| effect::kind(&id.name).is_some_and(|kind| kind.imitates_anything));
+    let mut spots = flexible.map(|id| id.spot);
+    while let Some(spot) = spots.next() {
+        if spots.clone().any(|other| other == spot) {
+            return Some(spot);
+        }
+    }
+    None
 }
 
 /// Sites of those p values that are significant after Holm's correction, the clearest first.
@@ -216,14 +222,13 @@ fn strangers_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Spot> {
     let scores = best_variants(unlisted, score(&stage.fitted.machine, fit, unlisted));
     let p_values: Vec<f64> = scores.iter().map(|(_, score)| score.p).collect();
     let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
-    let rival = |((index, score), p): (&(usize, Score), f64)| {
+    let strongest = scores.iter().zip(adjusted).filter_map(|((index, score), p)| {
         let promised = (squares - score.gain).max(squares * 1e-9);
         let cost = Search::Smooth.cost(equations);
         let least = stage.fitted.machine.least_variance();
         let own = bic_above(least, promised, equations, rank + score.freedom as f64, cost);
         Some((own, unlisted.get(*index)?.id.spot)).filter(|_| score.freedom > 0 && p < UNLISTED_LEVEL)
-    };
-    let strongest = scores.iter().zip(adjusted).filter_map(rival);
+    });
     let (own, spot) = strongest.min_by(|left, right| left.0.total_cmp(&right.0))?;
     (own < best - TIE_BIC && own < stage.bic - TIE_BIC).then_some(spot)
 }
@@ -232,21 +237,20 @@ fn strangers_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Spot> {
 fn close_contenders(contenders: &[Contender], equations: f64) -> Vec<usize> {
     let mut plausible = contenders.iter().filter(|contender| contender.is_plausible());
     let Some(best) = plausible.next() else { return Vec::new() };
-    // Of many parameters one more is charged for: a drift along three axes that does what one joint's warming does is no worse
-    // an explanation, if a dearer one.
-    let spared = |contender: &Contender| {
-        contender.score.freedom.saturating_sub(best.score.freedom + 1) as f64 * equations.ln()
-    };
-    let near = |contender: &Contender| contender.bic - spared(contender) - best.bic < TIE_BIC;
-    let close = contenders.iter().enumerate().filter(|(_, one)| one.is_plausible() && near(one));
+    let close = contenders.iter().enumerate().filter(|(_, one)| {
+        // Of many parameters one more is charged for: a drift along three axes that does what one joint's warming does is no worse
+        // an explanation, if a dearer one.
+        let not_charged = one.score.freedom.saturating_sub(best.score.freedom + 1) as f64;
+        one.is_plausible() && one.bic - not_charged * equations.ln() - best.bic < TIE_BIC
+    });
     close.map(|(index, _)| index).collect()
 }
 
 impl Evidence {
     /// Something is there that nothing may be named for: it sits where its direction says, else where `otherwise` does.
     fn nameless(&self, otherwise: Option<Spot>) -> (Verdict, Option<Spot>) {
-        let allowed = |spot: &Spot| self.alone.is_empty() || self.alone.contains(spot);
-        match otherwise.filter(allowed).or(self.alone.first().copied()) {
+        let otherwise = otherwise.filter(|spot| self.alone.is_empty() || self.alone.contains(spot));
+        match otherwise.or(self.alone.first().copied()) {
             Some(spot) => (Verdict::Located, Some(spot)),
             None => (Verdict::Unknown, None),
         }
@@ -277,12 +281,14 @@ fn judge(contenders: &[&Contender], evidence: &Evidence, floor: &Floor) -> (Verd
         let stranger = evidence.rivals.or(evidence.strangers.first().copied());
         return if noisy { evidence.nameless(stranger) } else { quiet };
     };
+    // To name the nearest of the listed would be to name the wrong one.
     if evidence.rivals.is_some() {
         return evidence.nameless(evidence.rivals);
     }
     let one_place = contenders.iter().all(|contender| contender.id.spot == best.id.spot);
     let explains = explains_all(best, floor);
-    let at_best = || match explains && !is_of_a_joint(&best.id) {
+    // The directions speak of joints and the base alone: what explains all and sits elsewhere keeps its place.
+    let at_best = match explains && !is_of_a_joint(&best.id) {
         true => (Verdict::Located, Some(best.id.spot)),
         false => evidence.nameless(Some(best.id.spot)),
     };
@@ -290,7 +296,7 @@ fn judge(contenders: &[&Contender], evidence: &Evidence, floor: &Floor) -> (Verd
         // What does not predict rows it has not seen is no finding, unless something must be there.
         return match (noisy, one_place) {
             (false, _) => quiet,
-            (true, true) => at_best(),
+            (true, true) => at_best,
             (true, false) => match evidence.alone.as_slice() {
                 // What does not reach the floor is no explanation to be tied with others.
                 [spot] if !explains => (Verdict::Located, Some(*spot)),
@@ -301,7 +307,7 @@ fn judge(contenders: &[&Contender], evidence: &Evidence, floor: &Floor) -> (Verd
     let unfinished = evidence.left_over.is_some_and(|lack_of_fit| lack_of_fit.is_significant());
     let doubtful = unfinished || evidence.doubts_a_name_at(best.id.spot);
     match (contenders.len(), one_place) {
-        _ if doubtful && !is_overwhelming(best) => at_best(),
+        _ if doubtful && !is_overwhelming(best) => at_best,
         (1, _) => (Verdict::Named, None),
         (_, true) => (Verdict::Located, Some(best.id.spot)),
         _ => (Verdict::Tied, None),
@@ -328,7 +334,7 @@ fn leaves_noise_alone(best: &Contender, floor: &Floor) -> bool {
 
 /// Directions tell of rotations about joints. What bends or shifts a link, and reaches the floor so, sits at that link.
 fn is_of_a_joint(id: &EffectId) -> bool {
-    plumb_calibration::effect::kind(&id.name).is_some_and(|kind| kind.family == Family::Joint)
+    effect::kind(&id.name).is_some_and(|kind| kind.family == Family::Joint)
 }
 
 /// Whether an effect predicts rows it has not seen so well that it is real whatever else is left.
@@ -336,16 +342,20 @@ fn is_overwhelming(best: &Contender) -> bool {
     best.gains.iter().all(|gain| gain.total > OVERWHELMING_GAIN * gain.error)
 }
 
+/// Whether an effect is one of the arm's own sensor, or of an instrument beside it.
+fn is_of_sensor(id: &EffectId) -> bool {
+    effect::kind(&id.name).is_some_and(|kind| matches!(kind.family, Family::Sensor | Family::Instrument))
+}
+
 /// Which and where, in the contract's words.
 pub(crate) fn effect_place(machine: &ResidualModel<'_>, id: &EffectId) -> EffectPlace {
-    let joint = |index: usize| machine.model.chain.joints.get(index).map(|joint| joint.name.clone());
     EffectPlace {
         effect: id.name.clone(),
         place: machine.model.site_name(id.spot),
-        with: id.with.and_then(joint),
+        with: id.with.and_then(|index| machine.model.chain.joints.get(index).map(|joint| joint.name.clone())),
         n: id.order,
         of: id.of.map(|of| of.name().to_owned()),
-        at: id.inner.filter(|_| plumb_calibration::effect::kind(&id.name).is_some_and(|kind| kind.is_event)),
+        at: id.inner.filter(|_| effect::kind(&id.name).is_some_and(|kind| kind.is_event)),
     }
 }
 
@@ -368,7 +378,7 @@ impl Finding<'_> {
     }
 
     fn size(&self, contender: &Contender) -> plumb_calibration::effect::Size {
-        let built = plumb_calibration::effect::build(&contender.id, self.stage.fitted.machine.model);
+        let built = effect::build(&contender.id, self.stage.fitted.machine.model);
         built.map_or(contender.score.size, |effect| effect.size(&contender.values, &contender.covariance))
     }
 
@@ -390,8 +400,8 @@ impl Finding<'_> {
     pub(crate) fn gravity_warning(&self) -> Option<String> {
         let first = self.stage.contenders.first()?;
         let model = self.stage.fitted.machine.model;
-        let yields = plumb_calibration::effect::build(&first.id, model)
-            .is_ok_and(|effect| effect.looks_at() == LooksAt::Gravity);
+        let yields =
+            effect::build(&first.id, model).is_ok_and(|effect| effect.looks_at() == LooksAt::Gravity);
         let size = self.size(first);
         (yields && first.holm_p < NAMING_LEVEL && size.value < -SIGN_ERRORS * size.error).then(|| {
             format!(
@@ -418,33 +428,28 @@ impl Finding<'_> {
             return Vec::new();
         };
         let model = self.stage.fitted.machine.model;
-        let told = |(correlation, other): (f64, EffectId)| {
-            let other = model.label(&other);
-            format!(
-                "beyond what is fitted {best} and {other} move the readings of these poses alike (canonical correlation {correlation:.3})"
-            )
-        };
         let same = self.same();
-        let others = self.correlated().into_iter();
-        others.filter(|(_, other)| !same.contains(&model.label(other))).map(told).collect()
+        let mut told = Vec::new();
+        for (correlation, other) in self.correlated() {
+            let other = model.label(&other);
+            if !same.contains(&other) {
+                told.push(format!(
+                    "beyond what is fitted {best} and {other} move the readings of these poses alike (canonical correlation {correlation:.3})"
+                ));
+            }
+        }
+        told
     }
 
     /// Contenders that are the same thing as the best in these rows: they move every reading just as it does, and the tip as much or as little. What the arm's own
     /// sensor does, and what the arm does, may read alike and still send the tip to different places.
     pub(crate) fn same(&self) -> Vec<String> {
         let Some(best) = self.best() else { return Vec::new() };
-        let of_sensor = |id: &EffectId| {
-            plumb_calibration::effect::kind(&id.name)
-                .is_some_and(|kind| matches!(kind.family, Family::Sensor | Family::Instrument))
-        };
         let model = self.stage.fitted.machine.model;
-        let correlated = self.correlated().into_iter();
-        correlated
-            .filter(|(correlation, other)| {
-                *correlation > SAME_CORRELATION && of_sensor(other) == of_sensor(&best.id)
-            })
-            .map(|(_, other)| model.label(&other))
-            .collect()
+        let same = self.correlated().into_iter().filter(|(correlation, other)| {
+            *correlation > SAME_CORRELATION && is_of_sensor(other) == is_of_sensor(&best.id)
+        });
+        same.map(|(_, other)| model.label(&other)).collect()
     }
 
     /// The best few contenders that move the readings like the best: the canonical correlation of what each adds to what is fitted.
@@ -457,15 +462,16 @@ impl Finding<'_> {
             std::iter::once(best).chain(others.take(COMPARED_CANDIDATES)).collect();
         let effects: Vec<_> = compared
             .iter()
-            .filter_map(|contender| plumb_calibration::effect::build(&contender.id, machine.model).ok())
+            .filter_map(|contender| effect::build(&contender.id, machine.model).ok())
             .collect();
         if effects.len() != compared.len() {
             return Vec::new();
         }
-        let probes: Vec<&dyn plumb_calibration::effect::Effect> = effects.iter().map(AsRef::as_ref).collect();
+        let probes: Vec<&dyn effect::Effect> = effects.iter().map(AsRef::as_ref).collect();
         let normal = machine.normal(&fit.state, &fit.rows, &fit.weights, &probes);
         let slots = machine.slots().len();
         let count = normal.matrix.nrows() - slots;
+        // Beyond what is fitted: two effects that the zeros swallow alike are not alike for it.
         let shadow = fit.factor.whiten(&normal.matrix.view((0, slots), (slots, count)).into_owned());
         let beyond = normal.matrix.view((slots, slots), (count, count)) - shadow.tr_mul(&shadow);
         let mut first = 0;
@@ -478,11 +484,10 @@ impl Finding<'_> {
             })
             .collect();
         let Some(own) = ranges.first() else { return Vec::new() };
-        let correlation = |(other, range): (&&Contender, &std::ops::Range<usize>)| {
-            Some((canonical(&beyond, own, range)?, other.id.clone()))
-        };
-        let mut alike: Vec<(f64, EffectId)> =
-            compared.iter().zip(&ranges).skip(1).filter_map(correlation).collect();
+        let others = compared.iter().zip(&ranges).skip(1);
+        let alike =
+            others.filter_map(|(other, range)| Some((canonical(&beyond, own, range)?, other.id.clone())));
+        let mut alike: Vec<(f64, EffectId)> = alike.collect();
         alike.retain(|(correlation, _)| *correlation > ALIKE_CORRELATION);
         alike.sort_by(|left, right| right.0.total_cmp(&left.0));
         alike
@@ -495,15 +500,15 @@ impl Finding<'_> {
         let close: Vec<&EffectId> =
             self.close.iter().filter_map(|index| self.at(*index)).map(|contender| &contender.id).collect();
         let passing = self.stage.contenders.iter().filter(|contender| contender.passes());
-        let candidate = |contender: &Contender| {
+        let corrections = passing.map(|contender| {
             let others = close.iter().filter(|id| ***id != contender.id).map(|id| model.label(id));
             let mut may_be: Vec<String> = std::iter::once(model.label(&contender.id)).chain(others).collect();
             may_be.push(NOT_LISTED.to_owned());
             let effect = AddedEffect { id: contender.id.clone(), values: contender.values.clone() };
             let place = effect_place(&self.stage.fitted.machine, &contender.id);
             CorrectionCandidate { effect, place, may_be }
-        };
-        passing.map(candidate).collect()
+        });
+        corrections.collect()
     }
 
     /// The likeliest candidates, with why each is not the name.
@@ -513,35 +518,44 @@ impl Finding<'_> {
         let points = points_in(machine, &self.stage.fitted.fit.rows).max(1) as f64;
         let unit = crate::noise_floor::typical_sigma(machine);
         let probabilities = self.probabilities();
-        let candidate = |(index, contender): (usize, &Contender)| {
-            let size = self.size(contender);
-            let noise = self.stage.fitted.fit.scale;
-            let visible = contender.score.strength * (1.0 - contender.score.absorbed).max(1e-12).sqrt();
-            Candidate {
-                effect: effect_place(machine, &contender.id),
-                label: machine.model.label(&contender.id),
-                holm_p: contender.holm_p,
-                delta_bic: contender.bic - best,
-                probability: probabilities.iter().find(|(one, _)| *one == index).map(|(_, likely)| *likely),
-                cv_gain: contender.promise.map(|promise| promise.before_mm - promise.after_mm),
-                leaves_mm: contender.promise.map(|promise| promise.after_mm),
-                size: size.value,
-                unit: size.unit.to_owned(),
-                se: size.error,
-                plausible: contender.score.plausible,
-                absorbed: contender.score.absorbed,
-                explains_mm: contender.promise.map_or_else(
-                    || {
-                        expected_fall(self.stage.fitted.fit.normal.squares, contender.score.gain, points)
-                            * unit
-                    },
-                    |promise| promise.before_mm - promise.after_mm,
-                ),
-                smallest: if visible > 0.0 { DETECTABLE_ERRORS * noise / visible } else { f64::MAX },
-                rejected: self.rejected(contender),
-            }
-        };
-        self.stage.contenders.iter().enumerate().take(count).map(candidate).collect()
+        self.stage
+            .contenders
+            .iter()
+            .enumerate()
+            .take(count)
+            .map(|(index, contender)| {
+                let size = self.size(contender);
+                let noise = self.stage.fitted.fit.scale;
+                // What is left of it beyond the fitted parameters: the root, for strength is no square.
+                let visible = contender.score.strength * (1.0 - contender.score.absorbed).max(1e-12).sqrt();
+                Candidate {
+                    effect: effect_place(machine, &contender.id),
+                    label: machine.model.label(&contender.id),
+                    holm_p: contender.holm_p,
+                    delta_bic: contender.bic - best,
+                    probability: probabilities
+                        .iter()
+                        .find(|(one, _)| *one == index)
+                        .map(|(_, likely)| *likely),
+                    cv_gain: contender.promise.map(|promise| promise.before_mm - promise.after_mm),
+                    leaves_mm: contender.promise.map(|promise| promise.after_mm),
+                    size: size.value,
+                    unit: size.unit.to_owned(),
+                    se: size.error,
+                    plausible: contender.score.plausible,
+                    absorbed: contender.score.absorbed,
+                    explains_mm: contender.promise.map_or_else(
+                        || {
+                            expected_fall(self.stage.fitted.fit.normal.squares, contender.score.gain, points)
+                                * unit
+                        },
+                        |promise| promise.before_mm - promise.after_mm,
+                    ),
+                    smallest: if visible > 0.0 { DETECTABLE_ERRORS * noise / visible } else { f64::MAX },
+                    rejected: self.rejected(contender),
+                }
+            })
+            .collect()
     }
 }
 
@@ -556,11 +570,12 @@ fn canonical(
     one: &std::ops::Range<usize>,
     other: &std::ops::Range<usize>,
 ) -> Option<f64> {
-    let part = |rows: &std::ops::Range<usize>, columns: &std::ops::Range<usize>| {
-        products.view((rows.start, columns.start), (rows.len(), columns.len())).into_owned()
-    };
-    let (first, second) = (part(one, one).cholesky()?, part(other, other).cholesky()?);
-    let left = first.l().solve_lower_triangular(&part(one, other))?;
+    let [first, second] =
+        [one, other].map(|own| products.view((own.start, own.start), (own.len(), own.len())).into_owned());
+    let across = products.view((one.start, other.start), (one.len(), other.len())).into_owned();
+    // Each group made orthonormal by its own factor, the products across are the cosines of the angles between the two (Björck & Golub 1973).
+    let (first, second) = (first.cholesky()?, second.cholesky()?);
+    let left = first.l().solve_lower_triangular(&across)?;
     let both = second.l().solve_lower_triangular(&left.transpose())?;
     both.svd(false, false).singular_values.iter().copied().reduce(f64::max)
 }

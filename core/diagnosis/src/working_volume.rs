@@ -119,11 +119,14 @@ impl Derivatives {
 /// Whether a pose has its tip in the working volume.
 fn inside(model: &Model, state: &State, q: &[f64]) -> bool {
     let tool = state.targets.first().copied().unwrap_or_default();
+    // In the frame of the measurements, in which planes and the working volume are given.
     let point = (state.base * Posture::of(&model.chain, q, &[]).flange * Point3::from(tool)).coords;
-    let held = |(value, (low, high)): (&f64, &(f64, f64))| (low..=high).contains(&value);
+    // A free surface stands where the fit puts it, which is no limit for the arm.
     let open = model.surfaces.iter().all(|surface| match surface.shape {
         SurfaceShape::Plane { normal, offset } if !surface.free => normal.dot(&point) >= offset,
         _ => true,
     });
-    open && model.working_volume.is_none_or(|volume| point.iter().zip(&volume).all(held))
+    open && model.working_volume.is_none_or(|volume| {
+        point.iter().zip(&volume).all(|(value, (low, high))| (low..=high).contains(&value))
+    })
 }

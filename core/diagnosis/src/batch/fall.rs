@@ -9,6 +9,8 @@ use crate::fitted::Fitted;
 use crate::growth::StepRms;
 use crate::laboratory::points_in;
 use plumb_calibration::effect::Effect;
+use plumb_calibration::fit::RowBlock;
+use plumb_calibration::measurement::Observations;
 use plumb_estimation::{NormalEquations, over_chunks};
 
 /// Normal equations in mm (degrees in a table of tilts alone) of what is fitted and what was picked, by region.
@@ -28,57 +30,69 @@ impl Fall {
         let size = machine.slots().len() + probes.iter().map(|probe| probe.parameters().len()).sum::<usize>();
         let equations = &machine.observations.equations;
         let lengths = equations.iter().any(|equation| equation.measurand.is_length());
+        // Every row counts alike: the fit's robust weights would hide what the error of a measured point is.
         let ones = vec![1.0; machine.table.len()];
-        let gather = |rows: &Vec<usize>| {
-            let mut total = NormalEquations::zeros(size);
+        let blocks = region_blocks(machine.table, &fit.rows);
+        let regions = blocks.iter().map(|rows| {
+            let mut region = NormalEquations::zeros(size);
             over_chunks(
                 rows,
                 || NormalEquations::zeros(size),
                 |sum, chunk| {
                     let mut block = machine.block(&fit.state, chunk, &ones, &probes);
-                    let own = chunk.iter().flat_map(|row| machine.observations.of_row(*row)).enumerate();
-                    for (index, equation) in own {
-                        let unit = match (lengths, equation.measurand.is_length()) {
-                            (true, true) => equation.sigma,
-                            (true, false) => 0.0,
-                            (false, _) => equation.sigma.to_degrees(),
-                        };
-                        if let Some(residual) = block.residuals.get_mut(index) {
-                            *residual *= unit;
-                        }
-                        block.jacobian.column_mut(index).scale_mut(unit);
-                    }
+                    in_units_shown(&mut block, machine.observations, chunk, lengths);
                     sum.take(&block.residuals, &block.jacobian);
                 },
-                |sum| total.add(&sum),
+                |sum| region.add(&sum),
             );
-            total
-        };
-        let blocks = region_blocks(machine.table, &fit.rows);
-        let regions: Vec<NormalEquations> = blocks.iter().map(gather).collect();
+            region
+        });
+        let regions: Vec<NormalEquations> = regions.collect();
         let mut total = NormalEquations::zeros(size);
         regions.iter().for_each(|region| total.add(region));
-        let measured = |row: &usize| {
+        // Where lengths are measured a row of angles alone adds no point to the mean.
+        let mut rows = blocks.concat();
+        rows.retain(|row| {
             let mut own = machine.observations.of_row(*row).iter();
             own.any(|equation| !lengths || equation.measurand.is_length())
-        };
-        let rows: Vec<usize> = blocks.into_iter().flatten().filter(measured).collect();
+        });
         Self { regions, total, points: points_in(machine, &rows).max(1) as f64 }
     }
 
     /// With the first `count` picks in.
     pub(super) fn after(&self, pool: &Pool, picks: &[Pick], count: usize) -> StepRms {
         let columns = pool.columns(picks.get(..count).unwrap_or(picks));
-        let root = |squares: f64| (squares.max(0.0) / self.points).sqrt();
         let without = pool.values_without_regions(&columns);
         let apart = self.regions.iter().zip(&without).map(|(region, values)| left(region, values)).sum();
-        StepRms { fit: root(left(&self.total, &pool.values(&columns))), cv: Some(root(apart)) }
+        let together = left(&self.total, &pool.values(&columns));
+        StepRms { fit: self.mean_root(together), cv: Some(self.mean_root(apart)) }
+    }
+
+    /// Root of the mean over the measured points, mm or degrees, of a sum of their squares. Rounding can take a sum of squares below zero.
+    fn mean_root(&self, squares: f64) -> f64 {
+        (squares.max(0.0) / self.points).sqrt()
+    }
+}
+
+/// Brings the equations of these rows from declared sigmas to mm; angles then count nothing beside lengths, and are in degrees where there are no lengths.
+fn in_units_shown(block: &mut RowBlock, observations: &Observations, rows: &[usize], lengths: bool) {
+    for (index, equation) in rows.iter().flat_map(|row| observations.of_row(*row)).enumerate() {
+        let unit = match (lengths, equation.measurand.is_length()) {
+            (true, true) => equation.sigma,
+            (true, false) => 0.0,
+            (false, _) => equation.sigma.to_degrees(),
+        };
+        if let Some(residual) = block.residuals.get_mut(index) {
+            *residual *= unit;
+        }
+        block.jacobian.column_mut(index).scale_mut(unit);
     }
 }
 
 /// Squares left when the first columns take these values.
 fn left(normal: &NormalEquations, values: &DVector<f64>) -> f64 {
     let count = values.len();
+    // |r - J v|^2 = r.r - 2 v.J r + v.J J^T v: the first columns of the normal equations are enough, no row is looked at again.
     let matrix = normal.matrix.view((0, 0), (count, count));
     normal.squares - 2.0 * values.dot(&normal.gradient.rows(0, count)) + values.dot(&(matrix * values))
 }

@@ -71,6 +71,7 @@ impl Laboratory {
             let mut picks = pool.select(&closed);
             picks.truncate(pool.enough(&picks));
             let picks = pool.needed(picks);
+            // A family is several harmonics of high order; fewer are left to the search that takes effects one by one, which asks more of each.
             let high = picks.iter().filter(|pick| pool.is_high_order(pick)).count();
             if picks.is_empty() || (high < BATCH_FAMILY && !again) {
                 return Ok(None);
@@ -134,27 +135,30 @@ impl Laboratory {
         floor: &Floor,
         progress: &Progress,
     ) -> Result<Vec<usize>, LaboratoryError> {
-        let named = |pick: &Pick| pool.probes[pick.probe].id.order.is_none();
-        if !picks.iter().any(named) {
+        let named: Vec<(usize, &Pick)> =
+            picks.iter().enumerate().filter(|(_, pick)| pool.probes[pick.probe].id.order.is_none()).collect();
+        if named.is_empty() {
             return Ok(Vec::new());
         }
+        // A doubt needs no more rows than this, and the derivatives by every number that is fitted are kept for each.
         let thin = self.thinned(BATCH_JUDGED_ROWS);
         let laboratory = thin.as_ref().unwrap_or(self);
         let rows = laboratory.measured_rows();
         let (more, moved) = pool.effects(picks);
         let (machine, state) = laboratory.expected(&more, fitted, &moved)?;
-        let asked = picks.iter().filter(|pick| named(pick));
-        let joints = asked.filter_map(|pick| pool.probes[pick.probe].id.joint()).collect();
+        let joints = named.iter().filter_map(|(_, pick)| pool.probes[pick.probe].id.joint()).collect();
         let outlook = Outlook::of(&machine, &state, (&rows, &fitted.fit.weights), &joints, progress)?;
         // Where more than noise is left whatever is taken in, a name takes overwhelming evidence.
         let unfinished =
             LackOfFit::beside(outlook.noise(), floor).is_none_or(|lack_of_fit| lack_of_fit.is_significant());
         let asked = if unfinished { OVERWHELMING_GAIN } else { GAIN_ERRORS };
         let mut doubtful = Vec::new();
-        for (place, pick) in picks.iter().enumerate().filter(|(_, pick)| named(pick)) {
+        for (place, pick) in named {
             progress.check()?;
+            // The picks are the last of the machine's parts, in their order.
             let gains = outlook.gains(machine.parts.len() - picks.len() + place);
             let predicts = gains.iter().all(|gain| gain.total > asked * gain.error);
+            // A gain must show in every way of leaving out: by region, by range of its joint, by session.
             if !predicts || pool.rivalled(picks, place) {
                 doubtful.push(pick.probe);
             }

@@ -70,6 +70,7 @@ impl<'m> Outlook<'m> {
         let mut total = derivatives.normal(rows);
         machine.place_distances(state, &mut total);
         progress.check()?;
+        // Once for all blocks: what all rows cannot tell no part of them can.
         let rank = RankRevealingCholesky::new(&total.matrix).rank();
         let mut ways = vec![(None, region_blocks(table, rows))];
         ways.extend(joints.iter().map(|joint| (Some(*joint), joint_blocks(table, rows, *joint))));

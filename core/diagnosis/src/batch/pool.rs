@@ -19,6 +19,12 @@ const FOLDS: usize = 4;
 /// Rows handled at once.
 const CHUNK: usize = 128;
 
+/// Part of a sum of squares that is left at least, whatever is taken away: rounding of the normal equations, which are never gathered anew.
+const LEAST_LEFT: f64 = 1e-6;
+
+/// Damping of a fit without some rows, relative to the diagonal.
+const DAMPING: f64 = 1e-6;
+
 /// Normal equations of the fitted numbers and of all candidates, by cell of pose space and fold.
 pub(super) struct Pool {
     pub(super) probes: Vec<Probe>,
@@ -57,6 +63,7 @@ impl Pool {
         progress: &Progress,
     ) -> Result<Self, LaboratoryError> {
         let mut probes = candidates::probes(lab);
+        // What is searched for inside an effect would need a column for every value it may have.
         probes.retain(|probe| probe.search == Search::Nothing);
         let slots = fitted.machine.slots().len();
         let mut first = slots;
@@ -73,14 +80,11 @@ impl Pool {
         let normals = gather_cells(fitted, &cells, &probes, first);
         progress.check()?;
         let regions = cells.len() / FOLDS;
-        let of = |keep: &dyn Fn(usize) -> bool| {
-            sum(first, normals.iter().enumerate().filter(|(index, _)| keep(*index)).map(|(_, part)| part))
-        };
         Ok(Self {
             ranges,
             slots,
-            regions: (0..regions).map(|region| of(&|index| index / FOLDS == region)).collect(),
-            folds: (0..FOLDS).map(|fold| of(&|index| index % FOLDS == fold)).collect(),
+            regions: normals.chunks(FOLDS).take(regions).map(|own| sum(first, own.iter())).collect(),
+            folds: (0..FOLDS).map(|fold| sum(first, normals.iter().skip(fold).step_by(FOLDS))).collect(),
             total: sum(first, normals.iter()),
             rank: fitted.fit.rank(),
             probes,
@@ -114,17 +118,22 @@ impl Pool {
         let Some(own) = picks.get(place) else { return false };
         let others: Vec<Pick> = picks.iter().filter(|pick| pick.probe != own.probe).copied().collect();
         let beyond = self.beyond(&self.columns(&others));
+        // What the others swallow whole, or what is implausible beside them, stands for nothing.
+        let Some(mine) = self.worth(own.probe, &beyond) else { return true };
+        (0..self.probes.len())
+            .filter(|index| picks.iter().all(|pick| pick.probe != *index))
+            .filter_map(|index| self.worth(index, &beyond))
+            .any(|other| other > mine - TIE_BIC)
+    }
+
+    /// By how much a candidate betters Schwarz's criterion beyond what is taken in; nothing where it cannot be seen, or is implausible.
+    fn worth(&self, index: usize, beyond: &Beyond) -> Option<f64> {
         let equations = self.total.equations as f64;
-        let worth = |index: usize| {
-            let (gain, values) = self.gain(index, &beyond.left, &beyond.gradient)?;
-            let probe = self.probes.get(index).filter(|probe| plausible(probe.effect.as_ref(), &values))?;
-            let after = (beyond.squares - gain).max(beyond.squares * 1e-6);
-            let price = values.len() as f64 * equations.ln() + probe.search_cost;
-            Some(equations * (beyond.squares / after).ln() - price)
-        };
-        let Some(mine) = worth(own.probe) else { return true };
-        let free = |index: &usize| picks.iter().all(|pick| pick.probe != *index);
-        (0..self.probes.len()).filter(free).filter_map(worth).any(|other| other > mine - TIE_BIC)
+        let (gain, values) = self.gain(index, &beyond.left, &beyond.gradient)?;
+        let probe = self.probes.get(index).filter(|probe| plausible(probe.effect.as_ref(), &values))?;
+        let after = (beyond.squares - gain).max(beyond.squares * LEAST_LEFT);
+        let price = values.len() as f64 * equations.ln() + probe.search_cost;
+        Some(equations * (beyond.squares / after).ln() - price)
     }
 
     /// Takes in the best candidate again and again, as long as it is worth its price and beyond chance.
@@ -143,13 +152,14 @@ impl Pool {
                     continue;
                 }
                 let freedom = values.len() as f64;
-                let after = (squares - gain).max(squares * 1e-6);
+                let after = (squares - gain).max(squares * LEAST_LEFT);
                 let worth = equations * (squares / after).ln() - freedom * equations.ln() - probe.search_cost;
                 let chance = f_tail(
                     gain / freedom / (after / (equations - rank - freedom).max(1.0)),
                     freedom,
                     (equations - rank - freedom).max(1.0),
                 );
+                // Bonferroni over the pool, and Schwarz's criterion beyond a tie: a batch names a hundred effects without a look at each.
                 let passes = worth > TIE_BIC && chance * (self.probes.len() as f64) < NAMING_LEVEL;
                 if passes && best.is_none_or(|(most, _, _)| worth > most) {
                     best = Some((worth, index, gain));
@@ -160,6 +170,7 @@ impl Pool {
             let range = self.local(index);
             let own = left.view((range.start, range.start), (range.len(), range.len())).into_owned();
             let Some(inverse) = own.try_inverse() else { continue };
+            // The candidate is swept out of all others (Gauss-Jordan; Beaton 1964): what is left of each is then what it adds beside it.
             let columns = left.columns(range.start, range.len()).into_owned();
             let carried = &columns * inverse;
             let own_gradient = gradient.rows(range.start, range.len()).into_owned();
@@ -176,13 +187,13 @@ impl Pool {
     pub(super) fn effects(&self, picks: &[Pick]) -> (Vec<AddedEffect>, Vec<f64>) {
         let values = self.values(&self.columns(picks));
         let mut first = self.slots;
-        let effect = |pick: &Pick| {
+        let effects = picks.iter().map(|pick| {
             let width = self.ranges[pick.probe].len();
             let own = values.rows(first, width).as_slice().to_vec();
             first += width;
             AddedEffect { id: self.probes[pick.probe].id.clone(), values: own }
-        };
-        (picks.iter().map(effect).collect(), values.rows(0, self.slots).as_slice().to_vec())
+        });
+        (effects.collect(), values.rows(0, self.slots).as_slice().to_vec())
     }
 
     /// A candidate's columns, counted from the first candidate's.
@@ -198,6 +209,7 @@ impl Pool {
             .clone()
             .zip(full)
             .all(|(own, all)| left[(own, own)] > BATCH_LEFT * self.total.matrix[(all, all)]);
+        // A pivot that has shrunk so far is rounding: what is taken in explains the candidate already.
         if !seen {
             return None;
         }
@@ -226,15 +238,18 @@ impl Pool {
 
     fn values_without(&self, columns: &[usize], blocks: &[NormalEquations]) -> Vec<DVector<f64>> {
         let (matrix, gradient) = picked(&self.total, columns);
-        let without = |block: &NormalEquations| {
-            let (own, own_gradient) = picked(block, columns);
-            let mut rest = &matrix - &own;
-            for index in 0..rest.nrows() {
-                rest[(index, index)] *= 1.0 + 1e-6;
-            }
-            RankRevealingCholesky::new(&rest).solve(&(&gradient - &own_gradient))
-        };
-        blocks.iter().map(without).collect()
+        blocks
+            .iter()
+            .map(|block| {
+                let (own, own_gradient) = picked(block, columns);
+                let mut rest = &matrix - &own;
+                // Without a region a harmonic may be seen over a part of a period only: a little damping keeps its amplitude at home.
+                for index in 0..rest.nrows() {
+                    rest[(index, index)] *= 1.0 + DAMPING;
+                }
+                RankRevealingCholesky::new(&rest).solve(&(&gradient - &own_gradient))
+            })
+            .collect()
     }
 
     /// Weighted squares of rows predicted without their own block.
@@ -250,6 +265,7 @@ impl Pool {
     /// The fewest picks that predict rows left out at random all but as well as the best number of them would.
     pub(super) fn enough(&self, picks: &[Pick]) -> usize {
         let tried: Vec<usize> =
+            // Every fourth number: the curve of the error is flat about its least, and each point costs a factorisation a fold.
             (0..=picks.len()).filter(|count| count % 4 == 0 || *count == picks.len()).collect();
         let errors: Vec<(usize, f64)> = tried
             .into_iter()
@@ -282,6 +298,7 @@ impl Pool {
                 let chance = f_tail(gain / width as f64 / (squares / freedom), width as f64, freedom);
                 let sound = plausible(self.probes[pick.probe].effect.as_ref(), own.as_slice());
                 let chance = if sound { chance } else { 1.0 };
+                // Of those that are not needed only the weakest goes at a time: without it another may be needed.
                 if chance * self.probes.len() as f64 > NAMING_LEVEL
                     && weakest.is_none_or(|(most, _)| chance > most)
                 {
@@ -313,6 +330,7 @@ fn cells(fitted: &Fitted<'_>) -> Vec<Vec<usize>> {
     let mut fold_of = vec![0; fitted.machine.table.len()];
     for (place, pose) in order.into_iter().enumerate() {
         for row in poses.get(pose).into_iter().flatten() {
+            // Replicates of a pose go into one fold: in two, each would foretell the other.
             fold_of[*row] = place % FOLDS;
         }
     }

@@ -67,13 +67,13 @@ impl Columns {
         let block = machine.block(&state, &rows, &fitted.fit.weights, &probes);
         let known = machine.slots().len();
         let mut first = 0;
-        let range = |row: &usize| {
+        let ranges = rows.iter().map(|row| {
             let start = first;
             first += lab.observations().range(*row).len();
             start..first
-        };
+        });
         Ok(Self {
-            ranges: rows.iter().map(range).collect(),
+            ranges: ranges.collect(),
             residuals: block.residuals,
             fitted: block.jacobian.rows(0, known).into_owned(),
             steps: block.jacobian.rows(known, block.jacobian.nrows() - known).into_owned(),

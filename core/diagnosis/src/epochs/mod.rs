@@ -91,8 +91,10 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Fitted<'_>, LaboratoryError> {
         let more = [AddedEffect { id: effect, values: Vec::new() }];
+        // A large jump bends the arm's geometry so far that a fit from there may stop in a valley of its own.
         let near = self.fit_with(&more, Some(without), progress)?;
         let anew = self.fit_with(&more, None, progress)?;
+        // The same scale for both: a fit that calls half the rows wild has a small loss by its own.
         let scale = near.fit.scale.min(anew.fit.scale);
         Ok(if anew.loss(scale) < near.loss(scale) { anew } else { near })
     }
@@ -119,6 +121,7 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Option<Found>, LaboratoryError> {
         let columns = Columns::of(self, fitted, progress)?;
+        // An epoch on either side, and rows enough for what is fitted.
         if columns.rows.len() >= 2 * JUMP_ROWS + fitted.fit.rank()
             && let Some((number, starts)) = starts(&columns)
         {
@@ -148,6 +151,7 @@ impl Laboratory {
             .collect();
         let epochs = match self.sessions_as_epochs() {
             Some(sessions) if pairs.iter().all(between_sessions) => sessions,
+            // By time an epoch still holds when rows are added to the table or put in another order.
             _ if table.time.is_some() => Epochs::Times(jumps.iter().filter_map(|jump| jump.at_s).collect()),
             _ => Epochs::Rows(pairs.iter().map(|(_, after)| after + 1).collect()),
         };

@@ -24,24 +24,24 @@ fn is_of_instrument(id: &EffectId) -> bool {
 /// The contenders close to the best, with those beside them that explain a jump as well; nothing is added where the best is
 /// no event.
 pub(crate) fn with_rivals(stage: &Stage<'_>, mut close: Vec<usize>) -> Vec<usize> {
-    let at = |index: usize| stage.contenders.get(index);
-    let Some(best) = close.first().and_then(|index| at(*index)).filter(|best| is_event(&best.id)) else {
-        return close;
-    };
-    let by_epoch = stage.contenders.iter().any(|other| acts_by_epoch(&other.id.name));
-    let plausible: Vec<usize> = (0..stage.contenders.len())
-        .filter(|index| at(*index).is_some_and(|one| by_epoch && one.is_plausible() && is_event(&one.id)))
-        .collect();
-    for index in &plausible {
-        if !close.contains(index) && at(*index).is_some_and(|other| is_rival(other, best)) {
+    let contenders = &stage.contenders;
+    let best = close.first().and_then(|index| contenders.get(*index)).filter(|best| is_event(&best.id));
+    let Some(best) = best else { return close };
+    let by_epoch = contenders.iter().any(|other| acts_by_epoch(&other.id.name));
+    let plausible = contenders.iter().enumerate();
+    let plausible = plausible.filter(|(_, one)| by_epoch && one.is_plausible() && is_event(&one.id));
+    let plausible: Vec<(usize, &Contender)> = plausible.collect();
+    for (index, other) in &plausible {
+        if !close.contains(index) && is_rival(other, best) {
             close.push(*index);
         }
     }
-    // Of several that cannot be told apart the instrument may always be one.
-    let has_instrument = close.iter().filter_map(|index| at(*index)).any(|one| is_of_instrument(&one.id));
+    // Of several that cannot be told apart the instrument may always be one: a re-set instrument and a re-set joint look alike from where few rows are.
+    let mut told = close.iter().filter_map(|index| contenders.get(*index));
+    let has_instrument = told.any(|one| is_of_instrument(&one.id));
     if close.len() > 1 && !has_instrument {
-        let instrument = |index: &&usize| at(**index).is_some_and(|one| is_of_instrument(&one.id));
-        close.extend(plausible.iter().find(instrument));
+        let instrument = plausible.iter().find(|(_, one)| is_of_instrument(&one.id));
+        close.extend(instrument.map(|(index, _)| *index));
     }
     close.sort_unstable();
     close

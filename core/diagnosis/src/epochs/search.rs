@@ -68,6 +68,7 @@ impl<'c> Search<'c> {
         let size = columns.fitted.nrows();
         let mut with_fitted = DMatrix::zeros(size, places + 1);
         let (mut own, mut with_residuals) = (vec![0.0; places + 1], vec![0.0; places + 1]);
+        // From the last row backwards: a step acts in every row from its place on, so that every place needs a sum to the end.
         for (place, range) in columns.ranges.iter().enumerate().rev() {
             let mut sum = with_fitted.column(place + 1).into_owned();
             let (mut squares, mut product) = (own[place + 1], with_residuals[place + 1]);
@@ -106,6 +107,7 @@ impl<'c> Search<'c> {
                 matrix[(known + index, row)] = self.with_fitted[(row, *start)];
             }
             for (other, second) in starts.iter().enumerate() {
+                // Two steps overlap from the later one on.
                 matrix[(known + index, known + other)] = self.own[*start.max(second)];
             }
             gradient[known + index] = self.with_residuals[*start];
@@ -130,15 +132,15 @@ impl<'c> Search<'c> {
                 products[(known + other, index)] = self.own[*start.max(place)];
             }
         }
+        // A score test at every place at once: what one more step adds beyond everything that is in.
         let white = standing.factor.whiten(&products);
         let left = standing.factor.whiten(&DMatrix::from_column_slice(size, 1, standing.gradient.as_slice()));
-        let gain = |(index, place): (usize, &usize)| {
+        let gains = places.iter().enumerate().filter_map(|(index, place)| {
             let column = white.column(index);
             let beyond = self.own[*place] - column.norm_squared();
             let score = self.with_residuals[*place] - column.dot(&left.column(0));
             (beyond > LEAST_BEYOND * self.own[*place]).then(|| (*place, score * score / beyond))
-        };
-        let gains = places.iter().enumerate().filter_map(gain);
+        });
         gains.max_by(|one, other| one.1.total_cmp(&other.1))
     }
 
@@ -152,6 +154,7 @@ impl<'c> Search<'c> {
             starts.push(place);
             self.move_to_better_places(&mut starts);
             let judged = self.judged(starts.clone());
+            // A later one may make earlier ones sure: as long as some more are allowed to come, an unsure set is kept growing.
             if judged.p < JUMP_LEVEL && judged.bic < best.bic {
                 best = judged;
             } else if starts.len() > best.starts.len() + AT_ONCE || self.is_hopeless(&starts) {
@@ -201,16 +204,18 @@ impl<'c> Search<'c> {
         let left = (self.squares - full.explained).max(self.squares * 1e-12);
         let cost = 2.0 * starts.len() as f64 * equations.ln();
         let freedom = (equations - full.rank).max(1.0);
+        // Neighbours that err alike make a step look surer than it is: F and its degrees of freedom are divided by how much.
         let inflation = self.inflation(&starts, &full);
         let tried = (self.columns.rows.len() * self.numbers) as f64;
-        let chance = |index: usize| {
-            let mut others = starts.clone();
-            others.remove(index);
-            let gain = full.explained - self.standing(&others).explained;
-            let p = f_tail(gain.max(0.0) / (left / freedom) / inflation, 1.0, freedom / inflation);
-            (p * tried).min(1.0)
-        };
-        let p = (0..starts.len()).map(chance).fold(0.0, f64::max);
+        let p = (0..starts.len())
+            .map(|index| {
+                let mut others = starts.clone();
+                others.remove(index);
+                let gain = full.explained - self.standing(&others).explained;
+                let p = f_tail(gain.max(0.0) / (left / freedom) / inflation, 1.0, freedom / inflation);
+                (p * tried).min(1.0)
+            })
+            .fold(0.0, f64::max);
         Changes { bic: bic(left, equations, full.rank, cost), p, starts }
     }
 
@@ -243,6 +248,7 @@ pub(super) fn long_run_variance_ratio(series: &[f64]) -> f64 {
     if own <= 0.0 {
         return 1.0;
     }
+    // The window grows with the series, for a drift makes far rows err alike too, but more slowly: of far lags there are few products, and each is mostly chance.
     let width = (series.len() as f64).sqrt() as usize;
     let mut ratio = 1.0;
     for lag in 1..=width {
@@ -267,6 +273,7 @@ pub(super) fn step_beside_a_curve(
     let (mut squares, mut equations) = (0.0, 0.0);
     for place in from..to {
         let Some(range) = columns.ranges.get(place) else { break };
+        // Scaled to the span, or the cubes of hundreds of rows would spoil the normal equations.
         let x = (place as f64 - at as f64) / half;
         let after = if place >= at { 1.0 } else { 0.0 };
         let shape = DVector::from_column_slice(&[1.0, x, x * x, x * x * x, after]);
@@ -286,6 +293,7 @@ pub(super) fn step_beside_a_curve(
     };
     let ((with, rank), (without, less)) = (explained(CURVE + 1), explained(CURVE));
     let freedom = equations - rank;
+    // A number that nothing in the span sees, or a curve that is the step itself, says nothing of a jump.
     if freedom < 1.0 || rank <= less {
         return 1.0;
     }

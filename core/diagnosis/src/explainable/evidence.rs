@@ -112,6 +112,7 @@ impl Mixed {
         let mut units = Vec::with_capacity(count);
         for (index, column) in suspects.column_iter().enumerate() {
             let length = column.norm() / equations.sqrt();
+            // A suspect's numbers have units of their own; columns of one length keep the inverse accurate.
             let unit = if length > 0.0 { length.recip() } else { 0.0 };
             design.set_column(all - 1 + index, &(column * unit));
             units.push(unit);
@@ -137,13 +138,16 @@ impl Mixed {
         start: Option<&[f64]>,
     ) -> Option<MixedFit> {
         let suspects: Vec<usize> = parameters.iter().map(|one| self.flexible + one).collect();
-        let first = || self.components.iter().map(|one| FIRST_RATIO * one.len() as f64).collect();
-        let mut ratios: Vec<f64> = start.map_or_else(first, <[f64]>::to_vec);
+        let mut ratios: Vec<f64> = match start {
+            Some(start) => start.to_vec(),
+            None => self.components.iter().map(|one| FIRST_RATIO * one.len() as f64).collect(),
+        };
         let mut best: Option<(Vec<f64>, Round)> = None;
         for _ in 0..rounds {
             let round = self.round(&self.reduced, &suspects, &ratios)?;
             let fall = best.as_ref().map_or(f64::INFINITY, |(_, best)| best.deviance - round.deviance);
             let next = round.better.clone();
+            // MacKay's rule may step past the optimum of a component that is hardly needed: only a better round is kept.
             if fall > 0.0 {
                 best = Some((ratios, round));
             }
@@ -157,16 +161,16 @@ impl Mixed {
     }
 
     fn told(&self, parameters: &[usize], columns: Vec<usize>, ratios: Vec<f64>, round: &Round) -> MixedFit {
-        let unit =
-            |index: usize| parameters.get(index).and_then(|one| self.units.get(*one)).copied().unwrap_or(0.0);
+        let units = parameters.iter().map(|one| self.units.get(*one).copied().unwrap_or(0.0));
+        let units: Vec<f64> = units.collect();
         let weights = self.weights(round, &columns);
         let noise = round.noise;
         let covariance = DMatrix::from_fn(columns.len(), columns.len(), |row, column| {
-            noise * round.inverse_information[(row, column)] * unit(row) * unit(column)
+            noise * round.inverse_information[(row, column)] * units[row] * units[column]
         });
         let values = DVector::from_iterator(
             columns.len(),
-            round.suspects.iter().enumerate().map(|(index, value)| value * unit(index)),
+            round.suspects.iter().zip(&units).map(|(value, unit)| value * unit),
         );
         MixedFit { deviance: round.deviance, rank: round.rank, values, covariance, ratios, columns, weights }
     }
@@ -197,6 +201,7 @@ impl Mixed {
         let found = &inverse_information * &score;
         let weights = &inverse * (&right - &across * &found);
         let squares = reduced.squares - right.dot(&(&inverse * &right)) - score.dot(&found);
+        // A perfect fit of made-up data must not have infinite likelihood.
         let squares = squares.max(1e-12 * reduced.squares).max(f64::MIN_POSITIVE);
         let noise = squares / reduced.freedom;
         let prior: f64 = of_column.iter().map(|ratio| ratio.ln()).sum();
@@ -205,6 +210,7 @@ impl Mixed {
         for one in &active {
             let range = first..first + self.components[*one].len();
             first = range.end;
+            // Effective degrees of freedom of one component (MacKay 1992, equation 4.9).
             let trace: f64 = range.clone().map(|index| inverse[(index, index)] * of_column[index]).sum();
             let freedom = range.len() as f64 - trace;
             let length = weights.rows(range.start, range.len()).norm_squared();
@@ -213,6 +219,7 @@ impl Mixed {
                 false => (noise * freedom / length).max(LEAST_RATIO * reduced.freedom),
             };
         }
+        // Restricted likelihood with the noise's variance at its own optimum: n ln s2 + ln |X'X + diag| - ln |diag|, but for constants.
         let deviance = reduced.freedom * noise.ln() + logarithm - prior;
         Some(Round { deviance, rank, suspects: found, inverse_information, noise, columns, weights, better })
     }
@@ -262,11 +269,14 @@ impl Mixed {
 
     /// Ratios at which the search begins for some components, all others given up.
     pub(crate) fn ratios_of(&self, components: &[usize]) -> Vec<f64> {
-        let first = |(index, one): (usize, &Range<usize>)| match components.contains(&index) {
-            true => FIRST_RATIO * one.len() as f64,
-            false => f64::INFINITY,
-        };
-        self.components.iter().enumerate().map(first).collect()
+        self.components
+            .iter()
+            .enumerate()
+            .map(|(index, one)| match components.contains(&index) {
+                true => FIRST_RATIO * one.len() as f64,
+                false => f64::INFINITY,
+            })
+            .collect()
     }
 
     /// Equations of the rows that are looked at.

@@ -71,15 +71,12 @@ struct Carriers {
 impl Carriers {
     /// `jacobian` holds the parameters of the probes in this order, by equations.
     fn of(jacobian: &DMatrix<f64>, shifts: usize, tilts: usize, joints: &[bool]) -> Self {
-        let mut next = 0;
-        let mut take = || {
-            next += 1;
-            unit(jacobian.row(next - 1).transpose())
-        };
-        let shifts: Vec<_> = (0..shifts).filter_map(|_| take()).collect();
-        let tilts: Vec<_> = (0..tilts).filter_map(|_| take()).collect();
-        let joints = joints.iter().map(|known| if *known { take() } else { None }).collect();
-        Self { shifts, tilts, joints }
+        let mut columns = jacobian.row_iter().map(|row| unit(row.transpose()));
+        let shifts = columns.by_ref().take(shifts).flatten().collect();
+        let tilts = columns.by_ref().take(tilts).flatten().collect();
+        // A joint whose zero cannot act in this model has no probe, and so no row.
+        let joints = joints.iter().map(|known| if *known { columns.next().flatten() } else { None });
+        Self { shifts, tilts, joints: joints.collect() }
     }
 
     /// The joints that move any reading.
@@ -119,6 +116,7 @@ impl Builder<'_> {
         let own = first..self.columns.len();
         let squares: f64 = self.columns.iter().skip(first).map(DVector::norm_squared).sum();
         let entries = (own.len() * self.row_of.len()).max(1) as f64;
+        // All components begin at the same ratio of variances; so a coefficient must mean as much in each.
         let length = (squares / entries).sqrt();
         if own.is_empty() || length < 1e-12 {
             self.columns.truncate(first);
@@ -140,6 +138,7 @@ impl Builder<'_> {
     /// Functions of the pose: of the whole pose, and of each joint's coordinate.
     fn pose(&mut self, carriers: &Carriers) {
         let poses = self.known.poses;
+        // The same frequencies every time: a diagnosis of the same table says the same.
         let mut random = Random::seeded(23);
         for scale in LENGTH_SCALES {
             let count = (poses / POSES_A_FREQUENCY).clamp(FREQUENCIES.0, FREQUENCIES.1);
@@ -162,6 +161,7 @@ impl Builder<'_> {
     /// Functions of each joint's last move and side of approach.
     fn last_move(&mut self, carriers: &Carriers) {
         for (joint, carrier) in carriers.moving() {
+            // Play and friction change over a joint's range, slowly.
             let along = cosines(self.known.coordinate(joint), SIDE_COSINES);
             for side in self.known.sides(joint) {
                 self.push(carrier, &side);
@@ -231,6 +231,7 @@ impl Builder<'_> {
 pub(super) fn knowledge(machine: &ResidualModel<'_>, fit: &Fit, columns: usize) -> Products {
     let mut known = NormalEquations::zeros(machine.slots().len());
     machine.place_distances(&fit.state, &mut known);
+    // The fitted columns are whitened by the fit's own factor R; what is known of them is then R^-T K R^-1.
     let half = fit.factor.whiten(&known.matrix);
     let own = fit.factor.whiten(&half.transpose());
     let gradient = DMatrix::from_column_slice(known.gradient.len(), 1, known.gradient.as_slice());
@@ -241,12 +242,24 @@ pub(super) fn knowledge(machine: &ResidualModel<'_>, fit: &Fit, columns: usize) 
 /// The equations of each of these rows.
 fn equations_of(machine: &ResidualModel<'_>, rows: &[usize]) -> Vec<Range<usize>> {
     let mut next = 0;
-    let of_row = |row: &usize| {
-        let own = next..next + machine.observations.range(*row).len();
-        next = own.end;
-        own
-    };
-    rows.iter().map(of_row).collect()
+    rows.iter()
+        .map(|row| {
+            let own = next..next + machine.observations.range(*row).len();
+            next = own.end;
+            own
+        })
+        .collect()
+}
+
+/// The effect whose derivatives say how an error of one kind at one place moves the readings; nothing where it cannot act in this model.
+pub(super) fn carrier_of(machine: &ResidualModel<'_>, name: &str, spot: Spot) -> Option<Box<dyn Effect>> {
+    effect::build(&EffectId::at(name, spot), machine.model).ok()
+}
+
+/// The same of an error of each joint's coordinate.
+pub(super) fn joint_carriers(machine: &ResidualModel<'_>) -> Vec<Option<Box<dyn Effect>>> {
+    let joints = 0..machine.model.chain.len();
+    joints.map(|joint| carrier_of(machine, "joint_zero", Spot::Joint(joint))).collect()
 }
 
 impl Features {
@@ -292,22 +305,20 @@ impl Features {
     /// Of these rows of a fitted model.
     pub(crate) fn of(machine: &ResidualModel<'_>, fit: &Fit, rows: &[usize]) -> Self {
         let known = Known::of(machine, rows);
-        let build = |id: EffectId| effect::build(&id, machine.model).ok();
-        let shift = build(EffectId::at("base_position", Spot::Base));
-        let tilt = build(EffectId::at("base_tilt", Spot::Base));
-        let zeros: Vec<_> = (0..machine.model.chain.len())
-            .map(|joint| build(EffectId::at("joint_zero", Spot::Joint(joint))))
-            .collect();
+        let shift = carrier_of(machine, "base_position", Spot::Base);
+        let tilt = carrier_of(machine, "base_tilt", Spot::Base);
+        let zeros = joint_carriers(machine);
         let probes: Vec<&dyn Effect> =
             [&shift, &tilt].into_iter().chain(&zeros).flatten().map(AsRef::as_ref).collect();
         let block = machine.block(&fit.state, rows, &fit.weights, &probes);
         let slots = machine.slots().len();
-        let count =
-            |effect: &Option<Box<dyn Effect>>| effect.as_ref().map_or(0, |one| one.parameters().len());
+        let [shifts, tilts] =
+            [&shift, &tilt].map(|effect| effect.as_ref().map_or(0, |one| one.parameters().len()));
+        // Orthonormal columns keep the matrix of products well conditioned, whatever units the fitted numbers have.
         let fitted = fit.factor.whiten(&block.jacobian.rows(0, slots).into_owned());
         let driven = block.jacobian.rows(slots, block.jacobian.nrows() - slots).into_owned();
         let joints: Vec<bool> = zeros.iter().map(Option::is_some).collect();
-        let carriers = Carriers::of(&driven, count(&shift), count(&tilt), &joints);
+        let carriers = Carriers::of(&driven, shifts, tilts, &joints);
         let equations = equations_of(machine, rows);
         let places = equations.iter().enumerate();
         let row_of = places.flat_map(|(place, own)| std::iter::repeat_n(place, own.len())).collect();

@@ -7,17 +7,21 @@ use plumb_estimation::Random;
 /// Cosines of 1, 2, ... half periods on the range of some numbers, their amplitude falling with the frequency; where a number is missing 0. None where the
 /// numbers do not vary.
 pub(super) fn cosines(values: Vec<f64>, count: usize) -> Vec<Vec<f64>> {
-    let finite = || values.iter().copied().filter(|value| value.is_finite());
-    let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    let finite = values.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = finite
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     if high - low <= 1e-9 {
         return Vec::new();
     }
-    let wave = |order: f64, value: f64| match value.is_finite() {
-        true => (PI * order * (value - low) / (high - low)).cos() / order,
-        false => 0.0,
-    };
-    let orders = (1..=count).map(|order| order as f64);
-    orders.map(|order| values.iter().map(|value| wave(order, *value)).collect()).collect()
+    let waves = (1..=count).map(|order| order as f64).map(|order| {
+        let of_rows = values.iter().map(|value| match value.is_finite() {
+            // Amplitudes that fall as one over the order make the sum continuous, and no smoother: a kink of a dead zone can still be followed.
+            true => (PI * order * (value - low) / (high - low)).cos() / order,
+            false => 0.0,
+        });
+        of_rows.collect()
+    });
+    waves.collect()
 }
 
 /// Numbers less their mean, over their standard deviation; 0 where one is missing.
@@ -44,13 +48,15 @@ pub(super) fn fourier_features(
     let width = inputs.first().map_or(0, Vec::len);
     let mut functions = Vec::with_capacity(2 * count);
     for _ in 0..count {
+        // The spectrum of a Gaussian kernel is normal, with one over its length as its standard deviation (Bochner's theorem).
         let frequency: Vec<f64> = (0..width).map(|_| random.normal() / length.max(1e-9)).collect();
         let phase = TAU * random.uniform();
-        let angle = |input: &Vec<f64>| {
-            phase + input.iter().zip(&frequency).map(|(value, rate)| value * rate).sum::<f64>()
-        };
-        functions.push(inputs.iter().map(|input| angle(input).cos()).collect());
-        functions.push(inputs.iter().map(|input| angle(input).sin()).collect());
+        let angles = inputs
+            .iter()
+            .map(|input| phase + input.iter().zip(&frequency).map(|(value, rate)| value * rate).sum::<f64>());
+        let angles: Vec<f64> = angles.collect();
+        functions.push(angles.iter().map(|angle| angle.cos()).collect());
+        functions.push(angles.iter().map(|angle| angle.sin()).collect());
     }
     functions
 }

@@ -57,6 +57,7 @@ impl Known {
         let mut distinct: Vec<Vec<u64>> =
             coordinates.iter().map(|q| q.iter().map(|one| one.to_bits()).collect()).collect();
         distinct.sort_unstable();
+        // Replicates of a pose tell no more of how far poses lie apart.
         distinct.dedup();
         let approach = table.approach.as_ref().map(|_| {
             rows.iter()

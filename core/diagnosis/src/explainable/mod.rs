@@ -105,6 +105,7 @@ impl<'a> Folds<'a> {
         products.iter().for_each(|one| all.add(one));
         let mut folds = Vec::new();
         for ((rows, equations), own) in blocks.into_iter().zip(equations).zip(&products) {
+            // Sums without a fold are the sums of all less its own: one pass over the rows for all folds.
             let rest = Reduced::of(&all.without(own), features.fixed)?;
             folds.push(Fold { rows, equations, rest });
         }
@@ -120,6 +121,7 @@ impl<'a> Folds<'a> {
             let known = near.and_then(|near| near.ratios.get(*index));
             let mut ratios = start.clone();
             for (ratio, known) in ratios.iter_mut().zip(known.into_iter().flatten()) {
+                // A component that another fold gave up may be wanted here.
                 if known.is_finite() {
                     *ratio = *known;
                 }
@@ -169,6 +171,7 @@ pub(crate) fn chosen_rows(machine: &ResidualModel<'_>, fit: &Fit, most: usize) -
         return fit.rows.clone();
     }
     let mut poses = pose_groups(machine.table, &fit.rows);
+    // By chance, so that no order of the table comes through; the same chance every time.
     Random::seeded(17).shuffle(&mut poses);
     let mut rows = Vec::new();
     for pose in poses {
@@ -206,6 +209,7 @@ fn counts(gain: Option<Gain>) -> bool {
 
 /// One standard error of the fall of a root mean square, mm, from that of the sum of squares.
 fn rms_error(gain: Option<Gain>, rms: f64, points: usize) -> f64 {
+    // d(rms) = d(mean square) / (2 rms).
     gain.map_or(0.0, |gain| gain.error / (2.0 * rms.max(1e-12) * points.max(1) as f64))
 }
 
@@ -229,6 +233,7 @@ fn climb<'f>(
         progress.check()?;
         let mut tried = ladder.taken.clone();
         tried.push(group);
+        // From the variances before: the others move little when a group comes in.
         let prediction = folds.predict(&components_of(&tried), Some(&ladder.best));
         let gain = prediction.fall_from(&ladder.best, poses);
         let explains = counts(gain);
@@ -264,6 +269,7 @@ fn beyond_others(
             false => folds.predict(&components_of(&others), Some(&ladder.best)),
         };
         let rise = without.rms() - ladder.best.rms();
+        // By chance of the poses a group may look needed before a later one has come in that explains both.
         let needless = !counts(ladder.best.fall_from(&without, poses));
         if needless && least.is_none_or(|(known, _)| rise < known) {
             least = Some((rise, index));
@@ -363,6 +369,7 @@ fn blocked(
         return Some(BlockedExplainable { left_mm, not_predictable_mm: left_mm });
     }
     let best = folds.predict(&components_of(&ladder.taken), None);
+    // Regions left out are predicted from afar: what helps between neighbours may do harm there, and then the regression is not used.
     let explains = counts(best.fall_from(&start, poses));
     let not_predictable_mm = if explains { best.rms() } else { left_mm };
     Some(BlockedExplainable { left_mm, not_predictable_mm })

@@ -70,9 +70,8 @@ impl Explainable {
     }
 
     fn words(&self) -> String {
-        let name = |group: &ExplainableGroup| group.group.clone();
         if !self.is_structured() {
-            let asked: Vec<String> = self.groups.iter().map(name).collect();
+            let asked: Vec<String> = self.groups.iter().map(|group| group.group.clone()).collect();
             return format!(
                 "left after what is fitted {:.3} mm; nothing of it is predictable from {} (0.000 +- {:.3} mm)",
                 self.left_mm,
@@ -84,7 +83,8 @@ impl Explainable {
             let plus = if index > 0 { "+ " } else { "" };
             format!("{plus}{} {:.3}", group.group, group.left_mm)
         });
-        let silent: Vec<String> = self.groups.iter().filter(|group| !group.explains).map(name).collect();
+        let silent = self.groups.iter().filter(|group| !group.explains);
+        let silent: Vec<String> = silent.map(|group| group.group.clone()).collect();
         let silent = match silent.is_empty() {
             true => String::new(),
             false => format!(" (nothing more from {})", listed(&silent, "or")),

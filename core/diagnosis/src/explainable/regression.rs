@@ -85,24 +85,23 @@ impl Reduced {
     /// The first `fixed` columns are not penalised; nothing where the equations do not determine them.
     pub(super) fn of(products: &Products, fixed: usize) -> Option<Self> {
         let flexible = products.matrix.nrows() - fixed - 1;
-        let part = |row: usize, column: usize, rows: usize, columns: usize| {
-            products.matrix.view((row, column), (rows, columns)).into_owned()
-        };
-        let mut own = part(0, 0, fixed, fixed);
+        let all = &products.matrix;
+        let mut own = all.view((0, 0), (fixed, fixed)).into_owned();
         let largest = own.diagonal().iter().copied().fold(0.0, f64::max);
         for index in 0..fixed {
+            // A column that is zero in these equations gets the least of the others' damping, or no factor would exist.
             own[(index, index)] += DAMPING * own[(index, index)].max(DAMPING * largest);
         }
         let lower = match fixed {
             0 => own,
             _ => own.cholesky()?.l(),
         };
-        let behind = lower.solve_lower_triangular(&part(0, fixed, fixed, flexible))?;
-        let readings = lower.solve_lower_triangular(&part(0, fixed + flexible, fixed, 1))?;
+        let behind = lower.solve_lower_triangular(&all.view((0, fixed), (fixed, flexible)))?;
+        let readings = lower.solve_lower_triangular(&all.view((0, fixed + flexible), (fixed, 1)))?;
         let behind_readings: DVector<f64> = readings.column(0).into_owned();
         let across = behind.transpose();
-        let matrix = part(fixed, fixed, flexible, flexible) - &across * &behind;
-        let right = part(fixed, fixed + flexible, flexible, 1).column(0) - &across * &behind_readings;
+        let matrix = all.view((fixed, fixed), (flexible, flexible)) - &across * &behind;
+        let right = all.view((fixed, fixed + flexible), (flexible, 1)).column(0) - &across * &behind_readings;
         let last = fixed + flexible;
         let squares = (products.matrix[(last, last)] - behind_readings.norm_squared()).max(0.0);
         let freedom = products.equations - fixed as f64;
@@ -133,6 +132,7 @@ impl Reduced {
             for (column, value) in round.columns.iter().zip(round.values.iter()) {
                 found[*column] = *value;
             }
+            // A component once given up stays out: its likelihood falls on along the way to an infinite ratio.
             active.retain(|component| ratios[*component].is_finite());
             let freedom = round.freedom;
             if active.is_empty() || (freedom - known).abs() <= SETTLED * freedom {
@@ -169,10 +169,12 @@ impl Reduced {
         for component in active {
             let own = first..first + components.get(*component).map_or(0, Range::len);
             first = own.end;
+            // Effective degrees of freedom: the coefficients less what the penalty alone holds (MacKay 1992, equation 4.9).
             let trace: f64 = own.clone().map(|index| inverse[(index, index)] * ratio_of[index]).sum();
             effective.push((own.len() as f64 - trace, values.rows(own.start, own.len()).norm_squared()));
         }
         let freedom: f64 = effective.iter().map(|(freedom, _)| freedom).sum();
+        // MacKay 1992, equation 4.10, for the noise; the columns that are not penalised are in `self.freedom` already.
         let noise = squares / (self.freedom - freedom).max(1.0);
         for (component, (own, length)) in active.iter().zip(effective) {
             if let Some(ratio) = ratios.get_mut(*component) {

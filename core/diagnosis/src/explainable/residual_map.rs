@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, Matrix3};
 
-use super::features::{Features, Group, knowledge};
+use super::features::{Features, Group, carrier_of, joint_carriers, knowledge};
 use super::known::extent;
 use super::regression::{Products, Reduced};
 use super::{FEWEST_POSES, FIRST_RATIO, Folds, chosen_rows, components_of, counts, ladder, random_folds};
 use crate::cross_validation::pose_groups;
 use crate::thresholds::{FEW_POSES_RETURNS, MAP_ROWS, VALIDATION_BLOCKS};
 use plumb_calibration::arm_model::{Along, MapCarrier, MeasuredRegion, ResidualMap, Side, Wave};
-use plumb_calibration::effect::{self, Effect, EffectId, Spot};
+use plumb_calibration::effect::{Effect, Spot};
 use plumb_calibration::fit::{Fit, ResidualModel, RowBlock};
 use plumb_estimation::{Cancelled, Progress, Random};
 
@@ -54,6 +54,7 @@ impl Outline {
         let mut outline = Self { map: ResidualMap::default(), components: Vec::new(), groups: Vec::new() };
         let inputs: Vec<Vec<f64>> = poses.iter().map(|pose| region.inputs(pose)).collect();
         let extent = extent(&inputs);
+        // A fixed seed: the same table gives the same map.
         let mut random = Random::seeded(31);
         let count = (poses.len() / POSES_A_FREQUENCY).clamp(FREQUENCIES.0, FREQUENCIES.1);
         for scale in LENGTH_SCALES.iter().filter(|_| extent > 0.0) {
@@ -70,12 +71,14 @@ impl Outline {
             }
         }
         outline.close_group("pose");
-        let both = |joint: usize| {
+        for joint in 0..region.joints.len() {
+            let rows = 0..machine.table.len();
             let sides =
-                |side: i8| (0..machine.table.len()).any(|row| machine.table.approach_of(row, joint) == side);
-            sides(1) && sides(-1)
-        };
-        for joint in (0..region.joints.len()).filter(|joint| both(*joint)) {
+                [-1, 1].map(|side| rows.clone().any(|row| machine.table.approach_of(row, joint) == side));
+            // From one side alone the side is a constant, which the joint's zero takes.
+            if sides != [true, true] {
+                continue;
+            }
             outline.map.sides.push(Side { joint, weights: vec![0.0; SIDE_FUNCTIONS] });
             outline.close_component(SIDE_FUNCTIONS);
         }
@@ -101,8 +104,9 @@ fn waves(inputs: &[Vec<f64>], length: f64, random: &mut Random) -> [Wave; 2] {
     let width = inputs.first().map_or(0, Vec::len);
     let rates: Vec<f64> = (0..width).map(|_| random.normal() / length).collect();
     let phase = std::f64::consts::TAU * random.uniform();
-    let wave = |phase: f64| Wave { rates: rates.clone(), phase, shift: nalgebra::Vector3::zeros() };
-    [wave(phase), wave(phase - std::f64::consts::FRAC_PI_2)]
+    // cos(x - 90 deg) = sin x.
+    let phases = [phase, phase - std::f64::consts::FRAC_PI_2];
+    phases.map(|phase| Wave { rates: rates.clone(), phase, shift: nalgebra::Vector3::zeros() })
 }
 
 /// Writes the map's functions, carried to the readings, into a design from column `first` on; the equations of each row. `axes` are those of the base in the frame of the
@@ -124,12 +128,14 @@ fn write_columns(
             (0..machine.table.joints).map(|joint| machine.table.approach_of(*row, joint)).collect();
         let columns = outline.map.columns(region, machine.table.q_of(*row), &sides);
         for equation in own.clone() {
-            let by = |probe: usize| block.jacobian.get((slots + probe, equation)).copied().unwrap_or(0.0);
-            let shifts = [0, 1, 2].map(|axis| (0..3).map(|part| axes[(part, axis)] * by(part)).sum::<f64>());
+            // Readings by a shift of the base along each axis (three of them), then by each joint's coordinate.
+            let by: Vec<f64> = block.jacobian.column(equation).iter().skip(slots).copied().collect();
+            let shifts =
+                [0, 1, 2].map(|axis| (0..3).zip(&by).map(|(part, by)| axes[(part, axis)] * by).sum::<f64>());
             for (index, (carrier, value)) in columns.iter().enumerate() {
                 let carried = match carrier {
                     MapCarrier::Shift(axis) => shifts.get(*axis).copied().unwrap_or(0.0),
-                    MapCarrier::Joint(joint) => by(3 + joint),
+                    MapCarrier::Joint(joint) => by.get(3 + joint).copied().unwrap_or(0.0),
                 };
                 design[(equation, first + index)] = value * carried;
             }
@@ -153,11 +159,8 @@ impl Design {
         region: &MeasuredRegion,
         outline: &Outline,
     ) -> Self {
-        let build = |id: EffectId| effect::build(&id, machine.model).ok();
-        let shift = build(EffectId::at("base_position", Spot::Base));
-        let zeros: Vec<_> = (0..machine.model.chain.len())
-            .map(|joint| build(EffectId::at("joint_zero", Spot::Joint(joint))))
-            .collect();
+        let shift = carrier_of(machine, "base_position", Spot::Base);
+        let zeros = joint_carriers(machine);
         let probes: Vec<&dyn Effect> =
             std::iter::once(&shift).chain(&zeros).flatten().map(AsRef::as_ref).collect();
         let block = machine.block(&fit.state, rows, &fit.weights, &probes);
@@ -171,6 +174,7 @@ impl Design {
         design.columns_mut(0, fixed).copy_from(&fitted.transpose());
         let equations =
             write_columns(machine, (rows, region), outline, (&block, slots, axes), &mut design, fixed);
+        // Columns are scaled for the regression; the map keeps its weights in mm and rad, and needs the lengths to go back.
         let mut lengths = vec![1.0; flexible];
         for component in &outline.components {
             let mut own = design.columns_mut(fixed + component.start, component.len());

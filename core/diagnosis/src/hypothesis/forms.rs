@@ -73,7 +73,6 @@ pub(super) struct Form {
 
 impl Factor {
     fn value(self, situation: &Situation<'_>) -> f64 {
-        let logged = |value: f64| if value.is_finite() { value } else { 0.0 };
         match self {
             Self::One => 1.0,
             Self::Side(joint) => situation.side(joint),
@@ -81,8 +80,8 @@ impl Factor {
                 let before = situation.previous.and_then(|previous| previous.get(joint));
                 before.map_or(0.0, |before| situation.coordinate(joint) - before)
             }
-            Self::Hours => logged(situation.time) / 3600.0,
-            Self::Temperature(middle) => logged(situation.temperature) - middle,
+            Self::Hours => or_zero(situation.time) / 3600.0,
+            Self::Temperature(middle) => or_zero(situation.temperature) - middle,
             Self::Payload => situation.weights.payload,
             Self::Moment(joint) => situation.moment(joint),
             Self::Load(joint) => situation.moment(joint).abs(),
@@ -130,6 +129,11 @@ impl Angle {
     }
 }
 
+/// A condition as formulas have it: 0 where it was not logged.
+fn or_zero(value: f64) -> f64 {
+    if value.is_finite() { value } else { 0.0 }
+}
+
 /// As formulas have it: 0 of 0.
 fn sign(value: f64) -> f64 {
     if value == 0.0 { 0.0 } else { value.signum() }
@@ -142,51 +146,66 @@ fn less(value: f64) -> String {
 
 impl Shape {
     fn values(self, situation: &Situation<'_>) -> Vec<f64> {
-        let value = |angle: Angle| angle.value(|joint| situation.coordinate(joint));
+        let Some(angle) = self.angle() else { return vec![1.0] };
+        let x = angle.value(|joint| situation.coordinate(joint));
         match self {
             Self::One => vec![1.0],
-            Self::Linear(angle) => vec![value(angle)],
-            Self::Wave(angle, order) => {
-                let turned = f64::from(order) * value(angle);
+            Self::Linear(_) => vec![x],
+            Self::Wave(_, order) => {
+                let turned = f64::from(order) * x;
                 vec![turned.sin(), turned.cos()]
             }
-            Self::Above(angle, at) => vec![(value(angle) - at).max(0.0)],
-            Self::Below(angle, at) => vec![(at - value(angle)).max(0.0)],
-            Self::Beyond(angle, at) => {
-                vec![(value(angle) - at).max(0.0), (value(angle) + at).min(0.0)]
-            }
-            Self::Step(angle, at) => vec![sign(value(angle) - at)],
-            Self::Half(angle, at) => vec![sign((value(angle) - at).sin())],
-            Self::Bump(angle, at, wide) => vec![(-((value(angle) - at) / wide).powi(2) / 2.0).exp()],
+            Self::Above(_, at) => vec![(x - at).max(0.0)],
+            Self::Below(_, at) => vec![(at - x).max(0.0)],
+            Self::Beyond(_, at) => vec![(x - at).max(0.0), (x + at).min(0.0)],
+            Self::Step(_, at) => vec![sign(x - at)],
+            Self::Half(_, at) => vec![sign((x - at).sin())],
+            Self::Bump(_, at, wide) => vec![(-((x - at) / wide).powi(2) / 2.0).exp()],
         }
     }
 
-    /// As a formula writes its terms.
-    fn written(self) -> Vec<Option<String>> {
-        let some = |text: String| Some(text);
+    /// What it is a function of; nothing for one.
+    fn angle(self) -> Option<Angle> {
         match self {
-            Self::One => vec![None],
-            Self::Linear(angle) => vec![some(format!("({})", angle.written()))],
+            Self::One => None,
+            Self::Linear(angle)
+            | Self::Wave(angle, _)
+            | Self::Above(angle, _)
+            | Self::Below(angle, _)
+            | Self::Beyond(angle, _)
+            | Self::Step(angle, _)
+            | Self::Half(angle, _)
+            | Self::Bump(angle, ..) => Some(angle),
+        }
+    }
+
+    /// As a formula writes its terms; nothing in place of a term that is one.
+    fn written(self) -> Vec<Option<String>> {
+        // Parentheses about every difference: a formula is read by precedence, not as it looks.
+        let terms = match self {
+            Self::One => return vec![None],
+            Self::Linear(angle) => vec![format!("({})", angle.written())],
             Self::Wave(angle, order) => {
                 let inside = match (order, angle.second) {
                     (1, _) => angle.written(),
                     (order, None) => format!("{order}*{}", angle.written()),
                     (order, Some(_)) => format!("{order}*({})", angle.written()),
                 };
-                vec![some(format!("sin({inside})")), some(format!("cos({inside})"))]
+                vec![format!("sin({inside})"), format!("cos({inside})")]
             }
-            Self::Above(angle, at) => vec![some(format!("max({}{}, 0)", angle.written(), less(at)))],
-            Self::Below(angle, at) => vec![some(format!("max({at} - ({}), 0)", angle.written()))],
+            Self::Above(angle, at) => vec![format!("max({}{}, 0)", angle.written(), less(at))],
+            Self::Below(angle, at) => vec![format!("max({at} - ({}), 0)", angle.written())],
             Self::Beyond(angle, at) => vec![
-                some(format!("max({}{}, 0)", angle.written(), less(at))),
-                some(format!("min({}{}, 0)", angle.written(), less(-at))),
+                format!("max({}{}, 0)", angle.written(), less(at)),
+                format!("min({}{}, 0)", angle.written(), less(-at)),
             ],
-            Self::Step(angle, at) => vec![some(format!("sign({}{})", angle.written(), less(at)))],
-            Self::Half(angle, at) => vec![some(format!("sign(sin({}{}))", angle.written(), less(at)))],
+            Self::Step(angle, at) => vec![format!("sign({}{})", angle.written(), less(at))],
+            Self::Half(angle, at) => vec![format!("sign(sin({}{}))", angle.written(), less(at))],
             Self::Bump(angle, at, wide) => {
-                vec![some(format!("exp(-0.5*(({}{})/{wide})^2)", angle.written(), less(at)))]
+                vec![format!("exp(-0.5*(({}{})/{wide})^2)", angle.written(), less(at))]
             }
-        }
+        };
+        terms.into_iter().map(Some).collect()
     }
 
     /// Whether a number inside it was searched for.
@@ -207,18 +226,22 @@ const NAMES: [&str; 4] = ["a", "b", "c", "d"];
 impl Form {
     /// The key of `adds:`, and the formula, of each thing it is added to.
     pub(super) fn formulas(&self) -> Vec<(&'static str, String)> {
-        let own = self.shape.written();
-        let term = |(name, term): (&&str, &Option<String>)| {
-            let parts = [Some((*name).to_owned()), self.factor.written(), term.clone()];
-            parts.into_iter().flatten().collect::<Vec<_>>().join("*")
-        };
-        let sum = |names: &[&str]| names.iter().zip(&own).map(term).collect::<Vec<_>>().join(" + ");
-        let (first, second) = NAMES.split_at(own.len());
+        let (first, second) = NAMES.split_at(self.shape.written().len());
         match self.site {
-            Site::Joint { slides: false, .. } => vec![("deg", sum(first))],
-            Site::Joint { slides: true, .. } => vec![("mm", sum(first))],
-            Site::Base => vec![("base_x_deg", sum(first)), ("base_y_deg", sum(second))],
+            Site::Joint { slides: false, .. } => vec![("deg", self.sum(first))],
+            Site::Joint { slides: true, .. } => vec![("mm", self.sum(first))],
+            // The axis of a lean is not known: each component has numbers of its own.
+            Site::Base => vec![("base_x_deg", self.sum(first)), ("base_y_deg", self.sum(second))],
         }
+    }
+
+    /// The formula with its parameters called so, in order.
+    fn sum(&self, names: &[&str]) -> String {
+        let terms = names.iter().zip(self.shape.written()).map(|(name, term)| {
+            let parts = [Some((*name).to_owned()), self.factor.written(), term];
+            parts.into_iter().flatten().collect::<Vec<_>>().join("*")
+        });
+        terms.collect::<Vec<_>>().join(" + ")
     }
 
     /// Its parameters, in the unit of what it is added to.
@@ -255,6 +278,7 @@ impl Effect for Candidate {
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         let factor = self.form.factor.value(situation);
         let values = self.form.shape.values(situation);
+        // A formula is written in degrees, as people write model files; the arm reckons in radians.
         let radians = 1.0_f64.to_radians();
         for (index, value) in values.iter().map(|value| factor * value).enumerate() {
             match self.form.site {

@@ -68,11 +68,9 @@ pub(super) fn spot(site: Site) -> Spot {
 }
 
 fn sites(lab: &Laboratory) -> Vec<Site> {
-    let turns = |joint: usize| lab.survey().turns(joint);
-    let mut sites: Vec<Site> =
-        (0..lab.model().chain.len()).map(|joint| Site::Joint { joint, slides: !turns(joint) }).collect();
-    sites.push(Site::Base);
-    sites
+    let joints = 0..lab.model().chain.len();
+    let joints = joints.map(|joint| Site::Joint { joint, slides: !lab.survey().turns(joint) });
+    joints.chain([Site::Base]).collect()
 }
 
 /// A shift of a joint's zero is free, or a candidate of the library: a form must say more than that.
@@ -98,6 +96,7 @@ fn factors(lab: &Laboratory, site: Site) -> Vec<Factor> {
     let joints = lab.model().chain.len();
     let near: Vec<usize> = match site {
         Site::Joint { joint, .. } => {
+            // A bearing or a gear feels the moment about its own axis and its neighbours'; those farther off would only multiply what is tried.
             (joint.saturating_sub(1)..=joint + 1).filter(|one| *one < joints).collect()
         }
         Site::Base => (0..joints.min(3)).collect(),
@@ -126,6 +125,7 @@ fn factors(lab: &Laboratory, site: Site) -> Vec<Factor> {
 fn middle(values: &[f64]) -> f64 {
     let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     let mean = finite.iter().sum::<f64>() / finite.len().max(1) as f64;
+    // The user reads it in the formula; the constant that rounding leaves over goes with the zeros.
     (mean * 10.0).round() / 10.0
 }
 

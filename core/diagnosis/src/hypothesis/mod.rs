@@ -24,7 +24,7 @@ use forms::{Candidate, Form, Site};
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::effect::{self, Addend, DefinedPlace, Definition, Effect, EffectId};
 use plumb_calibration::file::Place;
-use plumb_calibration::fit::FitOptions;
+use plumb_calibration::fit::{Fit, FitOptions};
 use plumb_estimation::{Progress, bic, holm};
 
 /// A formula for an effect that the library does not list.
@@ -92,6 +92,7 @@ impl Laboratory {
         let scored = searched.scored_forms(&fitted);
         let Some(best) = searched.borne_out(&scored, &fitted, floor, progress)? else { return Ok(None) };
         let candidates = grammar::probes(searched);
+        // Of its own place: the direction of what is left names the place well, and forms of others would only dilute the test.
         let at_place = candidates.iter().filter(|(form, _)| form.site == best.form.site);
         let effects: Vec<&dyn Effect> = at_place.map(|(_, probe)| probe.effect.as_ref()).collect();
         if !twins::beaten(&fitted, &Candidate::new(best.form), &effects) {
@@ -104,13 +105,10 @@ impl Laboratory {
     fn scored_forms(&self, fitted: &Fitted<'_>) -> Vec<Scored> {
         let forms = grammar::probes(self);
         let (forms, probes): (Vec<Form>, Vec<Probe>) = forms.into_iter().unzip();
+        // Extended BIC (Chen & Chen 2008): choosing one form among so many costs 2 ln of their number.
         let families = probes.last().map_or(1, |last| last.family).max(1) as f64;
         let fit = &fitted.fit;
         let (squares, equations, rank) = (fit.normal.squares, fit.normal.equations as f64, fit.rank() as f64);
-        let criterion = |score: &Score, cost: f64| {
-            let left = (squares - score.gain).max(squares * 1e-9);
-            bic(left, equations, rank + score.freedom as f64, cost)
-        };
         let listed = candidates::probes(self);
         let scores = best_variants(&listed, score(&fitted.machine, fit, &listed));
         let library = scores
@@ -118,7 +116,7 @@ impl Laboratory {
             .filter(|(_, score)| score.freedom > 0 && score.plausible)
             .filter_map(|(index, score)| {
                 let probe = listed.get(*index)?;
-                Some(criterion(score, probe.search_cost + probe.search.cost(equations)))
+                Some(criterion(fit, score, probe.search_cost + probe.search.cost(equations)))
             })
             .fold(bic(squares, equations, rank, 0.0), f64::min);
         let scores = best_variants(&probes, score(&fitted.machine, fit, &probes));
@@ -129,7 +127,7 @@ impl Laboratory {
             .zip(adjusted)
             .filter_map(|((index, score), holm_p)| {
                 let cost = probes.get(index)?.search.cost(equations) + 2.0 * families.ln();
-                Some(Scored { form: *forms.get(index)?, bic: criterion(&score, cost), score, holm_p })
+                Some(Scored { form: *forms.get(index)?, bic: criterion(fit, &score, cost), score, holm_p })
             })
             .filter(|one| one.score.freedom == one.form.parameters().len() && one.score.plausible)
             .filter(|one| one.holm_p < NAMING_LEVEL && one.bic < library - TIE_BIC)
@@ -143,10 +141,9 @@ impl Laboratory {
     fn refined(&self, scored: Scored, fitted: &Fitted<'_>) -> Scored {
         let (forms, probes): (Vec<Form>, Vec<Probe>) = grammar::finer(self, &scored.form).into_iter().unzip();
         let scores = score(&fitted.machine, &fitted.fit, &probes);
-        let gain = |score: &Score| if score.plausible { score.gain } else { 0.0 };
-        let best =
-            forms.into_iter().zip(scores).max_by(|left, right| gain(&left.1).total_cmp(&gain(&right.1)));
-        match best.filter(|(_, score)| gain(score) > gain(&scored.score)) {
+        let tried = forms.into_iter().zip(scores);
+        let best = tried.max_by(|left, right| plausible_gain(&left.1).total_cmp(&plausible_gain(&right.1)));
+        match best.filter(|(_, score)| plausible_gain(score) > plausible_gain(&scored.score)) {
             Some((form, score)) => Scored { form, score, ..scored },
             None => scored,
         }
@@ -188,21 +185,18 @@ impl Laboratory {
         });
         let candidates = Candidates { listed: probes.collect(), unlisted: Vec::new() };
         let stage = lab.stage(Vec::new(), Some(fitted), &candidates, progress)?;
-        let of = |contender: &Contender| {
-            let (index, _) = listed.iter().find(|(_, id)| id.same_as(&contender.id))?;
-            scored.get(*index)
-        };
-        let passing: Vec<(&Contender, &Scored)> = stage
-            .contenders
-            .iter()
-            .filter(|one| one.passes())
-            .filter_map(|one| Some((one, of(one)?)))
-            .collect();
+        let passing = stage.contenders.iter().filter(|one| one.passes()).filter_map(|one| {
+            let (index, _) = listed.iter().find(|(_, id)| id.same_as(&one.id))?;
+            Some((one, scored.get(*index)?))
+        });
+        let passing: Vec<(&Contender, &Scored)> = passing.collect();
         let Some((best, own)) = passing.first() else { return Ok(None) };
         let explains = explained(&stage.fitted, best, floor);
+        // A formula is a claim about the whole of what is left; one that takes a part of it is more likely the shadow of something else.
         if explains < HYPOTHESIS_SHARE {
             return Ok(None);
         }
+        // A formula is one way of writing what the rows show: others that show it as well are told beside it.
         let as_well = passing.iter().skip(1).filter(|(one, _)| one.bic - best.bic < TIE_BIC);
         let or = as_well.map(|(_, scored)| self.written(&scored.form)).collect();
         let errors = lab.errors_with(best, &stage.fitted, progress)?;
@@ -273,6 +267,18 @@ impl Laboratory {
     }
 }
 
+/// Schwarz's criterion of a fit with what a score promises in, and a cost besides.
+fn criterion(fit: &Fit, score: &Score, cost: f64) -> f64 {
+    let squares = fit.normal.squares;
+    let left = (squares - score.gain).max(squares * 1e-9);
+    bic(left, fit.normal.equations as f64, fit.rank() as f64 + score.freedom as f64, cost)
+}
+
+/// What a score explains, where its size could be that of a real machine.
+fn plausible_gain(score: &Score) -> f64 {
+    if score.plausible { score.gain } else { 0.0 }
+}
+
 /// A form that stood every test but that of its twins.
 struct BorneOut {
     form: Form,
@@ -293,6 +299,7 @@ fn rms(fitted: &Fitted<'_>) -> f64 {
 fn explained(fitted: &Fitted<'_>, contender: &Contender, floor: &Floor) -> f64 {
     let before = fitted.fit.normal.squares;
     let freedom = (fitted.fit.normal.equations as f64 - fitted.fit.rank() as f64).max(1.0);
+    // The noise's own share of the squares is not to be explained.
     let noise = floor.scale.map_or(0.0, |scale| scale * scale * freedom);
     let beyond = (before - noise).max(f64::MIN_POSITIVE);
     ((before - contender.left.0) / beyond).clamp(0.0, 1.0)
@@ -302,12 +309,12 @@ fn explained(fitted: &Fitted<'_>, contender: &Contender, floor: &Floor) -> f64 {
 fn definition(name: &str, form: &Form, model: &Model) -> Option<Definition> {
     let parameters = form.parameters();
     let names: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
-    let place = |index: usize| match form.site {
-        Site::Joint { joint, .. } => DefinedPlace::Coordinate(joint),
-        Site::Base => DefinedPlace::BaseTurn(index),
-    };
     let addends = form.formulas().into_iter().enumerate().map(|(index, (key, formula))| {
-        Addend::new(place(index), key, &formula, &names, model.chain.len(), Place::default()).ok()
+        let place = match form.site {
+            Site::Joint { joint, .. } => DefinedPlace::Coordinate(joint),
+            Site::Base => DefinedPlace::BaseTurn(index),
+        };
+        Addend::new(place, key, &formula, &names, model.chain.len(), Place::default()).ok()
     });
     let addends = addends.collect::<Option<Vec<_>>>()?;
     Some(Definition::new(name, grammar::spot(form.site), addends, parameters, None))

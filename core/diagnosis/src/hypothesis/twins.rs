@@ -22,6 +22,7 @@ const LEAST_LEFT: f64 = 1e-5;
 pub(super) fn beaten(fitted: &Fitted<'_>, best: &dyn Effect, all: &[&dyn Effect]) -> bool {
     let (machine, fit) = (&fitted.machine, &fitted.fit);
     let mut probes: Vec<&dyn Effect> = vec![best];
+    // A form with more numbers explains more by chance, and would beat a simpler one without being a better explanation.
     probes.extend(all.iter().filter(|one| one.parameters().len() <= best.parameters().len()));
     let block = machine.block(&fit.state, &fit.rows, &fit.weights, &probes);
     let slots = machine.slots().len();
@@ -36,9 +37,8 @@ pub(super) fn beaten(fitted: &Fitted<'_>, best: &dyn Effect, all: &[&dyn Effect]
             beyond(&fixed, columns)
         })
         .collect();
-    let free = |residuals: &DVector<f64>| residuals - &fixed * fixed.tr_mul(residuals);
-    let explained = |basis: &DMatrix<f64>, left: &DVector<f64>| basis.tr_mul(left).norm_squared();
-    let Some(own) = bases.first().map(|basis| explained(basis, &free(&residuals))) else { return false };
+    let left = &residuals - &fixed * fixed.tr_mul(&residuals);
+    let Some(own) = bases.first().map(|basis| basis.tr_mul(&left).norm_squared()) else { return false };
     let poses = equations_by_pose(fitted);
     let mut random = Random::seeded(SEED);
     (0..HYPOTHESIS_TWINS).all(|_| {
@@ -50,8 +50,9 @@ pub(super) fn beaten(fitted: &Fitted<'_>, best: &dyn Effect, all: &[&dyn Effect]
                     .for_each(|equation| flipped[equation] = -flipped[equation]);
             }
         }
-        let left = free(&flipped);
-        bases.iter().map(|basis| explained(basis, &left)).fold(0.0, f64::max) < own
+        // What is fitted is fitted to every twin anew.
+        let left = &flipped - &fixed * fixed.tr_mul(&flipped);
+        bases.iter().map(|basis| basis.tr_mul(&left).norm_squared()).fold(0.0, f64::max) < own
     })
 }
 

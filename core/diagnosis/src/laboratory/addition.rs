@@ -101,6 +101,7 @@ impl Laboratory {
         let before = self.compare(progress)?;
         let smaller =
             Laboratory::new(without(self.model(), text)?, self.table().clone(), self.options().clone())?;
+        // From the start, not from where the larger fit was: what was taken out has bent the rest.
         let fitted = smaller.fit_with(&[], None, progress)?;
         let comparison = smaller.comparison(&fitted.machine, &fitted.fit, progress)?;
         let now: Vec<EffectValue> = comparison.effects.clone();
@@ -137,6 +138,7 @@ impl Laboratory {
         let parts = fitted.machine.effects().cloned().zip(&state.effects);
         let mut all: Vec<AddedEffect> =
             parts.map(|(id, values)| AddedEffect { id, values: values.clone() }).collect();
+        // The parts of a fit are what is free, then what was added.
         let free = self.free_effects().map_or(0, |free| free.len()).min(all.len());
         model.effects = all.split_off(free);
         model.fitted = all;
@@ -148,11 +150,10 @@ impl Laboratory {
 pub(crate) fn moved(old: &[EffectValue], new: &[EffectValue]) -> Vec<String> {
     let pairs =
         old.iter().filter_map(|old| new.iter().find(|new| new.label == old.label).map(|new| (old, new)));
-    let far = |(old, new): &(&EffectValue, &EffectValue)| {
-        !old.held && !new.held && (old.size - new.size).abs() > MOVED * old.se.max(new.se)
-    };
     pairs
-        .filter(far)
+        .filter(|(old, new)| {
+            !old.held && !new.held && (old.size - new.size).abs() > MOVED * old.se.max(new.se)
+        })
         .map(|(old, new)| format!("{}: {:.5} -> {:.5} {}", old.label, old.size, new.size, new.unit))
         .collect()
 }
@@ -180,6 +181,7 @@ pub fn without(model: &Model, text: &str) -> Result<Model, LaboratoryError> {
     let mut free = Vec::new();
     for pattern in &model.free {
         let ids = effect::expand(pattern, model)?;
+        // A wildcard of which one is unwanted is written out, so that the others stay free.
         if ids.iter().all(|id| !unwanted.iter().any(|other| other.same_as(id))) {
             free.push(pattern.clone());
         } else {

@@ -31,8 +31,8 @@ pub struct Rms {
 impl Rms {
     /// The root mean squares alone.
     fn of(errors: &Errors) -> Self {
-        let rms = |summary: ErrorSummary| summary.rms;
-        Self { fit: errors.fit.rms, cv: errors.cv.map(rms), check: errors.check.map(rms) }
+        let [cv, check] = [errors.cv, errors.check].map(|summary| summary.map(|summary| summary.rms));
+        Self { fit: errors.fit.rms, cv, check }
     }
 }
 
@@ -175,15 +175,14 @@ fn joint_axes(machine: &ResidualModel<'_>) -> Vec<JointAxis> {
 
 /// The root mean square of the fitted rows' residuals along the motion of each joint that moved.
 fn along_joints(joints: &[JointAxis], series: &[Series], rows: &[RowResidual]) -> Vec<JointError> {
-    let fitted = |row: &usize| rows.get(*row).is_some_and(|row| !row.held_out);
-    let error = |joint: &JointAxis| {
+    let errors = joints.iter().filter_map(|joint| {
         let own = series.iter().find(|series| series.against == joint.name && series.unit == joint.unit)?;
-        let squares: Vec<f64> =
-            own.points.iter().filter(|point| fitted(&point.2)).map(|point| point.1 * point.1).collect();
+        let fitted = own.points.iter().filter(|point| rows.get(point.2).is_some_and(|row| !row.held_out));
+        let squares: Vec<f64> = fitted.map(|point| point.1 * point.1).collect();
         let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
         Some(JointError { joint: joint.name.clone(), rms_mm: mean.sqrt() })
-    };
-    joints.iter().filter_map(error).collect()
+    });
+    errors.collect()
 }
 
 fn gauges<S: serde::Serializer>(gauges: &[Gauge], serializer: S) -> Result<S::Ok, S::Error> {
@@ -259,9 +258,9 @@ impl Laboratory {
         let error_mm = self.errors(machine, fit, progress)?;
         let rms_mm = Rms::of(&error_mm);
         let rows = row_residuals(machine, fit, &self.split.check);
-        let fitted = |row: &&RowResidual| !row.held_out;
         let series = series(machine, fit, &rows);
         let joints = joint_axes(machine);
+        // A point has up to three readings, and its error is the root of their squares' sum.
         let noise_ratio = noise_of_a_point(machine, &fit.rows);
         Ok(Comparison {
             orientation_error_deg: self.orientation_errors(machine, fit),
@@ -282,8 +281,7 @@ impl Laboratory {
             gauges: fit.gauges.clone(),
             outliers: rows
                 .iter()
-                .filter(fitted)
-                .filter(|row| row.weight < OUTLIER_WEIGHT)
+                .filter(|row| !row.held_out && row.weight < OUTLIER_WEIGHT)
                 .map(|row| row.line)
                 .collect(),
             convergence: fit.convergence,
@@ -363,17 +361,20 @@ impl Laboratory {
     }
 
     pub(crate) fn effect_values(&self, machine: &ResidualModel<'_>, fit: &Fit) -> Vec<EffectValue> {
+        // The machine's parts are what is always fitted, then what was added, in the order of the model file.
         let free = machine.parts.len().saturating_sub(self.model.effects.len());
-        let value = |(index, part): (usize, &Part)| {
-            let slots: Vec<usize> = (0..machine.slots().len())
-                .filter(|slot| matches!(machine.slots().get(*slot), Some(Slot::Effect(effect, _)) if *effect == index))
-                .collect();
+        let mut all = Vec::with_capacity(machine.parts.len());
+        for (index, part) in machine.parts.iter().enumerate() {
+            let own = machine.slots().iter().enumerate();
+            let own = own.filter(|(_, slot)| matches!(slot, Slot::Effect(effect, _) if *effect == index));
+            let slots: Vec<usize> = own.map(|(slot, _)| slot).collect();
             let covariance = fit.covariance.select_rows(&slots).select_columns(&slots);
             let values = fit.state.effects.get(index).map_or(&[][..], Vec::as_slice);
             let size = part.effect.size(values, &covariance);
             let correction = self.model.correction(&part.id).filter(|_| index >= free);
+            // Of an effect some of whose numbers are free there is a size to tell.
             let held = slots.iter().all(|slot| fit.factor.dependent.contains(slot));
-            EffectValue {
+            all.push(EffectValue {
                 effect: part.id.name.clone(),
                 place: self.model.site_name(part.id.spot),
                 label: self.model.label(&part.id),
@@ -386,9 +387,9 @@ impl Laboratory {
                 added: index >= free,
                 claim: correction.map_or(Claim::Mechanism, |_| Claim::Correction),
                 may_be: correction.map_or_else(Vec::new, |correction| correction.may_be.clone()),
-            }
-        };
-        machine.parts.iter().enumerate().map(value).collect()
+            });
+        }
+        all
     }
 }
 

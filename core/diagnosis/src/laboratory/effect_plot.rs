@@ -239,6 +239,7 @@ impl CommonMotion {
         if handles.len() > 1 && (valued.values.len() > 1 || !in_proportion(&rows, &handles)) {
             return None;
         }
+        // The effect is linear in its values; each drives by its own rate.
         let amount = rows.iter().map(|drives| {
             let own = drives.iter().filter(|drive| drive.handle == first);
             own.map(|drive| drive.rate * valued.values.get(drive.parameter).copied().unwrap_or(0.0)).sum()
@@ -280,6 +281,7 @@ fn row_parts(fitted: &Fitted<'_>, valued: &Valued, unit: Option<&UnitMotion>) ->
     let ones = vec![1.0; machine.table.len()];
     let mut all = Vec::new();
     for row in (0..machine.table.len()).filter(|row| !machine.observations.range(*row).is_empty()) {
+        // Without the fit's weights: a wild row is drawn where it is.
         let block = machine.block(&fit.state, &[row], &ones, &probes);
         let mut parts = RowParts { row, left: Vec::new(), does: Vec::new(), motion: Vec::new(), points: 1.0 };
         for (index, equation) in machine.observations.of_row(row).iter().enumerate() {
@@ -291,6 +293,7 @@ fn row_parts(fitted: &Fitted<'_>, valued: &Valued, unit: Option<&UnitMotion>) ->
             let residual = block.residuals.get(index).copied().unwrap_or(0.0) * unit_of;
             parts.left.push(match &valued.beside {
                 Some(beside) => residual - weighed(&block.jacobian, index, 0, beside) * unit_of,
+                // In the model: its own part is put back. Not in it: what is fitted steps aside as it would if it came in.
                 None => residual + does,
             });
             parts.does.push(does);
@@ -327,6 +330,7 @@ fn against_driver(
     let drawn = seen.filter_map(|parts| {
         let across = drivers.get(parts.row).copied().filter(|driver| driver.is_finite())?;
         let amount = motion.amount.get(parts.row).copied().unwrap_or(0.0);
+        // Least squares of one number in one row: how far the motion would have to go.
         let left = dot(&parts.left, &parts.motion) / dot(&parts.motion, &parts.motion);
         Some((across, left * typical, amount * typical, parts.row))
     });
@@ -365,6 +369,7 @@ fn wave(fitted: &Fitted<'_>, valued: &Valued, drawn: &Drawn, lever: f64) -> Opti
 fn through(drawn: &Drawn) -> Vec<(f64, f64)> {
     let mut places: Vec<(f64, f64)> = drawn.iter().map(|(across, _, does, _)| (*across, *does)).collect();
     places.sort_by(|one, other| one.0.total_cmp(&other.0));
+    // Rows nearer than a column of the plot share one point, or the curve would jump between replicates.
     let width = match (places.first(), places.last()) {
         (Some(first), Some(last)) => (last.0 - first.0) / CURVE_POINTS as f64,
         _ => return Vec::new(),

@@ -37,56 +37,77 @@ pub struct FoundSurface {
 
 /// The surfaces of the model that were fitted and that the table reads.
 pub(super) fn found_surfaces(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<FoundSurface> {
-    let error = |index: usize, which: usize| {
-        let place = machine.slots().iter().position(|known| *known == Slot::Surface(index, which))?;
-        let variance = fit.covariance.get((place, place))?;
-        (!fit.factor.dependent.contains(&place)).then(|| variance.max(0.0).sqrt())
-    };
     let table = machine.table;
-    let is_read = |name: &String| table.on.names.contains(name) || table.distance_to.names.contains(name);
     let each = machine.model.surfaces.iter().zip(&fit.state.surfaces).enumerate();
-    each.filter(|(_, (known, _))| known.free && is_read(&known.name))
-        .map(|(index, (known, shape))| surface(&known.name, shape, |which| error(index, which)))
-        .collect()
+    let found = each.filter_map(|(index, (known, shape))| {
+        let is_read = table.on.names.contains(&known.name) || table.distance_to.names.contains(&known.name);
+        (known.free && is_read).then(|| surface(&known.name, shape, &Errors { machine, fit, index }))
+    });
+    found.collect()
 }
 
-fn surface(name: &str, shape: &SurfaceShape, error: impl Fn(usize) -> Option<f64>) -> FoundSurface {
-    let length = |name, value, which| FoundNumber { name, value, se: error(which), unit: "mm" };
-    let turn =
-        |name, which| FoundNumber { name, value: None, se: error(which).map(f64::to_degrees), unit: "deg" };
-    let centred = |at: &[f64; 3]| {
-        ["x", "y", "z"]
-            .into_iter()
-            .zip(at)
-            .enumerate()
-            .map(|(axis, (name, value))| length(name, Some(*value), axis))
-            .collect()
-    };
+/// Standard errors of the numbers of one surface, as a fit has them.
+struct Errors<'a> {
+    machine: &'a ResidualModel<'a>,
+    fit: &'a Fit,
+    /// Which of the model's surfaces.
+    index: usize,
+}
+
+impl Errors<'_> {
+    /// Of one number, mm or rad; nothing where it was held, for the rows cannot tell it.
+    fn of(&self, which: usize) -> Option<f64> {
+        let slots = self.machine.slots();
+        let place = slots.iter().position(|known| *known == Slot::Surface(self.index, which))?;
+        let variance = self.fit.covariance.get((place, place))?;
+        (!self.fit.factor.dependent.contains(&place)).then(|| variance.max(0.0).sqrt())
+    }
+
+    fn length(&self, name: &'static str, value: Option<f64>, which: usize) -> FoundNumber {
+        FoundNumber { name, value, se: self.of(which), unit: "mm" }
+    }
+
+    /// A direction has no number of its own that a person could read, only an error about each axis across it.
+    fn turn(&self, name: &'static str, which: usize) -> FoundNumber {
+        FoundNumber { name, value: None, se: self.of(which).map(f64::to_degrees), unit: "deg" }
+    }
+
+    fn place(&self, at: &[f64; 3]) -> Vec<FoundNumber> {
+        let axes = ["x", "y", "z"].into_iter().zip(at).enumerate();
+        axes.map(|(axis, (name, value))| self.length(name, Some(*value), axis)).collect()
+    }
+}
+
+fn surface(name: &str, shape: &SurfaceShape, errors: &Errors<'_>) -> FoundSurface {
     let (shape, direction, xyz_mm, numbers) = match shape {
         SurfaceShape::Plane { normal, offset } => (
             "plane",
             Some((*normal).into()),
             None,
-            vec![length("offset", Some(*offset), 0), turn("tilt", 1), turn("tilt across", 2)],
+            vec![
+                errors.length("offset", Some(*offset), 0),
+                errors.turn("tilt", 1),
+                errors.turn("tilt across", 2),
+            ],
         ),
         SurfaceShape::Line { point, direction } => (
             "edge",
             Some((*direction).into()),
             Some((*point).into()),
             vec![
-                length("left", None, 0),
-                length("over", None, 2),
-                turn("turn to the left", 1),
-                turn("tilt", 3),
+                errors.length("left", None, 0),
+                errors.length("over", None, 2),
+                errors.turn("turn to the left", 1),
+                errors.turn("tilt", 3),
             ],
         ),
         SurfaceShape::Sphere { centre, .. } => {
             let at: [f64; 3] = (*centre).into();
-            ("ball", None, Some(at), centred(&at))
+            ("ball", None, Some(at), errors.place(&at))
         }
         SurfaceShape::Point { point } => {
             let at: [f64; 3] = (*point).into();
-            ("point", None, Some(at), centred(&at))
+            ("point", None, Some(at), errors.place(&at))
         }
     };
     FoundSurface { name: name.to_owned(), shape, direction, xyz_mm, numbers }

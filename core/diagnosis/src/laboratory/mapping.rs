@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use super::{Errors, Laboratory, LaboratoryError, MapNote, Rms, point_squares};
+use super::{Errors, Laboratory, LaboratoryError, MapNote, Rms};
 use crate::cross_validation::pose_groups;
 use crate::explainable::{FittedMap, residual_map};
-use crate::fitted::Fitted;
+use crate::fitted::{Fitted, falls_by_pose};
 use crate::predictive_gain::Gain;
 use plumb_calibration::arm_model::{MeasuredRegion, Model};
 use plumb_estimation::Progress;
@@ -103,6 +103,7 @@ impl Laboratory {
         let before = self.fit_with(&[], None, progress)?;
         let Some(found) = residual_map(&before.machine, &before.fit, progress)? else { return Ok(None) };
         let locked = self.split.check_rows();
+        // A map follows whatever it is given: nothing but rows it has never seen, not even for its variances, can speak for it.
         if locked.is_empty() && !found.between_unknown {
             return Ok(None);
         }
@@ -111,30 +112,24 @@ impl Laboratory {
         model.residual_map = Some(found.map.clone());
         let mapped = self.with_model(model);
         let after = mapped.fit_with(&[], None, progress)?;
-        let is_inside = |row: &usize| found.region.check(self.table.q_of(*row)).is_ok();
-        let inside: Vec<usize> = locked.iter().copied().filter(is_inside).collect();
-        if !self.predicts_better((&before, &after), &inside) {
+        let inside: Vec<usize> =
+            locked.iter().copied().filter(|row| found.region.check(self.table.q_of(*row)).is_ok()).collect();
+        if !predicts_better((&before, &after), &inside) {
             return Ok(None);
         }
         let comparison = mapped.comparison(&after.machine, &after.fit, progress)?;
         let step = MapStep::of(&found, comparison.rms_mm, [inside.len(), locked.len()]);
         Ok(Some(Mapped { model: mapped.adopted(&after), step, error_mm: comparison.error_mm }))
     }
+}
 
-    /// Whether a second fit predicts some rows better than the first, by more than one standard error over poses; true of no rows.
-    fn predicts_better(&self, (before, after): (&Fitted<'_>, &Fitted<'_>), rows: &[usize]) -> bool {
-        let squares = |fitted: &Fitted<'_>| -> Vec<f64> {
-            let residuals = fitted.machine.residuals_apart(&fitted.fit.state, rows, &fitted.fit.rows);
-            let of = |row| point_squares(&fitted.machine, &residuals, row).into_iter().sum();
-            (0..self.table.len()).map(of).collect()
-        };
-        let (old, new) = (squares(before), squares(after));
-        let fall = |rows: &Vec<usize>| -> f64 { rows.iter().map(|row| old[*row] - new[*row]).sum() };
-        let falls: Vec<f64> = pose_groups(&self.table, rows).iter().map(fall).collect();
-        match Gain::over(&falls) {
-            Some(gain) => gain.counts(),
-            None => falls.iter().sum::<f64>() >= 0.0,
-        }
+/// Whether a second fit predicts some rows better than the first, by more than one standard error over poses; true of no rows.
+fn predicts_better(fits: (&Fitted<'_>, &Fitted<'_>), rows: &[usize]) -> bool {
+    let falls = falls_by_pose(fits, rows);
+    match Gain::over(&falls) {
+        Some(gain) => gain.counts(),
+        // Of a pose or two there is no standard error: it is enough that they do not speak against the map.
+        None => falls.iter().sum::<f64>() >= 0.0,
     }
 }
 

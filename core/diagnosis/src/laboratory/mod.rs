@@ -45,7 +45,7 @@ use plumb_calibration::effect::{
 use plumb_calibration::file::ModelFileError;
 use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel, estimate_noise};
 use plumb_calibration::measurement::{Observations, ObservationsError, ReadingNoise};
-use plumb_calibration::table::{Body, OrientationColumns, Table, TableError};
+use plumb_calibration::table::{Body, Table, TableError};
 use plumb_estimation::{Cancelled, Progress};
 
 /// How a laboratory works.
@@ -136,9 +136,9 @@ fn sessions(model: &Model, table: &Table, holdout: Holdout) -> Result<Epochs, La
 
 /// Where a camera on the hand sees a board and nothing else is measured, the base has no place but that of the model file: the board is found beside it.
 fn hold_unseen_base(model: &mut Model, table: &Table) {
-    let of_board = |columns: &OrientationColumns| columns.body == Body::Board;
+    // What nothing but the board, or the profiles, sees moves with them: base and board would slide together.
     let reads_else = !table.positions.is_empty()
-        || !table.orientations.iter().all(of_board)
+        || !table.orientations.iter().all(|columns| columns.body == Body::Board)
         || table.height.is_some()
         || table.distance.is_some()
         || table.tilt.is_some()
@@ -146,11 +146,9 @@ fn hold_unseen_base(model: &mut Model, table: &Table) {
         || !table.touch.names.is_empty()
         || (!table.on.names.is_empty() && table.profiles.is_empty());
     // Surfaces that may all move say no more of the base than the board does.
-    let are_free = || {
-        let mut named = table.on.names.iter().filter_map(|name| model.surface_position(name));
-        named.all(|place| model.surfaces.get(place).is_some_and(|surface| surface.free))
-    };
-    if !table.profiles.is_empty() && !reads_else && !table.sees_a_board() && are_free() {
+    let mut named = table.on.names.iter().filter_map(|name| model.surface_position(name));
+    let are_free = named.all(|place| model.surfaces.get(place).is_some_and(|surface| surface.free));
+    if !table.profiles.is_empty() && !reads_else && !table.sees_a_board() && are_free {
         model.base.free = false;
     }
     if table.sees_a_board() && !reads_else && model.board.as_ref().is_some_and(|board| board.free) {
@@ -280,8 +278,8 @@ impl Laboratory {
         let mut effects: Vec<AddedEffect> = Vec::new();
         for pattern in &self.model.free {
             for id in effect::expand(pattern, &self.model)? {
-                let taken = |other: &AddedEffect| other.id.same_as(&id);
-                if effects.iter().any(taken) || self.model.effects.iter().any(taken) {
+                // `joint_zero(*)` beside an added `joint_zero(pan)` frees the others.
+                if effects.iter().chain(&self.model.effects).any(|other| other.id.same_as(&id)) {
                     continue;
                 }
                 let known = self.model.fitted.iter().find(|other| other.id.same_as(&id));

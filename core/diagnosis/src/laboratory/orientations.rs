@@ -144,28 +144,31 @@ impl Left {
 fn places_left(poses: &[SeenPose], found: &TwoRotations) -> f64 {
     let none = (Vector3::zeros(), Vector3::zeros());
     let (origin, body) = places(poses, &found.base, none, (true, true));
-    let seen = |pose: &SeenPose| pose.seen.translation.vector;
-    let whole: Vec<&SeenPose> =
-        poses.iter().filter(|pose| seen(pose).iter().all(|part| part.is_finite())).collect();
-    let middle = whole.iter().map(|pose| seen(pose)).sum::<Vector3<f64>>() / whole.len().max(1) as f64;
+    let whole = poses.iter().map(|pose| (pose, pose.seen.translation.vector));
+    let whole = whole.filter(|(_, seen)| seen.iter().all(|part| part.is_finite()));
+    let whole: Vec<(&SeenPose, Vector3<f64>)> = whole.collect();
+    let middle = whole.iter().map(|(_, seen)| seen).sum::<Vector3<f64>>() / whole.len().max(1) as f64;
     let (mut off, mut spread) = (0.0, 0.0);
-    for pose in &whole {
+    for (pose, seen) in &whole {
         let believed = found.base * (pose.flange.rotation * body + pose.flange.translation.vector) + origin;
-        off += (seen(pose) - believed).norm_squared();
-        spread += (seen(pose) - middle).norm_squared();
+        off += (seen - believed).norm_squared();
+        spread += (seen - middle).norm_squared();
     }
     if spread > 0.0 { (off / spread).sqrt() } else { 0.0 }
 }
 
 /// The poses with every measured orientation read another way. Those of a camera are the inverse of what was measured of the board.
 fn read_as(poses: &[SeenPose], body: SeenBody, read: fn(&Rotation3<f64>) -> Rotation3<f64>) -> Vec<SeenPose> {
-    let other = |pose: &SeenPose| {
-        let of_board = body == SeenBody::Board;
-        let mut measured = if of_board { pose.seen.inverse() } else { pose.seen };
-        measured.rotation = read(&measured.rotation);
-        SeenPose { seen: if of_board { measured.inverse() } else { measured }, ..*pose }
-    };
-    poses.iter().map(other).collect()
+    poses
+        .iter()
+        .map(|pose| {
+            let of_board = body == SeenBody::Board;
+            // The slip is in what was written down, so it is undone there.
+            let mut measured = if of_board { pose.seen.inverse() } else { pose.seen };
+            measured.rotation = read(&measured.rotation);
+            SeenPose { seen: if of_board { measured.inverse() } else { measured }, ..*pose }
+        })
+        .collect()
 }
 
 fn name_of(model: &Model, body: SeenBody) -> String {
@@ -203,6 +206,7 @@ pub(super) fn check(machine: &ResidualModel<'_>) -> Result<Vec<String>, Implausi
         if poses.len() < FEWEST {
             continue;
         }
+        // Where the flange turns about several axes and what was seen does not follow, the two rotations have no solution, and that is the finding.
         let turns = turning(&poses).is_some_and(|(_, across)| across >= ONE_AXIS);
         let Some(as_it_stands) = Left::of(&poses).or_else(|| turns.then_some(Left::STILL)) else { continue };
         if as_it_stands.size() < 1.0 {
@@ -213,6 +217,7 @@ pub(super) fn check(machine: &ResidualModel<'_>) -> Result<Vec<String>, Implausi
         if let Some((best, _)) = others.first()
             && best.size() < AGREES.min(MUCH_BETTER * as_it_stands.size())
         {
+            // On few poses several slips can leave about as little: all that do are named.
             let alike = others.iter().filter(|(left, _)| left.size() <= ALIKE * best.size());
             let whats: Vec<&str> = alike.map(|(_, reading)| reading.what).collect();
             return Err(ImplausibleError::Orientation {
@@ -290,11 +295,6 @@ fn held_otherwise(
         return None;
     }
     let found = two_rotations(poses)?;
-    let rpy = |rotation: &Rotation3<f64>| {
-        let (roll, pitch, yaw) = rotation.euler_angles();
-        let [roll, pitch, yaw] = [roll, pitch, yaw].map(f64::to_degrees);
-        format!("[{roll:.1}, {pitch:.1}, {yaw:.1}]")
-    };
     let mut would = Vec::new();
     if !target.turn_free {
         would.push(format!("`rpy_deg: {}` of {}", rpy(&found.body), target.name));
@@ -313,6 +313,13 @@ fn held_otherwise(
         target.name,
         would.join(" with ")
     ))
+}
+
+/// A rotation as a model file has it after `rpy_deg:`.
+fn rpy(rotation: &Rotation3<f64>) -> String {
+    let (roll, pitch, yaw) = rotation.euler_angles();
+    let [roll, pitch, yaw] = [roll, pitch, yaw].map(f64::to_degrees);
+    format!("[{roll:.1}, {pitch:.1}, {yaw:.1}]")
 }
 
 /// What to say where the hand turned about one axis only, and of what cannot be found then.

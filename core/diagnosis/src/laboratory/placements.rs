@@ -68,6 +68,7 @@ pub(super) fn placements(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Placemen
         return Vec::new();
     }
     let errors = Errors { machine, fit };
+    // A pose is told only of what an orientation, a board or profiles were read of: of a bare point the turn is not known.
     let mut seen: Vec<usize> = bodies.iter().map(|body| body.target(machine)).collect();
     seen.extend(model.board.as_ref().filter(|_| machine.table.sees_a_board()).map(|board| board.camera));
     seen.extend(line_sensor);
@@ -95,12 +96,13 @@ pub(super) fn orientation_errors(
     residuals: &[f64],
     rows: &[usize],
 ) -> Option<ErrorSummary> {
-    let in_row = |row: &usize| {
+    ErrorSummary::of(rows.iter().flat_map(|row| {
         let own = residuals.get(machine.observations.range(*row)).unwrap_or(&[]);
         let equations = machine.observations.of_row(*row).iter().zip(own);
         let mut squares: Vec<((&str, u32), f64)> = Vec::new();
         for (equation, residual) in equations.filter(|(one, _)| one.measurand.kind.is_orientation()) {
             let key = (equation.measurand.kind.name(), equation.measurand.index);
+            // Three small turns about perpendicular axes add as a vector: their squares make the square of the angle.
             let square = residual.to_degrees().powi(2);
             match squares.iter_mut().find(|(known, _)| *known == key) {
                 Some((_, sum)) => *sum += square,
@@ -108,6 +110,5 @@ pub(super) fn orientation_errors(
             }
         }
         squares.into_iter().map(|(_, square)| square)
-    };
-    ErrorSummary::of(rows.iter().flat_map(in_row))
+    }))
 }

@@ -120,6 +120,9 @@ pub enum ImplausibleError {
 /// Rows looked at, spread over the table.
 const LOOKED_AT: usize = 48;
 
+/// Distances shorter than this part of the longest are not compared: an unknown tool turns them as much as a wrong unit would scale them.
+const SHORT: f64 = 0.15;
+
 /// Rows fewer than these say nothing of units.
 const FEWEST: usize = 6;
 
@@ -152,26 +155,17 @@ fn tip(model: &Model, q: &[f64], target: usize) -> Vector3<f64> {
 
 /// Logarithms of measured over believed distance, for all pairs far enough apart to tell.
 fn ratios(measured: &[Vector3<f64>], believed: &[Vector3<f64>]) -> Vec<Vec<Option<f64>>> {
-    let apart = |points: &[Vector3<f64>], first: usize, second: usize| match (
-        points.get(first),
-        points.get(second),
-    ) {
-        (Some(first), Some(second)) => (first - second).norm(),
-        _ => 0.0,
-    };
-    let count = measured.len();
-    let all = |points: &[Vector3<f64>]| {
-        (0..count)
-            .flat_map(|i| (0..i).map(move |j| (i, j)))
-            .map(|(i, j)| apart(points, i, j))
-            .fold(0.0, f64::max)
-    };
-    let least = 0.15 * all(believed);
-    let pair = |i: usize, j: usize| {
-        let (measured, believed) = (apart(measured, i, j), apart(believed, i, j));
-        (i != j && believed > least && believed > 0.0).then(|| (measured.max(1e-12) / believed).ln())
-    };
-    (0..count).map(|i| (0..count).map(|j| pair(i, j)).collect()).collect()
+    let points: Vec<(&Vector3<f64>, &Vector3<f64>)> = measured.iter().zip(believed).collect();
+    let distances = believed.iter().flat_map(|one| believed.iter().map(move |other| (one - other).norm()));
+    let least = SHORT * distances.fold(0.0, f64::max);
+    let of_point = points.iter().map(|(seen, expected)| {
+        let to_others = points.iter().map(|(other_seen, other_expected)| {
+            let (measured, believed) = ((*seen - *other_seen).norm(), (*expected - *other_expected).norm());
+            (believed > least && believed > 0.0).then(|| (measured.max(1e-12) / believed).ln())
+        });
+        to_others.collect()
+    });
+    of_point.collect()
 }
 
 /// Where the arm puts the points if the target, which is free, sits where these measurements have it; nothing if they do not
@@ -248,11 +242,12 @@ fn beyond_limits(model: &Model, table: &Table) -> Option<String> {
 /// Rows in which the whole position of a target was read, some of them spread over the table.
 fn samples(model: &Model, table: &Table, positions: &[[f64; 3]]) -> Vec<Sample> {
     // Distances between points of two sessions say nothing where each session has a base of its own.
-    let session = |row: usize| table.session.of_row.get(row).copied().flatten();
+    let sessions = &table.session.of_row;
     let whole: Vec<usize> = (0..table.len())
-        .filter(|row| !model.base.per_session || session(*row) == session(0))
+        .filter(|row| !model.base.per_session || sessions.get(*row) == sessions.first())
         .filter(|row| positions.get(*row).is_some_and(|xyz| xyz.iter().all(|part| part.is_finite())))
         .collect();
+    // All pairs of rows are compared: their number grows with the square.
     let step = whole.len().div_ceil(LOOKED_AT).max(1);
     let chosen = whole.into_iter().step_by(step).filter_map(|row| {
         Some(Sample {
@@ -267,8 +262,8 @@ fn samples(model: &Model, table: &Table, positions: &[[f64; 3]]) -> Vec<Sample> 
 /// Whether the model puts a target at one and the same place although the joints differ.
 fn stands_still(samples: &[Sample], believed: &[Vector3<f64>]) -> bool {
     let distinct = samples.iter().any(|sample| samples.first().is_some_and(|first| first.q != sample.q));
-    let near = |point: &Vector3<f64>| believed.first().is_some_and(|first| (point - first).norm() < 1e-6);
-    distinct && believed.iter().all(near)
+    distinct
+        && believed.iter().all(|point| believed.first().is_some_and(|first| (point - first).norm() < 1e-6))
 }
 
 /// A slip with units: the median disagreement that would be left if it were made good, which columns, and as what they would fit.
@@ -295,11 +290,11 @@ fn length_slips(target: &str, measured: &[Vector3<f64>], believed: &[Vector3<f64
 
 /// Joint coordinates with the angle of one joint, or of all, read in another unit.
 fn with_angles_times(model: &Model, q: &[f64], factor: f64, only: Option<usize>) -> Vec<f64> {
-    let angle = |(joint, q): (usize, &f64)| {
+    let angles = q.iter().enumerate().map(|(joint, q)| {
         let turns = model.chain.joints.get(joint).is_some_and(|row| row.motion == Motion::Turns);
         if turns && only.is_none_or(|only| only == joint) { q * factor } else { *q }
-    };
-    q.iter().enumerate().map(angle).collect()
+    });
+    angles.collect()
 }
 
 /// Every angle read in another unit: all joints, or one.
@@ -338,6 +333,7 @@ fn units(model: &Model, table: &Table) -> Result<Option<String>, ImplausibleErro
         plain = ratios(&measured, &believed);
         off = median_size(&plain);
     }
+    // The table as a whole belongs to this arm; single rows may not.
     if off < UNITS_FOREIGN / 2.0 {
         mixed_rows(model, table, target, &samples, &believed, &plain)?;
         return Ok(None);
@@ -345,6 +341,7 @@ fn units(model: &Model, table: &Table) -> Result<Option<String>, ImplausibleErro
     let mut slips = length_slips(&columns.target, &measured, &believed);
     slips.extend(angle_slips(model, target, &samples, &measured));
     match slips.into_iter().min_by(|left, right| left.0.total_cmp(&right.0)) {
+        // A slip must explain the disagreement, not merely lessen it: down to what nominal arms show, and to a quarter.
         Some((left, what, as_what)) if left < UNITS_AGREE.min(off / 4.0) => {
             Err(ImplausibleError::Unit { table: table.source.clone(), what, as_what: as_what.to_owned() })
         }
@@ -364,17 +361,16 @@ fn foreign(
     off: f64,
 ) -> Option<String> {
     // In a mirror all joints count the other way: several joints can answer for one slip.
-    let counts_backwards = |index: &usize| {
-        let mut turned = model.clone();
-        if let Some(joint) = turned.chain.joints.get_mut(*index) {
-            joint.sign = -joint.sign;
-        }
-        let believed: Vec<Vector3<f64>> =
-            samples.iter().map(|sample| tip(&turned, &sample.q, target)).collect();
-        median_size(&ratios(measured, &believed)) < UNITS_AGREE.min(off / 4.0)
-    };
     let backwards: Vec<&str> = (0..model.chain.len())
-        .filter(counts_backwards)
+        .filter(|index| {
+            let mut turned = model.clone();
+            if let Some(joint) = turned.chain.joints.get_mut(*index) {
+                joint.sign = -joint.sign;
+            }
+            let believed: Vec<Vector3<f64>> =
+                samples.iter().map(|sample| tip(&turned, &sample.q, target)).collect();
+            median_size(&ratios(measured, &believed)) < UNITS_AGREE.min(off / 4.0)
+        })
         .filter_map(|index| Some(model.chain.joints.get(index)?.name.as_str()))
         .collect();
     if !backwards.is_empty() {
@@ -399,57 +395,66 @@ fn mixed_rows(
     plain: &[Vec<Option<f64>>],
 ) -> Result<(), ImplausibleError> {
     let agreeing =
-        |row: &[Option<f64>]| row.iter().flatten().filter(|ratio| ratio.abs() < UNITS_AGREE).count();
-    let most = plain.iter().map(|row| agreeing(row)).max().unwrap_or(0);
+        plain.iter().map(|row| row.iter().flatten().filter(|ratio| ratio.abs() < UNITS_AGREE).count());
+    let agreeing: Vec<usize> = agreeing.collect();
+    let most = agreeing.iter().copied().max().unwrap_or(0);
+    // With fewer nobody knows which of the rows is the odd one.
     if most < 4 {
         return Ok(());
     }
-    let sound: Vec<usize> = (0..samples.len())
-        .filter(|row| plain.get(*row).is_some_and(|row| 4 * agreeing(row) >= 3 * most))
-        .collect();
-    // Enough of the sound rows must agree with a row read in another unit, and hardly any with it as it stands.
-    let share = |point: Vector3<f64>, belief: Vector3<f64>| {
-        let agrees = |row: &&usize| match (samples.get(**row), believed.get(**row)) {
-            (Some(sample), Some(other)) => {
-                let (is, should) = ((point - sample.measured).norm(), (belief - other).norm());
-                should > 0.0 && (is.max(1e-12) / should).ln().abs() < UNITS_AGREE
-            }
-            _ => false,
-        };
-        sound.iter().filter(agrees).count() as f64 / sound.len() as f64
-    };
-    for (index, sample) in samples.iter().enumerate().filter(|(index, _)| !sound.contains(index)) {
-        let Some(belief) = believed.get(index) else { continue };
-        let as_is = share(sample.measured, *belief);
-        let better = |share: f64| share > 0.8 && share > as_is + 0.3;
-        let mixed = |what, as_what| {
-            Err(ImplausibleError::MixedRow { table: table.source.clone(), line: sample.line, what, as_what })
-        };
-        for (factor, as_what) in LENGTH_SLIPS {
-            if better(share(sample.measured * factor, *belief)) {
-                return mixed("the position", as_what);
-            }
-        }
-        for (factor, as_what) in ANGLE_SLIPS {
+    let rows = samples.iter().zip(believed).zip(agreeing);
+    let (sound, odd): (Vec<_>, Vec<_>) = rows.partition(|(_, agreeing)| 4 * agreeing >= 3 * most);
+    let sound: Vec<(&Sample, &Vector3<f64>)> = sound.into_iter().map(|(row, _)| row).collect();
+    for ((sample, belief), _) in odd {
+        let as_is = agreeing_share(&sound, &sample.measured, belief);
+        let lengths = LENGTH_SLIPS.iter().map(|(factor, as_what)| {
+            (agreeing_share(&sound, &(sample.measured * *factor), belief), "the position", *as_what)
+        });
+        let angles = ANGLE_SLIPS.iter().map(|(factor, as_what)| {
             let q: Vec<f64> = sample.q.iter().map(|q| q * factor).collect();
-            if better(share(sample.measured, tip(model, &q, target))) {
-                return mixed("the pose", as_what);
-            }
+            (agreeing_share(&sound, &sample.measured, &tip(model, &q, target)), "the pose", *as_what)
+        });
+        // Enough of the sound rows must agree with a row read in another unit, and hardly any with it as it stands.
+        let slip = lengths.chain(angles).find(|(share, ..)| *share > 0.8 && *share > as_is + 0.3);
+        if let Some((_, what, as_what)) = slip {
+            let (table, line) = (table.source.clone(), sample.line);
+            return Err(ImplausibleError::MixedRow { table, line, what, as_what });
         }
     }
     Ok(())
 }
 
+/// With which share of the sound rows a point agrees by its distance from theirs, if the arm puts it where is believed.
+fn agreeing_share(
+    sound: &[(&Sample, &Vector3<f64>)],
+    measured: &Vector3<f64>,
+    believed: &Vector3<f64>,
+) -> f64 {
+    let agreeing = sound.iter().filter(|(sample, other)| {
+        let (is, should) = ((measured - sample.measured).norm(), (believed - *other).norm());
+        should > 0.0 && (is.max(1e-12) / should).ln().abs() < UNITS_AGREE
+    });
+    agreeing.count() as f64 / sound.len() as f64
+}
+
+/// The point that a row's distance was measured from, where the model knows it for certain: its name, where it is, and the distance, mm.
+fn distance_to_known<'t>(
+    model: &Model,
+    table: &'t Table,
+    distances: &[f64],
+    row: usize,
+) -> Option<(&'t str, Vector3<f64>, f64)> {
+    let name = table.distance_to.name(row)?;
+    let surface = model.surfaces.get(model.surface_position(name)?).filter(|surface| !surface.free)?;
+    let SurfaceShape::Point { point } = surface.shape else { return None };
+    let distance = distances.get(row).copied().filter(|distance| distance.is_finite())?;
+    Some((name, point, distance))
+}
+
 /// Distances from one pose to two known points must be able to meet.
 fn distances(model: &Model, table: &Table) -> Result<(), ImplausibleError> {
     let Some(column) = &table.distance else { return Ok(()) };
-    let known = |row: usize| -> Option<(&str, Vector3<f64>, f64)> {
-        let name = table.distance_to.name(row)?;
-        let surface = model.surfaces.get(model.surface_position(name)?).filter(|surface| !surface.free)?;
-        let SurfaceShape::Point { point } = surface.shape else { return None };
-        let distance = column.get(row).copied().filter(|distance| distance.is_finite())?;
-        Some((name, point, distance))
-    };
+    // A millimetre for points that are known as well as a ruler tells, and ten sigmas of the instrument.
     let slack = 1.0 + 10.0 * model.noise.distance.unwrap_or(0.0);
     let mut by_pose: std::collections::HashMap<Vec<u64>, Vec<usize>> = std::collections::HashMap::new();
     for row in 0..table.len() {
@@ -460,17 +465,17 @@ fn distances(model: &Model, table: &Table) -> Result<(), ImplausibleError> {
     for rows in poses {
         for (place, first) in rows.iter().enumerate() {
             for second in rows.iter().skip(place + 1) {
-                let (Some((from, start, one)), Some((to, end, other))) = (known(*first), known(*second))
-                else {
-                    continue;
-                };
+                let known = [*first, *second].map(|row| distance_to_known(model, table, column, row));
+                let [Some((from, start, one)), Some((to, end, other))] = known else { continue };
                 let apart = (start - end).norm();
+                // The triangle inequality, twice: neither too short to meet nor so different that the farther point is beyond reach.
                 if apart > one + other + slack || (from != to && (one - other).abs() > apart + slack) {
-                    let line = |row: &usize| table.lines.get(*row).copied().unwrap_or(0);
+                    let [first, second] =
+                        [first, second].map(|row| table.lines.get(*row).copied().unwrap_or(0));
                     return Err(ImplausibleError::Distances {
                         table: table.source.clone(),
-                        first: line(first),
-                        second: line(second),
+                        first,
+                        second,
                         one,
                         from: from.to_owned(),
                         other,

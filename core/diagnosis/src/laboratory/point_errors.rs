@@ -72,6 +72,7 @@ pub(crate) fn point_squares(machine: &ResidualModel<'_>, residuals: &[f64], row:
     let mut points: Vec<((&str, u32), f64)> = Vec::new();
     for (equation, residual) in equations.iter().zip(own) {
         let what = equation.measurand;
+        // Millimetres and degrees have no common root mean square: where lengths are read, they are what is told.
         if what.is_length() != lengths {
             continue;
         }
@@ -94,9 +95,9 @@ pub(crate) fn points_in(machine: &ResidualModel<'_>, rows: &[usize]) -> usize {
 /// By how much the error of a measured point exceeds that of one reading where both are noise alone: the root of how many readings make a point, 1.73 for a
 /// point in space.
 pub(crate) fn noise_of_a_point(machine: &ResidualModel<'_>, rows: &[usize]) -> f64 {
-    let equations = || rows.iter().flat_map(|row| machine.observations.of_row(*row));
-    let lengths = equations().any(|equation| equation.measurand.is_length());
-    let readings = equations().filter(|equation| equation.measurand.is_length() == lengths).count();
+    let equations = rows.iter().flat_map(|row| machine.observations.of_row(*row));
+    let lengths = equations.clone().any(|equation| equation.measurand.is_length());
+    let readings = equations.filter(|equation| equation.measurand.is_length() == lengths).count();
     (readings as f64 / points_in(machine, rows).max(1) as f64).sqrt()
 }
 

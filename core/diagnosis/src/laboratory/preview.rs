@@ -45,6 +45,7 @@ impl Laboratory {
         let after = self.fit_with(&more, Some(&before), progress)?;
         let known = self.effect_values(&before.machine, &before.fit);
         let mut values = self.effect_values(&after.machine, &after.fit);
+        // What was fitted before comes first in both.
         let effects = values.split_off(known.len());
         let rows = row_residuals(&after.machine, &after.fit, &self.split().check);
         Ok(Preview {

@@ -28,6 +28,7 @@ fn points(table: &Table, row: usize) -> Vec<[f64; 2]> {
 /// The radius of the circle through some points, mm (least squares, linear: Kasa, IEEE Transactions on Instrumentation and Measurement 25, 1976).
 fn radius(points: &[[f64; 2]]) -> Option<f64> {
     let count = points.len() as f64;
+    // About their mean, or the far centre of a short arc would be lost in rounding.
     let [mx, mz] = [0, 1].map(|part| points.iter().map(|point| point[part]).sum::<f64>() / count);
     let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for [x, z] in points {
@@ -48,19 +49,14 @@ pub(super) fn check(model: &Model, table: &Table) -> Result<(), ImplausibleError
         return Ok(());
     }
     let farthest = all.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-    let refused = |seen: String, as_what: &'static str| {
-        Err(ImplausibleError::ProfileUnit { table: table.source.clone(), seen, as_what })
+    let (seen, as_what) = if farthest < SHORTEST_LINE {
+        (format!("all of them lie within {farthest:.4} mm of the sensor's origin"), "m")
+    } else if farthest > FARTHEST {
+        (format!("one lies {farthest:.0} mm from the sensor's origin"), "something smaller than mm")
+    } else {
+        return balls(model, table, &rows);
     };
-    if farthest < SHORTEST_LINE {
-        return refused(format!("all of them lie within {farthest:.4} mm of the sensor's origin"), "m");
-    }
-    if farthest > FARTHEST {
-        return refused(
-            format!("one lies {farthest:.0} mm from the sensor's origin"),
-            "something smaller than mm",
-        );
-    }
-    balls(model, table, &rows)
+    Err(ImplausibleError::ProfileUnit { table: table.source.clone(), seen, as_what })
 }
 
 /// A ball shows circles no larger than itself.
@@ -70,6 +66,7 @@ fn balls(model: &Model, table: &Table, rows: &[Vec<[f64; 2]>]) -> Result<(), Imp
         let own = (0..table.len()).filter(|row| table.on.name(*row) == Some(surface.name.as_str()));
         let seen = own.filter_map(|row| rows.get(row)).filter(|points| points.len() >= POINTS_OF_A_CIRCLE);
         let mut circles: Vec<f64> = seen.filter_map(|points| radius(points)).collect();
+        // The middle one: a profile across the ball's edge, or a few stray points, shows any radius.
         circles.sort_by(f64::total_cmp);
         let Some(middle) =
             circles.get(circles.len() / 2).copied().filter(|_| circles.len() >= ROWS_WITH_CIRCLES)

@@ -45,10 +45,12 @@ impl Regressor {
             ("joint_backlash", Some(joint)) => Some(side(machine, joint)),
             ("joint_settling", Some(joint)) => Some(last_move(machine, joint)),
             ("screw_wave", Some(joint)) => turn_of_screw(machine, joint),
+            // Driven by several moments or by the whole pose: no single axis would show it.
             ("gravity_flexure" | "link_sag" | "axis_skew" | "axis_roll" | "axis_pitch" | "axis_yaw", _) => {
                 None
             }
             ("thermal_growth", _) => temperature(machine),
+            // A step shows where it happened, however long the rows before it took.
             _ if kind.family == Family::Epoch => Some(order(machine)),
             _ if kind.depends_on_time => Some(time(machine)),
             ("scale", _) => Some(axis_of_instrument(machine, state, id)?),

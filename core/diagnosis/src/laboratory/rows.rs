@@ -63,6 +63,7 @@ pub(super) fn row_residuals(machine: &ResidualModel<'_>, fit: &Fit, held_out: &[
                     counts[axis] += 1.0;
                 }
             }
+            // A coordinate may be read more than once in a row, and then the mean of its readings is the row's.
             let mean = vector.component_div(&counts.map(|count: f64| count.max(1.0)));
             RowResidual {
                 row,
@@ -89,11 +90,12 @@ pub(super) fn unit_of_joint(machine: &ResidualModel<'_>, joint: usize) -> &'stat
 
 /// The commanded coordinates of a row as they are shown.
 fn shown_joints(machine: &ResidualModel<'_>, row: usize) -> Vec<f64> {
-    let shown = |(joint, coordinate): (usize, &f64)| match machine.model.slides(joint) {
+    let coordinates = machine.table.q_of(row).iter().enumerate();
+    let shown = coordinates.map(|(joint, coordinate)| match machine.model.slides(joint) {
         true => *coordinate,
         false => coordinate.to_degrees(),
-    };
-    machine.table.q_of(row).iter().enumerate().map(shown).collect()
+    });
+    shown.collect()
 }
 
 /// The points along the arm in the row whose target stands nearest the middle of all targets.
@@ -102,13 +104,10 @@ pub(super) fn arm_in_the_middle(
     fit: &Fit,
     rows: &[RowResidual],
 ) -> Vec<[f64; 3]> {
-    let points = || rows.iter().map(|row| Vector3::from(row.point_mm));
-    let middle = points().sum::<Vector3<f64>>() / (rows.len().max(1) as f64);
-    let nearest = points()
-        .map(|point| (point - middle).norm())
-        .enumerate()
-        .min_by(|one, other| one.1.total_cmp(&other.1));
-    let Some((row, _)) = nearest else { return Vec::new() };
+    let points = rows.iter().map(|row| Vector3::from(row.point_mm));
+    let middle = points.clone().sum::<Vector3<f64>>() / (rows.len().max(1) as f64);
+    let distances = points.map(|point| (point - middle).norm()).enumerate();
+    let Some((row, _)) = distances.min_by(|one, other| one.1.total_cmp(&other.1)) else { return Vec::new() };
     machine.points_along(&fit.state, row).into_iter().map(Into::into).collect()
 }
 
@@ -155,18 +154,19 @@ fn along_joints(machine: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) ->
         });
         let along: Vec<f64> = along.collect();
         let shows = format!("residual along the motion of {name}, mm");
-        let mut add = |against: String, unit: &str, value: &dyn Fn(usize) -> f64| {
-            let points = along.iter().enumerate().map(|(row, along)| (value(row), *along, row)).collect();
-            all.extend(series_if_varied(against, unit, &shows, points));
-        };
-        let coordinate = |row: usize| rows.get(row).and_then(|row| row.joints.get(joint)).copied();
-        add(name.clone(), unit_of_joint(machine, joint), &|row| coordinate(row).unwrap_or(0.0));
+        let coordinates = rows.iter().map(|row| row.joints.get(joint).copied().unwrap_or(0.0));
+        let mut against =
+            vec![(name.clone(), unit_of_joint(machine, joint), coordinates.collect::<Vec<f64>>())];
         if !machine.model.masses.is_empty() {
-            add(format!("moment of {name}"), "N m", &|row| {
-                details.get(row).and_then(|detail| detail.moments.get(joint)).copied().unwrap_or(0.0)
-            });
+            let moments = details.iter().map(|detail| detail.moments.get(joint).copied().unwrap_or(0.0));
+            against.push((format!("moment of {name}"), "N m", moments.collect()));
         }
-        add(format!("approach of {name}"), "side", &|row| f64::from(table.approach_of(row, joint)));
+        let sides = (0..table.len()).map(|row| f64::from(table.approach_of(row, joint)));
+        against.push((format!("approach of {name}"), "side", sides.collect()));
+        for (against, unit, values) in against {
+            let points = values.iter().zip(&along).enumerate().map(|(row, (x, along))| (*x, *along, row));
+            all.extend(series_if_varied(against, unit, &shows, points.collect()));
+        }
     }
     all
 }
@@ -194,6 +194,7 @@ fn against_conditions(machine: &ResidualModel<'_>, rows: &[RowResidual]) -> Vec<
         .map(|one| (covariate_axis(one), (0..table.len()).map(|row| one.number(row)).collect()))
         .collect();
     columns.extend(covariates.iter().map(|(axis, numbers)| (axis.as_str(), "", numbers.as_slice())));
+    // Against a condition the size is drawn, for the direction in which it acts is not known.
     let drawn = columns.into_iter().filter_map(|(name, unit, values)| {
         let sizes =
             values.iter().enumerate().map(|(row, x)| (*x, rows.get(row).map_or(0.0, |row| row.size_mm), row));

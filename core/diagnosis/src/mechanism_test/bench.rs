@@ -56,6 +56,7 @@ impl Bench<'_> {
     /// A set fitted in so many rounds at most, from these ratios on; nothing where the numbers break down, or a member adds nothing.
     pub(super) fn fitted(&self, members: &[usize], start: &[f64], rounds: usize) -> Option<Set> {
         let fit = self.mixed.fit_within(rounds, &self.parameters(members), Some(start))?;
+        // Two that do the same in these rows count as one, and the smaller set is in the list already.
         if fit.rank < members.len() {
             return None;
         }
@@ -65,9 +66,17 @@ impl Bench<'_> {
 
     /// Where a member's parameters are among those of its set.
     fn place(&self, set: &Set, member: usize) -> Range<usize> {
-        let count = |one: &usize| self.suspects.get(*one).map_or(0, |one| one.parameters.len());
-        let first = set.members.iter().take_while(|one| **one != member).map(count).sum();
-        first..first + count(&member)
+        let before: Vec<usize> = set.members.iter().copied().take_while(|one| *one != member).collect();
+        let first = self.parameters(&before).len();
+        first..first + self.parameters(&[member]).len()
+    }
+
+    /// A suspect's place in the stage's list of contenders; nothing of one without a name.
+    pub(super) fn place_in_stage(&self, member: usize) -> Option<usize> {
+        match self.suspects.get(member)?.who {
+            Who::Listed(index) => Some(index),
+            Who::Unlisted(_) => None,
+        }
     }
 
     /// The values of a member's parameters and their covariance.
@@ -89,10 +98,7 @@ impl Bench<'_> {
     }
 
     pub(super) fn contender(&self, member: usize) -> Option<&Contender> {
-        match self.suspects.get(member)?.who {
-            Who::Listed(index) => self.stage.contenders.get(index),
-            Who::Unlisted(_) => None,
-        }
+        self.stage.contenders.get(self.place_in_stage(member)?)
     }
 
     /// Whether a suspect is an effect of the library that chance would hardly make, and of a possible size.

@@ -28,6 +28,7 @@ pub(crate) fn explains_as_well(base: &Stage<'_>, listed: &[Probe], found: &[Effe
     let (all, own) = (columns.ncols(), name.parameters().len());
     let features = Features::plain(machine, fit, &rows).with_components(&components);
     let equations = (columns.nrows() as f64).ln();
+    // An infinite ratio is a variance of zero: the geometry as the model has it.
     let absent = vec![f64::INFINITY; components.len()];
     let Some(mixed) = Mixed::new(&features, &columns) else { return false };
     let everything: Vec<usize> = (0..all).collect();

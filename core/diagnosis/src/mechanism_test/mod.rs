@@ -73,6 +73,7 @@ impl Bench<'_> {
     fn share_left_at(&self, joint: usize, set: &Set, suspect: usize) -> Option<f64> {
         let at_joint = self.features.joints.iter().enumerate().filter(|(_, at)| **at == Some(joint));
         let own: Vec<usize> = at_joint.map(|(component, _)| component).collect();
+        // With the other components given up the ones at this joint must take all that is there.
         let alone = self.mixed.fit(&self.parameters(&set.members), Some(&self.mixed.ratios_of(&own)))?;
         let smooth = self.mixed.squares_of_components(&alone, &own);
         let (along, across) = self.along_and_across(joint, set);
@@ -96,11 +97,13 @@ impl Bench<'_> {
             let way = carrier.rows(range.start, range.len());
             let own = left.rows(range.start, range.len());
             let length = way.norm();
+            // One reading has no direction across.
             if range.len() < 2 || length < 1e-9 {
                 continue;
             }
             let along = (way.dot(&own) / length).powi(2);
             sums.0 += along;
+            // Per direction, so that a point in space, with two directions across, is comparable.
             sums.1 += (own.norm_squared() - along) / (range.len() as f64 - 1.0);
         }
         sums
@@ -149,6 +152,7 @@ impl Bench<'_> {
         let overtones = self.overtones.iter().find(|(wave, _)| wave.same_as(&suspect.id))?;
         let parameters = [self.parameters(&set.members), overtones.1.clone()].concat();
         let with = self.mixed.fit(&parameters, Some(&set.fit.ratios))?;
+        // The overtones are asked together: a worn tooth has all of them.
         let falls = set.fit.deviance - with.deviance;
         let asked = falls - (with.rank - set.fit.rank.min(with.rank)) as f64 * self.equations.ln() > TIE_BIC;
         (asked && self.mixed.squares_of(&with, &overtones.1) > most)
@@ -163,18 +167,19 @@ impl Bench<'_> {
         told: &Predictions,
     ) -> bool {
         let (values, covariance) = values;
-        let size = |values: &[f64]| effect.size(values, covariance).value;
-        let (flexible, plain) = (size(values.as_slice()), size(&told.plain));
-        let one = effect.size(values.as_slice(), covariance).error;
-        let scatter = |values: &[Vec<f64>]| predictions::jackknife(values.iter().map(|one| size(one)));
-        let error =
-            (one.powi(2) + scatter(&told.values).powi(2) + scatter(&told.plain_values).powi(2)).sqrt();
+        let flexible = effect.size(values.as_slice(), covariance);
+        let plain = effect.size(&told.plain, covariance).value;
+        // What is left is no independent noise: blocks of rows say how far a size moves, where the fit's own error is too small.
+        let [beside, alone] = [&told.values, &told.plain_values].map(|values| {
+            predictions::jackknife(values.iter().map(|values| effect.size(values, covariance).value))
+        });
+        let error = (flexible.error.powi(2) + beside.powi(2) + alone.powi(2)).sqrt();
         let possible =
             effect.parameters().iter().zip(values.iter()).enumerate().all(|(index, (one, value))| {
                 let reach = 2.0 * covariance[(index, index)].max(0.0).sqrt();
                 (one.range.0 - reach..=one.range.1 + reach).contains(value)
             });
-        possible && rules::is_steady(flexible, plain, error)
+        possible && rules::is_steady(flexible.value, plain, error)
     }
 
     /// What is to be said against the foremost of a set.
@@ -184,6 +189,7 @@ impl Bench<'_> {
         };
         let values = self.values(set, foremost);
         let (wald, rank) = wald(&values);
+        // Bonferroni over the families it was chosen from; a search that costs 2 ln k in the criterion has tried k values.
         let chance = chi_squared_tail(wald, rank) * self.families() * (0.5 * suspect.cost).exp();
         if contender.outvoted || chance >= NAMING_LEVEL {
             return Some(Doubt::NotPassed);
@@ -227,6 +233,7 @@ impl Bench<'_> {
     fn asked<'s>(&self, sets: &'s Sets) -> Option<(usize, &'s Set)> {
         let best = sets.all.first()?;
         let plausible = (0..self.suspects.len()).filter(|one| self.is_plausible(*one));
+        // The likeliest set may do without the greatest error where the flexible part stands in for it; what a user wants explained is that error.
         let greatest = self.foremost(plausible)?;
         let own = self.foremost(best.members.iter().copied());
         match own.filter(|own| rules::stands_for(self.gain(*own), self.gain(greatest))) {
@@ -240,14 +247,13 @@ impl Bench<'_> {
         let (foremost, set) = self.asked(sets)?;
         let rivals = self.rivals(foremost, set, sets);
         let doubt = self.doubt(foremost, set, sets, &rivals);
-        let index = |one: &usize| match self.suspects.get(*one)?.who {
-            Who::Listed(index) => Some(index),
-            Who::Unlisted(_) => None,
-        };
-        let close = std::iter::once(&foremost).chain(&rivals.listed).filter_map(index).collect();
+        let close = std::iter::once(&foremost).chain(&rivals.listed);
+        let close = close.filter_map(|one| self.place_in_stage(*one)).collect();
         let inclusion = sets.inclusion(self.suspects.len());
         let probabilities = inclusion.iter().enumerate().filter(|(one, _)| self.is_plausible(*one));
-        let probabilities = probabilities.filter_map(|(one, likely)| Some((index(&one)?, *likely))).collect();
+        let probabilities =
+            probabilities.filter_map(|(one, likely)| Some((self.place_in_stage(one)?, *likely)));
+        let probabilities = probabilities.collect();
         Some(Mechanism { close, doubt, probabilities, values: self.values(set, foremost) })
     }
 }
@@ -267,6 +273,7 @@ fn wald((values, covariance): &(DVector<f64>, DMatrix<f64>)) -> (f64, f64) {
     let eigen = covariance.clone().symmetric_eigen();
     let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
     let pairs = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
+    // Directions in which two parameters do the same have no variance of their own, and tell nothing.
     let known = pairs.filter(|(value, _)| **value > 1e-12 * largest);
     known.fold((0.0, 0.0), |(sum, rank), (value, vector)| {
         (sum + vector.dot(values).powi(2) / value, rank + 1.0)
@@ -277,6 +284,11 @@ impl Mechanism {
     /// Whether its place is known although it is not identified: what is said against it is not that something else does as well.
     pub(crate) fn knows_its_place(&self) -> bool {
         matches!(self.doubt, Some(Doubt::MoreAtItsJoint | Doubt::NotPredicted | Doubt::Size))
+    }
+
+    /// Whether there is something to tell: a name, or at least a place.
+    pub(crate) fn is_told(&self) -> bool {
+        self.doubt.is_none() || self.knows_its_place()
     }
 
     /// Asks the contenders of a stage; nothing where too few rows are left over to ask, or none of them is plausible.

@@ -22,6 +22,7 @@ impl Predictions {
     /// Of a suspect of `set`; `without` is the same set without it. Nothing where what is left without a block does not determine what is fitted.
     pub(super) fn of(bench: &Bench<'_>, suspect: usize, without: &Set, set: &Set) -> Option<Self> {
         let table = bench.stage.fitted.machine.table;
+        // An infinite ratio gives a component up: nothing flexible is left.
         let stiff = vec![f64::INFINITY; bench.nothing.ratios.len()];
         let plain = bench.mixed.fit(&bench.parameters(&set.members), Some(&stiff))?;
         let joint = bench.suspects.get(suspect)?.id.joint();
@@ -29,13 +30,11 @@ impl Predictions {
         let mut ways = vec![region_blocks(table, &bench.rows)];
         ways.extend(joint.map(|joint| joint_blocks(table, &bench.rows, joint)));
         ways.extend(session_blocks(table, &bench.rows));
-        let part = |values: &[f64]| bench.part(set, suspect, values).to_vec();
         let beside = without.fit.at_ratios_of(&set.fit);
-        let own = part(plain.values.as_slice());
         let mut told = Self {
             gain: f64::INFINITY,
             gain_beside: f64::INFINITY,
-            plain: own,
+            plain: bench.part(set, suspect, plain.values.as_slice()).to_vec(),
             values: Vec::new(),
             plain_values: Vec::new(),
         };
@@ -50,9 +49,11 @@ impl Predictions {
                         falls[equation] = loss(before, scale) - loss(*after, scale);
                     }
                 }
+                // The jackknife wants blocks of one kind: regions, the first way.
                 if number == 0 {
-                    told.values.push(part(&values));
-                    told.plain_values.push(part(&bench.mixed.predict(&plain, &left_out)?.1));
+                    let (_, plain_values) = bench.mixed.predict(&plain, &left_out)?;
+                    told.values.push(bench.part(set, suspect, &values).to_vec());
+                    told.plain_values.push(bench.part(set, suspect, &plain_values).to_vec());
                 }
             }
             let [gain, gain_beside] = falls.map(|falls| bench.gain_over(&falls));
@@ -66,20 +67,16 @@ impl Predictions {
 impl Bench<'_> {
     /// By how many standard errors losses fall, over poses; from the fall at every equation.
     fn gain_over(&self, falls: &[f64]) -> f64 {
-        let of_pose = |rows: &Vec<usize>| self.equations_of(rows).into_iter().map(|one| falls[one]).sum();
         let poses = pose_groups(self.stage.fitted.machine.table, &self.rows);
-        let falls: Vec<f64> = poses.iter().map(of_pose).collect();
+        let falls = poses.iter().map(|rows| self.equations_of(rows).into_iter().map(|one| falls[one]).sum());
+        let falls: Vec<f64> = falls.collect();
         Gain::over(&falls).map_or(0.0, |gain| gain.total / gain.error.max(f64::MIN_POSITIVE))
     }
 
     /// Equations of some of the rows.
     fn equations_of(&self, rows: &[usize]) -> Vec<usize> {
-        let place = |row: &usize| self.rows.binary_search(row).ok();
-        rows.iter()
-            .filter_map(place)
-            .filter_map(|place| self.features.equations.get(place).cloned())
-            .flatten()
-            .collect()
+        let places = rows.iter().filter_map(|row| self.rows.binary_search(row).ok());
+        places.filter_map(|place| self.features.equations.get(place).cloned()).flatten().collect()
     }
 }
 

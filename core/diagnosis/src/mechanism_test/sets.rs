@@ -42,6 +42,7 @@ impl Search<'_> {
         let new: Vec<(Vec<usize>, Vec<f64>)> =
             tried.into_iter().filter(|(members, _)| !self.known.contains_key(members)).collect();
         let bench = self.bench;
+        // Few rounds do to rank a set; the variances of a set that differs by one member are a good start.
         let sets = for_each(&new, |(members, start)| bench.fitted(members, start, FIRST_ROUNDS));
         self.known.extend(new.into_iter().map(|(members, _)| members).zip(sets));
     }
@@ -59,6 +60,7 @@ impl Search<'_> {
         let others = (0..self.bench.suspects.len()).filter(|one| !set.members.contains(one));
         let mut promised: Vec<(f64, Vec<usize>)> = others
             .map(|other| {
+                // Ascending, so that one set has one name however it was reached.
                 let members: BTreeSet<usize> = set.members.iter().copied().chain([other]).collect();
                 let members: Vec<usize> = members.into_iter().collect();
                 let (deviance, rank) = outlook.deviance(&self.bench.parameters(&members));
@@ -77,10 +79,10 @@ impl Search<'_> {
                 tried.extend(self.wider(set).into_iter().map(|members| (members, set.fit.ratios.clone())));
             }
             self.weigh(tried);
-            let best = |count: usize| {
+            let [narrow, wide] = [size, size + 1].map(|count| {
                 self.ranked(|one| one == count).first().map_or(f64::INFINITY, |set| set.criterion)
-            };
-            if best(size + 1) > best(size) {
+            });
+            if wide > narrow {
                 break;
             }
         }
@@ -89,10 +91,11 @@ impl Search<'_> {
     /// Leaves out each member of the likeliest set in turn, and tries others in its place.
     fn exchange(&mut self) -> bool {
         let Some(best) = self.ranked(|_| true).first().map(|set| (*set).clone()) else { return false };
-        let without = |member: &usize| {
-            best.members.iter().copied().filter(|other| other != member).collect::<Vec<usize>>()
-        };
-        let smaller: Vec<Vec<usize>> = best.members.iter().map(without).collect();
+        let smaller = best.members.iter().map(|member| {
+            let others = best.members.iter().copied().filter(|other| other != member);
+            others.collect::<Vec<usize>>()
+        });
+        let smaller: Vec<Vec<usize>> = smaller.collect();
         self.weigh(smaller.iter().map(|members| (members.clone(), best.fit.ratios.clone())).collect());
         let mut tried = BTreeMap::new();
         for members in &smaller {

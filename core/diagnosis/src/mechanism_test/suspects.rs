@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::candidates::best_variants;
-use crate::forward_selection::Stage;
+use crate::forward_selection::{Contender, Stage};
 use crate::score_test::{Probe, score};
 use crate::thresholds::{EVIDENCE_STRANGERS, EVIDENCE_SUSPECTS};
 use plumb_calibration::effect::{self, Effect, EffectId, Spot};
@@ -46,8 +46,9 @@ pub(super) fn suspects(stage: &Stage<'_>, unlisted: &[Probe], rows: &[usize]) ->
     let listed = stage.contenders.iter().enumerate().take(EVIDENCE_SUSPECTS);
     let built =
         listed.filter_map(|(index, one)| Some((index, one, effect::build(&one.id, machine.model).ok()?)));
-    let built: Vec<(usize, _, Box<dyn Effect>)> = built.collect();
+    let built: Vec<(usize, &Contender, Box<dyn Effect>)> = built.collect();
     let mut strangers = best_variants(unlisted, score(machine, fit, unlisted));
+    // By what they explain, not by criterion: they are weighed in the same sets as the others, where their numbers are charged.
     strangers.sort_by(|left, right| right.1.gain.total_cmp(&left.1.gain));
     let strangers: Vec<(&Probe, f64)> = strangers
         .iter()
@@ -57,25 +58,21 @@ pub(super) fn suspects(stage: &Stage<'_>, unlisted: &[Probe], rows: &[usize]) ->
     let mut suspects: Vec<Suspect> = Vec::new();
     let mut effects: Vec<&dyn Effect> = Vec::new();
     let mut next = 0;
-    let mut take = |id: &EffectId, who: Who, count: usize, (cost, gain): (f64, f64)| {
-        suspects.push(Suspect {
-            id: id.clone(),
-            who,
-            parameters: (next..next + count).collect(),
-            cost,
-            gain,
-        });
-        next += count;
-    };
     for (index, contender, effect) in &built {
-        let weight = (contender.search_cost, contender.score.gain);
-        take(&contender.id, Who::Listed(*index), effect.parameters().len(), weight);
+        let parameters: Vec<usize> = (next..next + effect.parameters().len()).collect();
+        next += parameters.len();
+        let (cost, gain) = (contender.search_cost, contender.score.gain);
+        let (id, who) = (contender.id.clone(), Who::Listed(*index));
+        suspects.push(Suspect { id, who, parameters, cost, gain });
         effects.push(effect.as_ref());
     }
     let equations = fit.normal.equations as f64;
     for (probe, gain) in strangers {
+        let parameters: Vec<usize> = (next..next + probe.effect.parameters().len()).collect();
+        next += parameters.len();
         let cost = probe.search_cost + probe.search.cost(equations);
-        take(&probe.id, Who::Unlisted(probe.id.spot), probe.effect.parameters().len(), (cost, gain));
+        let (id, who) = (probe.id.clone(), Who::Unlisted(probe.id.spot));
+        suspects.push(Suspect { id, who, parameters, cost, gain });
         effects.push(probe.effect.as_ref());
     }
     let waves = overtones(stage);
@@ -97,13 +94,14 @@ fn overtones(stage: &Stage<'_>) -> Vec<(EffectId, Vec<Box<dyn Effect>>)> {
     let model = stage.fitted.machine.model;
     let listed = stage.contenders.iter().take(EVIDENCE_SUSPECTS).map(|one| &one.id);
     let waves = listed.filter_map(|id| Some((id, id.order?)));
-    let of = |(id, order): (&EffectId, f64)| {
-        let overtone = |times: f64| {
-            let id = EffectId { order: Some(times * order), ..id.clone() };
-            effect::build(&id, model).ok()
-        };
-        let built: Vec<Box<dyn Effect>> = [2.0, 3.0].into_iter().filter_map(overtone).collect();
-        (id.clone(), built)
-    };
-    waves.take(WAVES_ASKED).map(of).filter(|(_, built)| !built.is_empty()).collect()
+    let mut found = Vec::new();
+    for (id, order) in waves.take(WAVES_ASKED) {
+        let overtones = [2.0, 3.0].map(|times| EffectId { order: Some(times * order), ..id.clone() });
+        let built = overtones.iter().filter_map(|id| effect::build(id, model).ok());
+        let built: Vec<Box<dyn Effect>> = built.collect();
+        if !built.is_empty() {
+            found.push((id.clone(), built));
+        }
+    }
+    found
 }

@@ -123,12 +123,14 @@ impl<'a> Chooser<'a> {
 
     /// Poses one after the other, each where the rivals differ most given those before: pairs that are apart already count little.
     pub(super) fn choose(&mut self, wish: Wish<'_>, progress: &Progress) -> Result<Choice, LaboratoryError> {
+        // The same poses for the same question: what is asked twice must not be answered differently.
         let mut rng = Random::seeded(11);
         let mut known = Known::before(&self.rivals);
         let mut designs: Vec<Design> = Vec::new();
         for place in 0..wish.count {
             progress.report(0.7 + 0.3 * place as f64 / wish.count as f64, "choosing poses")?;
             let Some(best) = self.best(wish, &known, &mut rng)? else { break };
+            // What a pose will show is known before it is measured: in a linear model the covariance does not depend on the reading.
             known.learn(&best, self.noise);
             designs.push(best.design);
         }
@@ -152,6 +154,7 @@ impl<'a> Chooser<'a> {
                 }
             }
             let Some(Best { design: centre, .. }) = &best else { break };
+            // Half as wide each round: random search with shrinking steps needs no derivative by joints, limits and keep-out planes.
             let width = FIRST_WIDTH / f64::from(1 << round);
             let near = (0..POSES_TRIED / 4).map(|_| self.designer.near(centre, width, rng)).collect();
             designs = self.projected(near)?;
@@ -162,6 +165,7 @@ impl<'a> Chooser<'a> {
     /// What a pose is worth beside those before, and by how much it puts each pair of rivals apart (squared standard errors); for
     /// a single model, how little is known there.
     fn worth(&self, forecast: &Forecast, index: usize, known: &Known) -> (f64, Vec<f64>) {
+        // How uncertain each rival's own prediction is: J C J', by the law of propagation (JCGM 100:2008, section 5).
         let at = forecast.rivals.iter().zip(&known.covariances);
         let spreads: Vec<DMatrix<f64>> =
             at.map(|(all, covariance)| &all[index].1 * covariance * all[index].1.transpose()).collect();
@@ -279,6 +283,7 @@ fn worth_of_pairs(apart: &[f64], more: &[f64]) -> f64 {
 
 /// What is known once readings with these derivatives have been taken: the Kalman update of a covariance.
 fn learn(covariance: &mut DMatrix<f64>, jacobian: &DMatrix<f64>, noise: f64) {
+    // C - C J' (J C J' + R)^-1 J C (Kalman 1960): no reading is needed to know how much one will tell.
     let across = &*covariance * jacobian.transpose();
     let variance =
         jacobian * &across + DMatrix::identity(jacobian.nrows(), jacobian.nrows()) * (noise * noise);

@@ -91,6 +91,7 @@ impl Designer<'_> {
             [] => self.logged_payload(rng),
             given => given[rng.below(given.len())],
         };
+        // An effect of time shows by waiting, whatever the pose.
         let wait = if self.waits { WAITS[rng.below(WAITS.len())] } else { 0.0 };
         Design { q, approach, payload, wait }
     }
@@ -102,6 +103,7 @@ impl Designer<'_> {
             let (low, high) = self.range(joint);
             // Of a stripe the surfaces are soon left.
             let widest = if self.takes_pictures() { WIDEST_OF_PICTURES } else { high - low };
+            // Clamped and not drawn again: the best poses are often at the ends of the range.
             *q = (*q + widest * width * rng.normal()).clamp(low, high);
         }
         design
@@ -142,6 +144,7 @@ impl Designer<'_> {
             table.height.iter_mut().for_each(|column| column.push(0.0));
             table.distance.iter_mut().for_each(|column| column.push(0.0));
             table.tilt.iter_mut().for_each(|column| column.push([0.0; 2]));
+            // What will be measured comes after what was.
             table.time.iter_mut().for_each(|column| column.push(last + design.wait));
             table.temperature.iter_mut().for_each(|column| column.push(temperature.unwrap_or(f64::NAN)));
             table.payload.iter_mut().for_each(|column| column.push(design.payload));

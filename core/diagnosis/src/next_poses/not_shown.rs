@@ -28,13 +28,7 @@ impl Laboratory {
         let mut faint = self.faint(&stage.fitted, floor)?;
         // What moves all surfaces alike no picture ever shows.
         faint.retain(|one| !(self.table().is_of_stripes() && one.any_size));
-        let mut kinds: Vec<String> = Vec::new();
-        faint.retain(|one| {
-            let known = kinds.contains(&one.id.name);
-            kinds.push(one.id.name.clone());
-            !known
-        });
-        faint.truncate(ASKED_KINDS);
+        keep_one_of_each_kind(&mut faint);
         let (Some(noise), Some(sigma)) = (floor.scale, floor.sigma_mm) else { return Ok(None) };
         if faint.is_empty() {
             return Ok(None);
@@ -52,13 +46,14 @@ impl Laboratory {
         }
         let next = with_returns(chooser.to_poses(&choice.designs));
         // Of the pairs, the ones with the model as it is.
-        let apart = |index: usize| choice.apart.get(index * (index + 1) / 2).copied().unwrap_or(0.0);
-        let (shown, hidden): (Vec<_>, Vec<_>) =
-            faint.iter().enumerate().partition(|(index, _)| apart(*index) >= SETTLES);
-        let separation = shown.iter().map(|(index, _)| apart(*index)).fold(f64::INFINITY, f64::min);
-        let label = |(_, one): &(usize, &Faint)| self.model().label(&one.id);
-        let (shown, still): (Vec<String>, Vec<String>) =
-            (shown.iter().map(label).collect(), hidden.iter().map(label).collect());
+        let apart = faint
+            .iter()
+            .enumerate()
+            .map(|(index, one)| (choice.apart.get(index * (index + 1) / 2).copied().unwrap_or(0.0), one));
+        let (shown, hidden): (Vec<_>, Vec<_>) = apart.partition(|(apart, _)| *apart >= SETTLES);
+        let separation = shown.iter().map(|(apart, _)| *apart).fold(f64::INFINITY, f64::min);
+        let [shown, still]: [Vec<String>; 2] =
+            [&shown, &hidden].map(|some| some.iter().map(|(_, one)| self.model().label(&one.id)).collect());
         let instead = hidden.first().map(|(_, one)| {
             let how = effect::kind(&one.id.name).map_or("", |kind| kind.how_to_see);
             format!("they would not show {}; what would: {}", listed(&still, "or"), uncapitalized(how))
@@ -78,6 +73,17 @@ impl Laboratory {
         let separation = if separation.is_finite() { separation } else { 0.0 };
         Ok(Some(NextPoses { next, between, separation, instead, sentence }))
     }
+}
+
+/// Of each kind of effect the first, which could move the tip most: poses that show it at one joint mostly show it at the others.
+fn keep_one_of_each_kind(faint: &mut Vec<Faint>) {
+    let mut kinds: Vec<String> = Vec::new();
+    faint.retain(|one| {
+        let known = kinds.contains(&one.id.name);
+        kinds.push(one.id.name.clone());
+        !known
+    });
+    faint.truncate(ASKED_KINDS);
 }
 
 /// The model with an effect in that the rows do not show, everything fitted where it would stand then.

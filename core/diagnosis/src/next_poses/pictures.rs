@@ -29,15 +29,11 @@ pub(super) fn beside_a_picture(lab: &Laboratory, rng: &mut Random) -> Option<Vec
 /// The stretches that pictures from these poses would show: those of the nearest picture that was taken.
 pub(super) fn stretches(lab: &Laboratory, poses: &Table) -> Vec<Stretch> {
     let known = lab.table();
-    let apart = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
     let rows = lab.measured_rows();
     let mut all = Vec::new();
     for pose in 0..poses.len() {
         let q = poses.q_of(pose);
-        let near = |one: &&usize, other: &&usize| {
-            apart(q, known.q_of(**one)).total_cmp(&apart(q, known.q_of(**other)))
-        };
-        let Some(nearest) = rows.iter().min_by(near) else { continue };
+        let Some(nearest) = nearest(known, q, rows.iter()) else { continue };
         let shown = known.stretches.get(known.stretches_of(*nearest)).unwrap_or(&[]);
         all.extend(
             shown
@@ -48,13 +44,18 @@ pub(super) fn stretches(lab: &Laboratory, poses: &Table) -> Vec<Stretch> {
     all
 }
 
+/// Of some rows the one whose joints are nearest to these, in rad (mm of a slide); the first of equals.
+fn nearest<'r>(table: &Table, q: &[f64], rows: impl Iterator<Item = &'r usize>) -> Option<&'r usize> {
+    let apart =
+        rows.map(|row| (table.q_of(*row).iter().zip(q).map(|(a, b)| (a - b).powi(2)).sum::<f64>(), row));
+    apart.min_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, row)| row)
+}
+
 /// Adds to a table of poses to come the points that a laser line sensor would see from this one: those of the nearest profile that was taken. Says what it lies on.
 pub(super) fn profile<'l>(lab: &'l Laboratory, q: &[f64], table: &mut Table) -> Option<&'l str> {
     let known = lab.table();
-    let apart = |row: &usize| known.q_of(*row).iter().zip(q).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
     let rows = lab.measured_rows();
-    let seen = rows.iter().filter(|row| known.has_profile(**row));
-    let nearest = seen.min_by(|one, other| apart(one).total_cmp(&apart(other)));
+    let nearest = nearest(known, q, rows.iter().filter(|row| known.has_profile(**row)));
     for (columns, known) in table.profiles.iter_mut().zip(&known.profiles) {
         let point = nearest.and_then(|row| known.xz.get(*row)).copied();
         columns.xz.push(point.unwrap_or([f64::NAN; 2]));

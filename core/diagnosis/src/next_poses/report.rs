@@ -41,7 +41,9 @@ pub(super) fn what_would(
     let mut best: Option<(f64, String)> = None;
     for (name, sensing, payloads) in other_ways(chooser.designer.lab) {
         chooser.sensing = sensing;
+        // Whether another way of measuring helps shows after a few poses; the user chooses the way, and asks for poses again.
         let few = Wish { count: wish.count.min(FEW), payloads: &payloads, ..wish };
+        // The least of all pairs: a way that leaves two alike settles nothing.
         let separation = chooser.choose(few, progress)?.least();
         if best.as_ref().is_none_or(|(most, _)| separation > *most) {
             best = Some((separation, name));
@@ -54,6 +56,7 @@ pub(super) fn what_would(
 /// In words: the best other way, where it separates the rivals and clearly better than the poses do.
 fn advice(best: Option<(f64, String)>, now: f64, poses: usize) -> String {
     match best {
+        // Twice as far apart as now is worth another instrument; a little more is not.
         Some((separation, name)) if separation > SETTLES.max(2.0 * now) => {
             format!("{name} would tell them apart ({separation:.0} standard errors in {poses} poses)")
         }

@@ -66,11 +66,12 @@ impl Laboratory {
 /// Waves of the orders next to those in question, at the same joints: where the range of a joint was seen in part only, they
 /// come forward once more of it is seen.
 fn adjacent_orders(contenders: &[Contender], chosen: &[usize]) -> Vec<usize> {
-    let is_asked = |contender: &Contender| {
-        chosen.iter().filter_map(|index| contenders.get(*index)).any(|other| is_adjacent(contender, other))
-    };
     let others = contenders.iter().enumerate().filter(|(index, _)| !chosen.contains(index));
-    others.filter(|(_, contender)| is_asked(contender)).map(|(index, _)| index).collect()
+    let adjacent = others.filter(|(_, contender)| {
+        let mut asked = chosen.iter().filter_map(|index| contenders.get(*index));
+        asked.any(|other| is_adjacent(contender, other))
+    });
+    adjacent.map(|(index, _)| index).collect()
 }
 
 /// Whether two candidates are waves of neighbouring orders at one joint.

@@ -95,19 +95,28 @@ impl Asked {
 
 /// The rows of a group that read the same as its first: only equations every replicate has can be compared.
 fn comparable(machine: &ResidualModel<'_>, rows: &[usize]) -> Vec<usize> {
-    let readings = |row: usize| machine.observations.of_row(row).iter().map(|equation| equation.measurand);
-    let first: Vec<_> = rows.first().map(|row| readings(*row).collect()).unwrap_or_default();
-    let alike = rows.iter().filter(|row| !first.is_empty() && readings(**row).eq(first.iter().copied()));
+    let Some(first) = rows.first().map(|row| machine.observations.of_row(*row)) else { return Vec::new() };
+    let first: Vec<_> = first.iter().map(|equation| equation.measurand).collect();
+    let alike = rows.iter().filter(|row| {
+        let own = machine.observations.of_row(**row).iter().map(|equation| equation.measurand);
+        !first.is_empty() && own.eq(first.iter().copied())
+    });
     alike.copied().collect()
 }
 
 impl Replicates {
+    /// Whether a candidate is a gap between the two approach directions of a joint.
+    pub(crate) fn is_gap(&self, candidate: usize) -> bool {
+        self.candidates.get(candidate).is_some_and(|(id, _)| id.name == SIDE_OF_APPROACH)
+    }
+
     /// Gathers them; nothing if no pose was returned to.
     pub(crate) fn gather(machine: &ResidualModel<'_>, fit: &Fit, survey: &Survey<'_>) -> Option<Self> {
         let groups = sampled(machine.table.returns(), machine.model.chain.len());
         if groups.is_empty() {
             return None;
         }
+        // A jump between two replicates can be dated by replicates alone; the other rows say nothing here.
         let passport = Passport { clocks: clocks(machine, &groups), ..survey.passport.clone() };
         let asked = Asked::of(machine.model, &Survey { model: survey.model, passport: &passport });
         let joints = 0..asked.zeros.len();
@@ -122,6 +131,7 @@ impl Replicates {
             groups: groups.len(),
         };
         let probes = asked.probes();
+        // Not the fit's robust weights: rows that the model misses may return well, and it is the returning that is measured.
         let ones = vec![1.0; machine.table.len()];
         for (group, rows) in groups.iter().enumerate() {
             for row in comparable(machine, rows) {

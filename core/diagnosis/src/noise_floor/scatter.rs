@@ -33,9 +33,11 @@ impl Replicates {
     pub(crate) fn scatter(&self, wanted: &[usize]) -> Scatter {
         let mut kept = vec![1.0; self.members.len()];
         let (mut deviations, mut rank) = self.fitted(&kept, wanted);
+        // Sigma and the outliers need each other: the first sigma is one that outliers hardly move.
         let mut sigma = self.typical(&deviations, &kept);
         for _ in 0..ROUNDS {
             let before = kept.clone();
+            // One layer at a time: the worst outlier draws its group's mean along and makes sound members look far out.
             while self.leave_out_farthest(&mut kept, &deviations, sigma) {
                 (deviations, rank) = self.fitted(&kept, wanted);
             }
@@ -62,6 +64,7 @@ impl Replicates {
     /// its own.
     pub(crate) fn gains(&self, scatter: &Scatter, wanted: &[usize]) -> Vec<(f64, usize)> {
         let all: Vec<usize> = (0..self.columns.first().map_or(0, DMatrix::ncols)).collect();
+        // Of the same members as the scatter: were outliers judged anew for each candidate, one could explain them by leaving them out.
         let (deviations, columns) = self.centred(&scatter.kept, &all);
         let all = (deviations.as_slice(), columns.as_slice());
         let (known, rank) = explained(all, &scatter.kept, wanted);
@@ -122,6 +125,7 @@ impl Replicates {
 
     /// A first sigma that a few outliers do not change: from the median deviation.
     fn typical(&self, deviations: &[DVector<f64>], kept: &[f64]) -> f64 {
+        // Distances over their own medians: half of sound members lie inside, so the median is sigma.
         let typical = median(&self.distances(deviations, kept, 0.5));
         if typical.is_finite() { typical } else { 0.0 }
     }

@@ -45,6 +45,7 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     if high > low {
         (low, high)
     } else if low.is_finite() {
+        // A range of no width could not be drawn in.
         (low - 1.0, low + 1.0)
     } else {
         (-1.0, 1.0)

@@ -101,13 +101,14 @@ fn one_view(
 ) -> std::fmt::Result {
     let arm = &comparison.arm_points_mm;
     let px = scale(rows, arm);
-    let middle = |axis: usize| {
+    let [middle_across, middle_up] = [across, up].map(|axis| {
         let (low, high) = span(rows, arm, axis);
         0.5 * (low + high)
-    };
+    });
     let (centre_x, centre_y) = (left + 0.5 * SIZE, 0.5 * SIZE);
+    // Up in the picture is down in the coordinates of an SVG.
     let place = |point: &[f64; 3]| {
-        (centre_x + px * (point[across] - middle(across)), centre_y - px * (point[up] - middle(up)))
+        (centre_x + px * (point[across] - middle_across), centre_y - px * (point[up] - middle_up))
     };
     writeln!(out, "<text x=\"{:.0}\" y=\"16\" font-weight=\"bold\">{title}</text>", left + 10.0)?;
     let line: Vec<String> =
@@ -120,6 +121,7 @@ fn one_view(
     for row in rows {
         let (x, y) = place(&row.point_mm);
         let (dx, dy) = (px * times * row.vector_mm[across], -px * times * row.vector_mm[up]);
+        // An outlier's line would cross the picture; it is cut, and shown in another colour.
         let cut = (LONGEST / dx.hypot(dy).max(1e-12)).min(1.0);
         let ink = if cut < 1.0 { OUTSIDE } else { POINT };
         writeln!(
@@ -157,16 +159,16 @@ fn axis_ends(
     (across_axis, up_axis): (usize, usize),
     left: f64,
 ) -> std::fmt::Result {
-    let name = |axis: usize| AXES.get(axis).copied().unwrap_or("");
+    let [across_name, up_name] = [across_axis, up_axis].map(|axis| AXES.get(axis).copied().unwrap_or(""));
     writeln!(
         out,
         "<text x=\"{:.0}\" y=\"{:.0}\" fill=\"#555\">{} from {:.3} to {:.3} mm, {} from {:.3} to {:.3} mm</text>",
         left + 10.0,
         SIZE - 8.0,
-        name(across_axis),
+        across_name,
         Short(across.0),
         Short(across.1),
-        name(up_axis),
+        up_name,
         Short(up.0),
         Short(up.1)
     )

@@ -180,15 +180,14 @@ fn curve(out: &mut String, panel: &Panel, frame: &Frame) -> std::fmt::Result {
     )
 }
 
+/// A text beside an axis, `anchor`ed at a place, px.
+fn text(x: f64, y: f64, anchor: &str, text: &str) -> String {
+    format!("<text x=\"{x:.1}\" y=\"{y:.1}\" fill=\"#555\" text-anchor=\"{anchor}\">{}</text>", escaped(text))
+}
+
 /// The ends of both axes and what they show.
 fn axes(out: &mut String, panel: &Panel, frame: &Frame) -> std::fmt::Result {
     let (right, bottom) = (frame.left + frame.width, frame.top + frame.height);
-    let text = |x: f64, y: f64, anchor: &str, text: &str| {
-        format!(
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" fill=\"#555\" text-anchor=\"{anchor}\">{}</text>",
-            escaped(text)
-        )
-    };
     let low = format!("{:.3}", Short(frame.across.0));
     writeln!(out, "{}", text(frame.left, bottom + 13.0, "start", &low))?;
     let high = format!("{:.3}", Short(frame.across.1));

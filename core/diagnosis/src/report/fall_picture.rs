@@ -40,6 +40,7 @@ pub(super) fn draw(out: &mut String, report: &Report) -> std::fmt::Result {
     let mut hatched = false;
     for (index, step) in report.fall.iter().enumerate() {
         let name = if index == 0 { "start".to_owned() } else { format!("+ {}", step.added) };
+        // Once a correction is in, every later model holds it.
         hatched |= matches!(step.kind, StepKind::Correction | StepKind::ResidualMap);
         bars(out, step, (&name, hatched), 10.0 + STEP_HEIGHT * index as f64, greatest)?;
     }
@@ -81,6 +82,7 @@ fn bars(
     ];
     for (square, style, down) in bars {
         let Some(error) = square.map(f64::sqrt).filter(|error| error.is_finite()) else { continue };
+        // Half a pixel, so that an error of nothing is still seen to have been measured.
         let long = (width * error / greatest).max(0.5);
         writeln!(
             out,
@@ -118,6 +120,7 @@ fn vertical_line(
     below: f64,
     greatest: f64,
 ) -> std::fmt::Result {
+    // A noise beyond all errors stands at the end, not outside the picture.
     let x = BARS.0 + BARS.1 * (error / greatest).min(1.0);
     let foot = below - 12.0;
     writeln!(

@@ -176,6 +176,7 @@ impl Laboratory {
         match labels.as_slice() {
             [] => "start".to_owned(),
             [one] => one.clone(),
+            // A picture has room for one name a bar.
             [one, rest @ ..] => format!("{one} and {} more", rest.len()),
         }
     }
@@ -184,13 +185,8 @@ impl Laboratory {
 impl Fall {
     fn of(added: String, kind: StepKind, comparison: &Comparison) -> Self {
         let rms = comparison.rms_mm;
-        let square = |value: f64| value * value;
-        Self {
-            added,
-            kind,
-            fit_mm2: square(rms.fit),
-            cv_mm2: rms.cv.map(square),
-            check_mm2: rms.check.map(square),
-        }
+        // Squares, for squares of errors that are independent add up: a step's height in the picture is its own share.
+        let [cv_mm2, check_mm2] = [rms.cv, rms.check].map(|rms| rms.map(|rms| rms * rms));
+        Self { added, kind, fit_mm2: rms.fit * rms.fit, cv_mm2, check_mm2 }
     }
 }

@@ -100,8 +100,12 @@ fn turns(comparison: &Comparison) -> bool {
     comparison.orientation_error_deg.is_some()
 }
 
+/// A number's cell, with so many digits after the point.
+fn cell(value: f64, digits: usize) -> String {
+    format!("<td class=\"n\">{value:.digits$}</td>")
+}
+
 fn row_cells(row: &RowResidual, turns: bool) -> String {
-    let cell = |value: f64, digits: usize| format!("<td class=\"n\">{value:.digits$}</td>");
     let mut cells = cell(row.size_mm, 4);
     if turns {
         cells.push_str(&row.size_deg.map_or_else(|| "<td></td>".to_owned(), |size| cell(size, 5)));

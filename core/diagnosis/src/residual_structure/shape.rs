@@ -79,15 +79,17 @@ fn average(levels: &[LevelMean], of: impl Fn(&LevelMean) -> f64) -> f64 {
 impl Fits {
     fn of(levels: &[LevelMean]) -> Option<Self> {
         let (middle, mean) = (average(levels, |level| level.at), average(levels, |level| level.mean));
+        // Weighed by rows: levels of equal numbers of rows are not of equal width.
         let spread = average(levels, |level| (level.mean - mean).powi(2)).max(1e-300);
         let extent = average(levels, |level| (level.at - middle).powi(2));
         let together = average(levels, |level| (level.at - middle) * (level.mean - mean));
         let slope = together / extent.max(1e-300);
+        // Every place between two levels is tried.
         let steps = (1..levels.len()).map(|first| {
             let (low, high) = levels.split_at(first);
             let height = average(high, |level| level.mean) - average(low, |level| level.mean);
-            let rows = |part: &[LevelMean]| part.iter().map(|level| level.count).sum::<f64>();
-            let fraction = rows(low) / rows(levels);
+            // Variance between two groups of shares f and 1 - f whose means are h apart: f (1 - f) h^2.
+            let fraction = rows_of(low) / rows_of(levels);
             (fraction * (1.0 - fraction) * height * height / spread, height, first)
         });
         let step = steps.max_by(|left, right| left.0.total_cmp(&right.0))?;
@@ -95,10 +97,16 @@ impl Fits {
     }
 }
 
+/// Rows in some levels.
+fn rows_of(levels: &[LevelMean]) -> f64 {
+    levels.iter().map(|level| level.count).sum()
+}
+
 /// The simplest shape that explains most of what the levels do: a wave where one was found, then few levels, a step, a line,
 /// else a curve. Nothing without levels.
 pub(crate) fn classify(levels: &[LevelMean], wave: Option<(u32, f64)>) -> Option<ResidualShape> {
     let (first, last) = (*levels.first()?, *levels.last()?);
+    // A wave's levels may look like a line or a step where little of it was seen; that it is one was tested before.
     if let Some((order, amplitude)) = wave {
         return Some(ResidualShape::Periodic { order, amplitude });
     }
@@ -119,6 +127,7 @@ pub(crate) fn classify(levels: &[LevelMean], wave: Option<(u32, f64)>) -> Option
         let rise = fits.slope * (last.at - first.at);
         return Some(ResidualShape::Linear { rise, from: first.at, to: last.at });
     }
+    // Neither: only where it is least and most.
     let highest = levels.iter().max_by(|left, right| left.mean.total_cmp(&right.mean))?;
     let lowest = levels.iter().min_by(|left, right| left.mean.total_cmp(&right.mean))?;
     Some(ResidualShape::Curved { lowest: (lowest.mean, lowest.at), highest: (highest.mean, highest.at) })
@@ -161,9 +170,9 @@ pub(crate) struct CategoryMeans {
 impl CategoryMeans {
     /// The two categories that differ most, in the table's order, and by how much, mm.
     fn extremes(&self) -> Option<(&str, &str, f64)> {
-        let indexed = || self.means.iter().enumerate();
-        let (lowest, (_, least)) = indexed().min_by(|left, right| left.1.1.total_cmp(&right.1.1))?;
-        let (highest, (_, most)) = indexed().max_by(|left, right| left.1.1.total_cmp(&right.1.1))?;
+        let means = self.means.iter().enumerate();
+        let (lowest, (_, least)) = means.clone().min_by(|left, right| left.1.1.total_cmp(&right.1.1))?;
+        let (highest, (_, most)) = means.max_by(|left, right| left.1.1.total_cmp(&right.1.1))?;
         let first = self.means.get(lowest.min(highest))?;
         let last = self.means.get(lowest.max(highest))?;
         Some((&first.0, &last.0, most - least))
@@ -180,8 +189,11 @@ impl fmt::Display for CategoryMeans {
             figure(difference)
         )?;
         if self.means.len() > 2 {
-            let mean = |(category, mean): &(String, f64)| format!("{category} {} mm", figure(*mean));
-            let all: Vec<String> = self.means.iter().map(mean).collect();
+            let all: Vec<String> = self
+                .means
+                .iter()
+                .map(|(category, mean)| format!("{category} {} mm", figure(*mean)))
+                .collect();
             write!(formatter, " (on average {})", all.join(", "))?;
         }
         Ok(())

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use plumb_calibration::arm_model::{AddedEffect, Model, StripeRig};
-use plumb_calibration::effect::{self, EffectId, EffectNameError, Search};
-use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel, State};
+use plumb_calibration::effect::{self, EffectId, EffectNameError, Search, Spot};
+use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel, Slot, State};
 use plumb_calibration::measurement::{Observations, ObservationsError};
 use plumb_calibration::table::Table;
 use plumb_estimation::{Cancelled, Progress};
@@ -152,12 +152,17 @@ pub fn adjust(
 /// The parts of each body among the model's surfaces.
 fn bodies(surfaces: &[(String, Surface)]) -> Vec<Range<usize>> {
     let mut first = 0;
-    let body = |(name, surface): &(String, Surface)| {
+    let bodies = surfaces.iter().map(|(name, surface)| {
         let range = first..first + surface.parts(name).len();
         first = range.end;
         range
-    };
-    surfaces.iter().map(body).collect()
+    });
+    bodies.collect()
+}
+
+/// One number a joint, zero where there are none.
+fn padded<T: Copy + Default>(numbers: &[T], joints: usize) -> impl Iterator<Item = T> {
+    (0..joints).map(|joint| numbers.get(joint).copied().unwrap_or_default())
 }
 
 /// The views as rows of a table, nothing measured in them yet.
@@ -165,20 +170,16 @@ fn table_of(scans: &Scans, joints: usize) -> Table {
     let views = &scans.views;
     let moves = views.iter().any(|view| !view.speed.is_empty());
     let knows_sides = views.iter().any(|view| !view.approach.is_empty());
-    let padded =
-        |numbers: &[f64]| (0..joints).map(|joint| numbers.get(joint).copied().unwrap_or(0.0)).collect();
-    let speeds = || views.iter().flat_map(|view| -> Vec<f64> { padded(&view.speed) }).collect();
-    let side = |view: &super::table::View, joint: usize| view.approach.get(joint).copied().unwrap_or(0);
-    let sides = || views.iter().flat_map(|view| (0..joints).map(move |joint| side(view, joint))).collect();
+    let sides = views.iter().flat_map(|view| padded(&view.approach, joints));
     let mut table = Table {
         source: "stripes".to_owned(),
         joints,
-        q: views.iter().flat_map(|view| -> Vec<f64> { padded(&view.q) }).collect(),
+        q: views.iter().flat_map(|view| padded(&view.q, joints)).collect(),
         lines: (1..=views.len() as u32).collect(),
-        approach: knows_sides.then(sides),
+        approach: knows_sides.then(|| sides.collect()),
         // Only where every picture is dated.
         time: views.iter().map(|view| view.time_s).collect(),
-        speed: moves.then(speeds),
+        speed: moves.then(|| views.iter().flat_map(|view| padded(&view.speed, joints)).collect()),
         ..Table::default()
     };
     for _ in views {
@@ -213,11 +214,14 @@ fn with_effects(
         let machine = ResidualModel::new(&model, &table, &nothing, &effects)?;
         let members = assigned(&machine, &state, &bodies, scans, limit);
         let unknowns = machine.slots().len();
+        // Three points a number: fewer leave no scatter by which to say how sure the numbers are.
         if members.len() < 3 * unknowns {
             return Err(AdjustError::TooFew { near: members.len(), all: scans.pixels.len(), unknowns });
         }
         table.stretches = stretches(&members);
+        // Without robust weights at first: a stripe that is far off because of what is sought must pull.
         state = fitted((&model, &table), &effects, &state, false, progress)?.state;
+        // The reach only shrinks: a point that was given to a surface by mistake must not widen it again.
         limit = (REACH * rms_mm(&members)).clamp(NEAR_MM, limit);
         if members.len() == before {
             break;
@@ -276,8 +280,8 @@ fn told(
         surface.shape.clone_from(shape);
     }
     let free = free_effects(&model)?;
-    let is_free = |effect: &AddedEffect| free.iter().any(|id| id.same_as(&effect.id));
-    (model.fitted, model.effects) = effects.iter().cloned().partition(is_free);
+    (model.fitted, model.effects) =
+        effects.iter().cloned().partition(|effect| free.iter().any(|id| id.same_as(&effect.id)));
     Ok(Adjustment {
         found,
         rig,
@@ -294,8 +298,8 @@ fn told(
 
 /// Every number of the effects that were fitted, in shown units.
 fn found(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Found> {
-    let number = |(place, slot): (usize, &plumb_calibration::fit::Slot)| {
-        let plumb_calibration::fit::Slot::Effect(part, which) = *slot else { return None };
+    let numbers = machine.slots().iter().enumerate().filter_map(|(place, slot)| {
+        let Slot::Effect(part, which) = *slot else { return None };
         let parameter = machine.parts.get(part)?.effect.parameters().get(which)?.clone();
         let value = *fit.state.effects.get(part)?.get(which)?;
         let variance = fit.covariance.get((place, place)).copied().unwrap_or(0.0);
@@ -305,8 +309,8 @@ fn found(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Found> {
             value: value * parameter.unit.factor,
             sigma: variance.max(0.0).sqrt() * parameter.unit.factor,
         })
-    };
-    machine.slots().iter().enumerate().filter_map(number).collect()
+    });
+    numbers.collect()
 }
 
 impl Adjustment {
@@ -320,8 +324,8 @@ impl Adjustment {
 
     /// The effects of the arm alone, as a model file keeps them; those of the rig go into the rig's file.
     pub fn of_arm(&self) -> Vec<AddedEffect> {
-        let of_rig = |effect: &&AddedEffect| effect.id.spot == plumb_calibration::effect::Spot::Sensor;
-        self.effects.iter().filter(|effect| !of_rig(effect)).cloned().collect()
+        let of_arm = self.effects.iter().filter(|effect| effect.id.spot != Spot::Sensor);
+        of_arm.cloned().collect()
     }
 
     /// How much later than their times say the pictures were exposed, s; 0 where that was not asked.

@@ -63,6 +63,7 @@ pub(super) fn assigned(
     for (view, pixels) in by_view(scans).iter().enumerate() {
         let seen: Vec<[f64; 2]> = pixels
             .iter()
+            // Half a pixel aside shows how many mm a pixel is there: it depends on distance and slant.
             .flat_map(|pixel| [[pixel.u_px, pixel.v_px], [pixel.u_px + 0.5, pixel.v_px]])
             .collect();
         let points = machine.stripe_points(state, view, &seen);
@@ -74,6 +75,7 @@ pub(super) fn assigned(
             let nearest = near.first()?;
             let rival = near.get(1).map_or(f64::INFINITY, |other| other.distance.abs());
             let distance = nearest.distance;
+            // Near an edge the point may be of either face, and which one would follow from the errors that are sought.
             let certain = nearest.lead > EDGE_MM && rival - distance.abs() > EDGE_MM;
             let per_px = 2.0 * (aside - point).norm();
             (certain && distance.abs() <= limit).then(|| Member {
@@ -93,16 +95,16 @@ pub(super) fn assigned(
 
 /// Those that do not lie far off their neighbours.
 fn without_strays(members: &[Member]) -> Vec<Member> {
-    let is_stray = |place: usize, member: &Member| {
+    let sound = members.iter().enumerate().filter(|(place, member)| {
         let near = place.saturating_sub(NEIGHBOURS)..(place + NEIGHBOURS + 1).min(members.len());
         let own = members.get(near).unwrap_or(&[]).iter().filter(|other| other.is_beside(member));
         let mut distances: Vec<f64> = own.map(|other| other.distance).collect();
         distances.sort_by(f64::total_cmp);
+        // The median of the neighbours follows a stripe that runs aslant, and does not feel the stray itself.
         let middle = distances.get(distances.len() / 2).copied().unwrap_or(member.distance);
-        (member.distance - middle).abs() > STRAY * member.sigma_mm
-    };
-    let stays = |(place, member): &(usize, &Member)| !is_stray(*place, member);
-    members.iter().enumerate().filter(stays).map(|(_, member)| *member).collect()
+        (member.distance - middle).abs() <= STRAY * member.sigma_mm
+    });
+    sound.map(|(_, member)| *member).collect()
 }
 
 /// Root mean square distance from the surfaces, mm.
@@ -140,14 +142,13 @@ pub(super) fn noise_mm(members: &[Member]) -> f64 {
 pub(super) fn stretches(members: &[Member]) -> Vec<Stretch> {
     let noise = noise_mm(members);
     let scatter_over_own = noise / floor_mm(members).max(f64::MIN_POSITIVE);
-    let stretch = |own: &[Member]| {
+    let all = members.chunk_by(Member::is_beside).filter_map(|own| {
         let first = own.first()?;
         let per_point = floor_mm(own) * scatter_over_own;
         let alone = per_point / (own.len() as f64).sqrt();
         let sigma = alone.hypot(STRETCH_SCATTER * noise).max(f64::MIN_POSITIVE);
         let pixels = own.iter().map(|member| member.pixel).collect();
         Some(Stretch::new(first.view, first.part, pixels, sigma))
-    };
-    let all = members.chunk_by(Member::is_beside).filter_map(stretch);
+    });
     all.filter(|stretch| stretch.readings() > 0).collect()
 }

@@ -84,26 +84,34 @@ impl RawScene {
             let help = "name one, as in `table: {plane: {normal: [0, 0, 1], offset_mm: 0}}`";
             problems.add(root.span_at(&["surfaces"]), "`surfaces` names none", help);
         }
-        let checked = |(name, raw): (String, RawSurface)| {
-            let node = surfaces.and_then(|node| node.get(&name)).unwrap_or(root);
-            let surface = raw.surface(node, problems);
-            (name, surface)
-        };
-        self.surfaces.into_iter().map(checked).collect()
+        self.surfaces
+            .into_iter()
+            .map(|(name, raw)| {
+                let node = surfaces.and_then(|node| node.get(&name)).unwrap_or(root);
+                let surface = raw.surface(node, problems);
+                (name, surface)
+            })
+            .collect()
     }
 }
 
 impl RawSurface {
     /// The surface; numbers that could not be read are NaN, and not looked at.
     fn surface(&self, node: &Node, problems: &Problems) -> Surface {
-        let above_zero = |value: f64, form: &str, key: &str| {
-            if value <= 0.0 {
-                problems.add(node.span_at(&[form, key]), format!("`{key}` is {value}"), "it is above 0");
+        let lengths = match self {
+            Self::Plane { .. } => Vec::new(),
+            Self::Pyramid { edge_mm, height_mm, .. } => {
+                vec![("pyramid", "edge_mm", *edge_mm), ("pyramid", "height_mm", *height_mm)]
             }
+            Self::Sphere { radius_mm, .. } => vec![("sphere", "radius_mm", *radius_mm)],
         };
+        for (form, key, value) in lengths.into_iter().filter(|(_, _, value)| *value <= 0.0) {
+            problems.add(node.span_at(&[form, key]), format!("`{key}` is {value}"), "it is above 0");
+        }
         match self {
             Self::Plane { normal, offset_mm } => {
                 let normal = Vector3::from(*normal);
+                // It need not be a unit vector, but it must point somewhere.
                 if normal.norm() <= SHORTEST_NORMAL {
                     let help = "write for example [0, 0, 1]";
                     problems.add(node.span_at(&["plane", "normal"]), "`normal` has no length", help);
@@ -111,14 +119,9 @@ impl RawSurface {
                 Surface::plane(normal, *offset_mm)
             }
             Self::Pyramid { apex_mm, edge_mm, height_mm, yaw_deg } => {
-                above_zero(*edge_mm, "pyramid", "edge_mm");
-                above_zero(*height_mm, "pyramid", "height_mm");
                 Surface::pyramid(Point3::from(*apex_mm), *edge_mm, *height_mm, yaw_deg.to_radians())
             }
-            Self::Sphere { centre_mm, radius_mm } => {
-                above_zero(*radius_mm, "sphere", "radius_mm");
-                Surface::Sphere(Point3::from(*centre_mm), *radius_mm)
-            }
+            Self::Sphere { centre_mm, radius_mm } => Surface::Sphere(Point3::from(*centre_mm), *radius_mm),
         }
     }
 }

@@ -34,37 +34,33 @@ impl Surface {
 
     /// The faces of a pyramid on a square foot, by its apex, the foot's edge, its height (mm) and its turn about the vertical, rad.
     pub fn pyramid(apex: Point3<f64>, edge_mm: f64, height_mm: f64, yaw: f64) -> Self {
-        let face = |side: u32| {
+        let faces = (0..4).map(|side| {
             let angle = yaw + f64::from(side) * std::f64::consts::FRAC_PI_2;
-            let outward =
-                Vector3::new(angle.cos() * height_mm, angle.sin() * height_mm, edge_mm / 2.0).normalize();
+            // A face falls by the height over half the edge; its normal leans outward by as much.
+            let (across, up) = (height_mm, edge_mm / 2.0);
+            let outward = Vector3::new(angle.cos() * across, angle.sin() * across, up).normalize();
             (outward, outward.dot(&apex.coords))
-        };
-        Self::Faces((0..4).map(face).collect())
+        });
+        Self::Faces(faces.collect())
     }
 
     /// Its parts as surfaces of a model, each free to move: the faces of a body for themselves, a ball with its radius.
     pub(super) fn parts(&self, name: &str) -> Vec<arm_model::Surface> {
-        let part = |name: String, shape| arm_model::Surface { name, shape, free: true, light: None };
-        match self {
+        let shapes: Vec<SurfaceShape> = match self {
             Self::Faces(faces) => {
-                let shapes = faces
-                    .iter()
-                    .map(|(normal, offset)| SurfaceShape::Plane { normal: *normal, offset: *offset });
-                match faces.len() {
-                    1 => shapes.map(|shape| part(name.to_owned(), shape)).collect(),
-                    _ => shapes
-                        .enumerate()
-                        .map(|(face, shape)| part(format!("{name} {}", face + 1), shape))
-                        .collect(),
-                }
+                let planes = faces.iter().map(|(normal, offset)| (*normal, *offset));
+                planes.map(|(normal, offset)| SurfaceShape::Plane { normal, offset }).collect()
             }
             Self::Sphere(centre, radius) => {
-                let shape =
-                    SurfaceShape::Sphere { centre: centre.coords, radius: *radius, free_radius: true };
-                vec![part(name.to_owned(), shape)]
+                vec![SurfaceShape::Sphere { centre: centre.coords, radius: *radius, free_radius: true }]
             }
-        }
+        };
+        let alone = shapes.len() == 1;
+        let parts = shapes.into_iter().enumerate().map(|(part, shape)| {
+            let name = if alone { name.to_owned() } else { format!("{name} {}", part + 1) };
+            arm_model::Surface { name, shape, free: true, light: None }
+        });
+        parts.collect()
     }
 }
 

@@ -80,6 +80,11 @@ pub enum ScansError {
 const POSES: &str = ".poses.csv";
 const STRIPES: &str = ".stripes.csv";
 
+fn text_of(path: &Path) -> Result<String, ScansError> {
+    read_text(path, FileKind::TABLE)
+        .map_err(|cause| ScansError::Read { path: path.to_owned(), cause: cause.into() })
+}
+
 impl Scans {
     /// Reads every scan in a folder, in the order of their names.
     ///
@@ -95,14 +100,9 @@ impl Scans {
         names.sort();
         let mut scans = Self::default();
         for name in &names {
-            let read = |ending: &str| {
-                let path = folder.join(format!("{name}{ending}"));
-                let text = read_text(&path, FileKind::TABLE);
-                text.map(|text| (path.clone(), text))
-                    .map_err(|cause| ScansError::Read { path, cause: cause.into() })
-            };
-            let (poses, stripes) = (read(POSES)?, read(STRIPES)?);
-            scans.add(name, (&poses.0, &poses.1), (&stripes.0, &stripes.1))?;
+            let [poses, stripes] = [POSES, STRIPES].map(|ending| folder.join(format!("{name}{ending}")));
+            let (of_poses, of_stripes) = (text_of(&poses)?, text_of(&stripes)?);
+            scans.add(name, (&poses, &of_poses), (&stripes, &of_stripes))?;
         }
         if scans.names.is_empty() {
             return Err(ScansError::Empty { path: folder.to_owned() });
@@ -123,6 +123,7 @@ impl Scans {
         let first = self.views.len();
         let scan = self.names.len();
         let poses = Columns::read(poses_path, poses)?;
+        // As many joints as the header counts without a gap.
         let joints = (1..).take_while(|joint| poses.place(&format!("q{joint}_deg")).is_some()).count();
         if joints == 0 {
             let what = "the header has no `q1_deg`; a scan's poses are q1_deg, q2_deg, ...";
@@ -152,6 +153,7 @@ impl Scans {
             let number = |name: &str| stripes.number(*line, row, name);
             let of = number("row")?;
             let views = self.views.len() - first;
+            // Written so that NaN is refused as well.
             if !(of >= 1.0 && of <= views as f64 && of.fract() == 0.0) {
                 let what = format!("row {of} is none of the {views} of {}", poses_path.display());
                 return Err(stripes.wrong(*line, what));
@@ -179,6 +181,12 @@ impl Scans {
     }
 }
 
+/// A line that is no row of a table.
+fn unreadable(path: &Path, error: &csv::Error) -> ScansError {
+    let line = error.position().map_or(1, csv::Position::line);
+    ScansError::Row { path: path.to_owned(), line, what: error.to_string() }
+}
+
 /// A table whose columns are found by name.
 struct Columns<'a> {
     path: &'a Path,
@@ -189,15 +197,11 @@ struct Columns<'a> {
 impl<'a> Columns<'a> {
     fn read(path: &'a Path, text: &str) -> Result<Self, ScansError> {
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-        let wrong = |error: csv::Error| ScansError::Row {
-            path: path.to_owned(),
-            line: error.position().map_or(1, csv::Position::line),
-            what: error.to_string(),
-        };
-        let names = reader.headers().map_err(wrong)?.iter().map(str::to_owned).collect();
+        let headers = reader.headers().map_err(|error| unreadable(path, &error))?;
+        let names = headers.iter().map(str::to_owned).collect();
         let mut rows = Vec::new();
         for row in reader.records() {
-            let row = row.map_err(wrong)?;
+            let row = row.map_err(|error| unreadable(path, &error))?;
             rows.push((row.position().map_or(0, csv::Position::line), row));
         }
         Ok(Self { path, names, rows })

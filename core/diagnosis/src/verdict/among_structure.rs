@@ -15,6 +15,14 @@ use crate::wording::{AS_WELL, NOT_PREDICTED, listed};
 use plumb_calibration::effect::EffectId;
 use plumb_estimation::Progress;
 
+/// What stands out of a stage beside a flexible part; asked only where chance would hardly make any of its contenders, for it costs as much as the whole search.
+fn mechanism_of(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Mechanism> {
+    match stage.contenders.iter().any(Contender::is_plausible) {
+        true => Mechanism::of(stage, unlisted),
+        false => None,
+    }
+}
+
 impl<'a> Finding<'a> {
     /// Asks for a mechanism where more than noise may be left and nothing is named, or something while nobody knows the noise.
     pub(super) fn weighed(
@@ -40,6 +48,7 @@ impl<'a> Finding<'a> {
     fn ask_left_out_geometry(&mut self, base: Option<&Stage<'_>>, listed: &[Probe]) {
         let likeliest = self.best().filter(|best| best.holm_p < NAMING_LEVEL);
         let Some(name) = likeliest.map(|best| best.id.clone()) else { return };
+        // The stage with nothing taken in: geometry is a rival of all effects together, not of the last alone.
         let first = base.unwrap_or(&self.stage);
         let taken = self.stage.taken.iter().map(|taken| taken.id.clone());
         let found: Vec<EffectId> = taken.chain(std::iter::once(name)).collect();
@@ -54,22 +63,18 @@ impl<'a> Finding<'a> {
     /// Asks whether an effect is identified although more is left: first with nothing taken in, then beside what was. Where none is, the place of the foremost is
     /// told if that much is known, else any other verdict stands as it is, and a name only if it is the foremost then too and nothing is to be said against it.
     fn among_structure(mut self, base: &mut Option<Stage<'a>>, unlisted: &[Probe], floor: &Floor) -> Self {
-        let asked = |stage: &Stage<'_>| match stage.contenders.iter().any(Contender::is_plausible) {
-            true => Mechanism::of(stage, unlisted),
-            false => None,
-        };
         let named = self.verdict == Verdict::Named;
-        let asked_base = base.as_ref().filter(|_| !named).and_then(asked);
-        let told = |mechanism: &Mechanism| mechanism.doubt.is_none() || mechanism.knows_its_place();
-        if let Some(mechanism) = asked_base.filter(told)
+        let asked_base = base.as_ref().filter(|_| !named).and_then(|base| mechanism_of(base, unlisted));
+        if let Some(mechanism) = asked_base.filter(Mechanism::is_told)
             && let Some(base) = base.take()
         {
             self.stage = base;
+            // Asked of the stage without them, the finding says nothing of what was taken in besides.
             self.besides.clear();
             return self.settled_by(mechanism, floor);
         }
-        match asked(&self.stage) {
-            Some(mechanism) if told(&mechanism) && !named => self.settled_by(mechanism, floor),
+        match mechanism_of(&self.stage, unlisted) {
+            Some(mechanism) if mechanism.is_told() && !named => self.settled_by(mechanism, floor),
             mechanism => {
                 let doubted = mechanism.as_ref().is_some_and(|mechanism| {
                     let likeliest = self.close.first().is_some_and(|best| mechanism.close.contains(best));
@@ -133,9 +138,8 @@ impl<'a> Finding<'a> {
     /// Posterior probability that it is one of those in question: the named effect, or the tie.
     pub(crate) fn probability(&self) -> Option<f64> {
         let probabilities = self.probabilities();
-        let of =
-            |index: &usize| probabilities.iter().find(|(one, _)| one == index).map(|(_, likely)| *likely);
-        let own: Vec<f64> = self.close.iter().filter_map(of).collect();
+        let own = self.close.iter().filter_map(|index| probabilities.iter().find(|(one, _)| one == index));
+        let own: Vec<f64> = own.map(|(_, likely)| *likely).collect();
         (!own.is_empty()).then(|| own.iter().sum::<f64>().min(1.0))
     }
 

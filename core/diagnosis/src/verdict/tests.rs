@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::*;
 use crate::noise_floor::FloorSource;
 use crate::predictive_gain::Gain;
+use crate::score_test::Score;
 use plumb_calibration::effect::Size;
 
 const FLOOR: Floor = Floor {
