@@ -391,6 +391,7 @@ impl Setup {
         let mut all = DMatrix::zeros(width, blocks.iter().map(|block| block.residuals.len()).sum());
         let mut residuals = Vec::with_capacity(all.ncols());
         for block in blocks {
+            // In the order of the rows, whatever order the threads end in: sums must not depend on the machine.
             all.columns_mut(residuals.len(), block.residuals.len()).copy_from(&block.jacobian);
             residuals.extend(block.residuals);
         }

@@ -171,6 +171,7 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Option<(AddedEffect, Named)>, LaboratoryError> {
         // Itself, and what is not listed.
+        // A condition in which two effects do as well is told as a tie by the diagnosis, not here.
         let alone = found.corrections.into_iter().next().filter(|first| first.may_be.len() <= 2);
         let effect = found
             .named

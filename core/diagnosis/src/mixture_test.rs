@@ -123,6 +123,7 @@ impl Lines {
             }
         }
         let (likelihood, half, sigma) = two;
+        // Against one camp for the find itself, against a wider one so that mere scatter of two sizes is no split.
         let clear = likelihood - one > TWO_OVER_ONE && likelihood - wide > TWO_OVER_WIDE;
         (clear && in_earnest(&self.lines, half, sigma)).then_some((2.0 * half, likelihood - one))
     }
@@ -135,6 +136,7 @@ fn squares(places: &[f64]) -> f64 {
 
 /// Log likelihood of a group scattered about one place, its mean unknown.
 fn one_camp(line: &Line, sigma: f64, extra: f64) -> f64 {
+    // A wider camp scatters along the motion besides, by the same number of rad or mm everywhere; noise is the same in mm.
     let variance = (sigma * line.spread).powi(2) + extra * extra;
     let freedom = line.places.len() as f64 - 1.0;
     -0.5 * (freedom * variance.ln() + squares(&line.places) / variance) + freedom * line.spread.ln()

@@ -44,6 +44,7 @@ pub(crate) fn find_splits(machine: &ResidualModel<'_>, returns: &Replicates) -> 
     let at_joint = likeliest(ways.iter().filter_map(|way| inquiry.split(way)));
     let elsewhere = likeliest(inquiry.loose_ways().iter().filter_map(|way| inquiry.split(way)));
     let alone = match (at_joint, elsewhere) {
+        // A base that stands in two places moves every point; some joint often does nearly the same, and joints slip more often.
         (Some(joint), Some(other)) if other.1 - joint.1 > BASE_OVER_JOINT => Some(other),
         (joint, other) => joint.or(other),
     };

@@ -189,6 +189,7 @@ impl Poses {
             })
             .collect();
         let mut sorted = reaches.clone();
+        // Relative to the median reach: a sparse table is not lonely everywhere.
         let far = LONELY_FACTOR * *sorted.select_nth_unstable_by(reaches.len() / 2, f64::total_cmp).1;
         // Where many lie far out, that is how the table was measured.
         if reaches.iter().filter(|reach| **reach > far).count() > few {

@@ -457,6 +457,7 @@ impl Finding<'_> {
         let Some(best) = self.best() else { return Vec::new() };
         let fitted = &self.stage.fitted;
         let (machine, fit) = (&fitted.machine, &fitted.fit);
+        // Those that were not refitted explain too little to be mistaken for the best.
         let others = self.stage.contenders.iter().filter(|other| other.id != best.id && other.refitted);
         let compared: Vec<&Contender> =
             std::iter::once(best).chain(others.take(COMPARED_CANDIDATES)).collect();

@@ -145,6 +145,7 @@ impl<'m> Outlook<'m> {
             })
             .collect();
         let count = columns.len();
+        // The part of the inverse that belongs to its columns: how far each moves for a unit of pull on the others.
         let stiffness = DMatrix::from_fn(count, count, |row, column| pulled[column][columns[row]]);
         let values = self.state.effects.get(effect).map_or(&[][..], Vec::as_slice);
         let reached = DVector::from_fn(count, |index, _| {

@@ -135,6 +135,7 @@ fn inputs(machine: &ResidualModel<'_>, coordinates: &[Vec<f64>]) -> Vec<Vec<f64>
 pub(super) fn extent(inputs: &[Vec<f64>]) -> f64 {
     let count = inputs.len().max(1) as f64;
     let width = inputs.first().map_or(0, Vec::len);
+    // The root mean square distance of two poses: a length scale needs no more than its order of size.
     let variances = (0..width).map(|column| {
         let values = inputs.iter().filter_map(|input| input.get(column));
         let mean = values.clone().sum::<f64>() / count;

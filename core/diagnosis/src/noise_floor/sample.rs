@@ -17,6 +17,7 @@ pub(super) fn sampled(mut groups: Vec<Vec<usize>>, joints: usize) -> Vec<Vec<usi
     while numbers(&groups, joints) > MOST_NUMBERS {
         let members: usize = groups.iter().map(Vec::len).sum();
         let poses = groups.len();
+        // Poses go before returns while there are many of them: columns grow with poses and rows with both.
         if poses > MANY_POSES && members < 8 * poses {
             groups = every_other(groups);
         } else if groups.iter().any(|rows| rows.len() > 3) {

@@ -214,6 +214,7 @@ fn lines_beside(title: &str, x: f64) -> String {
         return escaped(title);
     }
     let middle = title.len() / 2;
+    // At the word nearest the middle, so that both lines are about as long.
     let split = title.match_indices(' ').map(|(at, _)| at).min_by_key(|at| at.abs_diff(middle));
     match split {
         Some(at) => format!(

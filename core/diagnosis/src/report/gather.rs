@@ -174,6 +174,7 @@ impl Laboratory {
             })
             .collect();
         match labels.as_slice() {
+            // What the model had before anything was added here.
             [] => "start".to_owned(),
             [one] => one.clone(),
             // A picture has room for one name a bar.
