@@ -34,6 +34,7 @@ fn along_axes() -> Vec<Rotation3<f64>> {
         (0..3).flat_map(|axis| [1.0, -1.0].map(|sign| Vector3::ith(axis, sign))).collect();
     let mut found = Vec::new();
     for x in &signed {
+        // Six directions for x, four across it for y; z follows, so that none is a reflection.
         for y in signed.iter().filter(|y| x.dot(y).abs() < 0.5) {
             found.push(Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[*x, *y, x.cross(y)])));
         }
@@ -63,6 +64,7 @@ fn points_by_surface(
         for columns in &machine.table.profiles {
             let [x, z] = columns.xz.get(*row).copied().unwrap_or([f64::NAN; 2]);
             if x.is_finite() && z.is_finite() {
+                // A profile lies in the sensor's x and z: its sheet of light is y = 0.
                 own.push((flange * Point3::from(place + turn * Vector3::new(x, 0.0, z))).coords);
             }
         }
@@ -86,6 +88,7 @@ fn centre_of_ball(points: &[Vector3<f64>]) -> Vector3<f64> {
     let middle = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
     let (mut matrix, mut right) = (DMatrix::zeros(4, 4), DVector::zeros(4));
     for point in points {
+        // |p - c|^2 = r^2 is linear in c and in r^2 - |c|^2; about the middle of the points, so that far coordinates do not spoil the products.
         let away = point - middle;
         let row = DVector::from_column_slice(&[2.0 * away.x, 2.0 * away.y, 2.0 * away.z, 1.0]);
         matrix.ger(1.0, &row, &row, 1.0);
@@ -98,6 +101,7 @@ fn centre_of_ball(points: &[Vector3<f64>]) -> Vector3<f64> {
 
 /// A vector that points the way another does.
 fn towards(vector: Vector3<f64>, other: &Vector3<f64>) -> Vector3<f64> {
+    // The sign of an eigenvector is arbitrary; which side of a surface is outside is not.
     if vector.dot(other) < 0.0 { -vector } else { vector }
 }
 
@@ -109,6 +113,7 @@ fn put_surfaces(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize], 
         if !free || points.len() < FEWEST_POINTS {
             continue;
         }
+        // Total least squares (Pearson 1901): a plane has least spread along its normal, a line most along itself.
         let (middle, [most, _, least]) = principal_axes(points);
         match shape {
             SurfaceShape::Plane { normal, offset } => {
@@ -143,6 +148,7 @@ fn far_off(machine: &ResidualModel<'_>, state: &State, rows: &[usize]) -> bool {
     }
     let middle = places.iter().sum::<Vector3<f64>>() / places.len().max(1) as f64;
     let spread = places.iter().map(|place| (place - middle).norm_squared()).sum::<f64>();
+    // The spread of the flange is the scale: a sensor drawn at the wrong place misses by a good part of it, whatever the arm's size.
     squares / count.max(1.0) > FAR * FAR * spread / places.len().max(1) as f64
 }
 
@@ -189,6 +195,7 @@ pub(super) fn place_profiles(
         put_surfaces(machine, &mut guess, &some, sensor);
         tried.push(settle(&guess, FIRST_STEPS)?);
     }
+    // A few steps from every rotation tell the hopeless from the others; only the best are worth a whole fit.
     tried.sort_by(|one, other| one.0.total_cmp(&other.0));
     let mut best = (machine.squares(state, &some, &ones), state.clone());
     for (_, guess) in tried.iter().take(GO_ON) {

@@ -80,6 +80,7 @@ fn points(row: &RowReader<'_>) -> Result<Vec<usize>, ObservationsError> {
         match (x.is_finite(), z.is_finite()) {
             (true, true) => found.push(place),
             (false, false) => {}
+            // Half a point would be measured along the other axis only, which no sensor does: it is a slip in the file.
             (has_x, _) => {
                 let (there, lost) = if has_x { ("x", "z") } else { ("z", "x") };
                 let (line, name) = (row.line(), columns.name());
@@ -131,6 +132,7 @@ impl MeasurementKind for Profile {
         let reads_height = row.cell(row.table.height.as_ref()).is_finite();
         let surface = match (surface, points.is_empty()) {
             (None, true) => return Ok(()),
+            // `on` serves the height of the same row.
             (Some(_), true) if reads_height => return Ok(()),
             (Some(_), true) => {
                 return Err(row.incomplete(format!(
@@ -146,6 +148,7 @@ impl MeasurementKind for Profile {
         };
         let Some(known) = row.model.surfaces.get(surface) else { return Ok(()) };
         let equations_of_point: u8 = match known.shape {
+            // A surface is met at one distance, a line in space at two: to its left and above it.
             SurfaceShape::Plane { .. } | SurfaceShape::Sphere { .. } => 1,
             SurfaceShape::Line { .. } => 2,
             SurfaceShape::Point { .. } => {
