@@ -44,6 +44,33 @@ fn a_run_killed_in_mid_move_loses_no_answer_and_goes_on_at_the_step_where_it_die
 }
 
 #[test]
+fn a_resumed_run_tells_again_what_it_had_found_so_that_its_last_page_shows_the_whole_run() {
+    let lab = Lab::new();
+    let mut running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
+    running.until_moving_in("shoulder_elbow.cycle[1].edge");
+    let hosts = running.hosts();
+    running.signal(Signal::SIGKILL);
+    running.end();
+    hosts.into_iter().for_each(wait_gone);
+    let resumed = lab.plumb(&["run", "--resume", "1", "--json"]);
+    assert_eq!(resumed.code(), 0, "{}", resumed.all());
+    let events: Vec<serde_json::Value> =
+        resumed.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let told = |event: &str, key: &str, value: &str| {
+        let of = |one: &&serde_json::Value| one["event"] == event;
+        events.iter().filter(of).filter(|one| one.pointer(key).is_some_and(|found| found == value)).count()
+    };
+    for joint in ["waist", "shoulder", "elbow"] {
+        assert_eq!(told("correction_applied", "/correction/place", joint), 1, "{joint}");
+    }
+    assert_eq!(told("trigger_found", "/step", "waist.find_a"), 1);
+    // Steps that hold others are done as well.
+    assert_eq!(told("step_finished", "/step", "waist"), 1);
+    // The record has it once.
+    assert_eq!(lab.zeros("1").len(), 3, "{:?}", lab.zeros("1"));
+}
+
+#[test]
 fn an_ended_run_is_not_resumed_and_neither_is_one_whose_files_were_changed() {
     let lab = Lab::new();
     let run = lab.plumb(&["run", "cell-paper.yaml", "--set", "cycles=1"]);

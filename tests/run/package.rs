@@ -55,6 +55,8 @@ fn the_archive_runs_wherever_it_is_unpacked_and_the_debian_package_holds_the_sam
     ] {
         assert!(tree.join(file).is_file(), "{file}");
     }
+    every_kind_of_schema_is_there(&tree, &plumb(&["schema", "--help"]).out());
+    every_link_of_the_manual_leads_somewhere(&tree.join("share/doc/plumb"));
     let licences = fs::read_to_string(tree.join("share/doc/plumb/THIRD-PARTY-LICENSES")).unwrap();
     assert!(
         licences.contains("iceoryx2 0.10.0") && !licences.contains("insta 1."),
@@ -72,6 +74,27 @@ fn the_archive_runs_wherever_it_is_unpacked_and_the_debian_package_holds_the_sam
     assert_eq!(installed.out(), verified.out(), "{}", installed.all());
     let information = run(place.path(), "dpkg-deb", &["-f", debian, "Package", "Depends"]).out();
     assert!(information.contains("Package: plumb") && information.contains("libc6 (>= 2."), "{information}");
+}
+
+/// A schema for each kind that `plumb schema --help` lists.
+fn every_kind_of_schema_is_there(tree: &Path, help: &str) {
+    let kinds: Vec<&str> =
+        help.lines().filter_map(|line| line.trim().strip_prefix("- ")?.split(':').next()).collect();
+    assert!(kinds.contains(&"model") && kinds.contains(&"events"), "{help}");
+    for kind in kinds {
+        let file = tree.join(format!("share/plumb/schemas/{kind}.schema.json"));
+        assert!(file.is_file(), "{}", file.display());
+    }
+}
+
+/// What README.md links to is installed beside it, but the research that no installation needs.
+fn every_link_of_the_manual_leads_somewhere(documents: &Path) {
+    let manual = fs::read_to_string(documents.join("README.md")).unwrap();
+    let links = manual.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    let paths = links.filter(|link| !link.contains("://")).filter_map(|link| link.split('#').next());
+    for path in paths.filter(|path| !path.is_empty() && *path != "tests/studies") {
+        assert!(documents.join(path).exists(), "{path}");
+    }
 }
 
 #[test]

@@ -16,14 +16,22 @@ pub(crate) struct Built<'a> {
 }
 
 /// Files of the source that are installed as they are.
-const FILES: [(&str, &str); 6] = [
+const FILES: [(&str, &str); 8] = [
     ("README.md", "share/doc/plumb/README.md"),
+    ("CONTRIBUTING.md", "share/doc/plumb/CONTRIBUTING.md"),
     ("CHANGELOG.md", "share/doc/plumb/CHANGELOG.md"),
     ("LICENSE-MIT", "share/doc/plumb/LICENSE-MIT"),
     ("LICENSE-APACHE", "share/doc/plumb/LICENSE-APACHE"),
     ("xtask/files/INSTALL.md", "share/doc/plumb/INSTALL.md"),
+    ("xtask/files/INSTALL.md", "share/doc/plumb/xtask/files/INSTALL.md"),
     ("xtask/files/70-plumb-serial.rules", "lib/udev/rules.d/70-plumb-serial.rules"),
 ];
+
+/// Folders whose pages and pictures are installed beside README.md under the same paths, so that its links lead somewhere.
+const DOCUMENTED: [&str; 4] = ["core", "plugins", "tui/pictures", "workcells"];
+
+/// How the names of pages and pictures end.
+const PAGES: [&str; 3] = ["md", "png", "svg"];
 
 /// Where each shell looks for completions.
 const COMPLETIONS: [(&str, &str); 3] = [
@@ -36,7 +44,8 @@ const COMPLETIONS: [(&str, &str); 3] = [
 const BRIDGE: &str = "libplumb_bridge.so";
 
 /// The kinds of files that `plumb schema` knows.
-const SCHEMAS: [&str; 3] = ["cell", "procedure", "answers"];
+const SCHEMAS: [&str; 11] =
+    ["cell", "procedure", "answers", "model", "world", "arm", "rig", "scene", "manifest", "study", "events"];
 
 /// Lays everything out under `tree`; the version of the C library that it needs.
 pub(crate) fn stage(built: &Built<'_>, tree: &Path, third_party: &str) -> Result<String, PackageError> {
@@ -50,6 +59,9 @@ pub(crate) fn stage(built: &Built<'_>, tree: &Path, third_party: &str) -> Result
     copy_tree(&built.root.join("workcells"), &tree.join("share/plumb/workcells"))?;
     for (from, to) in FILES {
         copy(&built.root.join(from), &tree.join(to))?;
+    }
+    for folder in DOCUMENTED {
+        copy_pages(&built.root.join(folder), &tree.join("share/doc/plumb").join(folder))?;
     }
     write(&tree.join("share/doc/plumb/THIRD-PARTY-LICENSES"), third_party.as_bytes())?;
     rights(tree, &binaries)?;
@@ -138,6 +150,20 @@ pub(crate) fn copy_tree(from: &Path, to: &Path) -> Result<(), PackageError> {
     for path in sorted(from)? {
         let target = to.join(path.file_name().unwrap_or_default());
         if path.is_dir() { copy_tree(&path, &target)? } else { copy(&path, &target)? }
+    }
+    Ok(())
+}
+
+/// Copies the pages and pictures of a folder, and of those in it but tests.
+fn copy_pages(from: &Path, to: &Path) -> Result<(), PackageError> {
+    for path in sorted(from)? {
+        let name = path.file_name().unwrap_or_default();
+        let is_page = path.extension().is_some_and(|ending| PAGES.iter().any(|page| ending == *page));
+        if path.is_dir() && name != "tests" {
+            copy_pages(&path, &to.join(name))?;
+        } else if is_page && path.is_file() {
+            copy(&path, &to.join(name))?;
+        }
     }
     Ok(())
 }

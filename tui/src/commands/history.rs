@@ -128,19 +128,36 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         say!("no {such}runs in {}", directory.display())?;
         return Ok(ExitCode::SUCCESS);
     }
-    say!("{:>5}  {:<20}  {:<18}  {:<20}  {:<30}  by", "run", "started (UTC)", "ended", "cell", "procedure")?;
-    for run in &runs {
-        let started = run.started.get(..19).unwrap_or(&run.started).replace('T', " ");
-        let ended = ended_in_words(run);
-        say!(
-            "{:>5}  {started:<20}  {ended:<18}  {:<20}  {:<30}  {}",
-            run.run.0,
-            run.cell,
-            run.procedure,
-            run.operator
-        )?;
+    for line in table(&runs) {
+        say!("{line}")?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The runs as a table whose columns are as wide as what stands in them.
+fn table(runs: &[RunSummary]) -> Vec<String> {
+    let head = ["run", "started (UTC)", "ended", "cell", "procedure", "by"].map(str::to_owned);
+    let row = |run: &RunSummary| {
+        [
+            run.run.0.to_string(),
+            run.started.get(..19).unwrap_or(&run.started).replace('T', " "),
+            ended_in_words(run),
+            run.cell.clone(),
+            run.procedure.clone(),
+            run.operator.clone(),
+        ]
+    };
+    let rows: Vec<[String; 6]> = std::iter::once(head).chain(runs.iter().map(row)).collect();
+    let width =
+        |column: usize| rows.iter().map(|row| row.get(column).map_or(0, |cell| cell.chars().count())).max();
+    let widths: [usize; 6] = std::array::from_fn(|column| width(column).unwrap_or(0));
+    let line = |[run, started, ended, cell, procedure, by]: &[String; 6]| {
+        let [wide_run, wide_started, wide_ended, wide_cell, wide_procedure, _] = widths;
+        format!(
+            "{run:>wide_run$}  {started:<wide_started$}  {ended:<wide_ended$}  {cell:<wide_cell$}  {procedure:<wide_procedure$}  {by}"
+        )
+    };
+    rows.iter().map(line).collect()
 }
 
 fn csv_row(run: &RunSummary) -> String {

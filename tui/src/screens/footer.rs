@@ -4,6 +4,7 @@ use ratatui::Frame;
 use ratatui::layout::{Position, Rect};
 use ratatui::text::{Line, Span};
 
+use super::hits::Hit;
 use super::keys::{Binding, Command, Context, bindings_for};
 use super::run::Phase;
 use super::state::State;
@@ -123,7 +124,7 @@ fn applies(state: &State, command: Command) -> bool {
         Command::Resume => matches!(phase, Some(Phase::Paused { .. })),
         Command::Abort => matches!(phase, Some(Phase::Running | Phase::Paused { .. })),
         Command::Large => state.run.as_ref().is_some_and(|run| run.prompt.is_some()),
-        Command::SwapViews => state.cell.shape.is_some(),
+        Command::SwapViews => state.hits.area_of(Hit::Views).is_some(),
         Command::NextScreen => state.screens().len() > 1,
         Command::Cancel => state.model.as_ref().is_some_and(|model| model.busy.is_some()),
         Command::Judge => state.model.as_ref().is_some_and(|model| model.can_judge()),

@@ -24,6 +24,8 @@ pub(crate) enum Hit {
     Run(usize),
     /// The view of a cloud.
     Cloud,
+    /// Where steps and arm can take one another's place.
+    Views,
 }
 
 /// Everything that can be clicked in the frame drawn last. Drawing only looks at the state, and notes its places through

@@ -50,8 +50,9 @@ pub(crate) fn reflowed(text: &str) -> String {
     for line in text.lines().map(|line| if is_drawn(line) { line.trim_end() } else { line.trim() }) {
         if !flowed.is_empty() {
             let sentences = !is_drawn(before) && !is_drawn(line);
+            let long = if begins_with_a_number(line) { LONG_BEFORE_A_NUMBER } else { LONG };
             let breaks_off =
-                sentences && columns(before) >= LONG && !before.ends_with(['.', ':', ';', '!', '?']);
+                sentences && columns(before) >= long && !before.ends_with(['.', ':', ';', '!', '?']);
             flowed.push(if breaks_off && !line.is_empty() { ' ' } else { '\n' });
         }
         flowed.push_str(line);
@@ -67,6 +68,12 @@ fn is_drawn(line: &str) -> bool {
 
 /// A line of a file from here on was broken for its length.
 const LONG: usize = 60;
+/// The same where a number stands at the beginning of the next: values in place of long names have made it shorter.
+const LONG_BEFORE_A_NUMBER: usize = 40;
+
+fn begins_with_a_number(line: &str) -> bool {
+    line.trim_start_matches(['-', '+', '\u{2212}']).starts_with(|first: char| first.is_ascii_digit())
+}
 
 /// `text` broken into lines of at most `width` columns, between words where that can be; its own line breaks stay, and so do the spaces of a drawing that
 /// fits.
@@ -166,6 +173,8 @@ mod tests {
             "zero of waist: 1 deg\nzero of elbow: 2 deg"
         );
         assert_eq!(reflowed(&format!("{long}\n\nup")), format!("{long}\n\nup"));
+        let values = "Shown: waist 8.0, shoulder 41.0, elbow -78.0, wrist pitch";
+        assert_eq!(reflowed(&format!("{values}\n-90.0 degrees.")), format!("{values} -90.0 degrees."));
     }
 
     #[test]

@@ -114,7 +114,7 @@ fn click(state: &mut State, column: u16, row: u16) -> Vec<Action> {
         Some(Hit::Row(row)) => return model::point_at(state, row),
         Some(Hit::Run(place)) => history::choose(state, place),
         Some(Hit::Cloud) => return scan::click(state, column, row),
-        None => {}
+        Some(Hit::Views) | None => {}
     }
     Vec::new()
 }

@@ -14,6 +14,7 @@ mod event_sender;
 mod execute;
 mod finish;
 pub(crate) mod flange;
+mod found_before;
 pub(crate) mod inbox;
 pub(crate) mod joint_index;
 pub(crate) mod journal;

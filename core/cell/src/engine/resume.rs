@@ -4,6 +4,7 @@ use plumb_record::{ChangedLibrary, StoredStep};
 use serde_json::Value;
 
 use super::Engine;
+use super::found_before::FoundBefore;
 use super::journal::{Attempt, Question};
 use super::plan::{Entry, Work};
 use super::prompting::Received;
@@ -31,6 +32,7 @@ pub(crate) struct ResumePoint {
 impl Engine {
     /// Takes over what the record holds of the steps that are done, and finds the first that is not.
     pub(crate) fn replay(&mut self, stored: &[StoredStep]) -> Result<ResumePoint, StepError> {
+        let found = FoundBefore::of(&self.journal.record, self.journal.run)?;
         let mut point = ResumePoint { position: 0, open: Vec::new() };
         while let Some(entry) = self.plan.entries.get(point.position).cloned() {
             let last = stored.iter().rev().find(|attempt| attempt.step == entry.path.0);
@@ -38,7 +40,7 @@ impl Engine {
             match &entry.work {
                 Work::Leaf => {
                     let Some(attempt) = last else { return Ok(point) };
-                    if !self.replay_leaf(&entry, attempt, stored) {
+                    if !self.replay_leaf(&entry, attempt, stored, &found) {
                         return Ok(point);
                     }
                 }
@@ -65,6 +67,9 @@ impl Engine {
                         return Ok(point);
                     }
                     self.set_result(&entry, self.result_at_end(*called, *turns));
+                    if let Some(attempt) = last {
+                        self.show_done(&entry.path, StepOutcome::Passed, attempt);
+                    }
                     point.open.pop();
                 }
             }
@@ -74,11 +79,18 @@ impl Engine {
     }
 
     /// Takes over a step from its last attempt; gives whether it was done.
-    fn replay_leaf(&mut self, entry: &Entry, last: &StoredStep, stored: &[StoredStep]) -> bool {
+    fn replay_leaf(
+        &mut self,
+        entry: &Entry,
+        last: &StoredStep,
+        stored: &[StoredStep],
+        found: &FoundBefore,
+    ) -> bool {
         let outcome = match last.outcome.as_deref() {
             Some("passed") => {
                 self.take_over_step(&entry.step);
                 self.set_result(entry, last.result.clone());
+                found.events(&entry.path).into_iter().for_each(|event| self.journal.show(event));
                 StepOutcome::Passed
             }
             Some("skipped") => {

@@ -150,10 +150,12 @@ pub(crate) fn note_hits(
         }
         PromptKind::ConfirmPose { recorded, .. } => Some(recorded.len() + 1),
     };
+    // Its label may take several rows, and nothing follows it.
+    let is_acknowledged = matches!(prompt.prompt.kind, PromptKind::Acknowledge { .. });
     for (place, row) in area.rows().enumerate().map(|(row, area)| (row + scrolled, area)) {
         if let Some(option) = options.get(place) {
             hits.note(row, Hit::Option(*option));
-        } else if Some(place) == button {
+        } else if button.is_some_and(|button| place == button || (place > button && is_acknowledged)) {
             hits.note(row, Hit::Answer);
         }
     }
@@ -196,7 +198,7 @@ pub(crate) fn controls(
     shown: Labels,
 ) -> Vec<Line<'static>> {
     let mut lines = match &prompt.prompt.kind {
-        PromptKind::Acknowledge { label } => acknowledge(label, prompt.simulated, theme),
+        PromptKind::Acknowledge { label } => acknowledge(label, prompt.simulated, theme, width),
         PromptKind::Choice { options, .. } => {
             let labels = options.iter().map(|option| option.label.clone());
             choices(labels, prompt.chosen, theme, width, shown)
@@ -229,10 +231,15 @@ pub(crate) fn controls(
     lines
 }
 
-fn acknowledge(label: &str, simulated: bool, theme: &Theme) -> Vec<Line<'static>> {
+fn acknowledge(label: &str, simulated: bool, theme: &Theme, width: usize) -> Vec<Line<'static>> {
     let done_already = "Simulated: done already, Enter goes on.";
     let told = simulated.then(|| Line::styled(done_already, theme.good));
-    told.into_iter().chain([button(label, theme)]).collect()
+    // What is agreed to is read whole: " Enter  " and the blank behind it take nine columns.
+    let lines = wrapped(label, width.saturating_sub(9)).into_iter().enumerate().map(|(row, line)| {
+        let key = if row == 0 { "Enter" } else { "" };
+        Line::styled(format!(" {key:<5}  {line} "), theme.chosen)
+    });
+    told.into_iter().chain(lines).collect()
 }
 
 /// Where the hand is over the target, and where it has to go.

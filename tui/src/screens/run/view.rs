@@ -13,6 +13,7 @@ use super::state::{Fate, Phase, RunState};
 use super::words::{padded, spoken};
 use super::{found, large, prompt_view, steps};
 use crate::screens::cell::{HandPlace, joint_line, views};
+use crate::screens::hits::Hit;
 use crate::screens::pane;
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
@@ -49,6 +50,9 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
         && right.height.saturating_sub(found_rows) >= ROOM_TO_DRAW.max(least + ROOM_TO_DRAW - ATTENTION);
     // Where there is no room for both, the arm takes the place of the steps while it is jogged, or when asked for.
     let jogged = run.prompt.as_ref().is_some_and(OpenPrompt::is_jog);
+    if !drawn && state.cell.shape.is_some() {
+        state.hits.note(left, Hit::Views);
+    }
     if !drawn && state.cell.shape.is_some() && jogged != run.views_swapped {
         views(state, frame, left, false);
     } else {

@@ -1,10 +1,11 @@
 //! Prompts that have not room enough: nothing of them is lost without a word, and what was found before makes room.
 
 use plumb_cell::event::Event;
+use plumb_cell::prompt::PromptKind;
 use ratatui::crossterm::event::KeyCode;
 
 use super::browsing::click;
-use super::fixtures::{begun, decision_asked, examined, jog_asked, page, path, press, tell, value};
+use super::fixtures::{asked, begun, decision_asked, examined, jog_asked, page, path, press, tell, value};
 use crate::screens::message::Message;
 use crate::screens::model::LabAnswer;
 use crate::screens::update::update;
@@ -76,4 +77,25 @@ fn the_keys_that_stop_the_lab_and_take_it_up_again_stand_in_the_footer_of_a_smal
     press(&mut state, KeyCode::Char('c'));
     update(&mut state, Message::Lab(LabAnswer::GaveUp { judging: true }));
     assert!(page(&state, 80, 24).contains("j judge"), "{}", page(&state, 80, 24));
+}
+
+#[test]
+fn the_key_that_swaps_views_is_offered_where_they_can_be_swapped_alone() {
+    let mut state = begun();
+    tell(&mut state, jog_asked());
+    assert!(page(&state, 80, 24).contains("v views"), "{}", page(&state, 80, 24));
+    let large = page(&state, 120, 44);
+    assert!(large.contains("Steps") && large.contains("Arm from above"), "{large}");
+    assert!(!large.contains("v views"), "{large}");
+}
+
+#[test]
+fn what_is_agreed_to_is_read_whole() {
+    let mut state = begun();
+    let label = "The arm is raised and clear, and a hand lies on STOP of the pendant";
+    let kind = PromptKind::Acknowledge { label: label.to_owned() };
+    tell(&mut state, asked("grid", "Raise the arm", "Raise the arm.", kind));
+    let shown = page(&state, 80, 24);
+    assert!(shown.contains("Enter  The arm is raised") && shown.contains("the pendant"), "{shown}");
+    assert_eq!(click(&mut state, "the pendant", (80, 24)).len(), 1, "each of its lines is the button");
 }
