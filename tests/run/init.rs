@@ -110,6 +110,37 @@ fn what_is_there_is_not_overwritten_and_nothing_else_is_written_then() {
 }
 
 #[test]
+fn an_example_whose_files_another_uses_too_may_be_there_already() {
+    let place = Elsewhere::new();
+    assert_eq!(place.plumb(&["init", "lab", "--cell", "puma"]).code(), 0);
+    let own = place.path("lab/puma/cell.yaml");
+    fs::write(&own, format!("{}\n# mine\n", fs::read_to_string(&own).unwrap())).unwrap();
+    let said = place.plumb(&["init", "lab", "--cell", "light-stripe"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    assert!(fs::read_to_string(&own).unwrap().ends_with("# mine\n"), "it is left as it is");
+    let said = place.plumb(&["init", "other", "--cell", "light-stripe"]);
+    assert!(
+        said.out().contains("other/puma: ") && said.out().contains("whose files are used too"),
+        "{}",
+        said.out()
+    );
+}
+
+#[test]
+fn the_folder_of_a_model_template_is_made() {
+    let place = Elsewhere::new();
+    let said = place.plumb(&["model", "template", "ur5", "-o", "new/calibration"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    assert!(
+        place.path("new/calibration/ur5.yaml").is_file() && place.path("new/calibration/ur5.csv").is_file()
+    );
+    fs::write(place.path("file"), "").unwrap();
+    let said = place.plumb(&["model", "template", "ur5", "-o", "file"]);
+    assert_eq!(said.code(), 2);
+    assert!(said.err().starts_with("plumb: file: "), "{}", said.err());
+}
+
+#[test]
 fn a_misspelled_example_and_a_folder_without_examples_are_refused_with_what_would_be_right() {
     let place = Elsewhere::new();
     let said = place.plumb(&["init", "--cell", "teachmoover"]);

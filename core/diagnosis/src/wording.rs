@@ -150,7 +150,7 @@ fn at_floor(diagnosis: &Diagnosis, floor: &str) -> String {
     };
     if diagnosis.not_shown.is_empty() {
         return format!(
-            "Nothing is left but {floor}, and whatever else the library knows would have shown in these rows before it moved the tip by more.{unlogged}"
+            "Nothing is left but {floor}: any effect of the library that moved the tip by more would have shown in these rows.{unlogged}"
         );
     }
     let spoken: Vec<String> =

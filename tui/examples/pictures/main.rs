@@ -69,6 +69,9 @@ impl Studio {
         session.wait_for("How far from straight down does it point");
         session.press("\r");
         session.wait_for("Bring the hand over the white paper");
+        // What the devices tell comes after the question.
+        session.wait_for("clear of the table");
+        session.wait_for("ruler 0");
         self.keep(&session, "run-prompt")?;
         session.press("z");
         session.wait_until_gone("Steps");

@@ -43,11 +43,14 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         return Ok(ExitCode::SUCCESS);
     }
     let wanted = arguments.cell.iter().map(|name| find(&examples, name)).collect::<Result<Vec<_>, _>>()?;
-    let copied = with_needs(&examples, &wanted);
-    // All is looked at before anything is written.
-    for example in &copied {
+    // All is looked at before anything is written. What others use and is there whole, from an earlier time, stays as it is.
+    let mut copied = Vec::new();
+    for example in with_needs(&examples, &wanted) {
         let place = arguments.directory.join(&example.name);
-        if place.symlink_metadata().is_ok() {
+        let is_wanted = wanted.iter().any(|wanted| wanted.name == example.name);
+        if place.symlink_metadata().is_err() {
+            copied.push(example);
+        } else if is_wanted || !holds_all(&place, &example.folder)? {
             return Err(InitError::Exists { path: place }.into());
         }
     }
@@ -57,7 +60,24 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     for example in &wanted {
         print_next(example, &arguments.directory)?;
     }
+    for example in copied.iter().filter(|one| wanted.iter().all(|wanted| wanted.name != one.name)) {
+        let place = arguments.directory.join(&example.name);
+        say!("{}: {}, whose files are used too", place.display(), example.title)?;
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether a folder has every file that another one has, by their names.
+fn holds_all(place: &Path, other: &Path) -> Result<bool, InitError> {
+    for entry in fs::read_dir(other).map_err(InitError::io(other))? {
+        let path = entry.map_err(InitError::io(other))?.path();
+        let here = place.join(path.file_name().unwrap_or_default());
+        let is_there = if path.is_dir() { here.is_dir() && holds_all(&here, &path)? } else { here.is_file() };
+        if !is_there {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 /// The examples that are installed, each with its title, for a shell; none where they are not found.

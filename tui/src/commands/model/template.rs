@@ -18,6 +18,8 @@ pub(super) fn run(arguments: &TemplateArguments) -> Result<String, Box<dyn Error
             return Err("--tip says where the arm of a URDF file ends; give a file that ends in .urdf".into());
         }
     };
+    std::fs::create_dir_all(&arguments.output)
+        .map_err(|error| super::not_written(&arguments.output, &error))?;
     let model = arguments.output.join(format!("{}.yaml", template.name));
     let table = arguments.output.join(format!("{}.csv", template.name));
     for (path, text) in [(&model, &template.model), (&table, &template.table)] {
