@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::process::Command;
 
-use crate::lab::{Lab, Said};
+use crate::lab::{Lab, Said, skipped};
 
 /// Rows of a UR5 after its maker: a, alpha, d; mm and deg.
 const ROWS: [(f64, f64, f64); 6] = [
@@ -89,7 +89,7 @@ fn export(lab: &Lab, form: &str, more: &[&str]) -> Said {
 fn distance(lab: &Lab, arguments: &[&str]) -> Option<f64> {
     let output = Command::new("python3").arg("reader.py").args(arguments).current_dir(lab.path(".")).output();
     let Ok(output) = output else {
-        println!("skipped: there is no `python3` here");
+        skipped("there is no `python3` here");
         return None;
     };
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -13,7 +13,7 @@ use nix::unistd::Pid;
 use plumb_cell::device::CellPlace;
 use plumb_simulated::client::WorldClient;
 
-use crate::lab::{Lab, PATIENCE, Running, command_of, kill};
+use crate::lab::{Lab, PATIENCE, Running, command_of, kill, skipped};
 
 /// What `core/README.md` states, and what a busy machine adds.
 const ORCHESTRATOR_SILENT: Duration = Duration::from_secs(2);
@@ -45,7 +45,7 @@ pub(crate) fn arm_in_c(lab: &Lab, change: impl Fn(String) -> String) -> bool {
     match output {
         Ok(output) => assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr)),
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            println!("skipped: there is no C compiler 'cc' here");
+            skipped("there is no C compiler 'cc' here");
             return false;
         }
         Err(error) => panic!("cc cannot be run: {error}"),

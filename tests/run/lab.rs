@@ -1,7 +1,7 @@
 //! A copy of a cell to run in, so that tests do not meet.
 
 use std::fs;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -23,6 +23,13 @@ fn workcells() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let found = package.ancestors().map(|folder| folder.join("workcells")).find(|folder| folder.is_dir());
     found.expect("the repository has a folder `workcells`")
+}
+
+/// Says that something was not tested. Not by `println!`: what that prints is shown of a test that fails alone.
+#[allow(dead_code, reason = "not every test program that shares this file skips something")]
+pub(crate) fn skipped(why: &str) {
+    // Where nobody can be told, nobody is.
+    let _ = writeln!(std::io::stderr(), "skipped: {why}");
 }
 
 /// A copy of the cell's files, and a record.

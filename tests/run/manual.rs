@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::lab::Lab;
+use crate::lab::{Lab, skipped};
 
 /// The root of the repository.
 fn root() -> PathBuf {
@@ -140,7 +140,7 @@ fn the_units_of_many_cells_are_sound() {
         .env("XDG_RUNTIME_DIR", place.path())
         .output();
     let Ok(verified) = verified else {
-        eprintln!("skipped: systemd is not installed");
+        skipped("systemd is not installed");
         return;
     };
     let said = String::from_utf8_lossy(&verified.stderr).into_owned();

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
-use crate::lab::Said;
+use crate::lab::{Said, skipped};
 
 /// From the first command to the end of the run, whatever the language; what has to be compiled first included.
 const TEN_MINUTES: Duration = Duration::from_secs(600);
@@ -62,7 +62,7 @@ impl Own {
         match command.output() {
             Ok(output) => Some(Said::of(output)),
             Err(error) if error.kind() == ErrorKind::NotFound => {
-                println!("skipped: there is no `{program}` here");
+                skipped(&format!("there is no `{program}` here"));
                 None
             }
             Err(error) => panic!("{program}: {error}"),
@@ -92,7 +92,7 @@ impl Drop for Own {
 /// `make`; false without a C compiler.
 fn made(own: &Own) -> bool {
     if Command::new("cc").arg("--version").output().is_err() {
-        println!("skipped: there is no C compiler 'cc' here");
+        skipped("there is no C compiler 'cc' here");
         return false;
     }
     let Some(made) = own.tool("make", &[]) else { return false };
@@ -363,7 +363,7 @@ fn worked_drivers() -> PathBuf {
 fn worked(own: &Own, name: &str, module: &str) -> bool {
     let found = Command::new("python3").args(["-c", &format!("import {module}")]).output();
     if !found.is_ok_and(|output| output.status.success()) {
-        println!("skipped: python3 has no module `{module}` here");
+        skipped(&format!("python3 has no module `{module}` here"));
         return false;
     }
     for file in ["plugin.yaml", "driver.py"] {

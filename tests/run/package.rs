@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use plumb_xtask::package::{Options, package};
 
-use crate::lab::Said;
+use crate::lab::{Said, skipped};
 
 /// Runs a program in a folder, with nothing of this test's environment but the search path.
 fn run(folder: &Path, program: &str, arguments: &[&str]) -> Said {
@@ -64,7 +64,7 @@ fn the_archive_runs_wherever_it_is_unpacked_and_the_debian_package_holds_the_sam
     );
 
     let Some(debian) = files.get(1) else {
-        eprintln!("skipped: dpkg-deb is not there, so no Debian package was made");
+        skipped("dpkg-deb is not there, so no Debian package was made");
         return;
     };
     let debian = debian.to_str().unwrap();

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use nix::sys::signal::Signal;
 
-use crate::lab::{Lab, command_of, kill, wait_gone};
+use crate::lab::{Lab, command_of, kill, skipped, wait_gone};
 
 /// The driver of an arm that takes its time, and says in a file when it was told to stop.
 pub(crate) const SLOW: [(&str, &str); 2] = [
@@ -19,7 +19,7 @@ pub(crate) const SLOW: [(&str, &str); 2] = [
 /// A cell with an arm of `plumb plugins new`, its driver changed; none without Python, which is said.
 pub(crate) fn cell(changes: &[(&str, &str)]) -> Option<Lab> {
     if Command::new("python3").arg("--version").output().is_err() {
-        println!("skipped: there is no `python3` here");
+        skipped("there is no `python3` here");
         return None;
     }
     let lab = Lab::new();

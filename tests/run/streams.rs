@@ -8,7 +8,7 @@ use nix::sys::signal::Signal;
 use plumb_cell::device::{CellPlace, PlaceState};
 use serde_json::Value;
 
-use crate::lab::{Lab, Said};
+use crate::lab::{Lab, Said, skipped};
 
 #[test]
 fn the_streams_of_a_cell_are_listed_without_a_run() {
@@ -87,7 +87,7 @@ fn a_program_in_python_reads_a_stream() {
     python.arg(reader).args(["cell.yaml", "arm/joints"]).current_dir(lab.path(".")).stdin(Stdio::null());
     python.env("PATH", format!("{program}:{}", std::env::var("PATH").unwrap_or_default()));
     let Ok(mut reading) = python.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn() else {
-        println!("skipped: there is no `python3` here");
+        skipped("there is no `python3` here");
         return;
     };
     // A run that takes its time: on a busy machine Python has hardly begun when a fast one is over.
@@ -104,7 +104,7 @@ fn a_program_in_python_reads_a_stream() {
 fn the_streams_of_a_run_become_curves_in_rerun() {
     let has_rerun = Command::new("python3").args(["-c", "import rerun"]).output();
     if !has_rerun.is_ok_and(|output| output.status.success()) {
-        println!("skipped: python3 has no module `rerun` here");
+        skipped("python3 has no module `rerun` here");
         return;
     }
     let lab = Lab::new();

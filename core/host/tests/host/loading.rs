@@ -88,6 +88,14 @@ fn a_library_older_than_its_manifest_is_refused() {
 }
 
 #[test]
+fn a_library_of_another_minor_contract_than_its_manifest_is_told_of_the_contract() {
+    let place = Place::new();
+    let plugin = changed(&place, "libmisbehaving_robot.so", |text| text.replace("[1, 0]", "[1, 9]"));
+    let message = verify(&plugin).unwrap_err().to_string();
+    assert!(message.contains("the contract is 1.9 in the file and 1.0 in the library"), "{message}");
+}
+
+#[test]
 fn a_good_plugin_is_verified() {
     verify(&plugin("misbehaving_robot")).unwrap();
     verify(&plugin("line_watcher")).unwrap();
