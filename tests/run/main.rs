@@ -53,6 +53,7 @@ mod serial;
 mod shipped_plugins;
 mod standards;
 mod streams;
+mod streams_python;
 mod stripe_bad_input;
 mod stripe_serial;
 mod stripes;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use plumb_plugin::StreamDescription;
 
-use crate::names::{reply_signal, request_signal, stream_name, stream_signal};
+use crate::names::{reply_signal, request_signal, stream_name, stream_service_name, stream_signal};
 use crate::node::Node;
 use crate::node_in_use::nodes_in_use;
 use crate::{
@@ -55,6 +55,11 @@ impl Bus {
     /// [`OpenError`], also when the stream exists with another layout or has all the receivers it may have.
     pub fn subscriber(&self, device: &str, stream: &StreamDescription) -> Result<Subscriber, OpenError> {
         Subscriber::open(&self.node, device, stream, StreamShape::of(stream))
+    }
+
+    /// The name of the service in shared memory on which a stream's messages go, for programs in other languages.
+    pub fn stream_service(device: &str, stream: &StreamDescription) -> String {
+        stream_service_name(&stream_name(device, stream))
     }
 
     /// The signal sent with every message of a device's stream, for who waits for messages; drained before they are received.

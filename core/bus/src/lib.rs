@@ -33,6 +33,7 @@ pub use limits::{check_limits, open_files_allowed};
 pub use node_in_use::NodeInUse;
 pub use publisher::{Loan, Publisher};
 pub use request::{Call, Client, IncomingRequest, ReplySlot, Server};
+pub use service::LAYER_VERSION;
 pub use shape::StreamShape;
 pub use signal::{Listener, Signal, SignalError, wait_any};
 pub use subscriber::Subscriber;

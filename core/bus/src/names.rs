@@ -7,6 +7,11 @@ pub(crate) fn stream_name(device: &str, stream: &StreamDescription) -> String {
     format!("{device}/{}", stream.name)
 }
 
+/// The service on which the messages of a stream of that name go.
+pub(crate) fn stream_service_name(stream: &str) -> String {
+    format!("stream/{stream}")
+}
+
 /// The signal sent with every message of a stream of that name.
 pub(crate) fn stream_signal(stream: &str) -> String {
     format!("stream/{stream}")

@@ -11,7 +11,7 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use plumb_plugin::StreamDescription;
 use plumb_plugin::message::{PREFIX_LENGTH, SEQUENCE_OFFSET};
 
-use crate::names::{stream_name, stream_signal};
+use crate::names::{stream_name, stream_service_name, stream_signal};
 use crate::node::Node;
 use crate::service::{Service, WORD};
 use crate::{EmitError, OpenError, Signal, StreamShape};
@@ -147,7 +147,7 @@ pub(crate) fn stream_service(
         AttributeValue::try_from(stream.message.as_str()).map_err(|error| OpenError::new(&what, error))?;
     let attributes =
         AttributeVerifier::new().require(&key, &layout).map_err(|error| OpenError::new(&what, error))?;
-    node.service(&what, &format!("stream/{name}"))?
+    node.service(&what, &stream_service_name(name))?
         .publish_subscribe::<[u64]>()
         .enable_safe_overflow(true)
         .subscriber_max_buffer_size(shape.depth)

@@ -1,7 +1,7 @@
 //! How much shared memory a stream takes.
 
 use plumb_plugin::StreamDescription;
-use plumb_plugin::message::{PREFIX_LENGTH, known_length};
+use plumb_plugin::message::{Layout, PREFIX_LENGTH};
 
 use crate::service::WORD;
 
@@ -36,7 +36,7 @@ pub struct StreamShape {
 impl StreamShape {
     /// The shape of a stream.
     pub fn of(stream: &StreamDescription) -> Self {
-        let exact_bytes = known_length(&stream.message);
+        let exact_bytes = Layout::of(stream).and_then(|layout| layout.length());
         let max_bytes = exact_bytes.or(stream.max_bytes).unwrap_or(LARGE);
         let large = max_bytes > LARGE;
         Self {

@@ -199,6 +199,7 @@ fn a_large_message_is_built_in_shared_memory() {
         message: "frame/1".to_owned(),
         max_bytes: Some(LENGTH),
         depth: None,
+        fields: Vec::new(),
     };
     let mut receiver = bus.subscriber("camera", &frames).unwrap();
     let mut sender = bus.publisher("camera", &frames).unwrap();

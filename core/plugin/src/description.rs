@@ -140,12 +140,50 @@ pub struct StreamDescription {
     /// two of a message with `max_bytes`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth: Option<usize>,
+    /// The numbers of a layout of the plugin's own, which follow `time_ns` and `sequence`: with them every message has the same length, and procedures,
+    /// `plumb streams` and programs in Python know them by name. Left out: only the plugins that emit and receive it know what is in it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fields: Vec<FieldDescription>,
+}
+
+/// A number in the messages of a stream, as a manifest declares it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FieldDescription {
+    /// Its name, such as `weight`.
+    pub name: String,
+    /// Its type: `f64`, `f32`, `u64` or `u32`.
+    #[serde(rename = "type")]
+    pub of: NumberType,
+    /// Its unit, such as `g`; left out for a number without.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
+}
+
+/// The type of a number in a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NumberType {
+    /// A number of 8 bytes, `double` in C.
+    F64,
+    /// A number of 4 bytes, `float` in C.
+    F32,
+    /// A whole number of 8 bytes, `uint64_t` in C.
+    U64,
+    /// A whole number of 4 bytes, `uint32_t` in C.
+    U32,
 }
 
 impl StreamDescription {
     /// A stream of one of this crate's messages.
     pub fn of<M: Message>(name: &str) -> Self {
-        Self { name: name.to_owned(), message: M::TYPE_NAME.to_owned(), max_bytes: None, depth: None }
+        Self {
+            name: name.to_owned(),
+            message: M::TYPE_NAME.to_owned(),
+            max_bytes: None,
+            depth: None,
+            fields: Vec::new(),
+        }
     }
 }
 

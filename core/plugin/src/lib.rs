@@ -25,8 +25,9 @@ pub mod message;
 pub mod recording;
 
 pub use description::{
-    Description, InputDescription, JointDescription, JointUnit, LineDescription, QuantityDescription,
-    RobotCapabilities, RobotDescription, SensorDescription, StreamDescription,
+    Description, FieldDescription, InputDescription, JointDescription, JointUnit, LineDescription,
+    NumberType, QuantityDescription, RobotCapabilities, RobotDescription, SensorDescription,
+    StreamDescription,
 };
 pub use device_state::DeviceState;
 pub use error::PluginError;

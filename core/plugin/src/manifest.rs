@@ -10,6 +10,7 @@ use plumb_document::{
 };
 use serde::{Deserialize, Serialize};
 
+use crate::message::Layout;
 use crate::{InputDescription, QuantityDescription, StreamDescription, Value};
 
 /// What a plugin says about itself before it is loaded: the file `plugin.yaml` beside its library, also built into the library.
@@ -134,6 +135,12 @@ const WORDS: &[(&str, &str)] = &[
     ("streams", "What it emits."),
     ("streams.max_bytes", "The longest message, where the layout has no fixed length."),
     ("streams.depth", "How many messages wait for a slow receiver."),
+    (
+        "streams.fields",
+        "The numbers of a layout of the plugin's own, behind time_ns and sequence: procedures, `plumb streams` and Python know them by name then.",
+    ),
+    ("streams.fields.name", "Its name, such as weight."),
+    ("streams.fields.unit", "Its unit, such as g; left out for a number without."),
     ("inputs", "What a cell file wires to other devices' streams."),
     ("read_time_limit_s", "How long one reading of a sensor may take; 5 when left out."),
     (
@@ -354,13 +361,50 @@ fn check_stream(stream: &StreamDescription, node: &Node, problems: &Problems) {
             "use lower-case letters, and not the host's own `health`",
         );
     }
-    let unknown = !stream.message.is_empty() && crate::message::known_length(&stream.message).is_none();
-    if unknown && stream.max_bytes.is_none() && node.get("max_bytes").is_none() {
+    check_fields(stream, node, problems);
+    let length = Layout::of(stream).and_then(|layout| layout.length());
+    let unknown = !stream.message.is_empty() && length.is_none();
+    if unknown
+        && node.get("fields").is_none()
+        && stream.max_bytes.is_none()
+        && node.get("max_bytes").is_none()
+    {
         problems.add(
             node.span_at(&["message"]),
             format!("a stream's message is `{}`", stream.message),
-            "give `max_bytes` for a layout without a fixed length",
+            "give `max_bytes` for a layout without a fixed length, or list its numbers under `fields`",
         );
+    }
+}
+
+/// What a manifest says of a layout of the plugin's own.
+fn check_fields(stream: &StreamDescription, node: &Node, problems: &Problems) {
+    let Some(listed) = node.get("fields") else { return };
+    if Layout::known(&stream.message).is_some() {
+        let message = format!("the fields of `{}` are known", stream.message);
+        problems.add(listed.span, message, "leave `fields` out, or give a layout of your own another name");
+    } else if stream.max_bytes.is_some() {
+        let help = "leave `max_bytes` out: the fields say how long a message is";
+        problems.add(node.span_at(&["max_bytes"]), "a stream has `fields` or `max_bytes`, not both", help);
+    }
+    let mut before: Vec<&str> = vec!["time_ns", "sequence", "reserved", "joints"];
+    for (field, node) in stream.fields.iter().zip(listed.items()) {
+        if field.name.is_empty() {
+            continue;
+        }
+        let place = node.span_at(&["name"]);
+        let is_word = !field.name.contains('-') && !field.name.starts_with(|c: char| c.is_ascii_digit());
+        if !is_plain(&field.name) || !is_word {
+            let help = "use lower-case letters, digits and `_`, beginning with a letter";
+            problems.add(place, format!("a field is called `{}`", field.name), help);
+        } else if before.contains(&field.name.as_str()) {
+            problems.add(
+                place,
+                format!("a field is called `{}`, as another", field.name),
+                "choose another name",
+            );
+        }
+        before.push(&field.name);
     }
 }
 

@@ -11,6 +11,7 @@ mod jog_state;
 mod joint_state;
 mod joint_vector;
 mod json;
+mod layout;
 mod motion;
 mod proximity_edge;
 mod stripe_points;
@@ -22,6 +23,7 @@ pub use jog_state::JogState;
 pub use joint_state::JointState;
 pub use joint_vector::{JointVector, MAX_JOINTS, TooManyJoints};
 pub use json::{from_json, to_json};
+pub use layout::{Field, FieldType, JointQuantity, Layout, Tail};
 pub use motion::Motion;
 pub use proximity_edge::ProximityEdge;
 pub use stripe_points::{StripeFault, StripeHeader, StripePoint};
@@ -50,13 +52,7 @@ pub const SEQUENCE_OFFSET: usize = 8;
 /// The bytes every message begins with: `time_ns` and `sequence`.
 pub const PREFIX_LENGTH: usize = 16;
 
-/// The bytes of a message's layout, where the name is one of this crate's; `None` for a message of a plugin's own.
+/// The bytes of a message's layout, where the name is one of this crate's and all have as many; `None` for a message of a plugin's own.
 pub fn known_length(type_name: &str) -> Option<usize> {
-    match type_name {
-        JointState::TYPE_NAME => Some(size_of::<JointState>()),
-        DigitalInputs::TYPE_NAME => Some(size_of::<DigitalInputs>()),
-        ProximityEdge::TYPE_NAME => Some(size_of::<ProximityEdge>()),
-        Health::TYPE_NAME => Some(size_of::<Health>()),
-        _ => None,
-    }
+    Layout::known(type_name)?.length()
 }

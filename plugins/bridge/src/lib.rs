@@ -61,10 +61,11 @@ impl Bridge {
     fn filled(&mut self, call: &str, arguments: Value, layout: &str) -> Result<Value, PluginError> {
         let answer = self.driver.call(call, arguments)?;
         // Through the message's bytes, so that fields left out are zero and unknown ones are refused.
-        let bytes = message::from_json(layout, &answer).map_err(|why| {
+        let layout = message::Layout::known(layout);
+        let bytes = message::from_json(layout.as_ref(), &answer).map_err(|why| {
             PluginError::Failed(format!("what the driver answered to '{call}' cannot be used: {why}"))
         })?;
-        Ok(message::to_json(layout, &bytes))
+        Ok(message::to_json(layout.as_ref(), &bytes))
     }
 
     fn state(&mut self, call: &str, arguments: Value) -> Result<JointState, PluginError> {

@@ -6,7 +6,8 @@ use std::process::{ChildStderr, ChildStdin, ChildStdout};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use plumb_plugin::{Host, LogLevel, Manifest, PluginError, Value, message};
+use plumb_plugin::message::{self, Layout};
+use plumb_plugin::{Host, LogLevel, Manifest, PluginError, Value};
 use serde_json::json;
 
 use crate::line::{Line, kind_of, understood};
@@ -43,8 +44,8 @@ impl Shared {
 /// Reads what a driver says until it says no more.
 pub(crate) struct Reader {
     host: Host,
-    /// The layout of each stream and input.
-    layouts: BTreeMap<String, String>,
+    /// The layout of each stream and input; none where only its plugin knows it.
+    layouts: BTreeMap<String, Option<Layout>>,
     shared: Shared,
     answers: Sender<Result<Value, PluginError>>,
 }
@@ -56,8 +57,8 @@ impl Reader {
         shared: Shared,
         answers: Sender<Result<Value, PluginError>>,
     ) -> Self {
-        let streams = manifest.streams.iter().map(|stream| (stream.name.clone(), stream.message.clone()));
-        let inputs = manifest.inputs.iter().map(|input| (input.name.clone(), input.message.clone()));
+        let streams = manifest.streams.iter().map(|stream| (stream.name.clone(), Layout::of(stream)));
+        let inputs = manifest.inputs.iter().map(|input| (input.name.clone(), Layout::known(&input.message)));
         Self { host, layouts: streams.chain(inputs).collect(), shared, answers }
     }
 
@@ -117,7 +118,7 @@ impl Reader {
         let layout = layout.ok_or_else(|| {
             format!("the driver emits on '{stream}', which its plugin.yaml does not declare")
         })?;
-        let bytes = message::from_json(layout, fields)
+        let bytes = message::from_json(layout.as_ref(), fields)
             .map_err(|why| format!("a message of the driver on '{stream}' cannot be used: {why}"))?;
         self.host.emit_bytes(stream, &bytes).map_err(|error| error.to_string())
     }
@@ -127,10 +128,11 @@ impl Reader {
         let layout = self.layouts.get(input);
         let layout =
             layout.ok_or_else(|| PluginError::Refused(format!("plugin.yaml declares no input '{input}'")))?;
-        let mut bytes = vec![0; message::known_length(layout).unwrap_or(LONGEST_INPUT)];
+        let length = layout.as_ref().and_then(Layout::length);
+        let mut bytes = vec![0; length.unwrap_or(LONGEST_INPUT)];
         let length = self.host.receive_bytes(input, &mut bytes)?;
         let taken = length.and_then(|length| bytes.get(..length));
-        Ok(taken.map_or(Value::Null, |bytes| message::to_json(layout, bytes)))
+        Ok(taken.map_or(Value::Null, |bytes| message::to_json(layout.as_ref(), bytes)))
     }
 
     fn reply(&self, answer: Result<Value, PluginError>) {

@@ -1,5 +1,7 @@
 //! `plumb streams`: what the devices of a cell emit, live from shared memory.
 
+mod python;
+
 use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -11,11 +13,14 @@ use plumb_cell::device::{CellPlace, PlaceState};
 use plumb_cell::expression::Calculator;
 use plumb_cell::workcell::{Workcell, load_workcell};
 use plumb_document::did_you_mean;
-use plumb_plugin::{Health, StreamDescription, message};
+use plumb_plugin::message::{self, Layout};
+use plumb_plugin::{Health, StreamDescription};
 use serde_json::{Value, json};
 
 use crate::commands::run::prepare::plugins_of;
 use crate::failure::CommandResult;
+
+use python::{PythonCell, python_file};
 
 /// List what the devices of a cell emit, or print it live while the cell runs. Only listens; a run does not notice.
 #[derive(clap::Args)]
@@ -27,6 +32,9 @@ pub(crate) struct Arguments {
     /// A line of JSON for each message, or for each stream that is listed.
     #[arg(long)]
     json: bool,
+    /// Print a file in Python that reads these streams from shared memory, with the package iceoryx2: save it as plumb_streams.py.
+    #[arg(long, conflicts_with_all = ["json", "count", "streams"])]
+    python: bool,
     /// End after this many messages. Otherwise it ends with the run.
     #[arg(long, value_name = "NUMBER")]
     count: Option<u64>,
@@ -74,6 +82,9 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let cell = load_workcell(&arguments.cell, &Calculator::new()).map_err(in_words)?;
     let streams = declared(&cell, arguments)?;
     let mut output = io::stdout().lock();
+    if arguments.python {
+        return print_python(&cell, &streams, arguments, &mut output);
+    }
     if arguments.streams.is_empty() {
         list(&streams, arguments.json, &mut output)?;
         return Ok(ExitCode::SUCCESS);
@@ -86,6 +97,25 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let printed = print(&place, &wanted, arguments, &mut output);
     tidy(&place, &cell);
     printed?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn print_python(
+    cell: &Workcell,
+    streams: &[Stream],
+    arguments: &Arguments,
+    output: &mut impl Write,
+) -> CommandResult {
+    let place = CellPlace::of_cell(&cell.file)?;
+    let known = PythonCell {
+        name: &cell.name,
+        file: arguments.cell.display().to_string(),
+        domain: place.domain(),
+        lock: place.lock_file().display().to_string(),
+    };
+    let streams: Vec<_> =
+        streams.iter().map(|stream| (stream.device.clone(), stream.description.clone())).collect();
+    output.write_all(python_file(&known, &streams).as_bytes())?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -184,8 +214,9 @@ fn print_waiting(
     output: &mut impl Write,
 ) -> Result<u64, Box<dyn std::error::Error>> {
     let layout = &stream.description.message;
+    let fields_known = Layout::of(&stream.description);
     while left > 0 {
-        match receiver.receive_with(|bytes| message::to_json(layout, bytes)) {
+        match receiver.receive_with(|bytes| message::to_json(fields_known.as_ref(), bytes)) {
             Ok(Some(fields)) => write_message(&stream.name(), layout, &fields, as_json, output)?,
             Ok(None) => break,
             Err(ReceiveError::Lost { count, .. }) => {

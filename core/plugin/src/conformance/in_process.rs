@@ -11,6 +11,7 @@ use super::{
     CheckOutcome, CheckReport, Interruption, LISTS, ROBOT_CHECKS, RobotBench, SENSOR_CHECKS, SensorBench,
     check_input_lines, check_quantities, not_run, run_robot_check,
 };
+use crate::message::Layout;
 use crate::recording::RecordingHost;
 use crate::{
     DeviceKind, DigitalInputs, Host, JointState, Manifest, Motion, PluginError, Reading, Robot,
@@ -143,7 +144,7 @@ impl Streams {
         let Some(all) = &self.declared else { return };
         for name in recording.streams() {
             let declared = all.iter().find(|stream| stream.name == name);
-            let length = declared.and_then(|stream| crate::message::known_length(&stream.message));
+            let length = declared.and_then(Layout::of).and_then(|layout| layout.length());
             let off = recording
                 .emitted_bytes(&name)
                 .into_iter()

@@ -131,6 +131,7 @@ fn wired_to_nobody(input: &InputDescription) -> WiredInput {
         message: input.message.clone(),
         max_bytes: known_length(&input.message).is_none().then_some(LONG_MESSAGE),
         depth: None,
+        fields: Vec::new(),
     };
     WiredInput { input: input.name.clone(), device: NOBODY.to_owned(), stream }
 }
