@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use crate::lab::skipped;
+
 fn plumb(arguments: &[&str], directory: &Path) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
     command.args(arguments).current_dir(directory).stdin(Stdio::null()).output().unwrap()
@@ -39,6 +41,32 @@ fn a_program_built_into_a_folder_elsewhere_finds_the_plugins_of_its_source() {
     let mut command = Command::new(&program);
     let verified = command.args(["plugins", "verify", "ir-proximity"]).stdin(Stdio::null()).output().unwrap();
     assert_eq!(text(&verified.stdout), "ir-proximity: good\n");
+}
+
+#[test]
+fn a_program_built_into_a_folder_elsewhere_runs_drivers_in_python() {
+    if Command::new("python3").arg("--version").output().is_err() {
+        skipped("there is no `python3` here");
+        return;
+    }
+    let elsewhere = tempfile::tempdir().unwrap();
+    let program = elsewhere.path().join("plumb");
+    fs::copy(env!("CARGO_BIN_EXE_plumb"), &program).unwrap();
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(&program);
+        command
+            .args(["plugins"])
+            .args(arguments)
+            .current_dir(elsewhere.path())
+            .stdin(Stdio::null())
+            .output()
+            .unwrap()
+    };
+    assert!(run(&["new", "sensor", "gauge", "--lang", "python"]).status.success());
+    let manifest = fs::read_to_string(elsewhere.path().join("gauge/plugin.yaml")).unwrap();
+    assert!(!manifest.contains("library"), "a driver in Python has none: {manifest}");
+    let checked = run(&["check", "gauge"]);
+    assert!(checked.status.success(), "{}{}", text(&checked.stdout), text(&checked.stderr));
 }
 
 #[test]

@@ -43,9 +43,9 @@ pub enum CatalogueError {
     Manifest(#[from] ManifestError),
     /// The library is not there.
     #[error(
-        "{}: library {library} of plugin '{id}' is not there; looked in {}; build the plugins with `cargo build --release`, or install plumb with them: \
-         `cargo xtask package`",
+        "{}: {} is not there; looked in {}; build the plugins with `cargo build --release`, or install plumb with them: `cargo xtask package`",
         manifest.display(),
+        missing(library, id),
         list(looked_in)
     )]
     NoLibrary {
@@ -98,6 +98,14 @@ pub enum CatalogueError {
 
 fn list(paths: &[PathBuf]) -> String {
     paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
+/// What is missing: the plugin's own library, or the one of plumb that runs drivers in other languages.
+fn missing(library: &str, id: &str) -> String {
+    match library {
+        Manifest::BRIDGE_LIBRARY => format!("plumb's own {library}, which runs the driver of plugin '{id}',"),
+        own => format!("library {own} of plugin '{id}'"),
+    }
 }
 
 fn suggestion(known: &[String]) -> String {
@@ -320,7 +328,9 @@ fn read(manifest_path: &Path, program_directory: Option<&Path>) -> Result<Plugin
         // Cargo's tests bring only the libraries in `deps` up to date, so these come before those beside the program.
         places.extend([program.join("deps"), program.to_owned(), program.join(INSTALLED)]);
     }
-    let of_the_source = fs::canonicalize(SOURCE).is_ok_and(|source| manifest_path.starts_with(source));
+    // What runs a driver is plumb's own, wherever the driver lies.
+    let of_the_source = fs::canonicalize(SOURCE)
+        .is_ok_and(|source| manifest_path.starts_with(source) || !manifest.driver.is_empty());
     if let (true, Ok(built)) = (of_the_source, fs::canonicalize(BUILT)) {
         let more = [built.join("deps"), built];
         places.extend(

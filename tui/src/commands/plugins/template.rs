@@ -62,6 +62,12 @@ impl Project<'_> {
             Language::Python => "driver: [python3, driver.py]".to_owned(),
             Language::Rust | Language::C => format!("library: lib{identifier}.so"),
         };
+        let before = match self.language {
+            Language::Python => "it starts the driver.",
+            Language::Rust | Language::C => {
+                "it loads anything. After a change build the library again: the same text is built into it."
+            }
+        };
         // With its quantities named here `plumb check` finds a procedure that misspells one.
         let streams = match self.is_robot {
             true => "streams:\n  - {name: joints, message: joint-state/1}\n",
@@ -76,6 +82,7 @@ impl Project<'_> {
             ("{Kind}", if self.is_robot { "Robot" } else { "Sensor" }),
             ("{dependency}", &dependency),
             ("{library}", &format!("lib{identifier}.so")),
+            ("{before}", before),
             ("{code}", &code),
             ("{streams}", streams),
             ("{commands}", build.trim_end()),
