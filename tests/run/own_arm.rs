@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::lab::Said;
+use crate::lab::{Said, skipped};
 
 /// A block of the page: a file to write, or commands to type.
 enum Block {
@@ -42,7 +42,7 @@ fn rms_mm(text: &str) -> f64 {
 #[test]
 fn the_page_leads_from_an_own_arm_to_the_error_falling() {
     if Command::new("python3").arg("--version").output().is_err() {
-        println!("skipped: there is no `python3` here");
+        skipped("there is no `python3` here");
         return;
     }
     let place = tempfile::tempdir().unwrap();
@@ -67,6 +67,10 @@ fn the_page_leads_from_an_own_arm_to_the_error_falling() {
                     assert_eq!(said.code(), 0, "{command}: {}", said.all());
                     if command.contains("cell.yaml verify") {
                         errors.push(rms_mm(&said.out()));
+                    }
+                    if command.contains("> table.csv") {
+                        let table = fs::read_to_string(place.path().join("table.csv")).unwrap();
+                        assert!(table.contains(",std_z_mm,"), "{table}");
                     }
                     if command.contains("model diagnose") {
                         let named = said

@@ -27,6 +27,11 @@ pub(crate) struct MeasureStep {
     pub(crate) trigger: Option<(String, Span)>,
 }
 
+/// By which expressions call the standard uncertainty of a measured value.
+fn standard(name: &str) -> String {
+    format!("std_{name}")
+}
+
 fn read(node: &Node, context: &ReadContext<'_>) -> Option<MeasureStep> {
     let mut map = MapReader::new(node, "a measurement", context.problems)?;
     let sensor = context.required_text(&mut map, "sensor");
@@ -49,7 +54,9 @@ impl Action for MeasureStep {
     fn result_shape(&self, cell: &CellNames) -> Shape {
         let known = cell.quantities.iter().find(|(sensor, _)| *sensor == self.sensor);
         known.map_or(Shape::Anything, |(_, names)| {
-            numbers_shape(&names.iter().map(String::as_str).collect::<Vec<_>>())
+            let all: Vec<String> =
+                names.iter().cloned().chain(names.iter().map(|name| standard(name))).collect();
+            numbers_shape(&all.iter().map(String::as_str).collect::<Vec<_>>())
         })
     }
 
@@ -90,7 +97,12 @@ impl Engine {
         let mut values = Vec::new();
         for quantity in &reading.quantities {
             let unit = self.unit_of_quantity(&step.sensor, &quantity.name)?;
-            result.insert(result_name(&quantity.name, &unit), json!(quantity.value));
+            let name = result_name(&quantity.name, &unit);
+            // 0 stands for one that the sensor does not know: then there is none.
+            if quantity.standard_uncertainty > 0.0 {
+                result.insert(standard(&name), json!(quantity.standard_uncertainty));
+            }
+            result.insert(name, json!(quantity.value));
             values.push(NamedValue {
                 name: quantity.name.clone(),
                 value: quantity.value,

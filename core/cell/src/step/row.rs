@@ -33,8 +33,18 @@ pub(crate) struct RowStep {
 }
 
 /// The model lab's columns of numbers that a row may have, beside those of targets (`p1_x_mm`).
-const NUMBERS: [&str; 7] =
-    ["height_mm", "tilt_x_deg", "tilt_y_deg", "distance_mm", "payload_kg", "temperature_c", "repeat"];
+const NUMBERS: [&str; 10] = [
+    "height_mm",
+    "tilt_x_deg",
+    "tilt_y_deg",
+    "distance_mm",
+    "std_x_mm",
+    "std_y_mm",
+    "std_z_mm",
+    "payload_kg",
+    "temperature_c",
+    "repeat",
+];
 
 /// Its columns of words.
 const WORDS: [&str; 5] = ["on", "level", "session", "touch", "distance_to"];
@@ -76,7 +86,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<RowStep> {
         context.problems.add(node.span, "a row needs the key `robot`", "");
         return None;
     }
-    let measures = |name: &str| !CIRCUMSTANCES.contains(&name);
+    let measures = |name: &str| !CIRCUMSTANCES.contains(&name) && !name.starts_with("std_");
     if !row.numbers.iter().any(|(name, _)| measures(name))
         && !row.words.iter().any(|(name, ..)| name == "touch")
     {
@@ -178,7 +188,7 @@ impl StepKind for RowStep {
   "description": "A row of the run's measurement table, which `plumb show --table` gives to the model lab.",
   "type": "object",
   "required": ["robot"],
-  "propertyNames": {"anyOf": [{"pattern": "^(p[1-9]|board)_([xyz]_mm|q[wxyz]|r[xyz]_rad)$"}, {"pattern": "^profile([1-9][0-9]{0,2})?_[xz]_mm$"}, {"enum": ["robot", "joints_deg", "joints_mm", "on", "level", "session", "touch", "distance_to", "repeat", "height_mm", "tilt_x_deg", "tilt_y_deg", "distance_mm", "payload_kg", "temperature_c", "p1_x_mm", "p1_y_mm", "p1_z_mm", "p2_x_mm", "p2_y_mm", "p2_z_mm", "p3_x_mm", "p3_y_mm", "p3_z_mm", "p4_x_mm", "p4_y_mm", "p4_z_mm"]}]},
+  "propertyNames": {"anyOf": [{"pattern": "^(p[1-9]|board)_([xyz]_mm|q[wxyz]|r[xyz]_rad)$"}, {"pattern": "^profile([1-9][0-9]{0,2})?_[xz]_mm$"}, {"enum": ["robot", "joints_deg", "joints_mm", "on", "level", "session", "touch", "distance_to", "repeat", "height_mm", "tilt_x_deg", "tilt_y_deg", "distance_mm", "std_x_mm", "std_y_mm", "std_z_mm", "payload_kg", "temperature_c", "p1_x_mm", "p1_y_mm", "p1_z_mm", "p2_x_mm", "p2_y_mm", "p2_z_mm", "p3_x_mm", "p3_y_mm", "p3_z_mm", "p4_x_mm", "p4_y_mm", "p4_z_mm"]}]},
   "properties": {
     "robot": {"$ref": "#/definitions/text"},
     "joints_deg": {"description": "Joints that were read elsewhere than the arm stands now.", "$ref": "#/definitions/joint_numbers"},
@@ -218,6 +228,10 @@ impl Engine {
         let mut shown: Vec<NamedValue> = Vec::new();
         for (name, value) in &step.numbers {
             let value = self.number(at.scope, value)?;
+            if name.starts_with("std_") && value <= 0.0 {
+                let help = "a standard uncertainty is above 0; leave the column out where it is not known";
+                return Err(StepError::error(format!("`{name}` is {value}: {help}")));
+            }
             // No return to a pose is 0, as in a table of poses.
             if name != "repeat" || value != 0.0 {
                 columns.insert(name.clone(), json!(value));

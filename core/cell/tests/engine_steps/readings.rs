@@ -108,6 +108,19 @@ steps:
 }
 
 #[test]
+fn how_sure_a_reading_is_may_be_reckoned_with_and_is_never_0() {
+    let (outcome, message, readings, _) = run("
+steps:
+  - {id: gauge, do: {measure: {sensor: eye}}}
+  - {id: twice, do: {compute: {values: {twice_px: 2 * gauge.std_width_px}}}}
+  - {id: row, do: {row: {robot: arm, p1_x_mm: gauge.width_px, std_x_mm: gauge.std_width_px - 0.1}}, on_error: abort}
+");
+    assert_eq!(outcome, RunOutcome::Error);
+    assert!(message.contains("`std_x_mm` is 0: a standard uncertainty is above 0"), "{message}");
+    assert_eq!(readings.last(), Some(&("twice_px".to_owned(), 0.2)));
+}
+
+#[test]
 fn settings_reach_the_sensor_as_they_are_written_and_a_refusal_ends_the_step() {
     let (outcome, message, _, asked) = run("
 steps:
