@@ -29,6 +29,7 @@ mod left_behind;
 mod light_stripe;
 mod line_profiles;
 mod linear_axes;
+mod listening;
 mod logs;
 mod manual;
 mod model_bad_input;

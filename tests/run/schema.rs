@@ -18,8 +18,10 @@ use serde_json::{Value, json};
 
 use crate::lab::Lab;
 
+/// With the plugins of the examples, which have cells of their own.
 fn schema(lab: &Lab, kind: &str) -> jsonschema::Validator {
-    let said = lab.plumb(&["schema", kind]);
+    let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../plugins/bridge/examples");
+    let said = lab.plumb(&["schema", kind, "--plugins", examples]);
     assert_eq!(said.code(), 0, "{}", said.all());
     let schema: Value = serde_json::from_str(&said.out()).unwrap();
     jsonschema::draft7::meta::validate(&schema).unwrap_or_else(|error| panic!("{kind}: {error}"));

@@ -2,6 +2,7 @@
 
 use crate::check_context::RobotNames;
 use crate::expression::Shape;
+use crate::stream_names::DeviceStreams;
 
 /// What a cell offers to the names in a procedure.
 #[derive(Debug, Clone, Default)]
@@ -10,6 +11,8 @@ pub(crate) struct CellNames {
     pub(crate) sensors: Vec<String>,
     /// For each sensor whose quantities are known, the names of its readings' values: `tip.x_mm`.
     pub(crate) quantities: Vec<(String, Vec<String>)>,
+    /// The streams of each device whose manifest is known.
+    pub(crate) streams: Vec<DeviceStreams>,
     /// For each robot, what its model file gives: `arm.model.shoulder.a_mm`.
     pub(crate) models: Vec<(String, Shape)>,
 }

@@ -7,6 +7,7 @@ use crate::cell_names::CellNames;
 use crate::device::{InputLines, check_plugins};
 use crate::engine::scope::result_name;
 use crate::procedure::check_procedure;
+use crate::stream_fields::streams_of;
 use crate::workcell::{Workcell, cell_names};
 
 /// Checks what manifests know of a cell: plugins, settings, wiring, and what procedures name of readings. `lines` are the input lines of devices
@@ -20,7 +21,7 @@ pub fn check_cell(
     lines: &[InputLines],
 ) -> Result<(), Vec<FileProblems>> {
     let mut wrong: Vec<FileProblems> = check_plugins(cell, catalogue, lines).err().into_iter().collect();
-    let names = names_of_readings(cell, catalogue);
+    let names = names_of_devices(cell, catalogue, lines);
     for procedure in &cell.procedures {
         for problems in check_procedure(procedure, &names).err().into_iter().flatten() {
             // A procedure that two others call is told of once.
@@ -32,9 +33,15 @@ pub fn check_cell(
     if wrong.is_empty() { Ok(()) } else { Err(wrong) }
 }
 
-/// What the cell offers to names, with the quantities that manifests list.
-fn names_of_readings(cell: &Workcell, catalogue: &Catalogue) -> CellNames {
+/// What the cell offers to names, with the quantities and the streams that manifests list.
+fn names_of_devices(cell: &Workcell, catalogue: &Catalogue, lines: &[InputLines]) -> CellNames {
     let mut names = cell_names(&cell.devices, &cell.robots);
+    for device in &cell.devices {
+        let Ok(plugin) = catalogue.find(&device.plugin) else { continue };
+        let known = lines.iter().find(|known| known.device == device.name).map(|known| known.count);
+        let lines = plugin.manifest.input_lines.or(known);
+        names.streams.push(streams_of(device, plugin, &cell.robots, lines));
+    }
     for device in cell.devices.iter().filter(|device| names.sensors.contains(&device.name)) {
         let plugin = catalogue.find(&device.plugin).ok();
         let Some(listed) = plugin.and_then(|plugin| plugin.manifest.quantities.as_ref()) else { continue };

@@ -4,6 +4,7 @@ use plumb_document::{Problems, Span};
 
 use crate::deg_or_mm::DegOrMm;
 use crate::expression::{Expression, Names, Template};
+use crate::stream_names::DeviceStreams;
 
 /// The cell a procedure is checked against, and the names its expressions may use at this point.
 pub(crate) struct CheckContext<'a> {
@@ -12,6 +13,8 @@ pub(crate) struct CheckContext<'a> {
     pub(crate) names: &'a Names,
     pub(crate) robots: &'a [RobotNames],
     pub(crate) sensors: &'a [String],
+    /// Of each device whose manifest is known.
+    pub(crate) streams: &'a [DeviceStreams],
 }
 
 /// What a procedure may name of a robot.

@@ -111,6 +111,15 @@ pub fn change_in_words(old: f64, new: f64, unit: &str) -> String {
     format!("{old:.4} -> {new:.4} {unit}").trim_end().to_owned()
 }
 
+/// A number that was measured, to four decimals at most: `12.3401`, `312`, `2.1e-6`.
+pub(crate) fn short_number(value: f64) -> String {
+    if value != 0.0 && value.abs() < SMALLEST {
+        return format!("{value:.1e}");
+    }
+    let digits = format!("{value:.4}");
+    digits.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -135,6 +144,14 @@ mod tests {
         );
         budget.components.remove(0);
         assert_eq!(left_open(&budget, "deg"), None);
+    }
+
+    #[test]
+    fn a_number_is_written_without_zeros_that_say_nothing() {
+        assert_eq!(
+            [12.34, 312.0, 100.0, 0.0, -0.5, 2.1e-6].map(short_number),
+            ["12.34", "312", "100", "0", "-0.5", "2.1e-6"]
+        );
     }
 
     #[test]

@@ -24,6 +24,8 @@ mod run_handle;
 pub mod schema;
 pub mod step;
 mod step_path;
+mod stream_fields;
+mod stream_names;
 pub mod workcell;
 
 pub use check_cell::check_cell;

@@ -14,11 +14,12 @@ use plumb_host::{
     SensorClient, StopHandle,
 };
 use plumb_plugin::{
-    Description, JogState, JointState, JointVector, LogLevel, Message as _, Motion, PluginError, Reading,
-    RobotDescription, SensorDescription, StripeHeader, Value,
+    Description, Health, JogState, JointState, JointVector, LogLevel, Message as _, Motion, PluginError,
+    Reading, RobotDescription, SensorDescription, StreamDescription, StripeHeader, Value,
 };
 use plumb_record::{LoadedFile, sha256_hex};
 
+use super::stream_link::{HostedStream, StreamLink};
 use super::watcher::{JointWatcher, PoseListener};
 use super::wiring::wired_inputs;
 use super::{
@@ -348,6 +349,21 @@ impl DeviceLinks for HostedDevices {
     fn lost(&mut self) -> Option<LostDevice> {
         let mut watch = locked(&self.watch);
         (!watch.lost.is_empty()).then(|| watch.lost.remove(0))
+    }
+
+    fn listen(&mut self, device: &str, stream: &str) -> Result<Box<dyn StreamLink>, DeviceError> {
+        let refused = |cause: String| DeviceError::refused(device, "listen", PluginError::Failed(cause));
+        let bus = self.bus().map_err(|error| DeviceError::start(device, error))?;
+        let Some((host, _)) = self.hosts.get(device) else {
+            return Err(refused("it is not connected".to_owned()));
+        };
+        let health = StreamDescription::of::<Health>("health");
+        let mut emitted = host.manifest().streams.iter().chain([&health]);
+        let Some(description) = emitted.find(|known| known.name == stream) else {
+            return Err(refused(format!("it has no stream `{stream}`")));
+        };
+        let clock = self.world.as_ref().map(|world| world.clock());
+        Ok(Box::new(HostedStream::open(&bus, device, description, clock.as_deref())?))
     }
 
     fn simulate(&mut self, act: &Act) -> Result<Option<f64>, String> {

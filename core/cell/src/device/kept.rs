@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use plumb_plugin::Value;
 
-use super::{Act, DeviceError, DeviceLinks, DeviceLog, HostedDevices, Link, LostDevice};
+use super::{Act, DeviceError, DeviceLinks, DeviceLog, HostedDevices, Link, LostDevice, StreamLink};
 use crate::workcell::DeviceSetting;
 
 /// The devices of a cell for one run of many.
@@ -40,6 +40,10 @@ impl DeviceLinks for KeptDevices {
 
     fn lost(&mut self) -> Option<LostDevice> {
         self.devices().lost()
+    }
+
+    fn listen(&mut self, device: &str, stream: &str) -> Result<Box<dyn StreamLink>, DeviceError> {
+        self.devices().listen(device, stream)
     }
 
     fn simulate(&mut self, act: &Act) -> Result<Option<f64>, String> {

@@ -5,6 +5,7 @@ pub(crate) mod configuration;
 mod hosted;
 mod input_lines;
 mod kept;
+mod stream_link;
 mod watcher;
 mod wiring;
 
@@ -16,6 +17,7 @@ pub use hosted::{HostedDevices, World, hashed, plugin_files};
 pub use input_lines::InputLines;
 pub use kept::KeptDevices;
 pub use plumb_host::{DeviceError, StartError};
+pub use stream_link::StreamLink;
 pub use watcher::PoseListener;
 pub(crate) use wiring::check_plugins;
 
@@ -179,6 +181,14 @@ pub trait DeviceLinks: Send {
     /// A sentence that says why it cannot be done, and what would be right.
     fn simulate(&mut self, _act: &Act) -> Result<Option<f64>, String> {
         Ok(None)
+    }
+
+    /// Opens a stream of a device that was connected.
+    ///
+    /// # Errors
+    /// [`DeviceError`], also for a stream that the device does not emit.
+    fn listen(&mut self, device: &str, _stream: &str) -> Result<Box<dyn StreamLink>, DeviceError> {
+        Err(DeviceError::refused(device, "listen", PluginError::unsupported("be listened to")))
     }
 
     /// The cell's clock now, ns, where this program can read it: `CLOCK_MONOTONIC`, unless a simulated world keeps a clock of its own.

@@ -76,6 +76,7 @@ impl Checker<'_> {
             names,
             robots: &self.cell.robots,
             sensors: &self.cell.sensors,
+            streams: &self.cell.streams,
         }
     }
 

@@ -17,6 +17,7 @@ mod kind;
 mod known_point;
 mod known_robot;
 mod library;
+mod listen;
 mod measure;
 mod motions;
 mod move_joints;

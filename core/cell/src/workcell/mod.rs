@@ -143,6 +143,7 @@ pub(crate) fn cell_names(devices: &[DeviceSetting], robots: &[RobotSetting]) -> 
         robots: robots.iter().map(RobotSetting::names).collect(),
         sensors: devices.iter().map(|device| device.name.clone()).filter(is_sensor).collect(),
         quantities: Vec::new(),
+        streams: Vec::new(),
         models: robots.iter().filter_map(model).collect(),
     }
 }

@@ -1,0 +1,92 @@
+//! A stream of a device, taken in by a step.
+
+use std::path::Path;
+use std::time::Duration;
+
+use nix::time::{ClockId, clock_gettime};
+use plumb_bus::{Bus, Listener, Subscriber};
+use plumb_host::DeviceError;
+use plumb_plugin::cell_clock::{CellTime, ClockReader};
+use plumb_plugin::message::Layout;
+use plumb_plugin::{PluginError, StreamDescription};
+
+/// A stream of a device from the moment it was opened: what was sent before is left out.
+pub trait StreamLink: Send {
+    /// How its messages are laid out; none where only their plugin knows.
+    fn layout(&self) -> Option<&Layout>;
+
+    /// When it was opened, ns of the cell's clock; none where that cannot be read.
+    fn began_ns(&self) -> Option<u64>;
+
+    /// The next message; none when none comes within a time.
+    ///
+    /// # Errors
+    /// [`DeviceError`], also when messages were lost.
+    fn next(&mut self, within: Duration) -> Result<Option<Vec<u8>>, DeviceError>;
+}
+
+/// A stream in shared memory.
+pub(super) struct HostedStream {
+    device: String,
+    layout: Option<Layout>,
+    began_ns: Option<u64>,
+    signal: Listener,
+    subscriber: Subscriber,
+}
+
+impl HostedStream {
+    /// Opens a stream. `clock` is the file in which a simulated world keeps the cell's clock.
+    pub(super) fn open(
+        bus: &Bus,
+        device: &str,
+        stream: &StreamDescription,
+        clock: Option<&Path>,
+    ) -> Result<Self, DeviceError> {
+        let failed = |cause: &dyn std::fmt::Display| {
+            DeviceError::refused(device, "listen", PluginError::Failed(cause.to_string()))
+        };
+        let signal = bus.stream_listener(device, stream).map_err(|error| failed(&error))?;
+        let began_ns = cell_time_ns(clock);
+        let mut subscriber = bus.subscriber(device, stream).map_err(|error| failed(&error))?;
+        // The last message sent before is given to every new receiver. It says how things stood, not how they are.
+        while subscriber.receive_with(|_| ()).map_err(|error| failed(&error))?.is_some() {}
+        Ok(Self { device: device.to_owned(), layout: Layout::of(stream), began_ns, signal, subscriber })
+    }
+
+    fn waiting(&mut self) -> Result<Option<Vec<u8>>, DeviceError> {
+        let lost =
+            |cause: String| DeviceError::refused(&self.device, "listen", PluginError::InputLost(cause));
+        self.subscriber.receive_with(<[u8]>::to_vec).map_err(|error| lost(error.to_string()))
+    }
+}
+
+impl StreamLink for HostedStream {
+    fn layout(&self) -> Option<&Layout> {
+        self.layout.as_ref()
+    }
+
+    fn began_ns(&self) -> Option<u64> {
+        self.began_ns
+    }
+
+    fn next(&mut self, within: Duration) -> Result<Option<Vec<u8>>, DeviceError> {
+        let broken = |cause: String| PluginError::Failed(cause);
+        let failed = |device: &str, cause| DeviceError::refused(device, "listen", broken(cause));
+        if let Some(message) = self.waiting()? {
+            return Ok(Some(message));
+        }
+        self.signal.wait(within).map_err(|error| failed(&self.device, error.to_string()))?;
+        self.signal.drain().map_err(|error| failed(&self.device, error.to_string()))?;
+        self.waiting()
+    }
+}
+
+/// The cell's clock now, ns: `CLOCK_MONOTONIC`, or what a simulated world says in its file.
+fn cell_time_ns(clock: Option<&Path>) -> Option<u64> {
+    let time = match clock {
+        None => CellTime::MONOTONIC,
+        Some(file) => ClockReader::open(file).ok()?.read().ok()?,
+    };
+    let monotonic = Duration::from(clock_gettime(ClockId::CLOCK_MONOTONIC).ok()?);
+    Some(time.at(u64::try_from(monotonic.as_nanos()).ok()?))
+}
