@@ -34,7 +34,9 @@ enum CertificateError {
         "run {run} has not passed ({state}): only a run that passed certifies something; `plumb show {run}` tells what it did"
     )]
     NotPassed { run: i64, state: &'static str },
-    #[error("run {0} found no correction: there is nothing to certify")]
+    #[error(
+        "run {0} found no correction: there is nothing to certify; what a fitted model has improved `plumb model report` tells"
+    )]
     NothingFound(i64),
     #[error("{} cannot be written", path.display())]
     Write { path: PathBuf, source: std::io::Error },
