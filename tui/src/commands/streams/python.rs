@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use plumb_bus::{Bus, Domain, LAYER_VERSION};
-use plumb_plugin::message::{Field, FieldType, Layout, Tail};
+use plumb_plugin::message::{Field, FieldType, Layout, PREFIX_LENGTH, Tail};
 use plumb_plugin::{MAX_JOINTS, StreamDescription};
 
 /// What reads, the same for every cell.
@@ -23,7 +23,7 @@ pub(super) struct PythonCell<'a> {
 pub(super) fn python_file(cell: &PythonCell<'_>, streams: &[(String, StreamDescription)]) -> String {
     let mut text = head(cell, streams);
     text.push_str(&joint_vector());
-    text.push_str(&class_of("Prefix", "what every message begins with", &prefix_fields(), None));
+    text.push_str(&class_of("Prefix", "what every message begins with", &prefix_fields(), PREFIX_LENGTH));
     text.push_str(&classes(streams));
     text.push_str("\n\n# The service in shared memory, the layout, what follows it again and again, and the layout's name.\nSTREAMS = {\n");
     for (device, stream) in streams {
@@ -70,6 +70,13 @@ import ctypes, fcntl, json, os, shutil, sys, time
 ICEORYX2 = {layer}
 CELL, CELL_FILE = {cell}, {cell_file}
 PREFIX, ROOT, LOCK = {prefix}, {root}, {lock}
+
+
+def check(layout, size, offsets):
+    """Refuses a layout that is another here than in plumb."""
+    found = {{name: getattr(layout, name).offset for name in offsets}}
+    if ctypes.sizeof(layout) != size or found != offsets:
+        raise ImportError(f"{{layout.__name__}} has {{ctypes.sizeof(layout)}} bytes, {{found}}; in plumb it has {{size}}, {{offsets}}")
 "#,
         layer = quoted(LAYER_VERSION),
         cell = quoted(name),
@@ -86,7 +93,7 @@ fn classes(streams: &[(String, StreamDescription)]) -> String {
     let mut written: Vec<String> = Vec::new();
     let mut write = |class: &str, what: &str, fields: &[Field], size: usize| {
         if !written.iter().any(|known| known == class) {
-            text.push_str(&class_of(class, what, fields, Some(size)));
+            text.push_str(&class_of(class, what, fields, size));
             written.push(class.to_owned());
         }
     };
@@ -132,20 +139,17 @@ class JointVector(ctypes.Structure):
     )
 }
 
-/// A class of fields. Where it is not laid out in Python as it is in the program, the file cannot be imported.
-fn class_of(name: &str, what: &str, fields: &[Field], size: Option<usize>) -> String {
+/// A class of fields, and that it is laid out in Python as it is in the program: else the file cannot be imported.
+fn class_of(name: &str, what: &str, fields: &[Field], size: usize) -> String {
     let mut text = format!("\n\nclass {name}(ctypes.Structure):\n    \"\"\"{what}\"\"\"\n    _fields_ = [\n");
     for field in fields {
         let unit = if field.unit.is_empty() { String::new() } else { format!("  # {}", field.unit) };
         let _ = writeln!(text, "        ({}, {}),{unit}", quoted(&field.name), ctype(field.of));
     }
     text += "    ]\n";
-    if let Some(size) = size {
-        let _ = writeln!(text, "\n\nassert ctypes.sizeof({name}) == {size}");
-    }
-    for field in fields {
-        let _ = writeln!(text, "assert {name}.{}.offset == {}", field.name, field.offset);
-    }
+    let offsets: Vec<String> =
+        fields.iter().map(|field| format!("{}: {}", quoted(&field.name), field.offset)).collect();
+    let _ = writeln!(text, "\n\ncheck({name}, {size}, {{{}}})", offsets.join(", "));
     text
 }
 
