@@ -126,3 +126,6 @@ impl Laboratory {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

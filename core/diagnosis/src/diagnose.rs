@@ -275,7 +275,70 @@ impl Laboratory {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::two_links_with;
     use crate::thresholds::LACK_OF_FIT_LEVEL;
+
+    const DECLARED: &str = "free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}";
+
+    #[test]
+    fn of_an_arm_that_is_right_it_is_told_what_these_rows_cannot_show_and_what_was_not_logged() {
+        let lab = two_links_with(DECLARED, 40, 0.05, 21, |_| [0.0; 2]);
+        let told = lab.diagnose(&Progress::unwatched()).unwrap();
+        assert_eq!(told.verdict, Verdict::AtFloor, "{}", told.sentence);
+        assert_eq!(told.not_logged, ["side of approach", "time", "temperature"]);
+        assert!(
+            told.sentence.contains("The table does not log side of approach, time or temperature"),
+            "{}",
+            told.sentence
+        );
+        assert!(told.sentence.starts_with("Nothing is left but"), "{}", told.sentence);
+        assert!(told.named.is_none() && told.next.len() <= 4);
+        assert!((told.left_ratio.unwrap() - 1.0).abs() < 0.3, "{:?}", told.left_ratio);
+        assert!(told.remaining.places.is_empty());
+    }
+
+    #[test]
+    fn a_gain_is_named_with_its_size_and_promises_what_it_takes_away() {
+        let lab = two_links_with(DECLARED, 40, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
+        let told = lab.diagnose(&Progress::unwatched()).unwrap();
+        let named = told.named.unwrap_or_else(|| panic!("{}", told.sentence));
+        assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("joint_gain", "elbow"));
+        assert!((named.size - 0.01).abs() < 4.0 * named.se && named.se < 0.001, "{named:?}");
+        let best = &told.candidates[0];
+        assert!(best.rejected.is_none() && best.delta_bic == 0.0 && best.plausible, "{best:?}");
+        let promised = best.cv_gain.unwrap();
+        // 150 mm times a hundredth of an elbow angle of 58 degrees RMS about its mean is 1.5 mm.
+        assert!((1.0..2.0).contains(&promised), "{promised}");
+        assert!(
+            (told.rms_mm.cv.unwrap() - best.leaves_mm.unwrap() - promised).abs() < 0.05 * promised,
+            "{best:?}"
+        );
+        assert!(best.smallest > 0.0 && best.smallest < 0.01, "{best:?}");
+        assert!(told.candidates.iter().skip(1).all(|one| one.rejected.is_some() && one.delta_bic >= 0.0));
+    }
+
+    #[test]
+    fn what_nothing_in_the_library_does_is_placed_and_described() {
+        // The shoulder is off by a function of both angles.
+        let lab = two_links_with(DECLARED, 60, 0.05, 23, |q| [0.004 * (2.3 * q[0] + 1.7 * q[1]).sin(), 0.0]);
+        let told = lab.diagnose(&Progress::unwatched()).unwrap();
+        assert!(matches!(told.verdict, Verdict::Located | Verdict::Unknown), "{}", told.sentence);
+        assert_eq!(
+            told.remaining.places.first().map(String::as_str),
+            Some("shoulder"),
+            "{:?}",
+            told.remaining
+        );
+        assert!(!told.remaining.shape.is_empty() && told.left_ratio.unwrap() > 3.0);
+    }
+
+    #[test]
+    fn a_large_table_is_searched_in_part_and_says_so() {
+        let lab = two_links_with(DECLARED, 30, 0.05, 24, |_| [0.0; 2]);
+        assert!(lab.thinned(30).is_none());
+        let thin = lab.thinned(12).unwrap();
+        assert_eq!(thin.measured_rows().len(), 12);
+    }
 
     #[test]
     fn a_model_without_candidates_is_at_the_floor_unless_more_than_noise_is_left() {

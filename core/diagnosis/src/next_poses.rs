@@ -133,3 +133,49 @@ fn no_pose() -> LaboratoryError {
         "no pose within the limits stays clear of what must be kept out; check `limits` and the keep-out planes".to_owned(),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::two_links_with;
+
+    #[test]
+    fn poses_keep_clear_of_limits_tell_the_name_from_what_comes_next_and_end_with_returns() {
+        let lines = "free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}";
+        let lab = two_links_with(lines, 30, 0.05, 51, |q| [0.0, 0.01 * q[1]]);
+        let wanted = Wanted { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
+        let told = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
+        assert_eq!(told.next.len(), 5, "{told:?}");
+        assert_eq!(told.between[0], "joint_gain(elbow)");
+        assert_eq!(told.next[3].q_deg, told.next[0].q_deg);
+        assert_eq!(told.next[4].q_deg, told.next[1].q_deg);
+        // A fiftieth of the range is kept from either limit: 6.8 of 340 deg, 6 of 300.
+        assert!(told.next.iter().all(|pose| pose.q_deg[0].abs() <= 163.21 && pose.q_deg[1].abs() <= 144.01));
+        for pose in &told.next[..3] {
+            assert!(told.between.iter().all(|label| pose.predicted.contains_key(label)), "{pose:?}");
+        }
+        assert!(told.separation > SETTLES && told.instead.is_none(), "{}", told.sentence);
+        let again = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
+        assert_eq!(told.next, again.next, "the same question has the same answer");
+    }
+
+    #[test]
+    fn a_plane_that_leaves_no_room_is_told_and_one_that_does_is_kept() {
+        let lab = two_links_with("free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}", 30, 0.05, 52, |q| {
+            [0.0, 0.01 * q[1]]
+        });
+        let beyond = |offset: f64| Wanted {
+            count: 2,
+            keep_out: vec![HalfSpace { normal: [0.0, 1.0, 0.0], offset }],
+            payloads: Vec::new(),
+        };
+        let refused = lab.next_poses(&beyond(500.0), &Progress::unwatched()).unwrap_err().to_string();
+        assert!(refused.contains("no pose within the limits"), "{refused}");
+        let kept = lab.next_poses(&beyond(-150.0), &Progress::unwatched()).unwrap();
+        for pose in &kept.next {
+            let first = pose.q_deg[0].to_radians();
+            let tip = 200.0 * first.sin() + 150.0 * (first + pose.q_deg[1].to_radians()).sin();
+            assert!(tip > -152.0, "{pose:?} at {tip}");
+        }
+    }
+}

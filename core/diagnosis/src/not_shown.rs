@@ -197,3 +197,54 @@ fn greatest(shown: &DMatrix<f64>, off: &DMatrix<f64>, effect: &dyn Effect) -> Op
     let share = (values.transpose() * shown * &values)[(0, 0)];
     Some((square.sqrt(), values.as_slice().to_vec(), share))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{two_links, two_links_with};
+    use plumb_calibration::effect::Spot;
+
+    #[test]
+    fn the_greatest_error_of_one_number_is_where_its_range_and_the_rows_bound_it_together() {
+        let lab = two_links(8, "", 0.1, 1, |_| [0.0; 2]);
+        let gain = effect::build(&EffectId::at("joint_gain", Spot::Joint(1)), lab.model()).unwrap();
+        let (low, high) = gain.parameters()[0].range;
+        let widest = low.abs().max(high.abs());
+        let one = |value: f64| DMatrix::from_element(1, 1, value);
+        // As much by the rows as by the range: the size is 1 / sqrt(2) of the range, and half of it is the rows'.
+        let (error, values, share) = greatest(&one(widest.powi(-2)), &one(9.0), gain.as_ref()).unwrap();
+        assert!((error - 3.0 * widest / 2.0_f64.sqrt()).abs() < 1e-12 && (share - 0.5).abs() < 1e-12);
+        assert!((values[0].abs() - widest / 2.0_f64.sqrt()).abs() < 1e-12);
+        assert!(greatest(&one(1.0), &one(0.0), gain.as_ref()).is_none(), "it does not move the tip");
+    }
+
+    #[test]
+    fn without_a_floor_nothing_is_said_and_a_weightless_arm_is_given_a_mass_to_ask_with() {
+        let lab = two_links(20, "joint_zero(*)", 0.05, 2, |_| [0.0; 2]);
+        let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+        let unknown = Floor::of(&fitted.machine, &fitted.fit, &lab.survey());
+        assert!(unknown.scale.is_none() && lab.faint(&fitted, &unknown).unwrap().is_empty());
+        assert_eq!(with_weight(lab.model()).masses.len(), 1);
+        assert_eq!(with_weight(&with_weight(lab.model())).masses.len(), 1);
+    }
+
+    #[test]
+    fn what_a_narrow_table_hides_comes_first_by_how_far_it_moves_the_tip() {
+        let lab = two_links_with("free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}", 12, 0.05, 3, |_| [0.0; 2]);
+        let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+        let floor = Floor::of(&fitted.machine, &fitted.fit, &lab.survey());
+        let told = lab.not_shown(&fitted, &floor).unwrap();
+        assert!(!told.is_empty(), "of twelve poses something stays hidden");
+        let sizes: Vec<f64> = told.iter().filter_map(|one| one.up_to_mm).collect();
+        assert!(sizes.iter().all(|size| *size > 0.05 * 3.0_f64.sqrt()), "{sizes:?}");
+        assert!(
+            told.iter().all(|one| !one.effect.effect.starts_with("joint_zero") && !one.to_see.is_empty())
+        );
+        let mut kinds: Vec<(String, String)> =
+            told.iter().map(|one| (one.effect.effect.clone(), one.effect.place.clone())).collect();
+        let count = kinds.len();
+        kinds.sort();
+        kinds.dedup();
+        assert_eq!(kinds.len(), count, "of one kind at one place the worst stands for all");
+    }
+}

@@ -328,3 +328,6 @@ fn regions(poses: &Poses, table: &Table) -> Vec<usize> {
     locked.retain(|pose| near.contains(pose));
     poses.rows_of(&locked)
 }
+
+#[cfg(test)]
+mod tests;

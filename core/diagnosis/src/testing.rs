@@ -1,8 +1,14 @@
-//! A small made-up arm for unit tests: plain trigonometry, no code of the crate.
+//! A small made-up arm for unit tests: plain trigonometry, no code of the crate. And a contender made by hand.
 
+use nalgebra::DMatrix;
+
+use crate::forward_selection::Contender;
 use crate::laboratory::{Laboratory, Options};
+use crate::predictive_gain::Gain;
+use crate::score_test::Score;
 use crate::split::Holdout;
 use plumb_calibration::arm_model::Model;
+use plumb_calibration::effect::{EffectId, Size, Spot};
 use plumb_calibration::table::Table;
 use plumb_estimation::Random;
 
@@ -27,6 +33,17 @@ pub(crate) fn two_links(
     seed: u64,
     off: impl Fn([f64; 2]) -> [f64; 2],
 ) -> Laboratory {
+    two_links_with(&format!("free: [{free}]"), poses, sigma, seed, off)
+}
+
+/// The same with further lines of the model file.
+pub(crate) fn two_links_with(
+    lines: &str,
+    poses: usize,
+    sigma: f64,
+    seed: u64,
+    off: impl Fn([f64; 2]) -> [f64; 2],
+) -> Laboratory {
     let mut random = Random::seeded(seed);
     let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for _ in 0..poses {
@@ -38,7 +55,45 @@ pub(crate) fn two_links(
         let y = 200.0 * first.sin() + 150.0 * second.sin() + sigma * random.normal();
         text.push_str(&format!("{:.17},{:.17},{x:.9},{y:.9},{:.9}\n", q[0], q[1], sigma * random.normal()));
     }
-    let model = Model::parse("model.yaml", &format!("{TWO_LINKS}free: [{free}]\n")).unwrap();
+    let model = Model::parse("model.yaml", &format!("{TWO_LINKS}{lines}\n")).unwrap();
     let table = Table::parse("table.csv", &text).unwrap();
     Laboratory::new(model, table, Options { holdout: Holdout::None, ..Options::default() }).unwrap()
+}
+
+/// A gain of so many of its standard errors.
+pub(crate) fn gain(errors: f64) -> Gain {
+    Gain { total: errors, error: 1.0 }
+}
+
+/// A contender that passes everything: an effect of a joint that explains all but noise and predicts rows it has not seen.
+pub(crate) fn contender(name: &str, joint: usize, bic: f64) -> Contender {
+    let one = DMatrix::from_element(1, 1, 1e-4);
+    let score = Score {
+        gain: 300.0,
+        freedom: 1,
+        left: (190.0, 190.0),
+        p: 1e-12,
+        values: vec![1.0],
+        covariance: one.clone(),
+        beside: Vec::new(),
+        size: Size { value: 1.0, unit: "deg", error: 0.01 },
+        plausible: true,
+        absorbed: 0.0,
+        strength: 1.0,
+    };
+    Contender {
+        row_squares: Vec::new(),
+        id: EffectId::at(name, Spot::Joint(joint)),
+        score,
+        holm_p: 1e-10,
+        bic,
+        search_cost: 0.0,
+        values: vec![1.0],
+        covariance: one,
+        gains: vec![gain(5.0)],
+        promise: None,
+        refitted: true,
+        outvoted: false,
+        left: (190.0, 190.0),
+    }
 }

@@ -130,3 +130,38 @@ fn inside(model: &Model, state: &State, q: &[f64]) -> bool {
         point.iter().zip(&volume).all(|(value, (low, high))| (low..=high).contains(&value))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::two_links_with;
+    use plumb_estimation::Progress;
+
+    fn volume(lines: &str) -> (Laboratory, State) {
+        let lab = two_links_with(&format!("free: []\n{lines}"), 20, 0.05, 61, |_| [0.0; 2]);
+        let state = lab.fit_with(&[], None, &Progress::unwatched()).unwrap().fit.state;
+        (lab, state)
+    }
+
+    #[test]
+    fn a_tip_is_inside_on_the_open_side_of_every_known_plane() {
+        let (lab, state) = volume("surfaces: {wall: {plane: {normal: [1, 0, 0], offset_mm: 100}}}");
+        assert!(inside(lab.model(), &state, &[0.0, 0.0]), "350 mm out along x");
+        assert!(!inside(lab.model(), &state, &[1.6, 0.0]), "beside it");
+        let (free, state) =
+            volume("surfaces: {wall: {plane: {normal: [1, 0, 0], offset_mm: 100}, free: true}}");
+        assert!(inside(free.model(), &state, &[1.6, 0.0]), "a free surface is no limit");
+    }
+
+    #[test]
+    fn poses_are_drawn_from_the_volume_alone() {
+        let (lab, state) = volume("surfaces: {wall: {plane: {normal: [0, 1, 0], offset_mm: 0}}}");
+        let drawn = Volume::of(&lab, lab.model(), &state).unwrap();
+        assert!(drawn.table.len() > 50);
+        for row in 0..drawn.table.len() {
+            let q = drawn.table.q_of(row);
+            assert!(200.0 * q[0].sin() + 150.0 * (q[0] + q[1]).sin() >= 0.0, "{q:?}");
+            assert!(q[0].abs() <= 170.0_f64.to_radians() && q[1].abs() <= 150.0_f64.to_radians());
+        }
+    }
+}

@@ -166,3 +166,6 @@ impl Laboratory {
         Ok(doubtful)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -66,7 +66,33 @@ fn differs(own: &[f64], least: &[f64]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::contender;
     use plumb_estimation::Random;
+
+    #[test]
+    fn what_is_re_set_at_a_reading_an_axis_or_the_base_is_of_the_instrument() {
+        let at = |spot: Spot| is_of_instrument(&EffectId::at("reading_reset", spot));
+        assert!(at(Spot::Axis(0)) && at(Spot::Base) && !at(Spot::Joint(1)));
+        assert!(!is_of_instrument(&EffectId::at("base_position", Spot::Base)), "not by epoch");
+        assert!(is_event(&EffectId::at("joint_step", Spot::Joint(0))));
+        assert!(!is_event(&EffectId::at("joint_gain", Spot::Joint(0))));
+    }
+
+    #[test]
+    fn a_rival_has_row_squares_of_the_same_rows_that_do_not_differ() {
+        let with = |row_squares: Vec<f64>| Contender { row_squares, ..contender("joint_step", 0, 0.0) };
+        let best = with((0..100).map(|row| f64::from(row % 3)).collect());
+        assert!(is_rival(&with(best.row_squares.clone()), &best));
+        let worse: Vec<f64> = best
+            .row_squares
+            .iter()
+            .zip(0..)
+            .map(|(square, row)| square + 1.0 + 0.1 * f64::from(row % 2))
+            .collect();
+        assert!(!is_rival(&with(worse), &best));
+        assert!(!is_rival(&with(Vec::new()), &with(Vec::new())), "nothing was compared");
+        assert!(!is_rival(&with(vec![1.0; 99]), &best), "other rows");
+    }
 
     #[test]
     fn squared_errors_differ_when_every_row_says_so_and_not_when_a_few_do() {

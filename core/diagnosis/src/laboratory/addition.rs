@@ -199,3 +199,87 @@ pub fn without(model: &Model, text: &str) -> Result<Model, LaboratoryError> {
     smaller.free = free;
     Ok(smaller)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::claim::Claim;
+    use crate::testing::two_links;
+
+    /// A value so large, with its standard error.
+    fn value(label: &str, size: f64, se: f64) -> EffectValue {
+        EffectValue {
+            effect: label.to_owned(),
+            place: String::new(),
+            label: label.to_owned(),
+            size,
+            unit: "deg".to_owned(),
+            se,
+            plausible: true,
+            held: false,
+            held_because: None,
+            added: false,
+            claim: Claim::Mechanism,
+            may_be: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_value_has_moved_beyond_two_of_the_larger_standard_error() {
+        let by = |errors: f64| moved(&[value("a", 1.0, 0.1)], &[value("a", 1.0 - 0.2 * errors, 0.2)]);
+        assert_eq!(by(0.99 * MOVED), Vec::<String>::new());
+        assert_eq!(by(1.01 * MOVED), ["a: 1.00000 -> 0.59600 deg"]);
+        let held = EffectValue { held: true, ..value("a", 9.0, 0.1) };
+        assert!(moved(&[held], &[value("a", 0.0, 0.1)]).is_empty(), "what was held was not known");
+        assert!(moved(&[value("a", 9.0, 0.1)], &[value("b", 0.0, 0.1)]).is_empty());
+    }
+
+    #[test]
+    fn what_is_added_takes_the_error_away_and_what_is_taken_out_brings_it_back() {
+        let lab = two_links(40, "joint_zero(*)", 0.05, 31, |q| [0.0, 0.01 * q[1]]);
+        let progress = Progress::unwatched();
+        let added = lab.add("joint_gain(elbow)", &progress).unwrap();
+        assert_eq!((added.added.len(), added.added[0].label.as_str()), (1, "joint_gain(elbow)"));
+        assert!((added.added[0].size - 0.01).abs() < 4.0 * added.added[0].se);
+        assert!(added.before.fit > 0.5 && added.rms_mm.fit < 0.12, "{:?} {:?}", added.before, added.rms_mm);
+        let labels: Vec<String> = added.model.effects.iter().map(|one| lab.model().label(&one.id)).collect();
+        assert_eq!(labels, ["joint_gain(elbow)"]);
+        assert_eq!(added.model.fitted.len(), 2, "the zeros are kept apart");
+        let grown = Laboratory::new(added.model, lab.table().clone(), lab.options().clone()).unwrap();
+        assert!(
+            grown
+                .add("joint_gain(elbow)", &progress)
+                .unwrap_err()
+                .to_string()
+                .contains("in the model already")
+        );
+        let removed = grown.remove("joint_gain(elbow)", &progress).unwrap();
+        assert!(removed.model.effects.is_empty() && removed.added.is_empty());
+        assert!((removed.rms_mm.fit - added.before.fit).abs() < 1e-6 && removed.before.fit < 0.12);
+        let accepted = lab.accept(&progress).unwrap();
+        assert_eq!(accepted.before.fit, accepted.rms_mm.fit);
+        assert_eq!(accepted.model.fitted.len(), 2);
+    }
+
+    #[test]
+    fn a_candidate_is_previewed_as_it_would_be_added_and_the_model_stays() {
+        let lab = two_links(40, "joint_zero(*)", 0.05, 31, |q| [0.0, 0.01 * q[1]]);
+        let progress = Progress::unwatched();
+        let seen = lab.preview("joint_gain(elbow)", &progress).unwrap();
+        let added = lab.add("joint_gain(elbow)", &progress).unwrap();
+        assert_eq!((seen.effects, seen.before, seen.after), (added.added, added.before, added.rms_mm));
+        assert_eq!((seen.rows.len(), seen.moved), (40, added.moved));
+        assert!(lab.model().effects.is_empty());
+    }
+
+    #[test]
+    fn one_of_a_wildcard_is_taken_out_and_the_others_stay_free() {
+        let lab = two_links(8, "joint_zero(*)", 0.05, 32, |_| [0.0; 2]);
+        let smaller = without(lab.model(), "joint_zero(elbow)").unwrap();
+        assert_eq!(smaller.free, ["joint_zero(shoulder)"]);
+        assert!(without(lab.model(), "joint_zero(*)").unwrap().free.is_empty());
+        let refused = without(lab.model(), "joint_gain(elbow)").unwrap_err().to_string();
+        assert_eq!(refused, "joint_gain(elbow) is not in the model; there is: joint_zero(*)");
+        assert!(without(lab.model(), "residual_map").unwrap_err().to_string().contains("no residual map"));
+    }
+}

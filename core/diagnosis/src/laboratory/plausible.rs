@@ -488,3 +488,6 @@ fn distances(model: &Model, table: &Table) -> Result<(), ImplausibleError> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

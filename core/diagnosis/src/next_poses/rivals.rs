@@ -79,3 +79,29 @@ fn is_adjacent(one: &Contender, other: &Contender) -> bool {
     let orders = one.id.order.zip(other.id.order);
     one.id.joint() == other.id.joint() && orders.is_some_and(|(one, other)| (one - other).abs() == 1.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::contender;
+
+    #[test]
+    fn waves_of_the_orders_beside_those_in_question_are_asked_too() {
+        let wave = |joint: usize, order: f64| {
+            let mut wave = contender("joint_harmonic", joint, 0.0);
+            wave.id.order = Some(order);
+            wave
+        };
+        let all = [
+            wave(0, 3.0),
+            wave(0, 4.0),
+            wave(0, 2.0),
+            wave(0, 5.0),
+            wave(1, 4.0),
+            contender("joint_gain", 0, 0.0),
+        ];
+        assert_eq!(adjacent_orders(&all, &[0]), [1, 2], "not two orders away, not at another joint");
+        assert_eq!(adjacent_orders(&all, &[0, 1]), [2, 3]);
+        assert_eq!(adjacent_orders(&all, &[5]), Vec::<usize>::new());
+    }
+}

@@ -12,3 +12,6 @@ pub(crate) use space::space;
 pub(crate) use svg::grid;
 pub use svg::svg;
 pub use terminal::terminal;
+
+#[cfg(test)]
+mod tests;

@@ -4,9 +4,7 @@ use nalgebra::DMatrix;
 
 use super::*;
 use crate::noise_floor::FloorSource;
-use crate::predictive_gain::Gain;
-use crate::score_test::Score;
-use plumb_calibration::effect::Size;
+use crate::testing::{contender, gain};
 
 const FLOOR: Floor = Floor {
     sigma_mm: Some(1.0),
@@ -22,43 +20,6 @@ const EQUATIONS: f64 = 200.0;
 /// What is left in proportion to noise, with this probability.
 fn lack(p: f64) -> Option<LackOfFit> {
     Some(LackOfFit { ratio: 1.0, p })
-}
-
-fn gain(errors: f64) -> Gain {
-    Gain { total: errors, error: 1.0 }
-}
-
-/// A contender that passes everything: an effect of a joint that explains all but noise and predicts rows it has not seen.
-fn contender(name: &str, joint: usize, bic: f64) -> Contender {
-    let one = DMatrix::from_element(1, 1, 1e-4);
-    let score = Score {
-        gain: 300.0,
-        freedom: 1,
-        left: (190.0, 190.0),
-        p: 1e-12,
-        values: vec![1.0],
-        covariance: one.clone(),
-        beside: Vec::new(),
-        size: Size { value: 1.0, unit: "deg", error: 0.01 },
-        plausible: true,
-        absorbed: 0.0,
-        strength: 1.0,
-    };
-    Contender {
-        row_squares: Vec::new(),
-        id: EffectId::at(name, Spot::Joint(joint)),
-        score,
-        holm_p: 1e-10,
-        bic,
-        search_cost: 0.0,
-        values: vec![1.0],
-        covariance: one,
-        gains: vec![gain(5.0)],
-        promise: None,
-        refitted: true,
-        outvoted: false,
-        left: (190.0, 190.0),
-    }
 }
 
 /// The verdict on contenders where much is left without them.

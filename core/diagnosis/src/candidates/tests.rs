@@ -1,0 +1,91 @@
+//! Which variant of a family stands for it and what its search costs, and what the candidates of a small arm are.
+
+use nalgebra::DMatrix;
+
+use super::*;
+use crate::testing::two_links;
+use plumb_calibration::effect::{Size, Spot};
+
+/// A probe of a family of its own making, which searches so.
+fn probe(lab: &Laboratory, family: usize, search: Search) -> Probe {
+    let id = EffectId::at("joint_gain", Spot::Joint(0));
+    let effect = Arc::from(effect::build(&id, lab.model()).unwrap());
+    Probe { id, effect, search, family, weight: 1.0, search_cost: 0.0 }
+}
+
+fn scored(gain: f64) -> Score {
+    Score {
+        gain,
+        freedom: 1,
+        left: (100.0 - gain, 50.0),
+        p: 0.001,
+        values: vec![0.0],
+        covariance: DMatrix::zeros(1, 1),
+        beside: Vec::new(),
+        size: Size { value: 0.0, unit: "", error: 0.0 },
+        plausible: true,
+        absorbed: 0.0,
+        strength: 1.0,
+    }
+}
+
+#[test]
+fn the_best_variant_stands_for_its_family_and_pays_for_the_search() {
+    let lab = two_links(8, "", 0.1, 1, |_| [0.0; 2]);
+    let kinds = [
+        (1, Search::Nothing),
+        (2, Search::Jumps),
+        (2, Search::Jumps),
+        (2, Search::Jumps),
+        (3, Search::Smooth),
+    ];
+    let probes = kinds.map(|(family, search)| probe(&lab, family, search));
+    let found = best_variants(&probes, [4.0, 5.0, 9.0, 7.0, 8.0].map(scored).to_vec());
+    let places: Vec<usize> = found.iter().map(|(index, _)| *index).collect();
+    assert_eq!(places, [0, 2, 4]);
+    assert_eq!(found[0].1.p, 0.001, "nothing was searched for");
+    assert!((found[1].1.p - 0.003).abs() < 1e-15, "three moments are three tests");
+    let mut charged = scored(8.0);
+    charged.charge_parameter();
+    assert_eq!(found[2].1.p, charged.p, "a number on which it depends smoothly is one parameter more");
+}
+
+#[test]
+fn a_probability_of_many_moments_is_at_most_one() {
+    let lab = two_links(8, "", 0.1, 1, |_| [0.0; 2]);
+    let probes = [probe(&lab, 1, Search::Jumps), probe(&lab, 1, Search::Jumps)];
+    let likely = Score { p: 0.7, ..scored(1.0) };
+    assert_eq!(best_variants(&probes, vec![likely.clone(), likely])[0].1.p, 1.0);
+}
+
+#[test]
+fn what_is_fitted_is_no_candidate_and_high_orders_weigh_less() {
+    let lab = two_links(60, "joint_zero(*)", 0.1, 2, |_| [0.0; 2]);
+    let probes = probes(&lab);
+    assert!(probes.iter().all(|probe| probe.id.name != "joint_zero"));
+    assert!(probes.iter().any(|probe| probe.id.name == "joint_gain"));
+    let of_order = |order: f64| {
+        let mut waves = probes.iter().filter(|probe| probe.id.name == "joint_harmonic");
+        waves.find(|probe| probe.id.order == Some(order)).unwrap()
+    };
+    let (low, high) = (of_order(HIGH_ORDER), of_order(HIGH_ORDER + 1.0));
+    assert_eq!((low.weight, low.search_cost), (1.0, 0.0));
+    assert_eq!((high.weight, high.search_cost), (HIGH_ORDER_WEIGHT, 2.0 * ORDERS_SEARCHED.ln()));
+    assert_ne!(low.family, high.family);
+}
+
+#[test]
+fn an_effect_that_the_table_cannot_show_is_refused() {
+    let lab = two_links(30, "", 0.1, 3, |_| [0.0; 2]);
+    let warms = EffectId::at("drift", Spot::Joint(0));
+    if effect::kind("drift").is_some_and(|kind| kind.search != Search::Nothing) {
+        let refused = lab.searched(warms, &Progress::unwatched()).unwrap_err().to_string();
+        assert!(refused.contains("this table cannot show it"), "{refused}");
+    }
+    let plain = EffectId::at("joint_gain", Spot::Joint(0));
+    assert_eq!(
+        lab.searched(plain.clone(), &Progress::unwatched()).unwrap(),
+        plain,
+        "nothing is searched for"
+    );
+}
