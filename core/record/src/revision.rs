@@ -250,3 +250,105 @@ fn new_revision(
     )?;
     Ok(transaction.last_insert_rowid())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::NewRun;
+
+    const CELL: &str = "teachmover";
+
+    fn record() -> (tempfile::TempDir, Record, RunId) {
+        let directory = tempfile::tempdir().expect("a directory");
+        let mut record = Record::open(directory.path()).expect("a record");
+        let run = record.start_run(&NewRun { cell: CELL.into(), ..NewRun::default() }).expect("a run");
+        (directory, record, run)
+    }
+
+    /// Proposes zeros of joints, each with the value it replaces; gives their numbers.
+    fn proposed(record: &mut Record, run: RunId, step: &str, zeros: &[(&str, f64, f64)]) -> Vec<i64> {
+        let zeros = zeros.iter().map(|(joint, old, new)| NewCorrection {
+            key: CorrectionKey {
+                device: "arm".into(),
+                quantity: "joint_zero".into(),
+                place: (*joint).into(),
+            },
+            old: *old,
+            new: *new,
+            uncertainty: None,
+            budget: None,
+            unit: "deg".into(),
+        });
+        let zeros: Vec<NewCorrection> = zeros.collect();
+        record.propose_corrections(run, step, CELL, &zeros).expect("proposals")
+    }
+
+    fn apply(record: &mut Record, numbers: &[i64]) -> Result<i64, RecordError> {
+        record.apply_corrections(CELL, "arm", numbers, "found")
+    }
+
+    fn in_force_at(record: &Record, revision: i64) -> Vec<(String, f64)> {
+        let found = record.corrections_at(CELL, "arm", revision).expect("read");
+        found.into_iter().map(|one| (one.key.place, one.value)).collect()
+    }
+
+    #[test]
+    fn a_write_that_fails_between_two_corrections_leaves_neither_in_force_and_no_revision() {
+        let (_directory, mut record, run) = record();
+        let numbers = proposed(&mut record, run, "zeros", &[("waist", 0.0, 1.0), ("elbow", 0.0, 2.0)]);
+        // As a full disk would: the first correction is written, the second is not.
+        record
+            .connection
+            .execute_batch(
+                "CREATE TEMP TRIGGER full BEFORE UPDATE ON main.corrections WHEN NEW.place = 'elbow' \
+                 BEGIN SELECT RAISE(FAIL, 'the disk is full'); END",
+            )
+            .expect("a trigger");
+        let error = apply(&mut record, &numbers).expect_err("cannot be written").to_string();
+        assert!(error.contains("the disk is full"), "{error}");
+        assert_eq!(in_force_at(&record, i64::MAX), []);
+        assert_eq!(record.revisions(CELL).expect("read"), []);
+        record.connection.execute_batch("DROP TRIGGER full").expect("dropped");
+        assert_eq!(apply(&mut record, &numbers).expect("applied now"), 1);
+        assert_eq!(in_force_at(&record, 1).len(), 2);
+    }
+
+    #[test]
+    fn corrections_come_into_force_once_and_not_with_one_that_is_none() {
+        let (_directory, mut record, run) = record();
+        let numbers = proposed(&mut record, run, "zeros", &[("waist", 0.0, 1.0)]);
+        let with_another = [numbers[0], numbers[0] + 1];
+        assert!(matches!(
+            apply(&mut record, &with_another),
+            Err(RecordError::NotProposed { correction }) if correction == with_another[1]
+        ));
+        assert_eq!(in_force_at(&record, i64::MAX), [], "all of them or none");
+        let first = apply(&mut record, &numbers).expect("applied");
+        assert!(matches!(apply(&mut record, &numbers), Err(RecordError::NotProposed { .. })), "twice");
+        assert_eq!(record.revisions(CELL).expect("read").len(), 1);
+        assert_eq!(in_force_at(&record, first), [("waist".to_owned(), 1.0)]);
+        let of_another = record.apply_corrections(CELL, "other", &numbers, "found");
+        assert!(matches!(of_another, Err(RecordError::NotProposed { .. })), "no proposal of that device");
+    }
+
+    #[test]
+    fn at_a_revision_that_revision_counts_and_later_ones_do_not() {
+        let (_directory, mut record, run) = record();
+        let mut revisions = Vec::new();
+        for (step, old, new) in [("first", 0.0, 1.0), ("second", 1.0, 2.0), ("third", 2.0, 3.0)] {
+            let numbers = proposed(&mut record, run, step, &[("waist", old, new)]);
+            revisions.push(apply(&mut record, &numbers).expect("applied"));
+        }
+        for (revision, value) in revisions.iter().zip([1.0, 2.0, 3.0]) {
+            assert_eq!(in_force_at(&record, *revision), [("waist".to_owned(), value)]);
+        }
+        assert_eq!(in_force_at(&record, BEFORE_THE_FIRST), []);
+        // The value before the first, not that before the last.
+        let back = record.roll_back(CELL, "arm", BEFORE_THE_FIRST, "all wrong").expect("a rollback");
+        assert_eq!((back.changed[0].old, back.changed[0].new), (3.0, 0.0));
+        assert!(matches!(
+            record.roll_back(CELL, "arm", BEFORE_THE_FIRST, "again"),
+            Err(RecordError::NothingToBringBack { .. })
+        ));
+    }
+}
