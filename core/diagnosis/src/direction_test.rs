@@ -612,6 +612,28 @@ mod tests {
     }
 
     #[test]
+    fn each_instrument_is_brought_to_its_own_scatter_and_one_alone_is_left_as_it_is() {
+        // Twelve rows: x read to one sigma, y and z by a level three times as noisy; nothing is fitted.
+        let residuals: Vec<[f64; 3]> =
+            (0..12).map(|row| [1.0, 3.0, -3.0].map(|part| if row % 2 == 0 { part } else { -part })).collect();
+        let all = rows(&residuals).without(&DMatrix::zeros(0, 36), 0..0);
+        let instruments: Vec<&str> =
+            (0..36).map(|equation| if equation % 3 == 0 { "tracker" } else { "level" }).collect();
+        let kept = vec![true; 12];
+        let found = scatter(&all, &kept, &DVector::zeros(0), &instruments).unwrap();
+        assert!(
+            (found[0] - 1.0).abs() < 1e-12
+                && (found[1] - 3.0).abs() < 1e-12
+                && (found[35] - 3.0).abs() < 1e-12
+        );
+        assert!(scatter(&all, &kept, &DVector::zeros(0), &["tracker"; 36]).is_none());
+        // Seven readings say nothing of their instrument: the scatter of all is taken.
+        let few: Vec<bool> = (0..12).map(|row| row < 7).collect();
+        let common = scatter(&all, &few, &DVector::zeros(0), &instruments).unwrap();
+        assert!((common[0] - (19.0_f64 / 3.0).sqrt()).abs() < 1e-12, "{}", common[0]);
+    }
+
+    #[test]
     fn a_row_far_outside_the_others_scatter_is_left_out() {
         let mut residuals: Vec<[f64; 3]> =
             (0..40).map(|row| [0.0, 1.0, -1.0].map(|part| part * (1.0 + 0.01 * f64::from(row)))).collect();

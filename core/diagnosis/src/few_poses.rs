@@ -208,6 +208,25 @@ mod tests {
     }
 
     #[test]
+    fn a_sentence_begins_with_a_capital() {
+        assert_eq!(
+            (capital("62 % goes"), capital("half goes"), capital("")),
+            ("62 % goes".into(), "Half goes".into(), String::new())
+        );
+    }
+
+    #[test]
+    fn half_of_the_squares_may_lie_between_poses() {
+        // Means 1 and -1 of two poses, each with two returns a unit to either side: 4 between, 4 within.
+        let at = |x: f64| Vector3::new(x, 0.0, 0.0);
+        let groups = [vec![at(0.0), at(2.0)], vec![at(-2.0), at(0.0)]];
+        let told = PoseShare::of(&groups, 1, 1).unwrap();
+        assert!((told.share - 0.5).abs() < 1e-12);
+        // F = (4 / 1) / (4 / 2) = 2 with 1 and 2 degrees of freedom: p = 0.2929.
+        assert!((told.p - 0.292_893).abs() < 1e-5, "{}", told.p);
+    }
+
+    #[test]
     fn poses_that_are_off_are_told_from_returns_that_scatter() {
         let told = PoseShare::of(&groups(5.0, 1), 1, 1).unwrap();
         assert!(told.is_significant() && told.share > 0.9, "{told:?}");

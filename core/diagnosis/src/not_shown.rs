@@ -240,6 +240,12 @@ mod tests {
         assert!(
             told.iter().all(|one| !one.effect.effect.starts_with("joint_zero") && !one.to_see.is_empty())
         );
+        let families = told.iter().filter_map(|one| effect::kind(&one.effect.effect)).map(|kind| kind.family);
+        assert!(families.clone().any(|family| family == Family::Joint), "{told:?}");
+        assert!(
+            !families.into_iter().any(|family| family == Family::Instrument),
+            "an instrument moves no tip"
+        );
         let mut kinds: Vec<(String, String)> =
             told.iter().map(|one| (one.effect.effect.clone(), one.effect.place.clone())).collect();
         let count = kinds.len();

@@ -276,3 +276,33 @@ fn without_wild(sizes: &[f64]) -> Vec<f64> {
     let edge = REPLICATE_OUTLIER * sorted.get(sorted.len() * 3 / 4).copied().unwrap_or(f64::INFINITY);
     sizes.iter().map(|size| f64::from(u8::from(*size <= edge))).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn replicates_differ_most_in_the_direction_that_moves_them_most_for_its_length() {
+        // Two numbers that move one reading each alike; the deviations lie along the second.
+        let columns = vec![DMatrix::identity(2, 2); 4];
+        let deviations =
+            [[0.1, 3.0], [0.0, -3.0], [-0.1, 2.0], [0.0, -2.0]].map(|two| DVector::from_row_slice(&two));
+        let found = farthest(&columns, &deviations, &[1.0; 4]).unwrap();
+        assert!(found[1].abs() > 0.99 && (found.norm() - 1.0).abs() < 1e-12, "{found}");
+        // A wild replicate along the first does not count once it is left out.
+        let mut wild = deviations.to_vec();
+        wild[3] = DVector::from_row_slice(&[90.0, 0.0]);
+        assert!(farthest(&columns, &wild, &[1.0; 4]).unwrap()[0].abs() > 0.99);
+        assert!(farthest(&columns, &wild, &[1.0, 1.0, 1.0, 0.0]).unwrap()[1].abs() > 0.99);
+        assert!(farthest(&columns, &deviations, &[0.0; 4]).is_none(), "nothing is kept");
+    }
+
+    #[test]
+    fn a_split_is_told_with_its_distance_in_the_unit_of_its_motion() {
+        let split = |turns: bool, apart: f64| Split { spot: Spot::Joint(0), turns, apart };
+        let told = describe(
+            [(&split(true, 0.01), "pan".to_owned()), (&split(false, 0.25), "lift".to_owned())].into_iter(),
+        );
+        assert!(told.contains("about 0.5730 deg apart at pan and about 0.2500 mm apart at lift"), "{told}");
+    }
+}

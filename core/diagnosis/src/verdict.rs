@@ -19,7 +19,7 @@ use crate::thresholds::{
 };
 use crate::wording::NOT_LISTED;
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::{self, EffectId, Family, LooksAt, Search, Spot};
+use plumb_calibration::effect::{self, EffectId, Family, LooksAt, Search, Size, Spot};
 use plumb_calibration::fit::ResidualModel;
 use plumb_estimation::{Progress, bic_above, holm};
 
@@ -342,6 +342,11 @@ fn is_overwhelming(best: &Contender) -> bool {
     best.gains.iter().all(|gain| gain.total > OVERWHELMING_GAIN * gain.error)
 }
 
+/// Whether a size is below zero beyond doubt.
+fn is_below_zero(size: &Size) -> bool {
+    size.value < -SIGN_ERRORS * size.error
+}
+
 /// Whether an effect is one of the arm's own sensor, or of an instrument beside it.
 fn is_of_sensor(id: &EffectId) -> bool {
     effect::kind(&id.name).is_some_and(|kind| matches!(kind.family, Family::Sensor | Family::Instrument))
@@ -377,7 +382,7 @@ impl Finding<'_> {
         Some(Named { effect, size: size.value, unit: size.unit.to_owned(), se: size.error })
     }
 
-    fn size(&self, contender: &Contender) -> plumb_calibration::effect::Size {
+    fn size(&self, contender: &Contender) -> Size {
         let built = effect::build(&contender.id, self.stage.fitted.machine.model);
         built.map_or(contender.score.size, |effect| effect.size(&contender.values, &contender.covariance))
     }
@@ -403,7 +408,7 @@ impl Finding<'_> {
         let yields =
             effect::build(&first.id, model).is_ok_and(|effect| effect.looks_at() == LooksAt::Gravity);
         let size = self.size(first);
-        (yields && first.holm_p < NAMING_LEVEL && size.value < -SIGN_ERRORS * size.error).then(|| {
+        (yields && first.holm_p < NAMING_LEVEL && is_below_zero(&size)).then(|| {
             format!(
                 "gravity seems to point the other way in this model: {} explains most, and would rise under its load; check `gravity:`, and how the base stands",
                 model.label(&first.id)

@@ -51,6 +51,19 @@ fn every_wave_of_a_family_is_found_with_its_size_and_the_error_falls_from_one_to
 }
 
 #[test]
+fn an_effect_with_a_name_of_its_own_comes_in_beside_the_family() {
+    let with_gain = |q: [f64; 2]| {
+        let off = waves(q);
+        [off[0], off[1] + 0.003 * q[1]]
+    };
+    let lab = two_links(BATCH_ROWS + 40, "joint_zero(*)", 0.02, 44, with_gain);
+    let batch = lab.batch(false, &Progress::unwatched()).unwrap().unwrap();
+    let gain = batch.steps.iter().find(|step| step.label == "joint_gain(elbow)");
+    let gain = gain.unwrap_or_else(|| panic!("{:?}", batch.steps));
+    assert!((gain.added.size - 0.003).abs() < 4.0 * gain.added.se, "{:?}", gain.added);
+}
+
+#[test]
 fn small_tables_and_those_without_a_family_are_left_to_the_search_one_by_one() {
     let small = two_links(BATCH_ROWS - 1, "joint_zero(*)", 0.02, 42, waves);
     assert!(small.batch(false, &Progress::unwatched()).unwrap().is_none());

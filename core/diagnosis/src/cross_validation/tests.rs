@@ -81,3 +81,13 @@ fn ranges_of_a_joint_do_not_overlap() {
         .collect();
     assert!(ends.windows(2).all(|pair| pair[0].1 <= pair[1].0), "{ends:?}");
 }
+
+#[test]
+fn sessions_are_blocks_of_their_own_where_there_are_several() {
+    let rows = ["mon", "tue", "mon", "wed"].iter().enumerate();
+    let rows: String = rows.map(|(row, session)| format!("{row},0,{session}\n")).collect();
+    let table = Table::parse("table.csv", &format!("q1_deg,p1_x_mm,session\n{rows}")).unwrap();
+    assert_eq!(session_blocks(&table, &[0, 1, 2, 3]), Some(vec![vec![0, 2], vec![1], vec![3]]));
+    assert_eq!(session_blocks(&table, &[0, 1, 2]), Some(vec![vec![0, 2], vec![1]]), "one was not fitted");
+    assert_eq!(session_blocks(&table, &[0, 2]), None, "one block is no cross-validation");
+}

@@ -178,3 +178,16 @@ fn what_was_added_by_epoch_is_in_the_written_model_with_its_epochs() {
     let pairs = values(&again).into_iter().zip(values(&added.model));
     assert!(pairs.into_iter().all(|(read, written)| (read - written).abs() < 1e-8));
 }
+
+#[test]
+fn rows_that_err_alike_inflate_the_variance_of_their_sum() {
+    // Four ones, window 2: 1 + 2 (1 - 1/3) 3/4 + 2 (1 - 2/3) 2/4 = 7/3.
+    assert!((search::long_run_variance_ratio(&[1.0; 4]) - 7.0 / 3.0).abs() < 1e-12);
+    assert_eq!(
+        search::long_run_variance_ratio(&[1.0, -1.0, 1.0, -1.0]),
+        1.0,
+        "never below that of independent rows"
+    );
+    assert_eq!(search::long_run_variance_ratio(&[0.0; 9]), 1.0);
+    assert_eq!(search::long_run_variance_ratio(&[]), 1.0);
+}

@@ -445,6 +445,8 @@ mod tests {
         let again = mixed.fit_within(1, &[0], Some(&with.ratios)).unwrap();
         let without = mixed.fit_within(1, &[], Some(&with.ratios)).unwrap();
         assert!((none.0 - alone - (without.deviance - again.deviance)).abs() < 1e-6);
+        // Where a suspect explains next to nothing the deviance is the degrees of freedom times the logarithm of the squares.
+        assert!((none.0 - outlook.freedom * outlook.squares.ln()).abs() < 1e-9);
         assert!(with.deviance < nothing.deviance);
     }
 

@@ -351,3 +351,29 @@ impl Features {
         Self { design, fixed, components, joints, carriers: carriers.joints, groups, equations, knowledge }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_column_has_mean_square_one_and_a_column_of_nothing_is_none() {
+        let column = unit(DVector::from_row_slice(&[3.0, 4.0, 0.0, 0.0])).unwrap();
+        assert!(
+            (column.norm_squared() / 4.0 - 1.0).abs() < 1e-12 && (column[0] / column[1] - 0.75).abs() < 1e-12
+        );
+        assert!(unit(DVector::zeros(5)).is_none());
+    }
+
+    #[test]
+    fn carriers_take_their_rows_in_order_and_a_joint_without_a_probe_takes_none() {
+        let jacobian = DMatrix::from_row_slice(4, 2, &[1.0, 0.0, 0.0, 2.0, 3.0, 3.0, 0.0, 0.0]);
+        let carriers = Carriers::of(&jacobian, 1, 1, &[false, true, true]);
+        assert_eq!((carriers.shifts.len(), carriers.tilts.len()), (1, 1));
+        assert!(carriers.shifts[0][0] > 0.0 && carriers.tilts[0][1] > 0.0);
+        let joints: Vec<usize> = carriers.moving().map(|(joint, _)| joint).collect();
+        assert_eq!(joints, [1], "the first has no probe, the last moves nothing");
+        let own = carriers.joints[1].as_ref().unwrap();
+        assert!(own.iter().all(|value| (value - 1.0).abs() < 1e-12), "{own}");
+    }
+}

@@ -60,3 +60,14 @@ fn nothing_is_said_of_few_poses() {
     let lab = two_links(FEWEST_POSES - 1, "joint_zero(*)", 0.05, 9, |_| [0.0; 2]);
     assert!(lab.explainable(&Progress::unwatched()).unwrap().is_none());
 }
+
+#[test]
+fn of_many_rows_a_random_part_is_looked_at_whole_poses_and_the_same_each_time() {
+    let lab = two_links(60, "joint_zero(*)", 0.05, 72, |_| [0.0; 2]);
+    let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+    let chosen = |most: usize| chosen_rows(&fitted.machine, &fitted.fit, most);
+    assert_eq!(chosen(60), fitted.fit.rows);
+    let some = chosen(25);
+    assert_eq!((some.len(), &some), (25, &chosen(25)));
+    assert!(some.windows(2).all(|pair| pair[0] < pair[1]) && some != (0..25).collect::<Vec<usize>>());
+}

@@ -148,3 +148,23 @@ fn twins_need_a_relation_to_the_pose_and_not_only_large_residuals() {
         assert_eq!(twins::beaten(&fitted, &Candidate::new(form), &all), beaten, "{off}");
     }
 }
+
+#[test]
+fn a_searched_number_is_tried_again_on_either_side_of_where_it_was() {
+    let lab = two_links(30, "joint_zero(*)", 0.05, 71, |_| [0.0; 2]);
+    let site = grammar::probes(&lab)[0].0.site;
+    let at = 0.2;
+    let form = Form { site, factor: forms::Factor::One, shape: forms::Shape::Above(forms::Angle::of(1), at) };
+    let tried: Vec<f64> = grammar::finer(&lab, &form)
+        .into_iter()
+        .map(|(form, _)| match form.shape {
+            forms::Shape::Above(_, at) => at,
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(tried.len(), 19);
+    assert!(tried.windows(2).all(|pair| pair[1] > pair[0]), "{tried:?}");
+    assert!((tried[9] - at).abs() < 1e-3 && (tried[0] + tried[18] - 2.0 * at).abs() < 1e-2, "{tried:?}");
+    // Nine tenths of the first search's spacing, a share of a range of some 200 deg.
+    assert!((0.05..1.5).contains(&(tried[18] - at)), "{tried:?}");
+}

@@ -454,6 +454,18 @@ mod tests {
     }
 
     #[test]
+    fn what_one_parameter_drives_keeps_its_proportions_or_does_not() {
+        let handle = |joint: usize| Handle::Joint(joint, plumb_kinematics::Knob::Theta);
+        let drive = |joint: usize, rate: f64| Drive { parameter: 0, handle: handle(joint), rate };
+        let strongest = [(handle(0), 2.0), (handle(1), -1.0)];
+        let row = |scale: f64, other: f64| vec![drive(0, 2.0 * scale), drive(1, -scale + other)];
+        assert!(in_proportion(&[row(1.0, 0.0), row(0.3, 0.0), row(0.0, 0.0)], &strongest));
+        assert!(!in_proportion(&[row(1.0, 0.0), row(0.3, 1e-3)], &strongest));
+        assert_eq!(rate_of(&[drive(0, 2.0), drive(1, 5.0), drive(0, 0.5)], &handle(0)), 2.5);
+        assert!(!in_proportion(&[row(1.0, 0.0)], &[]));
+    }
+
+    #[test]
     fn an_effect_of_several_motions_is_drawn_against_what_it_predicts() {
         let laboratory = two_links(60, "", 0.02, 9, |_| [0.0, 0.0]);
         let plot = plot_of(&laboratory, "base_position");

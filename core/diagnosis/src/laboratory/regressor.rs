@@ -156,3 +156,34 @@ fn axis_of_instrument(machine: &ResidualModel<'_>, state: &State, id: &EffectId)
         machine.believed_point(state, row).get(axis).copied().unwrap_or(0.0)
     }))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::two_links;
+    use plumb_estimation::Progress;
+
+    /// What drives an effect of the elbow, and the elbow's angles, deg.
+    fn driven(name: &str) -> (Regressor, Vec<f64>) {
+        let lab = two_links(12, "", 0.05, 74, |_| [0.0; 2]);
+        let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        let found =
+            Regressor::of(&fitted.machine, &fitted.fit.state, &EffectId::at(name, Spot::Joint(1))).unwrap();
+        (found, (0..12).map(|row| lab.table().q_of(row)[1].to_degrees()).collect())
+    }
+
+    #[test]
+    fn an_effect_is_drawn_against_what_drives_it() {
+        let (gain, elbow) = driven("joint_gain");
+        assert_eq!((gain.axis.title().as_str(), &gain.values), ("elbow, deg", &elbow));
+        let (settling, elbow) = driven("joint_settling");
+        assert_eq!((settling.axis.title().as_str(), settling.values[0]), ("last move of elbow, deg", 0.0));
+        for row in 1..12 {
+            assert!((settling.values[row] - (elbow[row] - elbow[row - 1])).abs() < 1e-9);
+        }
+        let (backlash, elbow) = driven("joint_backlash");
+        assert_eq!(backlash.axis.title(), "side from which elbow arrived");
+        assert_eq!(backlash.values[0], 0.0, "the first row arrived from nowhere that is known");
+        assert!((1..12).all(|row| backlash.values[row] == (elbow[row] - elbow[row - 1]).signum()));
+    }
+}

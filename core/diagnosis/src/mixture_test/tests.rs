@@ -86,6 +86,22 @@ fn a_wider_scatter_is_no_second_position() {
 }
 
 #[test]
+fn positions_spread_evenly_are_a_wider_scatter_though_likelier_than_one_position_as_narrow_as_the_noise() {
+    // Spread over ten sigmas without a gap; what lies across the motion says that a sigma is one.
+    let mut random = Random::seeded(8);
+    let groups = (0..8).map(|_| (0..5).map(|_| 10.0 * random.uniform() - 5.0).collect()).collect();
+    let even = Lines { across: 400.0, freedom: 400.0, ..lines(groups) };
+    let one = even.one_camp();
+    let steps = (1..=48).map(|step| 5.5 * f64::from(step) / 48.0);
+    let two =
+        |half: f64| even.across(1.0) + even.lines.iter().map(|line| two_camps(line, 1.0, half)).sum::<f64>();
+    let best = steps.clone().map(two).fold(f64::NEG_INFINITY, f64::max);
+    let wide = steps.map(|step| even.normal(1.0, step)).fold(f64::NEG_INFINITY, f64::max);
+    assert!(best - one > TWO_OVER_ONE && best - wide < TWO_OVER_WIDE, "{one} {best} {wide}");
+    assert_eq!(even.judge(one), None);
+}
+
+#[test]
 fn a_few_slips_make_no_second_position() {
     // One replicate in forty lies far out.
     let mut slipped = groups(8, 0.0, 11);

@@ -200,6 +200,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_pose_near_another_differs_by_a_share_of_each_joints_range() {
+        let lab = crate::testing::two_links(12, "", 0.05, 75, |_| [0.0; 2]);
+        let designer = Designer { lab: &lab, surface: None, waits: false, both_directions: false };
+        let centre = Design { q: vec![0.1, -0.2], approach: vec![0, 0], payload: 0.0, wait: 0.0 };
+        let mut rng = Random::seeded(9);
+        for (joint, centre_q) in [0.1, -0.2].into_iter().enumerate() {
+            let (low, high) = designer.range(joint);
+            let squares =
+                (0..400).map(|_| (designer.near(&centre, 0.01, &mut rng).q[joint] - centre_q).powi(2));
+            let spread = (squares.sum::<f64>() / 400.0).sqrt();
+            assert!((spread / (0.01 * (high - low)) - 1.0).abs() < 0.12, "{spread}");
+        }
+        assert!(!designer.has_two_directions(0), "no side of approach is logged");
+    }
+
+    #[test]
     fn chosen_poses_keep_clear_of_the_limits() {
         let limited = JointRange { ends: (-1.0, 1.0), limited: true };
         assert_eq!(allowed_range(limited), (-1.0 + 2.0 * CLEAR_OF_LIMITS, 1.0 - 2.0 * CLEAR_OF_LIMITS));

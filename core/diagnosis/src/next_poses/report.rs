@@ -148,6 +148,17 @@ mod tests {
     use super::*;
 
     #[test]
+    fn more_load_and_a_second_point_are_tried_and_whole_positions_where_none_were_measured() {
+        let lab = crate::testing::two_links(8, "", 0.05, 73, |_| [0.0; 2]);
+        let ways = other_ways(&lab);
+        assert_eq!(ways.iter().map(|(_, sensing, _)| *sensing).collect::<Vec<_>>().len(), 2);
+        assert!(
+            ways[0].1 == Sensing::AsBefore && ways[0].2 == [0.0, MORE_LOAD] && ways[0].0 == "a load of 2 kg"
+        );
+        assert!(ways[1].1 == Sensing::SecondPoint);
+    }
+
+    #[test]
     fn another_way_is_advised_only_where_it_settles_the_question_and_is_clearly_better() {
         let load = |separation: f64| Some((separation, "a load of 3 kg".to_owned()));
         assert!(advice(load(1.1 * SETTLES), 0.4, 4).starts_with("a load of 3 kg would tell them apart"));

@@ -125,3 +125,14 @@ fn replicates_on_fewer_degrees_of_freedom_than_the_least_make_no_floor() {
     let freedom = |sizes: &[usize]| replicates(sizes, 1.0, 5).freedom(&vec![1.0; sizes.iter().sum()]);
     assert!(freedom(&[2]) < FLOOR_FREEDOM && freedom(&[2, 2]) >= FLOOR_FREEDOM);
 }
+
+#[test]
+fn of_gaps_between_approach_directions_one_joint_is_taken_out_and_no_other_beside_it() {
+    let mut all = with_condition(3.0);
+    let range = all.candidates[0].1.clone();
+    all.candidates = vec![
+        (EffectId::at(SIDE_OF_APPROACH, Spot::Joint(0)), range.clone()),
+        (EffectId::at("joint_backlash", Spot::Joint(1)), range),
+    ];
+    assert!(all.is_gap(0) && !all.is_gap(1) && !all.is_gap(2));
+}

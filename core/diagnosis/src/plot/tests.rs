@@ -66,6 +66,12 @@ fn the_corners_of_the_ranges_are_the_corners_of_the_frame() {
     assert!((number(band, "y") - (top + 0.375 * height)).abs() < 0.11, "{band}");
     let curve = drawn.split("class=\"curve\" points=\"").nth(1).unwrap().split('"').next().unwrap();
     assert_eq!(curve, format!("{left:.1},{bottom:.1} {right:.1},{top:.1}"));
+    let middle = format!("{:.1})", top + 0.5 * height);
+    let title = drawn.split("rotate(-90 ").nth(1).unwrap().split('"').next().unwrap();
+    assert!(title.ends_with(&middle), "the vertical axis's title stands at its middle: {title}");
+    let sides: Vec<f64> =
+        drawn.split('"').nth(3).unwrap().split(' ').map(|side| side.parse().unwrap()).collect();
+    assert!(sides[3] > bottom + 26.0, "the horizontal axis's title is within the picture: {sides:?}");
     for axis in
         [">10.0</text>", ">30.0</text>", ">2.0</text>", ">-2.0</text>", ">0</text>", ">elbow, deg</text>"]
     {

@@ -129,3 +129,32 @@ fn vertical_line(
     )?;
     writeln!(out, "<text x=\"{x:.1}\" y=\"{below:.0}\" fill=\"{colour}\">{name} {error:.4} mm</text>")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scale_is_that_of_the_greatest_error_of_any_step() {
+        let fall = |fit_mm2: f64, cv_mm2: Option<f64>| Fall {
+            added: String::new(),
+            kind: StepKind::Mechanism,
+            fit_mm2,
+            cv_mm2,
+            check_mm2: Some(f64::NAN),
+        };
+        assert_eq!(greatest(&[fall(1.0, Some(9.0)), fall(4.0, None)]), 3.0);
+        assert!(greatest(&[]) > 0.0, "nothing is divided by zero");
+    }
+
+    #[test]
+    fn a_line_stands_at_its_share_of_the_greatest_error_and_never_outside() {
+        let at = |error: f64| {
+            let mut out = String::new();
+            vertical_line(&mut out, ("noise", "green", error), 100.0, 2.0).unwrap();
+            out
+        };
+        assert!(at(1.0).contains(&format!("M{:.1} 6V88", BARS.0 + 0.5 * BARS.1)), "{}", at(1.0));
+        assert!(at(5.0).contains(&format!("M{:.1} 6", BARS.0 + BARS.1)), "{}", at(5.0));
+    }
+}

@@ -79,3 +79,30 @@ pub(super) fn away(shapes: &[SurfaceShape], body: &Range<usize>, point: &Vector3
     }
     nearest
 }
+
+#[cfg(test)]
+mod surface_tests {
+    use super::*;
+
+    #[test]
+    fn the_parts_of_a_body_are_numbered_and_a_single_one_has_the_bodys_name() {
+        let names = |surface: Surface| -> Vec<String> {
+            surface.parts("thing").into_iter().map(|part| part.name).collect()
+        };
+        assert_eq!(names(Surface::plane(Vector3::z(), 5.0)), ["thing"]);
+        assert_eq!(names(Surface::Sphere(Point3::origin(), 5.0)), ["thing"]);
+        let pyramid = Surface::pyramid(Point3::new(10.0, 20.0, 30.0), 40.0, 30.0, 0.2);
+        let Surface::Faces(faces) = &pyramid else { panic!("a pyramid has faces") };
+        for (normal, offset) in faces {
+            assert!((normal.norm() - 1.0).abs() < 1e-12);
+            assert!(
+                (normal.dot(&Vector3::new(10.0, 20.0, 30.0)) - offset).abs() < 1e-9,
+                "the apex lies on every face"
+            );
+        }
+        // The middle of the foot's edge that faces 0.2 rad lies on the first face, half an edge out and a height down.
+        let foot = Vector3::new(10.0 + 20.0 * 0.2_f64.cos(), 20.0 + 20.0 * 0.2_f64.sin(), 0.0);
+        assert!((faces[0].0.dot(&foot) - faces[0].1).abs() < 1e-9);
+        assert_eq!(names(pyramid), ["thing 1", "thing 2", "thing 3", "thing 4"]);
+    }
+}

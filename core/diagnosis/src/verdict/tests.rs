@@ -202,3 +202,15 @@ fn canonical_correlation_of_collinear_and_of_orthogonal_columns() {
     let half = DMatrix::from_row_slice(2, 2, &[1.0, 0.5, 0.0, 0.75_f64.sqrt()]);
     assert!((canonical(&products(&half), &(0..1), &(1..2)).unwrap() - 0.5).abs() < 1e-12);
 }
+
+#[test]
+fn gravity_points_the_other_way_where_a_compliance_is_below_zero_beyond_doubt() {
+    let at = |errors: f64| is_below_zero(&Size { value: -0.02 * errors, unit: "deg", error: 0.02 });
+    assert!(at(1.01 * SIGN_ERRORS) && !at(0.99 * SIGN_ERRORS) && !at(-1.01 * SIGN_ERRORS));
+}
+
+#[test]
+fn effects_of_sensor_and_instrument_change_what_is_read_and_not_where_the_arm_is() {
+    assert!(is_of_sensor(&EffectId::at("scale", Spot::Axis(0))));
+    assert!(!is_of_sensor(&EffectId::at("joint_gain", Spot::Joint(0))));
+}
