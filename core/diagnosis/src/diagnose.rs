@@ -138,6 +138,7 @@ impl Laboratory {
         let splits = splits.unwrap_or_default();
         let comparison = self.comparison(&machine, &fit, progress)?;
         let candidates = Candidates { listed: candidates::probes(self), unlisted: unlisted::probes(self) };
+        // The floor and the errors are of all rows; only the search, which refits many times, is of a part.
         let thin = self.thinned(SEARCH_ROWS);
         let searched = thin.as_ref().unwrap_or(self);
         let finding = searched.find(&floor, &candidates, progress)?;

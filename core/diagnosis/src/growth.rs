@@ -314,6 +314,7 @@ impl Laboratory {
     fn mechanisms_alone(&self, progress: &Progress) -> Result<StepRms, LaboratoryError> {
         let mut model = self.model().clone();
         let corrections = std::mem::take(&mut model.corrections);
+        // What is left is the model that may be believed outside the region as well.
         model.effects.retain(|added| !corrections.iter().any(|one| one.id.same_as(&added.id)));
         let alone = Self::new(model, self.table().clone(), self.options().clone())?;
         let rms = alone.compare(progress)?.rms_mm;

@@ -103,6 +103,7 @@ impl Outline {
 fn waves(inputs: &[Vec<f64>], length: f64, random: &mut Random) -> [Wave; 2] {
     let width = inputs.first().map_or(0, Vec::len);
     let rates: Vec<f64> = (0..width).map(|_| random.normal() / length).collect();
+    // A random phase: sine and cosine together make any shift of the kernel, and none is preferred.
     let phase = std::f64::consts::TAU * random.uniform();
     // cos(x - 90 deg) = sin x.
     let phases = [phase, phase - std::f64::consts::FRAC_PI_2];

@@ -135,6 +135,7 @@ fn shapes(lab: &Laboratory, site: Site, factor: Factor) -> Vec<Vec<Shape>> {
     let survey = lab.survey();
     let all = 0..lab.model().chain.len();
     for joint in all.clone() {
+        // A line in each joint first: what a wave or a kink explains as well is the simpler thing.
         let angle = Angle::of(joint);
         shapes.push(vec![Shape::Linear(angle)]);
         if survey.turns(joint) {

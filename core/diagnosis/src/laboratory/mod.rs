@@ -122,6 +122,7 @@ fn sessions(model: &Model, table: &Table, holdout: Holdout) -> Result<Epochs, La
             "with `base: {per: session}` the base of a session that is held out cannot be fitted; choose another `--holdout`",
         );
     }
+    // The order of sessions is that of their bases in the model file: those that are known keep their place.
     let mut names = match &model.epochs {
         Some(Epochs::Sessions(names)) => names.clone(),
         _ => Vec::new(),

@@ -105,6 +105,7 @@ fn side(machine: &ResidualModel<'_>, joint: usize) -> Regressor {
         return Regressor::over_rows(machine, axis, |row| f64::from(machine.table.approach_of(row, joint)));
     }
     let mut values = last_move(machine, joint).values;
+    // The sign of zero is one in floating point; a joint at rest came from neither side.
     values.iter_mut().for_each(|moved| *moved = if *moved == 0.0 { 0.0 } else { moved.signum() });
     Regressor { axis, values }
 }

@@ -70,6 +70,7 @@ impl Laboratory {
         };
         sentence.push_str(&instead.as_ref().map_or_else(|| ".".to_owned(), |instead| format!("; {instead}")));
         let between = faint.iter().map(|one| self.model().label(&one.id)).collect();
+        // JSON has no infinity.
         let separation = if separation.is_finite() { separation } else { 0.0 };
         Ok(Some(NextPoses { next, between, separation, instead, sentence }))
     }
@@ -89,6 +90,7 @@ fn keep_one_of_each_kind(faint: &mut Vec<Faint>) {
 /// The model with an effect in that the rows do not show, everything fitted where it would stand then.
 fn rival(faint: &Faint, stage: &Stage<'_>, most_mm: f64, lab: &Laboratory) -> Rival {
     let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
+    // Of the size that the question asks about, and no more than the rows leave room for.
     let share = (most_mm / faint.error_mm).min(1.0);
     let values: Vec<f64> = faint.values.iter().map(|value| value * share).collect();
     let beside = &faint.beside * share;

@@ -117,6 +117,7 @@ fn row_cells(row: &RowResidual, turns: bool) -> String {
     if row.held_out {
         remarks.push("held out".to_owned());
     }
+    // What would be shown as 1.00 is no remark.
     if row.weight < 0.995 {
         remarks.push(format!("weight {:.2}", row.weight));
     }
