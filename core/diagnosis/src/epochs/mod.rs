@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::fitted::Fitted;
 use crate::laboratory::{Laboratory, LaboratoryError};
-use crate::thresholds::{CURVE_LEVEL, CURVE_ROWS, JUMP_ROWS, SEARCH_ROWS};
+use crate::thresholds::{JUMP_ROWS, SEARCH_ROWS};
 use crate::wording::listed;
 use columns::Columns;
 use plumb_calibration::arm_model::{AddedEffect, Epochs};
@@ -18,7 +18,7 @@ use plumb_calibration::effect::{EffectId, acts_by_epoch};
 use plumb_calibration::table::MOST_LEVELS;
 use plumb_estimation::{Progress, for_each};
 pub(crate) use rivals::with_rivals;
-use search::{Changes, Search, step_beside_a_curve};
+use search::Search;
 
 /// A place in the order of the rows where something was re-set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -165,27 +165,16 @@ impl Laboratory {
     }
 }
 
-/// The number that explains the rows best when it changes at some of them, and these change points, those left out that a smooth drift
-/// would explain as well; nothing where no number does.
+/// The number that explains the rows best when it changes at some of them, and these change points; nothing where no number does. Each number is
+/// judged by its jumps alone: a number that many small steps let follow a slow drift explains much, and none of it by something that was re-set.
 fn starts(columns: &Columns) -> Option<(usize, Vec<usize>)> {
     let numbers: Vec<usize> = (0..columns.steps.nrows()).collect();
-    let found: Vec<(usize, Changes)> =
-        for_each(&numbers, |number| (*number, Search::new(columns, *number).changes()));
-    let best = found
-        .into_iter()
-        .filter(|(_, changes)| !changes.starts.is_empty())
-        .min_by(|one, other| one.1.bic.total_cmp(&other.1.bic));
-    let (number, changes) = best?;
-    let starts = &changes.starts;
-    let is_abrupt = |(index, start): (usize, &usize)| {
-        let before = index.checked_sub(1).and_then(|before| starts.get(before)).copied().unwrap_or(0);
-        let after = starts.get(index + 1).copied().unwrap_or(columns.rows.len());
-        let span = (before.max(start.saturating_sub(CURVE_ROWS)), after.min(start + CURVE_ROWS));
-        step_beside_a_curve(columns, number, *start, span) < CURVE_LEVEL
-    };
-    let abrupt = starts.iter().enumerate().filter(|one| is_abrupt(*one)).map(|(_, start)| *start);
-    let abrupt: Vec<usize> = abrupt.collect();
-    (!abrupt.is_empty()).then_some((number, abrupt))
+    let found = for_each(&numbers, |number| {
+        let search = Search::new(columns, *number);
+        search.abrupt(search.changes()).map(|changes| (*number, changes))
+    });
+    let best = found.into_iter().flatten().min_by(|one, other| one.1.bic.total_cmp(&other.1.bic));
+    best.map(|(number, changes)| (number, changes.starts))
 }
 
 /// Where something was re-set, in words; nothing where nothing was.

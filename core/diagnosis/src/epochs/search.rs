@@ -10,7 +10,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::columns::Columns;
-use crate::thresholds::{JUMP_LEVEL, JUMP_ROWS, MOST_JUMPS};
+use crate::thresholds::{CURVE_LEVEL, CURVE_ROWS, JUMP_LEVEL, JUMP_ROWS, MOST_JUMPS};
 use plumb_estimation::{RankRevealingCholesky, bic, f_tail};
 
 /// Share of a step's squares that must be left beyond what is fitted for it to be seen at all.
@@ -164,6 +164,37 @@ impl<'c> Search<'c> {
         best
     }
 
+    /// Those of some change points that a smooth drift between their neighbours would not explain as well, put anew and judged without the
+    /// others; nothing where none is left, or those that are left do not pay for their places.
+    pub(super) fn abrupt(&self, changes: Changes) -> Option<Changes> {
+        let mut starts = changes.starts;
+        loop {
+            let abrupt: Vec<usize> =
+                (0..starts.len()).filter_map(|index| self.is_abrupt(&starts, index)).collect();
+            if abrupt.is_empty() {
+                return None;
+            }
+            if abrupt.len() == starts.len() {
+                break;
+            }
+            starts = abrupt;
+            self.move_to_better_places(&mut starts);
+            starts.sort_unstable();
+        }
+        // That they are not chance was shown with the others in; without those the drift they followed counts as noise.
+        let (kept, none) = (self.judged(starts), self.judged(Vec::new()));
+        (kept.bic < none.bic).then_some(kept)
+    }
+
+    /// The change point of this index, where the number jumps at it beside a smooth curve between its neighbours.
+    fn is_abrupt(&self, starts: &[usize], index: usize) -> Option<usize> {
+        let start = *starts.get(index)?;
+        let before = index.checked_sub(1).and_then(|before| starts.get(before)).copied().unwrap_or(0);
+        let after = starts.get(index + 1).copied().unwrap_or(self.columns.rows.len());
+        let span = (before.max(start.saturating_sub(CURVE_ROWS)), after.min(start + CURVE_ROWS));
+        (step_beside_a_curve(self.columns, self.number, start, span) < CURVE_LEVEL).then_some(start)
+    }
+
     /// Whether one change point, the first, explains no more than the best of so many places does by chance.
     fn is_hopeless(&self, starts: &[usize]) -> bool {
         let [_] = starts else { return false };
@@ -260,12 +291,7 @@ pub(super) fn long_run_variance_ratio(series: &[f64]) -> f64 {
 
 /// Probability that a step at a place is chance, where the number also follows a smooth curve (a cubic of the row) among the
 /// rows between `from` and `to`: a drift is no jump.
-pub(super) fn step_beside_a_curve(
-    columns: &Columns,
-    number: usize,
-    at: usize,
-    (from, to): (usize, usize),
-) -> f64 {
+fn step_beside_a_curve(columns: &Columns, number: usize, at: usize, (from, to): (usize, usize)) -> f64 {
     const CURVE: usize = 4;
     let half = (to - from).max(1) as f64 / 2.0;
     let mut normal = DMatrix::zeros(CURVE + 1, CURVE + 1);

@@ -5,6 +5,7 @@ use crate::laboratory::Options;
 use crate::outcome::Verdict;
 use crate::split::Holdout;
 use plumb_calibration::arm_model::Model;
+use plumb_calibration::effect::Spot;
 use plumb_calibration::table::Table;
 use plumb_estimation::Random;
 
@@ -122,6 +123,32 @@ fn a_slow_drift_is_no_jump() {
             laboratory(240, true, 400 + seed, |row| length(0.6 * (1.0 - (-(row as f64) / 60.0).exp())));
         assert_eq!(found(&warming), [0_usize; 0], "warming up, seed {seed}");
     }
+}
+
+/// Of two numbers one drifts, and the other jumps at row 500 of 600: many small steps of the first explain more than the jump does.
+#[test]
+fn a_number_that_jumps_is_found_beside_one_that_drifts_and_explains_more() {
+    let found = |jump: f64| {
+        let mut random = Random::seeded(8);
+        let (mut residuals, mut steps) = (Vec::new(), nalgebra::DMatrix::zeros(2, 600));
+        for row in 0..600 {
+            let drifting = random.normal();
+            steps.set_column(row, &nalgebra::DVector::from_column_slice(&[drifting, 1.0]));
+            let drift = (row as f64 / 40.0).sin();
+            residuals.push(drift * drifting + by_epoch(row, &[500], &[0.0, jump]) + 0.1 * random.normal());
+        }
+        let effect = |name| EffectId::at(name, Spot::Base);
+        starts(&Columns {
+            rows: (0..600).collect(),
+            ranges: (0..600).map(|row| row..row + 1).collect(),
+            residuals,
+            fitted: nalgebra::DMatrix::from_element(1, 600, 1.0),
+            steps,
+            ids: vec![effect("reading_rescaled"), effect("reading_reset")],
+        })
+    };
+    assert_eq!(found(1.5), Some((1, vec![500])));
+    assert_eq!(found(0.0), None);
 }
 
 #[test]
