@@ -30,6 +30,8 @@ pub(crate) struct RobotNames {
     pub(crate) levels: Vec<String>,
     /// Targets of its model file.
     pub(crate) targets: Vec<String>,
+    /// Boards of its model file that have names.
+    pub(crate) boards: Vec<String>,
 }
 
 impl CheckContext<'_> {

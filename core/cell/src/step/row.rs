@@ -47,7 +47,7 @@ const NUMBERS: [&str; 10] = [
 ];
 
 /// Its columns of words.
-const WORDS: [&str; 5] = ["on", "level", "session", "touch", "distance_to"];
+const WORDS: [&str; 6] = ["on", "level", "board", "session", "touch", "distance_to"];
 
 /// Columns that say how it was measured, not what.
 pub(super) const CIRCUMSTANCES: [&str; 3] = ["payload_kg", "temperature_c", "repeat"];
@@ -157,6 +157,7 @@ impl Action for RowStep {
             let (what, known) = match column.as_str() {
                 "on" | "distance_to" => ("surface", &robot.surfaces),
                 "level" => ("level", &robot.levels),
+                "board" => ("board", &robot.boards),
                 _ => continue,
             };
             if !known.contains(word) {
@@ -188,13 +189,14 @@ impl StepKind for RowStep {
   "description": "A row of the run's measurement table, which `plumb show --table` gives to the model lab.",
   "type": "object",
   "required": ["robot"],
-  "propertyNames": {"anyOf": [{"pattern": "^(p[1-9]|board)_([xyz]_mm|q[wxyz]|r[xyz]_rad)$"}, {"pattern": "^profile([1-9][0-9]{0,2})?_[xz]_mm$"}, {"enum": ["robot", "joints_deg", "joints_mm", "on", "level", "session", "touch", "distance_to", "repeat", "height_mm", "tilt_x_deg", "tilt_y_deg", "distance_mm", "std_x_mm", "std_y_mm", "std_z_mm", "payload_kg", "temperature_c", "p1_x_mm", "p1_y_mm", "p1_z_mm", "p2_x_mm", "p2_y_mm", "p2_z_mm", "p3_x_mm", "p3_y_mm", "p3_z_mm", "p4_x_mm", "p4_y_mm", "p4_z_mm"]}]},
+  "propertyNames": {"anyOf": [{"pattern": "^(p[1-9]|board)_([xyz]_mm|q[wxyz]|r[xyz]_rad)$"}, {"pattern": "^profile([1-9][0-9]{0,2})?_[xz]_mm$"}, {"enum": ["robot", "joints_deg", "joints_mm", "on", "level", "board", "session", "touch", "distance_to", "repeat", "height_mm", "tilt_x_deg", "tilt_y_deg", "distance_mm", "std_x_mm", "std_y_mm", "std_z_mm", "payload_kg", "temperature_c", "p1_x_mm", "p1_y_mm", "p1_z_mm", "p2_x_mm", "p2_y_mm", "p2_z_mm", "p3_x_mm", "p3_y_mm", "p3_z_mm", "p4_x_mm", "p4_y_mm", "p4_z_mm"]}]},
   "properties": {
     "robot": {"$ref": "#/definitions/text"},
     "joints_deg": {"description": "Joints that were read elsewhere than the arm stands now.", "$ref": "#/definitions/joint_numbers"},
     "joints_mm": {"description": "Joints that were read elsewhere than the arm stands now.", "$ref": "#/definitions/joint_numbers"},
     "on": {"description": "The surface of the model file that `height_mm` is over.", "$ref": "#/definitions/text"},
     "level": {"description": "The level of the model file that was read.", "$ref": "#/definitions/text"},
+    "board": {"description": "Which of the model file's boards the camera sees.", "$ref": "#/definitions/text"},
     "session": {"$ref": "#/definitions/text"},
     "touch": {"$ref": "#/definitions/text"},
     "distance_to": {"$ref": "#/definitions/text"}

@@ -25,6 +25,8 @@ impl RobotSetting {
         let levels = self.model.as_ref().map(|model| model.levels.clone()).unwrap_or_default();
         let targets = self.model.iter().flat_map(|model| &model.model.targets);
         let targets = targets.map(|target| target.name.clone()).collect();
+        let boards = self.model.iter().flat_map(|model| &model.model.boards);
+        let boards = boards.filter_map(|board| board.name.clone()).collect();
         RobotNames {
             name: self.device.clone(),
             joints: self.joints.clone(),
@@ -32,6 +34,7 @@ impl RobotSetting {
             surfaces,
             levels,
             targets,
+            boards,
         }
     }
 
